@@ -1,0 +1,42 @@
+"""Rigid-body and Hamiltonian mechanics: documents in, inertia tensors and principal axes out.
+
+    import rigidcli
+
+    document = rigidcli.load("configs/cube_corner.yaml")
+    result = rigidcli.axes(document)
+    result["moments"]        # array([ 2., 11., 11.])
+
+`load` and `loads` read documents, `inertia` and `axes` answer them with a report, which maps the
+fields of the JSON output to floats, numpy arrays and texts. Problems are raised as
+`rigidcli.errors.RigidError`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+__all__ = ["__version__", "axes", "inertia", "load", "loads"]
+
+if TYPE_CHECKING:
+    from rigidcli.model.load import load, loads
+    from rigidcli.studies.axes import run as axes
+    from rigidcli.studies.inertia import run as inertia
+
+_LAZY = {
+    "load": ("rigidcli.model.load", "load"),
+    "loads": ("rigidcli.model.load", "loads"),
+    "axes": ("rigidcli.studies.axes", "run"),
+    "inertia": ("rigidcli.studies.inertia", "run"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    """Load a part of the package when it is first asked for: `--help` needs none of them."""
+    if name not in _LAZY:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib import import_module
+
+    module, attribute = _LAZY[name]
+    return getattr(import_module(module), attribute)
