@@ -1,0 +1,93 @@
+"""What can go wrong, each kind with its exit code.
+
+Messages carry no final period and put backquotes round literals; a hint is one more sentence
+that says what to do about it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Self, TypeAlias
+
+Path: TypeAlias = tuple[str | int, ...]
+"""The way to a value in a document: keys of mappings and indices of lists."""
+
+
+class RigidError(Exception):
+    """Base of every error that a user may see; never shown with a traceback."""
+
+    exit_code: ClassVar[int] = 4
+
+    def __init__(self, message: str, *, hint: str | None = None) -> None:
+        super().__init__(message)
+        self.message = message
+        self.hint = hint
+
+
+class UsageError(RigidError):
+    """The command line is wrong."""
+
+    exit_code = 2
+
+
+class ComputationError(RigidError):
+    """The document is fine, but what was asked cannot be computed."""
+
+    exit_code = 4
+
+
+class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Problem` of a document
+    """A value that cannot be what the document says it is.
+
+    It is a `ValueError`, so that pydantic gathers it with the other problems of a document. `path`
+    leads from where it is caught to the value: keys of mappings and indices of lists.
+    """
+
+    exit_code = 3
+
+    def __init__(self, message: str, *, path: Path = (), hint: str | None = None) -> None:
+        super().__init__(message, hint=hint)
+        self.path = path
+
+    def below(self, *path: str | int) -> Self:
+        """The same problem, as seen from further up the document."""
+        self.path = (*path, *self.path)
+        return self
+
+
+class ExpressionError(ValueProblem):
+    """A text that is not an expression, or one that has no value.
+
+    `column` counts characters from 1; None where no single place is to blame.
+    """
+
+    def __init__(self, message: str, *, column: int | None = None, hint: str | None = None) -> None:
+        super().__init__(message, hint=hint)
+        self.column = column
+
+
+@dataclass(frozen=True, slots=True)
+class Problem:
+    """One thing that is wrong with a document, and where."""
+
+    source: str
+    message: str
+    line: int | None = None
+    key: str = ""
+    hint: str | None = None
+
+    def __str__(self) -> str:
+        place = self.source if self.line is None else f"{self.source}:{self.line}"
+        text = ": ".join(part for part in (place, self.key, self.message) if part)
+        return text if self.hint is None else f"{text}\n  hint: {self.hint}"
+
+
+class DocumentError(RigidError):
+    """A document that is refused, with all that is wrong with it."""
+
+    exit_code = 3
+
+    def __init__(self, problems: Sequence[Problem]) -> None:
+        super().__init__("\n".join(str(problem) for problem in problems))
+        self.problems = tuple(problems)
