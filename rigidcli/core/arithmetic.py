@@ -1,0 +1,70 @@
+"""A kind of number: the functions that formulas need besides + - * / and powers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+Scalar: TypeAlias = float
+"""A float, or an exact number (a sympy expression) in its place: the `Arithmetic` says which."""
+
+Array: TypeAlias = NDArray[Any]
+"""An array of float64, or of exact numbers (dtype object)."""
+
+Floats: TypeAlias = NDArray[np.float64]
+Mask: TypeAlias = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True)
+class Arithmetic:
+    """The elementary functions of one kind of number.
+
+    `value` gives the number as a float, and `sign` gives -1, 0 or 1; both give None where that depends
+    on symbols without a value. `size` gives a float to compare by where any consistent choice will do
+    (a pivot, an order to print in): the number itself, or its value at a fixed sample of its
+    symbols. `tidy` brings the entries of an array into their shortest form.
+    """
+
+    exact: bool
+    pi: Scalar
+    sqrt: Callable[[Scalar], Scalar]
+    sin: Callable[[Scalar], Scalar]
+    cos: Callable[[Scalar], Scalar]
+    atan2: Callable[[Scalar, Scalar], Scalar]
+    hypot: Callable[..., Scalar]
+    value: Callable[[Scalar], float | None]
+    sign: Callable[[Scalar], int | None]
+    size: Callable[[Scalar], float]
+    tidy: Callable[[Array], Array]
+
+    def array(self, values: object) -> Array:
+        """`values` (numbers, nested to any depth) as an array of this kind of number."""
+        return np.array(values, dtype=object if self.exact else np.float64)
+
+
+def _float_sign(x: float) -> int:
+    return int(x > 0) - int(x < 0)
+
+
+def _unchanged(array: Array) -> Array:
+    return array
+
+
+FLOAT = Arithmetic(
+    exact=False,
+    pi=math.pi,
+    sqrt=math.sqrt,
+    sin=math.sin,
+    cos=math.cos,
+    atan2=math.atan2,
+    hypot=math.hypot,
+    value=float,
+    sign=_float_sign,
+    size=float,
+    tidy=_unchanged,
+)

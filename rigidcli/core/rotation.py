@@ -1,0 +1,97 @@
+"""Rotation matrices. All rotations are active: r -> R r turns the body, the axes stay."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.errors import ValueProblem
+
+ROTATION_TOLERANCE = 1e-9
+"""How far R^T R may be from 1 in any entry."""
+
+
+def direction(vector: Sequence[Scalar], arithmetic: Arithmetic) -> Array:
+    """The unit vector along `vector` (3). Raises ValueProblem for the zero vector."""
+    length = arithmetic.hypot(*vector)
+    if length == 0:
+        raise ValueProblem("read the zero vector, expected a direction")
+    if not arithmetic.exact and length < 1e-290:
+        # A subnormal length has lost digits: a power of two lifts it without rounding.
+        return direction([component * 2.0**600 for component in vector], arithmetic)
+    return arithmetic.array([component / length for component in vector])
+
+
+def from_axis_angle(axis: Sequence[Scalar], angle: Scalar, arithmetic: Arithmetic) -> Array:
+    """Turn by `angle` (rad, right-handed) about `axis` (3, any length): Rodrigues' formula."""
+    x, y, z = n = direction(axis, arithmetic)
+    cross = arithmetic.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    # 1 - cos as 2 sin^2 of half the angle keeps its digits for small angles.
+    versine = 2 * arithmetic.sin(angle / 2) ** 2
+    return (
+        np.eye(3, dtype=int)
+        + arithmetic.sin(angle) * cross
+        + versine * (np.outer(n, n) - np.eye(3, dtype=int))
+    )
+
+
+def from_euler(angles: Sequence[Scalar], sequence: str, arithmetic: Arithmetic) -> Array:
+    """Intrinsic turns by `angles` (3, rad) about the body's axes named in `sequence`, such as `zxz`.
+
+    R = R_first(angle 1) R_second(angle 2) R_third(angle 3), body to space.
+    """
+    rotation = arithmetic.array(np.eye(3, dtype=int))
+    for name, angle in zip(sequence, angles, strict=True):
+        rotation = rotation @ from_axis_angle(np.eye(3, dtype=int)["xyz".index(name)], angle, arithmetic)
+    return rotation
+
+
+def from_quaternion(quaternion: Sequence[Scalar], arithmetic: Arithmetic) -> Array:
+    """The turn of a quaternion (w, x, y, z) of any length but zero, body to space."""
+    largest = max(quaternion, key=lambda component: abs(arithmetic.size(component)))
+    if largest == 0:
+        raise ValueProblem("read the zero quaternion, expected a rotation")
+    w, x, y, z = (component / largest for component in quaternion)
+    square = w * w + x * x + y * y + z * z
+    doubled = arithmetic.array(
+        [
+            [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
+            [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
+            [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
+        ]
+    )
+    return doubled / square
+
+
+def from_matrix(rows: Sequence[Sequence[Scalar]], arithmetic: Arithmetic) -> Array:
+    """The rotation that `rows` (3 by 3) is to within 1e-9, made orthogonal to rounding.
+
+    Raises ValueProblem for anything else, reflections included. Exact entries must be exactly a rotation.
+    """
+    matrix = arithmetic.array(rows)
+    defect = arithmetic.tidy(matrix.T @ matrix - np.eye(3, dtype=int))
+    miss = max(abs(arithmetic.size(entry)) for entry in defect.flat)
+    if miss > ROTATION_TOLERANCE or (arithmetic.exact and any(entry != 0 for entry in defect.flat)):
+        raise ValueProblem(
+            f"this matrix is no rotation: R^T R differs from 1 by {miss:.3g}",
+            hint="give `axis` and `angle`, or more digits" if miss < 1e-2 else None,
+        )
+    determinant = matrix[0] @ np.cross(matrix[1], matrix[2])
+    if arithmetic.size(determinant) < 0:
+        raise ValueProblem("this matrix is a reflection (its determinant is -1), expected a rotation")
+    # One step of the Newton-Schulz iteration for the nearest orthogonal matrix: 1e-9 becomes 1e-18.
+    return matrix if arithmetic.exact else matrix - matrix @ defect / 2
+
+
+def onto(axis: Sequence[Scalar], arithmetic: Arithmetic) -> Array:
+    """The shortest turn that brings +z onto `axis` (3, any length); about x for an axis along -z."""
+    x, y, z = direction(axis, arithmetic)
+    across = x * x + y * y
+    if arithmetic.sign(across) == 0:
+        flip = arithmetic.sign(z)
+        return arithmetic.array(np.diag([1, flip, flip]))
+    if arithmetic.size(z) < 0:
+        return from_quaternion([across, -y * (1 - z), x * (1 - z), 0], arithmetic)
+    return from_quaternion([1 + z, -y, x, 0], arithmetic)

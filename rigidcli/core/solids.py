@@ -1,0 +1,143 @@
+"""Bodies bounded by flat faces: simplices and plane polygons, by integrals about a central point."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
+from rigidcli.errors import ValueProblem
+
+DEGENERATE = 1e-13
+"""A simplex or polygon with less measure than this, in units of its size, is flat."""
+
+PLANAR_TOLERANCE = 1e-9
+"""How far vertices may lie off their common plane, in units of the polygon's size."""
+
+
+def simplex_measure(vertices: Array, n: Arithmetic) -> Scalar:
+    """Area (m^2) of a triangle (3 by 3), or volume (m^3) of a tetrahedron (4 by 3); 0 if it is flat."""
+    edges = vertices[1:] - vertices[0]
+    normal = np.cross(edges[0], edges[1])
+    if len(edges) == 2:
+        measure = n.hypot(*normal) / 2
+    else:
+        signed = normal @ edges[2]
+        measure = n.sqrt(n.tidy(n.array([signed**2]))[0]) / 6 if n.exact else abs(signed) / 6
+    if not n.exact and measure <= DEGENERATE * np.abs(edges).max() ** len(edges):
+        return 0.0
+    return measure
+
+
+def simplex_moments(vertices: Array) -> tuple[Array, Array]:
+    """Centre (3, m) and mean r r^T about it (3 by 3, m^2) of a triangle or tetrahedron (k by 3).
+
+    For k vertices at d_i from the centre the mean is sum d_i d_i^T / (k (k + 1)).
+    """
+    count = len(vertices)
+    offset = vertices - vertices[0]
+    centre = offset.sum(axis=0) / count
+    offset = offset - centre
+    return vertices[0] + centre, (offset.T @ offset) / (count * (count + 1))
+
+
+def in_simplex(vertices: Floats, points: Floats) -> Mask:
+    """Which of the points (3 by n, m) lie in the tetrahedron (4 by 3, m)."""
+    weights = np.linalg.solve((vertices[1:] - vertices[0]).T, points - vertices[0][:, None])
+    inside: Mask = (weights >= 0).all(axis=0) & (weights.sum(axis=0) <= 1)
+    return inside
+
+
+def bounds(vertices: Floats) -> tuple[tuple[float, float], ...]:
+    """The least box round the vertices (k by 3, m): (low, high) along each axis."""
+    return tuple(zip(vertices.min(axis=0).tolist(), vertices.max(axis=0).tolist(), strict=True))
+
+
+def polygon(vertices: Array, n: Arithmetic) -> tuple[Scalar, Array, Array]:
+    """Area (m^2), centre (3, m) and mean r r^T about it (3 by 3, m^2) of a plane polygon (k by 3, m).
+
+    The polygon is a fan of triangles with signed areas, which also serves where it is not convex.
+    """
+    size = 1 if n.exact else float(np.abs(vertices - vertices[0]).max())
+    spokes = (vertices[1:] - vertices[0]) / size
+    areas = np.cross(spokes[:-1], spokes[1:])
+    normal = areas.sum(axis=0)
+    weights = (areas @ normal) / (normal @ normal)
+    thirds = (spokes[:-1] + spokes[1:]) / 3
+    centre = weights @ thirds
+    zero = np.zeros_like(spokes[0])
+    second = sum(
+        weight * (simplex_moments(np.array([zero, a, b]))[1] + np.outer(third - centre, third - centre))
+        for weight, a, b, third in zip(weights, spokes[:-1], spokes[1:], thirds, strict=True)
+    )
+    area = n.hypot(*normal) * size**2 / 2
+    return area, vertices[0] + centre * size, np.asarray(second) * size**2
+
+
+def plane_of(vertices: Array) -> tuple[Array, Array]:
+    """Rotation (3 by 3) and displacement (3, m) from the plane z = 0 to that of a polygon (k by 3, m)."""
+    spokes = vertices - vertices[0]
+    first = spokes[np.argmax((spokes**2).sum(axis=1))]
+    first = first / np.linalg.norm(first)
+    across = spokes - np.outer(spokes @ first, first)
+    second = across[np.argmax((across**2).sum(axis=1))]
+    second = second / np.linalg.norm(second)
+    return np.array([first, second, np.cross(first, second)]).T, vertices[0]
+
+
+def in_polygon(outline: Floats, x: Floats, y: Floats) -> Mask:
+    """Which points lie in the plane polygon `outline` (k by 2): an odd number of edges is to their right."""
+    inside = np.zeros(np.shape(x), dtype=bool)
+    for (x1, y1), (x2, y2) in zip(outline, np.roll(outline, -1, axis=0), strict=True):
+        if y1 != y2:
+            inside ^= ((y1 > y) != (y2 > y)) & (x < x1 + (y - y1) * (x2 - x1) / (y2 - y1))
+    return inside
+
+
+def require_simple_polygon(vertices: Array, n: Arithmetic) -> None:
+    """Raise ValueProblem unless the polygon (k by 3) is plane, has an area and does not cross itself.
+
+    Nothing is said of vertices that depend on symbols without a value.
+    """
+    values = [n.value(coordinate) for coordinate in vertices.flat]
+    if None in values:
+        return
+    points = np.array(values, dtype=np.float64).reshape(vertices.shape)
+    size = np.abs(points - points[0]).max()
+    if size == 0:
+        raise ValueProblem("the vertices are one point")
+    turn, origin = plane_of(points)
+    flat = (points - origin) @ turn / size
+    off = np.abs(flat[:, 2]).max()
+    if off > PLANAR_TOLERANCE:
+        raise ValueProblem(f"the vertices are not in one plane: one is {off * size:.3g} m off")
+    crossing = _first_crossing(flat[:, :2])
+    if crossing is not None:
+        first, second = crossing
+        raise ValueProblem(f"the edges from vertex {first} and from vertex {second} meet (counted from 0)")
+    spokes = flat[1:] - flat[0]
+    if np.abs(np.cross(spokes[:-1], spokes[1:]).sum(axis=0)).max() <= DEGENERATE:
+        raise ValueProblem("the polygon has no area")
+
+
+def _first_crossing(outline: Array) -> tuple[int, int] | None:
+    """Two edges of the closed outline (k by 2) that meet and are no neighbours, by their first vertices."""
+    count = len(outline)
+    start, end = outline, np.roll(outline, -1, axis=0)
+
+    def side(a: Array, b: Array, c: Array) -> Array:
+        area = (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1])
+        area -= (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+        return np.where(np.abs(area) < DEGENERATE, 0, np.sign(area))
+
+    for i in range(count):
+        others = np.array(
+            [j for j in range(i + 1, count) if (j - i) % count not in (1, count - 1)], dtype=int
+        )
+        a, b, c, d = start[i], end[i], start[others], end[others]
+        straddle = (side(a, b, c) * side(a, b, d) <= 0) & (side(c, d, a) * side(c, d, b) <= 0)
+        low, high = np.minimum(a, b), np.maximum(a, b)
+        near = (np.minimum(c, d) <= high) & (np.maximum(c, d) >= low)
+        touching = others[straddle & near.all(axis=-1)]
+        if touching.size:
+            return i, int(touching[0])
+    return None
