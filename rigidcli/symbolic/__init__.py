@@ -1,0 +1,1 @@
+"""Expressions: reading them safely, exact arithmetic, and mechanics by algebra."""

@@ -1,0 +1,135 @@
+"""Text to tokens: the alphabet of the expression language.
+
+Greek letters, the minus sign and the middle dots turn into their ASCII spelling here, so nothing
+behind the tokens ever sees another character; a column still counts in the text as typed.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from typing import NamedTuple
+
+from rigidcli.errors import ExpressionError
+
+MAX_TEXT = 20_000
+"""Characters in an expression."""
+
+MAX_DIGITS = 400
+"""Digits in one number, before its power of ten."""
+
+MAX_EXPONENT_DIGITS = 4
+"""Digits in the power of ten of one number."""
+
+_GREEK = str.maketrans(
+    {
+        "α": "alpha", "β": "beta", "γ": "gamma", "δ": "delta", "ε": "epsilon", "ζ": "zeta",
+        "η": "eta", "θ": "theta", "ι": "iota", "κ": "kappa", "λ": "lambda", "μ": "mu",
+        "ν": "nu", "ξ": "xi", "ο": "omicron", "π": "pi", "ρ": "rho", "σ": "sigma",
+        "τ": "tau", "υ": "upsilon", "φ": "phi", "χ": "chi", "ψ": "psi", "ω": "omega",
+        "Α": "Alpha", "Β": "Beta", "Γ": "Gamma", "Δ": "Delta", "Ε": "Epsilon", "Ζ": "Zeta",
+        "Η": "Eta", "Θ": "Theta", "Ι": "Iota", "Κ": "Kappa", "Λ": "Lambda", "Μ": "Mu",
+        "Ν": "Nu", "Ξ": "Xi", "Ο": "Omicron", "Π": "Pi", "Ρ": "Rho", "Σ": "Sigma",
+        "Τ": "Tau", "Υ": "Upsilon", "Φ": "Phi", "Χ": "Chi", "Ψ": "Psi", "Ω": "Omega",
+        "ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma",
+        "\N{MICRO SIGN}": "mu",
+    }
+)  # fmt: skip
+_LETTER = "A-Za-z_" + "".join(map(chr, _GREEK))
+
+_OPERATORS = {"^": "**", "\N{MINUS SIGN}": "-", "\N{MIDDLE DOT}": "*", "\N{DOT OPERATOR}": "*"}
+
+_TOKEN = re.compile(
+    rf"""[ \t\r\n]*+  # possessive: a blank is never tried again as another token
+    (?: (?P<number> (?: [0-9]+ \.? [0-9]* | \.[0-9]+ ) (?: [eE][+-]?[0-9]+ )? )
+      | (?P<name> [{_LETTER}][{_LETTER}0-9]* )
+      | (?P<operator> \*\* | [-+*/^(),{"".join(_OPERATORS)}] )
+      | (?P<end> \Z )
+      | (?P<stranger> . )
+    )""",
+    re.VERBOSE | re.DOTALL,
+)
+
+_HINTS = {
+    ":": "a ratio is written with `/`",
+    "=": "an expression is one side of an equation",
+    "%": "a percentage is written with `/100`",
+    "!": "there is no factorial and no comparison",
+    "<": "there are no comparisons",
+    ">": "there are no comparisons",
+    "[": "group with `(` and `)`; an index is part of a name, as in `a_1`",
+    "{": "group with `(` and `)`",
+    "'": "names stand without quotes; a time derivative is spelled `xdot`",
+    '"': "names stand without quotes",
+    ".": "a number has one decimal point, a name has none",
+    "\\": "functions and Greek letters are spelled without a backslash",
+    "\N{NO-BREAK SPACE}": "type an ordinary blank",
+    "\N{MULTIPLICATION SIGN}": "write `*`",
+    "\N{ASTERISK OPERATOR}": "write `*`",
+    "\N{DIVISION SIGN}": "write `/`",
+    "\N{HYPHEN}": "write `-`",
+    "\N{EN DASH}": "write `-`",
+    "\N{EM DASH}": "write `-`",
+    "\N{SUPERSCRIPT TWO}": "write `^2`",
+    "\N{SUPERSCRIPT THREE}": "write `^3`",
+    "\N{SQUARE ROOT}": "write `sqrt(...)`",
+    "\N{VULGAR FRACTION ONE HALF}": "write `1/2`",
+    "\N{DEGREE SIGN}": "angles are in radians: multiply by `pi/180`",
+}
+
+
+class Token(NamedTuple):
+    """A piece of an expression; `column` counts characters from 1."""
+
+    kind: str
+    """`number`, `name`, `operator` or `end`."""
+    text: str
+    column: int
+
+
+def tokenize(text: str) -> list[Token]:
+    """The tokens of a text, the last of them the `end`.
+
+    Raises:
+        ExpressionError: the text or one of its numbers is too long, or a character is not in the
+            language.
+    """
+    if len(text) > MAX_TEXT:
+        raise ExpressionError(f"an expression has at most {MAX_TEXT} characters, this has {len(text)}")
+    tokens = []
+    for match in _TOKEN.finditer(text):
+        kind = match.lastgroup or "end"
+        piece = match[kind]
+        column = match.start(kind) + 1
+        if kind == "number":
+            _check_number(piece, column)
+        elif kind == "name":
+            if not piece.isascii():
+                piece = piece.translate(_GREEK)
+        elif kind == "operator":
+            piece = _OPERATORS.get(piece, piece)
+        elif kind == "stranger":
+            raise ExpressionError(f"unexpected {_describe(piece)}", column=column, hint=_HINTS.get(piece))
+        tokens.append(Token(kind, piece, column))
+        if kind == "end":  # past blanks the pattern would find the end once more
+            break
+    return tokens
+
+
+def _check_number(piece: str, column: int) -> None:
+    if len(piece) <= MAX_EXPONENT_DIGITS:
+        return
+    digits, _, exponent = piece.lower().partition("e")
+    if len(digits) > MAX_DIGITS:
+        raise ExpressionError(f"a number has at most {MAX_DIGITS} digits", column=column)
+    if len(exponent.lstrip("+-")) > MAX_EXPONENT_DIGITS:
+        raise ExpressionError(
+            f"the power of ten of a number has at most {MAX_EXPONENT_DIGITS} digits", column=column
+        )
+
+
+def _describe(character: str) -> str:
+    """A character so that any terminal shows it: itself if it is plain, else its number and name."""
+    if character.isascii() and character.isprintable():
+        return f"`{character}`" if character != "`" else "backquote"
+    return f"character U+{ord(character):04X} {unicodedata.name(character, '')}".rstrip()

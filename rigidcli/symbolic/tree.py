@@ -1,0 +1,122 @@
+"""The tree of an expression, and the tables of what it may call.
+
+The parser builds these nodes; evaluation, exact arithmetic, code generation and the checking of
+dimensions walk them with `match`. Sums and products hold all their members side by side, so that
+a tree is only as deep as the parentheses of its text.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A decimal number: the digits as typed, and the nearest float (infinite beyond the range of floats)."""
+
+    text: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A number with a name of its own, one of `CONSTANTS`."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A symbol, in its ASCII spelling."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Negative:
+    """The operand with its sign turned: `-x`, and the second term of `a - x`."""
+
+    operand: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Reciprocal:
+    """One over the operand: the second factor of `a/x`."""
+
+    operand: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Sum:
+    """Two or more terms, to be added from left to right."""
+
+    terms: tuple[Node, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Product:
+    """Two or more factors, to be multiplied (by a `Reciprocal`: divided) from left to right."""
+
+    factors: tuple[Node, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Power:
+    """`base ** exponent`."""
+
+    base: Node
+    exponent: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """One of `FUNCTIONS`, with as many arguments as its arity."""
+
+    function: str
+    arguments: tuple[Node, ...]
+
+
+Node = Number | Constant | Name | Negative | Reciprocal | Sum | Product | Power | Call
+
+
+def _sign(x: float) -> float:
+    return math.copysign(1.0, x) if x else 0.0
+
+
+class Function(NamedTuple):
+    """What a function is for each kind of number: a callable for floats, names in numpy and in sympy."""
+
+    arity: int
+    real: Callable[..., float]
+    numpy: str
+    sympy: str
+
+
+FUNCTIONS: dict[str, Function] = {
+    "sin": Function(1, math.sin, "sin", "sin"),
+    "cos": Function(1, math.cos, "cos", "cos"),
+    "tan": Function(1, math.tan, "tan", "tan"),
+    "asin": Function(1, math.asin, "arcsin", "asin"),
+    "acos": Function(1, math.acos, "arccos", "acos"),
+    "atan": Function(1, math.atan, "arctan", "atan"),
+    "atan2": Function(2, math.atan2, "arctan2", "atan2"),
+    "sinh": Function(1, math.sinh, "sinh", "sinh"),
+    "cosh": Function(1, math.cosh, "cosh", "cosh"),
+    "tanh": Function(1, math.tanh, "tanh", "tanh"),
+    "asinh": Function(1, math.asinh, "arcsinh", "asinh"),
+    "acosh": Function(1, math.acosh, "arccosh", "acosh"),
+    "atanh": Function(1, math.atanh, "arctanh", "atanh"),
+    "exp": Function(1, math.exp, "exp", "exp"),
+    "log": Function(1, math.log, "log", "log"),
+    "sqrt": Function(1, math.sqrt, "sqrt", "sqrt"),
+    "abs": Function(1, math.fabs, "fabs", "Abs"),
+    "sign": Function(1, _sign, "sign", "sign"),
+}
+
+CONSTANTS: dict[str, float] = {"pi": math.pi}
+
+RESERVED: frozenset[str] = frozenset(FUNCTIONS) | frozenset(CONSTANTS) | {"t"}
+"""Names that a document cannot give to a parameter of its own; `t` is time."""
