@@ -1,0 +1,335 @@
+"""Units: every entry against pint, the grammar, dimensions, and what is refused."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from contextlib import suppress
+from dataclasses import replace
+from fractions import Fraction
+from typing import Any
+
+import pint
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigidcli.errors import ValueProblem
+from rigidcli.model import units
+from rigidcli.model.units import (
+    ACCELERATION,
+    ANGLE,
+    ANGULAR_VELOCITY,
+    AREA_DENSITY,
+    DENSITY,
+    DIMENSIONLESS,
+    FREQUENCY,
+    GRAVITATIONAL_PARAMETER,
+    LENGTH,
+    LINE_DENSITY,
+    MASS,
+    MOMENT_OF_INERTIA,
+    TIME,
+    Dimension,
+    check_dimension,
+    known_names,
+    looks_like_missing_space,
+    parse_unit,
+    split_quantity,
+)
+
+PINT_SPELLING = {"gn": "g_n", "rev": "revolution"}
+PINT_ROOTS = {
+    "gram": "g",
+    "meter": "m",
+    "second": "s",
+    "ampere": "A",
+    "kelvin": "K",
+    "mole": "mol",
+    "radian": "rad",
+}
+
+
+@pytest.fixture(scope="module")
+def registry() -> Any:
+    return pint.UnitRegistry(non_int_type=Fraction)
+
+
+def tolerance(name: str) -> Fraction:
+    """Zero but for the dalton, which is measured, and the parsec, which pint has by a tangent."""
+    if name in {"u", "Da", "amu", "dalton", "daltons"}:
+        return Fraction(1, 10**8)
+    return Fraction(1, 10**11) if name.endswith(("pc", "parsec", "parsecs")) else Fraction(0)
+
+
+@pytest.mark.parametrize("prefixed", [False, True])
+def test_every_name_of_the_table_agrees_with_pint(registry: Any, prefixed: bool) -> None:
+    pi = registry.Quantity(Fraction(1), "pi").to_root_units().magnitude
+    wrong = []
+    for name in known_names():
+        if name == "1" or (name in units._UNITS) == prefixed:
+            continue
+        theirs = registry.Quantity(Fraction(1), PINT_SPELLING.get(name, name)).to_root_units()
+        root = parse_unit("1")
+        for root_name, power in theirs.unit_items():
+            root = root.times(parse_unit(PINT_ROOTS[root_name]), int(power))
+        unit = parse_unit(name)
+        ratio = unit.factor * pi**unit.pi_power / (theirs.magnitude * root.factor)
+        if abs(ratio - 1) > tolerance(name) or unit.dimension._replace(cycle=0) != root.dimension:
+            wrong.append((name, float(ratio), unit.dimension, root.dimension))
+    assert wrong == []
+
+
+def test_no_name_stands_twice_in_the_table() -> None:
+    rows = [unit.text for unit in units._rows()]
+    assert len(rows) == len(set(rows))
+    assert len(known_names()) == len(set(known_names()))
+
+
+def test_every_name_that_pint_has_is_read_or_refused(registry: Any) -> None:
+    for name in dir(registry):
+        try:
+            unit = parse_unit(name)
+        except ValueProblem:
+            continue
+        assert unit.dimension != DIMENSIONLESS
+
+
+@pytest.mark.parametrize(
+    ("text", "factor", "pi_power"),
+    [
+        ("furlong", Fraction(792000, 3937), 0),
+        ("gon", Fraction(1, 200), 1),
+        ("kft", Fraction("304.8"), 0),
+        ("delta_degC", Fraction(1), 0),
+        ("kΩ", Fraction(1000), 0),
+        ("furlong/fortnight^2", Fraction(792000, 3937) / 1_209_600**2, 0),
+    ],
+)
+def test_pint_answers_for_rare_names_exactly(text: str, factor: Fraction, pi_power: int) -> None:
+    unit = parse_unit(text)
+    assert (unit.factor, unit.pi_power) == (factor, pi_power)
+
+
+@pytest.mark.parametrize(
+    ("text", "scale", "dimension"),
+    [
+        ("cm", 0.01, LENGTH),
+        ("g/cm^3", 1000.0, DENSITY),
+        ("g/cm³", 1000.0, DENSITY),
+        ("g cm**-3", 1000.0, DENSITY),
+        ("kg·m²", 1.0, MOMENT_OF_INERTIA),
+        ("kg⋅m^2", 1.0, MOMENT_OF_INERTIA),
+        ("kg*m**2", 1.0, MOMENT_OF_INERTIA),
+        ("  kg  m ^ 2 ", 1.0, MOMENT_OF_INERTIA),
+        ("kg m^2/s s", 1.0, MOMENT_OF_INERTIA),  # (kg m^2/s) s, from left to right
+        ("kg/m^2", 1.0, AREA_DENSITY),
+        ("kg/(m m)", 1.0, AREA_DENSITY),
+        ("kg/((m) (m))", 1.0, AREA_DENSITY),
+        ("lb/ft", 0.45359237 / 0.3048, LINE_DENSITY),
+        ("1/s", 1.0, Dimension(time=-1)),
+        ("rad s⁻¹", 1.0, ANGULAR_VELOCITY),
+        ("°/s", 0.017453292519943295, ANGULAR_VELOCITY),
+        ("(m/s)^2/m", 1.0, ACCELERATION),
+        ("km^3/s^2", 1e9, GRAVITATIONAL_PARAMETER),
+        ("rpm", 0.10471975511965977, ANGULAR_VELOCITY),
+        ("rev/min", 0.10471975511965977, ANGULAR_VELOCITY),
+        ("µm", 1e-6, LENGTH),
+        ("μm", 1e-6, LENGTH),
+        ("Å", 1e-10, LENGTH),
+        ("\u212b", 1e-10, LENGTH),
+        ("′", 0.0002908882086657216, ANGLE),
+        ("″", 4.84813681109536e-06, ANGLE),
+        ("m/m", 1.0, DIMENSIONLESS),
+    ],
+)
+def test_the_grammar(text: str, scale: float, dimension: Dimension) -> None:
+    unit = parse_unit(text)
+    assert unit.text == text.strip()
+    assert unit.dimension == dimension
+    assert unit.scale == pytest.approx(scale, rel=2e-16)
+
+
+def test_a_quantity_is_rounded_once() -> None:
+    assert 1.1 * parse_unit("cm").scale != 0.011
+    assert parse_unit("cm").si(Fraction("1.1")) == 0.011
+    assert parse_unit("deg").si(Fraction(180)) == 3.141592653589793
+    with pytest.raises(ValueProblem, match="a value in `km` is too large"):
+        parse_unit("km").si(Fraction(10) ** 306)
+
+
+@given(
+    st.lists(
+        st.tuples(st.sampled_from(["m", "kg", "deg", "ft", "N"]), st.integers(-12, 12)),
+        min_size=1,
+        max_size=8,
+    )
+)
+def test_a_product_multiplies_and_a_quotient_undoes_it(parts: list[tuple[str, int]]) -> None:
+    text = " ".join(f"{name}^{power}" for name, power in parts)
+    product, alone = parse_unit(text), parse_unit(f"1/({text})")
+    expected = parse_unit("1")
+    for name, power in parts:
+        expected = expected.times(parse_unit(name), power)
+    assert replace(product, text="1") == expected
+    assert replace(product.times(alone), text="1") == parse_unit("1")
+
+
+@given(st.text(alphabet="mskgNd °µ²⁻1290^*/()-._ж\n", max_size=30))
+def test_any_text_is_read_or_refused(text: str) -> None:
+    with suppress(ValueProblem):
+        assert parse_unit(text).scale > 0
+
+
+@pytest.mark.parametrize(
+    ("text", "message", "hint"),
+    [
+        ("", "a unit ends too early", None),
+        ("kg/", "a unit ends too early", None),
+        ("kg//m", "unexpected `/` in a unit", None),
+        ("N.m", "unexpected `.` in a unit", None),
+        ("m^2^3", "unexpected `^3` in a unit", None),
+        ("m^0.5", "unexpected `.` in a unit", None),
+        ("m)", "unexpected `)` in a unit", None),
+        ("kg/(m s", "a parenthesis is not closed in a unit", None),
+        ("2 m", "unexpected `2` in a unit", None),
+        ("m^13", "power 13 in a unit is out of bounds", "at most 12"),
+        ("(((km^12)^12)^12)^12", "power 12 in a unit is out of bounds", "at most 12"),
+        ("Qm^12", "a value in `Qm^12` is too large", None),
+        ("qm^12", "a value in `qm^12` is too small", None),
+        ("m " * 150, "a unit of 300 characters, expected at most 200", None),
+        ("degC", "`degC` has its zero elsewhere than the kelvin", "write a temperature in `K`"),
+        ("°F", "`degF` has its zero elsewhere than the kelvin", "write a temperature in `K`"),
+        ("degree_Reaumur", "unknown unit `degree_Reaumur`", None),
+        ("dB", "unknown unit `dB`", None),
+        ("bit", "unknown unit `bit`", None),
+        ("pi", "unknown unit `pi`", "did you mean `psi`?"),
+        ("N Nm", "`Nm` is not a unit but a product of two", "write `N m`"),
+        ("KG", "unknown unit `KG`", "case matters, did you mean `kg`?"),
+        ("cm2", "unknown unit `cm2`", "write a power as `cm^2`"),
+        ("secnd", "unknown unit `secnd`", "did you mean `second` or `seconds` or `exasecond`?"),
+        ("__class__", "unexpected `_` in a unit", None),
+        ("кг", "unknown unit `кг`", None),
+    ],
+)
+def test_what_is_refused(text: str, message: str, hint: str | None) -> None:
+    with pytest.raises(ValueProblem) as caught:
+        parse_unit(text)
+    assert (caught.value.message, caught.value.hint) == (message, hint)
+
+
+def test_every_reason_of_refusal_is_well_formed() -> None:
+    for name in units._REFUSED:
+        with pytest.raises(ValueProblem, match=f"`{name}` (is|has|differs) "):
+            parse_unit(name)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("cm", LENGTH),
+        ("rpm", ANGULAR_VELOCITY),
+        ("1/s", ANGULAR_VELOCITY),
+        ("m/m", ANGLE),
+        ("kg m^2 rad/s", parse_unit("kg m^2/s").dimension),
+        ("N m/rad", parse_unit("N m/rad").dimension),
+        ("N m", parse_unit("N m/rad").dimension),
+        ("kHz", FREQUENCY),
+    ],
+)
+def test_what_fits(text: str, expected: Dimension) -> None:
+    check_dimension(parse_unit(text), expected)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected", "message"),
+    [
+        ("kg", LENGTH, "`kg` is a mass (kg), expected a length (m)"),
+        ("deg", LENGTH, "`deg` is an angle (rad), expected a length (m)"),
+        ("deg", DIMENSIONLESS, "`deg` is an angle (rad), expected a pure number"),
+        ("deg^2", ANGLE, "`deg^2` is a quantity in rad^2, expected an angle (rad)"),
+        ("s", ANGLE, "`s` is a time (s), expected an angle (rad)"),
+        ("kg m/s^3", TIME, "`kg m/s^3` is a quantity in kg m/s^3, expected a time (s)"),
+        ("kg m^2", MASS, "`kg m^2` is a moment of inertia (kg m^2), expected a mass (kg)"),
+        ("1/s", TIME, "`1/s` is a quantity in 1/s, expected a time (s)"),
+        ("1/s", FREQUENCY, "`1/s` is a quantity in 1/s, expected a frequency (Hz)"),
+    ],
+)
+def test_what_does_not_fit(text: str, expected: Dimension, message: str) -> None:
+    with pytest.raises(ValueProblem) as caught:
+        check_dimension(parse_unit(text), expected)
+    assert caught.value.message == message
+
+
+@pytest.mark.parametrize("text", ["Hz", "kHz", "megahertz", "kiloHz"])
+def test_hertz_is_no_angular_velocity(text: str) -> None:
+    with pytest.raises(ValueProblem, match=r"is a frequency .Hz., expected an angular velocity") as caught:
+        check_dimension(parse_unit(text), ANGULAR_VELOCITY)
+    assert caught.value.hint == "a hertz may count turns or radians, 2 pi apart: write `rev/s` or `rad/s`"
+
+
+def test_the_unit_in_a_dimension_s_name_is_of_that_dimension() -> None:
+    for dimension, name in units._DIMENSION_NAMES.items():
+        if dimension != DIMENSIONLESS:
+            unit = parse_unit(name[name.index("(") + 1 : -1])
+            assert (unit.dimension, unit.scale) == (dimension, 1.0)
+
+
+@given(st.tuples(*[st.integers(-3, 3)] * 5))
+def test_an_unnamed_dimension_prints_its_si_unit(powers: tuple[int, ...]) -> None:
+    mass, length, time, angle, current = powers
+    dimension = Dimension(mass, length, time, angle, current=current)
+    if dimension not in units._DIMENSION_NAMES:
+        assert parse_unit(str(dimension)).dimension == dimension
+
+
+@pytest.mark.parametrize(
+    ("text", "parts"),
+    [
+        ("5 cm", ("5", "cm")),
+        ("-1.5e3 kg m^2", ("-1.5e3", "kg m^2")),
+        ("−.5  °/s ", ("-.5", "°/s")),
+        ("2. µm", ("2.", "µm")),
+        ("3 1/s", ("3", "1/s")),
+        ("1e5 Å", ("1e5", "Å")),
+        ("5 m - 3 m", ("5", "m - 3 m")),
+        ("7", None),
+        ("2*a", None),
+        ("2 - 3", None),
+        ("5 - x", None),
+        ("2 *a", None),
+        ("5cm", None),
+        ("cm", None),
+        ("1/2", None),
+        ("1 2", None),
+        ("5 (m/s)", None),
+        ("", None),
+    ],
+)
+def test_split_quantity(text: str, parts: tuple[str, str] | None) -> None:
+    assert split_quantity(text) == parts
+
+
+@pytest.mark.parametrize(
+    ("text", "touching"),
+    [
+        ("5cm", True),
+        ("30°", True),
+        ("-1.5e3kg", True),
+        ("2e", True),
+        ("5 cm", False),
+        ("1e5", False),
+        ("a5", False),
+    ],
+)
+def test_looks_like_missing_space(text: str, touching: bool) -> None:
+    assert looks_like_missing_space(text) is touching
+
+
+def test_everyday_units_start_nothing_heavy() -> None:
+    script = (
+        "import sys; from rigidcli.model.units import parse_unit; parse_unit('deg'); parse_unit('g/cm^3')\n"
+        "print(*({'pint', 'numpy', 'sympy'} & set(sys.modules)))"
+    )
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == ""
