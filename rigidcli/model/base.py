@@ -1,0 +1,232 @@
+"""What all parts of the document are made of: sections, numbers with a dimension, choices of form."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal, Self, TypeAlias
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    ModelWrapValidatorHandler,
+    Strict,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, InitErrorDetails, core_schema
+
+from rigidcli.core.arithmetic import Scalar
+from rigidcli.errors import ValueProblem
+from rigidcli.model import units
+from rigidcli.model.environment import Environment, nearest, number_of, shown
+
+SECTION = "x-section"
+"""Stands for `$ref` in the JSON Schema of one section: forms contain each other, and are joined later."""
+
+SHARED = "x-shared"
+"""Names a schema that stands under `schema` beside it, to be written once and referred to."""
+
+
+class Section(BaseModel):
+    """A mapping of the document: unknown keys and wrong types are refused, and nothing changes later.
+
+    Its validator is built when the first such section is read: a document uses two or three of thirty.
+    """
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", defer_build=True)
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _report_unknown_keys(cls, raw: object, validate: ModelWrapValidatorHandler[Self]) -> Self:
+        """Refuse unknown keys here, where the known ones are at hand for a hint."""
+        if not isinstance(raw, dict) or raw.keys() <= cls.model_fields.keys():
+            return validate(raw)
+        unknown = [key for key in raw if key not in cls.model_fields]
+        errors = [_error((str(key),), raw[key], _unknown_key(str(key), cls)) for key in unknown]
+        try:
+            validate({key: value for key, value in raw.items() if key in cls.model_fields})
+        except ValidationError as rest:
+            errors += [
+                InitErrorDetails(type=e["type"], loc=e["loc"], input=e["input"], ctx=e.get("ctx", {}))
+                for e in rest.errors(include_url=False)
+            ]
+        raise ValidationError.from_exception_data(cls.__name__, errors)
+
+
+def _error(loc: tuple[int | str, ...], read: object, problem: ValueProblem) -> InitErrorDetails:
+    return InitErrorDetails(type="value_error", loc=loc, input=read, ctx={"error": problem})
+
+
+def _unknown_key(key: str, section: type[BaseModel]) -> ValueProblem:
+    known = list(section.model_fields)
+    near = nearest(key, known)
+    if near is not None:
+        return ValueProblem(f"unknown key (did you mean {near}?)")
+    return ValueProblem("unknown key", hint=f"known keys here: {', '.join(known)}")
+
+
+def environment(info: ValidationInfo) -> Environment:
+    """The environment in which `info` says that a document is read; a plain one outside a document."""
+    return info.context if isinstance(info.context, Environment) else Environment()
+
+
+LIMITS = {units.LENGTH: 1e50, units.MASS: 1e100, units.MOMENT_OF_INERTIA: 1e200}
+DEFAULT_LIMIT = 1e160
+"""The largest number accepted, and the inverse of the least: no formula overflows, or becomes zero."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """Marks a field as a number with a dimension, which becomes an SI value once, when it is read."""
+
+    dimension: units.Dimension
+    sign: Literal["positive", "nonnegative"] | None = None
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(self._read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        number: dict[str, object] = {"type": "number"}
+        if self.sign is not None:
+            number["exclusiveMinimum" if self.sign == "positive" else "minimum"] = 0
+        text = f"{self.words}; or a quantity with a unit, or an expression in the parameters"
+        name = " ".join(filter(None, [self.sign, str(self.dimension).partition(" (")[0]]))
+        body = {"anyOf": [number, {"type": "string"}], "description": text[0].upper() + text[1:]}
+        return {SHARED: name.replace(" ", "-"), "schema": body}
+
+    @property
+    def _limit(self) -> float:
+        return LIMITS.get(self.dimension, DEFAULT_LIMIT)
+
+    @property
+    def words(self) -> str:
+        """What is expected, in words."""
+        return number_of(self.dimension, self.sign)
+
+    def _read(self, raw: object, info: ValidationInfo) -> Scalar:
+        env = environment(info)
+        value: Scalar = env.read(raw, self.dimension)
+        if not env.arithmetic.exact and value and not 1 / self._limit <= abs(value) <= self._limit:
+            low, high = f"{1 / self._limit:.0e}", f"{self._limit:.0e}"
+            raise ValueProblem(f"read {shown(raw)}, expected {self.words} from {low} to {high}")
+        if self.sign is not None:
+            sign = env.arithmetic.sign(value)
+            if sign == -1 or (sign == 0 and self.sign == "positive"):
+                raise ValueProblem(f"read {shown(raw)}, expected {self.words}")
+            if sign is None and self.sign == "positive":
+                env.assume_positive(value)
+        return value
+
+
+Mass = Annotated[Scalar, Quantity(units.MASS, "positive")]
+Length = Annotated[Scalar, Quantity(units.LENGTH, "positive")]
+OptionalLength = Annotated[Scalar, Quantity(units.LENGTH, "nonnegative")]
+Coordinate = Annotated[Scalar, Quantity(units.LENGTH)]
+Angle = Annotated[Scalar, Quantity(units.ANGLE)]
+AngularVelocity = Annotated[Scalar, Quantity(units.ANGULAR_VELOCITY)]
+MomentOfInertia = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA)]
+Number = Annotated[Scalar, Quantity(units.DIMENSIONLESS)]
+
+# A YAML list is read as a tuple; everything else stays strict.
+AsList = Strict(False)
+Vector3 = Annotated[tuple[Coordinate, Coordinate, Coordinate], AsList]
+Direction = Annotated[tuple[Number, Number, Number], AsList]
+Rates3 = Annotated[tuple[AngularVelocity, AngularVelocity, AngularVelocity], AsList]
+
+
+def reference(section: type[Section]) -> JsonSchemaValue:
+    """JSON Schema of a section, by its name; the schema of the whole document has them all."""
+    return {SECTION: section.__name__}
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Marks a field as one of several sections, told apart by `choose` from the mapping as read."""
+
+    choose: Callable[[Mapping[str, Any]], type[Section]]
+    options: Callable[[], Sequence[type[Section]]]
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(self._read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"oneOf": [reference(option) for option in self.options()]}
+
+    def _read(self, raw: object, info: ValidationInfo) -> Section:
+        if isinstance(raw, Section):
+            return raw
+        if not isinstance(raw, Mapping):
+            raise ValueProblem(f"read {shown(raw)}, expected a mapping")
+        return self.choose(raw).model_validate(raw, context=info.context)
+
+
+@dataclass(frozen=True, slots=True)
+class Alternative:
+    """Marks a field in which a value of another type (`kind`) may stand for what it otherwise holds.
+
+    `read` makes of that value what the field then holds; `schema` is its JSON Schema.
+    """
+
+    kind: type
+    read: Callable[[Any, Environment], object]
+    otherwise: Any
+    schema: JsonSchemaValue
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        def read(
+            raw: object, otherwise: core_schema.ValidatorFunctionWrapHandler, info: ValidationInfo
+        ) -> object:
+            return self.read(raw, environment(info)) if isinstance(raw, self.kind) else otherwise(raw)
+
+        return core_schema.with_info_wrap_validator_function(read, handler.generate_schema(self.otherwise))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": [self.schema, handler(schema)]}
+
+
+def or_word(*words: str, otherwise: Any) -> Alternative:
+    """Marks a field in which one of a few words may stand."""
+
+    def read(raw: str, env: Environment) -> str:
+        if raw not in words:
+            raise ValueProblem(not_one_of(raw, words))
+        return raw
+
+    return Alternative(str, read, otherwise, {"enum": list(words)})
+
+
+def by_key(forms: Mapping[str, type[Section]]) -> Choice:
+    """Marks a field that takes the section of the one key of `forms` that the mapping has."""
+
+    def choose(raw: Mapping[str, Any]) -> type[Section]:
+        present = [key for key in forms if key in raw]
+        if len({forms[key] for key in present}) == 1:
+            return forms[present[0]]
+        read = " and ".join(f"`{key}`" for key in present) or "none of them"
+        guess = next(filter(None, (nearest(str(key), list(forms)) for key in raw)), None)
+        also = f" (did you mean {guess}?)" if guess and not present else ""
+        raise ValueProblem(f"expected exactly one of {', '.join(forms)}; read {read}{also}")
+
+    return Choice(choose, lambda: tuple(dict.fromkeys(forms.values())))
+
+
+def not_one_of(raw: object, words: Sequence[str]) -> str:
+    """The message for a value that is none of the `words`."""
+    near = nearest(raw, list(words)) if isinstance(raw, str) else None
+    if near is not None:
+        return f"read {shown(raw)} (did you mean {near}?)"
+    return f"read {shown(raw)}, expected one of {', '.join(words)}"
+
+
+Point: TypeAlias = Annotated[tuple[Scalar, Scalar, Scalar] | str, or_word("origin", "com", otherwise=Vector3)]

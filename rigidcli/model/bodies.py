@@ -1,0 +1,213 @@
+"""The forms of body besides the shapes: point masses, composites, known tensors; and the choice among all."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Annotated, Any, Self, TypeAlias
+
+import numpy as np
+from pydantic import Field, model_validator
+
+from rigidcli.core import tensor
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.errors import ComputationError, ValueProblem
+from rigidcli.model import holes, points
+from rigidcli.model.base import (
+    Alternative,
+    AsList,
+    Choice,
+    Coordinate,
+    Mass,
+    MomentOfInertia,
+    Point,
+    Section,
+    Vector3,
+    by_key,
+    not_one_of,
+    reference,
+)
+from rigidcli.model.environment import Environment
+from rigidcli.model.shape import Form
+from rigidcli.model.shapes import SHAPES
+
+SYMMETRY_TOLERANCE = 1e-9
+"""How far Ixy and Iyx may differ, in units of the largest entry, before a given tensor is refused."""
+
+
+class PointMass(Section):
+    """A point with a mass."""
+
+    mass: Mass
+    position: Vector3
+
+
+def _row(raw: Mapping[str, Any], env: Environment) -> tuple[Scalar, ...]:
+    point = PointMass.model_validate(raw, context=env)
+    return (point.mass, *point.position)
+
+
+Row: TypeAlias = Annotated[
+    tuple[Scalar, Scalar, Scalar, Scalar],
+    Alternative(
+        dict,
+        _row,
+        otherwise=Annotated[tuple[Mass, Coordinate, Coordinate, Coordinate], AsList],
+        schema=reference(PointMass),
+    ),
+]
+
+
+def _path(raw: str, env: Environment) -> pathlib.Path:
+    return env.folder / raw
+
+
+class PointMasses(Form):
+    """Point masses, in the document or in a file (.csv with the header m,x,y,z, or .npy of shape (n, 4))."""
+
+    points: Annotated[
+        tuple[Row, ...] | pathlib.Path,
+        Alternative(
+            str,
+            _path,
+            otherwise=Annotated[tuple[Row, ...], AsList, Field(min_length=1)],
+            schema={"type": "string", "description": "A .csv or .npy file, beside the document"},
+        ),
+    ]
+
+    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+        """Sums over the points; those of a file are read in blocks."""
+        if not isinstance(self.points, pathlib.Path):
+            return tensor.of_points(arithmetic.array(self.points))
+        if arithmetic.exact:
+            raise ComputationError(
+                f"{self.points}: points from a file have no exact results",
+                hint="leave out `--exact` and give every parameter a value, or write the points out",
+            )
+        path = self.points
+        try:
+            return tensor.of_blocks(lambda: points.blocks(path))
+        except ValueProblem as problem:
+            raise problem.below("points") from None
+
+
+class KnownTensor(Form):
+    """A body known by its inertia tensor, or by its moments along the form's own x, y and z.
+
+    Without a mass the tensor cannot be shifted: it is good for the point that it is given about.
+    """
+
+    inertia: (
+        Annotated[
+            tuple[
+                Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList],
+                Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList],
+                Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList],
+            ],
+            AsList,
+        ]
+        | None
+    ) = None
+    moments: Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList] | None = None
+    mass: Mass | None = None
+    com: Vector3 = (0.0, 0.0, 0.0)
+    given_about: Point = "com"
+
+    @model_validator(mode="after")
+    def _one_tensor(self) -> Self:
+        if (self.inertia is None) == (self.moments is None):
+            which = "both" if self.moments is not None else "neither"
+            raise ValueProblem(f"{which} of `inertia` and `moments` given, expected exactly one")
+        return self
+
+    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+        """The tensor shifted to the centre of mass; without a mass, as given and about that point."""
+        given = self._given(arithmetic)
+        com = arithmetic.array(self.com)
+        point = {"com": com, "origin": 0 * com}.get(str(self.given_about))
+        offset = (arithmetic.array(self.given_about) if point is None else point) - com
+        if self.mass is None:
+            _require_physical(given, arithmetic)
+            at_com = all(arithmetic.sign(component) == 0 for component in offset)
+            return tensor.MassProperties(None, com + offset, given, at_com)
+        central = tensor.shift_to_com(given, self.mass, offset)
+        _require_physical(central, arithmetic)
+        return tensor.MassProperties(self.mass, com, central)
+
+    def _given(self, n: Arithmetic) -> Array:
+        if self.moments is not None:
+            return np.diag(n.array(self.moments))
+        given = n.array(self.inertia)
+        skew = n.tidy(given - given.T)
+        worst = max(abs(n.size(entry)) for entry in skew.flat)
+        if worst > SYMMETRY_TOLERANCE * max(abs(n.size(entry)) for entry in given.flat):
+            raise ValueProblem(
+                f"not symmetric: entries across the diagonal differ by up to {worst:.3g} kg m^2",
+                path=("inertia",),
+            )
+        return (given + given.T) / 2
+
+
+def _require_physical(central: Array, n: Arithmetic) -> None:
+    """`tensor.require_physical` for a tensor without open symbols; of others nothing can be said."""
+    values = [n.value(entry) for entry in central.flat]
+    if None not in values:
+        tensor.require_physical(np.array(values, dtype=np.float64).reshape(3, 3))
+
+
+class Composite(Form):
+    """Several bodies taken as one; parts with `hole: true` are missing."""
+
+    parts: Annotated[tuple[Body, ...], AsList, Field(min_length=1)]
+
+    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+        """Parts added and holes taken away, refused where nothing would be left."""
+        bodies = []
+        for index, part in enumerate(self.parts):
+            try:
+                body = part.properties(arithmetic)
+                if body.mass is None:
+                    raise ValueProblem("missing, expected the mass of a part", path=("mass",))
+            except ValueProblem as problem:
+                raise problem.below("parts", index) from None
+            if part.hole:
+                body = replace(body, mass=-body.mass, tensor=-body.tensor)
+            bodies.append(body)
+        whole = tensor.combine(bodies)
+        if any(part.hole for part in self.parts):
+            holes.require_material(list(self.leaves(arithmetic)), arithmetic)
+            assert whole.mass is not None
+            if arithmetic.sign(whole.mass) in (0, -1):
+                raise ValueProblem(f"the holes leave no mass: {arithmetic.size(whole.mass):.6g} kg")
+            _require_physical(whole.tensor, arithmetic)
+        return whole
+
+    def leaves(self, arithmetic: Arithmetic) -> Iterator[holes.Leaf]:
+        """The shapes of which the composite is made, however deep, each with sign and place."""
+        for index, part in enumerate(self.parts):
+            place = part.motion(arithmetic)
+            inner = part.leaves(arithmetic) if isinstance(part, Composite) else [holes.leaf(part)]
+            for leaf in inner:
+                yield leaf.within(place, -1 if part.hole else 1, ("parts", index))
+
+
+FORMS: dict[str, type[Form]] = {
+    "points": PointMasses,
+    "parts": Composite,
+    "inertia": KnownTensor,
+    "moments": KnownTensor,
+}
+
+
+def _choose(raw: Mapping[str, Any]) -> type[Section]:
+    """The form that a mapping describes, by its key; a primitive by the name of its shape."""
+    if not raw.keys() & FORMS.keys() and "shape" in raw:
+        name = raw["shape"]
+        if not isinstance(name, str) or name not in SHAPES:
+            raise ValueProblem(not_one_of(name, list(SHAPES)), path=("shape",))
+        return SHAPES[name]
+    return by_key({"shape": Form, **FORMS}).choose(raw)
+
+
+Body: TypeAlias = Annotated[Form, Choice(_choose, lambda: (*SHAPES.values(), *dict.fromkeys(FORMS.values())))]

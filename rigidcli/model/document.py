@@ -1,0 +1,124 @@
+"""The whole document: a body, where its tensor is asked, and how it turns."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
+
+from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.core.tensor import MassProperties
+from rigidcli.errors import ValueProblem
+from rigidcli.model.base import Point, Rates3, Section, environment
+from rigidcli.model.bodies import Body
+from rigidcli.model.environment import Environment
+from rigidcli.model.rotations import Rotation
+
+
+class Motion(Section):
+    """How the body turns at the time t = 0."""
+
+    omega: Rates3 = Field(description="Angular velocity (rad/s)")
+    basis: Literal["body", "principal"] = Field(
+        default="body",
+        description="Whether omega's components are along the document's axes, or along the principal axes "
+        "e1, e2, e3 as `axes` prints them",
+    )
+
+
+class Document(Section):
+    """A system as a person describes it. Numbers are SI values, or exact; `arithmetic` says which."""
+
+    name: str | None = None
+    description: str | None = None
+    parameters: dict[str, Any] = Field(
+        default_factory=dict,
+        description="Values for names in expressions; null makes a symbol, and the document exact",
+        json_schema_extra={"additionalProperties": {"type": ["number", "string", "null"]}},
+    )
+    body: Body | None = None
+    about: Point = Field(default="origin", description="The point about which the tensor is asked")
+    frame: Rotation | None = Field(
+        default=None, description="Axes for every vector and tensor of the results"
+    )
+    motion: Motion | None = None
+
+    _environment: Environment = PrivateAttr()
+    _source: str = PrivateAttr(default="")
+    _notes: tuple[str, ...] = PrivateAttr(default=())
+
+    @model_validator(mode="after")
+    def _remember(self, info: ValidationInfo) -> Self:
+        self._environment = environment(info)
+        if self.body is not None and self.body.hole:
+            raise ValueProblem("a hole stands in `parts`, beside what it is cut from", path=("body", "hole"))
+        return self
+
+    @property
+    def arithmetic(self) -> Arithmetic:
+        """The kind of number in which the document is worked."""
+        return self._environment.arithmetic
+
+    @property
+    def source(self) -> str:
+        """Where the document was read from, as the user named it."""
+        return self._source
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the reader of the document should know about it."""
+        return self._notes
+
+    def came_from(self, source: str, notes: Sequence[str]) -> Self:
+        """The document, knowing its source and notes."""
+        self._source, self._notes = source, tuple(notes)
+        return self
+
+    def settle(self) -> None:
+        """Work out what only the document as a whole tells. Raises ValueProblem for what cannot be."""
+        _ = self.axes, self.body and self.properties
+
+    @cached_property
+    def properties(self) -> MassProperties:
+        """Mass properties of the body in the document's axes. Raises ValueProblem where there are none."""
+        if self.body is None:
+            raise ValueProblem("missing, expected a body", path=("body",))
+        try:
+            properties = self.body.properties(self.arithmetic)
+        except ValueProblem as problem:
+            raise problem.below("body") from None
+        if properties.mass is None:
+            n = self.arithmetic
+            if self.about == "com" and not properties.at_com:
+                raise ValueProblem("missing: without it the tensor cannot be shifted", path=("body", "mass"))
+            if any(n.sign(component) != 0 for component in self._point(properties) - properties.com):
+                point = ", ".join(f"{n.size(component):.6g}" for component in properties.com)
+                raise ValueProblem(
+                    f"missing: without it the tensor is known about ({point}) only",
+                    path=("body", "mass"),
+                    hint="give `mass`, or the tensor about the point asked for in `about`",
+                )
+        return properties
+
+    @cached_property
+    def axes(self) -> Array:
+        """The axes of the results, as columns (3 by 3) in the document's components."""
+        if self.frame is None:
+            return self.arithmetic.array(np.eye(3, dtype=int))
+        try:
+            return self.frame.as_matrix(self.arithmetic)
+        except ValueProblem as problem:
+            raise problem.below("frame") from None
+
+    @property
+    def point(self) -> Array:
+        """The point O about which the tensor is asked (3, m), in the document's axes."""
+        return self._point(self.properties)
+
+    def _point(self, properties: MassProperties) -> Array:
+        if self.about == "com":
+            return properties.com
+        return self.arithmetic.array([0, 0, 0] if self.about == "origin" else self.about)

@@ -1,0 +1,134 @@
+"""In what a document's numbers are read: its parameters, and the kind of number to make of them."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import math
+import pathlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from decimal import Decimal
+from fractions import Fraction
+from typing import Any
+
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
+from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.model.units import (
+    Dimension,
+    check_dimension,
+    looks_like_missing_space,
+    parse_unit,
+    split_quantity,
+)
+from rigidcli.symbolic.expression import Expression, parse
+
+LONGEST_SHOWN = 60
+
+
+@dataclass
+class Environment:
+    """Parameters by name, the arithmetic to use, and what was noticed while numbers were read.
+
+    `broken` names parameters that have a problem of their own, so that what uses them is not
+    reported again; `positive` gathers symbols that stand where only a positive number makes sense.
+    """
+
+    arithmetic: Arithmetic = FLOAT
+    parameters: dict[str, Scalar] = field(default_factory=dict)
+    folder: pathlib.Path = pathlib.Path()
+    used: set[str] = field(default_factory=set)
+    broken: set[str] = field(default_factory=set)
+    positive: set[str] = field(default_factory=set)
+
+    def read(self, raw: object, dimension: Dimension | None) -> Any:
+        """The SI value of a number, a quantity such as `5 cm`, or an expression in the parameters.
+
+        `dimension` is what a unit must fit; None fits all. Raises ValueProblem.
+        """
+        if isinstance(raw, bool) or not isinstance(raw, float | int | str | Decimal):
+            raise ValueProblem(f"read {shown(raw)}, expected {number_of(dimension)}")
+        if not isinstance(raw, str):
+            return parse(str(raw)).exact({}) if self.arithmetic.exact else _finite(raw)
+        quantity = split_quantity(raw)
+        if quantity is None:
+            return self.value(self._parse(raw))
+        digits, unit_text = quantity
+        unit = parse_unit(unit_text)
+        if dimension is not None:
+            check_dimension(unit, dimension)
+        if self.arithmetic.exact:
+            factor = parse(f"{unit.factor.numerator}/{unit.factor.denominator}").exact({})
+            return parse(digits).exact({}) * factor * self.arithmetic.pi**unit.pi_power
+        # Through the shortest decimal, so that 120 g cm^2 is the float nearest to 1.2e-5.
+        return unit.si(Fraction(repr(_finite(digits))))
+
+    @staticmethod
+    def _parse(raw: str) -> Expression:
+        try:
+            return parse(raw)
+        except ExpressionError as error:
+            if looks_like_missing_space(raw):
+                error.hint = "a blank stands between a number and its unit, as in `5 cm`"
+            raise
+
+    def value(self, expression: Expression) -> Any:
+        """The value of an expression in the parameters; undeclared names are refused."""
+        unknown = sorted(expression.names - self.parameters.keys() - self.broken)
+        if unknown:
+            raise self._undeclared(unknown)
+        self.used |= expression.names
+        if expression.names & self.broken:
+            return 1.0
+        if self.arithmetic.exact:
+            return expression.exact(self.parameters)
+        return expression.evaluate(self.parameters)
+
+    def assume_positive(self, value: Any) -> None:
+        """Note that the document makes sense only if `value`, whose sign is open, is positive."""
+        if value.is_Symbol:
+            self.positive.add(value.name)
+
+    def _undeclared(self, names: list[str]) -> ValueProblem:
+        declared = sorted(self.parameters.keys() | self.broken)
+        listed = ", ".join(f"`{name}`" for name in declared) or "none"
+        near = nearest(names[0], declared)
+        return ExpressionError(
+            f"undeclared name{'s' if len(names) > 1 else ''} {', '.join(f'`{n}`' for n in names)}"
+            f"{f' (did you mean {near}?)' if near else ''}",
+            hint=f"declared parameters: {listed}",
+        )
+
+
+def _finite(raw: float | int | str | Decimal) -> float:
+    try:
+        value = float(raw)
+    except OverflowError:
+        value = math.inf
+    if not math.isfinite(value):
+        raise ValueProblem(f"read {shown(raw)}, expected a finite number")
+    return value
+
+
+def number_of(dimension: Dimension | None, sign: str | None = None) -> str:
+    """What is expected where a number of this dimension stands, in words."""
+    words = {"positive": "a positive", "nonnegative": "a nonnegative", None: "a"}[sign]
+    return f"{words} number" if not dimension or not any(dimension) else f"{words} {dimension}"
+
+
+def shown(raw: object) -> str:
+    """A value as read, short and safe to print: backquotes round it, control characters escaped."""
+    if isinstance(raw, Mapping):
+        return "a mapping"
+    if isinstance(raw, list | tuple):
+        return f"a list of {len(raw)}"
+    if raw is None:
+        return "nothing"
+    text = raw if isinstance(raw, str) else json.dumps(raw, default=str)
+    text = text if text.isprintable() else json.dumps(text)
+    return f"`{text}`" if len(text) <= LONGEST_SHOWN else f"`{text[: LONGEST_SHOWN - 3]}...`"
+
+
+def nearest(word: str, known: list[str]) -> str | None:
+    """The word that was probably meant, if any is near."""
+    return next(iter(difflib.get_close_matches(word, known, n=1, cutoff=0.6)), None)

@@ -1,0 +1,267 @@
+"""A file or text -> a document, or everything that is wrong with it, each with its line."""
+
+from __future__ import annotations
+
+import errno
+import os
+import pathlib
+import stat
+import sys
+from collections.abc import Sequence
+from decimal import Decimal
+from graphlib import CycleError, TopologicalSorter
+from typing import Any
+
+from pydantic import ValidationError
+
+from rigidcli.core.arithmetic import FLOAT, Arithmetic
+from rigidcli.errors import DocumentError, ExpressionError, Path, Problem, UsageError, ValueProblem
+from rigidcli.model.document import Document
+from rigidcli.model.environment import Environment, shown
+from rigidcli.model.syntax import MAX_BYTES, read_tree
+from rigidcli.model.units import split_quantity
+from rigidcli.symbolic.expression import RESERVED, Expression, parse
+from rigidcli.symbolic.tree import Name
+
+STDIN = "-"
+
+_TYPES = {
+    "tuple_type": "a list",
+    "dict_type": "a mapping",
+    "model_type": "a mapping",
+    "string_type": "a text",
+    "bool_type": "true or false",
+}
+"""What pydantic's complaints about a type expect, in the words of a document."""
+
+
+def load(path: str | os.PathLike[str], *, exact: bool = False, settings: Sequence[str] = ()) -> Document:
+    """Read the document in the file `path`; `-` is standard input.
+
+    `exact` makes decimals rationals and parameters without a value symbols; a document that has such a
+    parameter is exact in any case. `settings` are texts `key=value`, as after `--set`. Raises
+    DocumentError with all problems, or UsageError for a setting that is not of that form.
+    """
+    source = os.fspath(path)
+    folder = pathlib.Path() if source == STDIN else pathlib.Path(source).parent
+    return loads(_read(source), source=source, folder=folder, exact=exact, settings=settings)
+
+
+def loads(
+    text: str,
+    *,
+    source: str = "<text>",
+    folder: pathlib.Path | None = None,
+    exact: bool = False,
+    settings: Sequence[str] = (),
+) -> Document:
+    """Read the document in `text`, as `load` does; files that it names are looked for in `folder`."""
+    changes = [_setting(setting, exact) for setting in settings]
+    tree = read_tree(text, source)
+    exact = exact or _has_symbols(_apply(tree, changes, source))
+    if exact:
+        # Read again, so that decimals are kept digit by digit.
+        tree = _apply(read_tree(text, source, Decimal), [_setting(s, True) for s in settings], source)
+    return _Reading(text, source, folder or pathlib.Path(), [path for path, _ in changes]).document(
+        tree, exact
+    )
+
+
+def _read(source: str) -> str:
+    """The text of a file, bounded; only of a regular one, or of standard input."""
+    try:
+        if source == STDIN:
+            data = sys.stdin.buffer.read(MAX_BYTES + 1)
+        else:
+            # A FIFO or device named by mistake is refused, not waited for.
+            descriptor = os.open(source, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+            with os.fdopen(descriptor, "rb") as file:
+                if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+                    raise OSError(errno.EINVAL, "not a regular file")
+                data = file.read(MAX_BYTES + 1)
+        return data.decode("utf-8-sig")
+    except OSError as error:
+        raise DocumentError([Problem(source, f"cannot be read: {error.strerror or error}")]) from None
+    except UnicodeDecodeError as error:
+        raise DocumentError(
+            [Problem(source, f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}")]
+        ) from None
+
+
+def _has_symbols(tree: object) -> bool:
+    """Whether a parameter stands without a value."""
+    parameters = tree.get("parameters") if isinstance(tree, dict) else None
+    return isinstance(parameters, dict) and None in parameters.values()
+
+
+def _setting(text: str, exact: bool) -> tuple[Path, object]:
+    """`a.0.b=value` as path and value; the value is YAML, too."""
+    key, equals, value = text.partition("=")
+    if not equals or not key or not all(key.split(".")):
+        raise UsageError(f"--set: read `{text}`, expected KEY=VALUE", hint='such as --set body.mass="3 kg"')
+    steps = tuple(int(step) if step.isdecimal() else step for step in key.split("."))
+    return steps, read_tree(value, f"--set {key}", Decimal if exact else float)
+
+
+def _apply(tree: Any, changes: Sequence[tuple[Path, object]], source: str) -> Any:
+    """`tree` with the values at some paths replaced or added."""
+    for path, value in changes:
+        place = tree
+        for done, step in enumerate(path):
+            last = done == len(path) - 1
+            if isinstance(place, dict):
+                step = str(step)
+                place.setdefault(step, {})
+            elif not (isinstance(place, list) and isinstance(step, int) and step < len(place)):
+                key = ".".join(map(str, path))
+                raise DocumentError([Problem(source, f"--set {key}: there is no `{step}` in {shown(place)}")])
+            if last:
+                place[step] = value
+            place = place[step]
+    return tree
+
+
+class _Reading:
+    """One reading of a document: gathers problems, and knows how to say where they are."""
+
+    def __init__(self, text: str, source: str, folder: pathlib.Path, changed: Sequence[Path]) -> None:
+        self._text = text
+        self._source = source
+        self._folder = folder
+        self._changed = changed
+        self._lines: dict[Path, int] | None = None
+
+    def document(self, tree: object, exact: bool) -> Document:
+        """The document of a tree, with its mass properties; DocumentError with all problems otherwise."""
+        if not isinstance(tree, dict):
+            read = "an empty document" if tree is None else shown(tree)
+            raise DocumentError([Problem(self._source, f"read {read}, expected a mapping")])
+        positive: frozenset[str] = frozenset()
+        while True:
+            env = Environment(_arithmetic(exact), folder=self._folder)
+            problems = self._parameters(env, tree.get("parameters"), positive)
+            document = None
+            try:
+                document = Document.model_validate(tree, context=env)
+                if not problems:
+                    document.settle()
+            except ValidationError as error:
+                problems += [self._problem(*item) for item in _explain(error)]
+            except ValueProblem as problem:
+                problems.append(self._problem(problem.path, problem.message, problem.hint))
+            if problems:
+                raise DocumentError(sorted(problems, key=lambda problem: problem.line or 0))
+            assert document is not None
+            if env.positive <= positive:
+                break
+            # Symbols that stand for masses and lengths are positive; knowing that, read once more.
+            positive = positive | env.positive
+        unused = sorted(env.parameters.keys() - env.used)
+        notes = [f"parameter `{name}` is not used" for name in unused]
+        return document.came_from(self._source, notes)
+
+    def _parameters(self, env: Environment, raw: object, positive: frozenset[str]) -> list[Problem]:
+        """Give the parameters of a document to `env`, in an order in which each can be worked out."""
+        if not isinstance(raw, dict):
+            return []
+        problems: list[Problem] = []
+        expressions: dict[str, Expression] = {}
+        values: dict[str, tuple[str, object]] = {}
+        for key, value in raw.items():
+            try:
+                name = _parameter_name(key)
+                values[name] = (key, value)
+                if isinstance(value, str) and split_quantity(value) is None:
+                    expressions[name] = parse(value)
+            except ValueProblem as problem:
+                env.broken.add(key)
+                problems.append(self._problem(("parameters", key), problem.message, problem.hint))
+        graph = {
+            name: expressions[name].names & values.keys() if name in expressions else () for name in values
+        }
+        try:
+            order = list(TopologicalSorter(graph).static_order())
+        except CycleError as error:
+            circle = " -> ".join(reversed(error.args[1]))
+            env.broken |= values.keys()
+            return [
+                *problems,
+                self._problem(
+                    ("parameters", values[error.args[1][0]][0]), f"parameters in a circle: {circle}"
+                ),
+            ]
+        for name in order:
+            key, value = values[name]
+            try:
+                if value is None:
+                    env.parameters[name] = _symbol(name, name in positive)
+                else:
+                    env.parameters[name] = env.read(value, None)
+            except ValueProblem as problem:
+                env.broken.add(name)
+                problems.append(self._problem(("parameters", key), problem.message, problem.hint))
+        return problems
+
+    def _problem(self, path: Path, message: str, hint: str | None = None) -> Problem:
+        """A problem with its line, which is looked up in a second pass over the text."""
+        key = ".".join(map(str, path))
+        if any(path[: len(changed)] == changed for changed in self._changed):
+            return Problem(f"{self._source} with --set", message, key=key, hint=hint)
+        if self._lines is None:
+            self._lines = {}
+            read_tree(self._text, self._source, lines=self._lines)
+        known = (path[:end] for end in range(len(path), 0, -1) if path[:end] in self._lines)
+        return Problem(self._source, message, self._lines.get(next(known, ()), 1), key, hint)
+
+
+def _arithmetic(exact: bool) -> Arithmetic:
+    if not exact:
+        return FLOAT
+    from rigidcli.symbolic.arithmetic import EXACT
+
+    return EXACT
+
+
+def _symbol(name: str, positive: bool) -> Any:
+    from rigidcli.symbolic.arithmetic import symbol
+
+    return symbol(name, positive=positive)
+
+
+def _parameter_name(key: str) -> str:
+    """The name of a parameter in its ASCII spelling. Raises ValueProblem for what is no name."""
+    try:
+        root = parse(key).root
+    except ExpressionError as problem:
+        root = None
+        if key in RESERVED:
+            raise ValueProblem(f"`{key}` is reserved, expected another name") from problem
+    if not isinstance(root, Name):
+        raise ValueProblem(f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first")
+    if root.name in RESERVED:
+        raise ValueProblem(f"`{root.name}` is reserved, expected another name")
+    return root.name
+
+
+def _explain(error: ValidationError) -> list[tuple[Path, str, str | None]]:
+    """Path, message and hint for every complaint of pydantic, in the document's words."""
+    explained: dict[Path, tuple[str, str | None]] = {}
+    for complaint in error.errors(include_url=False):
+        path, kind, read = complaint["loc"], complaint["type"], complaint["input"]
+        context = complaint.get("ctx", {})
+        problem = context.get("error")
+        if isinstance(problem, ValueProblem):
+            explained[(*path, *problem.path)] = problem.message, problem.hint
+        elif kind == "missing" and isinstance(path[-1], int):
+            # A list that is too short lacks each of its last entries; that is one problem.
+            explained[path[:-1]] = f"read {shown(read)}, expected {path[-1] + 1} entries", None
+        elif kind == "missing":
+            explained[path] = "missing", None
+        elif kind in ("too_long", "too_short"):
+            bound = context.get("max_length", context.get("min_length"))
+            most = "at most" if kind == "too_long" else "at least"
+            explained[path] = f"read {shown(read)}, expected {most} {bound} entries", None
+        else:
+            expected = _TYPES.get(kind) or str(context.get("expected", complaint["msg"]))
+            explained[path] = f"read {shown(read)}, expected {expected.replace(chr(39), '')}", None
+    return [(path, message, hint) for path, (message, hint) in explained.items()]

@@ -1,0 +1,80 @@
+"""The ways to write a rotation, all active (body to space): axis and angle, Euler, quaternion, matrix."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from itertools import pairwise
+from typing import Annotated, TypeAlias
+
+from pydantic import field_validator
+
+from rigidcli.core import rotation
+from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.errors import ValueProblem
+from rigidcli.model.base import Angle, AsList, Direction, Number, Section, by_key
+from rigidcli.model.environment import shown
+
+
+class Turn(Section):
+    """A rotation."""
+
+    @abstractmethod
+    def as_matrix(self, n: Arithmetic) -> Array:
+        """The rotation matrix (3 by 3). Raises ValueProblem where there is none."""
+
+
+class AxisAngle(Turn):
+    """A right-handed turn by `angle` about `axis` (of any length)."""
+
+    axis: Direction
+    angle: Angle
+
+    def as_matrix(self, n: Arithmetic) -> Array:
+        """By Rodrigues' formula."""
+        return rotation.from_axis_angle(self.axis, self.angle, n)
+
+
+class Euler(Turn):
+    """Intrinsic turns about three of the body's axes in `sequence`; zxz is Rz(phi) Rx(theta) Rz(psi)."""
+
+    euler: Annotated[tuple[Angle, Angle, Angle], AsList]
+    sequence: str = "zxz"
+
+    @field_validator("sequence")
+    @classmethod
+    def _three_axes(cls, sequence: str) -> str:
+        repeated = any(first == second for first, second in pairwise(sequence))
+        if len(sequence) != 3 or not set(sequence) <= set("xyz") or repeated:
+            raise ValueProblem(
+                f"read {shown(sequence)}, expected three of x, y, z with no axis twice in a row, such as zxz"
+            )
+        return sequence
+
+    def as_matrix(self, n: Arithmetic) -> Array:
+        """First axis leftmost."""
+        return rotation.from_euler(self.euler, self.sequence, n)
+
+
+class Quaternion(Turn):
+    """A quaternion [w, x, y, z]; it is normalised."""
+
+    quaternion: Annotated[tuple[Number, Number, Number, Number], AsList]
+
+    def as_matrix(self, n: Arithmetic) -> Array:
+        """Of the normalised quaternion."""
+        return rotation.from_quaternion(self.quaternion, n)
+
+
+class Matrix(Turn):
+    """A rotation matrix, given by its rows."""
+
+    matrix: Annotated[tuple[Direction, Direction, Direction], AsList]
+
+    def as_matrix(self, n: Arithmetic) -> Array:
+        """Made orthogonal to rounding."""
+        return rotation.from_matrix(self.matrix, n)
+
+
+Rotation: TypeAlias = Annotated[
+    Turn, by_key({"axis": AxisAngle, "euler": Euler, "quaternion": Quaternion, "matrix": Matrix})
+]

@@ -1,0 +1,177 @@
+"""What every shape and every other form of body can do: carry a mass, and be put somewhere."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping
+from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias
+
+import numpy as np
+from pydantic import ConfigDict, Field, ValidationInfo, model_validator
+from pydantic.config import JsonDict
+
+from rigidcli.core import rotation, tensor
+from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
+from rigidcli.errors import ValueProblem
+from rigidcli.model import units
+from rigidcli.model.base import Direction, Mass, Quantity, Section, Vector3, environment, not_one_of
+from rigidcli.model.rotations import Rotation
+
+
+class Form(Section):
+    """One form of body, placed: first turned about its own origin, then moved."""
+
+    name: str | None = None
+    position: Vector3 | None = Field(default=None, description="Where the form's own origin goes (m)")
+    rotation: Rotation | None = Field(default=None, description="Turns the form about its own origin")
+    axis: Direction | None = Field(default=None, description="Direction onto which local +z is turned")
+    hole: bool = Field(default=False, description="In `parts`: what is missing there")
+
+    @model_validator(mode="after")
+    def _one_orientation(self) -> Self:
+        if self.rotation is not None and self.axis is not None:
+            raise ValueProblem("`rotation` and `axis` both given, expected at most one")
+        return self
+
+    @abstractmethod
+    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+        """Mass properties in the form's own axes and from its own origin."""
+
+    def pivot(self, arithmetic: Arithmetic) -> Array:
+        """The point of the form, in its own axes, that is put at `position` (3, m)."""
+        return arithmetic.array([0, 0, 0])
+
+    def motion(self, arithmetic: Arithmetic) -> tuple[Array, Array]:
+        """Rotation (3 by 3) and displacement (3, m) that take the form from its own axes to its place."""
+        turn = arithmetic.array(np.eye(3, dtype=int))
+        try:
+            if self.rotation is not None:
+                turn = self.rotation.as_matrix(arithmetic)
+            elif self.axis is not None:
+                turn = rotation.onto(self.axis, arithmetic)
+        except ValueProblem as problem:
+            raise problem.below("rotation" if self.axis is None else "axis") from None
+        return turn, arithmetic.array(self.position or [0, 0, 0]) - turn @ self.pivot(arithmetic)
+
+    def properties(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+        """Mass properties in the axes in which the form is placed."""
+        return tensor.place(self.local(arithmetic), *self.motion(arithmetic))
+
+
+class Geometry(NamedTuple):
+    """A shape with a uniform density: its measure, centre of mass and spread, in its own axes.
+
+    `measure` is the volume (m^3), area (m^2) or length (m); `centre` is (x, y, z) in m from the natural
+    origin; `second` holds the means of x^2, y^2, z^2 about the centre (m^2), or of all of r r^T
+    (3 by 3) where local axes are not principal.
+    """
+
+    measure: Scalar
+    centre: Any
+    second: Any
+
+
+def _complete_schema(schema: JsonDict, shape: type[Any]) -> None:
+    """Tell JSON Schema the anchors of a shape, and that it has a mass or a density."""
+    properties = schema["properties"]
+    assert isinstance(properties, dict)
+    anchors: JsonDict = {"title": "Anchor", "description": "The point that is put at `position`"}
+    properties["anchor"] = anchors | {"enum": ["com", *shape.ANCHORS]}
+    schema["oneOf"] = [{"required": ["mass"]}, {"required": ["density"]}]
+
+
+class Shape(Form):
+    """A primitive of uniform density: dimensions, natural origin, anchors, closed-form moments.
+
+    A subclass gives its `geometry` and names its `ANCHORS`.
+    """
+
+    model_config = ConfigDict(json_schema_extra=_complete_schema)
+
+    ANCHORS: ClassVar[Mapping[str, Callable[[Any], tuple[Scalar, Scalar, Scalar]]]] = {}
+
+    mass: Mass | None = None
+    density: Scalar | None = None
+    anchor: str | None = None
+
+    @model_validator(mode="after")
+    def _complete(self, info: ValidationInfo) -> Self:
+        if (self.mass is None) == (self.density is None):
+            which = "both" if self.mass is not None else "neither"
+            raise ValueProblem(f"{which} of `mass` and `density` given, expected exactly one")
+        if self.anchor is not None and self.anchor not in ("com", *self.ANCHORS):
+            raise ValueProblem(not_one_of(self.anchor, ["com", *self.ANCHORS]), path=("anchor",))
+        self.check(environment(info).arithmetic)
+        return self
+
+    def check(self, n: Arithmetic) -> None:
+        """Raise ValueProblem where dimensions do not go together."""
+
+    @abstractmethod
+    def geometry(self, n: Arithmetic) -> Geometry:
+        """Measure, centre and spread from the dimensions."""
+
+    def pivot(self, arithmetic: Arithmetic) -> Array:
+        """The anchor."""
+        if self.anchor is None:
+            return arithmetic.array([0, 0, 0])
+        if self.anchor == "com":
+            return arithmetic.array(self.geometry(arithmetic).centre)
+        return arithmetic.array(self.ANCHORS[self.anchor](self))
+
+    def uniform_density(self, n: Arithmetic) -> Scalar:
+        """As given, or as it follows from the mass."""
+        measure = self.geometry(n).measure
+        return self.density if self.density is not None else (self.mass or 0) / measure
+
+    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+        """Mass properties in the shape's own axes and from its natural origin."""
+        measure, centre, second = self.geometry(arithmetic)
+        mass = self.mass if self.mass is not None else (self.density or 0) * measure
+        second = arithmetic.array(second)
+        if second.ndim == 1:
+            second = np.diag(second)
+        return tensor.MassProperties(mass, arithmetic.array(centre), tensor.from_second_moments(mass, second))
+
+
+Bounds: TypeAlias = tuple[tuple[float, float], ...]
+
+
+class Region(Shape):
+    """A shape that says which points it fills."""
+
+    @abstractmethod
+    def bounds(self) -> Bounds:
+        """The least box round the shape: (low, high) along each local axis, m."""
+
+    @abstractmethod
+    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
+        """Which of the points (m, local axes) the shape fills, its surface included."""
+
+
+class Solid(Region):
+    """A shape that fills a volume."""
+
+    density: Annotated[Scalar, Quantity(units.DENSITY, "positive")] | None = None
+
+
+class Lamina(Region):
+    """A flat shape, of no thickness; `bounds` and `contains` speak of points in its plane, z = 0."""
+
+    density: Annotated[Scalar, Quantity(units.AREA_DENSITY, "positive")] | None = None
+
+    def plane(self) -> tuple[Array, Array]:
+        """Rotation (3 by 3) and displacement (3, m) from the plane z = 0 to the shape's own axes."""
+        return np.eye(3), np.zeros(3)
+
+
+class Shell(Shape):
+    """A curved surface, of no thickness."""
+
+    density: Annotated[Scalar, Quantity(units.AREA_DENSITY, "positive")] | None = None
+
+
+class Wire(Shape):
+    """A curve, of no thickness."""
+
+    density: Annotated[Scalar, Quantity(units.LINE_DENSITY, "positive")] | None = None

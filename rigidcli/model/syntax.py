@@ -1,0 +1,173 @@
+"""YAML text -> plain mappings, lists and scalars, by YAML 1.2's core schema and nothing beyond it.
+
+The events of PyYAML's parser are put together here, without its composer and constructor: these
+recurse in C until the stack is gone, follow merge keys and aliases without bound, and read YAML 1.1,
+in which `1:30` is ninety and `no` is false. JSON is read by the same road, being YAML.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import Any
+
+import yaml
+
+from rigidcli.errors import DocumentError, Path, Problem
+
+MAX_BYTES = 2_000_000
+MAX_DEPTH = 50
+MAX_INTEGER_DIGITS = 400
+
+# The parser in C is ten times faster; both give the same events.
+_LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+
+_NULL = frozenset(["", "~", "null", "Null", "NULL"])
+_BOOL = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
+_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
+_INT = re.compile(r"[-+]?[0-9]+")
+_BASED_INT = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+
+
+def read_tree(
+    text: str, source: str, decimal: Callable[[str], object] = float, lines: dict[Path, int] | None = None
+) -> Any:
+    """The one document in `text`. Raises DocumentError for bad syntax and for what is not safe to read.
+
+    `decimal` makes numbers of plain scalars that are not integers. `lines` is filled with the line (from 1)
+    of every value by its path; only the report of a problem asks for that.
+    """
+    if len(text) > MAX_BYTES:
+        raise _refusal(
+            source,
+            None,
+            f"{len(text):,} characters, expected at most {MAX_BYTES:,}",
+            "many points are read faster from a .csv or .npy file: `points: cloud.npy`",
+        )
+    builder = _Builder(source, decimal, lines)
+    try:
+        for event in yaml.parse(text, Loader=_LOADER):
+            builder.take(event)
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        hint = "YAML indents with blanks, not tabs" if "'\\t'" in str(error.problem) else None
+        line = None if mark is None else mark.line + 1
+        raise _refusal(source, line, f"not YAML: {error.problem}", hint) from None
+    except yaml.reader.ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1 if isinstance(error.position, int) else None
+        raise _refusal(source, line, f"not YAML: {error.reason}", None) from None
+    return builder.root
+
+
+def _refusal(source: str, line: int | None, message: str, hint: str | None) -> DocumentError:
+    return DocumentError([Problem(source, message, line=line, hint=hint)])
+
+
+def _line(event: yaml.Event) -> int:
+    mark: Any = event.start_mark
+    return int(mark.line) + 1
+
+
+class _Builder:
+    """Puts events together; a stack of open containers stands for recursion."""
+
+    def __init__(self, source: str, decimal: Callable[[str], object], lines: dict[Path, int] | None) -> None:
+        self.root: Any = None
+        self._source = source
+        self._decimal = decimal
+        self._lines = lines
+        self._open: list[tuple[Any, Path]] = []
+        self._key: list[str | None] = []
+        self._documents = 0
+
+    def take(self, event: yaml.Event) -> None:
+        """Take one event."""
+        if isinstance(event, yaml.NodeEvent):
+            self._refuse_unsafe(event)
+            if isinstance(event, yaml.ScalarEvent):
+                if self._open and isinstance(self._open[-1][0], dict) and self._key[-1] is None:
+                    self._take_key(event)
+                else:
+                    self._add(self._scalar(event), event)
+            else:
+                container: Any = {} if isinstance(event, yaml.MappingStartEvent) else []
+                path = self._add(container, event)
+                self._open.append((container, path))
+                self._key.append(None)
+                if len(self._open) > MAX_DEPTH:
+                    raise self._refusal(event, f"nested more than {MAX_DEPTH} deep")
+        elif isinstance(event, yaml.CollectionEndEvent):
+            self._open.pop()
+            self._key.pop()
+        elif isinstance(event, yaml.DocumentStartEvent):
+            self._documents += 1
+            if self._documents > 1:
+                raise self._refusal(event, "a second document begins here, expected one in a file")
+
+    def _refusal(self, event: yaml.Event, message: str, hint: str | None = None) -> DocumentError:
+        return _refusal(self._source, _line(event), message, hint)
+
+    def _refuse_unsafe(self, event: yaml.NodeEvent) -> None:
+        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
+            raise self._refusal(
+                event, "anchors and aliases (`&`, `*`) are not read", "write the value out, or quote the text"
+            )
+        tag = getattr(event, "tag", None)
+        if tag is not None:
+            raise self._refusal(
+                event, f"the tag `{tag}` is not read", "leave out tags: the schema knows the types"
+            )
+
+    def _take_key(self, event: yaml.ScalarEvent) -> None:
+        mapping, path = self._open[-1]
+        key = event.value
+        if key == "<<" and not event.style:
+            raise self._refusal(event, "merge keys (`<<`) are not read", "write the keys out")
+        if key in mapping:
+            raise self._refusal(event, f"the key `{key}` stands twice in this mapping")
+        self._key[-1] = key
+        if self._lines is not None:
+            self._lines[(*path, key)] = _line(event)
+
+    def _add(self, value: object, event: yaml.Event) -> Path:
+        """Put a value where it belongs; the path to it, if paths are kept."""
+        if not self._open:
+            self.root = value
+            return ()
+        container, path = self._open[-1]
+        step: str | int
+        if isinstance(container, dict):
+            if self._key[-1] is None:
+                raise self._refusal(event, "a key is a list or a mapping, expected a text")
+            step, self._key[-1] = self._key[-1], None
+            container[step] = value
+        else:
+            step = len(container)
+            container.append(value)
+        if self._lines is None:
+            return ()
+        self._lines.setdefault((*path, step), _line(event))
+        return (*path, step)
+
+    def _scalar(self, event: yaml.ScalarEvent) -> object:
+        text: str = event.value
+        if event.style not in (None, ""):
+            return text
+        if text in _NULL:
+            return None
+        if text in _BOOL:
+            return _BOOL[text]
+        if _INT.fullmatch(text):
+            if len(text) > MAX_INTEGER_DIGITS:
+                raise self._refusal(
+                    event, f"a number of {len(text)} digits, expected at most {MAX_INTEGER_DIGITS}"
+                )
+            return int(text)
+        if _FLOAT.fullmatch(text):
+            return self._decimal(text)
+        if _BASED_INT.fullmatch(text) and len(text) <= MAX_INTEGER_DIGITS:
+            return int(text, 0)
+        if _NOT_FINITE.fullmatch(text):
+            return float(text.replace(".", ""))
+        return text
