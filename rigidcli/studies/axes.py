@@ -1,0 +1,122 @@
+"""`axes`: principal moments and axes, the class of the body, and how it turns at a given angular velocity."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rigidcli.core import principal
+from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.errors import ComputationError
+from rigidcli.model.document import Document, Motion
+from rigidcli.report import Field, Report
+from rigidcli.studies import inertia
+
+SCHEMA = "rigidcli.axes/1"
+
+STEADY = 1e-12
+"""|omega x L| below this, in units of lambda3 omega^2, is no wobble but rounding."""
+
+CLASSES = {
+    "point": "a point: no moment at all",
+    "linear": "linear: no moment about e1, equal moments across",
+    "spherical": "spherical top: all moments equal, every axis is principal",
+    "oblate": "oblate symmetric top: lambda1 = lambda2 < lambda3",
+    "prolate": "prolate symmetric top: lambda1 < lambda2 = lambda3",
+    "asymmetric": "asymmetric top: three different moments",
+    None: "a symmetric top, oblate or prolate as the parameters are",
+}
+
+
+def run(document: Document) -> Report:
+    """Find the principal axes of the document's body about its point O, and what its motion is there."""
+    n = document.arithmetic
+    body = inertia.inertia(document)
+    frame = _frame(body.tensor, n)
+    kind = principal.body_class(frame)
+    notes = () if frame.ordered else ("the order of the moments depends on the parameters",)
+    fields = (
+        *inertia.fields(body),
+        Field(
+            "moments",
+            frame.moments,
+            "principal moments",
+            r"\lambda_{1,2,3}",
+            "kg m^2",
+            {f"lambda{k + 1}": (k,) for k in range(3)},
+        ),
+        Field(
+            "axes",
+            frame.axes,
+            "principal axes (rows)",
+            r"\mathbf{e}_{1,2,3}",
+            "",
+            {f"e{k + 1}{axis}": (k, j) for k in range(3) for j, axis in enumerate("xyz")},
+        ),
+        Field("groups", [list(group) for group in frame.groups]),
+        Field("class", kind, "class", cells={"class": ()}, words=CLASSES[kind]),
+        Field("residual", _residual(body.tensor, frame, n)),
+    )
+    if document.motion is not None:
+        fields += _motion(document.motion, body, frame, n)
+    return inertia.report(document, SCHEMA, "principal moments and axes", fields, notes)
+
+
+def _frame(tensor: Array, n: Arithmetic) -> principal.PrincipalFrame:
+    if not n.exact:
+        return principal.principal_frame(tensor)
+    from rigidcli.symbolic.principal import principal_frame
+
+    return principal_frame(tensor)
+
+
+def _residual(tensor: Array, frame: principal.PrincipalFrame, n: Arithmetic) -> object:
+    """How well the axes satisfy I e = lambda e; exact ones do, which is proved here or refused."""
+    if not n.exact:
+        return principal.residual(tensor, frame)
+    error = tensor @ frame.axes.T - frame.axes.T * frame.moments
+    if any(abs(n.size(entry)) > 1e-12 * abs(n.size(frame.moments[2])) for entry in error.flat):
+        raise ComputationError("the exact principal axes could not be verified")
+    return 0 * n.pi
+
+
+def _motion(
+    motion: Motion, body: inertia.Inertia, frame: principal.PrincipalFrame, n: Arithmetic
+) -> tuple[Field, ...]:
+    """What the body does at this angular velocity: L = I omega, T = omega.L/2, and whether it wobbles."""
+    given = n.array(motion.omega)
+    # Components along the rows e1, e2, e3, or along the document's axes, become those of the results.
+    omega = n.tidy((frame.axes if motion.basis == "principal" else body.axes).T @ given)
+    momentum = n.tidy(body.tensor @ omega)
+    energy = n.tidy(n.array([omega @ momentum / 2]))[0]
+    angle, wobbles = _wobble(omega, momentum, frame, n)
+    return (
+        Field("omega", omega, "angular velocity", r"\boldsymbol{\omega}", "rad/s"),
+        Field("angular_momentum", momentum, "angular momentum about O", r"\mathbf{L}", "kg m^2/s"),
+        Field("kinetic_energy", energy, "kinetic energy", "T", "J"),
+        Field("angle", angle, "angle between omega and L", r"\angle(\boldsymbol{\omega}, \mathbf{L})", "rad"),
+        Field("wobbles", wobbles, "wobbles when left alone", words=_WOBBLE[wobbles]),
+    )
+
+
+_WOBBLE = {
+    True: "yes: omega is not along a principal axis, and turns about L",
+    False: "no: L is along omega, which stays as it is",
+}
+
+
+def _wobble(
+    omega: Array, momentum: Array, frame: principal.PrincipalFrame, n: Arithmetic
+) -> tuple[object, bool]:
+    """The angle between omega and L (rad; None when one is zero), and whether omega x L differs from zero."""
+    largest, fastest = frame.moments[2], max(omega, key=lambda component: abs(n.size(component)))
+    if fastest == 0 or largest == 0:
+        return None, False
+    # In units of the largest, so that squares of very small numbers do not vanish.
+    turning, momentum = n.tidy(omega / abs(fastest)), n.tidy(momentum / largest / abs(fastest))
+    across = n.tidy(np.cross(turning, momentum))
+    along = n.tidy(n.array([turning @ momentum]))[0]
+    sine = n.hypot(*across)
+    if along == 0:
+        return None, False
+    wobbles = bool(sine != 0) if n.exact else bool(sine > STEADY)
+    return n.atan2(sine, along), wobbles
