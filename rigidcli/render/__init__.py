@@ -1,0 +1,39 @@
+"""Reports -> text, piece by whole piece, so that output begins before the last report is there."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from enum import StrEnum
+from importlib import import_module
+from typing import TypeAlias
+
+from rigidcli.report import Report
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """What a user may ask of the output: significant digits for people, the csv header, width and colour."""
+
+    digits: int = 6
+    header: bool = True
+    width: int | None = None
+    colour: bool = False
+
+
+class Format(StrEnum):
+    """The output formats; each is a module of this package with a function `render`."""
+
+    table = "table"
+    json = "json"
+    csv = "csv"
+    latex = "latex"
+
+
+Renderer: TypeAlias = Callable[[Iterable[Report], Look], Iterator[str]]
+
+
+def renderer(name: Format) -> Renderer:
+    """The renderer of a format; only its own module is loaded."""
+    render: Renderer = import_module(f"rigidcli.render.{name}").render
+    return render

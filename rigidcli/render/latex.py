@@ -1,0 +1,61 @@
+"""Fragments for a LaTeX document that loads amsmath: one `align*` a report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from rigidcli.render import Look
+from rigidcli.render.table import printable
+from rigidcli.render.values import Notation, entries, has_symbols
+from rigidcli.report import Field, Report
+
+_SPECIAL = str.maketrans(
+    {char: f"\\{char}" for char in "&%$#_{}"}
+    | {"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"}
+)
+
+
+def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
+    """A fragment for each report, its name in a comment above it."""
+    for report in reports:
+        rows = [_row(entry, look.digits) for entry in report.fields if entry.title]
+        body = " \\\\\n".join(f"  {row}" for row in rows)
+        yield f"% {printable(report.name)}: {report.title}\n\\begin{{align*}}\n{body}\n\\end{{align*}}\n"
+
+
+def _row(entry: Field, digits: int) -> str:
+    left = entry.symbol or rf"\text{{{entry.title}}}"
+    if entry.words or entry.value is None:
+        return rf"{left} &\colon \text{{{(entry.words or 'not known').translate(_SPECIAL)}}}"
+    factor, texts = entries(entry.value, digits, _NOTATION)
+    if isinstance(texts, str):
+        value = texts
+    elif isinstance(texts[0], str):
+        value = r"\left(" + r",\, ".join(texts) + r"\right)"
+    else:
+        rows = r" \\ ".join(" & ".join(row) for row in texts)
+        value = rf"\begin{{pmatrix}}{rows}\end{{pmatrix}}"
+    return f"{left} &= {factor}{value}{_unit(entry)}"
+
+
+def _unit(entry: Field) -> str:
+    """The unit in upright letters: `kg m^2/s` becomes kg\\,m^{2}/s."""
+    if not entry.unit or has_symbols(entry.value):
+        return ""
+    words = entry.unit.replace(" ", r"\,")
+    return rf"\,\mathrm{{{words}}}"
+
+
+def _floating(number: float, digits: int) -> str:
+    mantissa, e, exponent = f"{number:.{digits}g}".partition("e")
+    return rf"{mantissa} \times 10^{{{int(exponent)}}}" if e else mantissa
+
+
+def _exact(number: object) -> str:
+    from rigidcli.symbolic.exact import latex
+
+    written: str = latex(number)
+    return written
+
+
+_NOTATION = Notation(_floating, _exact)

@@ -1,0 +1,64 @@
+"""Values as text: what all renderers know of floats, exact numbers, vectors and matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rigidcli.report import Value
+
+NOISE = 4 * float(np.finfo(np.float64).eps)
+"""Entries of an array below this, in units of its largest, are shown to people as zero."""
+
+_PLAIN = (float, int, str, bool, type(None))
+
+
+def is_exact(value: Value) -> bool:
+    """Whether a value is an exact number or an array of them."""
+    return value.dtype == object if isinstance(value, np.ndarray) else hasattr(value, "free_symbols")
+
+
+def plain(value: Value) -> Value:
+    """`value` for json and csv: exact numbers as text in the expression language, all else as it is."""
+    if isinstance(value, _PLAIN) or not is_exact(value):
+        return value
+    from rigidcli.symbolic.exact import text
+
+    return [plain(entry) for entry in value] if isinstance(value, np.ndarray) else text(value)
+
+
+def has_symbols(value: Value) -> bool:
+    """Whether an exact value depends on symbols, which then bring units of their own."""
+    return is_exact(value) and any(entry.free_symbols for entry in np.ravel(np.array(value, dtype=object)))
+
+
+@dataclass(frozen=True, slots=True)
+class Notation:
+    """How one kind of output writes a float of so many digits, and an exact number."""
+
+    floating: Callable[[float, int], str]
+    exact: Callable[[Any], str]
+
+
+def entries(value: Value, digits: int, notation: Notation) -> tuple[str, Any]:
+    """A common factor ("" for none), and the text of a number or, nested as it is, of an array."""
+    if not isinstance(value, np.ndarray):
+        return "", notation.exact(value) if is_exact(value) else notation.floating(float(value), digits)
+    if is_exact(value) and value.ndim == 2:
+        from rigidcli.symbolic.exact import common_factor
+
+        factor, rest = common_factor(value)
+        return "" if factor == 1 else notation.exact(factor), _each(rest, notation.exact)
+    if is_exact(value):
+        return "", _each(value, notation.exact)
+    scale = float(np.abs(value).max(initial=0.0))
+    return "", _each(
+        value, lambda number: notation.floating(0.0 if abs(number) < NOISE * scale else float(number), digits)
+    )
+
+
+def _each(array: Any, write: Callable[[Any], str]) -> Any:
+    return [_each(entry, write) if isinstance(entry, np.ndarray) else write(entry) for entry in array]
