@@ -1,0 +1,53 @@
+"""The program `rigidcli`: its commands, and the last word on how it ends."""
+
+from __future__ import annotations
+
+import sys
+from typing import Annotated, NoReturn
+
+import typer
+
+from rigidcli import __version__
+from rigidcli.cli.axes import axes
+from rigidcli.cli.inertia import inertia
+from rigidcli.cli.new import new
+from rigidcli.cli.output import INTERRUPTED
+from rigidcli.cli.schema import schema
+from rigidcli.cli.validate import validate
+
+COMMANDS = (inertia, axes, validate, schema, new)
+
+app = typer.Typer(
+    name="rigidcli",
+    no_args_is_help=True,
+    rich_markup_mode=None,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+for _command in COMMANDS:
+    app.command()(_command)
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        typer.echo(f"rigidcli {__version__}")
+        raise typer.Exit
+
+
+@app.callback()
+def options(
+    version: Annotated[
+        bool,
+        typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit."),
+    ] = False,
+) -> None:
+    """Inertia tensors and principal axes of bodies described in YAML."""
+
+
+def main() -> NoReturn:
+    """Run the program on the command line; the process ends with its exit code."""
+    try:
+        app()
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+    sys.exit(0)

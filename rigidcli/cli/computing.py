@@ -1,0 +1,86 @@
+"""What all computing commands share: their options, the loop over FILES, and what becomes of errors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rigidcli.cli.output import Failures, Output, complain
+from rigidcli.render import Format, Look, renderer
+
+if TYPE_CHECKING:
+    from rigidcli.model.document import Document
+    from rigidcli.report import Report
+
+Files = Annotated[
+    list[str], typer.Argument(metavar="FILE...", help="Documents (YAML or JSON); `-` is standard input.")
+]
+
+
+def _check_settings(settings: list[str] | None) -> list[str]:
+    for setting in settings or ():
+        if "=" not in setting:
+            raise typer.BadParameter(f"read {setting!r}, expected KEY=VALUE, such as body.mass='3 kg'")
+    return settings or []
+
+
+Settings = Annotated[
+    list[str] | None,
+    typer.Option(
+        "-s",
+        "--set",
+        metavar="KEY=VALUE",
+        callback=_check_settings,
+        help="Override a value, such as body.mass=3; repeatable.",
+    ),
+]
+Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No notes on standard error.")]
+OutputPath = Annotated[
+    str | None,
+    typer.Option("-o", "--output", metavar="PATH", help="Write to PATH, whole or not at all."),
+]
+Exact = Annotated[
+    bool,
+    typer.Option("--exact", help="Exact arithmetic: decimals are rationals, parameters may stay symbols."),
+]
+
+
+def computing(study: Callable[[Document], Report]) -> Callable[..., None]:
+    """A command with the shared options that makes one report of each FILE by `study`."""
+
+    def command(
+        files: Files,
+        format: Annotated[Format, typer.Option("-f", "--format", help="What to print.")] = Format.table,
+        output: OutputPath = None,
+        settings: Settings = None,
+        digits: Annotated[
+            int, typer.Option(min=1, max=17, metavar="N", help="Significant digits in table and latex.")
+        ] = 6,
+        exact: Exact = False,
+        no_header: Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")] = False,
+        quiet: Quiet = False,
+    ) -> None:
+        failures = Failures()
+
+        def reports() -> Iterator[Report]:
+            from rigidcli.model.load import load
+
+            for file in files:
+                with failures.of(file):
+                    report = study(load(file, exact=exact, settings=settings or ()))
+                    if not quiet:
+                        for note in report.notes:
+                            complain(f"{report.source}: note: {note}")
+                    yield report
+
+        with Output(output) as target:
+            width, colour = target.terminal()
+            look = Look(digits=digits, header=not no_header, width=width, colour=colour)
+            for piece in renderer(format)(reports(), look):
+                target.write(piece)
+        raise typer.Exit(failures.code)
+
+    command.__name__, command.__doc__ = study.__name__, study.__doc__
+    return command
