@@ -6,6 +6,7 @@ that says what to do about it.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar, Self, TypeAlias
@@ -91,3 +92,27 @@ class DocumentError(RigidError):
     def __init__(self, problems: Sequence[Problem]) -> None:
         super().__init__("\n".join(str(problem) for problem in problems))
         self.problems = tuple(problems)
+
+
+LONGEST_SHOWN = 60
+"""Characters of a value that a message repeats."""
+
+
+def shown(raw: object) -> str:
+    """A value as read, short and safe to print: backquotes round it, control characters escaped."""
+    if isinstance(raw, dict):
+        return "a mapping"
+    if isinstance(raw, list | tuple):
+        return f"a list of {len(raw)}"
+    if raw is None:
+        return "nothing"
+    text = raw if isinstance(raw, str) else json.dumps(raw, default=str)
+    text = text if text.isprintable() else json.dumps(text)
+    return f"`{text}`" if len(text) <= LONGEST_SHOWN else f"`{text[: LONGEST_SHOWN - 3]}...`"
+
+
+def nearest(word: str, known: Sequence[str]) -> str | None:
+    """The word that was probably meant, if any is near."""
+    import difflib
+
+    return next(iter(difflib.get_close_matches(word, known, n=1, cutoff=0.6)), None)

@@ -13,6 +13,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array
+from rigidcli.errors import ComputationError
 
 EQUAL_MOMENTS = 1e-12
 """Moments closer than this, in units of the largest, are one group: their axes are noise."""
@@ -81,6 +82,8 @@ def canonical_axes(
     for projector, group in zip(projectors, groups, strict=True):
         for _ in group:
             nearness = [arithmetic.size(projector[k, k]) for k in range(3)]
+            if not np.isfinite(nearness).all():
+                raise ComputationError("the principal axes cannot be told")
             pivot = next(k for k in range(3) if nearness[k] >= max(nearness) - PIVOT_TIE)
             axis = projector[:, pivot] / arithmetic.sqrt(projector[pivot, pivot])
             projector = arithmetic.tidy(projector - np.outer(axis, axis))

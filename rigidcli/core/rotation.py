@@ -28,8 +28,8 @@ def from_axis_angle(axis: Sequence[Scalar], angle: Scalar, arithmetic: Arithmeti
     """Turn by `angle` (rad, right-handed) about `axis` (3, any length): Rodrigues' formula."""
     x, y, z = n = direction(axis, arithmetic)
     cross = arithmetic.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
-    # 1 - cos as 2 sin^2 of half the angle keeps its digits for small angles.
-    versine = 2 * arithmetic.sin(angle / 2) ** 2
+    # 1 - cos keeps its digits for small angles as 2 sin^2 of half the angle.
+    versine = 1 - arithmetic.cos(angle) if arithmetic.exact else 2 * arithmetic.sin(angle / 2) ** 2
     return (
         np.eye(3, dtype=int)
         + arithmetic.sin(angle) * cross
@@ -71,6 +71,8 @@ def from_matrix(rows: Sequence[Sequence[Scalar]], arithmetic: Arithmetic) -> Arr
     Raises ValueProblem for anything else, reflections included. Exact entries must be exactly a rotation.
     """
     matrix = arithmetic.array(rows)
+    if max(abs(arithmetic.size(entry)) for entry in matrix.flat) > 2:
+        raise ValueProblem("this matrix is no rotation: none has entries beyond 1")
     defect = arithmetic.tidy(matrix.T @ matrix - np.eye(3, dtype=int))
     miss = max(abs(arithmetic.size(entry)) for entry in defect.flat)
     if miss > ROTATION_TOLERANCE or (arithmetic.exact and any(entry != 0 for entry in defect.flat)):

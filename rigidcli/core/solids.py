@@ -74,12 +74,21 @@ def polygon(vertices: Array, n: Arithmetic) -> tuple[Scalar, Array, Array]:
 
 
 def plane_of(vertices: Array) -> tuple[Array, Array]:
-    """Rotation (3 by 3) and displacement (3, m) from the plane z = 0 to that of a polygon (k by 3, m)."""
+    """Rotation (3 by 3) and displacement (3, m) from the plane z = 0 to that of a polygon (k by 3, m).
+
+    Raises ValueProblem when the vertices lie on a line.
+    """
     spokes = vertices - vertices[0]
     first = spokes[np.argmax((spokes**2).sum(axis=1))]
-    first = first / np.linalg.norm(first)
-    across = spokes - np.outer(spokes @ first, first)
+    size = float(np.linalg.norm(first))
+    first = first / size
+    across = spokes / size - np.outer(spokes @ first / size, first)
     second = across[np.argmax((across**2).sum(axis=1))]
+    if np.linalg.norm(second) <= DEGENERATE:
+        raise ValueProblem("the vertices lie on a line")
+    # What rounding left along the first direction is taken out once more, now in the right units.
+    second = second / np.linalg.norm(second)
+    second = second - (second @ first) * first
     second = second / np.linalg.norm(second)
     return np.array([first, second, np.cross(first, second)]).T, vertices[0]
 
@@ -136,7 +145,7 @@ def _first_crossing(outline: Array) -> tuple[int, int] | None:
         a, b, c, d = start[i], end[i], start[others], end[others]
         straddle = (side(a, b, c) * side(a, b, d) <= 0) & (side(c, d, a) * side(c, d, b) <= 0)
         low, high = np.minimum(a, b), np.maximum(a, b)
-        near = (np.minimum(c, d) <= high) & (np.maximum(c, d) >= low)
+        near = (np.minimum(c, d) <= high + DEGENERATE) & (np.maximum(c, d) >= low - DEGENERATE)
         touching = others[straddle & near.all(axis=-1)]
         if touching.size:
             return i, int(touching[0])

@@ -41,8 +41,7 @@ class MassProperties:
 
 def point_tensor(d: Array) -> Array:
     """Tensor of a unit mass at `d` (3, m) about the origin: d^2 1 - d d^T (3 by 3, m^2)."""
-    tensor: Array = (d @ d) * np.eye(3, dtype=int) - np.outer(d, d)
-    return tensor
+    return from_second_moments(1, np.outer(d, d))
 
 
 def shift_from_com(tensor: Array, mass: Scalar, d: Array) -> Array:
@@ -67,8 +66,11 @@ def rotate(tensor: Array, rotation: Array) -> Array:
 
 def from_second_moments(mass: Scalar, second: Array) -> Array:
     """Tensor about the centre of mass from the mean of r r^T there (3 by 3, m^2): M (tr C 1 - C)."""
-    tensor: Array = mass * (np.trace(second) * np.eye(3, dtype=int) - second)
-    return tensor
+    xx, yy, zz = second.diagonal()
+    # Not the trace less an entry: that rounds away the small moment of a slender body.
+    tensor: Array = -second
+    tensor[[0, 1, 2], [0, 1, 2]] = [yy + zz, zz + xx, xx + yy]
+    return mass * tensor
 
 
 def of_points(points: Array) -> MassProperties:

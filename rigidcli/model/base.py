@@ -21,9 +21,9 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, InitErrorDetails, core_schema
 
 from rigidcli.core.arithmetic import Scalar
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.model import units
-from rigidcli.model.environment import Environment, nearest, number_of, shown
+from rigidcli.model.environment import Environment, number_of
 
 SECTION = "x-section"
 """Stands for `$ref` in the JSON Schema of one section: forms contain each other, and are joined later."""

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import difflib
-import json
 import math
 import pathlib
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
 from typing import Any
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
-from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.errors import ExpressionError, ValueProblem, nearest, shown
 from rigidcli.model.units import (
     Dimension,
     check_dimension,
@@ -22,8 +19,6 @@ from rigidcli.model.units import (
     split_quantity,
 )
 from rigidcli.symbolic.expression import Expression, parse
-
-LONGEST_SHOWN = 60
 
 
 @dataclass
@@ -114,21 +109,3 @@ def number_of(dimension: Dimension | None, sign: str | None = None) -> str:
     """What is expected where a number of this dimension stands, in words."""
     words = {"positive": "a positive", "nonnegative": "a nonnegative", None: "a"}[sign]
     return f"{words} number" if not dimension or not any(dimension) else f"{words} {dimension}"
-
-
-def shown(raw: object) -> str:
-    """A value as read, short and safe to print: backquotes round it, control characters escaped."""
-    if isinstance(raw, Mapping):
-        return "a mapping"
-    if isinstance(raw, list | tuple):
-        return f"a list of {len(raw)}"
-    if raw is None:
-        return "nothing"
-    text = raw if isinstance(raw, str) else json.dumps(raw, default=str)
-    text = text if text.isprintable() else json.dumps(text)
-    return f"`{text}`" if len(text) <= LONGEST_SHOWN else f"`{text[: LONGEST_SHOWN - 3]}...`"
-
-
-def nearest(word: str, known: list[str]) -> str | None:
-    """The word that was probably meant, if any is near."""
-    return next(iter(difflib.get_close_matches(word, known, n=1, cutoff=0.6)), None)

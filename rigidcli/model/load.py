@@ -15,10 +15,10 @@ from typing import Any
 from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic
-from rigidcli.errors import DocumentError, ExpressionError, Path, Problem, UsageError, ValueProblem
+from rigidcli.errors import DocumentError, ExpressionError, Path, Problem, UsageError, ValueProblem, shown
 from rigidcli.model.document import Document
-from rigidcli.model.environment import Environment, shown
-from rigidcli.model.syntax import MAX_BYTES, read_tree
+from rigidcli.model.environment import Environment
+from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
 from rigidcli.model.units import split_quantity
 from rigidcli.symbolic.expression import RESERVED, Expression, parse
 from rigidcli.symbolic.tree import Name
@@ -79,6 +79,7 @@ def _read(source: str) -> str:
                 if not stat.S_ISREG(os.fstat(descriptor).st_mode):
                     raise OSError(errno.EINVAL, "not a regular file")
                 data = file.read(MAX_BYTES + 1)
+        require_bounded(data, source)
         return data.decode("utf-8-sig")
     except OSError as error:
         raise DocumentError([Problem(source, f"cannot be read: {error.strerror or error}")]) from None

@@ -10,9 +10,8 @@ from pydantic import field_validator
 
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Arithmetic, Array
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ValueProblem, shown
 from rigidcli.model.base import Angle, AsList, Direction, Number, Section, by_key
-from rigidcli.model.environment import shown
 
 
 class Turn(Section):

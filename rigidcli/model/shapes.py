@@ -214,7 +214,6 @@ class EllipticCylinder(Solid):
 class HalfCylinder(Solid):
     """The half y >= 0 of a cylinder along z; origin at the centre of the flat face."""
 
-    ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
     shape: Literal["half_cylinder"]
     radius: Length
     height: Length

@@ -13,7 +13,7 @@ from typing import Any
 
 import yaml
 
-from rigidcli.errors import DocumentError, Path, Problem
+from rigidcli.errors import DocumentError, Path, Problem, shown
 
 MAX_BYTES = 2_000_000
 MAX_DEPTH = 50
@@ -27,6 +27,7 @@ _BOOL = {"true": True, "True": True, "TRUE": True, "false": False, "False": Fals
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _INT = re.compile(r"[-+]?[0-9]+")
 _BASED_INT = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
+_SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 
 
@@ -38,26 +39,39 @@ def read_tree(
     `decimal` makes numbers of plain scalars that are not integers. `lines` is filled with the line (from 1)
     of every value by its path; only the report of a problem asks for that.
     """
-    if len(text) > MAX_BYTES:
-        raise _refusal(
-            source,
-            None,
-            f"{len(text):,} characters, expected at most {MAX_BYTES:,}",
-            "many points are read faster from a .csv or .npy file: `points: cloud.npy`",
-        )
+    data = _join_surrogates(text).encode(errors="surrogatepass")
+    require_bounded(data, source)
     builder = _Builder(source, decimal, lines)
     try:
-        for event in yaml.parse(text, Loader=_LOADER):
+        for event in yaml.parse(data, Loader=_LOADER):
             builder.take(event)
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
-        hint = "YAML indents with blanks, not tabs" if "'\\t'" in str(error.problem) else None
         line = None if mark is None else mark.line + 1
+        tab = line is not None and re.match(r" *\t", "".join(text.splitlines()[line - 1 : line]))
+        hint = "YAML indents with blanks, not tabs" if tab else None
         raise _refusal(source, line, f"not YAML: {error.problem}", hint) from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1 if isinstance(error.position, int) else None
         raise _refusal(source, line, f"not YAML: {error.reason}", None) from None
     return builder.root
+
+
+def require_bounded(data: bytes, source: str) -> None:
+    """Raise DocumentError for a text of more than MAX_BYTES."""
+    if len(data) > MAX_BYTES:
+        hint = "many points are read faster from a .csv or .npy file: `points: cloud.npy`"
+        raise _refusal(source, None, f"too long, expected at most {MAX_BYTES:,} bytes", hint)
+
+
+def _join_surrogates(text: str) -> str:
+    """`text` with the pairs of escapes by which JSON writes characters such as U+1F600, and YAML does not."""
+
+    def character(pair: re.Match[str]) -> str:
+        high, low = (int(pair[group], 16) for group in (2, 3))
+        return pair[1] + chr(0x10000 + ((high - 0xD800) << 10) + (low - 0xDC00))
+
+    return _SURROGATES.sub(character, text) if "\\u" in text else text
 
 
 def _refusal(source: str, line: int | None, message: str, hint: str | None) -> DocumentError:
@@ -116,7 +130,7 @@ class _Builder:
         tag = getattr(event, "tag", None)
         if tag is not None:
             raise self._refusal(
-                event, f"the tag `{tag}` is not read", "leave out tags: the schema knows the types"
+                event, f"the tag {shown(tag)} is not read", "leave out tags: the schema knows the types"
             )
 
     def _take_key(self, event: yaml.ScalarEvent) -> None:
@@ -125,7 +139,7 @@ class _Builder:
         if key == "<<" and not event.style:
             raise self._refusal(event, "merge keys (`<<`) are not read", "write the keys out")
         if key in mapping:
-            raise self._refusal(event, f"the key `{key}` stands twice in this mapping")
+            raise self._refusal(event, f"the key {shown(key)} stands twice in this mapping")
         self._key[-1] = key
         if self._lines is not None:
             self._lines[(*path, key)] = _line(event)

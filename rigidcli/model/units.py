@@ -305,7 +305,10 @@ def _pint() -> Any:
 def _from_pint(name: str) -> Unit | None:
     """The unit of one bare name; None where pint knows none, or none of mechanics."""
     registry = _pint()
-    if name not in registry:
+    try:
+        if name not in registry:
+            return None
+    except AttributeError:  # what looks like one of Python's own names to pint
         return None
     try:
         zero, one = (registry.Quantity(Fraction(n), name).to_root_units() for n in (0, 1))

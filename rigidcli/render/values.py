@@ -51,7 +51,9 @@ def entries(value: Value, digits: int, notation: Notation) -> tuple[str, Any]:
         from rigidcli.symbolic.exact import common_factor
 
         factor, rest = common_factor(value)
-        return "" if factor == 1 else notation.exact(factor), _each(rest, notation.exact)
+        # A factor in front is easier to read when it takes the symbols along, or leaves plain numbers.
+        if factor != 1 and (factor.free_symbols or all(entry.is_Rational for entry in rest.flat)):
+            return notation.exact(factor), _each(rest, notation.exact)
     if is_exact(value):
         return "", _each(value, notation.exact)
     scale = float(np.abs(value).max(initial=0.0))

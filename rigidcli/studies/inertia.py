@@ -11,6 +11,7 @@ from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Array, Scalar
 from rigidcli.errors import ComputationError, DocumentError, Problem
 from rigidcli.model.document import Document
+from rigidcli.model.load import STDIN
 from rigidcli.report import Field, Report, Value
 
 SCHEMA = "rigidcli.inertia/1"
@@ -86,7 +87,7 @@ def report(
     """The report of a study; refused when a number in it is beyond what a float can hold."""
     if not document.arithmetic.exact:
         fields = tuple(replace(field, value=_settled(field)) for field in fields)
-    name = document.name or PurePath(document.source).stem
+    name = document.name or ("stdin" if document.source == STDIN else PurePath(document.source).stem)
     return Report(schema, name, document.source, title, fields, (*document.notes, *notes))
 
 

@@ -70,6 +70,10 @@ _LARGEST = sympy.Integer(2) ** MAX_BITS
 _ENDLESS = (sympy.zoo, sympy.nan, sympy.oo, -sympy.oo)
 
 
+FAILURES = (ArithmeticError, AttributeError, NotImplementedError, RecursionError, TypeError)
+"""What sympy raises within the bounds: by comparing huge numbers that it cannot tell apart, for one."""
+
+
 def exact(root: Node, values: Mapping[str, sympy.Expr]) -> sympy.Expr:
     """The exact value of a tree; `values` has one for each of its names.
 
@@ -79,11 +83,9 @@ def exact(root: Node, values: Mapping[str, sympy.Expr]) -> sympy.Expr:
         ExpressionError: there is no finite real value, sympy cannot tell, or it would be too large.
     """
     try:
-        return _Converter(values).convert(root)
-    except RecursionError:
-        raise ExpressionError("the expression is nested too deep for exact arithmetic") from None
-    except (ArithmeticError, AttributeError, NotImplementedError, TypeError) as error:
-        # Left over after the bounds: comparisons of huge numbers that sympy itself cannot decide.
+        known = {name: sympy.sympify(value, strict=True) for name, value in values.items()}
+        return _Converter(known).convert(root)
+    except FAILURES as error:
         raise ExpressionError("the expression cannot be worked out exactly") from error
 
 
@@ -215,7 +217,8 @@ class _Converter:
         return self.checked(getattr(sympy, FUNCTIONS[function].sympy)(*arguments))
 
     def check_exponential(self, argument: sympy.Expr) -> None:
-        """Check the powers of a that sympy makes of exp(n log a)."""
+        """Check a power of e, and the powers of a that sympy makes of exp(n log a)."""
+        self.check_power(sympy.E, argument)
         for term in sympy.Add.make_args(argument):
             factors = sympy.Mul.make_args(term)
             for factor in factors:
@@ -317,7 +320,7 @@ def _growth(base: sympy.Expr, exponent: sympy.Expr) -> float:
 def _is_imaginary(part: sympy.Expr) -> bool:
     if part.is_Pow and part.base.is_Rational and part.exp.is_Rational:
         return bool(part.base < 0 and not part.exp.is_Integer)
-    return part is sympy.I
+    return part is sympy.I or isinstance(part, (sympy.re, sympy.im, sympy.arg))
 
 
 def _has_signed_roots(part: sympy.Expr) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cmp_to_key
 from itertools import combinations
 from typing import Any
@@ -14,6 +15,9 @@ from rigidcli.core.principal import PrincipalFrame, canonical_axes
 from rigidcli.errors import ComputationError
 from rigidcli.symbolic.arithmetic import EXACT
 from rigidcli.symbolic.exact import tidy, tidy_array
+
+MAX_OPERATIONS_WITH_ANGLES = 200
+"""Of a discriminant in which sines and cosines are still to cancel."""
 
 
 def principal_frame(tensor: Array) -> PrincipalFrame:
@@ -40,7 +44,7 @@ def principal_frame(tensor: Array) -> PrincipalFrame:
             if other is not moment:
                 projector = tidy_array(projector @ (tensor - other * one) / (moment - other))
         projectors.append(projector)
-    axes = tidy_array(canonical_axes(projectors, groups, EXACT))
+    axes = tidy_array(canonical_axes(projectors, groups, _SIGN_FREE))
     return PrincipalFrame(np.array(order, dtype=object), axes, tuple(groups), ordered)
 
 
@@ -73,8 +77,19 @@ def _moments(tensor: Array) -> list[Any]:
 
 
 def _quadratic(a: Any, b: Any, c: Any) -> list[Any]:
-    root = sympy.sqrt(sympy.factor(tidy(b**2 - 4 * a * c)))
+    discriminant = sympy.factor(tidy(b**2 - 4 * a * c))
+    if discriminant.has(sympy.sin) and discriminant.count_ops() < MAX_OPERATIONS_WITH_ANGLES:
+        discriminant = sympy.trigsimp(discriminant)
+    root = _root_of_either_sign(discriminant)
     return [tidy((-b - root) / (2 * a)), tidy((-b + root) / (2 * a))]
+
+
+def _root_of_either_sign(x: Any) -> Any:
+    """A square root whose sign is free: of x^2 simply x, where sympy's own root is |x|."""
+    return sympy.sqrt(x).replace(sympy.Abs, lambda inner: inner)
+
+
+_SIGN_FREE = replace(EXACT, sqrt=_root_of_either_sign)
 
 
 def _ascending(moments: list[Any]) -> tuple[list[Any], bool]:

@@ -1,0 +1,324 @@
+"""Principal frames against mpmath's eigenvalues at 50 digits, and the rules where mechanics leaves a choice."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from rigidcli.core import principal, tensor
+from rigidcli.core.principal import PrincipalFrame, principal_frame
+
+Floats = NDArray[np.float64]
+
+few = settings(max_examples=50, deadline=None)
+
+EPS = float(np.finfo(np.float64).eps)
+
+QUATERNIONS = st.lists(st.floats(-1, 1), min_size=4, max_size=4).filter(lambda q: math.hypot(*q) > 0.1)
+SCALES = st.sampled_from([1e-47, 1e-12, 1.0, 7.3, 1e37, 1e59])
+
+
+@st.composite
+def moments(draw: st.DrawFn) -> list[float]:
+    """Moments that a body can have: l1 <= l2 <= l3 <= l1 + l2, equal ones and thin bodies among them."""
+    second = draw(st.sampled_from([1.0, draw(st.floats(0.5, 1.0))]))
+    low = draw(st.sampled_from([second, 1e-3, 1e-9, draw(st.floats(0.0, 1.0)) * second]))
+    high = second + low * draw(st.sampled_from([0.0, 1.0, draw(st.floats(0.0, 1.0))]))
+    return sorted([low, second, high])
+
+
+def turned(values: Sequence[float], turn: Floats) -> Floats:
+    return tensor.rotate(np.diag(np.array(values, dtype=float)), turn)
+
+
+def of_quaternion(quaternion: Sequence[float]) -> Floats:
+    return np.array(Rotation.from_quat(quaternion).as_matrix())
+
+
+def by_mpmath(inertia: Floats) -> list[float]:
+    """The eigenvalues of exactly this matrix, ascending, at 50 digits."""
+    with mpmath.workdps(50):
+        values = mpmath.eigsy(mpmath.matrix(inertia.tolist()), eigvals_only=True)
+        return sorted(float(value) for value in values)
+
+
+def require_frame(frame: PrincipalFrame) -> None:
+    """Orthonormal to rounding, right-handed, ascending; e1 and e2 have their largest component positive."""
+    axes = frame.axes
+    assert np.abs(axes @ axes.T - np.eye(3)).max() < 2e-15
+    assert abs(np.linalg.det(axes) - 1) < 2e-15
+    assert np.cross(axes[0], axes[1]) == pytest.approx(axes[2], abs=2e-15)
+    assert frame.moments[0] <= frame.moments[1] <= frame.moments[2]
+    assert frame.moments[0] >= 0
+    for axis in axes[:2]:
+        first = next(k for k in range(3) if axis[k] ** 2 >= max(axis**2) - 1e-9)
+        assert axis[first] > 0
+    assert [index for group in frame.groups for index in group] == [0, 1, 2]
+
+
+# --- any tensor
+
+
+@few
+@given(moments(), QUATERNIONS, SCALES)
+def test_moments_and_axes_of_any_body(values: list[float], quaternion: list[float], scale: float) -> None:
+    inertia = turned(values, of_quaternion(quaternion)) * scale
+    frame = principal_frame(inertia)
+    require_frame(frame)
+    largest = frame.moments[2]
+    assert np.abs(frame.moments - by_mpmath(inertia)).max() <= 1e-13 * largest
+    for axis, moment in zip(frame.axes, frame.moments, strict=True):
+        # Of a group of equal moments, any axis may be off by what they differ by, 1e-12 of the largest.
+        alone = any(len(group) == 1 and frame.moments[group[0]] == moment for group in frame.groups)
+        assert np.abs(inertia @ axis - moment * axis).max() <= (5e-15 if alone else 2e-12) * largest
+    assert principal.residual(inertia, frame) <= 3e-12
+    assert np.abs(frame.axes.T @ np.diag(frame.moments) @ frame.axes - inertia).max() <= 3e-12 * largest
+
+
+@few
+@given(QUATERNIONS, st.floats(0.1, 0.9), st.floats(0.1, 0.9))
+def test_well_separated_axes_are_exact_to_rounding(quaternion: list[float], low: float, step: float) -> None:
+    values, turn = [low, 1.0, 1.0 + low * step], of_quaternion(quaternion)
+    gap = min(1 - low, low * step)
+    frame = principal_frame(turned(values, turn))
+    assert frame.groups == ((0,), (1,), (2,))
+    for k in range(3):
+        # The error of an axis is about eps lambda3 / gap (J. Demmel, Applied Numerical Linear Algebra, theorem 5.4).
+        assert abs(abs(float(turn[:, k] @ frame.axes[k])) - 1) < 1e-14
+        assert np.abs(np.cross(turn[:, k], frame.axes[k])).max() < 20 * EPS * values[2] / gap
+
+
+@few
+@given(moments(), QUATERNIONS)
+def test_the_same_tensor_gives_the_same_bytes(values: list[float], quaternion: list[float]) -> None:
+    inertia = turned(values, of_quaternion(quaternion))
+    one, two = principal_frame(inertia), principal_frame(np.array(inertia.tolist()))
+    three = principal_frame(np.asfortranarray(inertia))
+    for other in (two, three):
+        assert one.moments.tobytes() == other.moments.tobytes()
+        assert np.ascontiguousarray(one.axes).tobytes() == np.ascontiguousarray(other.axes).tobytes()
+        assert one.groups == other.groups
+
+
+def test_the_tensor_itself_is_left_alone() -> None:
+    inertia = np.array([[2.0, -1, 0], [-1, 2, 0], [0, 0, 4]])
+    before = inertia.copy()
+    principal_frame(inertia)
+    assert np.array_equal(inertia, before)
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations([1.0, 2.0, 2.5])))
+def test_a_diagonal_tensor_in_any_order(order: tuple[float, ...]) -> None:
+    frame = principal_frame(np.diag(order))
+    assert frame.moments.tolist() == [1.0, 2.0, 2.5]
+    for k, axis in enumerate(frame.axes):
+        place = order.index(sorted(order)[k])
+        expected = np.zeros(3)
+        expected[place] = 1.0
+        assert np.abs(axis).tolist() == expected.tolist()
+    assert frame.axes[:2].min() >= 0
+    require_frame(frame)
+    # e3 yields: with an odd order it points along minus its axis.
+    odd = np.linalg.det(np.abs(frame.axes)) < 0
+    assert (frame.axes[2].min() < 0) == odd
+
+
+# --- published and hand-made numbers
+
+
+def test_the_cube_about_its_corner() -> None:
+    # M a^2/12 [[8, -3, -3], ...]: 2, 11, 11, e1 along the diagonal (J. R. Taylor, Classical Mechanics, example 10.4).
+    inertia = np.array([[8.0, -3, -3], [-3, 8, -3], [-3, -3, 8]])
+    frame = principal_frame(inertia)
+    assert frame.moments == pytest.approx([2, 11, 11], rel=1e-15)
+    assert frame.axes[0] == pytest.approx(np.ones(3) / math.sqrt(3), abs=1e-15)
+    assert frame.groups == ((0,), (1, 2))
+    assert principal.body_class(frame) == "prolate"
+    # Nearest to the plane across (1, 1, 1) are x, y, z alike; the first is taken.
+    assert frame.axes[1] == pytest.approx(np.array([2, -1, -1]) / math.sqrt(6), abs=1e-15)
+    assert frame.axes[2] == pytest.approx(np.array([0, 1, -1]) / math.sqrt(2), abs=1e-15)
+    assert principal.residual(inertia, frame) < 1e-15
+    require_frame(frame)
+
+
+def test_masses_one_two_three() -> None:
+    # Masses m, 2m, 3m at (a,0,0), (0,a,a), (0,a,-a): tensor [[10,0,0],[0,6,1],[0,1,6]], moments 5, 7, 10.
+    frame = principal_frame(np.array([[10.0, 0, 0], [0, 6, 1], [0, 1, 6]]))
+    assert frame.moments == pytest.approx([5, 7, 10], rel=1e-15)
+    half = math.sqrt(0.5)
+    assert np.abs(frame.axes) == pytest.approx(np.array([[0, half, half], [0, half, half], [1, 0, 0]]), abs=1e-15)
+    # Of (0, 1, -1)/sqrt 2 both components are largest: the first is positive.
+    assert frame.axes[0] == pytest.approx([0, half, -half], abs=1e-15)
+    assert principal.body_class(frame) == "asymmetric"
+
+
+# --- equal moments
+
+
+GAPS = [0.0, 1e-16, 1e-13, 0.9e-12]
+
+
+@pytest.mark.parametrize("gap", GAPS)
+@pytest.mark.parametrize("scale", [1e-47, 1.0, 1e59])
+def test_nearly_equal_moments_are_one_group(gap: float, scale: float) -> None:
+    # On the one side of 1e-12 lambda3 ...
+    low = principal_frame(np.diag([1.0, 1 + gap * 1.5, 1.5]) * scale)
+    assert low.groups == ((0, 1), (2,))
+    assert low.axes.tolist() == np.eye(3).tolist()
+    high = principal_frame(np.diag([0.7, 1.0, 1 + gap]) * scale)
+    assert high.groups == ((0,), (1, 2))
+    every = principal_frame(np.diag([1.0, 1 + gap, 1 + gap]) * scale)
+    assert every.groups == ((0, 1, 2),)
+    assert every.axes.tolist() == np.eye(3).tolist()
+    assert [principal.body_class(frame) for frame in (low, high, every)] == ["oblate", "prolate", "spherical"]
+
+
+@pytest.mark.parametrize("gap", [1.1e-12, 1e-11, 1e-6])
+@pytest.mark.parametrize("scale", [1e-47, 1.0, 1e59])
+def test_moments_further_apart_are_not(gap: float, scale: float) -> None:
+    # ... and on the other.
+    for values in ([1.0, 1 + gap * 1.5, 1.5], [0.7, 1.0, 1 + gap]):
+        frame = principal_frame(np.diag(values) * scale)
+        assert frame.groups == ((0,), (1,), (2,))
+        assert principal.body_class(frame) == "asymmetric"
+        assert frame.axes.tolist() == np.eye(3).tolist()
+
+
+@few
+@given(QUATERNIONS, st.sampled_from([0.0, 1e-13, 8e-13]), SCALES)
+def test_a_group_is_found_in_any_axes(quaternion: list[float], gap: float, scale: float) -> None:
+    turn = of_quaternion(quaternion)
+    for values, groups in (([1, 1 + gap, 1.6], ((0, 1), (2,))), ([0.5, 1, 1 + gap], ((0,), (1, 2)))):
+        frame = principal_frame(turned(values, turn) * scale)
+        assert frame.groups == groups
+        require_frame(frame)
+
+
+@few
+@given(
+    st.lists(st.floats(-1, 1), min_size=3, max_size=3).filter(lambda v: math.hypot(*v) > 0.1),
+    st.floats(-4, 4),
+    st.sampled_from([(1.0, 1.7), (1.0, 0.4), (1.0, 0.0)]),
+)
+def test_turning_a_symmetric_body_about_its_axis_changes_nothing(
+    axis: list[float], angle: float, pair: tuple[float, float]
+) -> None:
+    across, along = pair
+    n = np.array(axis) / math.hypot(*axis)
+    inertia = across * (np.eye(3) - np.outer(n, n)) + along * np.outer(n, n)
+    # Where two coordinate axes lie equally near the plane, within the rule's tolerance, rounding may choose.
+    nearness = np.sort(1 - n**2)
+    assume(all(abs(nearness[2] - other - principal.PIVOT_TIE) > 1e-12 for other in nearness[:2]))
+    one = principal_frame((inertia + inertia.T) / 2)
+    two = principal_frame(tensor.rotate(inertia, np.array(Rotation.from_rotvec(angle * n).as_matrix())))
+    assert two.axes == pytest.approx(one.axes, abs=2e-14)
+    assert two.groups == one.groups
+
+
+def test_a_ring_of_masses_has_one_frame_however_it_is_turned() -> None:
+    frames = []
+    for start in np.linspace(0, 1, 7):
+        angles = start + 2 * np.pi * np.arange(5) / 5
+        ring = np.array([np.ones(5), np.cos(angles), np.sin(angles), 0 * angles]).T
+        frames.append(principal_frame(tensor.of_points(ring).tensor))
+    for frame in frames:
+        assert frame.groups == ((0, 1), (2,))
+        assert frame.axes == pytest.approx(np.eye(3), abs=1e-14)
+
+
+@pytest.mark.parametrize("noise", [0.0, 3e-15, -3e-15])
+def test_the_sign_of_a_tie_does_not_hang_on_rounding(noise: float) -> None:
+    # e1 along (1, -1, 0)/sqrt 2, with either component larger by rounding: the first is positive.
+    c, s = math.sqrt(0.5) + noise, -math.sqrt(0.5) + noise
+    e1, e2 = np.array([c, s, 0.0]), np.array([-s, c, 0.0])
+    inertia = np.outer(e1, e1) + 1.5 * np.outer(e2, e2) + 2 * np.diag([0, 0, 1.0])
+    frame = principal_frame(inertia)
+    half = math.sqrt(0.5)
+    assert frame.axes == pytest.approx(np.array([[half, -half, 0], [half, half, 0], [0, 0, 1]]), abs=1e-13)
+
+
+# --- zero moments
+
+
+@few
+@given(QUATERNIONS, SCALES)
+def test_a_linear_body_has_the_moment_zero(quaternion: list[float], scale: float) -> None:
+    turn = of_quaternion(quaternion)
+    frame = principal_frame(turned([0, 1, 1], turn) * scale)
+    assert frame.moments[0] == 0.0
+    assert frame.moments[1:] == pytest.approx([scale, scale], rel=1e-15 * 4, abs=0)
+    assert frame.groups == ((0,), (1, 2))
+    assert principal.body_class(frame) == "linear"
+    assert np.abs(np.cross(turn[:, 0], frame.axes[0])).max() < 1e-14
+    require_frame(frame)
+
+
+@few
+@given(
+    st.lists(st.floats(0.1, 10), min_size=2, max_size=5),
+    st.lists(st.floats(-1, 1), min_size=3, max_size=3).filter(lambda v: math.hypot(*v) > 0.1),
+)
+def test_masses_on_a_line_are_linear(masses: list[float], axis: list[float]) -> None:
+    rows = np.array([[m, *(k * np.array(axis))] for k, m in enumerate(masses)])
+    frame = principal_frame(tensor.of_points(rows).tensor)
+    assert principal.body_class(frame) == "linear"
+
+
+def test_a_point_has_the_axes_of_the_document() -> None:
+    frame = principal_frame(np.zeros((3, 3)))
+    assert frame.moments.tolist() == [0, 0, 0]
+    assert frame.axes.tolist() == np.eye(3).tolist()
+    assert frame.groups == ((0, 1, 2),)
+    assert principal.body_class(frame) == "point"
+    assert principal.residual(np.zeros((3, 3)), frame) == 0.0
+
+
+# --- thin bodies
+
+
+def wire(ratio: float) -> list[float]:
+    """Moments, in M h^2, of a cylinder of radius `ratio` and length 1: M R^2/2 and M (3 R^2 + h^2)/12."""
+    across = (3 * ratio**2 + 1) / 12
+    return [ratio**2 / 2, across, across]
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
+@pytest.mark.parametrize("ratio", [1e-2, 1e-4, 1e-6])
+def test_a_thin_wire_along_an_axis_keeps_its_small_moment(ratio: float, order: tuple[int, ...]) -> None:
+    values = [wire(ratio)[k] for k in order]
+    frame = principal_frame(np.diag(values))
+    assert frame.moments == pytest.approx(wire(ratio), rel=1e-15, abs=0)
+    assert principal.body_class(frame) == "prolate"
+
+
+@few
+@given(QUATERNIONS)
+def test_a_thin_wire_in_any_direction_keeps_its_small_moment(quaternion: list[float]) -> None:
+    inertia = turned(wire(1e-6), of_quaternion(quaternion))
+    frame = principal_frame(inertia)
+    assert principal.body_class(frame) == "prolate"
+    # Rounding the entries of the tensor alone moves it by eps lambda3, which is 4e-5 of it.
+    assert abs(frame.moments[0] - by_mpmath(inertia)[0]) < 8 * EPS * frame.moments[2]
+    assert frame.moments[0] == pytest.approx(5e-13, rel=1e-3, abs=0)
+
+
+# --- the residual
+
+
+def test_the_residual_is_the_largest_miss() -> None:
+    frame = PrincipalFrame(np.array([1.0, 2.0, 4.0]), np.eye(3), ((0,), (1,), (2,)))
+    inertia = np.diag([1.0, 2.0, 4.0])
+    assert principal.residual(inertia, frame) == 0.0
+    inertia[0, 1] = inertia[1, 0] = 0.3
+    inertia[2, 0] = inertia[0, 2] = 0.4
+    # I e1 - e1 = (0, 0.3, 0.4), in units of lambda3 = 4.
+    assert principal.residual(inertia, frame) == pytest.approx(0.125, rel=1e-15)

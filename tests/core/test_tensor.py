@@ -1,0 +1,369 @@
+"""Inertia tensors against sums in exact fractions, over bodies made from point masses."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from rigidcli.core import principal, tensor
+from rigidcli.core.tensor import MassProperties
+from rigidcli.errors import ValueProblem
+
+Floats = NDArray[np.float64]
+
+few = settings(max_examples=25, deadline=None)
+
+# From atoms (1e-27 kg, 1e-10 m) to planets (1e37 kg m^2 and more, 1e11 m), in powers of two, by which floats are
+# multiplied without rounding: every absolute tolerance and every unit hidden in the code then shows.
+MASS_EXPONENTS = st.integers(-90, 123)
+LENGTH_EXPONENTS = st.integers(-33, 37)
+
+
+def _numbers(low: float, high: float) -> st.SearchStrategy[float]:
+    return st.floats(low, high, allow_nan=False, width=64).map(lambda x: 0.0 if abs(x) < 1e-6 else x)
+
+
+@st.composite
+def point_clouds(draw: st.DrawFn, least: int = 1, most: int = 8) -> Floats:
+    """Rows (m, x, y, z): masses within a factor of a million, coordinates of the order of 1."""
+    count = draw(st.integers(least, most))
+    rows = [
+        [draw(st.floats(1e-3, 1e3)), *(draw(_numbers(-4.0, 4.0)) for _ in range(3))] for _ in range(count)
+    ]
+    return np.array(rows)
+
+
+@st.composite
+def rotations(draw: st.DrawFn) -> Floats:
+    """Rotation matrices from unit quaternions, by scipy."""
+    quaternion = [draw(st.floats(-1, 1)) for _ in range(4)]
+    if np.linalg.norm(quaternion) < 0.1:
+        quaternion[3] = 1.0
+    return np.array(Rotation.from_quat(quaternion).as_matrix())
+
+
+VECTORS = st.lists(_numbers(-10.0, 10.0), min_size=3, max_size=3).map(np.array)
+
+
+def exact_sums(points: Floats, about: Sequence[float] | None = None) -> tuple[float, Floats, Floats]:
+    """Mass, centre of mass and tensor (about it, or about a point) of rows m, x, y, z; only the end is rounded."""
+    rows = [[Fraction(float(value)) for value in row] for row in points]
+    mass = sum(row[0] for row in rows)
+    com = [sum(row[0] * row[1 + k] for row in rows) / mass for k in range(3)]
+    origin = com if about is None else [Fraction(float(x)) for x in about]
+    inertia = [[Fraction(0)] * 3 for _ in range(3)]
+    for m, *place in rows:
+        r = [place[k] - origin[k] for k in range(3)]
+        inertia[0][0] += m * (r[1] ** 2 + r[2] ** 2)
+        inertia[1][1] += m * (r[0] ** 2 + r[2] ** 2)
+        inertia[2][2] += m * (r[0] ** 2 + r[1] ** 2)
+        for i, j in ((0, 1), (0, 2), (1, 2)):
+            inertia[i][j] -= m * r[i] * r[j]
+            inertia[j][i] -= m * r[i] * r[j]
+    return float(mass), np.array(com, dtype=float), np.array(inertia, dtype=float)
+
+
+def extent(points: Floats) -> float:
+    """M d^2 with d the largest distance from the first point: the scale on which a central tensor is rounded."""
+    reach = np.abs(points[:, 1:] - points[0, 1:]).max()
+    return float(points[:, 0].sum() * reach**2)
+
+
+def missing(body: MassProperties) -> MassProperties:
+    """The body as a hole: what `combine` says of holes."""
+    return MassProperties(-body.mass, body.com, -body.tensor)
+
+
+def near(found: Any, expected: Any, scale: float, tolerance: float = 1e-14) -> bool:
+    return bool(np.abs(np.asarray(found, dtype=float) - expected).max() <= tolerance * scale)
+
+
+# --- one cloud
+
+
+@few
+@given(point_clouds())
+def test_points_equal_the_sums_in_fractions(points: Floats) -> None:
+    body = tensor.of_points(points)
+    mass, com, central = exact_sums(points)
+    assert body.mass == pytest.approx(mass, rel=1e-15, abs=0)
+    assert near(body.com, com, 4.0)
+    assert near(body.tensor, central, extent(points))
+
+
+def test_products_of_inertia_carry_the_minus_sign() -> None:
+    # Two unit masses at +-(1, 2, 3): Ixx = 2 (4 + 9), Ixy = -2 * 1 * 2.
+    body = tensor.of_points(np.array([[1.0, 1, 2, 3], [1.0, -1, -2, -3]]))
+    assert body.tensor.tolist() == [[26, -4, -6], [-4, 20, -12], [-6, -12, 10]]
+    assert body.com.tolist() == [0, 0, 0]
+
+
+def test_a_rotating_cloud_has_the_momentum_and_energy_that_its_tensor_says() -> None:
+    # L = sum m r x (omega x r) and T = sum m |omega x r|^2 / 2, without any tensor.
+    rng = np.random.default_rng(1)
+    points = np.hstack([rng.uniform(0.1, 2, (20, 1)), rng.normal(size=(20, 3))])
+    body, omega = tensor.of_points(points), rng.normal(size=3)
+    arms = points[:, 1:] - body.com
+    velocities = np.cross(omega, arms)
+    momentum = (points[:, :1] * np.cross(arms, velocities)).sum(axis=0)
+    energy = (points[:, 0] * (velocities**2).sum(axis=1)).sum() / 2
+    assert body.tensor @ omega == pytest.approx(momentum, rel=1e-13, abs=0)
+    assert omega @ body.tensor @ omega / 2 == pytest.approx(energy, rel=1e-13, abs=0)
+
+
+@few
+@given(point_clouds(least=2), st.integers(0, 2), st.integers(0, 2))
+def test_far_from_the_origin_the_central_tensor_keeps_its_digits(points: Floats, axis: int, other: int) -> None:
+    points = points.copy()
+    points[:, 1 + axis] += 1e8
+    points[:, 1 + other] -= 1e8
+    # The points are now at what floats there are at 1e8 (1.5e-8 apart); of these the tensor is exact.
+    _, com, central = exact_sums(points)
+    body = tensor.of_points(points)
+    assert near(body.com, com, 1e8, 4e-16)
+    assert near(body.tensor, central, extent(points))
+    single = [MassProperties(row[0], row[1:], np.zeros((3, 3))) for row in points]
+    # Here the centre itself is rounded at 1e8, which shows in the second order only.
+    rounding = points[:, 0].sum() * 3 * (np.spacing(2e8) ** 2)
+    combined = tensor.combine(single)
+    assert near(combined.tensor, central, 1.0, 1e-14 * extent(points) + rounding)
+
+
+@few
+@given(point_clouds(), MASS_EXPONENTS, LENGTH_EXPONENTS)
+def test_mass_and_length_scale_the_tensor_exactly(points: Floats, m: int, a: int) -> None:
+    scaled = points * np.array([2.0**m, *3 * (2.0**a,)])
+    one, other = tensor.of_points(points), tensor.of_points(scaled)
+    assert other.mass == one.mass * 2.0**m
+    assert np.array_equal(other.com, one.com * 2.0**a)
+    assert np.array_equal(other.tensor, one.tensor * 2.0 ** (m + 2 * a))
+
+
+# --- sums of one sign keep their digits
+
+
+def test_a_point_near_an_axis_keeps_its_small_moment_about_it() -> None:
+    # About z, a unit mass at (3e-9, 4e-9, 1) has the moment x^2 + y^2 = 25e-18, next to moments of 1.
+    small = tensor.point_tensor(np.array([3e-9, 4e-9, 1.0]))
+    assert small[2, 2] == pytest.approx(25e-18, rel=1e-14, abs=0)
+
+
+def test_thin_second_moments_keep_the_small_moment() -> None:
+    # A wire along z, 1 m long and 2e-6 m thick: Izz = M R^2/2.
+    wire = tensor.from_second_moments(1.0, np.diag([1e-12 / 4, 1e-12 / 4, 1 / 12]))
+    assert wire[2, 2] == pytest.approx(5e-13, rel=1e-14, abs=0)
+
+
+def test_points_along_a_line_keep_the_small_moment_about_it() -> None:
+    points = np.array([[1.0, 1e-7, 0, 1], [2.0, -1e-7, 2e-7, 0.3], [1.0, 1e-7, -4e-7, -1.6]])
+    _, _, central = exact_sums(points)
+    body = tensor.of_points(points)
+    assert body.tensor[2, 2] == pytest.approx(central[2, 2], rel=1e-13, abs=0)
+
+
+def test_a_rod_shifted_almost_along_itself_keeps_the_small_moment() -> None:
+    rod = np.diag([1 / 12, 1 / 12, 0.0])
+    shifted = tensor.shift_from_com(rod, 2.0, np.array([1e-8, 0.0, 1.0]))
+    assert shifted[2, 2] == pytest.approx(2e-16, rel=1e-14, abs=0)
+
+
+# --- shifting
+
+
+@few
+@given(point_clouds(), VECTORS)
+def test_shift_from_the_centre_is_the_sum_about_the_point(points: Floats, about: Floats) -> None:
+    body = tensor.of_points(points)
+    _, _, expected = exact_sums(points, list(about))
+    found = tensor.shift_from_com(body.tensor, body.mass, about - body.com)
+    assert near(found, expected, points[:, 0].sum() * 300)
+
+
+@few
+@given(point_clouds(), VECTORS)
+def test_shift_there_and_back(points: Floats, d: Floats) -> None:
+    body = tensor.of_points(points)
+    there = tensor.shift_from_com(body.tensor, body.mass, d)
+    back = tensor.shift_to_com(there, body.mass, d)
+    assert near(back, body.tensor, body.mass * float(d @ d) + extent(points), 1e-15 * 4)
+
+
+@few
+@given(point_clouds(), VECTORS)
+def test_the_moment_about_the_centre_is_the_least(points: Floats, d: Floats) -> None:
+    body = tensor.of_points(points)
+    difference = tensor.shift_from_com(body.tensor, body.mass, d) - body.tensor
+    assert np.linalg.eigvalsh(difference)[0] >= -1e-14 * body.mass * (float(d @ d) + 300)
+
+
+# --- turning
+
+
+@few
+@given(point_clouds(), rotations())
+def test_rotation_keeps_trace_and_moments(points: Floats, turn: Floats) -> None:
+    before = tensor.of_points(points).tensor
+    after = tensor.rotate(before, turn)
+    scale = extent(points)
+    assert np.array_equal(after, after.T)
+    assert abs(np.trace(after) - np.trace(before)) <= 1e-14 * scale
+    assert near(np.linalg.eigvalsh(after), np.linalg.eigvalsh(before), scale)
+    assert near(tensor.rotate(after, turn.T), before, scale)
+
+
+@few
+@given(point_clouds(), rotations(), VECTORS)
+def test_placing_a_body_is_placing_its_points(points: Floats, turn: Floats, shift: Floats) -> None:
+    placed = tensor.place(tensor.of_points(points), turn, shift)
+    moved = np.hstack([points[:, :1], points[:, 1:] @ turn.T + shift])
+    _, com, central = exact_sums(moved)
+    assert near(placed.com, com, 20.0)
+    # The moved points are rounded at their distance from the origin, about 20.
+    assert near(placed.tensor, central, extent(points) + points[:, 0].sum() * 20)
+
+
+@few
+@given(point_clouds(least=2), rotations(), rotations())
+def test_two_turns_are_their_product(points: Floats, one: Floats, two: Floats) -> None:
+    body = tensor.of_points(points).tensor
+    twice = tensor.rotate(tensor.rotate(body, one), two)
+    assert near(twice, tensor.rotate(body, two @ one), extent(points))
+
+
+# --- taking bodies as one
+
+
+@few
+@given(point_clouds(), point_clouds(), point_clouds())
+def test_combining_is_associative_and_equals_all_points_at_once(a: Floats, b: Floats, c: Floats) -> None:
+    bodies = [tensor.of_points(points) for points in (a, b, c)]
+    every = np.vstack([a, b, c])
+    mass, com, central = exact_sums(every)
+    scale = mass * 64 * 3
+    left = tensor.combine([tensor.combine(bodies[:2]), bodies[2]])
+    right = tensor.combine([bodies[0], tensor.combine(bodies[1:])])
+    for found in (tensor.combine(bodies), left, right, tensor.combine(bodies[::-1]), tensor.of_points(every)):
+        assert found.mass == pytest.approx(mass, rel=1e-15, abs=0)
+        assert near(found.com, com, 8.0)
+        assert near(found.tensor, central, scale)
+
+
+@few
+@given(point_clouds(), point_clouds())
+def test_a_hole_undoes_what_was_added(a: Floats, b: Floats) -> None:
+    whole = tensor.of_points(np.vstack([a, b]))
+    rest = tensor.combine([whole, missing(tensor.of_points(b))])
+    mass, com, central = exact_sums(a)
+    lost = float(whole.mass) / mass
+    assert rest.mass == pytest.approx(mass, rel=1e-15 * 4 * lost, abs=0)
+    assert near(rest.com, com, 8.0, 1e-14 * lost)
+    assert near(rest.tensor, central, float(whole.mass) * 200, 1e-14 * lost)
+
+
+@few
+@given(point_clouds(), MASS_EXPONENTS, LENGTH_EXPONENTS)
+def test_combining_scales_exactly(points: Floats, m: int, a: int) -> None:
+    def combined(rows: Floats) -> MassProperties:
+        return tensor.combine(tensor.of_points(rows[k : k + 1]) for k in range(len(rows)))
+
+    one, other = combined(points), combined(points * np.array([2.0**m, *3 * (2.0**a,)]))
+    assert np.array_equal(other.com, one.com * 2.0**a)
+    assert np.array_equal(other.tensor, one.tensor * 2.0 ** (m + 2 * a))
+
+
+def test_masses_that_cancel_have_no_centre() -> None:
+    body = tensor.of_points(np.array([[2.0, 1, 0, 0]]))
+    with pytest.raises(ValueProblem, match="zero"):
+        tensor.combine([body, missing(body)])
+
+
+# --- which tensors a body can have
+
+
+@few
+@given(point_clouds(), rotations(), MASS_EXPONENTS, LENGTH_EXPONENTS)
+def test_every_cloud_is_physical_at_every_scale(points: Floats, turn: Floats, m: int, a: int) -> None:
+    body = tensor.of_points(points * np.array([2.0**m, *3 * (2.0**a,)]))
+    tensor.require_physical(tensor.rotate(body.tensor, turn))
+
+
+SCALES = [1e-47, 1e-20, 1.0, 1e37, 1e59]
+TURNS = [np.eye(3), Rotation.from_euler("ZXZ", [0.3, 1.1, -2.0]).as_matrix()]
+
+
+def _turned(moments: Sequence[float], turn: Floats, scale: float) -> Floats:
+    return tensor.rotate(np.diag(moments), turn) * scale
+
+
+@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize("turn", TURNS, ids=["straight", "turned"])
+@pytest.mark.parametrize("pair", [(1.0, 1.0), (1.0, 3.0), (0.01, 1.0), (0.0, 1.0)])
+def test_both_sides_of_the_slack_of_the_triangle(
+    pair: tuple[float, float], turn: Floats, scale: float
+) -> None:
+    # lambda3 = lambda1 + lambda2 + excess, the slack being 1e-10 of the trace.
+    low, middle = pair
+    edge = tensor.PHYSICAL_SLACK * 2 * (low + middle)
+    tensor.require_physical(_turned((low, middle, low + middle), turn, scale))
+    tensor.require_physical(_turned((low, middle, low + middle + 0.99 * edge), turn, scale))
+    with pytest.raises(ValueProblem, match="lambda3 <= lambda1 \\+ lambda2"):
+        tensor.require_physical(_turned((low, middle, low + middle + 1.01 * edge), turn, scale))
+
+
+@pytest.mark.parametrize("scale", SCALES)
+@pytest.mark.parametrize("turn", TURNS, ids=["straight", "turned"])
+def test_both_sides_of_the_slack_of_a_negative_moment(turn: Floats, scale: float) -> None:
+    edge = tensor.PHYSICAL_SLACK * 2
+    tensor.require_physical(_turned((-0.99 * edge, 1.0, 1.0), turn, scale))
+    with pytest.raises(ValueProblem, match="lambda1 >= 0"):
+        tensor.require_physical(_turned((-1.01 * edge, 1.0, 1.0), turn, scale))
+
+
+def test_the_slack_is_a_billionth_of_the_trace_at_most() -> None:
+    # NUMERICS: relative to the trace only. A slack that could hide 0.1 ppm of a body would be none.
+    assert 1e-15 < tensor.PHYSICAL_SLACK <= 1e-9
+
+
+@pytest.mark.parametrize(
+    ("moments", "law"),
+    [
+        ((-1, -1, -1), "lambda1 >= 0"),
+        ((-1, 0, 1), "lambda1 >= 0"),
+        ((0, 0, 1), "lambda3 <= lambda1"),
+        ((1, 1, 3), "lambda3 <= lambda1"),
+    ],
+)
+def test_what_no_body_can_have_is_refused(moments: tuple[float, ...], law: str) -> None:
+    with pytest.raises(ValueProblem, match=law):
+        tensor.require_physical(np.diag(np.array(moments, dtype=float)))
+
+
+def test_the_shortfall_says_by_how_much() -> None:
+    text, amount = tensor.shortfall(np.diag([1.0, 2.0, 3.5])) or ("", 0.0)
+    assert "3.5 > 3" in text
+    assert amount == pytest.approx(0.5, rel=1e-14, abs=0)
+    assert tensor.shortfall(np.zeros((3, 3))) is None
+    assert tensor.shortfall(np.diag([1.0, 2.0, 3.0])) is None
+
+
+# --- thin and light bodies, through to the moments
+
+
+@few
+@given(point_clouds(least=3), MASS_EXPONENTS, LENGTH_EXPONENTS)
+def test_principal_frames_scale_exactly(points: Floats, m: int, a: int) -> None:
+    inertia = tensor.of_points(points).tensor
+    one = principal.principal_frame(inertia)
+    other = principal.principal_frame(inertia * 2.0 ** (m + 2 * a))
+    assert np.array_equal(other.moments, one.moments * 2.0 ** (m + 2 * a))
+    assert np.array_equal(other.axes, one.axes)
+    assert other.groups == one.groups
+    assert principal.body_class(other) == principal.body_class(one)

@@ -1,0 +1,1147 @@
+"""Every shape against quadrature over a parametrisation of its own, written from the table of the interface.
+
+The parametrisations below are smooth in coordinates from 0 to 1, so that Gauss-Legendre nodes give all digits; each is
+itself tied to an indicator (which points belong to the shape), and that to the shape's `contains`.
+"""
+
+from __future__ import annotations
+
+import itertools
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+import rigidcli
+from rigidcli.errors import DocumentError
+from rigidcli.model.shape import Lamina, Region
+from rigidcli.model.shapes import SHAPES
+
+Floats = NDArray[np.float64]
+Dimensions = Mapping[str, Any]
+Patch = Callable[[Floats, Floats, Floats], tuple[Any, Any, Any, Any]]
+"""From u, v, w (0 to 1 each) to x, y, z and the Jacobian; a surface leaves out w, a curve v and w."""
+
+few = settings(max_examples=40, deadline=None)
+
+TAU = 2 * math.pi
+
+
+# --- parametrisations
+
+
+def _block(low: Sequence[float], high: Sequence[float]) -> Patch:
+    def patch(u: Floats, v: Floats, w: Floats) -> tuple[Any, Any, Any, Any]:
+        sides = [b - a for a, b in zip(low, high, strict=True)]
+        x, y, z = (a + side * t for a, side, t in zip(low, sides, (u, v, w), strict=True))
+        return x, y, z, math.prod(side for side in sides if side)
+
+    return patch
+
+
+def _stack(
+    height: float,
+    square: Callable[[Floats], Any],
+    *,
+    hole: float = 0.0,
+    sweep: float = TAU,
+    sign: float = 1.0,
+    stretch: tuple[float, float] = (1.0, 1.0),
+    start: float = 0.0,
+) -> Patch:
+    """Round slices: at z = start + sign t, with t from 0 to `height`, a disk of radius^2 `square(t)`."""
+
+    def patch(u: Floats, v: Floats, w: Floats) -> tuple[Any, Any, Any, Any]:
+        t = height * u
+        outer = np.sqrt(square(t))
+        rho = hole + (outer - hole) * w
+        phi = sweep * v
+        jacobian = height * sweep * rho * (outer - hole) * stretch[0] * stretch[1]
+        return stretch[0] * rho * np.cos(phi), stretch[1] * rho * np.sin(phi), start + sign * t, jacobian
+
+    return patch
+
+
+def _ball(outer: float, inner: float = 0.0, axes: Sequence[float] = (1, 1, 1)) -> Patch:
+    """Spherical coordinates: radius, cosine of the polar angle, azimuth; stretched to an ellipsoid."""
+
+    def patch(u: Floats, v: Floats, w: Floats) -> tuple[Any, Any, Any, Any]:
+        s, c, phi = inner + (outer - inner) * u, 2 * w - 1, TAU * v
+        rho = s * np.sqrt(1 - c**2)
+        a, b, h = axes
+        jacobian = 2 * TAU * (outer - inner) * s**2 * a * b * h
+        return a * rho * np.cos(phi), b * rho * np.sin(phi), h * s * c, jacobian
+
+    return patch
+
+
+def _torus(major: float, minor: float) -> Patch:
+    def patch(u: Floats, v: Floats, w: Floats) -> tuple[Any, Any, Any, Any]:
+        s, turn, phi = minor * u, TAU * w, TAU * v
+        rho = major + s * np.cos(turn)
+        return rho * np.cos(phi), rho * np.sin(phi), s * np.sin(turn), minor * TAU * TAU * s * rho
+
+    return patch
+
+
+def _pyramid(x: float, y: float, height: float) -> Patch:
+    def patch(u: Floats, v: Floats, w: Floats) -> tuple[Any, Any, Any, Any]:
+        left = 1 - w
+        return x * (u - 0.5) * left, y * (v - 0.5) * left, height * w, x * y * height * left**2
+
+    return patch
+
+
+def _tetrahedron(corners: Any) -> Patch:
+    base, *rest = np.array(corners, dtype=float)
+    edges = np.array(rest) - base
+
+    def patch(u: Floats, v: Floats, w: Floats) -> tuple[Any, Any, Any, Any]:
+        parts = u, v * (1 - u), w * (1 - u) * (1 - v)
+        x, y, z = (sum(part * edge[k] for part, edge in zip(parts, edges, strict=True)) for k in range(3))
+        return x, y, z, abs(np.linalg.det(edges)) * (1 - u) ** 2 * (1 - v)
+
+    return patch
+
+
+def _triangle(corners: Any, origin: Any) -> Patch:
+    a, b, c = (np.append(np.array(corner, dtype=float), 0.0)[:3] for corner in corners)
+    start = a - np.append(np.array(origin, dtype=float), 0.0)[:3]
+
+    def patch(u: Floats, v: Floats, w: Floats) -> tuple[Any, Any, Any, Any]:
+        x, y, z = (start[k] + u * (b - a)[k] + v * (1 - u) * (c - a)[k] for k in range(3))
+        return x, y, z, np.linalg.norm(np.cross(b - a, c - a)) * (1 - u)
+
+    return patch
+
+
+def _shell(height: float, radius: Callable[[Floats], Any], element: float, sign: float = 1.0) -> Patch:
+    """A surface round z: radius(t) at z = sign t, and `element` = ds/dt rho or the like, times rho where it varies."""
+
+    def patch(u: Floats, v: Floats, w: Floats) -> tuple[Any, Any, Any, Any]:
+        t, phi = height * u, TAU * v
+        return radius(t) * np.cos(phi), radius(t) * np.sin(phi), sign * t, height * TAU * element
+
+    return patch
+
+
+def _cone_shell(radius: float, height: float) -> Patch:
+    def patch(u: Floats, v: Floats, w: Floats) -> tuple[Any, Any, Any, Any]:
+        slant, phi = math.sqrt(radius**2 + height**2), TAU * v
+        return radius * u * np.cos(phi), radius * u * np.sin(phi), height * u, slant * TAU * radius * u
+
+    return patch
+
+
+def _sphere_shell(radius: float, low: float) -> Patch:
+    """Archimedes: dA = R dz dphi."""
+
+    def patch(u: Floats, v: Floats, w: Floats) -> tuple[Any, Any, Any, Any]:
+        z, phi = low + (radius - low) * u, TAU * v
+        rho = np.sqrt(radius**2 - z**2)
+        return rho * np.cos(phi), rho * np.sin(phi), z, radius * (radius - low) * TAU
+
+    return patch
+
+
+def _ring(radius: float) -> Patch:
+    return lambda u, v, w: (radius * np.cos(TAU * u), radius * np.sin(TAU * u), 0.0, TAU * radius)
+
+
+def _constant(square: float) -> Callable[[Floats], Any]:
+    return lambda t: square + 0 * t
+
+
+# --- the table of shapes
+
+
+def _round(x: Any, y: Any) -> Any:
+    return x * x + y * y
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What the interface says of a shape; coordinates of the patches count from `origin`."""
+
+    rank: int
+    samples: tuple[Dimensions, ...]
+    patches: Callable[[Any], list[Patch]]
+    inside: Callable[[Any, Any, Any, Any], Any] | None = None
+    anchors: Mapping[str, Callable[[Any], Sequence[float]]] | None = None
+    origin: Callable[[Any], Sequence[float]] = lambda d: (0.0, 0.0, 0.0)
+
+
+def _cylinder_base(d: Any) -> Sequence[float]:
+    return 0.0, 0.0, -d["height"] / 2
+
+
+def _apex_of_cone(d: Any) -> Sequence[float]:
+    return 0.0, 0.0, 0.0
+
+
+def _base_of_cone(d: Any) -> Sequence[float]:
+    return 0.0, 0.0, d["height"]
+
+
+def _half(size: Sequence[float]) -> tuple[list[float], list[float]]:
+    return [-side / 2 for side in size], [side / 2 for side in size]
+
+
+def _capsule(d: Any) -> list[Patch]:
+    R, h = d["radius"], d["height"]
+    # From a pole inwards, so that slices near the poles are exact.
+    return [
+        _stack(R, lambda t: t * (2 * R - t), start=-h / 2 - R),
+        _stack(h, _constant(R**2), start=-h / 2),
+        _stack(R, lambda t: t * (2 * R - t), start=h / 2 + R, sign=-1.0),
+    ]
+
+
+def _in_capsule(d: Any, x: Any, y: Any, z: Any) -> Any:
+    R, h = d["radius"], d["height"]
+    middle = (_round(x, y) <= R * R) & (z <= h / 2) & (z >= -h / 2)
+    return middle | (_round(x, y) + (z - h / 2) ** 2 <= R * R) | (_round(x, y) + (z + h / 2) ** 2 <= R * R)
+
+
+def _in_triangle(corners: Any, x: Any, y: Any) -> Any:
+    (ax, ay), (bx, by), (cx, cy) = corners
+    first = (bx - ax) * (y - ay) - (by - ay) * (x - ax)
+    second = (cx - bx) * (y - by) - (cy - by) * (x - bx)
+    third = (ax - cx) * (y - cy) - (ay - cy) * (x - cx)
+    return ((first >= 0) & (second >= 0) & (third >= 0)) | ((first <= 0) & (second <= 0) & (third <= 0))
+
+
+def _in_tetrahedron(d: Any, x: Any, y: Any, z: Any) -> Any:
+    """On the inner side of each of the four faces."""
+    corners = [np.array(corner, dtype=float) for corner in d["vertices"]]
+    points, inside = np.stack([x, y, z], axis=-1), np.ones(np.shape(x), dtype=bool)
+    for k in range(4):
+        a, b, c = corners[:k] + corners[k + 1 :]
+        normal = np.cross(b - a, c - a)
+        inside &= ((points - a) @ normal) * ((corners[k] - a) @ normal) >= 0
+    return inside
+
+
+def _moved(outline: Sequence[Sequence[float]], shift: Sequence[float]) -> list[list[float]]:
+    return [[a + b for a, b in zip(vertex, shift, strict=True)] for vertex in outline]
+
+
+# Polygons with a triangulation by hand: vertices (flat), and triples of vertices that fill them without overlap.
+L_SHAPE: list[list[float]] = [[0, 0], [3, 0], [3, 1], [1, 1], [1, 4], [0, 4]]
+ARROW: list[list[float]] = [[0, 0], [4, 3], [0, 1], [-4, 3]]
+GNOMON: list[list[float]] = [[2, -1], [2, 1], [0.5, 1], [0.5, 3], [-1, 3], [-1, -1]]
+STRIP: list[list[float]] = [[0, 0], [1e-3, 0], [1e-3, 1e3], [0, 1e3]]
+TRIANGLES: list[tuple[list[list[float]], list[tuple[int, int, int]]]] = [
+    (L_SHAPE, [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]),
+    (ARROW, [(0, 1, 2), (0, 2, 3)]),
+    (GNOMON, [(0, 1, 2), (0, 2, 5), (2, 3, 4), (2, 4, 5)]),
+    (STRIP, [(0, 1, 2), (0, 2, 3)]),
+    (ARROW[::-1], [(3, 2, 1), (3, 1, 0)]),
+    (_moved(L_SHAPE, [1e8, -3e8]), [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)]),
+]
+TURN: Floats = np.array(Rotation.from_euler("ZXZ", [0.4, 1.0, -2.0]).as_matrix())
+
+
+def _dissection(vertices: Any) -> list[tuple[int, int, int]]:
+    return next(triangles for outline, triangles in TRIANGLES if outline == vertices)
+
+
+def _polygon_patches(d: Any) -> list[Patch]:
+    corners = d["vertices"]
+    return [_triangle([corners[k] for k in triple], corners[0]) for triple in _dissection(corners)]
+
+
+def _in_polygon(d: Any, x: Any, y: Any, z: Any) -> Any:
+    parts = [_in_triangle([d["vertices"][k][:2] for k in triple], x, y) for triple in _dissection(d["vertices"])]
+    return np.any(parts, axis=0)
+
+
+def _first_vertex(d: Any) -> Sequence[float]:
+    x, y, *z = d["vertices"][0]
+    return x, y, *(z or [0.0])
+
+
+def _in_frustum(d: Any, x: Any, y: Any, z: Any) -> Any:
+    a, b, h = d["bottom_radius"], d["top_radius"], d["height"]
+    return (z >= 0) & (z <= h) & (np.hypot(x, y) <= (a * (h - z) + b * z) / h)
+
+
+REFERENCES: dict[str, Reference] = {
+    "box": Reference(
+        3,
+        ({"size": [1.0, 2.0, 3.0]}, {"size": [1e-6, 1e6, 0.1]}, {"size": [7e-9, 3e-9, 5e-9]}),
+        lambda d: [_block(*_half(d["size"]))],
+        lambda d, x, y, z: (abs(x) <= d["size"][0] / 2) & (abs(y) <= d["size"][1] / 2) & (abs(z) <= d["size"][2] / 2),
+        {"corner": lambda d: [-side / 2 for side in d["size"]]},
+    ),
+    "cube": Reference(
+        3,
+        ({"side": 1.0}, {"side": 3e-10}, {"side": 7e11}),
+        lambda d: [_block(*_half(3 * [d["side"]]))],
+        lambda d, x, y, z: (abs(x) <= d["side"] / 2) & (abs(y) <= d["side"] / 2) & (abs(z) <= d["side"] / 2),
+        {"corner": lambda d: 3 * [-d["side"] / 2]},
+    ),
+    "sphere": Reference(
+        3,
+        ({"radius": 1.0}, {"radius": 3e-10}, {"radius": 6.4e6}),
+        lambda d: [_ball(d["radius"])],
+        lambda d, x, y, z: _round(x, y) + z * z <= d["radius"] ** 2,
+    ),
+    "hollow_sphere": Reference(
+        3,
+        (
+            {"outer_radius": 2.0, "inner_radius": 1.5},
+            {"outer_radius": 1.0, "inner_radius": 0},
+            {"outer_radius": 1.0, "inner_radius": 1 - 1e-9},
+            {"outer_radius": 1e5, "inner_radius": 1e-5},
+        ),
+        lambda d: [_ball(d["outer_radius"], d["inner_radius"])],
+        lambda d, x, y, z: (np.sqrt(_round(x, y) + z * z) <= d["outer_radius"])
+        & (np.sqrt(_round(x, y) + z * z) >= d["inner_radius"]),
+    ),
+    "ellipsoid": Reference(
+        3,
+        ({"semi_axes": [1.0, 2.0, 3.0]}, {"semi_axes": [1e-6, 1e6, 0.1]}, {"semi_axes": [5.0, 4.0, 1e-3]}),
+        lambda d: [_ball(1.0, axes=d["semi_axes"])],
+        lambda d, x, y, z: (x / d["semi_axes"][0]) ** 2 + (y / d["semi_axes"][1]) ** 2 + (z / d["semi_axes"][2]) ** 2
+        <= 1,
+    ),
+    "cylinder": Reference(
+        3,
+        ({"radius": 1.0, "height": 3.0}, {"radius": 1e-6, "height": 1.0}, {"radius": 2e4, "height": 1e-4}),
+        lambda d: [_stack(d["height"], _constant(d["radius"] ** 2), start=-d["height"] / 2)],
+        lambda d, x, y, z: (_round(x, y) <= d["radius"] ** 2) & (abs(z) <= d["height"] / 2),
+        {"base": _cylinder_base},
+    ),
+    "tube": Reference(
+        3,
+        (
+            {"outer_radius": 2.0, "inner_radius": 1.5, "height": 1.0},
+            {"outer_radius": 1.0, "inner_radius": 0, "height": 5.0},
+            {"outer_radius": 1.0, "inner_radius": 1 - 1e-9, "height": 0.7},
+            {"outer_radius": 1e-6, "inner_radius": 5e-7, "height": 1.0},
+        ),
+        lambda d: [
+            _stack(d["height"], _constant(d["outer_radius"] ** 2), hole=d["inner_radius"], start=-d["height"] / 2)
+        ],
+        lambda d, x, y, z: (np.hypot(x, y) <= d["outer_radius"])
+        & (np.hypot(x, y) >= d["inner_radius"])
+        & (abs(z) <= d["height"] / 2),
+        {"base": _cylinder_base},
+    ),
+    "elliptic_cylinder": Reference(
+        3,
+        ({"semi_axes": [1.0, 2.0], "height": 3.0}, {"semi_axes": [1e-6, 1e-5], "height": 1.0}),
+        lambda d: [_stack(d["height"], _constant(1.0), stretch=d["semi_axes"], start=-d["height"] / 2)],
+        lambda d, x, y, z: ((x / d["semi_axes"][0]) ** 2 + (y / d["semi_axes"][1]) ** 2 <= 1)
+        & (abs(z) <= d["height"] / 2),
+        {"base": _cylinder_base},
+    ),
+    "half_cylinder": Reference(
+        3,
+        ({"radius": 1.0, "height": 3.0}, {"radius": 1e-6, "height": 1.0}, {"radius": 2e4, "height": 1e-4}),
+        lambda d: [_stack(d["height"], _constant(d["radius"] ** 2), sweep=math.pi, start=-d["height"] / 2)],
+        lambda d, x, y, z: (_round(x, y) <= d["radius"] ** 2) & (abs(z) <= d["height"] / 2) & (y >= 0),
+    ),
+    "cone": Reference(
+        3,
+        ({"radius": 1.0, "height": 3.0}, {"radius": 1e-6, "height": 1.0}, {"radius": 2e4, "height": 1e-4}),
+        lambda d: [_stack(d["height"], lambda t: (d["radius"] * t / d["height"]) ** 2)],
+        lambda d, x, y, z: (z <= d["height"]) & (np.hypot(x, y) * d["height"] <= d["radius"] * z),
+        {"apex": _apex_of_cone, "base": _base_of_cone},
+    ),
+    "frustum": Reference(
+        3,
+        (
+            {"bottom_radius": 2.0, "top_radius": 1.0, "height": 3.0},
+            {"bottom_radius": 1e-3, "top_radius": 1.0, "height": 0.01},
+            {"bottom_radius": 1.0, "top_radius": 0, "height": 2.0},
+            {"bottom_radius": 0, "top_radius": 1.0, "height": 1e3},
+            {"bottom_radius": 1.0, "top_radius": 1 + 1e-9, "height": 1e-4},
+        ),
+        lambda d: [
+            _stack(
+                d["height"],
+                lambda t: (d["bottom_radius"] + (d["top_radius"] - d["bottom_radius"]) * (t / d["height"])) ** 2,
+            )
+        ],
+        _in_frustum,
+        {"top": _base_of_cone},
+    ),
+    "pyramid": Reference(
+        3,
+        ({"base": [1.0, 2.0], "height": 3.0}, {"base": [1e-6, 1e-5], "height": 1.0}, {"base": [1e4, 1.0], "height": 1e-3}),
+        lambda d: [_pyramid(*d["base"], d["height"])],
+        lambda d, x, y, z: (z >= 0)
+        & (abs(x) / d["base"][0] <= (1 - z / d["height"]) / 2)
+        & (abs(y) / d["base"][1] <= (1 - z / d["height"]) / 2),
+        {"apex": _base_of_cone},
+    ),
+    "hemisphere": Reference(
+        3,
+        ({"radius": 1.0}, {"radius": 3e-10}),
+        lambda d: [_stack(d["radius"], lambda t: (d["radius"] - t) * (d["radius"] + t))],
+        lambda d, x, y, z: (_round(x, y) + z * z <= d["radius"] ** 2) & (z >= 0),
+    ),
+    "spherical_cap": Reference(
+        3,
+        (
+            {"radius": 2.0, "cap_height": 0.5},
+            {"radius": 1.0, "cap_height": 1.7},
+            {"radius": 1.0, "cap_height": 1e-8},
+            {"radius": 6.4e6, "cap_height": 1e-3},
+            {"radius": 1.0, "cap_height": 2.0},
+            {"radius": 1.0, "cap_height": 2 - 1e-9},
+        ),
+        lambda d: [_stack(d["cap_height"], lambda t: t * (2 * d["radius"] - t), sign=-1.0)],
+        lambda d, x, y, z: (_round(x, y) + z * z <= d["radius"] ** 2) & (z >= d["radius"] - d["cap_height"]),
+        origin=lambda d: (0.0, 0.0, d["radius"]),
+    ),
+    "capsule": Reference(
+        3,
+        (
+            {"radius": 1.0, "height": 2.0},
+            {"radius": 1.0, "height": 0},
+            {"radius": 1e-6, "height": 1.0},
+            {"radius": 1e4, "height": 1e-4},
+        ),
+        _capsule,
+        _in_capsule,
+    ),
+    "torus": Reference(
+        3,
+        (
+            {"major_radius": 3.0, "minor_radius": 1.0},
+            {"major_radius": 1.0, "minor_radius": 1.0},
+            {"major_radius": 1e3, "minor_radius": 1e-3},
+        ),
+        lambda d: [_torus(d["major_radius"], d["minor_radius"])],
+        lambda d, x, y, z: (np.sqrt(_round(x, y)) - d["major_radius"]) ** 2 + z * z <= d["minor_radius"] ** 2,
+    ),
+    "tetrahedron": Reference(
+        3,
+        (
+            {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]},
+            {"vertices": [[1, 2, 3], [4, -1, 2], [-2, 0.5, 1], [0, 3, -2]]},
+            {"vertices": [[0, 3, -2], [1, 2, 3], [4, -1, 2], [-2, 0.5, 1]]},
+            {"vertices": [[0, 0, 0], [1e3, 0, 0], [0, 1, 0], [0, 0, 1e-3]]},
+            {"vertices": _moved([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [1e8, -1e8, 3e8])},
+        ),
+        lambda d: [_tetrahedron(d["vertices"])],
+        _in_tetrahedron,
+        origin=_first_vertex,
+    ),
+    "spherical_shell": Reference(
+        2, ({"radius": 1.0}, {"radius": 3e-10}), lambda d: [_sphere_shell(d["radius"], -d["radius"])]
+    ),
+    "hemispherical_shell": Reference(
+        2, ({"radius": 1.0}, {"radius": 3e-10}), lambda d: [_sphere_shell(d["radius"], 0.0)]
+    ),
+    "cylindrical_shell": Reference(
+        2,
+        ({"radius": 1.0, "height": 3.0}, {"radius": 1e-6, "height": 1.0}, {"radius": 2e4, "height": 1e-4}),
+        lambda d: [_shell(d["height"], _constant(d["radius"]), d["radius"])],
+        anchors={"base": _cylinder_base},
+        origin=_cylinder_base,
+    ),
+    "conical_shell": Reference(
+        2,
+        ({"radius": 1.0, "height": 3.0}, {"radius": 1e-6, "height": 1.0}, {"radius": 2e4, "height": 1e-4}),
+        lambda d: [_cone_shell(d["radius"], d["height"])],
+        anchors={"apex": _apex_of_cone, "base": _base_of_cone},
+    ),
+    "plate": Reference(
+        2,
+        ({"size": [1.0, 2.0]}, {"size": [1e-6, 1e6]}),
+        lambda d: [_block(*_half([*d["size"], 0.0]))],
+        lambda d, x, y, z: (abs(x) <= d["size"][0] / 2) & (abs(y) <= d["size"][1] / 2),
+        {"corner": lambda d: [-d["size"][0] / 2, -d["size"][1] / 2, 0.0]},
+    ),
+    "disk": Reference(
+        2,
+        ({"radius": 1.0}, {"radius": 3e-10}),
+        lambda d: [_flat(d["radius"])],
+        lambda d, x, y, z: _round(x, y) <= d["radius"] ** 2,
+    ),
+    "annulus": Reference(
+        2,
+        (
+            {"outer_radius": 2.0, "inner_radius": 1.5},
+            {"outer_radius": 1.0, "inner_radius": 0},
+            {"outer_radius": 1.0, "inner_radius": 1 - 1e-9},
+        ),
+        lambda d: [_flat(d["outer_radius"], d["inner_radius"])],
+        lambda d, x, y, z: (np.hypot(x, y) <= d["outer_radius"]) & (np.hypot(x, y) >= d["inner_radius"]),
+    ),
+    "half_disk": Reference(
+        2,
+        ({"radius": 1.0}, {"radius": 3e-10}),
+        lambda d: [_flat(d["radius"], sweep=math.pi)],
+        lambda d, x, y, z: (_round(x, y) <= d["radius"] ** 2) & (y >= 0),
+    ),
+    "triangle": Reference(
+        2,
+        (
+            {"vertices": [[0, 0], [1, 0], [0, 1]]},
+            {"vertices": [[1, 2], [-3, 1], [0.5, -7]]},
+            {"vertices": [[1, 2, 3], [-3, 1, 5], [0.5, -7, 2]]},
+            {"vertices": [[0, 0], [1, 0], [0.5, 1e-6]]},
+            {"vertices": [[1e8, 1e8, -3e8], [1e8 + 2, 1e8, -3e8], [1e8, 1e8 + 1, -3e8 + 5]]},
+        ),
+        lambda d: [_triangle(d["vertices"], d["vertices"][0])],
+        lambda d, x, y, z: _in_triangle([vertex[:2] for vertex in d["vertices"]], x, y),
+        origin=_first_vertex,
+    ),
+    "polygon": Reference(
+        2,
+        tuple({"vertices": outline} for outline, _ in TRIANGLES),
+        _polygon_patches,
+        _in_polygon,
+        origin=_first_vertex,
+    ),
+    "rod": Reference(
+        1,
+        ({"length": 1.0}, {"length": 3e-10}),
+        lambda d: [lambda u, v, w: (0.0, 0.0, d["length"] * (u - 0.5), d["length"])],
+        anchors={"end": lambda d: [0.0, 0.0, -d["length"] / 2]},
+    ),
+    "ring": Reference(1, ({"radius": 1.0}, {"radius": 3e-10}), lambda d: [_ring(d["radius"])]),
+}
+
+
+def _flat(outer: float, inner: float = 0.0, sweep: float = TAU) -> Patch:
+    def patch(u: Floats, v: Floats, w: Floats) -> tuple[Any, Any, Any, Any]:
+        rho, phi = inner + (outer - inner) * u, sweep * v
+        return rho * np.cos(phi), rho * np.sin(phi), 0.0, (outer - inner) * sweep * rho
+
+    return patch
+
+
+CASES = [
+    pytest.param(shape, d, id=f"{shape}-{index}")
+    for shape, reference in REFERENCES.items()
+    for index, d in enumerate(reference.samples)
+]
+REGIONS = [case for case in CASES if REFERENCES[str(case.values[0])].inside is not None]
+
+
+# --- quadrature
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Measure, centre from the natural origin, and mean r r^T about the centre."""
+
+    measure: float
+    centre: Floats
+    second: Floats
+
+    def tensor(self, mass: float) -> Floats:
+        """Each moment as the sum of the two squares across, so that small ones keep their digits."""
+        (xx, yy, zz), tensor = np.diag(self.second), -self.second
+        np.fill_diagonal(tensor, [yy + zz, xx + zz, xx + yy])
+        return mass * tensor
+
+
+def _nodes(rank: int, count: int) -> tuple[list[Floats], Floats]:
+    """Gauss-Legendre points of [0, 1]^rank, each a flat array, and their weights."""
+    x, weight = np.polynomial.legendre.leggauss(count)
+    axes = np.meshgrid(*rank * [(x + 1) / 2], indexing="ij")
+    weights = np.prod(np.meshgrid(*rank * [weight / 2], indexing="ij"), axis=0)
+    points = [axis.ravel() for axis in axes]
+    return points + (3 - rank) * [np.zeros(weights.size)], weights.ravel()
+
+
+def _sampled(shape: str, d: Dimensions, count: int) -> tuple[Floats, Floats]:
+    """Points (3 by n, from the shape's `origin`) and what each weighs in the measure."""
+    reference = REFERENCES[shape]
+    uvw, weight = _nodes(reference.rank, count)
+    columns, weights = [], []
+    for patch in reference.patches(d):
+        x, y, z, jacobian = (np.broadcast_to(np.asarray(part, dtype=float), weight.shape) for part in patch(*uvw))
+        columns.append(np.stack([x, y, z]))
+        weights.append(weight * jacobian)
+    return np.hstack(columns), np.concatenate(weights)
+
+
+def quadrature(shape: str, d: Dimensions, count: int = 24) -> Spread:
+    points, weights = _sampled(shape, d, count)
+    measure = math.fsum(weights)
+    centre = np.array([math.fsum(weights * row) for row in points]) / measure
+    arms = points - centre[:, None]
+    second = np.array([[math.fsum(weights * a * b) for b in arms] for a in arms]) / measure
+    return Spread(measure, np.array(REFERENCES[shape].origin(d)) + centre, second)
+
+
+# --- documents
+
+
+def loaded(body: Mapping[str, Any], **rest: Any) -> Any:
+    return rigidcli.loads(json.dumps({"body": dict(body), **rest}))
+
+
+def result(body: Mapping[str, Any], **rest: Any) -> Any:
+    return rigidcli.inertia(loaded(body, **rest))
+
+
+def entry_error(found: Any, expected: Floats) -> float:
+    """Largest difference, in units of the largest entry."""
+    return float(np.abs(np.asarray(found, dtype=float) - expected).max() / np.abs(expected).max())
+
+
+def _reach(shape: str, d: Dimensions) -> float:
+    """The size of the numbers from which a centre comes: the shape's own and its distance from the origin."""
+    points, _ = _sampled(shape, d, 6)
+    return float(np.abs(points).max() + np.abs(REFERENCES[shape].origin(d)).max())
+
+
+# --- completeness
+
+
+def test_every_shape_has_a_reference() -> None:
+    assert list(REFERENCES) == list(SHAPES)
+    assert all(len(reference.samples) >= 2 for reference in REFERENCES.values())
+
+
+def test_every_solid_and_lamina_has_an_indicator() -> None:
+    for name, shape in SHAPES.items():
+        assert issubclass(shape, Region) == (REFERENCES[name].inside is not None), name
+        assert issubclass(shape, Lamina) == (issubclass(shape, Region) and REFERENCES[name].rank == 2)
+
+
+# --- the references themselves
+
+
+@pytest.mark.parametrize(("shape", "d"), CASES)
+def test_the_quadrature_has_converged(shape: str, d: Dimensions) -> None:
+    one, two = quadrature(shape, d), quadrature(shape, d, 20)
+    assert one.measure == pytest.approx(two.measure, rel=1e-14, abs=0)
+    assert entry_error(one.second, two.second) < 1e-14
+
+
+@pytest.mark.parametrize("shape", [name for name, reference in REFERENCES.items() if reference.inside])
+def test_parametrisation_and_indicator_describe_one_shape(shape: str) -> None:
+    reference = REFERENCES[shape]
+    assert reference.inside is not None
+    # Flat, of ordinary proportions, and with its vertices in the plane z = 0.
+    d = reference.samples[0]
+    points, weights = _sampled(shape, d, 10)
+    points = points + np.array(reference.origin(d))[:, None]
+    assert np.all(reference.inside(d, *points))
+    margin = 0.1 * np.ptp(points, axis=1)
+    low, high = points.min(axis=1) - margin, points.max(axis=1) + margin
+    # One point somewhere in each cell of a grid: the error of the count is a thousandth.
+    rng, count = np.random.default_rng(17), 48
+    cells = np.stack(np.meshgrid(*3 * [np.arange(count)], indexing="ij")).reshape(3, -1)
+    grid = low[:, None] + (high - low)[:, None] * (cells + rng.uniform(size=cells.shape)) / count
+    if reference.rank == 2:
+        grid[2] = 0.0
+    filled = grid[:, reference.inside(d, *grid)]
+    share = np.prod((high - low)[: reference.rank]) / grid.shape[1]
+    assert filled.shape[1] * share == pytest.approx(weights.sum(), rel=5e-3)
+    mean = (points * weights).sum(axis=1) / weights.sum()
+    assert filled.mean(axis=1) == pytest.approx(mean, abs=2e-3 * np.ptp(points))
+
+
+# --- mass properties
+
+
+@pytest.mark.parametrize(("shape", "d"), CASES)
+def test_measure_centre_and_tensor_against_quadrature(shape: str, d: Dimensions) -> None:
+    expected = quadrature(shape, d)
+    density = 2.5
+    found = result({"shape": shape, "density": density, **d})
+    assert found["mass"] == pytest.approx(density * expected.measure, rel=1e-13, abs=0)
+    assert np.abs(found["center_of_mass"] - expected.centre).max() <= 1e-13 * _reach(shape, d)
+    assert entry_error(found["tensor_com"], expected.tensor(found["mass"])) <= 1e-13
+
+
+THIN = {
+    "box": {"size": [1e-6, 2e-6, 1.0]},
+    "ellipsoid": {"semi_axes": [1e-6, 2e-6, 1.0]},
+    "cylinder": {"radius": 1e-6, "height": 1.0},
+    "tube": {"outer_radius": 1e-6, "inner_radius": 5e-7, "height": 1.0},
+    "elliptic_cylinder": {"semi_axes": [1e-6, 2e-6], "height": 1.0},
+    "half_cylinder": {"radius": 1e-6, "height": 1.0},
+    "cone": {"radius": 1e-6, "height": 1.0},
+    "frustum": {"bottom_radius": 1e-6, "top_radius": 2e-6, "height": 1.0},
+    "pyramid": {"base": [1e-6, 2e-6], "height": 1.0},
+    "capsule": {"radius": 1e-6, "height": 1.0},
+    "cylindrical_shell": {"radius": 1e-6, "height": 1.0},
+    "conical_shell": {"radius": 1e-6, "height": 1.0},
+    "plate": {"size": [1e-6, 1.0]},
+    "triangle": {"vertices": [[0, 0], [1, 0], [0, 1e-6]]},
+    "tetrahedron": {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1e-6, 0], [0, 0, 1e-6]]},
+    "polygon": {"vertices": STRIP},
+}
+
+
+@pytest.mark.parametrize("shape", THIN)
+def test_the_small_moment_of_a_thin_shape_keeps_its_own_digits(shape: str) -> None:
+    d: Dimensions = THIN[shape]
+    expected = np.diag(quadrature(shape, d).tensor(3.0))
+    found = np.diag(result({"shape": shape, "mass": 3.0, **d})["tensor_com"])
+    assert found == pytest.approx(expected, rel=1e-12, abs=0)
+
+
+@pytest.mark.parametrize(("shape", "d"), CASES)
+def test_density_and_mass_agree(shape: str, d: Dimensions) -> None:
+    by_density = result({"shape": shape, "density": 2.5, **d})
+    by_mass = result({"shape": shape, "mass": by_density["mass"], **d})
+    for key in ("mass", "center_of_mass", "tensor", "tensor_com"):
+        assert np.array_equal(by_density[key], by_mass[key])
+
+
+@pytest.mark.parametrize(("shape", "d"), CASES)
+def test_about_a_far_point(shape: str, d: Dimensions) -> None:
+    mass, size = 3.0, _reach(shape, d)
+    point = np.array([700.0, -1100.0, 500.0]) * size
+    expected = quadrature(shape, d)
+    arm = expected.centre - point
+    steiner = mass * (float(arm @ arm) * np.eye(3) - np.outer(arm, arm))
+    found = result({"shape": shape, "mass": mass, **d}, about=point.tolist())
+    assert entry_error(found["tensor"], expected.tensor(mass) + steiner) <= 1e-13
+    assert np.array_equal(found["about"], point)
+
+
+# --- contains and bounds
+
+
+@pytest.mark.parametrize(("shape", "d"), REGIONS)
+def test_contains_agrees_with_the_indicator(shape: str, d: Dimensions) -> None:
+    region, reference = loaded({"shape": shape, "mass": 1, **d}).body, REFERENCES[shape]
+    assert reference.inside is not None
+    if any(len(vertex) == 3 for vertex in d.get("vertices", [])) and shape != "tetrahedron":
+        pytest.skip("the indicator of a triangle in space is that of its plane")
+    rng = np.random.default_rng(11)
+    samples, _ = _sampled(shape, d, 8)
+    samples = samples + np.array(reference.origin(d))[:, None]
+    low, high = samples.min(axis=1), samples.max(axis=1)
+    margin = 0.15 * (high - low)
+    points = rng.uniform(low - margin, high + margin, (3000, 3)).T
+    if reference.rank == 2:
+        points[2] = 0.0
+    # Points of the shape, too, where it fills next to nothing of its box.
+    points = np.hstack([points, samples[:, ::3]])
+    expected = reference.inside(d, *points)
+    local = points
+    if isinstance(region, Lamina):
+        turn, origin = region.plane()
+        local = turn.T @ (points - origin[:, None])
+        assert np.abs(local[2]).max() <= 1e-15 * np.abs(points).max()
+    found = region.contains(*local)
+    # Where the two differ, a step of rounding must change the indicator: the point is on the surface.
+    step = 4e-15 * np.abs(points).max()
+    for index in np.flatnonzero(found != expected):
+        near = points[:, index, None] + step * np.array(list(itertools.product((-1, 0, 1), repeat=3))).T
+        values = reference.inside(d, *near)
+        assert values.any(), points[:, index]
+        assert not values.all(), points[:, index]
+    assert expected.any()
+    assert not expected.all()
+
+
+@pytest.mark.parametrize(("shape", "d"), REGIONS)
+def test_bounds_are_the_least_box(shape: str, d: Dimensions) -> None:
+    region, reference = loaded({"shape": shape, "mass": 1, **d}).body, REFERENCES[shape]
+    # All faces of the unit cube, azimuths of the axes among them.
+    steps = np.unique(np.append(np.linspace(0, 1, 9), np.linspace(0, 1, 5)))
+    uvw = [axis.ravel() for axis in np.meshgrid(*3 * [steps], indexing="ij")]
+    parts = [np.broadcast_arrays(*patch(*uvw)[:3], uvw[0])[:3] for patch in reference.patches(d)]
+    points = np.hstack([np.stack(part) for part in parts])
+    if shape == "spherical_cap" and d["cap_height"] > d["radius"]:
+        points[:2] *= d["radius"] / np.abs(points[:2]).max()
+    points = points + np.array(reference.origin(d))[:, None]
+    if isinstance(region, Lamina):
+        turn, origin = region.plane()
+        points = turn.T @ (points - origin[:, None])
+        if "vertices" not in d:
+            assert np.array_equal(turn, np.eye(3))
+    size = np.abs(points).max()
+    for axis, (low, high) in enumerate(region.bounds()):
+        assert low == pytest.approx(points[axis].min(), abs=2e-15 * size, rel=0)
+        assert high == pytest.approx(points[axis].max(), abs=2e-15 * size, rel=0)
+
+
+def test_a_triangle_in_space_fills_its_plane() -> None:
+    vertices = np.array([[1.0, 2, 3], [-3, 1, 5], [0.5, -7, 2]])
+    region = loaded({"shape": "triangle", "mass": 1, "vertices": vertices.tolist()}).body
+    turn, origin = region.plane()
+    assert np.abs(turn @ turn.T - np.eye(3)).max() < 2e-15
+    weights = np.random.default_rng(3).uniform(-0.4, 1, (3, 400))
+    weights[2] = 1 - weights[0] - weights[1]
+    local = turn.T @ (vertices.T @ weights - origin[:, None])
+    assert np.abs(local[2]).max() < 1e-14
+    assert region.contains(*local).tolist() == (weights > 0).all(axis=0).tolist()
+
+
+# --- anchors and placement
+
+
+ANCHOR_CASES = [
+    pytest.param(shape, d, anchor, id=f"{shape}-{anchor}-{index}")
+    for shape, reference in REFERENCES.items()
+    for anchor in (None, "com", *(reference.anchors or {}))
+    for index, d in enumerate(reference.samples[:2])
+]
+
+
+def _expected_anchor(shape: str, d: Dimensions, anchor: str | None, centre: Floats) -> Floats:
+    if anchor is None:
+        return np.zeros(3)
+    return centre if anchor == "com" else np.array((REFERENCES[shape].anchors or {})[anchor](d))
+
+
+def test_the_anchors_are_those_of_the_table_and_no_others() -> None:
+    for name, shape in SHAPES.items():
+        assert set(shape.ANCHORS) == set(REFERENCES[name].anchors or {}), name
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_an_unknown_anchor_is_refused(shape: str) -> None:
+    with pytest.raises(DocumentError, match="anchor"):
+        loaded({"shape": shape, "mass": 1, "anchor": "middle", **REFERENCES[shape].samples[0]})
+
+
+@pytest.mark.parametrize(("shape", "d", "anchor"), ANCHOR_CASES)
+def test_the_anchor_lands_on_the_position(shape: str, d: Dimensions, anchor: str | None) -> None:
+    expected = quadrature(shape, d)
+    size = _reach(shape, d)
+    pivot = _expected_anchor(shape, d, anchor, expected.centre)
+    position = np.array([3.0, -2.0, 0.5]) * size
+    axis, angle = np.array([2.0, -1.0, 2.0]) / 3, 1.1
+    shortest = np.array([1.0, 2.0, 0.0]) / math.sqrt(5) * math.acos(2 / 3)  # z x axis, by the angle between
+    body: dict[str, Any] = {"shape": shape, "mass": 3.0, "position": position.tolist(), **d}
+    if anchor is not None:
+        body["anchor"] = anchor
+    ways: list[tuple[dict[str, Any], Floats]] = [
+        ({}, np.eye(3)),
+        ({"rotation": {"axis": axis.tolist(), "angle": angle}}, Rotation.from_rotvec(axis * angle).as_matrix()),
+        ({"axis": [2, -1, 2]}, Rotation.from_rotvec(shortest).as_matrix()),
+    ]
+    for extra, turn in ways:
+        found = result(body | extra)
+        com = position + turn @ (expected.centre - pivot)
+        assert np.abs(found["center_of_mass"] - com).max() <= 2e-14 * size
+        assert entry_error(found["tensor_com"], turn @ expected.tensor(3.0) @ turn.T) <= 1e-13
+        # Seen from the anchor, the body is where its dimensions say.
+        about = result(body | extra, about=position.tolist())
+        arm = turn @ (expected.centre - pivot)
+        there = turn @ expected.tensor(3.0) @ turn.T + 3.0 * (float(arm @ arm) * np.eye(3) - np.outer(arm, arm))
+        assert entry_error(about["tensor"], there) <= 1e-13
+
+
+# --- scale laws
+
+
+def _scaled(value: Any, factor: float) -> Any:
+    return [_scaled(item, factor) for item in value] if isinstance(value, list) else value * factor
+
+
+@few
+@given(st.sampled_from(CASES), st.integers(-60, 60), st.integers(-100, 100))
+def test_mass_and_length_scale_every_shape_exactly(case: Any, a: int, m: int) -> None:
+    shape, d = case.values
+    one = result({"shape": shape, "mass": 3.0, **d})
+    length, mass = 2.0**a, 2.0**m
+    other = result({"shape": shape, "mass": 3.0 * mass, **{key: _scaled(value, length) for key, value in d.items()}})
+    assert np.array_equal(other["center_of_mass"], one["center_of_mass"] * length)
+    assert np.array_equal(other["tensor_com"], one["tensor_com"] * (mass * length**2))
+
+
+@few
+@given(st.sampled_from(CASES), st.integers(-60, 60), st.integers(-40, 40))
+def test_density_scales_with_the_measure(case: Any, a: int, m: int) -> None:
+    shape, d = case.values
+    one = result({"shape": shape, "density": 3.0, **d})
+    other = result(
+        {"shape": shape, "density": 3.0 * 2.0**m, **{key: _scaled(value, 2.0**a) for key, value in d.items()}}
+    )
+    rank = REFERENCES[shape].rank
+    assert other["mass"] == pytest.approx(one["mass"] * 2.0 ** (m + rank * a), rel=1e-15, abs=0)
+
+
+EIGHTHS = st.lists(st.integers(-40, 40).map(lambda k: k / 8), min_size=3, max_size=3).map(np.array)
+
+
+@few
+@given(st.sampled_from(CASES), EIGHTHS, EIGHTHS)
+def test_parallel_axes(case: Any, there: Floats, position: Floats) -> None:
+    # Two points, and the same body moved: I(P) of the body at q is I(P - q) of the body at 0.
+    shape, d = case.values
+    size = _reach(shape, d)
+    p, q = there * size, position * size
+    body = {"shape": shape, "mass": 2.0, **d}
+    moved = result(body | {"position": q.tolist()}, about=p.tolist())
+    still = result(body, about=(p - q).tolist())
+    assert np.abs(moved["tensor"] - still["tensor"]).max() <= 1e-14 * 2.0 * 100 * size**2
+    # The trace grows by twice M d^2.
+    arm = still["center_of_mass"] - still["about"]
+    growth = np.trace(still["tensor"]) - np.trace(still["tensor_com"])
+    assert growth == pytest.approx(4.0 * float(arm @ arm), abs=1e-14 * 100 * size**2)
+
+
+# --- limits
+
+
+def _same(one: Mapping[str, Any], two: Mapping[str, Any], tolerance: float = 1e-14) -> None:
+    assert one["mass"] == pytest.approx(two["mass"], rel=tolerance, abs=0)
+    size = max(1.0, np.abs(two["center_of_mass"]).max())
+    assert np.abs(one["center_of_mass"] - two["center_of_mass"]).max() <= tolerance * size
+    assert entry_error(one["tensor_com"], two["tensor_com"]) <= tolerance
+
+
+@pytest.mark.parametrize(
+    ("one", "two"),
+    [
+        ({"shape": "spherical_cap", "radius": 3, "cap_height": 6}, {"shape": "sphere", "radius": 3}),
+        ({"shape": "spherical_cap", "radius": 3, "cap_height": 3}, {"shape": "hemisphere", "radius": 3}),
+        (
+            {"shape": "frustum", "bottom_radius": 2, "top_radius": 2, "height": 5},
+            {"shape": "cylinder", "radius": 2, "height": 5, "anchor": "base"},
+        ),
+        (
+            {"shape": "frustum", "bottom_radius": 0, "top_radius": 2, "height": 5},
+            {"shape": "cone", "radius": 2, "height": 5},
+        ),
+        (
+            {"shape": "frustum", "bottom_radius": 2, "top_radius": 0, "height": 5},
+            {"shape": "cone", "radius": 2, "height": 5, "axis": [0, 0, -1], "anchor": "base"},
+        ),
+        ({"shape": "capsule", "radius": 2, "height": 0}, {"shape": "sphere", "radius": 2}),
+        ({"shape": "hollow_sphere", "outer_radius": 2, "inner_radius": 0}, {"shape": "sphere", "radius": 2}),
+        (
+            {"shape": "tube", "outer_radius": 2, "inner_radius": 0, "height": 3},
+            {"shape": "cylinder", "radius": 2, "height": 3},
+        ),
+        ({"shape": "annulus", "outer_radius": 2, "inner_radius": 0}, {"shape": "disk", "radius": 2}),
+        ({"shape": "ellipsoid", "semi_axes": [2, 2, 2]}, {"shape": "sphere", "radius": 2}),
+        (
+            {"shape": "elliptic_cylinder", "semi_axes": [2, 2], "height": 3},
+            {"shape": "cylinder", "radius": 2, "height": 3},
+        ),
+        ({"shape": "cube", "side": 2}, {"shape": "box", "size": [2, 2, 2]}),
+        ({"shape": "polygon", "vertices": [[0, 0], [2, 1], [0, 3]]}, {"shape": "triangle", "vertices": [[0, 0], [2, 1], [0, 3]]}),
+        (
+            {"shape": "polygon", "vertices": [[0, 0], [2, 0], [2, 3], [0, 3]]},
+            {"shape": "plate", "size": [2, 3], "anchor": "corner"},
+        ),
+    ],
+)
+def test_shapes_that_become_others(one: dict[str, Any], two: dict[str, Any]) -> None:
+    _same(result(one | {"density": 2}), result(two | {"density": 2}))
+
+
+def test_two_halves_make_a_whole() -> None:
+    upside = {"axis": [0, 0, -1]}
+    back = {"rotation": {"axis": [0, 0, 1], "angle": math.pi}}
+    halves: list[tuple[dict[str, Any], dict[str, Any], dict[str, Any]]] = [
+        ({"shape": "hemisphere", "radius": 2}, upside, {"shape": "sphere", "radius": 2}),
+        ({"shape": "hemispherical_shell", "radius": 2}, upside, {"shape": "spherical_shell", "radius": 2}),
+        ({"shape": "half_disk", "radius": 2}, back, {"shape": "disk", "radius": 2}),
+        ({"shape": "half_cylinder", "radius": 2, "height": 3}, back, {"shape": "cylinder", "radius": 2, "height": 3}),
+    ]
+    for half, turned, whole in halves:
+        parts = [half | {"density": 2}, half | turned | {"density": 2}]
+        _same(result({"parts": parts}), result(whole | {"density": 2}), 3e-15)
+
+
+# Thin walls, inner -> outer at 1e-9: the difference of two solids at 40 digits, and the shell they tend to.
+WALL = 1e-9
+
+
+def _mp_second(degree: int, outer: mpmath.mpf, inner: mpmath.mpf) -> mpmath.mpf:
+    """Mean of s^2 over inner < s < outer, with the weight s^(degree - 1)."""
+    over, under = outer ** (degree + 2) - inner ** (degree + 2), outer**degree - inner**degree
+    return degree * over / ((degree + 2) * under)
+
+
+def test_thin_walls_against_forty_digits_and_shells() -> None:
+    R, r, h = 1.3, 1.3 * (1 - WALL), 0.7
+    with mpmath.workdps(40):
+        outer, inner = mpmath.mpf(R), mpmath.mpf(r)
+        ball, ring = _mp_second(3, outer, inner), _mp_second(2, outer, inner)
+        volume = float(4 * mpmath.pi / 3 * (outer**3 - inner**3))
+        area = float(mpmath.pi * (outer**2 - inner**2))
+        sphere, across, along = float(2 * ball / 3), float(ring / 2 + mpmath.mpf(h) ** 2 / 12), float(ring)
+        flat = float(ring / 2)
+    wall = {"outer_radius": R, "inner_radius": r, "density": 1}
+    hollow, tube = result({"shape": "hollow_sphere", **wall}), result({"shape": "tube", "height": h, **wall})
+    annulus = result({"shape": "annulus", **wall})
+    assert hollow["mass"] == pytest.approx(volume, rel=1e-14, abs=0)
+    assert annulus["mass"] == pytest.approx(area, rel=1e-14, abs=0)
+    assert tube["mass"] == pytest.approx(area * h, rel=1e-14, abs=0)
+    for body, moments, shell in (
+        (hollow, 3 * [sphere], {"shape": "spherical_shell", "radius": R}),
+        (tube, [across, across, along], {"shape": "cylindrical_shell", "radius": R, "height": h}),
+        (annulus, [flat, flat, along], {"shape": "ring", "radius": R}),
+    ):
+        assert np.diag(body["tensor_com"]) / body["mass"] == pytest.approx(moments, rel=1e-14, abs=0)
+        limit = np.diag(result(shell | {"mass": 1})["tensor_com"])
+        assert moments == pytest.approx(limit.tolist(), rel=2 * WALL, abs=0)
+        assert body["mass"] > 0
+
+
+@pytest.mark.parametrize("ratio", [1e-8, 1e-4, 0.3, 1.0, 1.9])
+def test_caps_against_forty_digits(ratio: float) -> None:
+    # Slices of radius^2 t (2 R - t) at the depth t under the pole, integrated as polynomials in t.
+    R = 1.7
+    h = R * ratio
+    with mpmath.workdps(60):
+        radius, height = mpmath.mpf(R), mpmath.mpf(h)
+
+        def moment(power: int) -> mpmath.mpf:
+            """The integral of t^power times the slice's area over pi."""
+            return 2 * radius * height ** (power + 2) / (power + 2) - height ** (power + 3) / (power + 3)
+
+        volume, mean = mpmath.pi * moment(0), moment(1) / moment(0)
+        along = moment(2) / moment(0) - mean**2
+        # The mean of rho^2 over a disk is half its radius^2, and that of x^2 a quarter.
+        quartic = 4 * radius**2 * height**3 / 3 - radius * height**4 + height**5 / 5
+        across = quartic / moment(0) / 4
+        expected = float(volume), float(radius - mean), float(across + along), float(2 * across)
+    found = result({"shape": "spherical_cap", "radius": R, "cap_height": h, "density": 1})
+    inertia = found["tensor_com"] / found["mass"]
+    assert found["mass"] == pytest.approx(expected[0], rel=1e-14, abs=0)
+    assert found["center_of_mass"][2] == pytest.approx(expected[1], rel=1e-15, abs=1e-15 * R)
+    assert inertia[0, 0] == pytest.approx(expected[2], rel=1e-14, abs=0)
+    assert inertia[2, 2] == pytest.approx(expected[3], rel=1e-14, abs=0)
+
+
+def test_published_moments() -> None:
+    # J. L. Meriam, L. G. Kraige, Engineering Mechanics: Dynamics, table D/4; the torus, with R the mean radius, there too.
+    def moments(**body: Any) -> list[float]:
+        values: list[float] = np.diag(result(body | {"mass": 1})["tensor_com"]).tolist()
+        return values
+
+    assert moments(shape="hemisphere", radius=1) == pytest.approx([83 / 320, 83 / 320, 2 / 5])
+    assert moments(shape="half_cylinder", radius=1, height=1)[0] == pytest.approx(1 / 4 + 1 / 12 - (4 / (3 * math.pi)) ** 2)
+    assert moments(shape="half_cylinder", radius=1, height=1)[2] == pytest.approx(1 / 2 - 16 / (9 * math.pi**2))
+    assert moments(shape="cone", radius=1, height=1) == pytest.approx([3 / 20 + 3 / 80, 3 / 20 + 3 / 80, 3 / 10])
+    assert moments(shape="conical_shell", radius=1, height=1) == pytest.approx([1 / 4 + 1 / 18, 1 / 4 + 1 / 18, 1 / 2])
+    assert moments(shape="hemispherical_shell", radius=1) == pytest.approx([5 / 12, 5 / 12, 2 / 3])
+    assert moments(shape="torus", major_radius=1, minor_radius=0.5) == pytest.approx(
+        [1 / 2 + 5 / 32, 1 / 2 + 5 / 32, 1 + 3 / 16]
+    )
+
+
+# --- polygons
+
+
+def _exact_outline(vertices: Sequence[Sequence[float]]) -> tuple[float, Floats]:
+    """Area, and the tensor for a unit of mass about the centre, of a plane polygon: Green's theorem in fractions."""
+    points = [(Fraction(x), Fraction(y)) for x, y in vertices]
+    sums = [Fraction(0)] * 6
+    for (x, y), (X, Y) in zip(points, points[1:] + points[:1], strict=True):
+        cross = x * Y - X * y
+        terms = (
+            Fraction(1, 2),
+            (x + X) / 6,
+            (y + Y) / 6,
+            (x * x + x * X + X * X) / 12,
+            (y * y + y * Y + Y * Y) / 12,
+            (2 * x * y + x * Y + X * y + 2 * X * Y) / 24,
+        )
+        sums = [total + cross * term for total, term in zip(sums, terms, strict=True)]
+    area, sx, sy, sxx, syy, sxy = sums
+    xx, yy, xy = sxx / area - (sx / area) ** 2, syy / area - (sy / area) ** 2, sxy / area - sx * sy / area**2
+    return float(abs(area)), np.array([[yy, -xy, 0], [-xy, xx, 0], [0, 0, xx + yy]], dtype=float)
+
+
+@few
+@given(st.lists(st.floats(0.2, 2.0), min_size=3, max_size=9), st.booleans(), st.integers(0, 8))
+def test_polygons_in_space_against_greens_theorem(radii: list[float], backwards: bool, start: int) -> None:
+    angles = 0.3 + TAU * np.arange(len(radii)) / len(radii)
+    outline = np.array([radii * np.cos(angles), radii * np.sin(angles)]).T
+    area, inertia = _exact_outline(outline.tolist())
+    ordered = np.roll(outline, start, axis=0)[:: -1 if backwards else 1]
+    vertices = np.hstack([ordered, np.zeros((len(radii), 1))]) @ TURN.T + np.array([5.0, -3.0, 8.0])
+    found = result({"shape": "polygon", "vertices": vertices.tolist(), "density": 1})
+    assert found["mass"] == pytest.approx(area, rel=2e-14, abs=0)
+    assert entry_error(found["tensor_com"], area * TURN @ inertia @ TURN.T) <= 1e-13
+
+
+@pytest.mark.parametrize(("outline", "triangles"), TRIANGLES)
+@pytest.mark.parametrize("shift", [[0, 0], [1e8, -1e8]])
+def test_a_polygon_is_the_sum_of_its_triangles(outline: Any, triangles: Any, shift: list[float]) -> None:
+    vertices = _moved(outline, shift)
+    polygon = result({"shape": "polygon", "vertices": vertices, "density": 3})
+    parts = [{"shape": "triangle", "vertices": [vertices[k] for k in triple], "density": 3} for triple in triangles]
+    # Far away, the centre of each triangle is rounded to what floats there are.
+    _same(result({"parts": parts}), polygon, 1e-14 + (4 * float(np.spacing(3e8)) if outline[0][0] > 1e7 or shift[0] else 0))
+
+
+@pytest.mark.parametrize(("outline", "triangles"), TRIANGLES)
+def test_neither_sense_nor_first_vertex_matters(outline: Any, triangles: Any) -> None:
+    one = result({"shape": "polygon", "vertices": outline, "density": 3})
+    for start in range(len(outline)):
+        turned = outline[start:] + outline[:start]
+        for ordered in (turned, turned[::-1]):
+            _same(result({"shape": "polygon", "vertices": ordered, "density": 3}), one, 3e-15)
+
+
+# --- refusals
+
+REFUSED: list[tuple[str, dict[str, Any], str]] = [
+    ("torus", {"major_radius": 1, "minor_radius": 1.0000001}, "spindle"),
+    ("hollow_sphere", {"outer_radius": 1, "inner_radius": 1}, "inner_radius"),
+    ("hollow_sphere", {"outer_radius": 1, "inner_radius": 2}, "inner_radius"),
+    ("hollow_sphere", {"outer_radius": 1, "inner_radius": -0.1}, "inner_radius"),
+    ("tube", {"outer_radius": 1, "inner_radius": 1, "height": 1}, "inner_radius"),
+    ("tube", {"outer_radius": 1, "inner_radius": 1.5, "height": 1}, "inner_radius"),
+    ("annulus", {"outer_radius": 1, "inner_radius": 1}, "inner_radius"),
+    ("spherical_cap", {"radius": 1, "cap_height": 2.0000001}, "cap_height"),
+    ("spherical_cap", {"radius": 1, "cap_height": 0}, "cap_height"),
+    ("frustum", {"bottom_radius": 0, "top_radius": 0, "height": 1}, "zero"),
+    ("capsule", {"radius": 1, "height": -1}, "height"),
+    ("tetrahedron", {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]]}, "plane"),
+    ("tetrahedron", {"vertices": [[0, 0, 0], [0.1, 0.2, 0.3], [0.2, 0.4, 0.6], [1, 1, 0]]}, "plane"),
+    ("tetrahedron", {"vertices": [[0, 0, 0], [0, 0, 0], [0, 1, 0], [1, 1, 1]]}, "plane"),
+    ("triangle", {"vertices": [[0, 0], [0.1, 0.3], [0.2, 0.6]]}, "line"),
+    ("triangle", {"vertices": [[1, 1], [1, 1], [2, 3]]}, "line"),
+    ("polygon", {"vertices": [[0, 0], [1, 1], [1, 0], [0, 1]]}, "meet"),
+    ("polygon", {"vertices": [[0, 0], [4, 0], [4, 3], [2, 0], [0, 3]]}, "meet"),
+    ("polygon", {"vertices": [[0, 0], [1, 0], [2, 0]]}, "vertices"),
+    ("polygon", {"vertices": [[0, 0], [0.1, 0.3], [0.3, 0.9], [0.2, 0.6]]}, "vertices"),
+    ("polygon", {"vertices": [[0, 0], [1, 0], [2, 0], [3, 0]]}, "vertices"),
+    ("polygon", {"vertices": [[0, 0, 0], [1, 2, 3], [2, 4, 6], [-1, -2, -3]]}, "vertices"),
+    ("polygon", {"vertices": [[1, 2, 3], [1, 2, 3], [1, 2, 3]]}, "vertices"),
+    ("polygon", {"vertices": [[0, 0, 0], [1, 0, 0], [1, 1, 0.001], [0, 1, 0]]}, "plane"),
+    ("polygon", {"vertices": [[0, 0], [1, 0]]}, "vertices"),
+    ("box", {"size": [1, 0, 1]}, "size"),
+    ("box", {"size": [1, -1, 1]}, "size"),
+    ("sphere", {"radius": 0}, "radius"),
+]
+
+
+@pytest.mark.parametrize(("shape", "d", "word"), REFUSED)
+def test_what_is_no_shape_is_refused(shape: str, d: dict[str, Any], word: str) -> None:
+    with pytest.raises(DocumentError, match=word):
+        loaded({"shape": shape, "mass": 1, **d})
+
+
+def test_a_horn_torus_is_a_body() -> None:
+    found = result({"shape": "torus", "major_radius": 2, "minor_radius": 2, "density": 1})
+    assert found["mass"] == pytest.approx(2 * math.pi**2 * 8, rel=1e-15)
+
+
+@pytest.mark.parametrize("extra", [{}, {"mass": 1, "density": 1}, {"mass": 0}, {"mass": -1}, {"density": 0}])
+def test_exactly_one_positive_of_mass_and_density(extra: dict[str, float]) -> None:
+    with pytest.raises(DocumentError, match="mass|density"):
+        loaded({"shape": "sphere", "radius": 1, **extra})
+
+
+def test_rotation_and_axis_exclude_each_other() -> None:
+    rotation = {"axis": [1, 0, 0], "angle": 1}
+    with pytest.raises(DocumentError, match="axis"):
+        loaded({"shape": "sphere", "radius": 1, "mass": 1, "axis": [1, 0, 0], "rotation": rotation})

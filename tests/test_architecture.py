@@ -1,0 +1,60 @@
+"""The house rules: what must be named in one place, and what fails when it is forgotten."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import pkgutil
+from importlib import resources
+
+import pytest
+
+import rigidcli
+from rigidcli.cli import app
+from rigidcli.cli.new import Kind
+from rigidcli.model import shapes
+from rigidcli.model.shape import Lamina, Shape, Shell, Solid, Wire
+from rigidcli.render import Format, renderer
+
+
+def _names(package: str) -> set[str]:
+    module = importlib.import_module(package)
+    return {found.name for found in pkgutil.iter_modules(module.__path__)}
+
+
+def test_every_shape_class_is_in_the_table() -> None:
+    bases = (Shape, Solid, Lamina, Shell, Wire)
+    classes = {
+        value
+        for name, value in vars(shapes).items()
+        if inspect.isclass(value) and issubclass(value, Shape) and value not in bases and name[0] != "_"
+    }
+    assert classes == set(shapes.SHAPES.values())
+
+
+@pytest.mark.parametrize("name", shapes.SHAPES)
+def test_a_shape_has_the_name_under_which_it_is_listed(name: str) -> None:
+    assert shapes.SHAPES[name].model_fields["shape"].annotation == __import__("typing").Literal[name]
+
+
+def test_every_format_is_a_module_and_every_module_a_format() -> None:
+    helpers = {"values"}
+    assert _names("rigidcli.render") - helpers == set(Format)
+    assert all(callable(renderer(name)) for name in Format)
+
+
+def test_every_study_is_a_command() -> None:
+    commands = {command.__name__ for command in app.COMMANDS}
+    assert _names("rigidcli.studies") <= commands
+    assert all(importlib.import_module(f"rigidcli.cli.{name}") for name in commands)
+
+
+def test_every_starter_is_a_kind() -> None:
+    files = {entry.name.removesuffix(".yaml") for entry in resources.files("rigidcli").joinpath("starters").iterdir()}
+    assert files == set(Kind)
+
+
+def test_every_module_says_what_it_is() -> None:
+    for found in pkgutil.walk_packages(rigidcli.__path__, "rigidcli."):
+        if found.name != "rigidcli.__main__":
+            assert importlib.import_module(found.name).__doc__, found.name

@@ -1,0 +1,141 @@
+"""Every document in configs/ runs in every command and format, and gives what its comment promises."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rigidcli
+from rigidcli.cli.new import Kind
+
+from .conftest import ROOT, Program
+
+CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
+STARTERS = sorted((ROOT / "rigidcli" / "starters").glob("*.yaml"))
+
+
+@pytest.mark.parametrize("command", ["inertia", "axes"])
+@pytest.mark.parametrize("form", ["table", "json", "csv", "latex"])
+@pytest.mark.parametrize("path", [*CONFIGS, *STARTERS], ids=lambda path: path.stem)
+def test_runs_in_every_command_and_format(path: Path, form: str, command: str, program: Program) -> None:
+    outcome = program(command, "-f", form, str(path))
+    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.out.endswith("\n")
+    if form == "json":
+        assert json.loads(outcome.out)["schema"] == f"rigidcli.{command}/1"
+    if form == "csv":
+        header, row = csv.reader(io.StringIO(outcome.out))
+        assert len(header) == len(row)
+
+
+@pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
+def test_has_the_modeline_and_a_comment(path: Path) -> None:
+    lines = path.read_text().splitlines()
+    assert lines[0] == "# yaml-language-server: $schema=.rigidcli.schema.json"
+    assert any(line.startswith("# Comes out:") for line in lines)
+
+
+def test_the_schema_for_editors_is_up_to_date(program: Program) -> None:
+    """Made anew by: rigidcli schema -o configs/.rigidcli.schema.json."""
+    assert program("schema").out == (ROOT / "configs" / ".rigidcli.schema.json").read_text()
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_new_prints_a_document_that_runs(kind: str, program: Program) -> None:
+    starter = program("new", kind)
+    assert starter.code == 0
+    assert program("axes", "-", stdin=starter.out).code == 0
+
+
+def axes(name: str, **options: Any) -> Any:
+    return rigidcli.axes(rigidcli.load(ROOT / "configs" / f"{name}.yaml", **options))
+
+
+def test_cube_about_its_corner() -> None:
+    result = axes("cube_corner")
+    np.testing.assert_allclose(result["tensor"], [[8, -3, -3], [-3, 8, -3], [-3, -3, 8]], rtol=1e-14)
+    np.testing.assert_allclose(result["moments"], [2, 11, 11], rtol=1e-14)
+    np.testing.assert_allclose(result["axes"][0], np.full(3, 3**-0.5), rtol=1e-14)
+    assert result["class"] == "prolate"
+
+
+def test_cube_with_symbols(program: Program) -> None:
+    result = json.loads(program("axes", "-f", "json", "configs/cube_symbolic.yaml").out)
+    assert result["tensor"] == [
+        ["2*M*a**2/3", "-M*a**2/4", "-M*a**2/4"],
+        ["-M*a**2/4", "2*M*a**2/3", "-M*a**2/4"],
+        ["-M*a**2/4", "-M*a**2/4", "2*M*a**2/3"],
+    ]
+    assert result["moments"] == ["M*a**2/6", "11*M*a**2/12", "11*M*a**2/12"]
+    table = program("axes", "configs/cube_symbolic.yaml").out
+    assert "M a^2/12" in table
+    assert "(M a^2/6, 11 M a^2/12, 11 M a^2/12)" in table
+
+
+def test_three_masses() -> None:
+    result = axes("three_masses")
+    np.testing.assert_allclose(result["tensor"], [[10, 0, 0], [0, 6, 1], [0, 1, 6]], atol=1e-14)
+    np.testing.assert_allclose(result["moments"], [5, 7, 10], rtol=1e-14)
+
+
+def test_three_equal_masses() -> None:
+    result = axes("three_equal_masses", settings=["parameters.m=1", "parameters.a=1"])
+    np.testing.assert_allclose(result["tensor"], [[10, 0, 0], [0, 6, -4], [0, -4, 6]], atol=1e-14)
+    np.testing.assert_allclose(result["moments"], [2, 10, 10], rtol=1e-14)
+    np.testing.assert_allclose(result["axes"][0], [0, 0.5**0.5, 0.5**0.5], atol=1e-14)
+
+
+def test_triangular_plate() -> None:
+    result = axes("triangular_plate")
+    assert result["mass"] == pytest.approx(12, rel=1e-15)
+    np.testing.assert_allclose(result["tensor"], [[2, -1, 0], [-1, 2, 0], [0, 0, 4]], atol=1e-14)
+    np.testing.assert_allclose(result["moments"], [1, 3, 4], rtol=1e-14)
+
+
+def test_water() -> None:
+    """The rotational constants of the equilibrium geometry, h/(8 pi^2 c I), in 1/cm.
+
+    27.4, 14.6 and 9.5 to the digits that the bond and angle determine (Benedict and others, 1956).
+    """
+    constants = 6.62607015e-34 / (8 * np.pi**2 * 2.99792458e10 * axes("water")["moments"])
+    np.testing.assert_allclose(constants, [27.4, 14.6, 9.5], rtol=5e-3)
+
+
+def test_flywheel() -> None:
+    """Discs and rings by hand: M = rho pi (R^2 - r^2) h and I = M (R^2 + r^2)/2, holes by Steiner."""
+    rings = [(0.18, 0.02, 0.02), (0.2, 0.18, 0.06), (0.02, 0.01, 0.08)]
+    masses = [7850 * np.pi * (R**2 - r**2) * h for R, r, h in rings]
+    drilled = 7850 * np.pi * 0.03**2 * 0.02
+    moment = sum(m * (R**2 + r**2) / 2 for m, (R, r, _) in zip(masses, rings, strict=True))
+    moment -= 4 * drilled * (0.03**2 / 2 + 0.11**2)
+    result = axes("flywheel")
+    assert result["mass"] == pytest.approx(sum(masses) - 4 * drilled, rel=1e-14)
+    assert result["tensor"][2, 2] == pytest.approx(moment, rel=1e-13)
+    assert result["kinetic_energy"] == pytest.approx(moment * (50 * np.pi) ** 2 / 2, rel=1e-13)
+    assert result["wobbles"] is False
+    assert result["class"] == "oblate"
+
+
+def test_cone_top() -> None:
+    result = axes("cone_top")
+    across = 3 * 0.1 * (0.025**2 + 4 * 0.1**2) / 20
+    np.testing.assert_allclose(result["moments"], [3 * 0.1 * 0.025**2 / 10, across, across], rtol=1e-14)
+
+
+def test_known_tensor() -> None:
+    result = axes("known_tensor")
+    d = np.array([0.1, 0, 0.15])
+    about_origin = np.array([[0.42, 0.03, -0.01], [0.03, 0.36, 0.02], [-0.01, 0.02, 0.51]])
+    about_origin += 12.5 * (d @ d * np.eye(3) - np.outer(d, d))
+    np.testing.assert_allclose(result["moments"], np.linalg.eigvalsh(about_origin), rtol=1e-13)
+    omega = np.array([0, 2 * np.pi, 2 * np.pi])
+    momentum = about_origin @ omega
+    cosine = omega @ momentum / np.linalg.norm(omega) / np.linalg.norm(momentum)
+    assert result["angle"] == pytest.approx(np.arccos(cosine), rel=1e-12)
+    assert result["wobbles"] is True
