@@ -97,6 +97,9 @@ class DocumentError(RigidError):
 LONGEST_SHOWN = 60
 """Characters of a value that a message repeats."""
 
+MOST_COMPARED = 200
+"""Words among which a similar one is looked for."""
+
 
 def shown(raw: object) -> str:
     """A value as read, short and safe to print: backquotes round it, control characters escaped."""
@@ -115,4 +118,8 @@ def nearest(word: str, known: Sequence[str]) -> str | None:
     """The word that was probably meant, if any is near."""
     import difflib
 
-    return next(iter(difflib.get_close_matches(word, known, n=1, cutoff=0.6)), None)
+    if len(known) > MOST_COMPARED:
+        return None
+    folded = {other.casefold(): other for other in known}
+    near = difflib.get_close_matches(word.casefold(), folded, n=1, cutoff=0.6)
+    return folded[near[0]] if near else None

@@ -10,6 +10,8 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidcli.errors import ValueProblem
+
 Scalar: TypeAlias = float
 """A float, or an exact number (a sympy expression) in its place: the `Arithmetic` says which."""
 
@@ -27,7 +29,8 @@ class Arithmetic:
     `value` gives the number as a float, and `sign` gives -1, 0 or 1; both give None where that depends
     on symbols without a value. `size` gives a float to compare by where any consistent choice will do
     (a pivot, an order to print in): the number itself, or its value at a fixed sample of its
-    symbols. `tidy` brings the entries of an array into their shortest form.
+    symbols. `tidy` brings the entries of an array into their shortest form. `symbol` makes an unknown
+    of a name, and of whether it is known to be positive; floats have none.
     """
 
     exact: bool
@@ -41,6 +44,7 @@ class Arithmetic:
     sign: Callable[[Scalar], int | None]
     size: Callable[[Scalar], float]
     tidy: Callable[[Array], Array]
+    symbol: Callable[[str, bool], Scalar]
 
     def array(self, values: object) -> Array:
         """`values` (numbers, nested to any depth) as an array of this kind of number."""
@@ -55,6 +59,10 @@ def _unchanged(array: Array) -> Array:
     return array
 
 
+def _no_symbol(name: str, positive: bool) -> Scalar:
+    raise ValueProblem("missing, expected a value")
+
+
 FLOAT = Arithmetic(
     exact=False,
     pi=math.pi,
@@ -67,4 +75,5 @@ FLOAT = Arithmetic(
     sign=_float_sign,
     size=float,
     tidy=_unchanged,
+    symbol=_no_symbol,
 )

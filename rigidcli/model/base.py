@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal, Self, TypeAlias
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 from pydantic import (
     BaseModel,
@@ -35,19 +35,26 @@ SHARED = "x-shared"
 class Section(BaseModel):
     """A mapping of the document: unknown keys and wrong types are refused, and nothing changes later.
 
-    Its validator is built when the first such section is read: a document uses two or three of thirty.
+    `ONE_OF` and `AT_MOST_ONE_OF` name keys that exclude each other; of the former one must be given. The
+    validator is built when the first such section is read: a document uses two or three of thirty.
     """
 
     model_config = ConfigDict(frozen=True, strict=True, extra="forbid", defer_build=True)
 
+    ONE_OF: ClassVar[tuple[str, ...]] = ()
+    AT_MOST_ONE_OF: ClassVar[tuple[str, ...]] = ()
+
     @model_validator(mode="wrap")
     @classmethod
-    def _report_unknown_keys(cls, raw: object, validate: ModelWrapValidatorHandler[Self]) -> Self:
-        """Refuse unknown keys here, where the known ones are at hand for a hint."""
-        if not isinstance(raw, dict) or raw.keys() <= cls.model_fields.keys():
+    def _report_keys(cls, raw: object, validate: ModelWrapValidatorHandler[Self]) -> Self:
+        """Refuse unknown, missing and contradicting keys here, beside whatever else is wrong."""
+        if not isinstance(raw, dict):
             return validate(raw)
         unknown = [key for key in raw if key not in cls.model_fields]
-        errors = [_error((str(key),), raw[key], _unknown_key(str(key), cls)) for key in unknown]
+        errors = [_error((key,), raw[key], _unknown_key(key, cls)) for key in unknown]
+        errors += [_error((), raw, problem) for problem in cls._contradictions(raw)]
+        if not errors:
+            return validate(raw)
         try:
             validate({key: value for key, value in raw.items() if key in cls.model_fields})
         except ValidationError as rest:
@@ -56,6 +63,15 @@ class Section(BaseModel):
                 for e in rest.errors(include_url=False)
             ]
         raise ValidationError.from_exception_data(cls.__name__, errors)
+
+    @classmethod
+    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
+        for keys, least, expected in ((cls.ONE_OF, 1, "exactly"), (cls.AT_MOST_ONE_OF, 0, "at most")):
+            given = [key for key in keys if raw.get(key) is not None]
+            if keys and not least <= len(given) <= 1:
+                words = " and ".join(f"`{key}`" for key in keys)
+                which = "both" if given else "neither"
+                yield ValueProblem(f"{which} of {words} given, expected {expected} one")
 
 
 def _error(loc: tuple[int | str, ...], read: object, problem: ValueProblem) -> InitErrorDetails:
@@ -119,7 +135,8 @@ class Quantity:
         if self.sign is not None:
             sign = env.arithmetic.sign(value)
             if sign == -1 or (sign == 0 and self.sign == "positive"):
-                raise ValueProblem(f"read {shown(raw)}, expected {self.words}")
+                worked = "" if not isinstance(raw, str) else f" (which is {env.arithmetic.size(value):.6g})"
+                raise ValueProblem(f"read {shown(raw)}{worked}, expected {self.words}")
             if sign is None and self.sign == "positive":
                 env.assume_positive(value)
         return value

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Annotated, Any, Self, TypeAlias
+from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
@@ -98,6 +98,8 @@ class KnownTensor(Form):
     Without a mass the tensor cannot be shifted: it is good for the point that it is given about.
     """
 
+    ONE_OF: ClassVar = ("inertia", "moments")
+
     inertia: (
         Annotated[
             tuple[
@@ -111,20 +113,13 @@ class KnownTensor(Form):
     ) = None
     moments: Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList] | None = None
     mass: Mass | None = None
-    com: Vector3 = (0.0, 0.0, 0.0)
+    com: Vector3 | None = None
     given_about: Point = "com"
-
-    @model_validator(mode="after")
-    def _one_tensor(self) -> Self:
-        if (self.inertia is None) == (self.moments is None):
-            which = "both" if self.moments is not None else "neither"
-            raise ValueProblem(f"{which} of `inertia` and `moments` given, expected exactly one")
-        return self
 
     def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
         """The tensor shifted to the centre of mass; without a mass, as given and about that point."""
         given = self._given(arithmetic)
-        com = arithmetic.array(self.com)
+        com = arithmetic.array([0, 0, 0] if self.com is None else self.com)
         point = {"com": com, "origin": 0 * com}.get(str(self.given_about))
         offset = (arithmetic.array(self.given_about) if point is None else point) - com
         if self.mass is None:

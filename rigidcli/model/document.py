@@ -17,6 +17,9 @@ from rigidcli.model.bodies import Body
 from rigidcli.model.environment import Environment
 from rigidcli.model.rotations import Rotation
 
+SAME_POINT = 1e-12
+"""Two points closer than this, in units of their distance from the origin, are one but for rounding."""
+
 
 class Motion(Section):
     """How the body turns at the time t = 0."""
@@ -94,7 +97,10 @@ class Document(Section):
             n = self.arithmetic
             if self.about == "com" and not properties.at_com:
                 raise ValueProblem("missing: without it the tensor cannot be shifted", path=("body", "mass"))
-            if any(n.sign(component) != 0 for component in self._point(properties) - properties.com):
+            asked = self._point(properties)
+            off = max(abs(n.size(component)) for component in asked - properties.com)
+            far = max(abs(n.size(component)) for component in (*asked, *properties.com))
+            if off > SAME_POINT * far:
                 point = ", ".join(f"{n.size(component):.6g}" for component in properties.com)
                 raise ValueProblem(
                     f"missing: without it the tensor is known about ({point}) only",

@@ -20,19 +20,24 @@ from rigidcli.model.units import (
 )
 from rigidcli.symbolic.expression import Expression, parse
 
+LONGEST_LIST = 20
+"""Names of parameters that a hint lists."""
+
 
 @dataclass
 class Environment:
     """Parameters by name, the arithmetic to use, and what was noticed while numbers were read.
 
-    `broken` names parameters that have a problem of their own, so that what uses them is not
-    reported again; `positive` gathers symbols that stand where only a positive number makes sense.
+    `declared` has the names of all parameters, also before they have their values; `broken` those
+    that have a problem of their own, so that what uses them is not reported again; `positive` gathers
+    symbols that stand where only a positive number makes sense.
     """
 
     arithmetic: Arithmetic = FLOAT
     parameters: dict[str, Scalar] = field(default_factory=dict)
     folder: pathlib.Path = pathlib.Path()
     used: set[str] = field(default_factory=set)
+    declared: set[str] = field(default_factory=set)
     broken: set[str] = field(default_factory=set)
     positive: set[str] = field(default_factory=set)
 
@@ -43,11 +48,13 @@ class Environment:
         """
         if isinstance(raw, bool) or not isinstance(raw, float | int | str | Decimal):
             raise ValueProblem(f"read {shown(raw)}, expected {number_of(dimension)}")
+        if isinstance(raw, float) and not math.isfinite(raw):
+            raise ValueProblem(f"read {shown(raw)}, expected a finite number")
         if not isinstance(raw, str):
             return parse(str(raw)).exact({}) if self.arithmetic.exact else _finite(raw)
         quantity = split_quantity(raw)
         if quantity is None:
-            return self.value(self._parse(raw))
+            return self.value(self.parse(raw))
         digits, unit_text = quantity
         unit = parse_unit(unit_text)
         if dimension is not None:
@@ -59,7 +66,8 @@ class Environment:
         return unit.si(Fraction(repr(_finite(digits))))
 
     @staticmethod
-    def _parse(raw: str) -> Expression:
+    def parse(raw: str) -> Expression:
+        """Read a text as an expression."""
         try:
             return parse(raw)
         except ExpressionError as error:
@@ -69,7 +77,7 @@ class Environment:
 
     def value(self, expression: Expression) -> Any:
         """The value of an expression in the parameters; undeclared names are refused."""
-        unknown = sorted(expression.names - self.parameters.keys() - self.broken)
+        unknown = sorted(expression.names - self.declared)
         if unknown:
             raise self._undeclared(unknown)
         self.used |= expression.names
@@ -85,9 +93,11 @@ class Environment:
             self.positive.add(value.name)
 
     def _undeclared(self, names: list[str]) -> ValueProblem:
-        declared = sorted(self.parameters.keys() | self.broken)
-        listed = ", ".join(f"`{name}`" for name in declared) or "none"
+        declared = sorted(self.declared)
         near = nearest(names[0], declared)
+        listed = ", ".join(f"`{name}`" for name in declared[:LONGEST_LIST]) or "none"
+        if len(declared) > LONGEST_LIST:
+            listed += f" and {len(declared) - LONGEST_LIST} more"
         return ExpressionError(
             f"undeclared name{'s' if len(names) > 1 else ''} {', '.join(f'`{n}`' for n in names)}"
             f"{f' (did you mean {near}?)' if near else ''}",

@@ -9,19 +9,16 @@ import stat
 import sys
 from collections.abc import Sequence
 from decimal import Decimal
-from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic
-from rigidcli.errors import DocumentError, ExpressionError, Path, Problem, UsageError, ValueProblem, shown
+from rigidcli.errors import DocumentError, Path, Problem, UsageError, ValueProblem, shown
 from rigidcli.model.document import Document
 from rigidcli.model.environment import Environment
+from rigidcli.model.parameters import read_parameters
 from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
-from rigidcli.model.units import split_quantity
-from rigidcli.symbolic.expression import RESERVED, Expression, parse
-from rigidcli.symbolic.tree import Name
 
 STDIN = "-"
 
@@ -140,7 +137,9 @@ class _Reading:
         positive: frozenset[str] = frozenset()
         while True:
             env = Environment(_arithmetic(exact), folder=self._folder)
-            problems = self._parameters(env, tree.get("parameters"), positive)
+            raw = tree.get("parameters")
+            wrong = read_parameters(env, raw, positive) if isinstance(raw, dict) else []
+            problems = [self._problem(problem.path, problem.message, problem.hint) for problem in wrong]
             document = None
             try:
                 document = Document.model_validate(tree, context=env)
@@ -160,48 +159,6 @@ class _Reading:
         unused = sorted(env.parameters.keys() - env.used)
         notes = [f"parameter `{name}` is not used" for name in unused]
         return document.came_from(self._source, notes)
-
-    def _parameters(self, env: Environment, raw: object, positive: frozenset[str]) -> list[Problem]:
-        """Give the parameters of a document to `env`, in an order in which each can be worked out."""
-        if not isinstance(raw, dict):
-            return []
-        problems: list[Problem] = []
-        expressions: dict[str, Expression] = {}
-        values: dict[str, tuple[str, object]] = {}
-        for key, value in raw.items():
-            try:
-                name = _parameter_name(key)
-                values[name] = (key, value)
-                if isinstance(value, str) and split_quantity(value) is None:
-                    expressions[name] = parse(value)
-            except ValueProblem as problem:
-                env.broken.add(key)
-                problems.append(self._problem(("parameters", key), problem.message, problem.hint))
-        graph = {
-            name: expressions[name].names & values.keys() if name in expressions else () for name in values
-        }
-        try:
-            order = list(TopologicalSorter(graph).static_order())
-        except CycleError as error:
-            circle = " -> ".join(reversed(error.args[1]))
-            env.broken |= values.keys()
-            return [
-                *problems,
-                self._problem(
-                    ("parameters", values[error.args[1][0]][0]), f"parameters in a circle: {circle}"
-                ),
-            ]
-        for name in order:
-            key, value = values[name]
-            try:
-                if value is None:
-                    env.parameters[name] = _symbol(name, name in positive)
-                else:
-                    env.parameters[name] = env.read(value, None)
-            except ValueProblem as problem:
-                env.broken.add(name)
-                problems.append(self._problem(("parameters", key), problem.message, problem.hint))
-        return problems
 
     def _problem(self, path: Path, message: str, hint: str | None = None) -> Problem:
         """A problem with its line, which is looked up in a second pass over the text."""
@@ -223,27 +180,6 @@ def _arithmetic(exact: bool) -> Arithmetic:
     return EXACT
 
 
-def _symbol(name: str, positive: bool) -> Any:
-    from rigidcli.symbolic.arithmetic import symbol
-
-    return symbol(name, positive=positive)
-
-
-def _parameter_name(key: str) -> str:
-    """The name of a parameter in its ASCII spelling. Raises ValueProblem for what is no name."""
-    try:
-        root = parse(key).root
-    except ExpressionError as problem:
-        root = None
-        if key in RESERVED:
-            raise ValueProblem(f"`{key}` is reserved, expected another name") from problem
-    if not isinstance(root, Name):
-        raise ValueProblem(f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first")
-    if root.name in RESERVED:
-        raise ValueProblem(f"`{root.name}` is reserved, expected another name")
-    return root.name
-
-
 def _explain(error: ValidationError) -> list[tuple[Path, str, str | None]]:
     """Path, message and hint for every complaint of pydantic, in the document's words."""
     explained: dict[Path, tuple[str, str | None]] = {}
@@ -258,6 +194,8 @@ def _explain(error: ValidationError) -> list[tuple[Path, str, str | None]]:
             explained[path[:-1]] = f"read {shown(read)}, expected {path[-1] + 1} entries", None
         elif kind == "missing":
             explained[path] = "missing", None
+        elif kind == "too_short" and len(read) >= context["min_length"]:
+            continue  # long enough, but for the entries that have problems of their own
         elif kind in ("too_long", "too_short"):
             bound = context.get("max_length", context.get("min_length"))
             most = "at most" if kind == "too_long" else "at least"

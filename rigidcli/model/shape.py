@@ -11,7 +11,7 @@ from pydantic import ConfigDict, Field, ValidationInfo, model_validator
 from pydantic.config import JsonDict
 
 from rigidcli.core import rotation, tensor
-from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem
 from rigidcli.model import units
 from rigidcli.model.base import Direction, Mass, Quantity, Section, Vector3, environment, not_one_of
@@ -21,17 +21,13 @@ from rigidcli.model.rotations import Rotation
 class Form(Section):
     """One form of body, placed: first turned about its own origin, then moved."""
 
+    AT_MOST_ONE_OF: ClassVar = ("rotation", "axis")
+
     name: str | None = None
     position: Vector3 | None = Field(default=None, description="Where the form's own origin goes (m)")
     rotation: Rotation | None = Field(default=None, description="Turns the form about its own origin")
     axis: Direction | None = Field(default=None, description="Direction onto which local +z is turned")
     hole: bool = Field(default=False, description="In `parts`: what is missing there")
-
-    @model_validator(mode="after")
-    def _one_orientation(self) -> Self:
-        if self.rotation is not None and self.axis is not None:
-            raise ValueProblem("`rotation` and `axis` both given, expected at most one")
-        return self
 
     @abstractmethod
     def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
@@ -88,6 +84,7 @@ class Shape(Form):
 
     model_config = ConfigDict(json_schema_extra=_complete_schema)
 
+    ONE_OF: ClassVar = ("mass", "density")
     ANCHORS: ClassVar[Mapping[str, Callable[[Any], tuple[Scalar, Scalar, Scalar]]]] = {}
 
     mass: Mass | None = None
@@ -96,9 +93,6 @@ class Shape(Form):
 
     @model_validator(mode="after")
     def _complete(self, info: ValidationInfo) -> Self:
-        if (self.mass is None) == (self.density is None):
-            which = "both" if self.mass is not None else "neither"
-            raise ValueProblem(f"{which} of `mass` and `density` given, expected exactly one")
         if self.anchor is not None and self.anchor not in ("com", *self.ANCHORS):
             raise ValueProblem(not_one_of(self.anchor, ["com", *self.ANCHORS]), path=("anchor",))
         self.check(environment(info).arithmetic)
@@ -147,6 +141,14 @@ class Region(Shape):
     @abstractmethod
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         """Which of the points (m, local axes) the shape fills, its surface included."""
+
+    def heart(self) -> Floats:
+        """A point in the shape where it is convex (3, m): its centre of mass."""
+        return np.array(self.geometry(FLOAT).centre, dtype=np.float64)
+
+    def corners(self) -> Floats:
+        """Vertices that no grid finds (3 by k, m); none for most."""
+        return np.zeros((3, 0))
 
 
 class Solid(Region):

@@ -420,6 +420,9 @@ class Tetrahedron(Solid):
     def bounds(self) -> Bounds:
         return solids.bounds(np.array(self.vertices))
 
+    def corners(self) -> Floats:
+        return np.array(self.vertices, dtype=np.float64).T
+
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return solids.in_simplex(np.array(self.vertices, dtype=np.float64), np.stack([x, y, z]))
 
@@ -553,16 +556,23 @@ class HalfDisk(Lamina):
 class _Flat(Lamina):
     """A lamina given by its vertices, in a plane of its own."""
 
-    def corners(self) -> Array:
-        """The vertices (n by 3, m), as floats."""
-        return np.array(self.vertices, dtype=float)  # type: ignore[attr-defined]
+    vertices: tuple[tuple[Scalar, ...], ...]
 
     def plane(self) -> tuple[Array, Array]:
-        return solids.plane_of(self.corners())
+        return solids.plane_of(np.array(self.vertices, dtype=np.float64))
+
+    def heart(self) -> Floats:
+        turn, origin = self.plane()
+        centre: Floats = (super().heart() - origin) @ turn
+        return centre
+
+    def corners(self) -> Floats:
+        turn, origin = self.plane()
+        corners: Floats = ((np.array(self.vertices, dtype=np.float64) - origin) @ turn).T
+        return corners
 
     def _outline(self) -> Array:
-        turn, origin = self.plane()
-        return ((self.corners() - origin) @ turn)[:, :2]
+        return self.corners()[:2].T
 
     def bounds(self) -> Bounds:
         outline = self._outline()

@@ -14,7 +14,7 @@ ZERO_DIGITS = 60
 """A number without symbols that is below 10^-50 when worked to so many digits is zero."""
 
 
-def symbol(name: str, *, positive: bool) -> sympy.Symbol:
+def _symbol(name: str, positive: bool) -> Any:
     """A parameter without a value: real, or known to be positive."""
     return sympy.Symbol(name, positive=True) if positive else sympy.Symbol(name, real=True)
 
@@ -59,4 +59,5 @@ EXACT = Arithmetic(
     sign=_sign,
     size=_size,
     tidy=tidy_array,
+    symbol=_symbol,
 )

@@ -64,7 +64,7 @@ _UNITS_FOR_A_CALL = 100
 _UNITS_FOR_A_VALUE = 50
 _UNITS_TO_SPLIT = 10
 _UNITS_TO_TELL_SIGNS = 40
-_UNITS_TO_ISOLATE_ROOTS = 300
+_TIMES_MORE_TO_ISOLATE_ROOTS = 8
 
 _LARGEST = sympy.Integer(2) ** MAX_BITS
 _ENDLESS = (sympy.zoo, sympy.nan, sympy.oo, -sympy.oo)
@@ -268,7 +268,7 @@ class _Converter:
                 rational = all(
                     number.is_Rational for number in sympy.preorder_traversal(part) if number.is_number
                 )
-                self.spend(_UNITS_TO_ISOLATE_ROOTS * weight * (1 if rational else weight))
+                self.spend(units * _TIMES_MORE_TO_ISOLATE_ROOTS * weight * (1 if rational else weight))
 
     def size(self, expr: sympy.Expr) -> _Size:
         known = self.sizes.get(expr)
@@ -318,8 +318,8 @@ def _growth(base: sympy.Expr, exponent: sympy.Expr) -> float:
 
 
 def _is_imaginary(part: sympy.Expr) -> bool:
-    if part.is_Pow and part.base.is_Rational and part.exp.is_Rational:
-        return bool(part.base < 0 and not part.exp.is_Integer)
+    if part.is_Pow and part.base.is_number and part.exp.is_Rational and not part.exp.is_Integer:
+        return bool(part.base.is_negative)
     return part is sympy.I or isinstance(part, (sympy.re, sympy.im, sympy.arg))
 
 

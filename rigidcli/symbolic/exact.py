@@ -140,8 +140,9 @@ def _ways(expr: sympy.Expr) -> Iterator[_Way]:
         return
     yield sympy.expand
     powers = expr.atoms(sympy.Pow, sympy.exp)
-    if all(_is_low(number) for power in powers for number in power.exp.atoms(sympy.Rational)):
-        yield from _polynomial_ways(expr)
+    if not all(_is_low(number) for power in powers for number in power.exp.atoms(sympy.Rational)):
+        return
+    yield from _polynomial_ways(expr)
     circular = expr.atoms(TrigonometricFunction)
     angles = [function.args[0] for function in circular | expr.atoms(HyperbolicFunction)]
     if angles and all(_is_plain(angle) for angle in angles):
@@ -149,8 +150,8 @@ def _ways(expr: sympy.Expr) -> Iterator[_Way]:
             yield from _TRIGONOMETRY
         if _has_at_most(MAX_NODES_TO_SEARCH, expr):
             yield sympy.trigsimp
-    rooted = any(power.is_Pow and power.base.is_number and not power.exp.is_Integer for power in powers)
-    if rooted and _has_at_most(MAX_NODES_WITH_ROOTS, expr):
+    roots = [power for power in powers if power.exp.is_Rational and not power.exp.is_Integer]
+    if roots and all(root.base.is_number for root in roots) and _has_at_most(MAX_NODES_WITH_ROOTS, expr):
         yield sympy.sqrtdenest
         yield sympy.radsimp
 
@@ -182,11 +183,16 @@ def _is_low(exponent: sympy.Rational) -> bool:
 
 def _is_plain(angle: sympy.Expr) -> bool:
     """Whether addition theorems may be used: they write out sin(1000 x) in powers of sin(x)."""
-    return len(sympy.Add.make_args(angle)) <= MAX_TERMS_OF_AN_ANGLE and all(
-        _is_low(part)
-        if part.is_Rational
-        else part.is_Symbol or part.is_Add or part.is_Mul or part is sympy.pi
-        for part in sympy.preorder_traversal(angle)
+    terms = sympy.Add.make_args(angle)
+    return (
+        len(terms) <= MAX_TERMS_OF_AN_ANGLE
+        and not any(term.is_Rational for term in terms)
+        and all(
+            _is_low(part)
+            if part.is_Rational
+            else part.is_Symbol or part.is_Add or part.is_Mul or part is sympy.pi
+            for part in sympy.preorder_traversal(angle)
+        )
     )
 
 

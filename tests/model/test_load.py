@@ -138,7 +138,10 @@ def test_a_missing_mass_is_told_beside_other_problems() -> None:
         (f"{CUBE}frame:\n  matrix: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]", (2, "frame")),
         (f"{CUBE}frame: {{matrix: [[1, 0, 0], [0, 1, 0], [0, 0, 1.1]]}}", (2, "frame")),
         ("body:\n  shape: cube\n  side: 1\n  mass: 1\n  axis: [0, 0, 0]\n", (5, "body.axis")),
-        ("body:\n  shape: cube\n  side: 1\n  mass: 1\n  rotation: {quaternion: [0, 0, 0, 0]}\n", (5, "body.rotation")),
+        (
+            "body:\n  shape: cube\n  side: 1\n  mass: 1\n  rotation: {quaternion: [0, 0, 0, 0]}\n",
+            (5, "body.rotation"),
+        ),
     ],
 )
 def test_what_is_no_rotation_is_refused_when_it_is_read(text: str, place: tuple[int, str]) -> None:
@@ -202,8 +205,16 @@ def test_problems_found_in_the_whole_body_have_a_place_too() -> None:
         ("body: {shape: box, size: 1, mass: 1}", "body.size", "a list"),
         ("body: {shape: box, size: {x: 1}, mass: 1}", "body.size", "a list"),
         ("body: {shape: rod, length: 1, mass: 1, position: [1, 2]}", "body.position", "3"),
-        ("body: {shape: tube, outer_radius: 1, inner_radius: 1, height: 1, mass: 1}", "body.inner_radius", "less"),
-        ("body: {shape: disk, radius: 1, mass: 1, axis: [0, 0, 1], rotation: {axis: [1, 0, 0], angle: 1}}", "body", "both"),
+        (
+            "body: {shape: tube, outer_radius: 1, inner_radius: 1, height: 1, mass: 1}",
+            "body.inner_radius",
+            "less",
+        ),
+        (
+            "body: {shape: disk, radius: 1, mass: 1, axis: [0, 0, 1], rotation: {axis: [1, 0, 0], angle: 1}}",
+            "body",
+            "both",
+        ),
         ("body: {points: []}", "body.points", "at least 1"),
         ("body: {parts: []}", "body.parts", "at least 1"),
         ("body: {moments: [1, 2, 3], inertia: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}", "body", "both"),
@@ -339,7 +350,9 @@ def test_rpm_and_degrees_become_radians() -> None:
     np.testing.assert_allclose(document.motion.omega, [2 * np.pi, np.pi, 1], rtol=1e-15)
 
 
-@pytest.mark.parametrize(("value", "word"), [("5 parsnips", "parsnips"), ("5 CM", "`cm`"), ("5 cm2", "`cm^2`")])
+@pytest.mark.parametrize(
+    ("value", "word"), [("5 parsnips", "parsnips"), ("5 CM", "`cm`"), ("5 cm2", "`cm^2`")]
+)
 def test_an_unknown_unit_is_named(value: str, word: str) -> None:
     assert word in told(f"body: {{shape: cube, side: {value}, mass: 1}}")
 
@@ -384,7 +397,20 @@ def test_without_parameters_none_are_listed() -> None:
 
 @pytest.mark.parametrize(
     "value",
-    ["zz", "1/0", "5 parsnips", "2*", "5cm", "''", "true", "[1]", ".inf", "sqrt(-1)", "1e300*1e300", "((((" * 60],
+    [
+        "zz",
+        "1/0",
+        "5 parsnips",
+        "2*",
+        "5cm",
+        "''",
+        "true",
+        "[1]",
+        ".inf",
+        "sqrt(-1)",
+        "1e300*1e300",
+        "((((" * 60,
+    ],
 )
 def test_a_broken_parameter_is_one_problem_however_often_it_is_used(value: str) -> None:
     text = f"parameters: {{a: {value}, b: a + 1, c: 2*b}}\nbody: {{points: [[a, b, c, a], [c, a, a, b]]}}"
@@ -402,7 +428,9 @@ def test_what_is_no_name_is_refused(name: str) -> None:
     assert "expected a name" in told(f'parameters: {{"{name}": 1}}\n{CUBE}')
 
 
-@pytest.mark.parametrize("name", ["E", "I", "S", "N", "Q", "beta", "gamma", "lambda", "O", "e", "i", "j", "d", "x1_2"])
+@pytest.mark.parametrize(
+    "name", ["E", "I", "S", "N", "Q", "beta", "gamma", "lambda", "O", "e", "i", "j", "d", "x1_2"]
+)
 def test_ordinary_names_are_ordinary(name: str) -> None:
     text = f"parameters: {{{name}: 3}}\nbody: {{shape: cube, side: 1, mass: 2*{name}}}"
     assert mass(loads(text)) == 6
@@ -476,7 +504,9 @@ def test_a_setting_replaces_or_adds_a_value(setting: str, expected: float) -> No
 
 def test_settings_index_lists_and_the_last_one_wins() -> None:
     text = "body: {points: [[1, 0, 0, 0], {mass: 1, position: [0, 0, 0]}]}"
-    changed = loads(text, settings=["body.points.0.0=5", "body.points.1.mass=2", "body.points.0=[3, 1, 1, 1]"])
+    changed = loads(
+        text, settings=["body.points.0.0=5", "body.points.1.mass=2", "body.points.0=[3, 1, 1, 1]"]
+    )
     assert mass(changed) == 5
 
 

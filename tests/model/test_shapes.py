@@ -575,6 +575,17 @@ def _sampled(shape: str, d: Dimensions, count: int) -> tuple[Floats, Floats]:
 
 
 def quadrature(shape: str, d: Dimensions, count: int = 24) -> Spread:
+    """The integrals over a shape, each worked once."""
+    key = f"{shape} {count} {json.dumps(d)}"
+    if key not in _WORKED:
+        _WORKED[key] = _integrals(shape, d, count)
+    return _WORKED[key]
+
+
+_WORKED: dict[str, Spread] = {}
+
+
+def _integrals(shape: str, d: Dimensions, count: int) -> Spread:
     points, weights = _sampled(shape, d, count)
     measure = math.fsum(weights)
     centre = np.array([math.fsum(weights * row) for row in points]) / measure

@@ -1,0 +1,91 @@
+"""The parameters of a document: names, and values that may use each other in any order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from graphlib import CycleError, TopologicalSorter
+from typing import Any
+
+from rigidcli.errors import ExpressionError, ValueProblem, shown
+from rigidcli.model.environment import Environment
+from rigidcli.model.units import split_quantity
+from rigidcli.symbolic.expression import RESERVED, parse
+from rigidcli.symbolic.tree import Constant, Name
+
+
+def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable[str]) -> list[ValueProblem]:
+    """Give the parameters in `raw` to `env`; what is wrong with them, each with its path.
+
+    A parameter without a value becomes a symbol, known to be positive if it is in `positive`. One with a
+    problem is `broken` in the environment, so that what uses it is not blamed.
+    """
+    problems: list[ValueProblem] = []
+    spelling: dict[str, str] = {}
+    for key in raw:
+        try:
+            name = _name(key)
+            if name in spelling:
+                raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
+            spelling[name] = key
+        except ValueProblem as problem:
+            problems.append(problem.below("parameters", key))
+    env.declared |= spelling.keys()
+    uses = {}
+    for name, key in spelling.items():
+        try:
+            uses[name] = _names_in(raw[key]) & spelling.keys()
+        except ValueProblem as problem:
+            env.broken.add(name)
+            problems.append(problem.below("parameters", key))
+    for name in _in_order(uses, env, problems, spelling):
+        if name in env.broken:
+            continue
+        try:
+            value = raw[spelling[name]]
+            env.parameters[name] = (
+                env.arithmetic.symbol(name, name in positive) if value is None else env.read(value, None)
+            )
+        except ValueProblem as problem:
+            env.broken.add(name)
+            problems.append(problem.below("parameters", spelling[name]))
+    return problems
+
+
+def _name(key: str) -> str:
+    """The name of a parameter in its ASCII spelling. Raises ValueProblem for what is no name."""
+    if key in RESERVED:
+        raise ValueProblem(f"{shown(key)} is reserved, expected another name")
+    try:
+        root = parse(key).root
+    except ExpressionError:
+        root = None
+    if isinstance(root, Constant) or (isinstance(root, Name) and root.name in RESERVED):
+        raise ValueProblem(f"{shown(key)} is reserved, expected another name")
+    if not isinstance(root, Name):
+        raise ValueProblem(f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first")
+    return root.name
+
+
+def _names_in(value: object) -> frozenset[str]:
+    """The names that the value of a parameter uses."""
+    if isinstance(value, str) and split_quantity(value) is None:
+        return Environment.parse(value).names
+    return frozenset()
+
+
+def _in_order(
+    uses: dict[str, frozenset[str]],
+    env: Environment,
+    problems: list[ValueProblem],
+    spelling: Mapping[str, str],
+) -> list[str]:
+    """The names so that each comes after those it uses; circles are reported and left out."""
+    while True:
+        try:
+            return list(TopologicalSorter(uses).static_order())
+        except CycleError as error:
+            circle = error.args[1][::-1]
+            problem = ValueProblem(f"parameters in a circle: {' -> '.join(circle)}")
+            problems.append(problem.below("parameters", spelling[circle[0]]))
+            env.broken |= set(circle)
+            uses = {name: used - set(circle) for name, used in uses.items() if name not in circle}

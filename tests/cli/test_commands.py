@@ -1,0 +1,1125 @@
+"""The program as a student, a grader and a shell script meet it: output, errors, exit codes, files and pipes."""
+
+from __future__ import annotations
+
+import csv
+import fcntl
+import io
+import json
+import os
+import pty
+import re
+import shutil
+import signal
+import stat
+import struct
+import subprocess
+import sys
+import termios
+import time
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+
+import rigidcli
+from rigidcli.cli.new import Kind
+from rigidcli.model.shapes import SHAPES
+from rigidcli.model.syntax import read_tree
+
+from ..conftest import ROOT, Program
+
+CUBE = "body: {shape: cube, side: 1, mass: 12}\n"
+BAD = "body: {shape: cube, side: -1, mass: 12}\n"
+NOTED = f"parameters: {{k: 1}}\n{CUBE}"
+FORMATS = ["table", "json", "csv", "latex"]
+DOCUMENTS = sorted([*ROOT.glob("configs/*.yaml"), *ROOT.glob("rigidcli/starters/*.yaml")])
+
+INERTIA = ["schema", "name", "source", "mass", "center_of_mass", "about", "tensor", "tensor_com"]
+AXES = [*INERTIA, "moments", "axes", "groups", "class", "residual"]
+MOTION = ["omega", "angular_momentum", "kinetic_energy", "angle", "wobbles"]
+INERTIA_HEADER = "name,mass,com_x,com_y,com_z,Ixx,Iyy,Izz,Ixy,Ixz,Iyz"
+AXES_HEADER = f"{INERTIA_HEADER},lambda1,lambda2,lambda3,e1x,e1y,e1z,e2x,e2y,e2z,e3x,e3y,e3z,class"
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    """A folder with a good document, a bad one, and one with a note."""
+    for name, text in {"good.yaml": CUBE, "bad.yaml": BAD, "noted.yaml": NOTED}.items():
+        (tmp_path / name).write_text(text)
+    return tmp_path
+
+
+def process(
+    *arguments: str | bytes, stdin: bytes = b"", environment: Mapping[str, str] | None = None, **options: Any
+) -> subprocess.CompletedProcess[bytes]:
+    """The program in a process of its own."""
+    return subprocess.run(
+        [sys.executable, "-m", "rigidcli", *arguments],
+        cwd=ROOT,
+        input=stdin,
+        capture_output=True,
+        timeout=30,
+        env={**os.environ, **(environment or {})},
+        check=False,
+        **options,
+    )
+
+
+def shell(command: str) -> subprocess.CompletedProcess[bytes]:
+    """A line of shell in which `rigidcli` is the program."""
+    script = f'rigidcli() {{ "{sys.executable}" -m rigidcli "$@"; }}\n{command}'
+    return subprocess.run(["sh", "-c", script], cwd=ROOT, capture_output=True, timeout=30, check=False)
+
+
+def rows(text: str) -> list[list[str]]:
+    return list(csv.reader(io.StringIO(text, newline="")))
+
+
+def numbers_of(text: str) -> list[str]:
+    return re.findall(r"-?\d+\.?\d*(?:e[-+]\d+)?", text)
+
+
+# --- json
+
+
+def test_json_of_inertia_has_the_fields_of_the_contract(program: Program) -> None:
+    result = json.loads(program("inertia", "-f", "json", "configs/known_tensor.yaml").out)
+    assert list(result) == INERTIA
+    assert result["schema"] == "rigidcli.inertia/1"
+    assert result["name"] == "gearbox"
+    assert result["source"] == "configs/known_tensor.yaml"
+    assert type(result["mass"]) is float
+    for key, shape in {"center_of_mass": (3,), "about": (3,), "tensor": (3, 3), "tensor_com": (3, 3)}.items():
+        assert np.array(result[key]).shape == shape
+        assert all(type(number) is float for number in np.ravel(result[key]).tolist())
+
+
+def test_json_of_axes_has_the_fields_of_the_contract(program: Program) -> None:
+    still = json.loads(program("axes", "-f", "json", "configs/cube_corner.yaml").out)
+    assert list(still) == AXES
+    assert still["schema"] == "rigidcli.axes/1"
+    assert still["groups"] == [[0], [1, 2]]
+    assert still["class"] == "prolate"
+    assert 0 <= still["residual"] < 1e-14
+    moving = json.loads(program("axes", "-f", "json", "configs/known_tensor.yaml").out)
+    assert list(moving) == [*AXES, *MOTION]
+    assert moving["groups"] == [[0], [1], [2]]
+    assert moving["class"] == "asymmetric"
+    assert moving["wobbles"] is True
+    assert type(moving["angle"]) is type(moving["kinetic_energy"]) is float
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)
+def test_moments_ascend_and_axes_are_a_right_handed_frame_of_the_tensor(path: Path, program: Program) -> None:
+    parameters = read_tree(path.read_text(), path.name).get("parameters", {})
+    unknown = [name for name, value in parameters.items() if value is None]
+    values = [f"-sparameters.{name}={k + 2}" for k, name in enumerate(unknown)]
+    result = json.loads(program("axes", "-f", "json", str(path), *values).out)
+    moments, axes, tensor = (np.array(result[key]) for key in ("moments", "axes", "tensor"))
+    scale = moments[2]
+    assert list(moments) == sorted(moments)
+    np.testing.assert_allclose(axes @ axes.T, np.eye(3), atol=1e-14)
+    np.testing.assert_allclose(np.linalg.det(axes), 1, atol=1e-14)
+    np.testing.assert_allclose(axes @ tensor @ axes.T / scale, np.diag(moments) / scale, atol=1e-13)
+    if "omega" in result:
+        omega = np.array(result["omega"])
+        np.testing.assert_allclose(result["angular_momentum"], tensor @ omega, rtol=1e-13, atol=1e-13)
+        assert result["kinetic_energy"] == pytest.approx(omega @ tensor @ omega / 2, rel=1e-14)
+
+
+def test_json_is_one_compact_object_a_line(folder: Path, program: Program) -> None:
+    outcome = program("axes", "-f", "json", str(folder / "good.yaml"), "configs/water.yaml")
+    lines = outcome.out.split("\n")
+    assert lines.pop() == ""
+    assert [json.loads(line)["name"] for line in lines] == ["good", "water molecule"]
+    for line in lines:
+        assert not re.search(r"\s", re.sub(r'"(\\.|[^"\\])*"', "", line))
+
+
+@pytest.mark.parametrize("study", ["inertia", "axes"])
+def test_floats_come_through_json_and_csv_unchanged(study: str, program: Program) -> None:
+    for name in ("water", "known_tensor", "flywheel"):
+        path = f"configs/{name}.yaml"
+        report = getattr(rigidcli, study)(rigidcli.load(ROOT / path))
+        result = json.loads(program(study, "-f", "json", path, "--digits", "2").out)
+        for key in result.keys() - {"schema", "name", "source", "groups"}:
+            value = report[key]
+            assert result[key] == (value.tolist() if isinstance(value, np.ndarray) else value), key
+        header, row = rows(program(study, "-f", "csv", path).out)
+        cells = dict(zip(header, row, strict=True))
+        assert float(cells["mass"]) == report["mass"]
+        assert [float(cells[f"com_{k}"]) for k in "xyz"] == report["center_of_mass"].tolist()
+        for cell, i, j in [
+            ("xx", 0, 0),
+            ("yy", 1, 1),
+            ("zz", 2, 2),
+            ("xy", 0, 1),
+            ("xz", 0, 2),
+            ("yz", 1, 2),
+        ]:
+            assert float(cells[f"I{cell}"]) == report["tensor"][i, j]
+        if study == "axes":
+            assert [float(cells[f"lambda{k}"]) for k in (1, 2, 3)] == report["moments"].tolist()
+            found = [[float(cells[f"e{k}{x}"]) for x in "xyz"] for k in (1, 2, 3)]
+            assert found == report["axes"].tolist()
+            assert cells["class"] == report["class"]
+
+
+def test_products_of_inertia_are_negative_sums(program: Program) -> None:
+    document = "body: {points: [[2, 1, 3, 5]]}"
+    tensor = json.loads(program("inertia", "-f", "json", "-", stdin=document).out)["tensor"]
+    assert tensor == [[68, -6, -10], [-6, 52, -30], [-10, -30, 20]]
+
+
+def test_what_needs_an_unknown_mass_is_null(program: Program) -> None:
+    document = "body: {moments: [1, 2, 3], given_about: [1, 0, 0]}\nabout: [1, 0, 0]"
+    result = json.loads(program("axes", "-f", "json", "-", stdin=document).out)
+    assert (result["mass"], result["center_of_mass"], result["tensor_com"]) == (None, None, None)
+    assert result["moments"] == [1, 2, 3]
+    header, row = rows(program("axes", "-f", "csv", "-", stdin=document).out)
+    cells = dict(zip(header, row, strict=True))
+    assert (cells["mass"], cells["com_x"], cells["com_z"], cells["Ixx"]) == ("", "", "", "1.0")
+    for form in ("table", "latex"):
+        assert "not known" in program("axes", "-f", form, "-", stdin=document).out
+
+
+def test_exact_numbers_in_json_are_texts(program: Program) -> None:
+    document = f"{CUBE}about: [0.5, 1/3, 0]\nmotion: {{omega: [1, 0, 0]}}"
+    result = json.loads(program("axes", "--exact", "-f", "json", "-", stdin=document).out)
+    assert list(result) == [*AXES, *MOTION]
+    assert result["mass"] == "12"
+    assert result["about"] == ["1/2", "1/3", "0"]
+    assert result["tensor"][0] == ["10/3", "-2", "0"]
+    assert all(isinstance(text, str) for text in np.ravel(result["axes"]).tolist())
+    assert result["wobbles"] is True
+    header, row = rows(program("axes", "--exact", "-f", "csv", "-", stdin=document).out)
+    assert dict(zip(header, row, strict=True))["Ixx"] == "10/3"
+
+
+# --- csv
+
+
+@pytest.mark.parametrize(("study", "header"), [("inertia", INERTIA_HEADER), ("axes", AXES_HEADER)])
+def test_csv_has_the_header_of_the_contract_once(
+    study: str, header: str, folder: Path, program: Program
+) -> None:
+    files = [str(folder / name) for name in ("bad.yaml", "good.yaml", "bad.yaml", "noted.yaml")]
+    outcome = program(study, "-f", "csv", *files)
+    lines = outcome.out.split("\n")
+    assert lines[0] == header
+    assert [line.split(",")[0] for line in lines[1:]] == ["good", "noted", ""]
+    assert all(line.count(",") == header.count(",") for line in lines[:-1])
+    assert program(study, "-f", "csv", "--no-header", *files).out.split("\n") == lines[1:]
+
+
+def test_csv_of_nothing_good_is_nothing(folder: Path, program: Program) -> None:
+    assert program("axes", "-f", "csv", str(folder / "bad.yaml")).out == ""
+
+
+NAMES = {
+    "comma": "a, b",
+    "quote": 'the "big" one',
+    "only quotes": '""',
+    "newline": "two\nlines",
+    "return": "a\r\nb",
+    "blanks": "  a ",
+    "empty": "",
+    "escape": "\x1b[31mred\x1b[0m",
+    "title": "\x1b]0;pwned\x07",
+    "csi": "\x9b31mred",
+    "bell": "\x07\b\b\x7f",
+    "markup": "[red]x[/red]",
+    "unbalanced": "[/]",
+    "link": "[link=http://x]y[/link]",
+    "bidi": "\u202etxt.exe\u2066",
+    "line separator": "a\u2028b\u2029c\x85d",
+    "zero width": "\u200b\ufeff",
+    "latex": r"\input{/etc/passwd} 50% & $x_1^2# {~} \\",
+    "end": r"\end{align*}\newpage %",
+    "backslash": "trail\\",
+    "format": "%s %d {0} {name}",
+    "wide": "日本語" * 20,
+    "emoji": "\U0001f600",
+    "long": "x" * 500,
+    "null": "a\0b",
+}
+
+
+@pytest.fixture(params=NAMES.values(), ids=NAMES.keys())
+def named(request: pytest.FixtureRequest) -> Iterator[tuple[str, str]]:
+    """A name, and a document that bears it."""
+    name: str = request.param
+    astral = any(ord(character) > 0xFFFF for character in name)
+    body = {"shape": "cube", "side": 1, "mass": 12}
+    yield name, json.dumps({"name": name, "body": body}, ensure_ascii=not astral)
+
+
+def test_a_hostile_name_is_harmless_in_every_format(named: tuple[str, str], program: Program) -> None:
+    name, document = named
+    for form in ("table", "latex"):
+        outcome = program("axes", "-f", form, "-", stdin=document)
+        assert (outcome.code, outcome.err) == (0, "")
+        lines = outcome.out.split("\n")
+        assert all(line.isprintable() for line in lines)
+        assert lines[1:] == program("axes", "-f", form, "-", stdin=CUBE).out.split("\n")[1:]
+        assert form == "table" or lines[0].startswith("% ")
+    result = json.loads(program("axes", "-f", "json", "-", stdin=document).out)
+    assert result["name"] == (name or "stdin")
+    header, row = rows(program("axes", "-f", "csv", "-", stdin=document).out)
+    assert (row[0], len(row)) == (name or "stdin", len(header))
+
+
+HOSTILE = "\x1b[31m\x9b1m\u202e\nevil.yaml:1: name: fine"
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        {HOSTILE: 1},
+        {"name": {HOSTILE: 1}},
+        {"body": {"shape": HOSTILE, "side": 1, "mass": 1}},
+        {"body": {"shape": "cube", "side": 1, "mass": 1, HOSTILE: 1}},
+        {"body": {"shape": "cube", "side": HOSTILE, "mass": 1}},
+        {"body": {"shape": "cube", "side": f"5 {HOSTILE}", "mass": 1}},
+        {"body": {"shape": "cube", "side": f"5 cm{HOSTILE}", "mass": 1}},
+        {"body": {"shape": "cube", "side": f"sin({HOSTILE})", "mass": 1}},
+        {"body": {"points": HOSTILE}},
+        {"body": {"points": f"{HOSTILE}.csv"}},
+        {"body": {"points": "a\0b.npy"}},
+        {"body": {HOSTILE: 1}},
+        {"body": {"shape": "cube", "side": 1, "mass": 1, "anchor": HOSTILE}},
+        {"body": {"shape": "cube", "side": 1, "mass": 1}, "about": HOSTILE},
+        {"body": {"shape": "cube", "side": 1, "mass": 1}, "frame": {"euler": [1, 2, 3], "sequence": HOSTILE}},
+        {"body": {"shape": "cube", "side": 1, "mass": 1}, "motion": {"omega": [1, 2, 3], "basis": HOSTILE}},
+        {"parameters": {HOSTILE: 1}},
+        {"parameters": {"a": HOSTILE}},
+        {"parameters": {"a": f"b + {'x' * 5000}"}, "body": {"shape": "cube", "side": "y" * 5000, "mass": 1}},
+    ],
+    ids=range(19),
+)
+def test_a_hostile_document_is_harmless_in_error_messages(tree: object, program: Program) -> None:
+    outcome = program("inertia", "-", stdin=json.dumps(tree))
+    assert (outcome.code, outcome.out) == (3, "")
+    assert all(line.isprintable() for line in outcome.err.split("\n"))
+    assert "\nevil.yaml" not in outcome.err
+    assert len(outcome.err) < 2500
+
+
+@pytest.mark.parametrize(
+    "text", [f'{{"a{HOSTILE[:5]}": 1}}', "a: !%1B%5B31m x", '{"a\\u001b": 1, "a\\u001b": 2}']
+)
+def test_hostile_syntax_is_harmless_in_error_messages(text: str, program: Program) -> None:
+    outcome = program("validate", "-", stdin=text)
+    assert outcome.code == 3
+    assert all(line.isprintable() for line in outcome.err.split("\n"))
+
+
+def test_a_hostile_file_name_is_harmless(tmp_path: Path, program: Program) -> None:
+    path = tmp_path / "a\x1b[31m\nb.yaml"
+    path.write_text(f"parameters: {{k: 1}}\n{CUBE}")
+    for arguments in (["validate"], ["axes"], ["axes", "-f", "latex"]):
+        outcome = program(*arguments, str(path))
+        assert outcome.code == 0
+        assert all(line.isprintable() for line in f"{outcome.out}{outcome.err}".split("\n"))
+    path.write_text(BAD)
+    for name in (str(path), f"{path}.missing"):
+        outcome = program("axes", name)
+        assert outcome.code == 3
+        assert all(line.isprintable() for line in outcome.err.split("\n"))
+
+
+def test_hostile_settings_are_harmless(program: Program) -> None:
+    for setting in ("\x1b[31m=1", "body.\x1b[31m=1", "name=\x1b[31m", "body.mass=\x1b[31m", "\x1b[31m"):
+        outcome = program("axes", "-s", setting, "-", stdin=CUBE)
+        assert outcome.code in (2, 3)
+        assert all(line.isprintable() for line in outcome.err.split("\n"))
+
+
+@pytest.mark.parametrize("form", ["table", "json"])
+def test_a_file_name_that_is_no_text_is_no_trouble(form: str, tmp_path: Path) -> None:
+    path = os.fsencode(tmp_path) + b"/caf\xe9.yaml"
+    Path(os.fsdecode(path)).write_text(CUBE)
+    done = process("inertia", "-f", form, path)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout.decode().startswith("caf" if form == "table" else '{"schema":')
+
+
+def test_a_setting_that_is_no_text_is_refused() -> None:
+    done = process("axes", "-s", b"name=caf\xe9", "-", stdin=CUBE.encode())
+    assert done.returncode in (2, 3)
+    assert b"Traceback" not in done.stderr
+
+
+# --- table and latex
+
+
+def test_digits_are_for_people(program: Program) -> None:
+    def table(*options: str) -> str:
+        return program("inertia", "configs/water.yaml", *options).out
+
+    assert "2.99072e-26" in table()
+    assert "2.99e-26" in table("--digits", "3")
+    assert "3e-26" in table("--digits", "1")
+    assert "2.9907246271239" in table("--digits", "17")
+    for form in ("json", "csv"):
+        few = program("inertia", "-f", form, "configs/water.yaml", "--digits", "2").out
+        assert few == program("inertia", "-f", form, "configs/water.yaml").out
+
+
+def test_a_table_in_a_pipe_keeps_every_value_on_its_line(program: Program) -> None:
+    out = program("axes", "configs/known_tensor.yaml", "--digits", "17").out
+    assert "\x1b" not in out
+    assert "…" not in out
+    assert all(line == line.rstrip() for line in out.split("\n"))
+
+
+def test_tables_are_parted_by_an_empty_line(folder: Path, program: Program) -> None:
+    files = [str(folder / name) for name in ("good.yaml", "bad.yaml", "noted.yaml")]
+    out = program("inertia", *files).out
+    assert out.count("\n\n") == 1
+    assert not out.startswith("\n")
+    assert not out.endswith("\n\n")
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)
+def test_latex_is_balanced(path: Path, program: Program) -> None:
+    out = program("axes", "-f", "latex", str(path)).out
+    lines = out.rstrip("\n").split("\n")
+    assert lines[0].startswith("% ")
+    assert (lines[1], lines[-1]) == (r"\begin{align*}", r"\end{align*}")
+    body = lines[2:-1]
+    assert all(line.endswith(r" \\") for line in body[:-1])
+    assert not body[-1].endswith(r"\\")
+    for line in body:
+        bare = re.sub(r"\\begin\{pmatrix\}.*?\\end\{pmatrix\}", "", line)
+        assert len(re.findall(r"(?<!\\)&", bare)) == 1
+    for opening, closing in [("{", "}"), (r"\left(", r"\right)"), (r"\begin{pmatrix}", r"\end{pmatrix}")]:
+        assert out.count(opening) == out.count(closing)
+    assert not re.search(r"\de[-+]\d", out)
+    assert out.isascii()
+
+
+# --- several files, standard input, notes
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_bad_files_among_good_ones(form: str, folder: Path, program: Program) -> None:
+    names = ["good.yaml", "bad.yaml", "missing.yaml", "noted.yaml"]
+    files = [str(folder / name) for name in names]
+    outcome = program("inertia", "-f", form, *files)
+    assert outcome.code == 3
+    assert outcome.out == program("inertia", "-f", form, files[0], files[3], "-q").out
+    told = [line for line in outcome.err.split("\n") if line and not line.startswith(" ")]
+    assert [line.split(":")[0] for line in told] == files[1:]
+    assert "note: parameter `k` is not used" in told[2]
+
+
+def test_the_worst_code_is_returned(folder: Path, program: Program) -> None:
+    (folder / "cloud.csv").write_text("m,x,y,z\n1,2,3,4\n")
+    (folder / "cloud.yaml").write_text("body: {points: cloud.csv}\n")
+    good, bad, cloud = (str(folder / name) for name in ("good.yaml", "bad.yaml", "cloud.yaml"))
+    assert program("inertia", cloud, good).code == 0
+    assert program("inertia", "--exact", cloud).code == 4
+    assert program("inertia", "--exact", cloud, good, bad).code == 4
+    assert program("inertia", "--exact", bad, good, cloud).code == 4
+    assert program("inertia", bad, good, cloud).code == 3
+
+
+def test_a_number_beyond_floats_cannot_be_computed(program: Program) -> None:
+    document = "body: {points: [[1e99, 1e50, 0, 0], [1e99, -1e50, 0, 0]]}\nmotion: {omega: [0, 0, 1e150]}"
+    outcome = program("axes", "-f", "json", "-", stdin=document)
+    assert (outcome.code, outcome.out) == (4, "")
+    assert outcome.err.startswith("-: ")
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_dash_is_standard_input(form: str, folder: Path, program: Program) -> None:
+    piped = program("axes", "-f", form, "-", stdin=f"name: good\n{CUBE}").out
+    (folder / "good.yaml").write_text(f"name: good\n{CUBE}")
+    read = program("axes", "-f", form, str(folder / "good.yaml")).out
+    assert piped == read.replace(str(folder / "good.yaml"), "-")
+
+
+def test_standard_input_is_read_to_its_bound_only(program: Program) -> None:
+    outcome = program("axes", "-", stdin="#" * 3_000_000)
+    assert (outcome.code, outcome.out) == (3, "")
+    assert "2,000,000" in outcome.err
+
+
+def test_notes_go_to_standard_error_and_quiet_stops_them(folder: Path, program: Program) -> None:
+    noted = str(folder / "noted.yaml")
+    for command in (["inertia"], ["axes", "-f", "json"], ["validate"]):
+        outcome = program(*command, noted)
+        assert outcome.code == 0
+        assert outcome.err == f"{noted}: note: parameter `k` is not used\n"
+        quiet = program(*command, noted, "-q")
+        assert (quiet.out, quiet.err, quiet.code) == (outcome.out, "", 0)
+
+
+def test_quiet_does_not_stop_errors(folder: Path, program: Program) -> None:
+    outcome = program("axes", "-q", str(folder / "bad.yaml"))
+    assert outcome.code == 3
+    assert "body.side" in outcome.err
+
+
+def test_settings_on_the_command_line(program: Program) -> None:
+    result = json.loads(
+        program(
+            *[
+                "axes",
+                "-f",
+                "json",
+                "-",
+                "-s",
+                "body.mass=3 kg",
+                "--set",
+                "name=it",
+                "--set=motion.omega=[0, 0, 60 rpm]",
+            ],
+            stdin=CUBE,
+        ).out
+    )
+    assert (result["mass"], result["name"]) == (3, "it")
+    assert result["omega"][2] == pytest.approx(2 * np.pi)
+    outcome = program("axes", "-", "-s", "body.mass=-3", stdin=CUBE)
+    assert outcome.code == 3
+    assert "--set" in outcome.err
+    assert "body.mass" in outcome.err
+
+
+def test_validate_prints_the_valid_ones(folder: Path, program: Program) -> None:
+    good, bad = str(folder / "good.yaml"), str(folder / "bad.yaml")
+    outcome = program("validate", good, bad, "-", good, stdin="- 1")
+    assert outcome.code == 3
+    assert outcome.out == f"{good}: valid\n{good}: valid\n"
+    assert program("validate", good, bad, "-s", "body.side=2").code == 0
+
+
+@pytest.mark.parametrize(
+    "frame",
+    [
+        "{axis: [0, 0, 0], angle: 1}",
+        "{quaternion: [0, 0, 0, 0]}",
+        "{matrix: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]}",
+    ],
+)
+def test_what_validate_accepts_the_studies_accept(frame: str, program: Program) -> None:
+    document = f"{CUBE}frame: {frame}\n"
+    assert program("validate", "-", stdin=document).code == program("inertia", "-", stdin=document).code == 3
+
+
+def test_same_input_same_bytes(program: Program) -> None:
+    arguments = ["axes", "-f", "json", *map(str, DOCUMENTS[:4])]
+    assert program(*arguments).out == program(*arguments).out
+
+
+# --- files that cannot be read
+
+
+def test_what_is_no_regular_file_is_refused_and_not_waited_for(folder: Path) -> None:
+    os.mkfifo(folder / "pipe.yaml")
+    names = [
+        str(folder),
+        str(folder / "pipe.yaml"),
+        "/dev/zero",
+        "/dev/null",
+        str(folder / "missing.yaml"),
+        "",
+    ]
+    done = process("inertia", "-f", "json", *names, str(folder / "good.yaml"))
+    assert done.returncode == 3
+    assert json.loads(done.stdout)["name"] == "good"
+    told = done.stderr.decode().splitlines()
+    assert len(told) == len(names)
+    assert all("cannot be read" in line for line in told)
+    assert all(line.startswith(name) for line, name in zip(told, names, strict=True))
+
+
+def test_a_file_without_permission_is_refused(
+    folder: Path, program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def deny(*arguments: object) -> int:
+        raise PermissionError(13, "Permission denied")
+
+    monkeypatch.setattr(os, "open", deny)
+    outcome = program("inertia", str(folder / "good.yaml"))
+    assert (outcome.code, outcome.out) == (3, "")
+    assert outcome.err.endswith("good.yaml: cannot be read: Permission denied\n")
+
+
+def test_points_are_not_read_from_a_device_or_a_pipe(folder: Path) -> None:
+    os.mkfifo(folder / "pipe.csv")
+    (folder / "zero.npy").symlink_to("/dev/zero")
+    (folder / "first.yaml").write_text("body: {points: pipe.csv}")
+    (folder / "second.yaml").write_text("body: {points: zero.npy}")
+    done = process("inertia", str(folder / "first.yaml"), str(folder / "second.yaml"))
+    assert (done.returncode, done.stdout) == (3, b"")
+    assert done.stderr.count(b".yaml:1: body.points: ") == 2
+
+
+# --- wrong usage
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        [],
+        ["axis"],
+        ["axes"],
+        ["inertia"],
+        ["validate"],
+        ["axes", "-f"],
+        ["axes", "-f", "xml", "x"],
+        ["axes", "-f", "JSON", "x"],
+        ["axes", "--format=", "x"],
+        ["axes", "--digits", "0", "x"],
+        ["axes", "--digits", "18", "x"],
+        ["axes", "--digits", "six", "x"],
+        ["axes", "-s", "mass", "x"],
+        ["axes", "--set"],
+        ["axes", "-s", "=3", "x"],
+        ["axes", "-x", "x"],
+        ["axes", "--verbose", "x"],
+        ["validate", "-f", "json", "x"],
+        ["schema", "x"],
+        ["new", "shapes"],
+        ["new", "shape", "points"],
+        ["--digits", "3"],
+    ],
+    ids=" ".join,
+)
+def test_wrong_usage(arguments: list[str], program: Program) -> None:
+    outcome = program(*arguments)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err
+    assert "Traceback" not in outcome.err
+
+
+def test_wrong_usage_is_told_once_for_all_files(program: Program) -> None:
+    outcome = program("axes", "-s", "a..b=3", "configs/water.yaml", "configs/cube_corner.yaml")
+    assert outcome.code == 2
+    assert outcome.err.count("a..b=3") == 1
+
+
+@pytest.mark.parametrize("command", [[], ["inertia"], ["axes"], ["validate"], ["schema"], ["new"]], ids=str)
+@pytest.mark.parametrize("flag", ["-h", "--help"])
+def test_help_everywhere(command: list[str], flag: str, program: Program) -> None:
+    outcome = program(*command, flag)
+    assert (outcome.code, outcome.err) == (0, "")
+    assert outcome.out.startswith("Usage: ")
+    assert max(map(len, outcome.out.splitlines())) <= 80
+    if command and command[0] in ("inertia", "axes"):
+        for option in ["--format", "--output", "--set", "--digits", "--exact", "--no-header", "--quiet"]:
+            assert option in outcome.out
+
+
+def test_version(program: Program) -> None:
+    assert program("--version").out == f"rigidcli {rigidcli.__version__}\n"
+    done = process("--version")
+    assert (done.returncode, done.stdout, done.stderr) == (
+        0,
+        f"rigidcli {rigidcli.__version__}\n".encode(),
+        b"",
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [("rigidcli ax", b"axes"), ("rigidcli axes -f j", b"json"), ("rigidcli new sy", b"symbols")],
+)
+def test_shell_completion(words: str, expected: bytes, tmp_path: Path) -> None:
+    script = tmp_path / "rigidcli"  # as pip installs it: completion goes by the name of the program
+    script.write_text("from rigidcli.cli.app import main\n\nmain()\n")
+    asked = {"_RIGIDCLI_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(words.count(" "))}
+    environment = {**os.environ, **asked, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run([sys.executable, str(script)], env=environment, capture_output=True, check=False)
+    assert (done.stdout.split(), done.stderr) == ([expected], b"")
+
+
+# --- output to a file
+
+
+def test_output_is_what_standard_output_would_be(folder: Path, program: Program) -> None:
+    for form in FORMATS:
+        target = folder / f"out.{form}"
+        outcome = program(
+            "axes", "-f", form, "-o", str(target), "configs/cube_corner.yaml", "configs/water.yaml"
+        )
+        assert (outcome.code, outcome.out, outcome.err) == (0, "", "")
+        assert (
+            target.read_text()
+            == program("axes", "-f", form, "configs/cube_corner.yaml", "configs/water.yaml").out
+        )
+
+
+def test_output_is_utf_8_with_plain_line_ends(folder: Path, program: Program) -> None:
+    program("axes", "-f", "csv", "-o", str(folder / "out"), "-", stdin=f"name: é日\n{CUBE}")
+    assert (folder / "out").read_bytes().decode().split("\n")[1].startswith("é日,")
+    assert b"\r" not in (folder / "out").read_bytes()
+
+
+def test_an_existing_file_keeps_its_mode_and_a_new_one_has_the_usual_one(
+    folder: Path, program: Program
+) -> None:
+    old, new = folder / "old", folder / "new"
+    old.write_text("before")
+    old.chmod(0o640)
+    umask = os.umask(0o027)
+    try:
+        for path in (old, new):
+            assert program("inertia", "-o", str(path), str(folder / "good.yaml")).code == 0
+    finally:
+        os.umask(umask)
+    assert stat.S_IMODE(old.stat().st_mode) == stat.S_IMODE(new.stat().st_mode) == 0o640
+    assert old.read_text() == new.read_text()
+
+
+def test_when_all_fail_the_file_is_left_alone(folder: Path, program: Program) -> None:
+    target = folder / "out"
+    assert program("inertia", "-o", str(target), str(folder / "bad.yaml")).code == 3
+    assert not target.exists()
+    target.write_text("before")
+    assert program("inertia", "-o", str(target), str(folder / "bad.yaml")).code == 3
+    assert target.read_text() == "before"
+    assert (
+        program("inertia", "-o", str(target), str(folder / "bad.yaml"), str(folder / "good.yaml")).code == 3
+    )
+    assert target.read_text().startswith("good: inertia tensor")
+
+
+@pytest.mark.parametrize("place", ["missing/out", "", ".", "good.yaml/out", "x" * 300])
+def test_a_place_that_cannot_be_written_is_told(place: str, folder: Path, program: Program) -> None:
+    before = sorted(path.name for path in folder.iterdir())
+    outcome = program("inertia", "-o", str(folder / place) if place else "", str(folder / "good.yaml"))
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "cannot be written" in outcome.err
+    assert sorted(path.name for path in folder.iterdir()) == before
+
+
+def test_a_write_that_fails_halfway_leaves_the_old_file(
+    folder: Path, program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = folder / "out"
+    target.write_text("before")
+
+    def full(*arguments: object) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "replace", full)
+    outcome = program("inertia", "-o", str(target), str(folder / "good.yaml"))
+    assert (outcome.code, outcome.out) == (2, "")
+    assert outcome.err == f"{target}: cannot be written: No space left on device\n"
+    assert target.read_text() == "before"
+    assert {path.name for path in folder.iterdir()} == {"out", "good.yaml", "bad.yaml", "noted.yaml"}
+
+
+def test_a_link_is_followed_and_stays_a_link(folder: Path, program: Program) -> None:
+    (folder / "link").symlink_to("real")
+    for before in (None, "before"):
+        if before is not None:
+            (folder / "real").write_text(before)
+        assert program("inertia", "-o", str(folder / "link"), str(folder / "good.yaml")).code == 0
+        assert (folder / "link").is_symlink()
+        assert (folder / "real").read_text().startswith("good: inertia tensor")
+
+
+def test_output_may_be_a_device(program: Program) -> None:
+    assert program("inertia", "-o", "/dev/null", "configs/water.yaml").code == 0
+    assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
+    outcome = program("inertia", "-o", "/dev/full", "configs/water.yaml")
+    assert outcome.code == 2
+    assert outcome.err == "/dev/full: cannot be written: No space left on device\n"
+
+
+@pytest.mark.parametrize("path", ["/dev/stdout", "/dev/fd/1"])
+def test_output_may_be_a_pipe(path: str) -> None:
+    done = process("new", "points", "-o", path)
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout == (ROOT / "rigidcli/starters/points.yaml").read_bytes()
+
+
+def test_output_may_replace_the_document_itself(folder: Path, program: Program) -> None:
+    path = folder / "good.yaml"
+    assert program("inertia", "-f", "json", "-o", str(path), str(path)).code == 0
+    assert json.loads(path.read_text())["mass"] == 12
+
+
+def test_schema_and_new_write_to_files_too(folder: Path, program: Program) -> None:
+    assert program("schema", "-o", str(folder / "schema.json")).code == 0
+    assert (folder / "schema.json").read_text() == program("schema").out
+    assert program("new", "parts", "-o", str(folder / "new.yaml")).code == 0
+    assert program("axes", str(folder / "new.yaml")).code == 0
+    assert program("new", "-o", str(folder / "missing" / "new.yaml")).code == 2
+
+
+# --- terminals, pipes, signals
+
+
+def in_terminal(
+    *arguments: str, columns: int, environment: Mapping[str, str] | None = None
+) -> tuple[int, str]:
+    """Exit code and output of the program in a pseudo terminal of so many columns."""
+    ours, theirs = pty.openpty()
+    fcntl.ioctl(theirs, termios.TIOCSWINSZ, struct.pack("HHHH", 40, columns, 0, 0))
+    clean = {k: v for k, v in os.environ.items() if k not in ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR")}
+    child = subprocess.Popen(
+        [sys.executable, "-m", "rigidcli", *arguments],
+        cwd=ROOT,
+        stdin=subprocess.DEVNULL,
+        stdout=theirs,
+        stderr=theirs,
+        env={**clean, "TERM": "xterm-256color", **(environment or {})},
+    )
+    os.close(theirs)
+    data = b""
+    while True:
+        try:
+            piece = os.read(ours, 65536)
+        except OSError:  # Linux says EIO when the last writer has gone
+            piece = b""
+        if not piece:
+            break
+        data += piece
+    os.close(ours)
+    return child.wait(30), data.decode().replace("\r\n", "\n")
+
+
+def test_a_narrow_terminal_shows_every_number(program: Program, tmp_path: Path) -> None:
+    path = tmp_path / "long.yaml"
+    path.write_text(
+        f"name: {'a long name ' * 20}\n"
+        + (ROOT / "configs/known_tensor.yaml").read_text().replace("name: gearbox\n", "")
+    )
+    code, shown = in_terminal("axes", str(path), columns=60)
+    assert code == 0
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", shown)
+    assert "\x1b" not in plain
+    assert max(map(len, plain.split("\n"))) <= 60
+    assert "…" not in plain
+    wide = program("axes", "configs/known_tensor.yaml").out
+    assert sorted(numbers_of(plain)) == sorted(numbers_of(wide))
+
+
+def test_a_terminal_as_wide_as_the_table_shows_the_same_as_a_pipe(program: Program) -> None:
+    code, shown = in_terminal("axes", "configs/water.yaml", columns=120)
+    assert code == 0
+    assert "\x1b[1m" in shown
+    plain = re.sub(r"\x1b\[[0-9;]*m", "", shown)
+    assert [line.rstrip() for line in plain.split("\n")] == program("axes", "configs/water.yaml").out.split(
+        "\n"
+    )
+
+
+def test_no_colour_where_it_is_not_wanted() -> None:
+    code, shown = in_terminal("inertia", "configs/water.yaml", columns=100, environment={"NO_COLOR": "1"})
+    assert code == 0
+    assert "\x1b" not in shown
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [["validate", "configs/water.yaml"], ["new"], ["-h"], ["--version"]],
+    ids=lambda arguments: arguments[0],
+)
+def test_a_closed_pipe_ends_quietly(arguments: list[str]) -> None:
+    """As in `rigidcli ... | head -1`, when head has gone before the first byte comes."""
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(
+        [sys.executable, "-m", "rigidcli", *arguments],
+        cwd=ROOT,
+        stdout=writer,
+        stderr=subprocess.PIPE,
+        timeout=30,
+        check=False,
+    )
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
+def test_head(folder: Path) -> None:
+    files = " ".join(500 * [str(folder / "good.yaml")])
+    done = shell(f"{{ rigidcli inertia -f json {files}; echo $? >&2; }} | head -1")
+    assert json.loads(done.stdout)["mass"] == 12
+    assert done.stderr == b"0\n"
+
+
+@pytest.mark.parametrize("command", ["inertia configs/water.yaml", "new"])
+@pytest.mark.parametrize("where", [">&-", "> /dev/full"])
+def test_standard_output_that_takes_nothing_is_told_without_a_traceback(command: str, where: str) -> None:
+    done = shell(f"rigidcli {command} {where}")
+    assert b"Traceback" not in done.stderr
+    assert len(done.stderr.splitlines()) <= 1
+    if where == "> /dev/full":
+        assert done.returncode == 2
+        assert b"No space left on device" in done.stderr
+
+
+def test_closed_standard_input_is_refused() -> None:
+    done = shell("rigidcli inertia - <&-")
+    assert (done.returncode, done.stdout) == (3, b"")
+    assert done.stderr.startswith(b"-: cannot be read")
+
+
+def test_closed_standard_error_does_not_send_errors_to_standard_output(folder: Path) -> None:
+    done = shell(f"rigidcli inertia -f json {folder}/bad.yaml {folder}/good.yaml 2>&-")
+    assert done.returncode == 3
+    assert json.loads(done.stdout)["mass"] == 12
+
+
+@pytest.mark.parametrize("form", ["json", "csv"])
+def test_a_narrow_encoding_is_no_trouble(form: str, folder: Path) -> None:
+    (folder / "named.yaml").write_text(f"name: é日\n{CUBE}", encoding="utf-8")
+    ascii_only = {"PYTHONIOENCODING": "ascii"}
+    done = process("inertia", "-f", form, str(folder / "named.yaml"), environment=ascii_only)
+    assert (done.returncode, done.stderr) == (0, b"")
+    if form == "json":
+        assert json.loads(done.stdout.decode())["name"] == "é日"
+
+
+def waiting(sent: bytes) -> subprocess.Popen[bytes]:
+    """The program, reading standard input: it has taken what a pipe cannot hold of what was sent."""
+    child = subprocess.Popen(
+        [sys.executable, "-m", "rigidcli", "axes", "-f", "json", "-"],
+        cwd=ROOT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert child.stdin is not None
+    child.stdin.write(sent)
+    child.stdin.flush()
+    return child
+
+
+def test_ctrl_c_while_it_waits_for_standard_input() -> None:
+    child = waiting(b"#" * 300_000)
+    child.send_signal(signal.SIGINT)
+    out, err = child.communicate(timeout=30)
+    assert (child.returncode, out, err) == (130, b"", b"")
+
+
+def test_ctrl_c_while_it_works() -> None:
+    child = waiting(b"body: {points: [" + b"[1,2,3,4]," * 190_000 + b"]}")
+    assert child.stdin is not None
+    child.stdin.close()
+    child.stdin = None
+    time.sleep(0.5)
+    child.send_signal(signal.SIGINT)
+    out, err = child.communicate(timeout=30)
+    assert (child.returncode, out, err) == (130, b"", b"")
+
+
+# --- schema and starters
+
+
+@pytest.fixture(scope="module")
+def schema() -> Any:
+    from rigidcli.model.schema import json_schema
+
+    return json.loads(json.dumps(json_schema()))
+
+
+@pytest.fixture(scope="module")
+def validator(schema: Any) -> jsonschema.Draft202012Validator:
+    jsonschema.Draft202012Validator.check_schema(schema)
+    return jsonschema.Draft202012Validator(schema)
+
+
+def test_the_command_prints_the_schema(schema: Any, program: Program) -> None:
+    outcome = program("schema")
+    assert (outcome.code, outcome.err) == (0, "")
+    assert json.loads(outcome.out) == schema
+    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    assert {f"#/$defs/{name}" for name in schema["$defs"]} >= set(re.findall(r'#/\$defs/[^"]+', outcome.out))
+
+
+@pytest.mark.parametrize("path", DOCUMENTS, ids=lambda path: path.stem)
+def test_the_schema_accepts_every_document_we_give(path: Path, validator: Any) -> None:
+    validator.validate(read_tree(path.read_text(), path.name))
+
+
+def misspelt(tree: Any) -> Iterator[Any]:
+    """The tree with one key, anywhere in it, misspelt."""
+    if isinstance(tree, dict):
+        for key, value in tree.items():
+            others = {k: v for k, v in tree.items() if k != key}
+            yield {**others, f"{key}x": value}
+            if key != "parameters":
+                yield from ({**others, key: changed} for changed in misspelt(value))
+    elif isinstance(tree, list):
+        for index, value in enumerate(tree):
+            yield from ([*tree[:index], changed, *tree[index + 1 :]] for changed in misspelt(value))
+
+
+@pytest.mark.parametrize("name", ["known_tensor", "three_equal_masses", "water", "cone_top"])
+def test_schema_and_program_reject_every_misspelt_key(name: str, validator: Any, program: Program) -> None:
+    changed = list(misspelt(read_tree((ROOT / "configs" / f"{name}.yaml").read_text(), name)))
+    assert changed
+    for tree in changed:
+        assert not validator.is_valid(tree), tree
+        assert program("validate", "-", stdin=json.dumps(tree)).code == 3, tree
+
+
+DIMENSIONS: dict[str, dict[str, object]] = {
+    "box": {"size": [1, 2, 3]},
+    "cube": {"side": "5 cm"},
+    "sphere": {"radius": 1},
+    "hollow_sphere": {"outer_radius": 2, "inner_radius": 0},
+    "ellipsoid": {"semi_axes": [1, 2, 3]},
+    "cylinder": {"radius": 1, "height": 2},
+    "tube": {"outer_radius": 2, "inner_radius": 1, "height": 1},
+    "elliptic_cylinder": {"semi_axes": [1, 2], "height": 1},
+    "half_cylinder": {"radius": 1, "height": 2},
+    "cone": {"radius": 1, "height": 2},
+    "frustum": {"bottom_radius": 2, "top_radius": 1, "height": 1},
+    "pyramid": {"base": [1, 2], "height": 1},
+    "hemisphere": {"radius": 1},
+    "spherical_cap": {"radius": 2, "cap_height": 1},
+    "capsule": {"radius": 1, "height": 2},
+    "torus": {"major_radius": 2, "minor_radius": 1},
+    "tetrahedron": {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]},
+    "spherical_shell": {"radius": 1},
+    "hemispherical_shell": {"radius": 1},
+    "cylindrical_shell": {"radius": 1, "height": 2},
+    "conical_shell": {"radius": 1, "height": 2},
+    "plate": {"size": [1, 2]},
+    "disk": {"radius": 1},
+    "annulus": {"outer_radius": 2, "inner_radius": 1},
+    "half_disk": {"radius": 1},
+    "triangle": {"vertices": [[0, 0], [1, 0], [0, 1, 0]]},
+    "polygon": {"vertices": [[0, 0], [1, 0], [1, 1], [0, 1]]},
+    "rod": {"length": 1},
+    "ring": {"radius": 1},
+}
+
+
+def test_every_shape_of_the_contract_is_there() -> None:
+    assert set(SHAPES) == set(DIMENSIONS)
+
+
+@pytest.mark.parametrize("shape", DIMENSIONS)
+def test_schema_and_program_agree_on_every_shape(shape: str, validator: Any, program: Program) -> None:
+    whole = {"shape": shape, "mass": 1, **DIMENSIONS[shape]}
+    placed = {"name": "x", "position": [1, "2 cm", "a"], "axis": [0, 1, 1], "anchor": "com"}
+    parts = [{**whole, "rotation": {"euler": ["30 deg", 0, 0]}}, {**whole, **placed}]
+    for good in (whole, {**whole, **placed}, {"parts": parts}):
+        tree = {"parameters": {"a": 1}, "body": good}
+        validator.validate(tree)
+        assert program("validate", "-q", "-", stdin=json.dumps(tree)).code == 0, tree
+    wrong = [{k: v for k, v in whole.items() if k != key} for key in whole]
+    wrong += [
+        {**whole, "density": 1},
+        {**whole, "anchor": "middle"},
+        {**whole, "mass": -1},
+        {**whole, "mass": None},
+    ]
+    for bad in wrong:
+        assert not validator.is_valid({"body": bad}), bad
+        assert program("validate", "-", stdin=json.dumps({"body": bad})).code == 3, bad
+
+
+@pytest.mark.parametrize(
+    "tree",
+    [
+        {
+            "body": {"points": [[1, 0, 0, 0], {"mass": "2 kg", "position": [0, "a", 1]}]},
+            "parameters": {"a": "2 m"},
+        },
+        {"body": {"moments": [1, 2, 3]}, "about": "com"},
+        {
+            "body": {
+                "inertia": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+                "mass": 1,
+                "com": [0, 0, 0],
+                "given_about": "origin",
+            }
+        },
+        {"body": {"moments": [1, 2, 3], "given_about": [1, 0, 0]}, "about": [1, 0, 0]},
+        {"body": {"shape": "cube", "side": 1, "mass": 1}, "frame": {"axis": [0, 0, 1], "angle": "30 deg"}},
+        {"body": {"shape": "cube", "side": 1, "mass": 1}, "frame": {"euler": [1, 2, 3], "sequence": "zyx"}},
+        {"body": {"shape": "cube", "side": 1, "mass": 1}, "frame": {"quaternion": [1, 0, 0, 0]}},
+        {
+            "body": {"shape": "cube", "side": 1, "mass": 1},
+            "frame": {"matrix": [[0, 1, 0], [-1, 0, 0], [0, 0, 1]]},
+        },
+        {
+            "body": {"shape": "cube", "side": 1, "mass": 1},
+            "motion": {"omega": [0, 0, "5 rpm"], "basis": "principal"},
+        },
+        {
+            "name": "x",
+            "description": "y",
+            "parameters": {"a": None, "b": "2*a", "c": 3},
+            "body": {"shape": "cube", "side": "a", "mass": 1},
+        },
+    ],
+    ids=range(10),
+)
+def test_schema_and_program_agree_on_every_form(
+    tree: dict[str, Any], validator: Any, program: Program
+) -> None:
+    validator.validate(tree)
+    assert program("axes", "-q", "-", stdin=json.dumps(tree)).code == 0
+
+
+def nodes(tree: Any) -> Iterator[dict[str, Any]]:
+    if isinstance(tree, dict):
+        yield tree
+        for value in tree.values():
+            yield from nodes(value)
+    elif isinstance(tree, list):
+        for value in tree:
+            yield from nodes(value)
+
+
+def test_the_schema_helps_whoever_types(schema: Any) -> None:
+    for section in [schema, *schema["$defs"].values()]:
+        assert section.get("description"), section
+    for node in nodes(schema):
+        for key, value in node.get("properties", {}).items():
+            if isinstance(value, dict) and isinstance(node["properties"], dict):
+                assert value.get("title"), key
+    text = json.dumps(schema)
+    for unit in ("(m)", "(kg)", "(kg/m^3)", "(kg/m^2)", "(kg/m)", "(rad)", "(rad/s)", "(kg m^2)"):
+        assert unit in text
+
+
+@pytest.mark.parametrize("kind", Kind)
+def test_a_starter_is_commented_valid_and_runs(kind: str, validator: Any, program: Program) -> None:
+    starter = program("new", kind).out
+    assert starter.startswith("# ")
+    assert starter.count("#") >= 3
+    assert "\t" not in starter
+    assert max(map(len, starter.splitlines())) <= 120
+    validator.validate(read_tree(starter, kind))
+    for command in (["validate"], ["inertia"], ["axes"]):
+        outcome = program(*command, "-", stdin=starter)
+        assert (outcome.code, outcome.err) == (0, "")
+
+
+def test_a_starter_names_commands_that_exist(program: Program) -> None:
+    for kind in Kind:
+        for line in program("new", kind).out.splitlines():
+            if found := re.search(r"rigidcli (\w+)", line):
+                assert program(found[1], "--help").code == 0
+
+
+def test_new_without_a_kind_is_a_shape(program: Program) -> None:
+    assert program("new").out == program("new", "shape").out
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
+def test_latex_compiles(tmp_path: Path, program: Program) -> None:
+    fragments = program("axes", "-f", "latex", *map(str, DOCUMENTS)).out
+    source = (
+        "\\documentclass{article}\\usepackage{amsmath}\\begin{document}\n" + fragments + "\\end{document}\n"
+    )
+    (tmp_path / "all.tex").write_text(source)
+    subprocess.run(
+        ["pdflatex", "-halt-on-error", "all.tex"], cwd=tmp_path, check=True, capture_output=True, timeout=60
+    )

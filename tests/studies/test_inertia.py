@@ -1,0 +1,377 @@
+"""`inertia`: published numbers, points and frames, and exact results against floating ones."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+import rigidcli
+from rigidcli.errors import ComputationError, DocumentError
+from rigidcli.model.shapes import SHAPES
+
+Floats = NDArray[np.float64]
+
+KEYS = ("mass", "center_of_mass", "about", "tensor", "tensor_com")
+
+
+def run(text: str, **options: Any) -> Any:
+    return rigidcli.inertia(rigidcli.loads(text, **options))
+
+
+def diagonal(text: str) -> list[float]:
+    values: list[float] = np.diag(run(text)["tensor"]).tolist()
+    return values
+
+
+# --- published numbers
+
+
+def test_the_right_triangle_of_the_notes() -> None:
+    # sigma = 24: tensor [[2, -1, 0], [-1, 2, 0], [0, 0, 4]] about the right angle.
+    found = run("body: {shape: triangle, vertices: [[0, 0], [1, 0], [0, 1]], density: 24}")
+    assert found["mass"] == pytest.approx(12, rel=1e-15)
+    assert found["tensor"] == pytest.approx(np.array([[2, -1, 0], [-1, 2, 0], [0, 0, 4]]), abs=1e-15)
+    assert found["center_of_mass"] == pytest.approx([1 / 3, 1 / 3, 0], rel=1e-15)
+
+
+def test_three_masses_of_the_notes() -> None:
+    # m, 2m, 3m at (a,0,0), (0,a,a), (0,a,-a): tensor m a^2 [[10,0,0],[0,6,1],[0,1,6]].
+    found = run("body: {points: [[1, 1, 0, 0], [2, 0, 1, 1], [3, 0, 1, -1]]}")
+    assert found["tensor"] == pytest.approx(np.array([[10, 0, 0], [0, 6, 1], [0, 1, 6]]), abs=1e-14)
+
+
+def test_the_cube_about_its_corner_and_its_centre() -> None:
+    # J. R. Taylor, Classical Mechanics, example 10.2: M a^2/12 [[8,-3,-3],...] about a corner, M a^2/6 about the centre.
+    found = run("body: {shape: cube, side: 2, mass: 3, anchor: corner}")
+    assert found["tensor"] == pytest.approx(np.array([[8, -3, -3], [-3, 8, -3], [-3, -3, 8]]), abs=1e-14)
+    assert found["tensor_com"] == pytest.approx(2 * np.eye(3), abs=1e-14)
+    assert found["center_of_mass"].tolist() == [1, 1, 1]
+
+
+def test_the_cone_about_its_tip() -> None:
+    # Taylor, example 10.3: lambda3 = 3 M R^2/10, lambda1 = 3 M (R^2 + 4 h^2)/20.
+    R, h = 0.025, 0.1
+    across, along = 3 * (R**2 + 4 * h**2) / 20, 3 * R**2 / 10
+    assert diagonal("body: {shape: cone, radius: 2.5 cm, height: 10 cm, mass: 1}") == pytest.approx(
+        [across, across, along], rel=1e-14, abs=0
+    )
+
+
+def test_a_coin_of_openstax() -> None:
+    # OpenStax University Physics 1, 10.5: rod about its end M L^2/3, disk about its rim 3 M R^2/2, hoop about a
+    # diameter M R^2/2, plate about its normal M (a^2 + b^2)/12, ball 2 M R^2/5, spherical shell 2 M R^2/3.
+    assert diagonal("body: {shape: rod, length: 3, mass: 2, anchor: end}")[0] == pytest.approx(6, rel=1e-15)
+    assert diagonal("{body: {shape: disk, radius: 2, mass: 1}, about: [2, 0, 0]}")[2] == pytest.approx(6, rel=1e-15)
+    assert diagonal("body: {shape: ring, radius: 2, mass: 1}")[0] == pytest.approx(2, rel=1e-15)
+    assert diagonal("body: {shape: plate, size: [3, 4], mass: 12}")[2] == pytest.approx(25, rel=1e-15)
+    assert diagonal("body: {shape: sphere, radius: 5, mass: 1}")[2] == pytest.approx(10, rel=1e-15)
+    assert diagonal("body: {shape: spherical_shell, radius: 3, mass: 1}")[2] == pytest.approx(6, rel=1e-15)
+
+
+def test_a_molecule_and_a_planet() -> None:
+    # Hydrogen chloride: reduced mass times bond squared (the exact two-body identity), at 1e-47 kg m^2.
+    h, cl, bond, u = 1.00782503, 34.96885268, 1.2746e-10, 1.66053906892e-27  # u: CODATA 2022
+    found = run(f"{{body: {{points: [[{h} u, 0, 0, 0], [{cl} u, 0, 0, {bond}]]}}, about: com}}")
+    assert found["tensor"][0, 0] == pytest.approx(h * cl / (h + cl) * u * bond**2, rel=1e-9, abs=0)
+    assert found["tensor"][2, 2] == 0
+    # A uniform Earth: 2/5 M R^2.
+    found = run("body: {shape: sphere, radius: 6371 km, mass: 5.9722e24}")
+    assert found["tensor"][0, 0] == pytest.approx(0.4 * 5.9722e24 * 6.371e6**2, rel=1e-15)
+
+
+# --- about a point
+
+CLOUD = [[1.0, 1, 0, 0.5], [2, -0.5, 2, 0], [0.5, 0, -1, 3]]
+
+
+def cloud_tensor(point: Any) -> Floats:
+    total = np.zeros((3, 3))
+    for m, *place in CLOUD:
+        r = np.array(place) - np.array(point)
+        total += m * (float(r @ r) * np.eye(3) - np.outer(r, r))
+    return total
+
+
+def cloud_com() -> Floats:
+    rows = np.array(CLOUD)
+    return np.array(rows[:, 0] @ rows[:, 1:] / rows[:, 0].sum())
+
+
+def with_cloud(**rest: Any) -> Any:
+    return run(json.dumps({"body": {"points": CLOUD}, **rest}))
+
+
+def test_about_the_origin_unless_told_otherwise() -> None:
+    assert with_cloud()["about"].tolist() == [0, 0, 0]
+    assert with_cloud()["tensor"] == pytest.approx(cloud_tensor([0, 0, 0]), abs=1e-13)
+    assert np.array_equal(with_cloud()["tensor"], with_cloud(about="origin")["tensor"])
+
+
+def test_about_the_centre_and_about_a_point() -> None:
+    found = with_cloud(about="com")
+    assert found["about"] == pytest.approx(cloud_com(), rel=1e-15)
+    assert np.array_equal(found["tensor"], found["tensor_com"])
+    assert found["tensor"] == pytest.approx(cloud_tensor(cloud_com()), abs=1e-13)
+    found = with_cloud(about=[3, "-20 cm", 1])
+    assert found["about"].tolist() == [3, -0.2, 1]
+    assert found["tensor"] == pytest.approx(cloud_tensor([3, -0.2, 1]), abs=1e-13)
+    assert found["tensor_com"] == pytest.approx(cloud_tensor(cloud_com()), abs=1e-13)
+
+
+def test_far_from_the_origin_the_central_tensor_keeps_its_digits() -> None:
+    near = run("body: {shape: sphere, radius: 1, mass: 1}")
+    far = run("body: {shape: sphere, radius: 1, mass: 1, position: [1e8, -1e8, 1e8]}")
+    assert np.array_equal(far["tensor_com"], near["tensor_com"])
+    assert far["tensor"][0, 0] == pytest.approx(2e16, rel=1e-15)
+    about = run("{body: {shape: sphere, radius: 1, mass: 1, position: [1e8, -1e8, 1e8]}, about: [1e8, -1e8, 1e8]}")
+    assert np.array_equal(about["tensor"], near["tensor"])
+
+
+# --- frames
+
+FRAMES: list[tuple[dict[str, Any], Floats]] = [
+    ({"axis": [0, 0, 1], "angle": "30 deg"}, Rotation.from_rotvec([0, 0, math.pi / 6]).as_matrix()),
+    ({"euler": [0.4, 1.0, -2.0]}, Rotation.from_euler("ZXZ", [0.4, 1.0, -2.0]).as_matrix()),
+    ({"quaternion": [1, 2, 3, 4]}, Rotation.from_quat([2, 3, 4, 1]).as_matrix()),
+]
+
+
+@pytest.mark.parametrize(("frame", "turn"), FRAMES)
+@pytest.mark.parametrize("about", ["origin", "com", [1, 2, -3]])
+def test_a_frame_expresses_every_vector_and_tensor(frame: dict[str, Any], turn: Floats, about: Any) -> None:
+    plain, turned = with_cloud(about=about), with_cloud(about=about, frame=frame)
+    for key in ("center_of_mass", "about"):
+        assert turned[key] == pytest.approx(turn.T @ plain[key], abs=1e-14)
+    for key in ("tensor", "tensor_com"):
+        assert turned[key] == pytest.approx(turn.T @ plain[key] @ turn, abs=1e-13)
+    assert turned["mass"] == plain["mass"]
+
+
+def test_a_quarter_turn_of_the_frame_by_hand() -> None:
+    # The frame's x axis is the document's y: a mass at (0, 2, 0) is at x = 2 there.
+    found = run("{body: {points: [[1, 0, 2, 0]]}, frame: {axis: [0, 0, 1], angle: 90 deg}}")
+    assert found["center_of_mass"] == pytest.approx([2, 0, 0], abs=1e-15)
+    assert found["tensor"] == pytest.approx(np.diag([0, 4, 4]), abs=1e-15)
+
+
+# --- the report
+
+
+def test_the_fields_and_their_types() -> None:
+    found = run("{name: ball, body: {shape: sphere, radius: 1, mass: 1}}")
+    assert tuple(found) == KEYS
+    assert found.schema == "rigidcli.inertia/1"
+    assert found.name == "ball"
+    assert isinstance(found["mass"], float)
+    assert found["tensor"].dtype == np.float64
+    assert found["tensor"].shape == (3, 3)
+    assert np.array_equal(found["tensor"], found["tensor"].T)
+    assert not np.signbit(found["tensor"]).any()
+
+
+def test_the_same_document_gives_the_same_bytes() -> None:
+    text = json.dumps({"body": {"points": CLOUD, "rotation": {"euler": [1, 2, 3]}}, "frame": {"euler": [3, 2, 1]}})
+    one, two = run(text), run(text)
+    for key in KEYS[1:]:
+        assert one[key].tobytes() == two[key].tobytes()
+
+
+def test_a_document_without_a_body_is_refused() -> None:
+    with pytest.raises(DocumentError, match="body"):
+        run("name: nothing")
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "{shape: cube, side: 1e50, density: 1e159}",
+        "{shape: sphere, radius: 1e50, density: 1e159}",
+        "{shape: sphere, radius: 1e-50, density: 1e-159}",
+        "{shape: sphere, radius: 1e-50, density: 1e-159, position: [1, 0, 0]}",
+        "{shape: rod, length: 1e50, density: 1e160, position: [1e50, 0, 0]}",
+        "{shape: polygon, vertices: [[0, 0], [1e50, 0], [0, 1e50]], density: 1e160}",
+    ],
+)
+def test_what_floats_cannot_hold_is_refused_in_words(body: str) -> None:
+    # And without a warning of numpy's, which the tests turn into an error.
+    with pytest.raises((ComputationError, DocumentError), match="beyond|range|mass"):
+        run(f"body: {body}")
+
+
+# --- exact results
+
+DIMENSIONS: dict[str, str] = {
+    "box": "size: [1, 2, 7/3]",
+    "cube": "side: 0.1",
+    "sphere": "radius: 1.5",
+    "hollow_sphere": "outer_radius: 2, inner_radius: 1.9",
+    "ellipsoid": "semi_axes: [1, 2, 0.3]",
+    "cylinder": "radius: 2, height: 5/3",
+    "tube": "outer_radius: 2, inner_radius: 1.5, height: 3",
+    "elliptic_cylinder": "semi_axes: [1, 2], height: 0.7",
+    "half_cylinder": "radius: 2, height: 3",
+    "cone": "radius: 1.1, height: 3",
+    "frustum": "bottom_radius: 2, top_radius: 0.5, height: 3",
+    "pyramid": "base: [1, 2], height: 3",
+    "hemisphere": "radius: 2",
+    "spherical_cap": "radius: 2, cap_height: 0.5",
+    "capsule": "radius: 1, height: 2.2",
+    "torus": "major_radius: 3, minor_radius: 0.7",
+    "tetrahedron": "vertices: [[1, 2, 3], [4, -1, 2], [-2, 0.5, 1], [0, 3, -2]]",
+    "spherical_shell": "radius: 1.3",
+    "hemispherical_shell": "radius: 2",
+    "cylindrical_shell": "radius: 1, height: 1.3",
+    "conical_shell": "radius: 1, height: 2",
+    "plate": "size: [1, 2.5]",
+    "disk": "radius: 1.3",
+    "annulus": "outer_radius: 2, inner_radius: 0.3",
+    "half_disk": "radius: 2",
+    "triangle": "vertices: [[1, 2, 3], [-3, 1, 5], [0.5, -7, 2]]",
+    "polygon": "vertices: [[0, 0], [3, 0], [3, 1], [1, 1], [1, 4], [0, 4]]",
+    "rod": "length: 1.7",
+    "ring": "radius: 0.9",
+}
+PLACES = [
+    "density: 3",
+    "mass: 2.5, anchor: com, position: [1, -2, 0.5], rotation: {axis: [0, 0, 1], angle: pi/3}",
+    "density: 1.2, position: [1, 0, 0.1], axis: [1, 2, 2]",
+]
+BODIES = [
+    *(f"{{shape: {shape}, {d}, {PLACES[0]}}}" for shape, d in DIMENSIONS.items()),
+    *(f"{{shape: {shape}, {d}, {PLACES[1 + k % 2]}}}" for k, (shape, d) in enumerate(DIMENSIONS.items())),
+    "{points: [[1, 1, 0, 0.5], [2, -0.5, 2, 0], [0.5, 0, -1, 3]], rotation: {euler: [pi/3, pi/4, 0]}}",
+    "{shape: cube, side: 1, mass: 1, anchor: corner, rotation: {quaternion: [1, 2, 3, 4]}, position: [3, 2, 1]}",
+    "{shape: cube, side: 1, mass: 1, anchor: corner, rotation: {matrix: [[0, -1, 0], [1, 0, 0], [0, 0, 1]]}}",
+    "{shape: cone, radius: 1, height: 2, mass: 1, axis: [1, 1, 1]}",
+    "{shape: cone, radius: 1, height: 2, mass: 1, axis: [0, 0, -3], anchor: base}",
+    "{shape: cone, radius: 1, height: 2, mass: 1, axis: [1, 0, -1]}",
+    "{inertia: [[3, 0.5, 0], [0.5, 3, 0.1], [0, 0.1, 4]], mass: 2, com: [0.1, 0, 1], given_about: com, axis: [1, 0, 0]}",
+    "{moments: [9, 9, 9], mass: 2, com: [1, 0.5, 0], given_about: origin, position: [0, 0, 1]}",
+    "{parts: [{shape: cube, side: 2, density: 3}, {shape: sphere, radius: 1, density: 3, hole: true}]}",
+    "{parts: [{shape: cylinder, radius: 2, height: 1, density: 3, axis: [1, 0, 0]},"
+    " {shape: cylinder, radius: 1, height: 1, density: 3, axis: [1, 0, 0], position: [0, 1/2, 0], hole: true}],"
+    " rotation: {axis: [0, 1, 0], angle: pi/3}, position: [1, 1, 1]}",
+    "{parts: [{parts: [{shape: rod, length: 2, mass: 1}, {points: [[1, 0, 0, 1]]}], axis: [3, 0, 4]},"
+    " {shape: disk, radius: 1, mass: 2, position: [0, 0, 2]}]}",
+]
+
+
+def numeric(value: Any, values: Mapping[str, float] | None = None) -> Any:
+    """An exact result as floats: 30 digits worked, symbols given values by their names."""
+
+    def one(x: Any) -> float:
+        x = sympy.sympify(x)
+        chosen = {symbol: sympy.Rational(str((values or {})[symbol.name])) for symbol in x.free_symbols}
+        return float(x.subs(chosen).evalf(30))
+
+    return np.vectorize(one, otypes=[float])(value) if isinstance(value, np.ndarray) else one(value)
+
+
+def require_alike(exact: Any, floating: Any, values: Mapping[str, float] | None = None) -> None:
+    for key in KEYS:
+        one, other = numeric(exact[key], values), np.asarray(floating[key])
+        # A centre that is exactly at the origin comes with the rounding of the numbers it is made of.
+        scale = max(np.abs(one).max(), 1.0 if key in ("center_of_mass", "about") else 0.0)
+        assert np.abs(one - other).max() <= 1e-13 * scale, key
+
+
+def test_every_shape_is_worked_exactly_here() -> None:
+    assert list(DIMENSIONS) == list(SHAPES)
+
+
+@pytest.mark.parametrize("body", BODIES)
+def test_exact_results_are_the_floating_ones(body: str) -> None:
+    text = f"{{body: {body}, about: [1/3, 0, -2]}}"
+    exact = run(text, exact=True)
+    assert all(isinstance(entry, sympy.Basic) for entry in exact["tensor"].flat)
+    assert not any(entry.has(sympy.Float) for entry in exact["tensor"].flat)
+    require_alike(exact, run(text))
+
+
+@pytest.mark.parametrize(
+    "frame", ["{axis: [0, 0, 1], angle: pi/6}", "{euler: [pi/3, pi/2, pi/4]}", "{quaternion: [1, 1, 1, 0]}"]
+)
+@pytest.mark.parametrize("about", ["origin", "com", "[1, 2, 0.1]"])
+def test_exact_frames_and_points(frame: str, about: str) -> None:
+    text = f"{{body: {{shape: cone, radius: 1, height: 2, mass: 3, axis: [0, 3, 4]}}, frame: {frame}, about: {about}}}"
+    require_alike(run(text, exact=True), run(text))
+
+
+def test_exact_numbers_are_the_fractions_that_are_written() -> None:
+    found = run("{body: {shape: box, size: [0.1, 0.2, 0.3], mass: 1.2}}", exact=True)
+    assert found["tensor"][0, 0] == sympy.Rational(13, 1000)
+    ball = run("{body: {shape: sphere, radius: 1/2, density: 3}}", exact=True)
+    assert ball["mass"] == sympy.pi / 2
+    turned = run("{body: {shape: rod, length: 1, mass: 12, axis: [1, 1, 0]}}", exact=True)
+    half = sympy.Rational(1, 2)
+    assert turned["tensor"].tolist() == [[half, -half, 0], [-half, half, 0], [0, 0, 1]]
+
+
+# Symbols: each document is worked once without values, and once for some values.
+SYMBOLIC: list[tuple[str, dict[str, float]]] = [
+    ("{shape: cube, side: a, mass: M, anchor: corner}", {"a": 1.5, "M": 7}),
+    ("{shape: box, size: [a, b, 2*a], density: rho, position: [x, 0, -b]}", {"a": 0.3, "b": 2, "rho": 5, "x": -1}),
+    ("{shape: cone, radius: R, height: h, mass: M, axis: [1, 2, 2]}", {"R": 0.5, "h": 3, "M": 2}),
+    ("{shape: hollow_sphere, outer_radius: R, inner_radius: R/2, density: rho}", {"R": 2, "rho": 1.5}),
+    ("{shape: spherical_cap, radius: R, cap_height: h, density: rho}", {"R": 2, "h": 0.25, "rho": 1.5}),
+    ("{shape: half_disk, radius: R, mass: M, anchor: com}", {"R": 1.3, "M": 2}),
+    ("{shape: frustum, bottom_radius: a, top_radius: b, height: h, mass: M}", {"a": 2, "b": 0.5, "h": 3, "M": 1}),
+    ("{shape: torus, major_radius: R, minor_radius: r, mass: M}", {"R": 3, "r": 0.5, "M": 2}),
+    ("{shape: triangle, vertices: [[0, 0], [a, 0], [0, b]], density: sigma}", {"a": 1.5, "b": 0.4, "sigma": 24}),
+    ("{shape: polygon, vertices: [[0, 0], [a, 0], [a, b], [0, b]], mass: M}", {"a": 1.5, "b": 0.4, "M": 24}),
+    ("{shape: tetrahedron, vertices: [[0, 0, 0], [a, 0, 0], [0, b, 0], [0, 0, c]], mass: M}", {"a": 1, "b": 2, "c": 3, "M": 4}),
+    ("{points: [[m, a, 0, 0], [2*m, 0, a, a], [3*m, 0, a, -a]]}", {"m": 2, "a": 0.5}),
+    ("{points: [[m, x, y, z], [M, 0, 0, 0]]}", {"m": 2, "M": 3, "x": 1, "y": -2, "z": 0.5}),
+    ("{shape: rod, length: L, mass: M, rotation: {axis: [0, 1, 0], angle: theta}}", {"L": 2, "M": 3, "theta": 0.75}),
+    ("{shape: disk, radius: R, mass: M, rotation: {euler: [phi, theta, 0]}}", {"R": 2, "M": 3, "phi": 1.25, "theta": -0.5}),
+    ("{inertia: [[A, D, 0], [D, B, 0], [0, 0, C]], mass: M, com: [x, 0, 0]}", {"A": 2, "B": 3, "C": 4, "D": 0.5, "M": 2, "x": 1}),
+    ("{parts: [{shape: cube, side: 2*a, density: rho}, {shape: sphere, radius: a, density: rho, hole: true}]}", {"a": 0.5, "rho": 3}),
+    ("{parts: [{shape: rod, length: L, mass: M, anchor: end}, {points: [[m, 0, 0, L]]}]}", {"L": 2, "M": 3, "m": 1}),
+]
+
+
+@pytest.mark.parametrize(("body", "values"), SYMBOLIC)
+def test_symbols_with_values_give_the_floating_results(body: str, values: dict[str, float]) -> None:
+    about = "com" if "shape: cone" in body or "points" in body or "half_disk" in body else "origin"
+
+    def text(parameters: Mapping[str, Any]) -> str:
+        return f"{{body: {body}, about: {about}, parameters: {json.dumps(parameters)}}}"
+
+    symbolic = run(text(dict.fromkeys(values)))
+    require_alike(symbolic, run(text(values)), values)
+    require_alike(run(text(values), exact=True), run(text(values)))
+
+
+def test_the_cube_of_the_notes_with_symbols() -> None:
+    found = run("{body: {shape: cube, side: a, mass: M, anchor: corner}, parameters: {M: null, a: null}}")
+    symbols = {symbol.name: symbol for symbol in found["tensor"][0, 0].free_symbols}
+    unit = symbols["M"] * symbols["a"] ** 2 / 12
+    for i in range(3):
+        for j in range(3):
+            assert sympy.expand(found["tensor"][i, j] - unit * (8 if i == j else -3)) == 0
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "{parts: [{shape: cube, side: 1, density: 1}, {shape: sphere, radius: 1, density: 1, hole: true}]}",
+        "{parts: [{shape: cube, side: 1, density: 1}, {shape: cube, side: 1, density: 1, hole: true}]}",
+        "{moments: [1, 1, 3], mass: 1}",
+        "{shape: tetrahedron, vertices: [[0, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]], mass: 1}",
+        "{shape: triangle, vertices: [[0, 0], [0.1, 0.3], [0.2, 0.6]], mass: 1}",
+        "{shape: hollow_sphere, outer_radius: 1, inner_radius: 1, mass: 1}",
+        "{shape: torus, major_radius: 1, minor_radius: 1.1, mass: 1}",
+        "{shape: sphere, radius: 1, mass: 1, rotation: {matrix: [[0.6, -0.8, 0], [0.8, 0.6, 0], [0, 0, 1.0000000001]]}}",
+    ],
+)
+def test_refusals_hold_in_exact_arithmetic(body: str) -> None:
+    with pytest.raises(DocumentError):
+        run(f"body: {body}", exact=True)
