@@ -12,7 +12,7 @@ import pytest
 import rigidcli
 from rigidcli.cli import app
 from rigidcli.cli.new import Kind
-from rigidcli.model import shapes
+from rigidcli.model import shapes, solid_shapes, thin_shapes
 from rigidcli.model.shape import Lamina, Shape, Shell, Solid, Wire
 from rigidcli.render import Format, renderer
 
@@ -26,7 +26,7 @@ def test_every_shape_class_is_in_the_table() -> None:
     bases = (Shape, Solid, Lamina, Shell, Wire)
     classes = {
         value
-        for name, value in vars(shapes).items()
+        for name, value in (vars(solid_shapes) | vars(thin_shapes)).items()
         if inspect.isclass(value) and issubclass(value, Shape) and value not in bases and name[0] != "_"
     }
     assert classes == set(shapes.SHAPES.values())
@@ -50,7 +50,10 @@ def test_every_study_is_a_command() -> None:
 
 
 def test_every_starter_is_a_kind() -> None:
-    files = {entry.name.removesuffix(".yaml") for entry in resources.files("rigidcli").joinpath("starters").iterdir()}
+    files = {
+        entry.name.removesuffix(".yaml")
+        for entry in resources.files("rigidcli").joinpath("starters").iterdir()
+    }
     assert files == set(Kind)
 
 

@@ -1,4 +1,4 @@
-"""What every shape and every other form of body can do: carry a mass, and be put somewhere."""
+"""What shapes are made of: a mass, dimensions, a place; the last they share with all forms of body."""
 
 from __future__ import annotations
 
@@ -14,7 +14,17 @@ from rigidcli.core import rotation, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem
 from rigidcli.model import units
-from rigidcli.model.base import Direction, Mass, Quantity, Section, Vector3, environment, not_one_of
+from rigidcli.model.base import (
+    AsList,
+    Direction,
+    Length,
+    Mass,
+    Quantity,
+    Section,
+    Vector3,
+    environment,
+    not_one_of,
+)
 from rigidcli.model.rotations import Rotation
 
 
@@ -177,3 +187,29 @@ class Wire(Shape):
     """A curve, of no thickness."""
 
     density: Annotated[Scalar, Quantity(units.LINE_DENSITY, "positive")] | None = None
+
+
+Size2 = Annotated[tuple[Length, Length], AsList]
+Size3 = Annotated[tuple[Length, Length, Length], AsList]
+ORIGIN = (0, 0, 0)
+
+
+def require_less(n: Arithmetic, small: Scalar, large: Scalar, key: str, limit: str) -> None:
+    """Raise ValueProblem for the dimension `key` unless it is less than the one that is its limit."""
+    if n.sign(large - small) in (0, -1):
+        raise ValueProblem(f"read {n.size(small):.6g} m, expected less than {limit}", path=(key,))
+
+
+def round_bounds(radius: float, low: float, high: float) -> Bounds:
+    """Bounds of what is round about z."""
+    return (-radius, radius), (-radius, radius), (low, high)
+
+
+def powers(a: Scalar, b: Scalar, degree: int) -> Scalar:
+    """a^n + a^(n-1) b + ... + b^n, which is (a^(n+1) - b^(n+1)) / (a - b) without cancellation."""
+    return sum(a ** (degree - k) * b**k for k in range(degree + 1))
+
+
+def half_disk(n: Arithmetic, radius: Scalar) -> tuple[Scalar, Scalar]:
+    """Height of the centre of mass over the straight edge, and mean square distance from there."""
+    return 4 * radius / (3 * n.pi), radius**2 * (9 * n.pi**2 - 64) / (36 * n.pi**2)

@@ -33,7 +33,10 @@ MAX_TERMS = 200
 """Terms that multiplying out may give."""
 
 MAX_POWER = 24
-"""Highest power in an expression that is worked on as a polynomial."""
+"""Highest power in an expression that is multiplied out or worked on as a polynomial."""
+
+MAX_DIGITS = 50
+"""Of a number in such an expression."""
 
 MAX_TERMS_TO_FACTOR = 30
 MAX_SYMBOLS_TO_FACTOR = 8
@@ -136,12 +139,13 @@ def _forms(expr: sympy.Expr) -> Iterator[sympy.Expr]:
 def _ways(expr: sympy.Expr) -> Iterator[_Way]:
     """The rearrangements that are cheap enough for an expression of this size."""
     yield sympy.factor_terms
+    powers = expr.atoms(sympy.Pow, sympy.exp)
+    exponents = [number for power in powers for number in power.exp.atoms(sympy.Rational)]
+    if not all(map(_is_low, exponents)) or not all(map(_is_short, expr.atoms(sympy.Rational))):
+        return
     if _terms(expr) > MAX_TERMS:
         return
     yield sympy.expand
-    powers = expr.atoms(sympy.Pow, sympy.exp)
-    if not all(_is_low(number) for power in powers for number in power.exp.atoms(sympy.Rational)):
-        return
     yield from _polynomial_ways(expr)
     circular = expr.atoms(TrigonometricFunction)
     angles = [function.args[0] for function in circular | expr.atoms(HyperbolicFunction)]
@@ -179,6 +183,10 @@ _TRIGONOMETRY: tuple[_Way, ...] = (
 
 def _is_low(exponent: sympy.Rational) -> bool:
     return max(abs(int(exponent.p)), int(exponent.q)) <= MAX_POWER
+
+
+def _is_short(number: sympy.Rational) -> bool:
+    return max(abs(int(number.p)), int(number.q)) < 10**MAX_DIGITS
 
 
 def _is_plain(angle: sympy.Expr) -> bool:

@@ -1,4 +1,4 @@
-"""The program as a student, a grader and a shell script meet it: output, errors, exit codes, files and pipes."""
+"""The program as a student, a grader and a shell script meet it: output, errors, exit codes, pipes."""
 
 from __future__ import annotations
 
@@ -27,10 +27,11 @@ import pytest
 
 import rigidcli
 from rigidcli.cli.new import Kind
+from rigidcli.errors import DocumentError
+from rigidcli.model.load import loads
 from rigidcli.model.shapes import SHAPES
 from rigidcli.model.syntax import read_tree
-
-from ..conftest import ROOT, Program
+from tests.conftest import ROOT, Program
 
 CUBE = "body: {shape: cube, side: 1, mass: 12}\n"
 BAD = "body: {shape: cube, side: -1, mass: 12}\n"
@@ -222,40 +223,30 @@ def test_csv_of_nothing_good_is_nothing(folder: Path, program: Program) -> None:
 
 NAMES = {
     "comma": "a, b",
-    "quote": 'the "big" one',
-    "only quotes": '""',
-    "newline": "two\nlines",
-    "return": "a\r\nb",
+    "quotes": 'the "big" one""',
+    "newline": "two\nlines\r\nmore",
     "blanks": "  a ",
     "empty": "",
-    "escape": "\x1b[31mred\x1b[0m",
-    "title": "\x1b]0;pwned\x07",
-    "csi": "\x9b31mred",
-    "bell": "\x07\b\b\x7f",
-    "markup": "[red]x[/red]",
-    "unbalanced": "[/]",
-    "link": "[link=http://x]y[/link]",
-    "bidi": "\u202etxt.exe\u2066",
-    "line separator": "a\u2028b\u2029c\x85d",
-    "zero width": "\u200b\ufeff",
-    "latex": r"\input{/etc/passwd} 50% & $x_1^2# {~} \\",
-    "end": r"\end{align*}\newpage %",
+    "escape": "\x1b[31mred\x1b[0m\x1b]0;pwned\x07\x9b31m\b\x7f\0",
+    "markup": "[red]x[/red][/][link=http://x]y",
+    "bidi": "\u202etxt.exe\u2066\u200b\ufeff",
+    "line separators": "a\u2028b\u2029c\x85d",
+    "latex": r"\end{align*}\input{/etc/passwd} 50% & $x_1^2# {~}",
     "backslash": "trail\\",
     "format": "%s %d {0} {name}",
     "wide": "日本語" * 20,
     "emoji": "\U0001f600",
     "long": "x" * 500,
-    "null": "a\0b",
 }
 
 
-@pytest.fixture(params=NAMES.values(), ids=NAMES.keys())
-def named(request: pytest.FixtureRequest) -> Iterator[tuple[str, str]]:
+@pytest.fixture(params=list(NAMES.values()), ids=list(NAMES))
+def named(request: pytest.FixtureRequest) -> tuple[str, str]:
     """A name, and a document that bears it."""
     name: str = request.param
     astral = any(ord(character) > 0xFFFF for character in name)
     body = {"shape": "cube", "side": 1, "mass": 12}
-    yield name, json.dumps({"name": name, "body": body}, ensure_ascii=not astral)
+    return name, json.dumps({"name": name, "body": body}, ensure_ascii=not astral)
 
 
 def test_a_hostile_name_is_harmless_in_every_format(named: tuple[str, str], program: Program) -> None:
@@ -339,13 +330,12 @@ def test_hostile_settings_are_harmless(program: Program) -> None:
         assert all(line.isprintable() for line in outcome.err.split("\n"))
 
 
-@pytest.mark.parametrize("form", ["table", "json"])
-def test_a_file_name_that_is_no_text_is_no_trouble(form: str, tmp_path: Path) -> None:
+def test_a_file_name_that_is_no_text_is_no_trouble(tmp_path: Path) -> None:
     path = os.fsencode(tmp_path) + b"/caf\xe9.yaml"
     Path(os.fsdecode(path)).write_text(CUBE)
-    done = process("inertia", "-f", form, path)
+    done = process("inertia", "-f", "json", path)
     assert (done.returncode, done.stderr) == (0, b"")
-    assert done.stdout.decode().startswith("caf" if form == "table" else '{"schema":')
+    assert json.loads(done.stdout)["mass"] == 12
 
 
 def test_a_setting_that_is_no_text_is_refused() -> None:
@@ -1003,24 +993,18 @@ def test_every_shape_of_the_contract_is_there() -> None:
 
 
 @pytest.mark.parametrize("shape", DIMENSIONS)
-def test_schema_and_program_agree_on_every_shape(shape: str, validator: Any, program: Program) -> None:
+def test_schema_and_program_agree_on_every_shape(shape: str, validator: Any) -> None:
     whole = {"shape": shape, "mass": 1, **DIMENSIONS[shape]}
-    placed = {"name": "x", "position": [1, "2 cm", "a"], "axis": [0, 1, 1], "anchor": "com"}
-    parts = [{**whole, "rotation": {"euler": ["30 deg", 0, 0]}}, {**whole, **placed}]
-    for good in (whole, {**whole, **placed}, {"parts": parts}):
-        tree = {"parameters": {"a": 1}, "body": good}
-        validator.validate(tree)
-        assert program("validate", "-q", "-", stdin=json.dumps(tree)).code == 0, tree
+    placed = {**whole, "name": "x", "position": [1, "2 cm", "a"], "axis": [0, 1, 1], "anchor": "com"}
+    good = {"parameters": {"a": 1}, "body": {"parts": [whole, placed]}}
+    validator.validate(good)
+    loads(json.dumps(good))
     wrong = [{k: v for k, v in whole.items() if k != key} for key in whole]
-    wrong += [
-        {**whole, "density": 1},
-        {**whole, "anchor": "middle"},
-        {**whole, "mass": -1},
-        {**whole, "mass": None},
-    ]
+    wrong += [{**whole, "density": 1}, {**whole, "anchor": "middle"}, {**whole, "mass": -1}]
     for bad in wrong:
         assert not validator.is_valid({"body": bad}), bad
-        assert program("validate", "-", stdin=json.dumps({"body": bad})).code == 3, bad
+        with pytest.raises(DocumentError):
+            loads(json.dumps({"body": bad}))
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Documents as they are refused: every problem with its line and key path, all at once, in a student's words."""
+"""Documents as they are refused: every problem with its line and key, all at once, in a student's words."""
 
 from __future__ import annotations
 

@@ -1,9 +1,10 @@
-"""YAML 1.2 and JSON as they are read: scalars, bounds, what is refused and where, and speed on hostile text."""
+"""YAML 1.2 and JSON as they are read: scalars, bounds, what is refused and where, speed on hostile text."""
 
 from __future__ import annotations
 
 import json
 import time
+from contextlib import suppress
 from decimal import Decimal
 from pathlib import Path
 from typing import Any
@@ -65,11 +66,13 @@ def test_a_plain_scalar_is_what_yaml_1_2_says(text: str, value: object) -> None:
         assert (type(read), read) == (type(value), value)
 
 
-@pytest.mark.parametrize(
-    "text",
-    "1:30 12:30:45 yes no on off y n 1_000 0b11 -0x1F 0o8 0o 0x 08:00 2001-12-14 1e 1e+ e3 .e3 . + - "
-    "=1 1.2.3 1e3.5 tRue nULL inf nan Infinity NaN .iNF ٣ ½ 5cm 1,5".split(),
-)
+NO_NUMBERS = """
+    1:30 12:30:45 08:00 2001-12-14 yes no on off y n tRue nULL 1_000 0b11 -0x1F 0o8 0o 0x 1e 1e+ e3 .e3 . + -
+    =1 1.2.3 1e3.5 inf nan Infinity NaN .iNF ٣ ½ 5cm 1,5
+"""
+
+
+@pytest.mark.parametrize("text", NO_NUMBERS.split())
 def test_what_yaml_1_2_does_not_call_a_number_or_boolean_is_a_text(text: str) -> None:
     assert read_tree(f"a: '{text}'", "f") == {"a": text}
     if text not in ("-", "=1"):  # a lone dash begins a list
@@ -241,11 +244,14 @@ def bomb(levels: int) -> str:
 )
 def test_hostile_text_is_refused_or_read_in_no_time(text: str) -> None:
     start = time.perf_counter()
-    try:
+    with suppress(DocumentError):
         read_tree(text, "f")
-    except DocumentError as error:
-        assert len(str(error)) < 1000
     assert time.perf_counter() - start < 1.5
+
+
+@pytest.mark.parametrize("text", ["!" * 100_000, "a: !" + "x" * 10_000, "a: 1\n? " + "a" * 10_000 + "\n? a"])
+def test_a_refusal_is_short_however_long_the_text(text: str) -> None:
+    assert len(refusal(text)[1]) < 500
 
 
 # --- the raw text
@@ -431,7 +437,5 @@ YAMLISH = st.text(st.sampled_from("ab01 \n\t:-,[]{}'\"#&*!|>%@`?~.<\\\0\x85\u202
 @settings(derandomize=True, deadline=2000, max_examples=300)
 @given(st.text(max_size=80) | YAMLISH)
 def test_any_text_is_read_or_refused(text: str) -> None:
-    try:
+    with suppress(DocumentError):
         read_tree(text, "f")
-    except DocumentError as error:
-        assert error.problems

@@ -326,6 +326,7 @@ SYMBOLIC: list[tuple[str, dict[str, float]]] = [
     ("{shape: frustum, bottom_radius: a, top_radius: b, height: h, mass: M}", {"a": 2, "b": 0.5, "h": 3, "M": 1}),
     ("{shape: torus, major_radius: R, minor_radius: r, mass: M}", {"R": 3, "r": 0.5, "M": 2}),
     ("{shape: triangle, vertices: [[0, 0], [a, 0], [0, b]], density: sigma}", {"a": 1.5, "b": 0.4, "sigma": 24}),
+    ("{shape: triangle, vertices: [[0, 0], [a, 0], [0, b]], density: sigma}", {"a": -1.5, "b": 0.4, "sigma": 24}),
     ("{shape: polygon, vertices: [[0, 0], [a, 0], [a, b], [0, b]], mass: M}", {"a": 1.5, "b": 0.4, "M": 24}),
     ("{shape: tetrahedron, vertices: [[0, 0, 0], [a, 0, 0], [0, b, 0], [0, 0, c]], mass: M}", {"a": 1, "b": 2, "c": 3, "M": 4}),
     ("{points: [[m, a, 0, 0], [2*m, 0, a, a], [3*m, 0, a, -a]]}", {"m": 2, "a": 0.5}),

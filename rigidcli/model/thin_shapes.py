@@ -1,0 +1,244 @@
+"""Shapes without thickness, one class each: shells, laminas, wires. All else is as in `solid_shapes`."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import AfterValidator, Field
+
+from rigidcli.core import solids
+from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
+from rigidcli.errors import ValueProblem
+from rigidcli.model.base import AsList, Coordinate, Length, OptionalLength
+from rigidcli.model.shape import (
+    ORIGIN,
+    Bounds,
+    Geometry,
+    Lamina,
+    Shell,
+    Size2,
+    Wire,
+    half_disk,
+    require_less,
+    round_bounds,
+)
+
+
+def _in_space(vertex: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
+    x, y, *z = vertex
+    return x, y, z[0] if z else 0 * x
+
+
+Vertex = Annotated[
+    tuple[Coordinate, ...], AsList, Field(min_length=2, max_length=3), AfterValidator(_in_space)
+]
+
+
+class SphericalShell(Shell):
+    """A thin sphere; origin at its centre."""
+
+    shape: Literal["spherical_shell"]
+    radius: Length
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        return Geometry(4 * n.pi * self.radius**2, ORIGIN, 3 * [self.radius**2 / 3])
+
+
+class HemisphericalShell(Shell):
+    """A thin half sphere bulging to +z; origin at the centre of its rim."""
+
+    shape: Literal["hemispherical_shell"]
+    radius: Length
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        R = self.radius
+        return Geometry(2 * n.pi * R**2, (0, 0, R / 2), [R**2 / 3, R**2 / 3, R**2 / 12])
+
+
+class CylindricalShell(Shell):
+    """A thin cylinder along z, open at both ends; origin at its centre."""
+
+    ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
+    shape: Literal["cylindrical_shell"]
+    radius: Length
+    height: Length
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        R, h = self.radius, self.height
+        return Geometry(2 * n.pi * R * h, ORIGIN, [R**2 / 2, R**2 / 2, h**2 / 12])
+
+
+class ConicalShell(Shell):
+    """The thin lateral surface of a cone opening to +z; origin at its apex."""
+
+    ANCHORS: ClassVar = {"apex": lambda s: ORIGIN, "base": lambda s: (0, 0, s.height)}
+    shape: Literal["conical_shell"]
+    radius: Length
+    height: Length
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        R, h = self.radius, self.height
+        area = n.pi * R * n.hypot(R, h)
+        return Geometry(area, (0, 0, 2 * h / 3), [R**2 / 4, R**2 / 4, h**2 / 18])
+
+
+class Plate(Lamina):
+    """A thin rectangle, normal along z; origin at its centre."""
+
+    ANCHORS: ClassVar = {"corner": lambda s: (-s.size[0] / 2, -s.size[1] / 2, 0)}
+    shape: Literal["plate"]
+    size: Size2
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        x, y = self.size
+        return Geometry(x * y, ORIGIN, [x**2 / 12, y**2 / 12, 0])
+
+    def bounds(self) -> Bounds:
+        x, y = self.size
+        return (-x / 2, x / 2), (-y / 2, y / 2), (0, 0)
+
+    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
+        a, b = self.size
+        return (abs(2 * x) <= a) & (abs(2 * y) <= b)
+
+
+class Disk(Lamina):
+    """A thin disk, normal along z; origin at its centre."""
+
+    shape: Literal["disk"]
+    radius: Length
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        R = self.radius
+        return Geometry(n.pi * R**2, ORIGIN, [R**2 / 4, R**2 / 4, 0])
+
+    def bounds(self) -> Bounds:
+        return round_bounds(self.radius, 0, 0)
+
+    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
+        return x**2 + y**2 <= self.radius**2
+
+
+class Annulus(Lamina):
+    """A thin disk with a concentric hole, normal along z; origin at its centre."""
+
+    shape: Literal["annulus"]
+    outer_radius: Length
+    inner_radius: OptionalLength
+
+    def check(self, n: Arithmetic) -> None:
+        require_less(n, self.inner_radius, self.outer_radius, "inner_radius", "outer_radius")
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        R, r = self.outer_radius, self.inner_radius
+        across = (R**2 + r**2) / 4
+        return Geometry(n.pi * (R - r) * (R + r), ORIGIN, [across, across, 0])
+
+    def bounds(self) -> Bounds:
+        return round_bounds(self.outer_radius, 0, 0)
+
+    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
+        square = x**2 + y**2
+        return (square <= self.outer_radius**2) & (square >= self.inner_radius**2)
+
+
+class HalfDisk(Lamina):
+    """The half y >= 0 of a thin disk, normal along z; origin at the centre of the straight edge."""
+
+    shape: Literal["half_disk"]
+    radius: Length
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        R = self.radius
+        y, along = half_disk(n, R)
+        return Geometry(n.pi * R**2 / 2, (0, y, 0), [R**2 / 4, along, 0])
+
+    def bounds(self) -> Bounds:
+        return (-self.radius, self.radius), (0, self.radius), (0, 0)
+
+    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
+        return (x**2 + y**2 <= self.radius**2) & (y >= 0)
+
+
+class _Flat(Lamina):
+    """A lamina given by its vertices, in a plane of its own."""
+
+    vertices: tuple[tuple[Scalar, ...], ...]
+
+    def plane(self) -> tuple[Array, Array]:
+        return solids.plane_of(np.array(self.vertices, dtype=np.float64))
+
+    def heart(self) -> Floats:
+        turn, origin = self.plane()
+        centre: Floats = (super().heart() - origin) @ turn
+        return centre
+
+    def corners(self) -> Floats:
+        turn, origin = self.plane()
+        corners: Floats = ((np.array(self.vertices, dtype=np.float64) - origin) @ turn).T
+        return corners
+
+    def _outline(self) -> Array:
+        return self.corners()[:2].T
+
+    def bounds(self) -> Bounds:
+        outline = self._outline()
+        (x, y), (X, Y) = outline.min(axis=0), outline.max(axis=0)
+        return (x, X), (y, Y), (0, 0)
+
+    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
+        return solids.in_polygon(self._outline(), x, y)
+
+
+class Triangle(_Flat):
+    """A thin triangle, its vertices as given, in space or (two coordinates) in the plane z = 0."""
+
+    shape: Literal["triangle"]
+    vertices: Annotated[tuple[Vertex, Vertex, Vertex], AsList]
+
+    def check(self, n: Arithmetic) -> None:
+        if n.sign(solids.simplex_measure(n.array(self.vertices), n)) == 0:
+            raise ValueProblem("the vertices lie on a line", path=("vertices",))
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        vertices = n.array(self.vertices)
+        return Geometry(solids.simplex_measure(vertices, n), *solids.simplex_moments(vertices))
+
+
+class Polygon(_Flat):
+    """A thin plane polygon without crossings, its vertices in order, in space or in the plane z = 0."""
+
+    shape: Literal["polygon"]
+    vertices: Annotated[tuple[Vertex, ...], AsList, Field(min_length=3, max_length=1000)]
+
+    def check(self, n: Arithmetic) -> None:
+        try:
+            solids.require_simple_polygon(n.array(self.vertices), n)
+        except ValueProblem as problem:
+            raise problem.below("vertices") from None
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        return Geometry(*solids.polygon(n.array(self.vertices), n))
+
+
+class Rod(Wire):
+    """A thin straight rod along z; origin at its centre."""
+
+    ANCHORS: ClassVar = {"end": lambda s: (0, 0, -s.length / 2)}
+    shape: Literal["rod"]
+    length: Length
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        return Geometry(self.length, ORIGIN, [0, 0, self.length**2 / 12])
+
+
+class Ring(Wire):
+    """A thin circular ring, normal along z; origin at its centre."""
+
+    shape: Literal["ring"]
+    radius: Length
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        R = self.radius
+        return Geometry(2 * n.pi * R, ORIGIN, [R**2 / 2, R**2 / 2, 0])
