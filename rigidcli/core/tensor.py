@@ -12,10 +12,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Array, Floats, Scalar
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Scalar
 from rigidcli.errors import ValueProblem
 
 PHYSICAL_SLACK = 1e-10
@@ -73,8 +74,12 @@ def from_second_moments(mass: Scalar, second: Array) -> Array:
     return mass * tensor
 
 
-def of_points(points: Array) -> MassProperties:
-    """Mass properties of point masses, rows (m, x, y, z) in kg and m; n by 4, n at least 1."""
+def of_points(points: Array, n: Arithmetic = FLOAT) -> MassProperties:
+    """Mass properties of point masses, rows (m, x, y, z) in kg and m; k by 4, k at least 1."""
+    if n.exact:
+        return _sum_exactly(
+            [MassProperties(point[0], point[1:], n.array(np.zeros((3, 3), dtype=int))) for point in points], n
+        )
     mass, origin = points[:, 0], points[0, 1:]
     total = mass.sum()
     offset = points[:, 1:] - origin
@@ -121,7 +126,7 @@ def _sums(read: Callable[[], Iterable[Floats]], centre: Floats | None) -> tuple[
     return centre, total
 
 
-def combine(parts: Iterable[MassProperties]) -> MassProperties:
+def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassProperties:
     """The bodies, of known mass, taken as one. A hole is a part with negative mass and tensor.
 
     Raises ValueProblem when the masses cancel, so that there is no centre of mass.
@@ -132,11 +137,26 @@ def combine(parts: Iterable[MassProperties]) -> MassProperties:
     mass = masses.sum()
     if mass == 0:
         raise ValueProblem("the masses of the parts and holes add up to zero")
+    if n.exact:
+        return _sum_exactly(parts, n)
     com = coms[0] + masses @ (coms - coms[0]) / mass
     tensors = [
         shift_from_com(part.tensor, own, d) for part, own, d in zip(parts, masses, coms - com, strict=True)
     ]
     return MassProperties(mass, com, np.sum(tensors, axis=0))
+
+
+def _sum_exactly(parts: Iterable[MassProperties], n: Arithmetic) -> MassProperties:
+    """Bodies taken as one by sums about the origin: exact numbers lose no digits there, and stay short."""
+    mass: Any = 0
+    first, tensor = n.array([0, 0, 0]), n.array(np.zeros((3, 3), dtype=int))
+    for part in parts:
+        own: Any = part.mass
+        mass = mass + own
+        first = first + own * part.com
+        tensor = tensor + shift_from_com(part.tensor, own, part.com)
+    com = n.tidy(first / mass)
+    return MassProperties(mass, com, n.tidy(shift_to_com(n.tidy(tensor), mass, com)))
 
 
 def place(body: MassProperties, rotation: Array, displacement: Array) -> MassProperties:

@@ -79,7 +79,7 @@ class PointMasses(Form):
     def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
         """Sums over the points; those of a file are read in blocks."""
         if not isinstance(self.points, pathlib.Path):
-            return tensor.of_points(arithmetic.array(self.points))
+            return tensor.of_points(arithmetic.array(self.points), arithmetic)
         if arithmetic.exact:
             raise ComputationError(
                 f"{self.points}: points from a file have no exact results",
@@ -169,7 +169,7 @@ class Composite(Form):
             if part.hole:
                 body = replace(body, mass=-body.mass, tensor=-body.tensor)
             bodies.append(body)
-        whole = tensor.combine(bodies)
+        whole = tensor.combine(bodies, arithmetic)
         if any(part.hole for part in self.parts):
             holes.require_material(list(self.leaves(arithmetic)), arithmetic)
             assert whole.mass is not None

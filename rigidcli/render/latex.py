@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 
 from rigidcli.render import Look
@@ -12,7 +13,11 @@ from rigidcli.report import Field, Report
 _SPECIAL = str.maketrans(
     {char: f"\\{char}" for char in "&%$#_{}"}
     | {"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"}
+    | {"<": r"\textless{}", ">": r"\textgreater{}"}
 )
+
+_SYMBOL = re.compile(r"\b(lambda|e)([123])\b|\bomega\b")
+"""Symbols in words, as they are written in a terminal."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
@@ -26,16 +31,34 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 def _row(entry: Field, digits: int) -> str:
     left = entry.symbol or rf"\text{{{entry.title}}}"
     if entry.words or entry.value is None:
-        return rf"{left} &\colon \text{{{(entry.words or 'not known').translate(_SPECIAL)}}}"
+        return rf"{left} &\colon \text{{{_prose(entry.words or 'not known')}}}"
     factor, texts = entries(entry.value, digits, _NOTATION)
     if isinstance(texts, str):
         value = texts
     elif isinstance(texts[0], str):
         value = r"\left(" + r",\, ".join(texts) + r"\right)"
     else:
-        rows = r" \\ ".join(" & ".join(row) for row in texts)
+        # Fractions in rows that follow close on each other would touch.
+        apart = r" \\[1ex] " if any("frac" in cell for row in texts for cell in row) else r" \\ "
+        rows = apart.join(" & ".join(row) for row in texts)
         value = rf"\begin{{pmatrix}}{rows}\end{{pmatrix}}"
     return f"{left} &= {factor}{value}{_unit(entry)}"
+
+
+def _prose(words: str) -> str:
+    """Words as LaTeX text, symbols of the field as symbols."""
+
+    def symbol(found: re.Match[str]) -> str:
+        letter, index = found.groups()
+        return (
+            rf"$\lambda_{index}$"
+            if letter == "lambda"
+            else rf"$\mathbf{{e}}_{index}$"
+            if letter
+            else r"$\boldsymbol{\omega}$"
+        )
+
+    return _SYMBOL.sub(symbol, words.translate(_SPECIAL))
 
 
 def _unit(entry: Field) -> str:

@@ -35,7 +35,7 @@ def real(node: Node, values: Mapping[str, float]) -> float:
     """
     match node:
         case Name(name):
-            return _finite(float(values[name]))
+            return _known(name, values[name])
         case Number(_, value):
             return _finite(value)
         case Constant(name):
@@ -61,6 +61,16 @@ def real(node: Node, values: Mapping[str, float]) -> float:
             return _power(real(base, values), real(exponent, values))
         case Call(function, arguments):
             return _call(function, [real(argument, values) for argument in arguments])
+
+
+def _known(name: str, value: float) -> float:
+    try:
+        number = float(value)
+    except OverflowError:  # an integer beyond the range of floats
+        number = math.inf
+    if math.isfinite(number):
+        return number
+    raise ExpressionError(f"the value of `{name}` is not a finite number")
 
 
 def _finite(value: float) -> float:

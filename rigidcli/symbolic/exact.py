@@ -38,6 +38,8 @@ MAX_POWER = 24
 MAX_DIGITS = 50
 """Of a number in such an expression."""
 
+_TOO_LONG = 10**MAX_DIGITS
+
 MAX_TERMS_TO_FACTOR = 30
 MAX_SYMBOLS_TO_FACTOR = 8
 """Names and functions together: in many of them factoring takes seconds, cancelling milliseconds."""
@@ -52,7 +54,7 @@ MAX_TERMS_OF_AN_ANGLE = 3
 
 _ROUNDS = 3
 _STOREY = 5
-"""Operations that a fraction within a fraction is worth."""
+"""As many operations is a fraction within a fraction worth."""
 
 _Way = Callable[[sympy.Expr], sympy.Expr]
 
@@ -186,21 +188,18 @@ def _is_low(exponent: sympy.Rational) -> bool:
 
 
 def _is_short(number: sympy.Rational) -> bool:
-    return max(abs(int(number.p)), int(number.q)) < 10**MAX_DIGITS
+    return max(abs(int(number.p)), int(number.q)) < _TOO_LONG
 
 
 def _is_plain(angle: sympy.Expr) -> bool:
     """Whether addition theorems may be used: they write out sin(1000 x) in powers of sin(x)."""
     terms = sympy.Add.make_args(angle)
-    return (
-        len(terms) <= MAX_TERMS_OF_AN_ANGLE
-        and not any(term.is_Rational for term in terms)
-        and all(
-            _is_low(part)
-            if part.is_Rational
-            else part.is_Symbol or part.is_Add or part.is_Mul or part is sympy.pi
-            for part in sympy.preorder_traversal(angle)
-        )
+    if len(terms) > MAX_TERMS_OF_AN_ANGLE or any(term.is_Rational for term in terms):
+        return False
+    parts = list(sympy.preorder_traversal(angle))
+    return all(map(_is_low, (part for part in parts if part.is_Rational))) and all(
+        isinstance(part, (sympy.Symbol, sympy.Add, sympy.Mul, sympy.Rational)) or part is sympy.pi
+        for part in parts
     )
 
 
@@ -212,13 +211,15 @@ def _terms(expr: sympy.Expr) -> int:
     """At most so many terms come of multiplying out an expression, or the arguments in it."""
     parts = [_terms(part) for part in expr.args]
     if expr.is_Add:
-        return sum(parts)
-    if expr.is_Mul:
-        return math.prod(parts)
-    if expr.is_Pow and expr.exp.is_Integer:
+        count = sum(parts)
+    elif expr.is_Mul:
+        count = math.prod(parts)
+    elif expr.is_Pow and expr.exp.is_Integer:
         power = min(abs(int(expr.exp)), MAX_TERMS)
-        return math.comb(parts[0] + power - 1, power)
-    return max(parts, default=1)
+        count = math.comb(parts[0] + power - 1, power)
+    else:
+        count = max(parts, default=1)
+    return min(count, MAX_TERMS + 1)
 
 
 _Powers = dict[sympy.Expr, sympy.Rational]

@@ -50,7 +50,8 @@ def test_a_document_of_numbers_loads_what_it_needs(form: str) -> None:
 def test_everyday_units_do_not_load_pint() -> None:
     document = (
         "parameters: {a: 5 cm, b: a/2}\n"
-        "body: {shape: box, size: [a, b, 30 mm], density: 2.7 g/cm^3, rotation: {axis: [0, 0, 1], angle: 30 deg}}\n"
+        "body: {shape: box, size: [a, b, 30 mm], density: 2.7 g/cm^3}\n"
+        "frame: {axis: [0, 0, 1], angle: 30 deg}\n"
         "motion: {omega: [0, 0, 1800 rpm]}\n"
     )
     assert loaded("axes", "-f", "json", "-", stdin=document) == {"numpy", "yaml", "orjson"}
