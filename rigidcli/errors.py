@@ -80,8 +80,8 @@ class Problem:
 
     def __str__(self) -> str:
         place = self.source if self.line is None else f"{self.source}:{self.line}"
-        text = ": ".join(part for part in (place, self.key, self.message) if part)
-        return text if self.hint is None else f"{text}\n  hint: {self.hint}"
+        text = ": ".join(printable(part) for part in (place, _shortened(self.key), self.message) if part)
+        return text if self.hint is None else f"{text}\n  hint: {printable(self.hint)}"
 
 
 class DocumentError(RigidError):
@@ -92,6 +92,15 @@ class DocumentError(RigidError):
     def __init__(self, problems: Sequence[Problem]) -> None:
         super().__init__("\n".join(str(problem) for problem in problems))
         self.problems = tuple(problems)
+
+
+def printable(text: str) -> str:
+    """`text` without what could steer a terminal: control characters and marks of direction are escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def _shortened(text: str, most: int = 200) -> str:
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 LONGEST_SHOWN = 60
@@ -110,8 +119,7 @@ def shown(raw: object) -> str:
     if raw is None:
         return "nothing"
     text = raw if isinstance(raw, str) else json.dumps(raw, default=str)
-    text = text if text.isprintable() else json.dumps(text)
-    return f"`{text}`" if len(text) <= LONGEST_SHOWN else f"`{text[: LONGEST_SHOWN - 3]}...`"
+    return f"`{_shortened(text if text.isprintable() else json.dumps(text), LONGEST_SHOWN)}`"
 
 
 def nearest(word: str, known: Sequence[str]) -> str | None:

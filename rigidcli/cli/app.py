@@ -50,4 +50,7 @@ def main() -> NoReturn:
         app()
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
+    except SystemExit as end:
+        # Nobody reads the help to its end: that is no failure, though typer calls it one.
+        sys.exit(0 if isinstance(end.__context__, BrokenPipeError) else end.code)
     sys.exit(0)

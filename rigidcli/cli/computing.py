@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from rigidcli.cli.output import Failures, Output, complain
+from rigidcli.errors import Problem, UsageError
 from rigidcli.render import Format, Look, renderer
 
 if TYPE_CHECKING:
@@ -20,9 +21,13 @@ Files = Annotated[
 
 
 def _check_settings(settings: list[str] | None) -> list[str]:
+    from rigidcli.model.settings import split_setting
+
     for setting in settings or ():
-        if "=" not in setting:
-            raise typer.BadParameter(f"read {setting!r}, expected KEY=VALUE, such as body.mass='3 kg'")
+        try:
+            split_setting(setting)
+        except UsageError as error:
+            raise typer.BadParameter(f"{error.message} ({error.hint})") from None
     return settings or []
 
 
@@ -72,7 +77,7 @@ def computing(study: Callable[[Document], Report]) -> Callable[..., None]:
                     report = study(load(file, exact=exact, settings=settings or ()))
                     if not quiet:
                         for note in report.notes:
-                            complain(f"{report.source}: note: {note}")
+                            complain(str(Problem(report.source, f"note: {note}")))
                     yield report
 
         with Output(output) as target:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import io
 import os
 import shutil
@@ -16,20 +17,22 @@ from typing import Self
 
 import typer
 
-from rigidcli.errors import DocumentError, RigidError, UsageError
+from rigidcli.errors import DocumentError, Problem, RigidError, UsageError
 
 INTERRUPTED = 130
 
 
 def complain(text: str) -> None:
     """Print a note or an error, on standard error."""
-    with contextlib.suppress(BrokenPipeError):
-        print(text, file=sys.stderr, flush=True)  # noqa: T201 - this is where everything is printed
+    # Without a standard error, print would turn to standard output.
+    with contextlib.suppress(OSError):
+        print(text, file=sys.stderr or io.StringIO(), flush=True)
 
 
 def silence_stdout() -> None:
-    """Let what is still buffered go nowhere, when nobody reads standard output any more."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    """Let what is still buffered go nowhere, when standard output takes no more."""
+    if sys.stdout is not None:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class Failures:
@@ -45,9 +48,11 @@ class Failures:
             yield
         except RigidError as error:
             # The problems of a document say themselves where they are.
-            place = "" if isinstance(error, DocumentError) else f"{source}: "
-            hint = f"\n  hint: {error.hint}" if error.hint else ""
-            complain(f"{place}{error.message}{hint}")
+            complain(
+                error.message
+                if isinstance(error, DocumentError)
+                else str(Problem(source, error.message, hint=error.hint))
+            )
             self.code = max(self.code, error.exit_code)
 
 
@@ -58,7 +63,8 @@ class Output:
         self._path = path
         self._pieces: list[str] = []
         if isinstance(sys.stdout, io.TextIOWrapper):
-            sys.stdout.reconfigure(errors="backslashreplace", newline="\n")
+            # The same input gives the same bytes, whatever the locale.
+            sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace", newline="\n")
 
     def write(self, piece: str) -> None:
         """Write a piece of text that is whole in itself."""
@@ -66,15 +72,20 @@ class Output:
             self._pieces.append(piece)
             return
         try:
+            if sys.stdout is None:
+                raise OSError(errno.EBADF, "it is closed")
             sys.stdout.write(piece)
             sys.stdout.flush()
         except BrokenPipeError:
             silence_stdout()
             raise typer.Exit from None
+        except OSError as failure:
+            silence_stdout()
+            raise self._failed("standard output", failure) from None
 
     def terminal(self) -> tuple[int | None, bool]:
         """Width of the terminal that is written to, None if it is none, and whether it may have colours."""
-        if self._path is not None or not sys.stdout.isatty():
+        if self._path is not None or sys.stdout is None or not sys.stdout.isatty():
             return None, False
         colour = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
         return shutil.get_terminal_size().columns, colour
@@ -90,16 +101,20 @@ class Output:
         try:
             _replace(Path(self._path), "".join(self._pieces).encode())
         except OSError as failure:
-            complain(f"{self._path}: cannot be written: {failure.strerror or failure}")
-            raise typer.Exit(UsageError.exit_code) from None
+            raise self._failed(self._path, failure) from None
+
+    @staticmethod
+    def _failed(name: str, failure: OSError) -> typer.Exit:
+        complain(str(Problem(name, f"cannot be written: {failure.strerror or failure}")))
+        return typer.Exit(UsageError.exit_code)
 
 
 def _replace(path: Path, data: bytes) -> None:
     """Put `data` at `path` in one step: another reader sees the old file or the new one."""
-    path = path.resolve()
     if path.exists() and not path.is_file():
         path.write_bytes(data)  # a device or a pipe has no old content to keep
         return
+    path = path.resolve()
     umask = os.umask(0)
     os.umask(umask)
     mode = stat.S_IMODE(path.stat().st_mode) if path.exists() else 0o666 & ~umask

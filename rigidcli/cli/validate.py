@@ -6,6 +6,7 @@ import typer
 
 from rigidcli.cli.computing import Exact, Files, Quiet, Settings
 from rigidcli.cli.output import Failures, Output, complain
+from rigidcli.errors import Problem, printable
 
 
 def validate(files: Files, settings: Settings = None, exact: Exact = False, quiet: Quiet = False) -> None:
@@ -19,6 +20,6 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
                 document = load(file, exact=exact, settings=settings or ())
                 if not quiet:
                     for note in document.notes:
-                        complain(f"{file}: note: {note}")
-                target.write(f"{file}: valid\n")
+                        complain(str(Problem(document.source, f"note: {note}")))
+                target.write(f"{printable(document.source)}: valid\n")
     raise typer.Exit(failures.code)

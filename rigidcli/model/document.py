@@ -80,6 +80,7 @@ class Document(Section):
         self._source, self._notes = source, tuple(notes)
         return self
 
+    @np.errstate(over="ignore", invalid="ignore")
     def settle(self) -> None:
         """Work out what only the document as a whole tells. Raises ValueProblem for what cannot be."""
         _ = self.axes, self.body and self.properties

@@ -21,7 +21,7 @@ from rigidcli.model.units import (
 from rigidcli.symbolic.expression import Expression, parse
 
 LONGEST_LIST = 20
-"""Names of parameters that a hint lists."""
+"""Names that a message lists."""
 
 
 @dataclass
@@ -95,14 +95,17 @@ class Environment:
     def _undeclared(self, names: list[str]) -> ValueProblem:
         declared = sorted(self.declared)
         near = nearest(names[0], declared)
-        listed = ", ".join(f"`{name}`" for name in declared[:LONGEST_LIST]) or "none"
-        if len(declared) > LONGEST_LIST:
-            listed += f" and {len(declared) - LONGEST_LIST} more"
         return ExpressionError(
-            f"undeclared name{'s' if len(names) > 1 else ''} {', '.join(f'`{n}`' for n in names)}"
+            f"undeclared name{'s' if len(names) > 1 else ''} {_listed(names)}"
             f"{f' (did you mean {near}?)' if near else ''}",
-            hint=f"declared parameters: {listed}",
+            hint=f"declared parameters: {_listed(declared)}",
         )
+
+
+def _listed(names: list[str]) -> str:
+    """Names for a message, not too many of them."""
+    more = f" and {len(names) - LONGEST_LIST} more" if len(names) > LONGEST_LIST else ""
+    return (", ".join(map(shown, names[:LONGEST_LIST])) or "none") + more
 
 
 def _finite(raw: float | int | str | Decimal) -> float:

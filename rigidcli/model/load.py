@@ -7,17 +7,17 @@ import os
 import pathlib
 import stat
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from decimal import Decimal
-from typing import Any
 
 from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic
-from rigidcli.errors import DocumentError, Path, Problem, UsageError, ValueProblem, shown
+from rigidcli.errors import DocumentError, Path, Problem, ValueProblem, shown
 from rigidcli.model.document import Document
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_parameters
+from rigidcli.model.settings import Change, apply, split_setting
 from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
 
 STDIN = "-"
@@ -39,9 +39,11 @@ def load(path: str | os.PathLike[str], *, exact: bool = False, settings: Sequenc
     parameter is exact in any case. `settings` are texts `key=value`, as after `--set`. Raises
     DocumentError with all problems, or UsageError for a setting that is not of that form.
     """
-    source = os.fspath(path)
-    folder = pathlib.Path() if source == STDIN else pathlib.Path(source).parent
-    return loads(_read(source), source=source, folder=folder, exact=exact, settings=settings)
+    name = os.fspath(path)
+    folder = pathlib.Path() if name == STDIN else pathlib.Path(name).parent
+    # A file name may have bytes that are no text.
+    source = os.fsencode(name).decode(errors="backslashreplace")
+    return loads(_read(name, source), source=source, folder=folder, exact=exact, settings=settings)
 
 
 def loads(
@@ -53,25 +55,27 @@ def loads(
     settings: Sequence[str] = (),
 ) -> Document:
     """Read the document in `text`, as `load` does; files that it names are looked for in `folder`."""
-    changes = [_setting(setting, exact) for setting in settings]
+    changes = _changes(settings, float)
     tree = read_tree(text, source)
-    exact = exact or _has_symbols(_apply(tree, changes, source))
+    exact = exact or _has_symbols(apply(tree, changes, source))
     if exact:
         # Read again, so that decimals are kept digit by digit.
-        tree = _apply(read_tree(text, source, Decimal), [_setting(s, True) for s in settings], source)
+        tree = apply(read_tree(text, source, Decimal), _changes(settings, Decimal), source)
     return _Reading(text, source, folder or pathlib.Path(), [path for path, _ in changes]).document(
         tree, exact
     )
 
 
-def _read(source: str) -> str:
+def _read(name: str, source: str) -> str:
     """The text of a file, bounded; only of a regular one, or of standard input."""
     try:
-        if source == STDIN:
+        if name == STDIN:
+            if sys.stdin is None:
+                raise OSError(errno.EBADF, "standard input is closed")
             data = sys.stdin.buffer.read(MAX_BYTES + 1)
         else:
             # A FIFO or device named by mistake is refused, not waited for.
-            descriptor = os.open(source, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+            descriptor = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
             with os.fdopen(descriptor, "rb") as file:
                 if not stat.S_ISREG(os.fstat(descriptor).st_mode):
                     raise OSError(errno.EINVAL, "not a regular file")
@@ -86,37 +90,16 @@ def _read(source: str) -> str:
         ) from None
 
 
+def _changes(settings: Sequence[str], decimal: Callable[[str], object]) -> list[Change]:
+    """The settings with their values read, which are YAML, too."""
+    pairs = map(split_setting, settings)
+    return [(path, read_tree(text, f"--set {'.'.join(map(str, path))}", decimal)) for path, text in pairs]
+
+
 def _has_symbols(tree: object) -> bool:
     """Whether a parameter stands without a value."""
     parameters = tree.get("parameters") if isinstance(tree, dict) else None
     return isinstance(parameters, dict) and None in parameters.values()
-
-
-def _setting(text: str, exact: bool) -> tuple[Path, object]:
-    """`a.0.b=value` as path and value; the value is YAML, too."""
-    key, equals, value = text.partition("=")
-    if not equals or not key or not all(key.split(".")):
-        raise UsageError(f"--set: read `{text}`, expected KEY=VALUE", hint='such as --set body.mass="3 kg"')
-    steps = tuple(int(step) if step.isdecimal() else step for step in key.split("."))
-    return steps, read_tree(value, f"--set {key}", Decimal if exact else float)
-
-
-def _apply(tree: Any, changes: Sequence[tuple[Path, object]], source: str) -> Any:
-    """`tree` with the values at some paths replaced or added."""
-    for path, value in changes:
-        place = tree
-        for done, step in enumerate(path):
-            last = done == len(path) - 1
-            if isinstance(place, dict):
-                step = str(step)
-                place.setdefault(step, {})
-            elif not (isinstance(place, list) and isinstance(step, int) and step < len(place)):
-                key = ".".join(map(str, path))
-                raise DocumentError([Problem(source, f"--set {key}: there is no `{step}` in {shown(place)}")])
-            if last:
-                place[step] = value
-            place = place[step]
-    return tree
 
 
 class _Reading:

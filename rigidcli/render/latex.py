@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
+from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.render.table import printable
 from rigidcli.render.values import Notation, entries, has_symbols
 from rigidcli.report import Field, Report
 

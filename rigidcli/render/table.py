@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import io
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from rich.console import Console
+from rich.padding import Padding
 from rich.table import Table
 from rich.text import Text
 
+from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.render.values import Notation, entries, has_symbols
 from rigidcli.report import Field, Report
@@ -26,14 +28,8 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 
 
 def _block(report: Report, look: Look) -> str:
-    grid = Table.grid(padding=(0, 2))
-    grid.add_column(style="bold" if look.colour else "")
-    grid.add_column(no_wrap=True)
-    grid.add_column()
-    for entry in report.fields:
-        if entry.title:
-            shown, unit = _value(entry, look.digits)
-            grid.add_row(Text(entry.title), Text(unit), Text(shown, no_wrap=not entry.words))
+    bold = "bold" if look.colour else ""
+    rows = [(entry, *_value(entry, look.digits)) for entry in report.fields if entry.title]
     target = io.StringIO()
     console = Console(
         file=target,
@@ -42,14 +38,31 @@ def _block(report: Report, look: Look) -> str:
         color_system="standard" if look.colour else None,
         legacy_windows=False,
     )
-    console.print(Text(f"{printable(report.name)}: {report.title}", style="bold" if look.colour else ""))
-    console.print(grid)
+    console.print(Text(f"{printable(report.name)}: {report.title}", style=bold))
+    if look.width is None or _width(rows) <= look.width:
+        grid = Table.grid(padding=(0, 2))
+        for entry, value, unit in rows:
+            grid.add_row(Text(entry.title, style=bold), Text(unit), Text(value))
+        console.print(grid)
+    else:
+        # Too narrow for columns: every value stands below its title, and only words are broken.
+        for entry, value, unit in rows:
+            console.print(Text(f"{entry.title}, {unit}" if unit else entry.title, style=bold))
+            console.print(Padding(Text(value), (0, 0, 0, 2)), soft_wrap=not entry.words)
     return "".join(line.rstrip() + "\n" for line in target.getvalue().splitlines())
 
 
-def printable(text: str) -> str:
-    """`text` without what could steer a terminal: control characters and marks of direction are escaped."""
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+def _width(rows: Sequence[tuple[Field, str, str]]) -> int:
+    """Of the rows in columns; words are left out, for they may be broken."""
+    titles, units, values = (
+        [max(map(len, text.split("\n")), default=0) for text in column]
+        for column in (
+            [entry.title for entry, _, _ in rows],
+            [unit for _, _, unit in rows],
+            ["" if entry.words else value for entry, value, _ in rows],
+        )
+    )
+    return max(titles) + 2 + max(units) + 2 + max(values)
 
 
 def _value(entry: Field, digits: int) -> tuple[str, str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rigidcli.core import principal
-from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.core.arithmetic import Arithmetic, Array, Floats
 from rigidcli.errors import ComputationError
 from rigidcli.model.document import Document, Motion
 from rigidcli.report import Field, Report
@@ -15,6 +15,8 @@ SCHEMA = "rigidcli.axes/1"
 
 STEADY = 1e-12
 """|omega x L| below this, in units of lambda3 omega^2, is no wobble but rounding."""
+NO_MOMENTUM = 2 * principal.ZERO_MOMENT
+"""L below this, in units of I omega, is what rounding leaves of a linear body's spin about itself."""
 
 CLASSES = {
     "point": "a point: no moment at all",
@@ -27,6 +29,7 @@ CLASSES = {
 }
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def run(document: Document) -> Report:
     """Find the principal axes of the document's body about its point O, and what its motion is there."""
     n = document.arithmetic
@@ -87,6 +90,8 @@ def _motion(
     # Components along the rows e1, e2, e3, or along the document's axes, become those of the results.
     omega = n.tidy((frame.axes if motion.basis == "principal" else body.axes).T @ given)
     momentum = n.tidy(body.tensor @ omega)
+    if not n.exact and _is_about_massless_axis(body.tensor, omega):
+        momentum = np.zeros(3)
     energy = n.tidy(n.array([omega @ momentum / 2]))[0]
     angle, wobbles = _wobble(omega, momentum, frame, n)
     return (
@@ -95,6 +100,14 @@ def _motion(
         Field("kinetic_energy", energy, "kinetic energy", "T", "J"),
         Field("angle", angle, "angle between omega and L", r"\angle(\boldsymbol{\omega}, \mathbf{L})", "rad"),
         Field("wobbles", wobbles, "wobbles when left alone", words=_WOBBLE[wobbles]),
+    )
+
+
+def _is_about_massless_axis(tensor: Floats, omega: Floats) -> bool:
+    """Whether a linear body turns about itself, so that what there is of L is rounding."""
+    largest, fastest = np.abs(tensor).max(), np.abs(omega).max()
+    return bool(largest > 0 and fastest > 0) and bool(
+        np.abs(tensor / largest @ (omega / fastest)).max() <= NO_MOMENTUM
     )
 
 

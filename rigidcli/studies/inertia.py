@@ -33,8 +33,12 @@ class Inertia:
     central: Array | None
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def inertia(document: Document) -> Inertia:
-    """The inertia of a document's body. Raises DocumentError when it has none."""
+    """The inertia of a document's body.
+
+    Raises DocumentError when it has none, and ComputationError when floats cannot hold it.
+    """
     if document.body is None:
         raise DocumentError([Problem(document.source, "missing, expected a body", key="body")])
     n, body = document.arithmetic, document.properties
@@ -47,6 +51,8 @@ def inertia(document: Document) -> Inertia:
         return Inertia(axes, about, central, None, com if known else None, central if known else None)
     asked = n.tidy(tensor.shift_from_com(central, body.mass, about - com))
     mass = n.tidy(n.array([body.mass]))[0]
+    if not n.exact and not np.isfinite([mass, *asked.flat]).all():
+        raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
     return Inertia(axes, about, asked, mass, com, central)
 
 

@@ -51,7 +51,7 @@ MAX_NUMBER_HEIGHT = 6
 MAX_WEIGHT_TO_EXPAND = 50
 """Of a number that seems to be zero, and is if its products cancel when multiplied out."""
 
-MAX_WORK = 60_000
+MAX_WORK = 40_000
 """In all, in units of about 10 microseconds."""
 
 # What sympy takes at worst for each kind of step, as measured, with some room.
@@ -63,9 +63,9 @@ _UNITS_FOR_A_POWER = 25
 _UNITS_FOR_A_ROOT = 150
 _UNITS_FOR_A_CALL = 100
 _UNITS_FOR_A_VALUE = 50
-_UNITS_TO_SPLIT = 10
+_UNITS_TO_SPLIT = 1
 _UNITS_TO_TELL_SIGNS = 40
-_TIMES_MORE_TO_ISOLATE_ROOTS = 8
+_TIMES_MORE_TO_ISOLATE_ROOTS = 15
 
 _LARGEST = sympy.Integer(2) ** MAX_BITS
 _ENDLESS = (sympy.zoo, sympy.nan, sympy.oo, -sympy.oo)
@@ -203,7 +203,7 @@ class _Converter:
             if inner.is_Rational and total.is_Rational and not total.is_Integer:
                 size = _bits(inner)
                 _require(size <= MAX_ROOT_BITS, "the number under a root")
-                _require(size * total.q <= MAX_BITS, "the exponent")
+                _require(total.q <= MAX_BITS / max(size, 1.0), "the exponent")
                 self.spend(_UNITS_FOR_A_ROOT + int(size * size) // 150)
         _require(bits <= MAX_BITS, "the power")
 

@@ -38,7 +38,7 @@ MAX_POWER = 24
 MAX_DIGITS = 50
 """Of a number in such an expression."""
 
-_TOO_LONG = 10**MAX_DIGITS
+_TOO_LONG: int = 10**MAX_DIGITS
 
 MAX_TERMS_TO_FACTOR = 30
 MAX_SYMBOLS_TO_FACTOR = 8

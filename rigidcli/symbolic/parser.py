@@ -63,11 +63,11 @@ class _Reader:
         self.token = self.tokens[self.index]
 
     def descend(self) -> None:
+        """Pass a token that puts what follows one level deeper."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise ExpressionError(
-                f"nested deeper than {MAX_DEPTH} levels", column=self.tokens[self.index].column
-            )
+            raise ExpressionError(f"nested deeper than {MAX_DEPTH} levels", column=self.token.column)
+        self.advance()
 
     def whole(self) -> Node:
         if self.token.kind == "end":
@@ -102,7 +102,6 @@ class _Reader:
     def factor(self) -> Node:
         sign = self.token.text
         if sign in ("-", "+"):
-            self.advance()
             self.descend()
             operand = self.factor()
             self.depth -= 1
@@ -110,7 +109,6 @@ class _Reader:
         base = self.atom()
         if self.token.text != "**":
             return base
-        self.advance()
         self.descend()
         exponent = self.factor()
         self.depth -= 1
@@ -126,7 +124,6 @@ class _Reader:
             return self.named(token)
         if token.text != "(":
             raise self.misplaced()
-        self.advance()
         self.descend()
         node = self.sum()
         self.close(token)
@@ -153,7 +150,6 @@ class _Reader:
                 column=function.column,
                 hint=f"write `{name}(...)`",
             )
-        self.advance()
         self.descend()
         arguments: list[Node] = []
         if self.token.text != ")":

@@ -531,7 +531,8 @@ def test_a_setting_of_another_form_is_wrong_usage(setting: str) -> None:
     ],
 )
 def test_a_setting_for_a_place_that_is_not_there_is_refused(text: str, setting: str, word: str) -> None:
-    assert word in told(text, [setting])
+    (problem,) = problems(text, [setting])
+    assert word in str(problem)
 
 
 @pytest.mark.parametrize(
@@ -610,17 +611,17 @@ def test_a_bad_row_of_a_points_file_is_told_with_both_places(tmp_path: Path) -> 
 @pytest.mark.parametrize(
     "text",
     [
-        "parameters: {" + ", ".join(f"k{i}: z{i}" for i in range(1500)) + "}\n" + CUBE,
-        "parameters: {" + ", ".join(f"k{i}: 1" for i in range(1500)) + "}\n"
-        "body: {points: [" + ", ".join(1500 * ["[1, 0, 0, x]"]) + "]}",
-        "body: {points: [" + ", ".join(20_000 * ["0"]) + "]}",
-        "".join(f"key{i}: 1\n" for i in range(20_000)),
+        "parameters: {" + ", ".join(f"k{i}: z{i}" for i in range(1000)) + "}\n" + CUBE,
+        "parameters: {" + ", ".join(f"k{i}: 1" for i in range(1000)) + "}\n"
+        "body: {points: [" + ", ".join(1000 * ["[1, 0, 0, x]"]) + "]}",
+        "body: {points: [" + ", ".join(5_000 * ["0"]) + "]}",
+        "".join(f"key{i}: 1\n" for i in range(5_000)),
     ],
     ids=["undeclared", "used", "types", "keys"],
 )
 def test_very_many_problems_are_told_in_linear_space(text: str) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     with pytest.raises(DocumentError) as caught:
         loads(text)
     assert len(str(caught.value)) < 30 * len(text)
-    assert time.perf_counter() - start < 5
+    assert time.process_time() - start < 4

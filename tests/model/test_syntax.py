@@ -243,10 +243,10 @@ def bomb(levels: int) -> str:
     ids=lambda text: text[:12].encode("unicode_escape").decode(),
 )
 def test_hostile_text_is_refused_or_read_in_no_time(text: str) -> None:
-    start = time.perf_counter()
+    start = time.process_time()
     with suppress(DocumentError):
         read_tree(text, "f")
-    assert time.perf_counter() - start < 1.5
+    assert time.process_time() - start < 1.5
 
 
 @pytest.mark.parametrize("text", ["!" * 100_000, "a: !" + "x" * 10_000, "a: 1\n? " + "a" * 10_000 + "\n? a"])
@@ -395,10 +395,10 @@ TREE = st.recursive(
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(TEXT, inner, max_size=4),
     max_leaves=12,
 )
-QUICK = settings(derandomize=True, deadline=2000, max_examples=150)
+BOUNDED = settings(derandomize=True, deadline=None, max_examples=100)
 
 
-@QUICK
+@BOUNDED
 @given(TREE, st.sampled_from([None, 2, "\t"]), st.booleans())
 def test_json_of_plain_data_is_read_as_that_data(tree: object, indent: int | str | None, plain: bool) -> None:
     assert read_tree(json.dumps(tree, indent=indent, ensure_ascii=plain), "f") == tree
@@ -421,7 +421,7 @@ def texts(tree: Any) -> list[str]:
     return [tree] if isinstance(tree, str) else []
 
 
-@QUICK
+@BOUNDED
 @given(TREE, st.sampled_from([True, False, None]), st.sampled_from([20, 80, 1000]), st.booleans())
 def test_yaml_of_plain_data_is_read_as_that_data(
     tree: object, flow: bool | None, width: int, unicode: bool
@@ -434,7 +434,7 @@ def test_yaml_of_plain_data_is_read_as_that_data(
 YAMLISH = st.text(st.sampled_from("ab01 \n\t:-,[]{}'\"#&*!|>%@`?~.<\\\0\x85\u2028\ufeff"), max_size=60)
 
 
-@settings(derandomize=True, deadline=2000, max_examples=300)
+@settings(BOUNDED, max_examples=300)
 @given(st.text(max_size=80) | YAMLISH)
 def test_any_text_is_read_or_refused(text: str) -> None:
     with suppress(DocumentError):
