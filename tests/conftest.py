@@ -45,7 +45,7 @@ def program(monkeypatch: pytest.MonkeyPatch) -> Program:
         texts = []
         for stream in (out, err):
             stream.flush()
-            texts.append(stream.buffer.getvalue().decode())  # type: ignore[attr-defined]  # a BytesIO
+            texts.append(stream.buffer.getvalue().decode())
         return Outcome(int(ended.value.code or 0), *texts)
 
     return run

@@ -32,7 +32,7 @@ def _row(entry: Field, digits: int) -> str:
     left = entry.symbol or rf"\text{{{entry.title}}}"
     if entry.words or entry.value is None:
         return rf"{left} &\colon \text{{{_prose(entry.words or 'not known')}}}"
-    factor, texts = entries(entry.value, digits, _NOTATION)
+    factor, texts = entries(entry, digits, _NOTATION)
     if isinstance(texts, str):
         value = texts
     elif isinstance(texts[0], str):

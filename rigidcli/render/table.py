@@ -71,7 +71,7 @@ def _value(entry: Field, digits: int) -> tuple[str, str]:
         return entry.words, ""
     if entry.value is None:
         return "not known", ""
-    factor, texts = entries(entry.value, digits, _NOTATION)
+    factor, texts = entries(entry, digits, _NOTATION)
     unit = "" if has_symbols(entry.value) else entry.unit
     if isinstance(texts, str):
         return texts, unit

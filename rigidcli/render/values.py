@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.report import Value
+from rigidcli.report import Field, Value
 
 NOISE = 4 * float(np.finfo(np.float64).eps)
 """Entries of an array below this, in units of its largest, are shown to people as zero."""
@@ -43,23 +43,32 @@ class Notation:
     exact: Callable[[Any], str]
 
 
-def entries(value: Value, digits: int, notation: Notation) -> tuple[str, Any]:
+def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any]:
     """A common factor ("" for none), and the text of a number or, nested as it is, of an array."""
+    value = entry.value
     if not isinstance(value, np.ndarray):
         return "", notation.exact(value) if is_exact(value) else notation.floating(float(value), digits)
-    if is_exact(value) and value.ndim == 2:
+    if is_exact(value):
+        return _exact_entries(value, notation)
+    if not entry.counts:
+        # Of a matrix, a small row or column is judged by itself: a slender body has a small moment.
+        size = np.abs(value)
+        scale = (
+            np.minimum(*np.meshgrid(size.max(axis=0), size.max(axis=1))) if value.ndim == 2 else size.max()
+        )
+        value = np.where(size < NOISE * scale, 0.0, value)
+    return "", _each(value, lambda number: notation.floating(float(number), digits))
+
+
+def _exact_entries(value: Any, notation: Notation) -> tuple[str, Any]:
+    if value.ndim == 2:
         from rigidcli.symbolic.exact import common_factor
 
         factor, rest = common_factor(value)
         # A factor in front is easier to read when it takes the symbols along, or leaves plain numbers.
-        if factor != 1 and (factor.free_symbols or all(entry.is_Rational for entry in rest.flat)):
+        if factor != 1 and (factor.free_symbols or all(number.is_Rational for number in rest.flat)):
             return notation.exact(factor), _each(rest, notation.exact)
-    if is_exact(value):
-        return "", _each(value, notation.exact)
-    scale = float(np.abs(value).max(initial=0.0))
-    return "", _each(
-        value, lambda number: notation.floating(0.0 if abs(number) < NOISE * scale else float(number), digits)
-    )
+    return "", _each(value, notation.exact)
 
 
 def _each(array: Any, write: Callable[[Any], str]) -> Any:

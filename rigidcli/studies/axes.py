@@ -46,6 +46,7 @@ def run(document: Document) -> Report:
             r"\lambda_{1,2,3}",
             "kg m^2",
             {f"lambda{k + 1}": (k,) for k in range(3)},
+            counts=True,
         ),
         Field(
             "axes",

@@ -64,8 +64,9 @@ _UNITS_FOR_A_ROOT = 150
 _UNITS_FOR_A_CALL = 100
 _UNITS_FOR_A_VALUE = 50
 _UNITS_TO_SPLIT = 1
-_UNITS_TO_TELL_SIGNS = 40
-_TIMES_MORE_TO_ISOLATE_ROOTS = 15
+_UNITS_TO_TELL_SIGNS = 60
+_UNITS_TO_ISOLATE_ROOTS = 300
+_WEIGHT_OF_A_LINE = 5
 
 _LARGEST = sympy.Integer(2) ** MAX_BITS
 _ENDLESS = (sympy.zoo, sympy.nan, sympy.oo, -sympy.oo)
@@ -262,13 +263,16 @@ class _Converter:
         if argument.is_Atom:
             return
         self.spend(units * size.weight * (1 + size.height))
-        for part in argument.atoms(sympy.Add):
-            if _has_signed_roots(part):
-                weight = self.size(part).weight
+        sums = argument.atoms(sympy.Add)
+        if units == _UNITS_TO_SPLIT:
+            sums.discard(argument)
+        for part in sums:
+            weight = self.size(part).weight
+            if weight > _WEIGHT_OF_A_LINE and _has_signed_roots(part):
                 rational = all(
                     number.is_Rational for number in sympy.preorder_traversal(part) if number.is_number
                 )
-                self.spend(units * _TIMES_MORE_TO_ISOLATE_ROOTS * weight * (1 if rational else weight))
+                self.spend(_UNITS_TO_ISOLATE_ROOTS * weight * (1 if rational else weight))
 
     def size(self, expr: sympy.Expr) -> _Size:
         known = self.sizes.get(expr)

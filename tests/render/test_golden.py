@@ -1,0 +1,88 @@
+"""How a report looks in each format: texts in tests/golden, read by a person before they were kept there.
+
+After a wanted change: RIGIDCLI_GOLDEN=write python -m pytest tests/render, then look at the difference.
+"""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy
+
+from rigidcli.render import Format, Look, renderer
+from rigidcli.report import Field, Report
+
+GOLDEN = Path(__file__).parents[1] / "golden"
+
+M, a = sympy.symbols("M a", positive=True)
+TENSOR = M * a**2 / 12 * np.array([[8, -3, -3], [-3, 8, -3], [-3, -3, 8]], dtype=object)
+
+NUMBERS = Report(
+    "rigidcli.example/1",
+    "numbers",
+    "numbers.yaml",
+    "floats of all sizes",
+    (
+        Field("mass", 12.0, "mass", "M", "kg", {"mass": ()}),
+        Field("small", 1.2345678901e-47, "small number", "s", "kg m^2", {"small": ()}),
+        Field("unknown", None, "unknown", "u", "kg", {"unknown": ()}),
+        Field(
+            "vector", np.array([0.1, -2.0, 3e20]), "vector", r"\mathbf{v}", "m", {"v_x": (0,), "v_z": (2,)}
+        ),
+        Field(
+            "noise",
+            np.array([[1.0, 1e-17, 0.25], [1e-17, 20.0, 0.0], [0.25, 0.0, 300.0]]),
+            "with rounding noise",
+            r"\mathbf{A}",
+            "kg m^2",
+            {"Axy": (0, 1)},
+        ),
+        Field(
+            "class",
+            "prolate",
+            "class",
+            cells={"class": ()},
+            words="prolate top: lambda1 < lambda2, e1 & 100 %",
+        ),
+        Field(
+            "moments", np.array([1e-20, 1.0, 1.0]), "moments", r"\lambda", "kg m^2", {"l1": (0,)}, counts=True
+        ),
+        Field("slender", np.diag([1.0, 1.0, 1e-20]), "slender", r"\mathbf{S}", "kg m^2", {"Szz": (2, 2)}),
+        Field("groups", [[0], [1, 2]]),
+    ),
+)
+SYMBOLS = Report(
+    "rigidcli.example/1",
+    'hostile \x1b[31m "name", [red]',
+    "symbols.yaml",
+    "exact numbers",
+    (
+        Field("mass", M, "mass", "M", "kg", {"mass": ()}),
+        Field("third", sympy.Rational(1, 3), "a third", "t", "m", {"third": ()}),
+        Field("com", np.array([a / 2, a / 2, 0 * a]), "centre", r"\mathbf{R}", "m", {"com_x": (0,)}),
+        Field("tensor", TENSOR, "tensor", r"\mathbf{I}", "kg m^2", {"Ixx": (0, 0), "Ixy": (0, 1)}),
+    ),
+)
+LOOKS = {
+    "table": (Format.table, Look()),
+    "table_narrow": (Format.table, Look(width=40, digits=3)),
+    "table_colour": (Format.table, Look(width=80, colour=True)),
+    "json": (Format.json, Look(digits=2, colour=True)),
+    "csv": (Format.csv, Look(digits=2, colour=True)),
+    "csv_bare": (Format.csv, Look(header=False)),
+    "latex": (Format.latex, Look(digits=3)),
+}
+
+
+@pytest.mark.parametrize("report", [NUMBERS, SYMBOLS], ids=["numbers", "symbols"])
+@pytest.mark.parametrize("look", LOOKS)
+def test_a_report_looks_as_it_did(look: str, report: Report) -> None:
+    form, wanted = LOOKS[look]
+    text = "".join(renderer(form)([report, report], wanted))
+    path = GOLDEN / f"{look}_{report.source.partition('.')[0]}.txt"
+    if os.environ.get("RIGIDCLI_GOLDEN") == "write":
+        path.write_text(text)
+    assert text == path.read_text()
