@@ -11,6 +11,7 @@ from typing import Any
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
 from rigidcli.errors import ExpressionError, ValueProblem, nearest, shown
+from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.units import (
     Dimension,
     check_dimension,
@@ -28,13 +29,14 @@ LONGEST_LIST = 20
 class Environment:
     """Parameters by name, the arithmetic to use, and what was noticed while numbers were read.
 
-    `declared` has the names of all parameters, also before they have their values; `broken` those
-    that have a problem of their own, so that what uses them is not reported again; `positive` gathers
-    symbols that stand where only a positive number makes sense.
+    `dimensions` has those of parameters with units; `declared` the names of all parameters,
+    also before they have their values; `broken` those that have a problem of their own, so that what uses them is not
+    reported again; `positive` gathers symbols that stand where only a positive number makes sense.
     """
 
     arithmetic: Arithmetic = FLOAT
     parameters: dict[str, Scalar] = field(default_factory=dict)
+    dimensions: dict[str, Dimension] = field(default_factory=dict)
     folder: pathlib.Path = pathlib.Path()
     used: set[str] = field(default_factory=set)
     declared: set[str] = field(default_factory=set)
@@ -54,11 +56,11 @@ class Environment:
             return parse(str(raw)).exact({}) if self.arithmetic.exact else _finite(raw)
         quantity = split_quantity(raw)
         if quantity is None:
-            return self.value(self.parse(raw))
+            return self._value(self.parse(raw), dimension)
         digits, unit_text = quantity
         unit = parse_unit(unit_text)
         if dimension is not None:
-            check_dimension(unit, dimension)
+            check_dimension(unit.text, unit.dimension, dimension)
         if self.arithmetic.exact:
             factor = parse(f"{unit.factor.numerator}/{unit.factor.denominator}").exact({})
             return parse(digits).exact({}) * factor * self.arithmetic.pi**unit.pi_power
@@ -75,14 +77,26 @@ class Environment:
                 error.hint = "a blank stands between a number and its unit, as in `5 cm`"
             raise
 
-    def value(self, expression: Expression) -> Any:
-        """The value of an expression in the parameters; undeclared names are refused."""
+    def dimension(self, raw: object) -> Dimension | None:
+        """The dimension of a value as it is written; None where it may be any."""
+        if not isinstance(raw, str):
+            return None
+        quantity = split_quantity(raw)
+        return (
+            parse_unit(quantity[1]).dimension if quantity else dimension_of(parse(raw).root, self.dimensions)
+        )
+
+    def _value(self, expression: Expression, dimension: Dimension | None) -> Any:
         unknown = sorted(expression.names - self.declared)
         if unknown:
             raise self._undeclared(unknown)
         self.used |= expression.names
         if expression.names & self.broken:
             return 1.0
+        if expression.names & self.dimensions.keys():
+            given = dimension_of(expression.root, self.dimensions)
+            if dimension is not None and given is not None and any(given):
+                check_dimension(expression.text, given, dimension)
         if self.arithmetic.exact:
             return expression.exact(self.parameters)
         return expression.evaluate(self.parameters)

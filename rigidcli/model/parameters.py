@@ -45,6 +45,9 @@ def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable
             env.parameters[name] = (
                 env.arithmetic.symbol(name, name in positive) if value is None else env.read(value, None)
             )
+            dimension = env.dimension(value)
+            if dimension is not None:
+                env.dimensions[name] = dimension
         except ValueProblem as problem:
             env.broken.add(name)
             problems.append(problem.below("parameters", spelling[name]))

@@ -23,7 +23,7 @@ from fractions import Fraction
 from functools import cache, lru_cache
 from typing import Any, NamedTuple
 
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ValueProblem, shown
 
 MAX_TEXT = 200  # characters of a unit
 MAX_POWER = 12
@@ -423,8 +423,8 @@ def _unexpected(head: str) -> ValueProblem:
 # --- fitness
 
 
-def check_dimension(unit: Unit, expected: Dimension) -> None:
-    """Refuse a unit of another dimension than expected.
+def check_dimension(text: str, given: Dimension, expected: Dimension) -> None:
+    """Refuse `text`, a unit or an expression, that has another dimension than expected.
 
     A radian counts as 1: an angle may be left out (`1/s` for an angular velocity) or join a
     product (`kg m^2 rad/s`), but a mere angle is no pure number. Hertz and radians never mix.
@@ -432,7 +432,6 @@ def check_dimension(unit: Unit, expected: Dimension) -> None:
     Raises:
         ValueProblem: the dimensions differ; the message names both.
     """
-    given = unit.dimension
     rest = given._replace(angle=0)
     angle_fits = given.angle in (0, expected.angle) or (expected.angle == 0 and rest != DIMENSIONLESS)
     if angle_fits and rest == expected._replace(angle=0):
@@ -440,10 +439,11 @@ def check_dimension(unit: Unit, expected: Dimension) -> None:
     hint = None
     if given.cycle != expected.cycle:
         hint = "a hertz may count turns or radians, 2 pi apart: write `rev/s` or `rad/s`"
-    raise ValueProblem(f"`{unit.text}` is {_described(given)}, expected {_described(expected)}", hint=hint)
+    raise ValueProblem(f"{shown(text)} is {described(given)}, expected {described(expected)}", hint=hint)
 
 
-def _described(dimension: Dimension) -> str:
+def described(dimension: Dimension) -> str:
+    """A dimension in a sentence, with its article: `a length (m)`."""
     name = _DIMENSION_NAMES.get(dimension, f"quantity in {dimension}")
     return f"an {name}" if name[0] in "aeiou" else f"a {name}"
 

@@ -280,15 +280,16 @@ class _Converter:
             return known
         if expr.is_Rational:
             size = _Size(1 + int(_bits(expr)) // 64, 0)
+        elif expr.is_Pow:
+            base, exponent = self.size(expr.base), self.size(expr.exp)
+            weight = base.weight * max(1, int(abs(_constant(expr.exp))))
+            if not expr.exp.is_Integer:
+                weight += exponent.weight
+            size = _Size(weight, 1 + max(base.height, exponent.height))
         else:
             parts = [self.size(part) for part in expr.args]
             height = max((part.height for part in parts), default=0)
-            if expr.is_Pow and expr.exp.is_Integer:
-                weight = parts[0].weight * abs(int(expr.exp))
-            else:
-                weight = 1 + sum(part.weight for part in parts)
-            grows = bool(parts) and not (expr.is_Add or expr.is_Mul)
-            size = _Size(weight, height + grows)
+            size = _Size(1 + sum(part.weight for part in parts), height + isinstance(expr, sympy.Function))
         self.sizes[expr] = size
         return size
 

@@ -238,7 +238,7 @@ def test_every_reason_of_refusal_is_well_formed() -> None:
     ],
 )
 def test_what_fits(text: str, expected: Dimension) -> None:
-    check_dimension(parse_unit(text), expected)
+    check_dimension(parse_unit(text).text, parse_unit(text).dimension, expected)
 
 
 @pytest.mark.parametrize(
@@ -257,14 +257,14 @@ def test_what_fits(text: str, expected: Dimension) -> None:
 )
 def test_what_does_not_fit(text: str, expected: Dimension, message: str) -> None:
     with pytest.raises(ValueProblem) as caught:
-        check_dimension(parse_unit(text), expected)
+        check_dimension(parse_unit(text).text, parse_unit(text).dimension, expected)
     assert caught.value.message == message
 
 
 @pytest.mark.parametrize("text", ["Hz", "kHz", "megahertz", "kiloHz"])
 def test_hertz_is_no_angular_velocity(text: str) -> None:
     with pytest.raises(ValueProblem, match=r"is a frequency .Hz., expected an angular velocity") as caught:
-        check_dimension(parse_unit(text), ANGULAR_VELOCITY)
+        check_dimension(parse_unit(text).text, parse_unit(text).dimension, ANGULAR_VELOCITY)
     assert caught.value.hint == "a hertz may count turns or radians, 2 pi apart: write `rev/s` or `rad/s`"
 
 
