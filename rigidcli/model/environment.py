@@ -29,9 +29,9 @@ LONGEST_LIST = 20
 class Environment:
     """Parameters by name, the arithmetic to use, and what was noticed while numbers were read.
 
-    `dimensions` has those of parameters with units; `declared` the names of all parameters,
-    also before they have their values; `broken` those that have a problem of their own, so that what uses them is not
-    reported again; `positive` gathers symbols that stand where only a positive number makes sense.
+    `dimensions` has those of parameters with units; `declared` the names of all parameters, also
+    before they have their values; `broken` those that have a problem of their own, so that what uses
+    them is not reported again; `positive` symbols that stand where only a positive number makes sense.
     """
 
     arithmetic: Arithmetic = FLOAT
