@@ -89,6 +89,12 @@ def of_points(points: Array, n: Arithmetic = FLOAT) -> MassProperties:
     return MassProperties(total, origin + centre, from_second_moments(1, second))
 
 
+def about(points: Array, point: Array) -> Array:
+    """Tensor of point masses, rows (m, x, y, z) in kg and m, about `point` (3, m)."""
+    offset = points[:, 1:] - point
+    return from_second_moments(1, (offset * points[:, :1]).T @ offset)
+
+
 def of_blocks(read: Callable[[], Iterable[Floats]]) -> MassProperties:
     """Mass properties of point masses in blocks (n by 4: m, x, y, z in kg and m), in bounded memory.
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from functools import cached_property
 from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
@@ -85,11 +86,22 @@ class PointMasses(Form):
                 f"{self.points}: points from a file have no exact results",
                 hint="leave out `--exact` and give every parameter a value, or write the points out",
             )
+        return self._in_file
+
+    @cached_property
+    def _in_file(self) -> tensor.MassProperties:
         path = self.points
+        assert isinstance(path, pathlib.Path)
         try:
             return tensor.of_blocks(lambda: points.blocks(path))
         except ValueProblem as problem:
             raise problem.below("points") from None
+
+    def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
+        """Summed over the points, but for those of a file, which are read once."""
+        if isinstance(self.points, pathlib.Path):
+            return super().local_tensor_about(point, n)
+        return tensor.about(n.array(self.points), point)
 
 
 class KnownTensor(Form):
@@ -177,6 +189,11 @@ class Composite(Form):
                 raise ValueProblem(f"the holes leave no mass: {arithmetic.size(whole.mass):.6g} kg")
             _require_physical(whole.tensor, arithmetic)
         return whole
+
+    def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
+        """Summed over the parts."""
+        tensors = [part.tensor_about(point, n) * (-1 if part.hole else 1) for part in self.parts]
+        return np.asarray(np.sum(tensors, axis=0))
 
     def leaves(self, arithmetic: Arithmetic) -> Iterator[holes.Leaf]:
         """The shapes of which the composite is made, however deep, each with sign and place."""

@@ -125,6 +125,13 @@ class Document(Section):
         """The point O about which the tensor is asked (3, m), in the document's axes."""
         return self._point(self.properties)
 
+    @cached_property
+    def tensor(self) -> Array:
+        """The tensor about the point O (3 by 3, kg m^2), in the document's axes."""
+        if self.about == "com" or self.properties.mass is None or self.body is None:
+            return self.properties.tensor
+        return self.body.tensor_about(self.point, self.arithmetic)
+
     def _point(self, properties: MassProperties) -> Array:
         if self.about == "com":
             return properties.com

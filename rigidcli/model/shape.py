@@ -63,6 +63,20 @@ class Form(Section):
         """Mass properties in the axes in which the form is placed."""
         return tensor.place(self.local(arithmetic), *self.motion(arithmetic))
 
+    def tensor_about(self, point: Array, n: Arithmetic) -> Array:
+        """Inertia tensor about `point` (3, m), in the axes in which the form is placed.
+
+        It is summed about that point itself, and so free of the rounding of a centre of mass between.
+        """
+        turn, shift = self.motion(n)
+        return tensor.rotate(self.local_tensor_about(turn.T @ (point - shift), n), turn)
+
+    def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
+        """Inertia tensor about `point` (3, m), both in the form's own axes."""
+        body = self.local(n)
+        assert body.mass is not None
+        return tensor.shift_from_com(body.tensor, body.mass, body.com - point)
+
 
 class Geometry(NamedTuple):
     """A shape with a uniform density: its measure, centre of mass and spread, in its own axes.

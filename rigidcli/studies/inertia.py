@@ -49,7 +49,7 @@ def inertia(document: Document) -> Inertia:
     if body.mass is None:
         known = body.at_com
         return Inertia(axes, about, central, None, com if known else None, central if known else None)
-    asked = n.tidy(tensor.shift_from_com(central, body.mass, about - com))
+    asked = n.tidy(tensor.rotate(document.tensor, axes.T))
     mass = n.tidy(n.array([body.mass]))[0]
     if not n.exact and not np.isfinite([mass, *asked.flat]).all():
         raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")

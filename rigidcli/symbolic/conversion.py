@@ -191,6 +191,8 @@ class _Converter:
             _require(self.size(base).weight <= MAX_WEIGHT, "the base of a power or root")
         self.weigh(base, _UNITS_TO_SPLIT)
         self.weigh(exponent, _UNITS_TO_SPLIT)
+        for part in (*(base.args if base.is_Add else [base]), exponent):
+            self.pay_for_signs(part)
         return self.checked(sympy.Pow(base, exponent))
 
     def check_power(self, base: sympy.Expr, exponent: sympy.Expr) -> None:
@@ -213,6 +215,7 @@ class _Converter:
         for argument in arguments:
             _require(self.size(argument).weight <= MAX_WEIGHT, f"the argument of `{function}`")
             self.weigh(argument, _UNITS_TO_TELL_SIGNS)
+            self.pay_for_signs(argument)
         if function == "exp":
             self.check_exponential(arguments[0])
         return self.checked(getattr(sympy, FUNCTIONS[function].sympy)(*arguments))
@@ -257,21 +260,19 @@ class _Converter:
         raise ExpressionError("cannot tell exactly whether a part of the expression is zero")
 
     def weigh(self, argument: sympy.Expr, units: int) -> None:
-        """Spend what sympy may need to learn enough about an argument, so many units a part."""
+        """Spend what sympy may need to learn enough about an argument, so many units for each name in it."""
         size = self.size(argument)
         _require(size.height <= MAX_HEIGHT, "the nesting")
-        if argument.is_Atom:
-            return
-        self.spend(units * size.weight * (1 + size.height))
-        sums = argument.atoms(sympy.Add)
-        if units == _UNITS_TO_SPLIT:
-            sums.discard(argument)
-        for part in sums:
+        if not argument.is_Atom:
+            self.spend(units * size.weight * (1 + size.height))
+
+    def pay_for_signs(self, argument: sympy.Expr) -> None:
+        """Spend what sympy needs to isolate the roots of polynomials, which tell it their signs."""
+        for part in argument.atoms(sympy.Add):
             weight = self.size(part).weight
             if weight > _WEIGHT_OF_A_LINE and _has_signed_roots(part):
-                rational = all(
-                    number.is_Rational for number in sympy.preorder_traversal(part) if number.is_number
-                )
+                numbers = (number for number in sympy.preorder_traversal(part) if number.is_number)
+                rational = all(number.is_Rational for number in numbers)
                 self.spend(_UNITS_TO_ISOLATE_ROOTS * weight * (1 if rational else weight))
 
     def size(self, expr: sympy.Expr) -> _Size:
