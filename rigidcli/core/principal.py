@@ -86,6 +86,8 @@ def canonical_axes(
                 raise ComputationError("the principal axes cannot be told")
             pivot = next(k for k in range(3) if nearness[k] >= max(nearness) - PIVOT_TIE)
             axis = projector[:, pivot] / arithmetic.sqrt(projector[pivot, pivot])
+            if arithmetic.size(axis[pivot]) < 0:  # an exact root of either sign
+                axis = -axis
             projector = arithmetic.tidy(projector - np.outer(axis, axis))
             axes.append(axis)
     e1, e2, _ = axes

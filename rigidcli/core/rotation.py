@@ -94,6 +94,11 @@ def onto(axis: Sequence[Scalar], arithmetic: Arithmetic) -> Array:
     if arithmetic.sign(across) == 0:
         flip = arithmetic.sign(z)
         return arithmetic.array(np.diag([1, flip, flip]))
+    if arithmetic.exact:
+        # The same turn, written out: nothing is lost near -z, and the columns stay short.
+        bend = 1 / (1 + z)
+        rows = [[1 - x * x * bend, -x * y * bend, x], [-x * y * bend, 1 - y * y * bend, y], [-x, -y, z]]
+        return arithmetic.tidy(arithmetic.array(rows))
     if arithmetic.size(z) < 0:
         return from_quaternion([across, -y * (1 - z), x * (1 - z), 0], arithmetic)
     return from_quaternion([1 + z, -y, x, 0], arithmetic)

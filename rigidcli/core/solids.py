@@ -105,9 +105,14 @@ def in_polygon(outline: Floats, x: Floats, y: Floats) -> Mask:
 def require_simple_polygon(vertices: Array, n: Arithmetic) -> None:
     """Raise ValueProblem unless the polygon (k by 3) is plane, has an area and does not cross itself.
 
-    Nothing is said of vertices that depend on symbols without a value.
+    Nothing is said of vertices whose shape, not only its scale, depends on symbols without a value.
     """
-    values = [n.value(coordinate) for coordinate in vertices.flat]
+    offsets = vertices - vertices[0]
+    if n.exact:
+        # In units of one of the coordinates, a scale without a value drops out.
+        unit = next((offset for offset in offsets.flat if n.sign(offset) != 0), 1)
+        offsets = n.tidy(offsets / unit)
+    values = [n.value(coordinate) for coordinate in offsets.flat]
     if None in values:
         return
     points = np.array(values, dtype=np.float64).reshape(vertices.shape)
@@ -118,7 +123,7 @@ def require_simple_polygon(vertices: Array, n: Arithmetic) -> None:
     flat = (points - origin) @ turn / size
     off = np.abs(flat[:, 2]).max()
     if off > PLANAR_TOLERANCE:
-        raise ValueProblem(f"the vertices are not in one plane: one is {off * size:.3g} m off")
+        raise ValueProblem(f"the vertices are not in one plane: one is off by {off:.3g} of its size")
     crossing = _first_crossing(flat[:, :2])
     if crossing is not None:
         first, second = crossing

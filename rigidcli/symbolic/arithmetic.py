@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from typing import Any
 
@@ -40,7 +41,9 @@ def _size(x: Any) -> float:
     """The number, or its value where every symbol has a value of its own between 1 and 2."""
     x = sympy.sympify(x, strict=True)
     sample = {s: 1 + sympy.Float(zlib.crc32(s.name.encode())) / 2**32 for s in x.free_symbols}
-    return float(x.xreplace(sample).evalf(20))
+    # Rounding may leave an imaginary part where the root of a square is not seen as one.
+    number = complex(x.xreplace(sample).evalf(20))
+    return number.real if abs(number.imag) <= 1e-12 * abs(number.real) else math.nan
 
 
 def _hypot(*components: Any) -> Any:

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import sympy
+from sympy.functions.elementary.trigonometric import TrigonometricFunction
 
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import PrincipalFrame, canonical_axes
@@ -78,7 +79,7 @@ def _moments(tensor: Array) -> list[Any]:
 
 def _quadratic(a: Any, b: Any, c: Any) -> list[Any]:
     discriminant = sympy.factor(tidy(b**2 - 4 * a * c))
-    if discriminant.has(sympy.sin) and discriminant.count_ops() < MAX_OPERATIONS_WITH_ANGLES:
+    if discriminant.has(TrigonometricFunction) and discriminant.count_ops() < MAX_OPERATIONS_WITH_ANGLES:
         discriminant = sympy.trigsimp(discriminant)
     root = _root_of_either_sign(discriminant)
     return [tidy((-b - root) / (2 * a)), tidy((-b + root) / (2 * a))]
