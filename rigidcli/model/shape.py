@@ -69,7 +69,8 @@ class Form(Section):
         It is summed about that point itself, and so free of the rounding of a centre of mass between.
         """
         turn, shift = self.motion(n)
-        return tensor.rotate(self.local_tensor_about(turn.T @ (point - shift), n), turn)
+        local = n.tidy(self.local_tensor_about(n.tidy(turn.T @ (point - shift)), n))
+        return n.tidy(tensor.rotate(local, turn))
 
     def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
         """Inertia tensor about `point` (3, m), both in the form's own axes."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import textwrap
 from collections.abc import Iterable, Iterator, Sequence
 
 from rich.console import Console
@@ -48,7 +49,10 @@ def _block(report: Report, look: Look) -> str:
         # Too narrow for columns: every value stands below its title, and only words are broken.
         for entry, value, unit in rows:
             console.print(Text(f"{entry.title}, {unit}" if unit else entry.title, style=bold))
-            console.print(Padding(Text(value), (0, 0, 0, 2)), soft_wrap=not entry.words)
+            if entry.words:
+                console.print(Padding(Text(value), (0, 0, 0, 2)))
+            else:
+                console.print(Text(textwrap.indent(value, "  ")), soft_wrap=True)
     return "".join(line.rstrip() + "\n" for line in target.getvalue().splitlines())
 
 
