@@ -1,4 +1,4 @@
-"""The README is true: its console blocks print what stands there, its Python runs, its tables are complete."""
+"""The README is true: its console blocks print what stands there, its Python runs, no shape is missing."""
 
 from __future__ import annotations
 

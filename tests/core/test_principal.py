@@ -1,4 +1,4 @@
-"""Principal frames against mpmath's eigenvalues at 50 digits, and the rules where mechanics leaves a choice."""
+"""Principal frames against eigenvalues at 50 digits, and the rules where mechanics leaves a choice."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def by_mpmath(inertia: Floats) -> list[float]:
 def require_frame(frame: PrincipalFrame) -> None:
     """Orthonormal to rounding, right-handed, ascending; e1 and e2 have their largest component positive."""
     axes = frame.axes
-    assert np.abs(axes @ axes.T - np.eye(3)).max() < 2e-15
-    assert abs(np.linalg.det(axes) - 1) < 2e-15
+    assert np.abs(axes @ axes.T - np.eye(3)).max() < 5e-15
+    assert abs(np.linalg.det(axes) - 1) < 5e-15
     assert np.cross(axes[0], axes[1]) == pytest.approx(axes[2], abs=2e-15)
     assert frame.moments[0] <= frame.moments[1] <= frame.moments[2]
     assert frame.moments[0] >= 0
@@ -92,7 +92,7 @@ def test_well_separated_axes_are_exact_to_rounding(quaternion: list[float], low:
     frame = principal_frame(turned(values, turn))
     assert frame.groups == ((0,), (1,), (2,))
     for k in range(3):
-        # The error of an axis is about eps lambda3 / gap (J. Demmel, Applied Numerical Linear Algebra, theorem 5.4).
+        # An axis is off by eps lambda3 / gap (J. Demmel, Applied Numerical Linear Algebra, theorem 5.4).
         assert abs(abs(float(turn[:, k] @ frame.axes[k])) - 1) < 1e-14
         assert np.abs(np.cross(turn[:, k], frame.axes[k])).max() < 20 * EPS * values[2] / gap
 
@@ -136,10 +136,10 @@ def test_a_diagonal_tensor_in_any_order(order: tuple[float, ...]) -> None:
 
 
 def test_the_cube_about_its_corner() -> None:
-    # M a^2/12 [[8, -3, -3], ...]: 2, 11, 11, e1 along the diagonal (J. R. Taylor, Classical Mechanics, example 10.4).
+    # J. R. Taylor, Classical Mechanics, example 10.4: M a^2/12 times 2, 11, 11, e1 along the diagonal.
     inertia = np.array([[8.0, -3, -3], [-3, 8, -3], [-3, -3, 8]])
     frame = principal_frame(inertia)
-    assert frame.moments == pytest.approx([2, 11, 11], rel=1e-15)
+    assert frame.moments == pytest.approx([2, 11, 11], abs=1e-14)
     assert frame.axes[0] == pytest.approx(np.ones(3) / math.sqrt(3), abs=1e-15)
     assert frame.groups == ((0,), (1, 2))
     assert principal.body_class(frame) == "prolate"
@@ -153,9 +153,11 @@ def test_the_cube_about_its_corner() -> None:
 def test_masses_one_two_three() -> None:
     # Masses m, 2m, 3m at (a,0,0), (0,a,a), (0,a,-a): tensor [[10,0,0],[0,6,1],[0,1,6]], moments 5, 7, 10.
     frame = principal_frame(np.array([[10.0, 0, 0], [0, 6, 1], [0, 1, 6]]))
-    assert frame.moments == pytest.approx([5, 7, 10], rel=1e-15)
+    assert frame.moments == pytest.approx([5, 7, 10], rel=1e-15, abs=0)
     half = math.sqrt(0.5)
-    assert np.abs(frame.axes) == pytest.approx(np.array([[0, half, half], [0, half, half], [1, 0, 0]]), abs=1e-15)
+    assert np.abs(frame.axes) == pytest.approx(
+        np.array([[0, half, half], [0, half, half], [1, 0, 0]]), abs=1e-15
+    )
     # Of (0, 1, -1)/sqrt 2 both components are largest: the first is positive.
     assert frame.axes[0] == pytest.approx([0, half, -half], abs=1e-15)
     assert principal.body_class(frame) == "asymmetric"
@@ -321,4 +323,4 @@ def test_the_residual_is_the_largest_miss() -> None:
     inertia[0, 1] = inertia[1, 0] = 0.3
     inertia[2, 0] = inertia[0, 2] = 0.4
     # I e1 - e1 = (0, 0.3, 0.4), in units of lambda3 = 4.
-    assert principal.residual(inertia, frame) == pytest.approx(0.125, rel=1e-15)
+    assert principal.residual(inertia, frame) == pytest.approx(0.125, rel=1e-15, abs=0)

@@ -21,7 +21,7 @@ Floats = NDArray[np.float64]
 
 few = settings(max_examples=25, deadline=None)
 
-# From atoms (1e-27 kg, 1e-10 m) to planets (1e37 kg m^2 and more, 1e11 m), in powers of two, by which floats are
+# From atoms (1e-27 kg, 1e-10 m) to planets (1e37 kg, 1e11 m), in powers of two, by which floats are
 # multiplied without rounding: every absolute tolerance and every unit hidden in the code then shows.
 MASS_EXPONENTS = st.integers(-90, 123)
 LENGTH_EXPONENTS = st.integers(-33, 37)
@@ -54,12 +54,12 @@ VECTORS = st.lists(_numbers(-10.0, 10.0), min_size=3, max_size=3).map(np.array)
 
 
 def exact_sums(points: Floats, about: Sequence[float] | None = None) -> tuple[float, Floats, Floats]:
-    """Mass, centre of mass and tensor (about it, or about a point) of rows m, x, y, z; only the end is rounded."""
+    """Mass, centre and tensor (about it, or about a point) of rows m, x, y, z; only the end is rounded."""
     rows = [[Fraction(float(value)) for value in row] for row in points]
-    mass = sum(row[0] for row in rows)
+    mass: Any = sum(row[0] for row in rows)
     com = [sum(row[0] * row[1 + k] for row in rows) / mass for k in range(3)]
     origin = com if about is None else [Fraction(float(x)) for x in about]
-    inertia = [[Fraction(0)] * 3 for _ in range(3)]
+    inertia: list[list[Any]] = [[Fraction(0)] * 3 for _ in range(3)]
     for m, *place in rows:
         r = [place[k] - origin[k] for k in range(3)]
         inertia[0][0] += m * (r[1] ** 2 + r[2] ** 2)
@@ -72,13 +72,21 @@ def exact_sums(points: Floats, about: Sequence[float] | None = None) -> tuple[fl
 
 
 def extent(points: Floats) -> float:
-    """M d^2 with d the largest distance from the first point: the scale on which a central tensor is rounded."""
+    """M d^2 with d the largest distance from the first point: on this scale a central tensor is rounded."""
     reach = np.abs(points[:, 1:] - points[0, 1:]).max()
     return float(points[:, 0].sum() * reach**2)
 
 
+def cloud_body(points: Floats) -> tuple[MassProperties, float]:
+    """The points as a body, and its mass."""
+    body = tensor.of_points(points)
+    assert body.mass is not None
+    return body, float(body.mass)
+
+
 def missing(body: MassProperties) -> MassProperties:
     """The body as a hole: what `combine` says of holes."""
+    assert body.mass is not None
     return MassProperties(-body.mass, body.com, -body.tensor)
 
 
@@ -121,7 +129,9 @@ def test_a_rotating_cloud_has_the_momentum_and_energy_that_its_tensor_says() -> 
 
 @few
 @given(point_clouds(least=2), st.integers(0, 2), st.integers(0, 2))
-def test_far_from_the_origin_the_central_tensor_keeps_its_digits(points: Floats, axis: int, other: int) -> None:
+def test_far_from_the_origin_the_central_tensor_keeps_its_digits(
+    points: Floats, axis: int, other: int
+) -> None:
     points = points.copy()
     points[:, 1 + axis] += 1e8
     points[:, 1 + other] -= 1e8
@@ -141,8 +151,8 @@ def test_far_from_the_origin_the_central_tensor_keeps_its_digits(points: Floats,
 @given(point_clouds(), MASS_EXPONENTS, LENGTH_EXPONENTS)
 def test_mass_and_length_scale_the_tensor_exactly(points: Floats, m: int, a: int) -> None:
     scaled = points * np.array([2.0**m, *3 * (2.0**a,)])
-    one, other = tensor.of_points(points), tensor.of_points(scaled)
-    assert other.mass == one.mass * 2.0**m
+    (one, mass), (other, multiple) = cloud_body(points), cloud_body(scaled)
+    assert multiple == mass * 2.0**m
     assert np.array_equal(other.com, one.com * 2.0**a)
     assert np.array_equal(other.tensor, one.tensor * 2.0 ** (m + 2 * a))
 
@@ -181,27 +191,27 @@ def test_a_rod_shifted_almost_along_itself_keeps_the_small_moment() -> None:
 @few
 @given(point_clouds(), VECTORS)
 def test_shift_from_the_centre_is_the_sum_about_the_point(points: Floats, about: Floats) -> None:
-    body = tensor.of_points(points)
+    body, mass = cloud_body(points)
     _, _, expected = exact_sums(points, list(about))
-    found = tensor.shift_from_com(body.tensor, body.mass, about - body.com)
+    found = tensor.shift_from_com(body.tensor, mass, about - body.com)
     assert near(found, expected, points[:, 0].sum() * 300)
 
 
 @few
 @given(point_clouds(), VECTORS)
 def test_shift_there_and_back(points: Floats, d: Floats) -> None:
-    body = tensor.of_points(points)
-    there = tensor.shift_from_com(body.tensor, body.mass, d)
-    back = tensor.shift_to_com(there, body.mass, d)
-    assert near(back, body.tensor, body.mass * float(d @ d) + extent(points), 1e-15 * 4)
+    body, mass = cloud_body(points)
+    there = tensor.shift_from_com(body.tensor, mass, d)
+    back = tensor.shift_to_com(there, mass, d)
+    assert near(back, body.tensor, mass * float(d @ d) + extent(points), 1e-15 * 4)
 
 
 @few
 @given(point_clouds(), VECTORS)
 def test_the_moment_about_the_centre_is_the_least(points: Floats, d: Floats) -> None:
-    body = tensor.of_points(points)
-    difference = tensor.shift_from_com(body.tensor, body.mass, d) - body.tensor
-    assert np.linalg.eigvalsh(difference)[0] >= -1e-14 * body.mass * (float(d @ d) + 300)
+    body, mass = cloud_body(points)
+    difference = tensor.shift_from_com(body.tensor, mass, d) - body.tensor
+    assert np.linalg.eigvalsh(difference)[0] >= -1e-14 * mass * (float(d @ d) + 300)
 
 
 # --- turning
@@ -259,13 +269,13 @@ def test_combining_is_associative_and_equals_all_points_at_once(a: Floats, b: Fl
 @few
 @given(point_clouds(), point_clouds())
 def test_a_hole_undoes_what_was_added(a: Floats, b: Floats) -> None:
-    whole = tensor.of_points(np.vstack([a, b]))
+    whole, total = cloud_body(np.vstack([a, b]))
     rest = tensor.combine([whole, missing(tensor.of_points(b))])
     mass, com, central = exact_sums(a)
-    lost = float(whole.mass) / mass
+    lost = total / mass
     assert rest.mass == pytest.approx(mass, rel=1e-15 * 4 * lost, abs=0)
     assert near(rest.com, com, 8.0, 1e-14 * lost)
-    assert near(rest.tensor, central, float(whole.mass) * 200, 1e-14 * lost)
+    assert near(rest.tensor, central, total * 200, 1e-14 * lost)
 
 
 @few
@@ -283,6 +293,31 @@ def test_masses_that_cancel_have_no_centre() -> None:
     body = tensor.of_points(np.array([[2.0, 1, 0, 0]]))
     with pytest.raises(ValueProblem, match="zero"):
         tensor.combine([body, missing(body)])
+
+
+# --- blocks of a file
+
+
+@few
+@given(point_clouds(least=2), st.integers(1, 7), st.sampled_from([0.0, 1e8, -3e8]), LENGTH_EXPONENTS)
+def test_blocks_are_all_their_points(points: Floats, cut: int, shift: float, a: int) -> None:
+    points = (points + np.array([0, shift, 0, -shift])) * np.array([1, *3 * (2.0**a,)])
+    _, com, central = exact_sums(points)
+    blocks = [block for block in (points[:cut], points[cut:]) if len(block)]
+    body = tensor.of_blocks(lambda: iter(blocks))
+    assert body.mass == pytest.approx(float(points[:, 0].sum()), rel=1e-15, abs=0)
+    assert near(body.com, com, max(4.0, abs(shift)) * 2.0**a, 4e-16)
+    assert near(body.tensor, central, extent(points))
+
+
+def test_light_and_distant_first_points_cost_no_digits() -> None:
+    rng = np.random.default_rng(6)
+    cloud = np.hstack([rng.uniform(1, 2, (500, 1)), rng.normal(size=(500, 3))])
+    first = np.array([[1e-12, 1e6, -1e6, 2e6], [1e-12, -1e6, 1e6, 3e6]])
+    _, com, central = exact_sums(np.vstack([first, cloud]))
+    body = tensor.of_blocks(lambda: iter([first, cloud[:200], cloud[200:]]))
+    assert near(body.com, com, 1.0)
+    assert near(body.tensor, central, float(np.abs(central).max()))
 
 
 # --- which tensors a body can have

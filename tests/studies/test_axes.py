@@ -1,10 +1,10 @@
-"""`axes`: moments, axes and classes of known bodies, and how they turn, by definitions and by published numbers."""
+"""`axes`: moments, axes and classes of known bodies, and how they turn, against definitions and books."""
 
 from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any
 
 import mpmath
@@ -33,15 +33,15 @@ def run(text: str, **options: Any) -> Any:
     return rigidcli.axes(rigidcli.loads(text, **options))
 
 
-def turning(body: Any, omega: Sequence[Any], basis: str = "body", **rest: Any) -> Any:
+def turning(body: Any, omega: Any, basis: str = "body", **rest: Any) -> Any:
     return run(json.dumps({"body": body, "motion": {"omega": list(omega), "basis": basis}, **rest}))
 
 
 def require_consistent(found: Any) -> None:
     """The axes are a right-handed frame in which the tensor is diagonal, with the moments ascending."""
     tensor, moments, axes = found["tensor"], found["moments"], found["axes"]
-    assert np.abs(axes @ axes.T - np.eye(3)).max() < 2e-15
-    assert np.linalg.det(axes) == pytest.approx(1, rel=1e-14)
+    assert np.abs(axes @ axes.T - np.eye(3)).max() < 5e-15
+    assert np.linalg.det(axes) == pytest.approx(1, rel=1e-14, abs=0)
     assert moments[0] <= moments[1] <= moments[2]
     diagonal = axes @ tensor @ axes.T
     assert np.abs(diagonal - np.diag(moments)).max() <= 3e-12 * max(moments[2], 1e-300)
@@ -60,16 +60,36 @@ CLASSES: list[tuple[str, str, list[list[int]], str]] = [
     ("linear", "{points: [[2, 1, 2, 3]]}", [[0], [1, 2]], "origin"),
     ("spherical", "{shape: sphere, radius: 2, mass: 1}", [[0, 1, 2]], "com"),
     ("spherical", "{shape: cube, side: 2, mass: 1, rotation: {euler: [1, 2, 3]}}", [[0, 1, 2]], "com"),
-    ("spherical", "{points: [[1, 1, 1, 1], [1, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1]]}", [[0, 1, 2]], "com"),
-    ("spherical", "{shape: cylinder, radius: 1, height: sqrt(3), mass: 1, axis: [1, 2, 3]}", [[0, 1, 2]], "com"),
+    (
+        "spherical",
+        "{points: [[1, 1, 1, 1], [1, 1, -1, -1], [1, -1, 1, -1], [1, -1, -1, 1]]}",
+        [[0, 1, 2]],
+        "com",
+    ),
+    (
+        "spherical",
+        "{shape: cylinder, radius: 1, height: sqrt(3), mass: 1, axis: [1, 2, 3]}",
+        [[0, 1, 2]],
+        "com",
+    ),
     ("oblate", "{shape: disk, radius: 2, mass: 1}", [[0, 1], [2]], "com"),
     ("oblate", "{shape: cylinder, radius: 1, height: 1.7, mass: 1, axis: [1, 2, 3]}", [[0, 1], [2]], "com"),
     ("oblate", "{shape: plate, size: [2, 2], mass: 1, axis: [3, 2, 1]}", [[0, 1], [2]], "com"),
     ("prolate", "{shape: cylinder, radius: 1, height: 1.8, mass: 1, axis: [1, 2, 3]}", [[0], [1, 2]], "com"),
     ("prolate", CUBE, [[0], [1, 2]], "origin"),
     ("prolate", "{shape: cone, radius: 1, height: 4, mass: 1}", [[0], [1, 2]], "origin"),
-    ("asymmetric", "{shape: box, size: [1, 2, 3], mass: 1, rotation: {euler: [1, 2, 3]}}", [[0], [1], [2]], "com"),
-    ("asymmetric", "{shape: triangle, vertices: [[0, 0], [1, 0], [0, 1]], mass: 1}", [[0], [1], [2]], "origin"),
+    (
+        "asymmetric",
+        "{shape: box, size: [1, 2, 3], mass: 1, rotation: {euler: [1, 2, 3]}}",
+        [[0], [1], [2]],
+        "com",
+    ),
+    (
+        "asymmetric",
+        "{shape: triangle, vertices: [[0, 0], [1, 0], [0, 1]], mass: 1}",
+        [[0], [1], [2]],
+        "origin",
+    ),
 ]
 
 
@@ -95,8 +115,18 @@ def test_the_class_is_of_the_tensor_about_the_point() -> None:
 
 @pytest.mark.parametrize("scale", [1e-10, 1e-3, 1e9])
 def test_the_class_does_not_depend_on_the_scale(scale: float) -> None:
-    for size, kind in (([1, 1, 1], "spherical"), ([1, 1, 2], "prolate"), ([2, 2, 1], "oblate"), ([1, 2, 3], "asymmetric")):
-        box = {"shape": "box", "size": [scale * side for side in size], "mass": scale**2, "rotation": {"euler": [1, 2, 3]}}
+    for size, kind in (
+        ([1, 1, 1], "spherical"),
+        ([1, 1, 2], "prolate"),
+        ([2, 2, 1], "oblate"),
+        ([1, 2, 3], "asymmetric"),
+    ):
+        box = {
+            "shape": "box",
+            "size": [scale * side for side in size],
+            "mass": scale**2,
+            "rotation": {"euler": [1, 2, 3]},
+        }
         assert run(json.dumps({"body": box}))["class"] == kind
 
 
@@ -106,35 +136,41 @@ def test_the_class_does_not_depend_on_the_scale(scale: float) -> None:
 def test_the_cube_about_its_corner() -> None:
     # J. R. Taylor, Classical Mechanics, example 10.4: M a^2/12 times 2, 11, 11; e1 is the space diagonal.
     found = run(f"body: {CUBE}")
-    assert found["moments"] == pytest.approx([2, 11, 11], rel=1e-15)
+    assert found["moments"] == pytest.approx([2, 11, 11], abs=1e-14)
     assert found["axes"][0] == pytest.approx(np.ones(3) / math.sqrt(3), abs=1e-15)
     require_consistent(found)
 
 
 def test_masses_m_2m_3m() -> None:
     # Moments 10, 7, 5 in m a^2.
-    found = run("{body: {points: [[m, a, 0, 0], [2*m, 0, a, a], [3*m, 0, a, -a]]}, parameters: {m: 2, a: 0.5}}")
-    assert found["moments"] == pytest.approx([2.5, 3.5, 5], rel=1e-15)
+    found = run(
+        "{body: {points: [[m, a, 0, 0], [2*m, 0, a, a], [3*m, 0, a, -a]]}, parameters: {m: 2, a: 0.5}}"
+    )
+    assert found["moments"] == pytest.approx([2.5, 3.5, 5], rel=1e-15, abs=0)
     assert np.abs(found["axes"][2]) == pytest.approx([1, 0, 0], abs=1e-15)
 
 
 def test_the_right_triangle_of_the_notes() -> None:
     # Tensor [[2, -1, 0], [-1, 2, 0], [0, 0, 4]]: moments 1, 3, 4 along (1, 1, 0), (1, -1, 0) and z.
     found = run("body: {shape: triangle, vertices: [[0, 0], [1, 0], [0, 1]], density: 24}")
-    assert found["moments"] == pytest.approx([1, 3, 4], rel=1e-15)
+    assert found["moments"] == pytest.approx([1, 3, 4], rel=1e-15, abs=0)
     half = math.sqrt(0.5)
-    assert found["axes"] == pytest.approx(np.array([[half, half, 0], [half, -half, 0], [0, 0, -1]]), abs=1e-15)
+    assert found["axes"] == pytest.approx(
+        np.array([[half, half, 0], [half, -half, 0], [0, 0, -1]]), abs=1e-15
+    )
 
 
 def test_feynmans_plate_has_moments_one_one_two() -> None:
     # The disk of NUMERICS, whose wobble to spin is 2 : 1: lambda3 = 2 lambda1.
     found = run("body: {shape: disk, radius: 0.1, mass: 0.3}")
-    assert found["moments"] / found["moments"][0] == pytest.approx([1, 1, 2], rel=1e-15)
+    assert found["moments"] / found["moments"][0] == pytest.approx([1, 1, 2], rel=1e-15, abs=0)
 
 
 def test_a_flat_body_obeys_the_perpendicular_axis_theorem() -> None:
-    found = run("{body: {shape: polygon, vertices: [[0, 0], [3, 0], [3, 1], [1, 1], [1, 4], [0, 4]], density: 1}, about: com}")
-    assert found["moments"][2] == pytest.approx(found["moments"][:2].sum(), rel=1e-14)
+    found = run(
+        "{body: {shape: polygon, vertices: [[0, 0], [3, 0], [3, 1], [1, 1], [0, 4]], density: 1}, about: com}"
+    )
+    assert found["moments"][2] == pytest.approx(found["moments"][:2].sum(), rel=1e-14, abs=0)
     assert np.abs(found["axes"][2]).tolist() == [0, 0, 1]
 
 
@@ -154,11 +190,13 @@ def test_a_thin_wire_keeps_its_small_moment() -> None:
 @given(st.lists(st.integers(-64, 64), min_size=4, max_size=4).filter(any))
 def test_moments_do_not_depend_on_the_frame(quaternion: list[int]) -> None:
     body = BOX | {"position": [0.5, -1, 2]}
-    plain, turned = (run(json.dumps({"body": body, **rest})) for rest in ({}, {"frame": {"quaternion": quaternion}}))
+    plain, turned = (
+        run(json.dumps({"body": body, **rest})) for rest in ({}, {"frame": {"quaternion": quaternion}})
+    )
     turn = Rotation.from_quat([*quaternion[1:], quaternion[0]]).as_matrix()
-    assert turned["moments"] == pytest.approx(plain["moments"], rel=1e-14)
+    assert turned["moments"] == pytest.approx(plain["moments"], rel=1e-14, abs=0)
     for one, other in zip(plain["axes"] @ turn, turned["axes"], strict=True):
-        assert abs(float(one @ other)) == pytest.approx(1, rel=1e-14)
+        assert abs(float(one @ other)) == pytest.approx(1, rel=1e-14, abs=0)
     require_consistent(turned)
 
 
@@ -182,12 +220,15 @@ def test_a_document_without_motion_tells_nothing_of_it() -> None:
     st.lists(st.integers(-64, 64), min_size=4, max_size=4).filter(any),
     st.sampled_from([1e-150, 1e-30, 1.0, 1e30, 1e150]),
 )
-def test_momentum_energy_and_angle_by_their_definitions(omega: list[int], quaternion: list[int], scale: float) -> None:
-    body = {"points": [[1, 1, 0, 0.5], [2, -0.5, 2, 0], [0.5, 0, -1, 3]], "rotation": {"quaternion": quaternion}}
+def test_momentum_energy_and_angle_by_their_definitions(
+    omega: list[int], quaternion: list[int], scale: float
+) -> None:
+    points = [[1, 1, 0, 0.5], [2, -0.5, 2, 0], [0.5, 0, -1, 3]]
+    body = {"points": points, "rotation": {"quaternion": quaternion}}
     turn = Rotation.from_quat([*quaternion[1:], quaternion[0]]).as_matrix()
     found = turning(body, [w * scale for w in omega])
     momentum, energy = np.zeros(3), 0.0
-    for m, *place in body["points"]:
+    for m, *place in points:
         r = turn @ np.array(place)
         velocity = np.cross(omega, r)
         momentum += m * np.cross(r, velocity)
@@ -195,7 +236,7 @@ def test_momentum_energy_and_angle_by_their_definitions(omega: list[int], quater
     size = np.linalg.norm(omega)
     assert found["omega"].tolist() == [w * scale for w in omega]
     assert np.abs(found["angular_momentum"] / scale - momentum).max() < 1e-13 * 30 * size
-    assert found["kinetic_energy"] / scale / scale == pytest.approx(energy, rel=1e-13)
+    assert found["kinetic_energy"] / scale / scale == pytest.approx(energy, rel=1e-13, abs=0)
     angle = math.atan2(float(np.linalg.norm(np.cross(omega, momentum))), float(np.dot(omega, momentum)))
     assert found["angle"] == pytest.approx(angle, abs=1e-14)
     assert found["wobbles"] == (angle > 1e-9)
@@ -210,19 +251,19 @@ def test_basis_and_frame() -> None:
     # Components along the document's body axes; results along the frame.
     assert turned["omega"] == pytest.approx(turn.T @ omega, abs=1e-15)
     assert turned["angular_momentum"] == pytest.approx(turn.T @ plain["angular_momentum"], abs=1e-14)
-    assert turned["kinetic_energy"] == pytest.approx(plain["kinetic_energy"], rel=1e-15)
-    assert turned["angle"] == pytest.approx(plain["angle"], rel=1e-14)
-    # Components along e1, e2, e3 as printed; T = sum lambda w^2 / 2 (the notes call twice this the kinetic energy).
+    assert turned["kinetic_energy"] == pytest.approx(plain["kinetic_energy"], rel=1e-15, abs=0)
+    assert turned["angle"] == pytest.approx(plain["angle"], rel=1e-14, abs=0)
+    # Components along e1, e2, e3 as printed; T = sum lambda w^2 / 2 (the notes call 2 T the kinetic energy).
     for rest in ({}, {"frame": frame}):
         found = turning(body, omega, "principal", **rest)
         assert found["omega"] == pytest.approx(found["axes"].T @ omega, abs=1e-15)
         assert found["axes"] @ found["angular_momentum"] == pytest.approx(BOX_MOMENTS * omega, abs=1e-14)
-        assert found["kinetic_energy"] == pytest.approx(float(BOX_MOMENTS @ omega**2) / 2, rel=1e-14)
+        assert found["kinetic_energy"] == pytest.approx(float(BOX_MOMENTS @ omega**2) / 2, rel=1e-14, abs=0)
 
 
 def test_units_of_angular_velocity() -> None:
     found = turning(BOX, ["60 rpm", "360 deg/s", 0])
-    assert found["omega"] == pytest.approx([2 * math.pi, 2 * math.pi, 0], rel=1e-15)
+    assert found["omega"] == pytest.approx([2 * math.pi, 2 * math.pi, 0], rel=1e-15, abs=0)
 
 
 # --- turning: does it wobble?
@@ -256,8 +297,8 @@ def test_a_tilt_wobbles(axis: int, towards: int, tilt: float, size: float) -> No
     omega[axis], omega[towards] = size, tilt * size
     # lambda_axis w, lambda_towards tilt w: the angle between (1, tilt) and (l, l' tilt).
     with mpmath.workdps(40):
-        l, other, t = mpmath.mpf(BOX_MOMENTS[axis]), mpmath.mpf(BOX_MOMENTS[towards]), mpmath.mpf(tilt)
-        angle = float(abs(mpmath.atan(other * t / l) - mpmath.atan(t)))
+        own, other, t = (mpmath.mpf(x) for x in (BOX_MOMENTS[axis], BOX_MOMENTS[towards], tilt))
+        angle = float(abs(mpmath.atan(other * t / own) - mpmath.atan(t)))
     turned = turning(TURNED, omega, "principal")
     assert turned["wobbles"] is True
     assert turned["angle"] == pytest.approx(angle, rel=1e-9, abs=2e-15)
@@ -283,9 +324,9 @@ def test_symmetric_bodies_wobble_only_off_their_axis_and_plane() -> None:
 def test_the_angle_of_a_disk() -> None:
     # lambda3 = 2 lambda1: at 45 degrees to the axis L is at atan(1/2) to it.
     found = turning({"shape": "disk", "radius": 1, "mass": 4}, [1, 0, 1])
-    assert found["angle"] == pytest.approx(math.pi / 4 - math.atan(0.5), rel=1e-15)
-    assert found["angular_momentum"] == pytest.approx([1, 0, 2], rel=1e-15)
-    assert found["kinetic_energy"] == pytest.approx(1.5, rel=1e-15)
+    assert found["angle"] == pytest.approx(math.pi / 4 - math.atan(0.5), rel=1e-15, abs=0)
+    assert found["angular_momentum"] == pytest.approx([1, 0, 2], rel=1e-15, abs=0)
+    assert found["kinetic_energy"] == pytest.approx(1.5, rel=1e-15, abs=0)
 
 
 def test_without_omega_or_moments_there_is_no_angle() -> None:
@@ -316,13 +357,13 @@ def test_a_rod_that_spins_askew_wobbles() -> None:
     # Only the part of omega across the rod makes momentum: L is across, at 30 degrees from omega here.
     rod = {"shape": "rod", "length": 1, "mass": 12}
     found = turning(rod, [math.cos(math.pi / 6), 0, math.sin(math.pi / 6)])
-    assert found["angle"] == pytest.approx(math.pi / 6, rel=1e-15)
+    assert found["angle"] == pytest.approx(math.pi / 6, rel=1e-15, abs=0)
     assert found["wobbles"] is True
     across = turning(rod, [0, 3, 0])
     assert across["angle"] == 0
     assert across["wobbles"] is False
     nearly = turning(rod, [1e-6, 0, 1])
-    assert nearly["angle"] == pytest.approx(math.pi / 2 - 1e-6, rel=1e-15)
+    assert nearly["angle"] == pytest.approx(math.pi / 2 - 1e-6, rel=1e-15, abs=0)
     assert nearly["wobbles"] is True
 
 
@@ -349,16 +390,27 @@ def numeric(value: Any, values: Mapping[str, float] | None = None) -> Any:
 
 
 def require_alike(exact: Any, floating: Any, values: Mapping[str, float] | None = None) -> None:
-    """The same numbers; the same axes, since equal tensors get equal axes whatever kind of number they are."""
+    """The same numbers, and the same axes: equal tensors get equal axes whatever their kind of number.
+
+    With symbols, which of two components is the larger depends on the values: signs and pairs are then free.
+    """
     assert numeric(exact["moments"], values) == pytest.approx(floating["moments"], rel=1e-13, abs=0)
-    assert numeric(exact["axes"], values) == pytest.approx(floating["axes"], abs=1e-13)
+    axes = numeric(exact["axes"], values)
+    if values is None:
+        assert axes == pytest.approx(floating["axes"], abs=1e-13)
+    assert np.linalg.det(axes) == pytest.approx(1, rel=1e-13, abs=0)
+    for group in floating["groups"]:
+        one, other = axes[group], floating["axes"][group]
+        assert one.T @ one == pytest.approx(other.T @ other, abs=1e-13)
     assert exact["groups"] == floating["groups"]
     assert exact["class"] == floating["class"]
     assert floating["residual"] < 1e-14
     for key in ("omega", "angular_momentum"):
         if key in floating:
             # L of a rod that spins about itself is zero: rounding is that of lambda3 omega.
-            size = np.abs(floating["omega"]).max() * (floating["moments"][2] if key == "angular_momentum" else 1)
+            size = np.abs(floating["omega"]).max() * (
+                floating["moments"][2] if key == "angular_momentum" else 1
+            )
             assert np.abs(numeric(exact[key], values) - floating[key]).max() <= 1e-13 * size
     if "angle" in floating:
         assert numeric(exact["kinetic_energy"], values) == pytest.approx(
@@ -377,19 +429,28 @@ EXACT: list[str] = [
     "body: {shape: triangle, vertices: [[0, 0], [1, 0], [0, 1]], density: 24}",
     "{body: {shape: box, size: [1, 2, 0.3], mass: 12, axis: [1, 2, 2]}, motion: {omega: [1, 0, 1/3]}}",
     "{body: {shape: cylinder, radius: 1, height: 2, mass: 3, axis: [1, 1, 1]}, motion: {omega: [1, 1, 1]}}",
-    "{body: {shape: cylinder, radius: 1, height: sqrt(3), mass: 3, axis: [1, 1, 1]}, motion: {omega: [1, 2, 1]}}",
+    (
+        "{body: {shape: cylinder, radius: 1, height: sqrt(3), mass: 3, axis: [1, 1, 1]},"
+        " motion: {omega: [1, 2, 1]}}"
+    ),
     "{body: {shape: disk, radius: 1, mass: 4, axis: [0, 3, 4]}, motion: {omega: [0, 3, 4]}}",
-    "{body: {shape: disk, radius: 1, mass: 4, axis: [0, 3, 4]}, motion: {omega: [1, 1, 0], basis: principal}}",
+    "{body: {shape: disk, radius: 1, mass: 4}, motion: {omega: [1, 1, 0], basis: principal}}",
     "{body: {shape: rod, length: 1, mass: 1, axis: [1, 2, 2]}, motion: {omega: [1, 2, 2]}}",
     "{body: {shape: rod, length: 1, mass: 1, axis: [1, 2, 2]}, motion: {omega: [1, 0, 0]}}",
     "{body: {points: [[2, 1, 2, 3]]}, about: com, motion: {omega: [1, 0, 0]}}",
     "{body: {points: [[2, 1, 2, 3]]}}",
     "{body: {shape: half_disk, radius: 2, mass: 3, rotation: {axis: [0, 0, 1], angle: pi/3}}, about: com}",
-    "{body: {shape: cone, radius: 1, height: 2, mass: 1, axis: [0, 1, 0]}, frame: {axis: [0, 0, 1], angle: pi/6}}",
-    "{body: {moments: [1, 2, 3], rotation: {axis: [1, 0, 0], angle: pi/3}}, motion: {omega: [1, 1, 0], basis: principal}}",
+    "{body: {shape: cone, radius: 1, height: 2, mass: 1, axis: [0, 1, 0]}, frame: {euler: [pi/6, 0, 0]}}",
+    (
+        "{body: {moments: [1, 2, 3], rotation: {euler: [0, pi/3, 0]}},"
+        " motion: {omega: [1, 1, 0], basis: principal}}"
+    ),
     "{body: {inertia: [[2, 1, 0], [1, 2, 0], [0, 0, 3]], mass: 1}, motion: {omega: [0, 0, 2]}}",
-    "{body: {parts: [{shape: cube, side: 2, density: 3}, {shape: cylinder, radius: 1/2, height: 2, density: 3, hole: true}],"
-    " axis: [3, 0, 4]}, motion: {omega: [3, 0, 4]}}",
+    (
+        "{body: {parts: [{shape: cube, side: 2, density: 3},"
+        " {shape: cylinder, radius: 1/2, height: 2, density: 3, hole: true}],"
+        " axis: [3, 0, 4]}, motion: {omega: [3, 0, 4]}}"
+    ),
 ]
 
 
@@ -399,15 +460,36 @@ def test_exact_results_are_the_floating_ones(text: str) -> None:
 
 
 SYMBOLIC: list[tuple[str, dict[str, float]]] = [
-    (f"{{body: {{shape: cube, side: a, mass: M, anchor: corner}}", {"a": 1.5, "M": 7}),
+    ("{body: {shape: cube, side: a, mass: M, anchor: corner}", {"a": 1.5, "M": 7}),
     ("{body: {points: [[m, a, 0, 0], [2*m, 0, a, a], [3*m, 0, a, -a]]}", {"m": 2, "a": 0.5}),
-    ("{body: {points: [[m, a, 0, 0], [m, 0, a, 2*a], [m, 0, 2*a, a]]}, motion: {omega: [w, w, 0]}", {"m": 2, "a": 0.5, "w": 3}),
+    (
+        "{body: {points: [[m, a, 0, 0], [m, 0, a, 2*a], [m, 0, 2*a, a]]}, motion: {omega: [w, w, 0]}",
+        {"m": 2, "a": 0.5, "w": 3},
+    ),
     ("{body: {shape: triangle, vertices: [[0, 0], [a, 0], [0, a]], density: s}", {"a": 1.5, "s": 24}),
     ("{body: {shape: disk, radius: R, mass: M}, motion: {omega: [0, w, w]}", {"R": 1.5, "M": 2, "w": 0.5}),
     ("{body: {shape: disk, radius: R, mass: M}, motion: {omega: [0, 0, w]}", {"R": 1.5, "M": 2, "w": 0.5}),
-    ("{body: {shape: sphere, radius: R, mass: M}, motion: {omega: [w, 2*w, u]}", {"R": 1.5, "M": 2, "w": 0.5, "u": -1}),
-    ("{body: {shape: rod, length: L, mass: M, axis: [1, 2, 2]}, motion: {omega: [w, 2*w, 2*w]}", {"L": 1.5, "M": 2, "w": 3}),
+    (
+        "{body: {shape: sphere, radius: R, mass: M}, motion: {omega: [w, 2*w, u]}",
+        {"R": 1.5, "M": 2, "w": 0.5, "u": -1},
+    ),
+    (
+        "{body: {shape: rod, length: L, mass: M, axis: [1, 2, 2]}, motion: {omega: [w, 2*w, 2*w]}",
+        {"L": 1.5, "M": 2, "w": 3},
+    ),
     ("{body: {shape: plate, size: [a, a], mass: M, axis: [3, 0, 4]}, about: com", {"a": 1.5, "M": 2}),
+    (
+        "{body: {shape: rod, length: a, mass: M, rotation: {axis: [0, 1, 0], angle: u}}",
+        {"a": 1.5, "M": 2, "u": 0.5},
+    ),
+    (
+        "{body: {shape: disk, radius: a, mass: M, rotation: {euler: [0, u, 0]}}, motion: {omega: [0, 0, w]}",
+        {"a": 1.5, "M": 2, "u": 0.5, "w": 3},
+    ),
+    (
+        "{body: {shape: disk, radius: a, mass: M, axis: [0, b, c]}, motion: {omega: [0, b, c]}",
+        {"a": 1, "b": 2, "c": 0.5, "M": 3},
+    ),
 ]
 
 

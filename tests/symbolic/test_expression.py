@@ -349,10 +349,12 @@ def _wrap(tree: Tree, strength: int) -> str:
 
 
 def _apply(function: Callable[..., float], *arguments: Tree) -> float | None:
-    numbers = [argument[2] for argument in arguments]
+    numbers = [number for _, _, number in arguments]
+    if None in numbers:
+        return None
     try:
         result = function(*numbers)
-    except (TypeError, ValueError, ArithmeticError):  # TypeError: a number is None already
+    except (ValueError, ArithmeticError):
         return None
     return result if math.isfinite(result) else None
 
