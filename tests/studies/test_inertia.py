@@ -66,7 +66,8 @@ def test_the_cone_about_its_tip() -> None:
 
 
 def test_the_table_of_openstax() -> None:
-    # OpenStax University Physics 1, figure 10.20 and parallel axes: rod about its end M L^2/3, disk about its rim
+    # OpenStax University Physics 1, figure 10.20 and parallel axes: rod about its end M L^2/3,
+    # disk about its rim
     # 3 M R^2/2, hoop about a diameter M R^2/2, slab about its normal M (a^2 + b^2)/12, ball 2 M R^2/5,
     # spherical shell 2 M R^2/3.
     assert diagonal("body: {shape: rod, length: 3, mass: 2, anchor: end}")[0] == pytest.approx(
