@@ -7,6 +7,7 @@ import pathlib
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
+from functools import cached_property
 from typing import Any
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
@@ -106,13 +107,16 @@ class Environment:
         if value.is_Symbol:
             self.positive.add(value.name)
 
+    @cached_property
+    def _declared_in_order(self) -> list[str]:
+        return sorted(self.declared)
+
     def _undeclared(self, names: list[str]) -> ValueProblem:
-        declared = sorted(self.declared)
-        near = nearest(names[0], declared)
+        near = nearest(names[0], self._declared_in_order)
         return ExpressionError(
             f"undeclared name{'s' if len(names) > 1 else ''} {_listed(names)}"
             f"{f' (did you mean {near}?)' if near else ''}",
-            hint=f"declared parameters: {_listed(declared)}",
+            hint=f"declared parameters: {_listed(self._declared_in_order)}",
         )
 
 

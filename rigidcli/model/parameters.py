@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterable, Mapping
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
@@ -77,18 +78,31 @@ def _names_in(value: object) -> frozenset[str]:
 
 
 def _in_order(
-    uses: dict[str, frozenset[str]],
+    uses: Mapping[str, frozenset[str]],
     env: Environment,
     problems: list[ValueProblem],
     spelling: Mapping[str, str],
 ) -> list[str]:
-    """The names so that each comes after those it uses; circles are reported and left out."""
-    while True:
-        try:
-            return list(TopologicalSorter(uses).static_order())
-        except CycleError as error:
-            circle = error.args[1][::-1]
+    """The names so that each comes after those it uses; circles, and what hangs on them, are broken."""
+    sorter = TopologicalSorter(uses)
+    with contextlib.suppress(CycleError):  # the names outside of circles come all the same
+        sorter.prepare()
+    order: list[str] = []
+    while ready := sorter.get_ready():
+        order += ready
+        sorter.done(*ready)
+    stuck = uses.keys() - set(order)
+    env.broken |= stuck
+    seen: set[str] = set()
+    for name in sorted(stuck):
+        path: dict[str, None] = {}
+        while name not in seen:
+            seen.add(name)
+            path[name] = None
+            name = min(uses[name] & stuck)
+        if name in path:
+            names = list(path)
+            circle = [*names[names.index(name) :], name]
             problem = ValueProblem(f"parameters in a circle: {' -> '.join(circle)}")
-            problems.append(problem.below("parameters", spelling[circle[0]]))
-            env.broken |= set(circle)
-            uses = {name: used - set(circle) for name, used in uses.items() if name not in circle}
+            problems.append(problem.below("parameters", spelling[name]))
+    return order
