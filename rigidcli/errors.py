@@ -84,14 +84,21 @@ class Problem:
         return text if self.hint is None else f"{text}\n  hint: {printable(self.hint)}"
 
 
+MOST_TOLD = 200
+"""Problems of one document that its message tells."""
+
+
 class DocumentError(RigidError):
     """A document that is refused, with all that is wrong with it."""
 
     exit_code = 3
 
     def __init__(self, problems: Sequence[Problem]) -> None:
-        super().__init__("\n".join(str(problem) for problem in problems))
         self.problems = tuple(problems)
+        lines = [str(problem) for problem in self.problems[:MOST_TOLD]]
+        if len(self.problems) > MOST_TOLD:
+            lines.append(f"{self.problems[0].source}: {len(self.problems) - MOST_TOLD:,} more problems")
+        super().__init__("\n".join(lines))
 
 
 def printable(text: str) -> str:
@@ -118,7 +125,7 @@ def shown(raw: object) -> str:
         return f"a list of {len(raw)}"
     if raw is None:
         return "nothing"
-    text = raw if isinstance(raw, str) else json.dumps(raw, default=str)
+    text = raw if isinstance(raw, str) else json.dumps(raw) if isinstance(raw, bool) else str(raw)
     return f"`{_shortened(text if text.isprintable() else json.dumps(text), LONGEST_SHOWN)}`"
 
 

@@ -11,9 +11,10 @@ from rigidcli import __version__
 from rigidcli.cli.axes import axes
 from rigidcli.cli.inertia import inertia
 from rigidcli.cli.new import new
-from rigidcli.cli.output import INTERRUPTED
+from rigidcli.cli.output import INTERRUPTED, complain
 from rigidcli.cli.schema import schema
 from rigidcli.cli.validate import validate
+from rigidcli.errors import ComputationError, printable
 
 COMMANDS = (inertia, axes, validate, schema, new)
 
@@ -47,9 +48,14 @@ def options(
 def main() -> NoReturn:
     """Run the program on the command line; the process ends with its exit code."""
     try:
-        app()
+        app(prog_name="rigidcli")
     except KeyboardInterrupt:
         sys.exit(INTERRUPTED)
+    except Exception as error:  # noqa: BLE001 - the last resort: a traceback tells a user nothing
+        complain(
+            f"rigidcli: internal error, please report it: {type(error).__name__}: {printable(str(error))}"
+        )
+        sys.exit(ComputationError.exit_code)
     except SystemExit as end:
         # Nobody reads the help to its end: that is no failure, though typer calls it one.
         sys.exit(0 if isinstance(end.__context__, BrokenPipeError) else end.code)

@@ -13,7 +13,10 @@ if TYPE_CHECKING:
 
 @computing
 def axes(document: Document) -> Report:
-    """Principal moments and axes, class of top; L, T and wobble at a given omega."""
+    """Principal moments and axes; motion at a given omega.
+
+    With `motion.omega` also L, T, the angle between omega and L, and whether the body wobbles.
+    """
     from rigidcli.studies.axes import run
 
     return run(document)

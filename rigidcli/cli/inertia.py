@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 @computing
 def inertia(document: Document) -> Report:
-    """Mass, centre of mass, and the inertia tensor about a point."""
+    """Mass, centre of mass, inertia tensor about a point."""
     from rigidcli.studies.inertia import run
 
     return run(document)

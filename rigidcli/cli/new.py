@@ -24,7 +24,7 @@ class Kind(StrEnum):
 
 
 def new(
-    kind: Annotated[Kind, typer.Argument(metavar="[KIND]", help=f"One of {', '.join(Kind)}.")] = Kind.shape,
+    kind: Annotated[Kind, typer.Argument(metavar="KIND", help=f"One of {', '.join(Kind)}.")] = Kind.shape,
     output: OutputPath = None,
 ) -> None:
     """Print a commented document to start from."""

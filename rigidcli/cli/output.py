@@ -60,7 +60,7 @@ class Output:
     """Standard output, or a file that is written whole or not at all; a context that ends the writing."""
 
     def __init__(self, path: str | None) -> None:
-        self._path = path
+        self._path = None if path == "-" else path
         self._pieces: list[str] = []
         if isinstance(sys.stdout, io.TextIOWrapper):
             # The same input gives the same bytes, whatever the locale.

@@ -10,7 +10,10 @@ from rigidcli.errors import Problem, printable
 
 
 def validate(files: Files, settings: Settings = None, exact: Exact = False, quiet: Quiet = False) -> None:
-    """Read and validate only; print the names of the files that are valid."""
+    """Read and validate only.
+
+    Prints the names of the files that are valid.
+    """
     from rigidcli.model.load import load
 
     failures = Failures()

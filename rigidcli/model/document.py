@@ -37,8 +37,8 @@ class Document(Section):
 
     name: str | None = None
     description: str | None = None
-    parameters: dict[str, Any] = Field(
-        default_factory=dict,
+    parameters: dict[str, Any] | None = Field(
+        default=None,
         description="Values for names in expressions; null makes a symbol, and the document exact",
         json_schema_extra={"additionalProperties": {"type": ["number", "string", "null"]}},
     )

@@ -43,6 +43,7 @@ class Environment:
     declared: set[str] = field(default_factory=set)
     broken: set[str] = field(default_factory=set)
     positive: set[str] = field(default_factory=set)
+    notes: list[str] = field(default_factory=list)
 
     def read(self, raw: object, dimension: Dimension | None) -> Any:
         """The SI value of a number, a quantity such as `5 cm`, or an expression in the parameters.
@@ -59,9 +60,16 @@ class Environment:
         if quantity is None:
             return self._value(self.parse(raw), dimension)
         digits, unit_text = quantity
-        unit = parse_unit(unit_text)
-        if dimension is not None:
-            check_dimension(unit.text, unit.dimension, dimension)
+        try:
+            unit = parse_unit(unit_text)
+            if dimension is not None:
+                check_dimension(unit.text, unit.dimension, dimension)
+        except ValueProblem as problem:
+            if unit_text in self.declared:
+                problem.hint = f"a number, a blank and a unit; for the parameter write `{digits}*{unit_text}`"
+            raise
+        if unit_text in self.declared:
+            self.notes.append(f"{shown(raw)} has a unit; for the parameter write `{digits}*{unit_text}`")
         if self.arithmetic.exact:
             factor = parse(f"{unit.factor.numerator}/{unit.factor.denominator}").exact({})
             return parse(digits).exact({}) * factor * self.arithmetic.pi**unit.pi_power

@@ -23,7 +23,7 @@ from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
 STDIN = "-"
 
 _TYPES = {
-    "tuple_type": "a list",
+    "tuple_type": "a list, such as [0, 0, 1]",
     "dict_type": "a mapping",
     "model_type": "a mapping",
     "string_type": "a text",
@@ -140,7 +140,7 @@ class _Reading:
             # Symbols that stand for masses and lengths are positive; knowing that, read once more.
             positive = positive | env.positive
         unused = sorted(env.parameters.keys() - env.used)
-        notes = [f"parameter `{name}` is not used" for name in unused]
+        notes = [*dict.fromkeys(env.notes), *(f"parameter `{name}` is not used" for name in unused)]
         return document.came_from(self._source, notes)
 
     def _problem(self, path: Path, message: str, hint: str | None = None) -> Problem:
@@ -185,5 +185,7 @@ def _explain(error: ValidationError) -> list[tuple[Path, str, str | None]]:
             explained[path] = f"read {shown(read)}, expected {most} {bound} entries", None
         else:
             expected = _TYPES.get(kind) or str(context.get("expected", complaint["msg"]))
-            explained[path] = f"read {shown(read)}, expected {expected.replace(chr(39), '')}", None
+            quoted = kind == "string_type" and isinstance(read, int | float | Decimal)
+            hint = f'write it in quotes: "{read}"' if quoted else None
+            explained[path] = f"read {shown(read)}, expected {expected.replace(chr(39), '')}", hint
     return [(path, message, hint) for path, (message, hint) in explained.items()]

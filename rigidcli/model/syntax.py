@@ -50,6 +50,8 @@ def read_tree(
         line = None if mark is None else mark.line + 1
         tab = line is not None and re.match(r" *\t", "".join(text.splitlines()[line - 1 : line]))
         hint = "YAML indents with blanks, not tabs" if tab else None
+        if "mapping values are not allowed" in str(error.problem):
+            hint = "a text with a colon and a blank in it stands in quotes"
         raise _refusal(source, line, f"not YAML: {error.problem}", hint) from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1 if isinstance(error.position, int) else None

@@ -121,7 +121,7 @@ class _Reader:
             return Number(token.text, float(token.text))
         if token.kind == "name":
             self.advance()
-            return self.named(token)
+            return self.call(token) if token.text in FUNCTIONS else self.named(token)
         if token.text != "(":
             raise self.misplaced()
         self.descend()
@@ -131,10 +131,8 @@ class _Reader:
         return node
 
     def named(self, token: Token) -> Node:
-        """A constant, a symbol or a call; its name has been passed already."""
+        """A constant or a symbol, which has been passed already."""
         name = token.text
-        if name in FUNCTIONS:
-            return self.call(token)
         if self.token.text == "(":
             raise _no_function(token)
         if name in CONSTANTS:
@@ -143,6 +141,7 @@ class _Reader:
         return Name(name)
 
     def call(self, function: Token) -> Call:
+        """A function, whose name has been passed already, and its arguments."""
         name, opening = function.text, self.token
         if opening.text != "(":
             raise ExpressionError(

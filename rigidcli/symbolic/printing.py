@@ -27,12 +27,15 @@ _RECIPROCALS: dict[sympy.FunctionClass, Callable[[sympy.Expr], sympy.Expr]] = {
 def text(expr: sympy.Expr) -> str:
     """An expression in the expression language: `parse` reads it back with the same value.
 
+    Only numbers of more than 400 digits are written out and yet beyond what `parse` accepts.
+
     Raises:
         ValueError: a part of it is not in the language, such as infinity or a derivative.
     """
     expr = sympy.sympify(expr, strict=True)
     for function, reciprocal in _RECIPROCALS.items():
-        expr = expr.replace(function, reciprocal)
+        if expr.has(function):
+            expr = expr.replace(function, reciprocal)
     for part in sympy.preorder_traversal(expr):
         if not _is_in_language(part):
             raise ValueError(f"`{part}` is not in the expression language")

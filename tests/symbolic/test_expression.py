@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import math
 import subprocess
 import sys
@@ -309,6 +310,17 @@ def test_any_text_is_accepted_or_refused_within_a_second(text: str) -> None:
     except ExpressionError:
         pass
     assert time.process_time() - start < 1.0
+
+
+def test_the_deepest_text_leaves_room_on_the_stack() -> None:
+    text = "1+2/sin(" * 100 + "x" + ")" * 100
+    depth = len(inspect.stack())
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(depth + 600)
+    try:
+        assert math.isfinite(value(text, x=1.0))
+    finally:
+        sys.setrecursionlimit(limit)
 
 
 SOUP = st.one_of(
