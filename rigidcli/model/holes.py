@@ -165,18 +165,30 @@ class _Placed:
         centre = self.shape.heart()[:, None]
         corners = self.shape.corners()
         parts = [inner, centre, centre + (1 - MARGIN) * (corners - centre)]
-        reach = 2 * half * _directions(flat=self.flat)
         starts = np.hstack([centre, inner[:, :: max(1, inner.shape[1] // 8)]])
-        for start in starts.T[:, :, None]:
-            low, high = np.zeros(reach.shape[1]), np.ones(reach.shape[1])
-            for _ in range(BISECTIONS):
-                trial = (low + high) / 2
-                inside = self.shape.contains(*(start + trial * reach))
-                low, high = np.where(inside, trial, low), np.where(inside, high, trial)
-            parts.append(start + np.maximum(low - MARGIN, 0.0) * reach)
+        around = 2 * half * _directions(flat=self.flat)
+        parts += [self._surface(start, around) for start in starts.T[:, :, None]]
+        circle = _directions(flat=True)
+        for axis in range(0 if self.flat else 3):
+            # Edges, such as the rim of a cylinder, are seen from the middle of the faces that they bound.
+            across = 2 * half * np.roll(circle, axis + 1, axis=0)
+            for side in (MARGIN - 1, 1 - MARGIN):
+                face = middle + side * half * np.eye(3)[:, [axis]]
+                if self.shape.contains(*face).all():
+                    parts.append(self._surface(face, across))
         local = np.hstack(parts)
         placed: Floats = self.rotation @ local[:, self.shape.contains(*local)] + self.displacement[:, None]
         return placed
+
+    def _surface(self, start: Floats, reach: Floats) -> Floats:
+        """Where rays from a point (3 by 1) in the shape leave it, drawn in (3 by n); `reach` goes beyond."""
+        low, high = np.zeros(reach.shape[1]), np.ones(reach.shape[1])
+        for _ in range(BISECTIONS):
+            trial = (low + high) / 2
+            inside = self.shape.contains(*(start + trial * reach))
+            low, high = np.where(inside, trial, low), np.where(inside, high, trial)
+        found: Floats = start + np.maximum(low - MARGIN, 0.0) * reach
+        return found
 
 
 def _directions(*, flat: bool) -> Floats:
