@@ -100,7 +100,8 @@ def of_blocks(read: Callable[[], Iterable[Floats]]) -> MassProperties:
 
     `read` starts the blocks from the beginning. All sums are taken about the centre of the first block, one
     matrix product a block; should that turn out to be far from the centre of mass, as
-    when the first points are light and distant, they are taken once more about the latter.
+    when the first points are light and distant, they are taken once more about the latter. NaN comes out when
+    a mass is not positive, or a value not finite.
     """
     centre, sums = _sums(read, None)
     mass, shift = sums[0, 0], sums[0, 1:] / sums[0, 0]
@@ -126,6 +127,8 @@ def _sums(read: Callable[[], Iterable[Floats]], centre: Floats | None) -> tuple[
         d, w = offsets[:, :count], weighted[:, :count]
         np.subtract(block.T[1:], centre[:, None], out=d[1:])
         w[0] = block[:, 0]
+        if not w[0].min() > 0:
+            return centre, np.full((4, 4), np.nan)
         np.multiply(d[1:], w[0], out=w[1:])
         total += w @ d.T
     assert centre is not None

@@ -93,7 +93,11 @@ class PointMasses(Form):
         path = self.points
         assert isinstance(path, pathlib.Path)
         try:
-            return tensor.of_blocks(lambda: points.blocks(path))
+            body = tensor.of_blocks(lambda: points.blocks(path, checked=False))
+            if not np.isfinite(body.tensor).all():
+                for _ in points.blocks(path):
+                    pass  # names the row to blame
+            return body
         except ValueProblem as problem:
             raise problem.below("points") from None
 

@@ -750,12 +750,17 @@ def test_about_a_far_point(shape: str, d: Dimensions) -> None:
 # --- contains and bounds
 
 
-@pytest.mark.parametrize(("shape", "d"), REGIONS)
+def _is_told_by_its_indicator(shape: Any, d: Any) -> bool:
+    """Whether the indicator speaks of the shape where it is; that of a triangle speaks of the plane z = 0."""
+    return shape != "triangle" or all(len(vertex) == 2 for vertex in d["vertices"])
+
+
+@pytest.mark.parametrize(
+    ("shape", "d"), [case for case in REGIONS if _is_told_by_its_indicator(*case.values)]
+)
 def test_contains_agrees_with_the_indicator(shape: str, d: Dimensions) -> None:
     region, reference = loaded({"shape": shape, "mass": 1, **d}).body, REFERENCES[shape]
     assert reference.inside is not None
-    if any(len(vertex) == 3 for vertex in d.get("vertices", [])) and shape != "tetrahedron":
-        pytest.skip("the indicator of a triangle in space is that of its plane")
     rng = np.random.default_rng(11)
     samples, _ = _sampled(shape, d, 8)
     samples = samples + np.array(reference.origin(d))[:, None]
