@@ -596,7 +596,7 @@ def _sampled(shape: str, d: Dimensions, count: int) -> tuple[Floats, Floats]:
     return np.hstack(columns), np.concatenate(weights)
 
 
-def quadrature(shape: str, d: Dimensions, count: int = 24) -> Spread:
+def quadrature(shape: str, d: Dimensions, count: int = 18) -> Spread:
     """The integrals over a shape, each worked once."""
     key = f"{shape} {count} {json.dumps(d)}"
     if key not in _WORKED:
@@ -657,7 +657,7 @@ def test_every_solid_and_lamina_has_an_indicator() -> None:
 
 @pytest.mark.parametrize(("shape", "d"), CASES)
 def test_the_quadrature_has_converged(shape: str, d: Dimensions) -> None:
-    one, two = quadrature(shape, d), quadrature(shape, d, 20)
+    one, two = quadrature(shape, d), quadrature(shape, d, 16)
     assert one.measure == pytest.approx(two.measure, rel=1e-14, abs=0)
     assert entry_error(one.second, two.second) < 1e-14
 

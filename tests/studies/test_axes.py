@@ -483,10 +483,6 @@ SYMBOLIC: list[tuple[str, dict[str, float]]] = [
         {"a": 1.5, "M": 2, "u": 0.5},
     ),
     (
-        "{body: {shape: disk, radius: a, mass: M, rotation: {euler: [0, u, 0]}}, motion: {omega: [0, 0, w]}",
-        {"a": 1.5, "M": 2, "u": 0.5, "w": 3},
-    ),
-    (
         "{body: {shape: disk, radius: a, mass: M, axis: [0, b, c]}, motion: {omega: [0, b, c]}",
         {"a": 1, "b": 2, "c": 0.5, "M": 3},
     ),
