@@ -1,8 +1,8 @@
-"""What a study found: named values with their unit and symbol. No mechanics here, and no looks."""
+"""What a study found: named values and tables with their unit and symbol. No mechanics here, and no looks."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -14,10 +14,11 @@ Value: TypeAlias = Any
 class Field:
     """One result. `key` is its name in JSON; `cells` are its columns in CSV, with their places in the value.
 
-    A cell's place is an index such as (0, 1) into an array, or () for a value that is one cell.
-    `symbol` is LaTeX; `title` and `unit` are for people, who are not shown a field without a title, and
-    see `words` instead of the value where there are any, and zero for entries of an array that are rounding
-    noise beside its largest, unless each entry `counts` by itself.
+    A key with a dot is the way into an object: `top.spin`. A cell's place is an index such as (0, 1)
+    into an array, or () for a value that is one cell. `symbol` is LaTeX; `title` and `unit` are for
+    people, who are not shown a field without a title, and see `words` instead of the value where there
+    are any, and zero for entries of an array that are rounding noise beside its largest, unless each
+    entry `counts` by itself.
     """
 
     key: str
@@ -31,8 +32,42 @@ class Field:
 
 
 @dataclass(frozen=True, slots=True)
+class Column:
+    """One quantity down a table: `values` has a row for each (n), or a vector (n, k) with k `cells`.
+
+    `key` is its name in JSON, `cells` the names of its components in CSV and in the heads of tables,
+    `symbols` the same in LaTeX. People are not shown a column whose `unit` is None, unless they ask for
+    it. A list, of texts or None too, may stand for an array.
+    """
+
+    key: str
+    values: Value
+    cells: tuple[str, ...]
+    unit: str | None = None
+    symbols: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Columns of equal length. In JSON, `key` holds a list of rows (`records`), or an object of columns.
+
+    A table that is the `data` of its report is what CSV has instead of the report's fields, and people
+    are shown a few of its rows.
+    """
+
+    key: str
+    title: str
+    columns: tuple[Column, ...]
+    records: bool = False
+    data: bool = False
+
+    def __len__(self) -> int:
+        return len(self.columns[0].values)
+
+
+@dataclass(frozen=True, slots=True)
 class Report(Mapping[str, Value]):
-    """The answer of one study to one document; also a mapping from the keys of its fields to their values.
+    """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
     `about` is what people are told first; `notes` are remarks on the numbers, for standard error.
     """
@@ -43,15 +78,62 @@ class Report(Mapping[str, Value]):
     title: str
     fields: tuple[Field, ...]
     notes: tuple[str, ...] = ()
+    tables: tuple[Table, ...] = ()
+
+    def tree(self) -> dict[str, Value]:
+        """All values as JSON nests them."""
+        tree: dict[str, Value] = {}
+        pairs = [(entry.key, entry.value) for entry in self.fields]
+        pairs += [(table.key, _nested(table)) for table in self.tables]
+        for key, value in pairs:
+            *way, last = key.split(".")
+            place = tree
+            for step in way:
+                place = place.setdefault(step, {})
+            place[last] = value
+        return tree
 
     def __getitem__(self, key: str) -> Value:
-        for entry in self.fields:
-            if entry.key == key:
-                return entry.value
-        raise KeyError(key)
+        return self.tree()[key]
 
     def __iter__(self) -> Iterator[str]:
-        return (entry.key for entry in self.fields)
+        return iter(self.tree())
 
     def __len__(self) -> int:
-        return len(self.fields)
+        return len(self.tree())
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """One component of a column of a table: its head, its unit, and its values (n)."""
+
+    name: str
+    symbol: str
+    unit: str | None
+    values: Value
+
+
+def cells(table: Table, names: Sequence[str] = ()) -> list[Cell]:
+    """The components of a table one by one: those with these `names` in that order, or all."""
+    every = [
+        Cell(
+            name,
+            column.symbols[index] if column.symbols else "",
+            column.unit,
+            column.values if len(column.cells) == 1 else column.values[:, index],
+        )
+        for column in table.columns
+        for index, name in enumerate(column.cells)
+    ]
+    if not names:
+        return every
+    by_name = {cell.name: cell for cell in every}
+    return [by_name[name] for name in names]
+
+
+def _nested(table: Table) -> Value:
+    """A table as JSON has it."""
+    columns: Mapping[str, Sequence[Value]] = {column.key: column.values for column in table.columns}
+    if not table.records:
+        return columns
+    return [{key: values[row] for key, values in columns.items()} for row in range(len(table))]

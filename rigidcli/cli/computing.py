@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -12,7 +13,6 @@ from rigidcli.errors import Problem, UsageError
 from rigidcli.render import Format, Look, renderer
 
 if TYPE_CHECKING:
-    from rigidcli.model.document import Document
     from rigidcli.report import Report
 
 Files = Annotated[
@@ -52,8 +52,17 @@ Exact = Annotated[
 ]
 
 
-def computing(study: Callable[[Document], Report]) -> Callable[..., None]:
-    """A command with the shared options that makes one report of each FILE by `study`."""
+SHORTHANDS = {"samples": "motion.samples", "duration": "motion.duration"}
+"""Options of single commands that stand for a setting."""
+
+
+def computing(study: Callable[..., Report]) -> Callable[..., None]:
+    """A command with the shared options that makes one report of each FILE by `study`.
+
+    Keyword-only parameters of `study` are options of its own, annotated with objects and not with texts;
+    one in SHORTHANDS becomes a setting, and `columns` is for the output.
+    """
+    own = [p for p in inspect.signature(study).parameters.values() if p.kind is p.KEYWORD_ONLY]
 
     def command(
         files: Files,
@@ -66,15 +75,20 @@ def computing(study: Callable[[Document], Report]) -> Callable[..., None]:
         exact: Exact = False,
         no_header: Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")] = False,
         quiet: Quiet = False,
+        **options: Any,
     ) -> None:
         failures = Failures()
+        changes = list(settings or ())
+        for name in SHORTHANDS.keys() & options.keys():
+            value = options.pop(name)
+            changes += [] if value is None else [f"{SHORTHANDS[name]}={value}"]
 
         def reports() -> Iterator[Report]:
             from rigidcli.model.load import load
 
             for file in files:
                 with failures.of(file):
-                    report = study(load(file, exact=exact, settings=settings or ()))
+                    report = study(load(file, exact=exact, settings=changes), **options)
                     if not quiet:
                         for note in report.notes:
                             complain(str(Problem(report.source, f"note: {note}")))
@@ -82,10 +96,22 @@ def computing(study: Callable[[Document], Report]) -> Callable[..., None]:
 
         with Output(output) as target:
             width, colour = target.terminal()
-            look = Look(digits=digits, header=not no_header, width=width, colour=colour)
+            look = Look(
+                digits=digits,
+                header=not no_header,
+                width=width,
+                colour=colour,
+                columns=tuple(options.get("columns") or ()),
+                several=len(files) > 1,
+            )
             for piece in renderer(format)(reports(), look):
                 target.write(piece)
         raise typer.Exit(failures.code)
 
+    shared = inspect.signature(command, eval_str=True)
+    parameters = [p for p in shared.parameters.values() if p.kind is not p.VAR_KEYWORD]
+    own = [p.replace(kind=p.POSITIONAL_OR_KEYWORD) for p in own]
     command.__name__, command.__doc__ = study.__name__, study.__doc__
+    command.__signature__ = shared.replace(parameters=[*parameters, *own])  # type: ignore[attr-defined]
+    command.__annotations__ = {p.name: p.annotation for p in [*parameters, *own]}
     return command

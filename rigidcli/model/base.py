@@ -69,7 +69,7 @@ class Section(BaseModel):
         for keys, least, expected in ((cls.ONE_OF, 1, "exactly"), (cls.AT_MOST_ONE_OF, 0, "at most")):
             given = [key for key in keys if raw.get(key) is not None]
             if keys and not least <= len(given) <= 1:
-                words = " and ".join(f"`{key}`" for key in keys)
+                words = " and ".join(f"`{key}`" for key in given or keys)
                 which = "both" if given else "neither"
                 yield ValueProblem(f"{which} of {words} given, expected {expected} one")
 
@@ -142,6 +142,27 @@ class Quantity:
         return value
 
 
+@dataclass(frozen=True, slots=True)
+class FormulaOf:
+    """Marks a field as an expression in `variables` and the parameters, worth a number of this dimension."""
+
+    dimension: units.Dimension
+    variables: tuple[str, ...]
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(
+            lambda raw, info: environment(info).formula(raw, self.dimension, self.variables)
+        )
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {
+            "type": ["number", "string"],
+            "description": f"An expression in the parameters and in {', '.join(self.variables)}",
+        }
+
+
 Mass = Annotated[Scalar, Quantity(units.MASS, "positive")]
 Length = Annotated[Scalar, Quantity(units.LENGTH, "positive")]
 OptionalLength = Annotated[Scalar, Quantity(units.LENGTH, "nonnegative")]
@@ -149,6 +170,9 @@ Coordinate = Annotated[Scalar, Quantity(units.LENGTH)]
 Angle = Annotated[Scalar, Quantity(units.ANGLE)]
 AngularVelocity = Annotated[Scalar, Quantity(units.ANGULAR_VELOCITY)]
 MomentOfInertia = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA)]
+PositiveMoment = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA, "positive")]
+Time = Annotated[Scalar, Quantity(units.TIME)]
+Duration = Annotated[Scalar, Quantity(units.TIME, "positive")]
 Number = Annotated[Scalar, Quantity(units.DIMENSIONLESS)]
 
 # A YAML list is read as a tuple; everything else stays strict.

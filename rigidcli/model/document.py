@@ -1,10 +1,10 @@
-"""The whole document: a body, where its tensor is asked, and how it turns."""
+"""The whole document: a body, where its tensor is asked, how it turns, and what makes it precess."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 import numpy as np
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
@@ -12,24 +12,16 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.core.tensor import MassProperties
 from rigidcli.errors import ValueProblem
-from rigidcli.model.base import Point, Rates3, Section, environment
+from rigidcli.model.base import Point, Section, environment
 from rigidcli.model.bodies import Body
 from rigidcli.model.environment import Environment
+from rigidcli.model.motion import Motion
 from rigidcli.model.rotations import Rotation
+from rigidcli.model.tide import Tide
+from rigidcli.model.top import HeavyTop, Top, described, of_body
 
 SAME_POINT = 1e-12
 """Two points closer than this, in units of their distance from the origin, are one but for rounding."""
-
-
-class Motion(Section):
-    """How the body turns at the time t = 0."""
-
-    omega: Rates3 = Field(description="Angular velocity (rad/s)")
-    basis: Literal["body", "principal"] = Field(
-        default="body",
-        description="Whether omega's components are along the document's axes, or along the principal axes "
-        "e1, e2, e3 as `axes` prints them",
-    )
 
 
 class Document(Section):
@@ -48,6 +40,8 @@ class Document(Section):
         default=None, description="Axes for every vector and tensor of the results"
     )
     motion: Motion | None = None
+    top: Top | None = None
+    tide: Tide | None = None
 
     _environment: Environment = PrivateAttr()
     _source: str = PrivateAttr(default="")
@@ -83,7 +77,7 @@ class Document(Section):
     @np.errstate(over="ignore", invalid="ignore")
     def settle(self) -> None:
         """Work out what only the document as a whole tells. Raises ValueProblem for what cannot be."""
-        _ = self.axes, self.body and self.properties
+        _ = self.axes, self.body and self.properties, self.top and self.heavy_top, self.orientation
 
     @cached_property
     def properties(self) -> MassProperties:
@@ -131,6 +125,33 @@ class Document(Section):
         if self.about == "com" or self.properties.mass is None or self.body is None:
             return self.properties.tensor
         return self.body.tensor_about(self.point, self.arithmetic)
+
+    @cached_property
+    def heavy_top(self) -> HeavyTop:
+        """The top of the section `top`, which it describes itself or by the body, held at the point O.
+
+        Raises ValueProblem where there is none.
+        """
+        if self.top is None:
+            raise ValueProblem("missing, expected a top", path=("top",))
+        try:
+            if self.body is None:
+                return described(self.top, self.arithmetic)
+            return of_body(self.top, self.properties, self.point, self.tensor, self.arithmetic)
+        except ValueProblem as problem:
+            if problem.path[:1] != ("body",):
+                problem.below("top")
+            raise
+
+    @cached_property
+    def orientation(self) -> Array:
+        """The rotation from the document's axes to those of space at t = 0 (3 by 3)."""
+        if self.motion is None or self.motion.orientation is None:
+            return self.arithmetic.array(np.eye(3, dtype=int))
+        try:
+            return self.motion.orientation.as_matrix(self.arithmetic)
+        except ValueProblem as problem:
+            raise problem.below("motion", "orientation") from None
 
     def _point(self, properties: MassProperties) -> Array:
         if self.about == "com":

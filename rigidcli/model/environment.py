@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import pathlib
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
@@ -24,6 +25,14 @@ from rigidcli.symbolic.expression import Expression, parse
 
 LONGEST_LIST = 20
 """Names that a message lists."""
+
+
+@dataclass(frozen=True, slots=True)
+class Formula:
+    """An expression in variables, and the values of the parameters that it uses."""
+
+    expression: Expression
+    constants: Mapping[str, Scalar]
 
 
 @dataclass
@@ -76,6 +85,22 @@ class Environment:
         # Through the shortest decimal, so that 120 g cm^2 is the float nearest to 1.2e-5.
         return unit.si(Fraction(repr(_finite(digits))))
 
+    def formula(self, raw: object, dimension: Dimension, variables: tuple[str, ...]) -> Formula:
+        """A number, a quantity, or an expression in `variables` and the parameters. Raises ValueProblem."""
+        if not isinstance(raw, str) or split_quantity(raw) is not None:
+            return Formula(parse("value"), {"value": self.read(raw, dimension)})
+        expression = self.parse(raw)
+        inside = expression.names & set(variables)
+        if not inside:
+            return Formula(parse("value"), {"value": self._value(expression, dimension)})
+        for name in sorted(inside & self.declared):
+            raise ExpressionError(
+                f"`{name}` is a parameter, and a variable of the motion", hint="rename the parameter"
+            )
+        self._use(expression.names - inside, variables)
+        known = expression.names - inside - self.broken
+        return Formula(expression, {name: self.parameters[name] for name in sorted(known)})
+
     @staticmethod
     def parse(raw: str) -> Expression:
         """Read a text as an expression."""
@@ -96,10 +121,7 @@ class Environment:
         )
 
     def _value(self, expression: Expression, dimension: Dimension | None) -> Any:
-        unknown = sorted(expression.names - self.declared)
-        if unknown:
-            raise self._undeclared(unknown)
-        self.used |= expression.names
+        self._use(expression.names)
         if expression.names & self.broken:
             return 1.0
         if expression.names & self.dimensions.keys():
@@ -110,6 +132,13 @@ class Environment:
             return expression.exact(self.parameters)
         return expression.evaluate(self.parameters)
 
+    def _use(self, names: Iterable[str], variables: tuple[str, ...] = ()) -> None:
+        """Note that parameters are used. Raises ExpressionError for what is none; names the `variables`."""
+        unknown = sorted(set(names) - self.declared)
+        if unknown:
+            raise self._undeclared(unknown, variables)
+        self.used |= set(names)
+
     def assume_positive(self, value: Any) -> None:
         """Note that the document makes sense only if `value`, whose sign is open, is positive."""
         if value.is_Symbol:
@@ -119,12 +148,13 @@ class Environment:
     def _declared_in_order(self) -> list[str]:
         return sorted(self.declared)
 
-    def _undeclared(self, names: list[str]) -> ValueProblem:
-        near = nearest(names[0], self._declared_in_order)
+    def _undeclared(self, names: list[str], variables: tuple[str, ...]) -> ValueProblem:
+        near = nearest(names[0], [*variables, *self._declared_in_order])
+        also = f"; variables here: {', '.join(variables)}" if variables else ""
         return ExpressionError(
             f"undeclared name{'s' if len(names) > 1 else ''} {_listed(names)}"
             f"{f' (did you mean {near}?)' if near else ''}",
-            hint=f"declared parameters: {_listed(self._declared_in_order)}",
+            hint=f"declared parameters: {_listed(self._declared_in_order)}{also}",
         )
 
 

@@ -13,12 +13,18 @@ from rigidcli.report import Report
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What a user may ask of the output: significant digits for people, the csv header, width and colour."""
+    """What a user may ask of the output: significant digits for people, the csv header, width and colour.
+
+    `columns` are those of tables of data to show, all of them when empty. With `several` documents, such
+    a table in csv begins with a column of their names.
+    """
 
     digits: int = 6
     header: bool = True
     width: int | None = None
     colour: bool = False
+    columns: tuple[str, ...] = ()
+    several: bool = False
 
 
 class Format(StrEnum):

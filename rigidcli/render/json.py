@@ -15,5 +15,4 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     """A line for each report; exact numbers are text in the expression language."""
     for report in reports:
         head = {"schema": report.schema, "name": report.name, "source": report.source}
-        body = {entry.key: plain(entry.value) for entry in report.fields}
-        yield orjson.dumps(head | body, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
+        yield orjson.dumps(head | plain(report.tree()), option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"

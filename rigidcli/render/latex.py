@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.render.values import Notation, entries, has_symbols
-from rigidcli.report import Field, Report
+from rigidcli.render.values import Notation, column_texts, entries, has_symbols, sampled, visible
+from rigidcli.report import Cell, Field, Report, Table
 
 _SPECIAL = str.maketrans(
     {char: f"\\{char}" for char in "&%$#_{}"}
@@ -26,6 +26,37 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         rows = [_row(entry, look.digits) for entry in report.fields if entry.title]
         body = " \\\\\n".join(f"  {row}" for row in rows)
         yield f"% {printable(report.name)}: {report.title}\n\\begin{{align*}}\n{body}\n\\end{{align*}}\n"
+        for table in report.tables:
+            shown = visible(table, look)
+            if shown:
+                yield _table(table, shown, look.digits)
+
+
+def _table(table: Table, columns: Sequence[Cell], digits: int) -> str:
+    """A table in a `tabular`: heads with their units, then the rows, a few where there are many."""
+    rows = sampled(len(table)) if table.data else range(len(table))
+    heads = [
+        (f"${cell.symbol}$" if cell.symbol else _prose(cell.name))
+        + (f" ({_prose(cell.unit)})" if cell.unit else "")
+        for cell in columns
+    ]
+    texts = [[_number(text) for text in column_texts(cell, rows, digits)] for cell in columns]
+    lines = [" & ".join(line) + r" \\" for line in zip(*texts, strict=True)]
+    body = "\n".join(f"  {line}" for line in [" & ".join(heads) + r" \\ \hline", *lines])
+    return (
+        f"% {table.title}\n\\begin{{center}}\\begin{{tabular}}{{{'r' * len(columns)}}}\n{body}\n"
+        "\\end{tabular}\\end{center}\n"
+    )
+
+
+def _number(text: str) -> str:
+    """A number as it is written in a table for people, as LaTeX; other text as text."""
+    try:
+        float(text)
+    except ValueError:
+        return _prose(text)
+    mantissa, e, exponent = text.partition("e")
+    return rf"${mantissa} \times 10^{{{int(exponent)}}}$" if e else f"${mantissa}$"
 
 
 def _row(entry: Field, digits: int) -> str:

@@ -8,13 +8,13 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from rich.console import Console
 from rich.padding import Padding
-from rich.table import Table
+from rich.table import Table as Grid
 from rich.text import Text
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.render.values import Notation, entries, has_symbols
-from rigidcli.report import Field, Report
+from rigidcli.render.values import Notation, column_texts, entries, has_symbols, sampled, visible
+from rigidcli.report import Cell, Field, Report, Table
 
 UNLIMITED = 100_000
 """Width where there is no terminal: a file or pipe gets every result on its own lines, unbroken."""
@@ -41,7 +41,7 @@ def _block(report: Report, look: Look) -> str:
     )
     console.print(Text(f"{printable(report.name)}: {report.title}", style=bold))
     if look.width is None or _width(rows) <= look.width:
-        grid = Table.grid(padding=(0, 2))
+        grid = Grid.grid(padding=(0, 2))
         for entry, value, unit in rows:
             grid.add_row(Text(entry.title, style=bold), Text(unit), Text(value))
         console.print(grid)
@@ -53,7 +53,35 @@ def _block(report: Report, look: Look) -> str:
                 console.print(Padding(Text(value), (0, 0, 0, 2)))
             else:
                 console.print(Text(textwrap.indent(value, "  ")), soft_wrap=True)
+    for table in report.tables:
+        shown = visible(table, look)
+        if shown:
+            console.print(Text(f"\n{table.title}", style=bold))
+            for lines in _grids(table, shown, look):
+                for number, line in enumerate(lines):
+                    console.print(Text(line, style=bold if number == 0 else ""), soft_wrap=True)
     return "".join(line.rstrip() + "\n" for line in target.getvalue().splitlines())
+
+
+def _grids(table: Table, columns: Sequence[Cell], look: Look) -> Iterator[list[str]]:
+    """The table as lines: heads and rows, in as many grids as the width asks for.
+
+    The first column begins each of them.
+    """
+    rows = sampled(len(table)) if table.data else range(len(table))
+    texts = [
+        [f"{cell.name} ({cell.unit})" if cell.unit else cell.name, *column_texts(cell, rows, look.digits)]
+        for cell in columns
+    ]
+    padded = [[text.rjust(max(map(len, column))) for text in column] for column in texts]
+    grid, width = padded[:1], len(padded[0][0])
+    for column in padded[1:]:
+        if look.width is not None and width + 2 + len(column[0]) > look.width and len(grid) > 1:
+            yield ["  ".join(line) for line in zip(*grid, strict=True)]
+            grid, width = padded[:1], len(padded[0][0])
+        grid.append(column)
+        width += 2 + len(column[0])
+    yield ["  ".join(line) for line in zip(*grid, strict=True)]
 
 
 def _width(rows: Sequence[tuple[Field, str, str]]) -> int:

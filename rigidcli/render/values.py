@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from rigidcli.report import Field, Value
+from rigidcli.render import Look
+from rigidcli.report import Cell, Field, Table, Value, cells
 
 NOISE = 4 * float(np.finfo(np.float64).eps)
 """Entries of an array below this, in units of its largest, are shown to people as zero."""
@@ -23,6 +24,10 @@ def is_exact(value: Value) -> bool:
 
 def plain(value: Value) -> Value:
     """`value` for json and csv: exact numbers as text in the expression language, all else as it is."""
+    if isinstance(value, dict):
+        return {key: plain(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [plain(entry) for entry in value]
     if isinstance(value, _PLAIN) or not is_exact(value):
         return value
     from rigidcli.symbolic.exact import text
@@ -41,6 +46,40 @@ class Notation:
 
     floating: Callable[[float, int], str]
     exact: Callable[[Any], str]
+
+
+MOST_ROWS = 11
+"""Rows of a table of data that people are shown."""
+
+
+def sampled(length: int) -> list[int]:
+    """Some rows of a table of so many: the first, the last, and evenly between them."""
+    shown = min(length, MOST_ROWS)
+    return [round(k * (length - 1) / max(1, shown - 1)) for k in range(shown)]
+
+
+def visible(table: Table, look: Look) -> list[Cell]:
+    """The columns that people are shown: those that have a unit, or those they asked for."""
+    if not len(table):
+        return []
+    asked = look.columns if table.data else ()
+    return [cell for cell in cells(table, asked) if asked or cell.unit is not None]
+
+
+def column_texts(cell: Cell, rows: Iterable[int], digits: int) -> list[str]:
+    """The values of a column in these rows, for people; rounding noise beside the largest is zero."""
+    values = cell.values
+    if isinstance(values, np.ndarray):
+        values = np.where(np.abs(values) < NOISE * np.abs(values).max(), 0.0, values)
+    return [_cell_text(values[row], digits) for row in rows]
+
+
+def _cell_text(value: Value, digits: int) -> str:
+    if isinstance(value, bool | np.bool_):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:.{digits}g}"
+    return "-" if value is None else str(value)
 
 
 def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any]:

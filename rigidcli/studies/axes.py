@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from rigidcli.core import principal
-from rigidcli.core.arithmetic import Arithmetic, Array, Floats
+from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
 from rigidcli.errors import ComputationError
-from rigidcli.model.document import Document, Motion
+from rigidcli.model.document import Document
+from rigidcli.model.principal import principal_frame
 from rigidcli.report import Field, Report
 from rigidcli.studies import inertia
 
@@ -34,7 +37,7 @@ def run(document: Document) -> Report:
     """Find the principal axes of the document's body about its point O, and what its motion is there."""
     n = document.arithmetic
     body = inertia.inertia(document)
-    frame = _frame(body.tensor, n)
+    frame = principal_frame(body.tensor, n)
     kind = principal.body_class(frame)
     notes = () if frame.ordered else ("the order of the moments depends on the parameters",)
     fields = (
@@ -60,17 +63,9 @@ def run(document: Document) -> Report:
         Field("class", kind, "class", cells={"class": ()}, words=CLASSES[kind]),
         Field("residual", _residual(body.tensor, frame, n)),
     )
-    if document.motion is not None:
-        fields += _motion(document.motion, body, frame, n)
+    if document.motion is not None and document.motion.omega is not None:
+        fields += _motion(document.motion.omega, document.motion.basis, body, frame, n)
     return inertia.report(document, SCHEMA, "principal moments and axes", fields, notes)
-
-
-def _frame(tensor: Array, n: Arithmetic) -> principal.PrincipalFrame:
-    if not n.exact:
-        return principal.principal_frame(tensor)
-    from rigidcli.symbolic.principal import principal_frame
-
-    return principal_frame(tensor)
 
 
 def _residual(tensor: Array, frame: principal.PrincipalFrame, n: Arithmetic) -> object:
@@ -84,12 +79,11 @@ def _residual(tensor: Array, frame: principal.PrincipalFrame, n: Arithmetic) -> 
 
 
 def _motion(
-    motion: Motion, body: inertia.Inertia, frame: principal.PrincipalFrame, n: Arithmetic
+    given: Sequence[Scalar], basis: str, body: inertia.Inertia, frame: principal.PrincipalFrame, n: Arithmetic
 ) -> tuple[Field, ...]:
     """What the body does at this angular velocity: L = I omega, T = omega.L/2, and whether it wobbles."""
-    given = n.array(motion.omega)
     # Components along the rows e1, e2, e3, or along the document's axes, become those of the results.
-    omega = n.tidy((frame.axes if motion.basis == "principal" else body.axes).T @ given)
+    omega = n.tidy((frame.axes if basis == "principal" else body.axes).T @ n.array(given))
     momentum = n.tidy(body.tensor @ omega)
     if not n.exact and _is_about_massless_axis(body.tensor, omega):
         momentum = np.zeros(3)

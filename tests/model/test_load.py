@@ -227,7 +227,6 @@ def test_problems_found_in_the_whole_body_have_a_place_too() -> None:
         ("frame: {axis: [0, 0, 1], quaternion: [1, 0, 0, 0]}\n" + CUBE, "frame", "`axis` and `quaternion`"),
         ("frame: {axis: [0, 0, 1]}\n" + CUBE, "frame.angle", "missing"),
         ("frame: {euler: [1, 2, 3], sequence: zzx}\n" + CUBE, "frame.sequence", "zxz"),
-        ("motion: {}\n" + CUBE, "motion.omega", "missing"),
         ("motion: {omega: 5}\n" + CUBE, "motion.omega", "a list"),
         ("motion: {omega: [1, 2]}\n" + CUBE, "motion.omega", "3"),
         ("motion: {omega: [0, 0, 1], basis: Body}\n" + CUBE, "motion.basis", "body or principal"),

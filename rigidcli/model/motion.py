@@ -1,0 +1,62 @@
+"""How a body turns: its angular velocity and orientation at t = 0, and the torque that drives it."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal, TypeAlias
+
+from pydantic import Field
+
+from rigidcli.core.arithmetic import Scalar
+from rigidcli.model import units
+from rigidcli.model.base import AsList, FormulaOf, Quantity, Rates3, Section, by_key
+from rigidcli.model.environment import Formula
+from rigidcli.model.rotations import Rotation
+from rigidcli.model.sampling import Sampling
+
+VARIABLES = (
+    "t",
+    *("w1", "w2", "w3"),  # angular velocity, along the document's axes
+    *("wx", "wy", "wz"),  # angular velocity, along the axes of space
+    *("q0", "q1", "q2", "q3"),  # orientation, body to space, scalar first
+    *("ux", "uy", "uz"),  # the principal axis e3, along the axes of space
+)
+"""What the components of a torque may depend on, in the order in which its functions take them."""
+
+TorqueComponent = Annotated[Formula, FormulaOf(units.ENERGY, VARIABLES)]
+Torque3 = Annotated[tuple[TorqueComponent, TorqueComponent, TorqueComponent], AsList]
+
+
+class BodyTorque(Section):
+    """A torque by its components along the document's axes, which turn with the body."""
+
+    body: Torque3
+
+
+class SpaceTorque(Section):
+    """A torque by its components along the axes of space."""
+
+    space: Torque3
+
+
+class Weight(Section):
+    """The weight of a body that is held at the point O, z being upward in space."""
+
+    gravity: Annotated[Scalar, Quantity(units.ACCELERATION, "nonnegative")]
+
+
+Torque: TypeAlias = Annotated[Section, by_key({"body": BodyTorque, "space": SpaceTorque, "gravity": Weight})]
+
+
+class Motion(Sampling):
+    """How the body turns, from the time t = 0 on."""
+
+    omega: Rates3 | None = Field(default=None, description="Angular velocity at t = 0 (rad/s)")
+    basis: Literal["body", "principal"] = Field(
+        default="body",
+        description="Whether omega's components are along the document's axes, or along the principal axes "
+        "e1, e2, e3 as `axes` prints them",
+    )
+    orientation: Rotation | None = Field(
+        default=None, description="From the document's axes to those of space at t = 0; default identity"
+    )
+    torque: Torque | None = None

@@ -1,0 +1,91 @@
+"""The torque of distant bodies on the equatorial bulge of a planet: precession of the equinoxes."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Self
+
+from pydantic import Field, ValidationInfo, model_validator
+
+from rigidcli.core.arithmetic import Scalar
+from rigidcli.errors import ValueProblem
+from rigidcli.model import units
+from rigidcli.model.base import (
+    Angle,
+    AngularVelocity,
+    AsList,
+    Length,
+    Mass,
+    Number,
+    PositiveMoment,
+    Quantity,
+    Section,
+    environment,
+)
+
+
+class Perturber(Section):
+    """A body that pulls at the bulge, on an orbit as it is seen from the planet."""
+
+    ONE_OF: ClassVar = ("mass", "gm")
+
+    name: str | None = None
+    mass: Mass | None = None
+    gm: Annotated[Scalar, Quantity(units.GRAVITATIONAL_PARAMETER, "positive")] | None = Field(
+        default=None, description="Gravitational parameter G m (m^3/s^2), often known better than the mass"
+    )
+    distance: Length = Field(description="Semi-major axis of the orbit (m)")
+    eccentricity: Number = Field(default=0, validate_default=True)
+    inclination: Angle = Field(
+        default=0, validate_default=True, description="Of the orbit to the plane from which obliquity counts"
+    )
+
+    @model_validator(mode="after")
+    def _check_eccentricity(self, info: ValidationInfo) -> Self:
+        n = environment(info).arithmetic
+        if n.sign(self.eccentricity) == -1 or n.sign(1 - self.eccentricity) in (0, -1):
+            raise ValueProblem(
+                f"read {n.size(self.eccentricity):g}, expected a number from 0 to below 1",
+                path=("eccentricity",),
+            )
+        return self
+
+
+class Tide(Section):
+    """A spinning planet, and what pulls at its bulge."""
+
+    ONE_OF: ClassVar = ("moments", "ellipticity")
+
+    obliquity: Angle = Field(description="Angle between the spin and the normal of the orbits' plane (rad)")
+    spin: AngularVelocity
+    moments: Annotated[tuple[PositiveMoment, PositiveMoment, PositiveMoment], AsList] | None = Field(
+        default=None, description="A, B, C; C about the spin"
+    )
+    ellipticity: Number | None = Field(default=None, description="(C - A)/C")
+    perturbers: Annotated[tuple[Perturber, ...], AsList, Field(min_length=1)]
+
+    @model_validator(mode="after")
+    def _check(self, info: ValidationInfo) -> Self:
+        n = environment(info).arithmetic
+        if n.sign(self.spin) == 0:
+            raise ValueProblem("read zero, expected a planet that spins", path=("spin",))
+        if n.sign(self.obliquity) == -1 or n.sign(n.pi - self.obliquity) == -1:
+            raise ValueProblem(
+                f"read {n.size(self.obliquity):.6g} rad, expected an angle from 0 to 180 deg",
+                path=("obliquity",),
+            )
+        if self.ellipticity is not None and any(
+            n.sign(room) == -1 for room in (1 - self.ellipticity, 1 + self.ellipticity)
+        ):
+            raise ValueProblem(
+                f"read {n.size(self.ellipticity):g}, expected (C - A)/C, a number from -1 to 1",
+                path=("ellipticity",),
+            )
+        if self.moments is not None:
+            for index in range(3):
+                a, b, c = (self.moments[(index + k) % 3] for k in range(3))
+                if n.sign(b + c - a) == -1:
+                    raise ValueProblem(
+                        f"{n.size(a):.6g} > {n.size(b):.6g} + {n.size(c):.6g}: no body has these moments",
+                        path=("moments", index),
+                    )
+        return self
