@@ -60,11 +60,11 @@ class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Proble
 class ExpressionError(ValueProblem):
     """A text that is not an expression, or one that has no value.
 
-    `column` counts characters from 1; None where no single place is to blame.
+    `column` counts characters from 1, and is told; None where no single place is to blame.
     """
 
     def __init__(self, message: str, *, column: int | None = None, hint: str | None = None) -> None:
-        super().__init__(message, hint=hint)
+        super().__init__(message if column is None else f"{message} at column {column}", hint=hint)
         self.column = column
 
 

@@ -9,14 +9,16 @@ import typer
 
 from rigidcli import __version__
 from rigidcli.cli.axes import axes
+from rigidcli.cli.euler import euler
 from rigidcli.cli.inertia import inertia
 from rigidcli.cli.new import new
 from rigidcli.cli.output import INTERRUPTED, complain
+from rigidcli.cli.precess import precess
 from rigidcli.cli.schema import schema
 from rigidcli.cli.validate import validate
 from rigidcli.errors import ComputationError, printable
 
-COMMANDS = (inertia, axes, validate, schema, new)
+COMMANDS = (inertia, axes, precess, euler, validate, schema, new)
 
 app = typer.Typer(
     name="rigidcli",

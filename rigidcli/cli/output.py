@@ -10,7 +10,7 @@ import shutil
 import stat
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -128,3 +128,19 @@ def _replace(path: Path, data: bytes) -> None:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+@contextlib.contextmanager
+def progress() -> Iterator[Callable[[float], None]]:
+    """A context in which a long work shows, on standard error if that is a terminal, how much is done."""
+    terminal = sys.stderr if sys.stderr is not None and sys.stderr.isatty() else io.StringIO()
+
+    def show(fraction: float) -> None:
+        terminal.write(f"\r{fraction:4.0%}\r")
+        terminal.flush()
+
+    try:
+        yield show
+    finally:
+        terminal.write("    \r")
+        terminal.flush()

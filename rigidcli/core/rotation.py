@@ -1,4 +1,7 @@
-"""Rotation matrices. All rotations are active: r -> R r turns the body, the axes stay."""
+"""Rotation matrices, and unit quaternions (scalar first) many at a time.
+
+All rotations are active: r -> R r turns the body, the axes stay.
+"""
 
 from __future__ import annotations
 
@@ -6,7 +9,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
 from rigidcli.errors import ValueProblem
 
 ROTATION_TOLERANCE = 1e-9
@@ -102,3 +105,66 @@ def onto(axis: Sequence[Scalar], arithmetic: Arithmetic) -> Array:
     if arithmetic.size(z) < 0:
         return from_quaternion([across, -y * (1 - z), x * (1 - z), 0], arithmetic)
     return from_quaternion([1 + z, -y, x, 0], arithmetic)
+
+
+def as_quaternion(matrix: Floats) -> Floats:
+    """The unit quaternion (4) of a rotation matrix (3 by 3), its scalar not negative.
+
+    From the largest of its components, S. W. Shepperd, J. Guidance and Control 1 (1978) 223.
+    """
+    trace = np.trace(matrix)
+    # Row k of this symmetric matrix is 4 q_k q, by the entries of R.
+    fourfold = np.empty((4, 4))
+    fourfold[0, 0] = 1 + trace
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        fourfold[0, i + 1] = fourfold[i + 1, 0] = matrix[k, j] - matrix[j, k]
+        fourfold[j + 1, k + 1] = fourfold[k + 1, j + 1] = matrix[j, k] + matrix[k, j]
+        fourfold[i + 1, i + 1] = 1 + 2 * matrix[i, i] - trace
+    row = fourfold[np.argmax(np.diag(fourfold))]
+    quaternion: Floats = row / np.linalg.norm(row)
+    return -quaternion if quaternion[0] < 0 else quaternion
+
+
+def compose(p: Floats, q: Floats) -> Floats:
+    """The products p q of quaternions (..., 4): q turns first."""
+    p0, p1, p2, p3 = np.moveaxis(p, -1, 0)
+    q0, q1, q2, q3 = np.moveaxis(q, -1, 0)
+    return np.stack(
+        [
+            p0 * q0 - p1 * q1 - p2 * q2 - p3 * q3,
+            p0 * q1 + p1 * q0 + p2 * q3 - p3 * q2,
+            p0 * q2 - p1 * q3 + p2 * q0 + p3 * q1,
+            p0 * q3 + p1 * q2 - p2 * q1 + p3 * q0,
+        ],
+        axis=-1,
+    )
+
+
+def turned(q: Floats, v: Floats) -> Floats:
+    """The vectors v (..., 3) turned by unit quaternions q (..., 4): v + 2 q0 (q x v) + 2 q x (q x v)."""
+    around = q[..., 1:]
+    once = 2 * np.cross(around, v)
+    result: Floats = v + q[..., :1] * once + np.cross(around, once)
+    return result
+
+
+def continuous(q: Floats) -> Floats:
+    """Quaternions (n, 4) along a motion with signs such that none is nearer to the next one's negative."""
+    near = np.einsum("ij,ij->i", q[1:], q[:-1])
+    signs = np.cumprod(np.where(near < 0, -1.0, 1.0))
+    result = q.copy()
+    result[1:] *= signs[:, None]
+    return result
+
+
+def zxz_angles(q: Floats) -> Floats:
+    """Euler angles phi, theta, psi (n, 3; rad) of quaternions (n, 4) along a motion, in the sequence zxz.
+
+    theta is from 0 to pi, phi and psi go on beyond 2 pi where the steps between the quaternions, whose
+    signs must be continuous, are short enough to tell. Where theta is 0 or pi the half of
+    phi and psi that means nothing is 0.
+    """
+    theta = 2 * np.arctan2(np.hypot(q[:, 1], q[:, 2]), np.hypot(q[:, 0], q[:, 3]))
+    half_sum = np.unwrap(np.arctan2(q[:, 3], q[:, 0]))
+    half_difference = np.unwrap(np.arctan2(q[:, 2], q[:, 1]))
+    return np.column_stack([half_sum + half_difference, theta, half_sum - half_difference])

@@ -137,7 +137,7 @@ class Quantity:
             if sign == -1 or (sign == 0 and self.sign == "positive"):
                 worked = "" if not isinstance(raw, str) else f" (which is {env.arithmetic.size(value):.6g})"
                 raise ValueProblem(f"read {shown(raw)}{worked}, expected {self.words}")
-            if sign is None and self.sign == "positive":
+            if sign is None:
                 env.assume_positive(value)
         return value
 
@@ -170,6 +170,7 @@ Coordinate = Annotated[Scalar, Quantity(units.LENGTH)]
 Angle = Annotated[Scalar, Quantity(units.ANGLE)]
 AngularVelocity = Annotated[Scalar, Quantity(units.ANGULAR_VELOCITY)]
 MomentOfInertia = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA)]
+PrincipalMoment = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA, "nonnegative")]
 PositiveMoment = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA, "positive")]
 Time = Annotated[Scalar, Quantity(units.TIME)]
 Duration = Annotated[Scalar, Quantity(units.TIME, "positive")]

@@ -23,6 +23,7 @@ from rigidcli.model.base import (
     Mass,
     MomentOfInertia,
     Point,
+    PrincipalMoment,
     Section,
     Vector3,
     by_key,
@@ -127,7 +128,7 @@ class KnownTensor(Form):
         ]
         | None
     ) = None
-    moments: Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList] | None = None
+    moments: Annotated[tuple[PrincipalMoment, PrincipalMoment, PrincipalMoment], AsList] | None = None
     mass: Mass | None = None
     com: Vector3 | None = None
     given_about: Point = "com"

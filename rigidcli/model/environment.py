@@ -91,13 +91,13 @@ class Environment:
             return Formula(parse("value"), {"value": self.read(raw, dimension)})
         expression = self.parse(raw)
         inside = expression.names & set(variables)
-        if not inside:
-            return Formula(parse("value"), {"value": self._value(expression, dimension)})
         for name in sorted(inside & self.declared):
             raise ExpressionError(
                 f"`{name}` is a parameter, and a variable of the motion", hint="rename the parameter"
             )
         self._use(expression.names - inside, variables)
+        if not inside:
+            return Formula(parse("value"), {"value": self._value(expression, dimension)})
         known = expression.names - inside - self.broken
         return Formula(expression, {name: self.parameters[name] for name in sorted(known)})
 

@@ -40,7 +40,7 @@ def _table(table: Table, columns: Sequence[Cell], digits: int) -> str:
         + (f" ({_prose(cell.unit)})" if cell.unit else "")
         for cell in columns
     ]
-    texts = [[_number(text) for text in column_texts(cell, rows, digits)] for cell in columns]
+    texts = [_column(cell, rows, digits) for cell in columns]
     lines = [" & ".join(line) + r" \\" for line in zip(*texts, strict=True)]
     body = "\n".join(f"  {line}" for line in [" & ".join(heads) + r" \\ \hline", *lines])
     return (
@@ -49,14 +49,10 @@ def _table(table: Table, columns: Sequence[Cell], digits: int) -> str:
     )
 
 
-def _number(text: str) -> str:
-    """A number as it is written in a table for people, as LaTeX; other text as text."""
-    try:
-        float(text)
-    except ValueError:
-        return _prose(text)
-    mantissa, e, exponent = text.partition("e")
-    return rf"${mantissa} \times 10^{{{int(exponent)}}}$" if e else f"${mantissa}$"
+def _column(cell: Cell, rows: Iterable[int], digits: int) -> list[str]:
+    words = isinstance(cell.values[0], str | bool)
+    texts = column_texts(cell, rows, digits, _NOTATION)
+    return [_prose(text) if words else f"${text}$" for text in texts]
 
 
 def _row(entry: Field, digits: int) -> str:

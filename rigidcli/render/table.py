@@ -70,7 +70,10 @@ def _grids(table: Table, columns: Sequence[Cell], look: Look) -> Iterator[list[s
     """
     rows = sampled(len(table)) if table.data else range(len(table))
     texts = [
-        [f"{cell.name} ({cell.unit})" if cell.unit else cell.name, *column_texts(cell, rows, look.digits)]
+        [
+            f"{cell.name} ({cell.unit})" if cell.unit else cell.name,
+            *column_texts(cell, rows, look.digits, _NOTATION),
+        ]
         for cell in columns
     ]
     padded = [[text.rjust(max(map(len, column))) for text in column] for column in texts]

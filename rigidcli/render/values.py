@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.report import Cell, Field, Table, Value, cells
 
@@ -66,20 +67,21 @@ def visible(table: Table, look: Look) -> list[Cell]:
     return [cell for cell in cells(table, asked) if asked or cell.unit is not None]
 
 
-def column_texts(cell: Cell, rows: Iterable[int], digits: int) -> list[str]:
+def column_texts(cell: Cell, rows: Iterable[int], digits: int, notation: Notation) -> list[str]:
     """The values of a column in these rows, for people; rounding noise beside the largest is zero."""
     values = cell.values
     if isinstance(values, np.ndarray):
         values = np.where(np.abs(values) < NOISE * np.abs(values).max(), 0.0, values)
-    return [_cell_text(values[row], digits) for row in rows]
+    return [_cell_text(values[row], digits, notation) for row in rows]
 
 
-def _cell_text(value: Value, digits: int) -> str:
-    if isinstance(value, bool | np.bool_):
-        return "yes" if value else "no"
-    if isinstance(value, float):
-        return f"{value:.{digits}g}"
-    return "-" if value is None else str(value)
+_TRUTH = {None: "-", True: "yes", False: "no"}
+
+
+def _cell_text(value: Value, digits: int, notation: Notation) -> str:
+    if value is None or isinstance(value, str | bool):
+        return printable(value) if isinstance(value, str) else _TRUTH[value]
+    return notation.exact(value) if is_exact(value) else notation.floating(float(value), digits)
 
 
 def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any]:

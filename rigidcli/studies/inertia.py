@@ -12,7 +12,7 @@ from rigidcli.core.arithmetic import Array, Scalar
 from rigidcli.errors import ComputationError, DocumentError, Problem
 from rigidcli.model.document import Document
 from rigidcli.model.load import STDIN
-from rigidcli.report import Field, Report, Value
+from rigidcli.report import Field, Report, Table, Value
 
 SCHEMA = "rigidcli.inertia/1"
 
@@ -88,13 +88,18 @@ def fields(body: Inertia) -> tuple[Field, ...]:
 
 
 def report(
-    document: Document, schema: str, title: str, fields: tuple[Field, ...], notes: tuple[str, ...] = ()
+    document: Document,
+    schema: str,
+    title: str,
+    fields: tuple[Field, ...],
+    notes: tuple[str, ...] = (),
+    tables: tuple[Table, ...] = (),
 ) -> Report:
     """The report of a study; refused when a number in it is beyond what a float can hold."""
     if not document.arithmetic.exact:
         fields = tuple(replace(field, value=_settled(field)) for field in fields)
     name = document.name or ("stdin" if document.source == STDIN else PurePath(document.source).stem)
-    return Report(schema, name, document.source, title, fields, (*document.notes, *notes))
+    return Report(schema, name, document.source, title, fields, (*document.notes, *notes), tables)
 
 
 def _settled(field: Field) -> Value:

@@ -1,0 +1,330 @@
+"""`precess`: tops under their weight, free precession, and the precession that tides drive."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import NamedTuple
+
+import numpy as np
+
+from rigidcli.core import freebody, precession
+from rigidcli.core import top as heavytop
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.principal import body_class
+from rigidcli.errors import DocumentError, Problem
+from rigidcli.model.document import Document
+from rigidcli.model.principal import principal_frame
+from rigidcli.model.tide import Perturber, Tide
+from rigidcli.model.top import HeavyTop, Top
+from rigidcli.report import Column, Field, Report, Table, Value
+from rigidcli.studies import inertia
+
+SCHEMA = "rigidcli.precess/1"
+
+
+class Entry(NamedTuple):
+    """How a result is told to people: title, LaTeX symbol, unit, and whether it is a vector."""
+
+    title: str
+    symbol: str = ""
+    unit: str = ""
+    vector: bool = False
+
+
+SECTIONS: dict[str, dict[str, Entry]] = {
+    "top": {
+        "mass": Entry("mass", "M", "kg"),
+        "distance": Entry("from pivot to centre of mass", "R", "m"),
+        "lambda1": Entry("moment across the axis", r"\lambda_1", "kg m^2"),
+        "lambda3": Entry("moment about the axis", r"\lambda_3", "kg m^2"),
+        "spin": Entry("spin", r"\omega_3", "rad/s"),
+        "tilt": Entry("tilt", r"\theta", "rad"),
+        "gravity": Entry("gravity", "g", "m/s^2"),
+        "torque": Entry("torque, leaning towards x", r"\boldsymbol{\Gamma}", "N m", vector=True),
+        "torque_magnitude": Entry("its magnitude", r"\Gamma", "N m"),
+        "gyroscopic_rate": Entry("gyroscopic precession", r"M g R/\lambda_3\omega_3", "rad/s"),
+        "gyroscopic_period": Entry("its period", "", "s"),
+        "gyroscopic_error": Entry("its error, as the top is not infinitely fast"),
+        "slow_rate": Entry("slow steady precession", r"\Omega_\mathrm{slow}", "rad/s"),
+        "fast_rate": Entry("fast steady precession", r"\Omega_\mathrm{fast}", "rad/s"),
+        "minimum_spin": Entry("least spin for steady precession", r"\omega_\mathrm{min}", "rad/s"),
+        "sleeping_spin": Entry("least spin to sleep upright", r"\omega_\mathrm{sleep}", "rad/s"),
+        "sleeping": Entry("upright"),
+        "sleeping_growth_rate": Entry("growth of its fall from upright", "", "1/s"),
+        "sleeping_frequencies": Entry("rates of its wobble upright", "", "rad/s", vector=True),
+        "theta_min": Entry("least tilt", r"\theta_\mathrm{min}", "rad"),
+        "theta_max": Entry("greatest tilt", r"\theta_\mathrm{max}", "rad"),
+        "phi_dot_at_theta_min": Entry("precession at the least tilt", "", "rad/s"),
+        "phi_dot_at_theta_max": Entry("precession at the greatest tilt", "", "rad/s"),
+        "nutation_period": Entry("period of nutation", "", "s"),
+        "precession_per_nutation": Entry("precession in a nutation", r"\Delta\phi", "rad"),
+        "mean_precession_rate": Entry("mean precession", r"\overline{\dot\phi}", "rad/s"),
+        "nutation_kind": Entry("nutation"),
+    },
+    "free": {
+        "moments": Entry("principal moments about O", r"\lambda_{1,2,3}", "kg m^2", vector=True),
+        "angular_momentum": Entry("angular momentum", "L", "kg m^2/s"),
+        "kinetic_energy": Entry("kinetic energy", "T", "J"),
+        "body_rate": Entry("omega about e3 in the body", r"\Omega_\mathrm{body}", "rad/s"),
+        "body_period": Entry("its period", "", "s"),
+        "space_rate": Entry("e3 about L in space", r"\Omega_\mathrm{space}", "rad/s"),
+        "space_period": Entry("its period", "", "s"),
+        "spin_rate": Entry("spin about e3 besides", r"\dot\psi", "rad/s"),
+        "wobble_to_spin_ratio": Entry("wobble to spin"),
+        "body_cone_angle": Entry("angle between omega and e3", "", "rad"),
+        "space_cone_angle": Entry("angle between omega and L", "", "rad"),
+        "axis_angle": Entry("angle between e3 and L", r"\theta", "rad"),
+        "polhode_period": Entry("period of omega in the body", r"\tau", "s"),
+        "flip_interval": Entry("time between flips", r"\tau/2", "s"),
+        "mean_space_rate": Entry("mean rate about L", r"\overline{\dot\phi}", "rad/s"),
+    },
+    "tide": {
+        "rate": Entry("precession, retrograde", r"\dot\psi", "rad/s"),
+        "rate_arcsec_per_year": Entry("in seconds of arc a Julian year", "", "arcsec/yr"),
+        "period_years": Entry("its period in Julian years", "", "yr"),
+    },
+}
+
+WORDS: dict[str, dict[str | None, str]] = {
+    "sleeping": {
+        "stable": "stable: fast enough to sleep",
+        "marginal": "marginal: just at the least spin",
+        "unstable": "unstable: it falls from upright",
+    },
+    "nutation_kind": {
+        "looping": "looping: the precession goes back and forth",
+        "cuspidal": "cuspidal: the precession stops at one limit",
+        "wavy": "wavy: the precession keeps its direction",
+        "steady": "steady: the tilt is constant",
+        "none": "none: the axis is at rest",
+    },
+}
+
+
+def run(document: Document) -> Report:
+    """Tell how the document's top, free body or planet precesses, whichever of them it has."""
+    values: dict[str, dict[str, Value]] = {}
+    notes: list[str] = []
+    tables: list[Table] = []
+    if document.top is not None:
+        values["top"] = _top(document, document.top, notes, tables)
+    if document.body is not None and document.motion is not None and document.motion.omega is not None:
+        values["free"] = _free(document, document.motion.omega, notes)
+    if document.tide is not None:
+        values["tide"] = _tide(document.tide, document.arithmetic, notes, tables)
+    if not values:
+        problem = Problem(
+            document.source,
+            "nothing here precesses, expected a `top`, a `tide`, or a `body` with `motion.omega`",
+        )
+        raise DocumentError([problem])
+    fields = [
+        _field(section, key, entry, values.get(section))
+        for section, entries in SECTIONS.items()
+        for key, entry in entries.items()
+    ]
+    return inertia.report(document, SCHEMA, "precession", tuple(fields), tuple(notes), tuple(tables))
+
+
+def _field(section: str, key: str, entry: Entry, values: Mapping[str, Value] | None) -> Field:
+    """A result; of a section that does not apply only the column of CSV."""
+    column = {} if entry.vector else {f"{section}.{key}": ()}
+    if values is None:
+        return Field("", None, cells=column)
+    value = values.get(key)
+    words = WORDS[key].get(value, "") if key in WORDS else ""
+    title = entry.title if value is not None else ""
+    return Field(
+        f"{section}.{key}", value, title, entry.symbol, entry.unit, column, words, counts=entry.vector
+    )
+
+
+def _top(document: Document, section: Top, notes: list[str], tables: list[Table]) -> dict[str, Value]:
+    n, top = document.arithmetic, document.heavy_top
+    fall = top.mass * section.gravity * top.distance
+    known = section.tilt is not None and top.lambda1 is not None
+    if n.sign(section.spin) == 0 and not known:
+        raise DocumentError(
+            [
+                Problem(
+                    document.source,
+                    "read zero, and without spin the gyroscopic formula has no meaning",
+                    key="top.spin",
+                    hint="with `tilt` and `lambda1` given, the swing of the top can be told",
+                )
+            ]
+        )
+    notes += top.remarks
+    notes += [
+        f"`top.{key}` is not given, and what depends on it is not told"
+        for key, value in (("tilt", section.tilt), ("lambda1", top.lambda1))
+        if value is None
+    ]
+    notes.append(
+        "friction at a fixed pivot and in the air slows the spin, so that the axis sinks and precesses "
+        "faster; a rounded tip that slides on the ground raises the axis of a fast top"
+    )
+    rate = heavytop.gyroscopic_rate(top.lambda3, section.spin, fall, n)
+    values: dict[str, Value] = {
+        "mass": top.mass,
+        "distance": top.distance,
+        "lambda1": top.lambda1,
+        "lambda3": top.lambda3,
+        "spin": section.spin,
+        "tilt": section.tilt,
+        "gravity": section.gravity,
+        "gyroscopic_rate": rate,
+        "gyroscopic_period": None if rate is None else precession.period(rate, n),
+    }
+    if section.tilt is not None:
+        hanging = n.sign(n.pi - section.tilt) == 0
+        torque = fall * (0 * n.pi if hanging else n.sin(section.tilt))
+        values["torque"] = n.tidy(n.array([0, torque, 0]))
+        values["torque_magnitude"] = torque
+    if top.lambda1 is not None:
+        sleeping = heavytop.sleeping(top.lambda1, top.lambda3, section.spin, fall, n)
+        values |= {
+            "sleeping_spin": sleeping.threshold,
+            "sleeping": sleeping.stability,
+            "sleeping_growth_rate": sleeping.growth_rate,
+            "sleeping_frequencies": None if sleeping.frequencies is None else n.array(sleeping.frequencies),
+        }
+    if section.tilt is not None and top.lambda1 is not None:
+        values |= _at_tilt(section, top, section.tilt, top.lambda1, fall, n, notes, tables)
+    return values
+
+
+def _at_tilt(
+    section: Top,
+    top: HeavyTop,
+    tilt: Scalar,
+    lambda1: Scalar,
+    fall: Scalar,
+    n: Arithmetic,
+    notes: list[str],
+    tables: list[Table],
+) -> dict[str, Value]:
+    """Steady precession, and the nutation that comes of the given start."""
+    steady = heavytop.steady(lambda1, top.lambda3, section.spin, tilt, fall, n)
+    values: dict[str, Value] = {
+        "slow_rate": steady.slow,
+        "fast_rate": steady.fast,
+        "minimum_spin": steady.minimum_spin,
+        "gyroscopic_error": heavytop.gyroscopic_error(
+            lambda1, top.lambda3, section.spin, tilt, steady.slow, n
+        ),
+    }
+    if steady.complex_roots:
+        real, imaginary = ([root[part] for root in steady.complex_roots] for part in (0, 1))
+        columns = (Column("re", real, ("re",), "rad/s"), Column("im", imaginary, ("im",), "rad/s"))
+        tables.append(
+            Table("top.complex_roots", "no steady precession: complex roots", columns, records=True)
+        )
+    if steady.complex_roots:
+        notes.append("the top is too slow for steady precession: it does not precess at the gyroscopic rate")
+    if n.exact:
+        notes.append("nutation needs elliptic integrals, which have no exact form: give numbers for it")
+        return values
+    start = section.precession
+    if start is None:
+        start = steady.slow
+    if start is None:
+        notes.append("there is no steady precession to begin with, so that nutation is not told")
+        return values
+    nutation = heavytop.nutation(lambda1, top.lambda3, section.spin, tilt, start, section.nutation, fall)
+    return values | {
+        "theta_min": nutation.theta_min,
+        "theta_max": nutation.theta_max,
+        "phi_dot_at_theta_min": nutation.phi_dot_at_theta_min,
+        "phi_dot_at_theta_max": nutation.phi_dot_at_theta_max,
+        "nutation_period": nutation.period,
+        "precession_per_nutation": nutation.precession_per_nutation,
+        "mean_precession_rate": nutation.mean_rate,
+        "nutation_kind": nutation.kind,
+    }
+
+
+def _free(document: Document, given: Sequence[Scalar], notes: list[str]) -> dict[str, Value]:
+    """Precession of the body of the document when it is left to itself."""
+    n, motion = document.arithmetic, document.motion
+    assert motion is not None
+    frame = principal_frame(document.axes.T @ document.tensor @ document.axes, n)
+    turning = n.array(given)
+    along = n.tidy(turning if motion.basis == "principal" else frame.axes @ document.axes.T @ turning)
+    momentum = n.tidy(frame.moments * along)
+    values: dict[str, Value] = {
+        "moments": frame.moments,
+        "angular_momentum": n.hypot(*momentum),
+        "kinetic_energy": n.tidy(n.array([along @ momentum / 2]))[0],
+    }
+    if motion.torque is not None:
+        notes.append("free precession is told as if the torque did not act")
+    kind = body_class(frame)
+    if kind == "asymmetric":
+        return values | _asymmetric(document, along, frame.axes, n, notes)
+    if kind is None or kind == "point":
+        notes.append("whether the body is symmetric about one axis, and which, cannot be told")
+        return values
+    axis = 2 if kind in ("oblate", "spherical") else 0
+    if axis == 0:
+        notes.append("e3 here is the symmetry axis, which `axes` calls e1")
+    spin, across = along[axis], n.hypot(*np.delete(along, axis))
+    found = precession.free(frame.moments[1], frame.moments[axis], spin, across, n)
+    return values | asdict(found)
+
+
+def _asymmetric(
+    document: Document, along: Array, axes: Array, n: Arithmetic, notes: list[str]
+) -> dict[str, Value]:
+    """The periods of an asymmetric body whose omega has the components `along` its `axes` (rows)."""
+    if n.exact:
+        notes.append("the periods of an asymmetric body are elliptic integrals, which have no exact form")
+        return {}
+    omega = document.axes @ axes.T @ along
+    motion = freebody.free_motion(document.tensor, omega, np.array([1.0, 0, 0, 0]))
+    return {
+        "polhode_period": motion.period,
+        "flip_interval": motion.flip_interval,
+        "mean_space_rate": motion.mean_space_rate,
+    }
+
+
+def _tide(tide: Tide, n: Arithmetic, notes: list[str], tables: list[Table]) -> dict[str, Value]:
+    """Every perturber adds its rate; also the rate of each."""
+    bulge = tide.ellipticity if tide.moments is None else precession.ellipticity(tide.moments)
+    assert bulge is not None
+    rates = [_rate(perturber, tide, bulge, n) for perturber in tide.perturbers]
+    total = n.tidy(n.array([sum(rates)]))[0]
+    names = [perturber.name or str(index) for index, perturber in enumerate(tide.perturbers, start=1)]
+    yearly = [precession.arcseconds_per_year(rate, n) for rate in rates]
+    columns = (
+        Column("name", names, ("name",), ""),
+        Column("rate", rates, ("rate",), "rad/s"),
+        Column("rate_arcsec_per_year", yearly, ("in a Julian year",), "arcsec"),
+    )
+    tables.append(Table("tide.perturbers", "precession by each perturber", columns, records=True))
+    if n.sign(total) == 0:
+        notes.append("the torques on the bulge have no mean effect, so that the period is infinite")
+    return {
+        "rate": total,
+        "rate_arcsec_per_year": precession.arcseconds_per_year(total, n),
+        "period_years": precession.period_in_years(total, n),
+    }
+
+
+def _rate(perturber: Perturber, tide: Tide, bulge: Scalar, n: Arithmetic) -> Scalar:
+    parameter = perturber.gm
+    if parameter is None:
+        assert perturber.mass is not None
+        parameter = precession.gravitational_parameter(perturber.mass)
+    return precession.tidal_rate(
+        parameter,
+        perturber.distance,
+        perturber.eccentricity,
+        perturber.inclination,
+        bulge,
+        tide.obliquity,
+        tide.spin,
+        n,
+    )
