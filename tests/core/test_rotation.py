@@ -282,3 +282,59 @@ def test_onto_a_tiny_or_huge_axis(length: float) -> None:
 def test_onto_nothing_is_refused() -> None:
     with pytest.raises(ValueProblem, match="direction"):
         rotation.onto([0.0, 0.0, 0.0], FLOAT)
+
+
+# --- quaternions
+
+
+angles = st.floats(-3.1, 3.1)
+axes_of_turns = st.tuples(*[st.floats(-1, 1)] * 3).filter(lambda axis: np.linalg.norm(axis) > 1e-3)
+
+
+@given(axes_of_turns, angles)
+def test_a_quaternion_is_half_the_angle_about_the_axis(axis: Sequence[float], angle: float) -> None:
+    unit = np.array(axis) / np.linalg.norm(axis)
+    found = rotation.as_quaternion(rotation.from_axis_angle(axis, angle, FLOAT))
+    expected = np.array([np.cos(angle / 2), *np.sin(angle / 2) * unit])
+    np.testing.assert_allclose(found, expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("axis", [(1, 0, 0), (0, 1, 0), (0, 0, 1), (1, 1, 0), (1, 1, 1), (0, -1, 1e-9)])
+def test_half_turns_have_quaternions(axis: Sequence[float]) -> None:
+    matrix = rotation.from_axis_angle(axis, np.pi, FLOAT)
+    found = rotation.as_quaternion(matrix)
+    np.testing.assert_allclose(rotation.from_quaternion(tuple(found), FLOAT), matrix, atol=1e-15)
+
+
+@given(axes_of_turns, angles, axes_of_turns, angles)
+def test_products_of_quaternions_are_products_of_matrices(
+    first: Sequence[float], a: float, second: Sequence[float], b: float
+) -> None:
+    left, right = rotation.from_axis_angle(first, a, FLOAT), rotation.from_axis_angle(second, b, FLOAT)
+    p, q = rotation.as_quaternion(left), rotation.as_quaternion(right)
+    product = rotation.from_quaternion(tuple(rotation.compose(p, q)), FLOAT)
+    np.testing.assert_allclose(product, left @ right, atol=1e-14)
+    np.testing.assert_allclose(rotation.turned(p, np.eye(3)), left.T, atol=1e-14)
+
+
+def test_signs_along_a_motion_are_continuous() -> None:
+    half = np.linspace(0, 20, 500)
+    smooth = np.column_stack([np.cos(half), np.zeros(500), np.zeros(500), np.sin(half)])
+    broken = smooth * np.where(smooth[:, :1] < 0, -1, 1)
+    np.testing.assert_array_equal(rotation.continuous(broken), smooth)
+
+
+def test_euler_angles_along_a_motion_go_on_beyond_full_turns() -> None:
+    phi, psi = np.linspace(0, 30, 400), np.linspace(0, -50, 400)
+    theta = 1 + 0.5 * np.sin(phi)
+    z = [rotation.from_axis_angle((0, 0, 1), angle, FLOAT) for angle in phi]
+    x = [rotation.from_axis_angle((1, 0, 0), angle, FLOAT) for angle in theta]
+    last = [rotation.from_axis_angle((0, 0, 1), angle, FLOAT) for angle in psi]
+    q = np.array([rotation.as_quaternion(a @ b @ c) for a, b, c in zip(z, x, last, strict=True)])
+    found = rotation.zxz_angles(rotation.continuous(q))
+    np.testing.assert_allclose(found, np.column_stack([phi, theta, psi]), atol=1e-13)
+
+
+def test_upright_only_the_sum_of_phi_and_psi_means_something() -> None:
+    q = np.array([[np.cos(0.3), 0, 0, np.sin(0.3)]])
+    np.testing.assert_allclose(rotation.zxz_angles(q), [[0.3, 0, 0.3]], atol=1e-15)

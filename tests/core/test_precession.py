@@ -1,0 +1,352 @@
+"""Free precession against Euler's equations and matrices, tides against averaged torques, and the sky."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import astuple
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from rigidcli.core import precession
+from rigidcli.core.arithmetic import FLOAT
+from rigidcli.core.precession import Free, free, tidal_rate
+from rigidcli.errors import ComputationError
+from rigidcli.symbolic.arithmetic import EXACT
+
+Floats = NDArray[np.float64]
+
+few = settings(max_examples=40, deadline=None)
+many = settings(max_examples=200, deadline=None)
+
+MOMENTS = st.floats(0.05, 20)
+ALONG = st.sampled_from([0.0, 1.0, -1.0, 1e-160, -1e200]) | st.floats(-40, 40)
+ACROSS = st.sampled_from([0.0, 1.0, 1e-160, 1e-300, 1e200]) | st.floats(0, 40)
+
+# --- free precession
+
+
+@many
+@given(MOMENTS, st.floats(0, 2), ALONG, ACROSS)
+@example(1.0, 2.0, 1.0, 1e-160)
+@example(1.0, 1 + 1e-15, 1.0, 1e-8)
+@example(1.0, 0.0, 1.0, 1e-300)
+@example(1e-47, 2.0, 1e-200, 1e-201)
+@example(1.0, 0.5, -1.0, 1e-12)
+def test_rates_and_angles_at_high_precision(
+    lambda1: float, ratio: float, along: float, across: float
+) -> None:
+    lambda3 = ratio * lambda1
+    # What the answer itself would lose as a subnormal number is no fault of the formulas.
+    assume(all(x == 0 or abs(x) > 1e-250 for x in (lambda3, along)) and (ratio == 0 or ratio > 1e-30))
+    found = free(lambda1, lambda3, along, across, FLOAT)
+    with mpmath.workdps(700):
+        one, three, w3, w1 = map(mpmath.mpf, (lambda1, lambda3, along, across))
+        momentum = mpmath.hypot(one * w1, three * w3)
+        rates = {
+            "body_rate": (three - one) / one * w3,
+            "space_rate": momentum / one,
+            "spin_rate": (one - three) / one * w3,
+        }
+        for name, rate in rates.items():
+            assert getattr(found, name) == pytest.approx(float(rate), rel=1e-15, abs=0)
+        if momentum == 0:
+            return
+        # As rotations in the plane of e3 and omega: angles add, and the body cone holds the axis.
+        body, axis = mpmath.atan2(w1, w3), mpmath.atan2(one * w1, three * w3)
+        assert found.body_cone_angle == pytest.approx(float(body), rel=1e-15, abs=0)
+        assert found.axis_angle == pytest.approx(float(axis), rel=1e-15, abs=0)
+        assert found.space_cone_angle == pytest.approx(float(abs(body - axis)), rel=2e-15, abs=0)
+
+
+@few
+@given(MOMENTS, MOMENTS, st.floats(-9, 9), st.floats(0.01, 9))
+def test_euler_angles_at_these_rates_are_the_motion(
+    lambda1: float, lambda3: float, along: float, across: float
+) -> None:
+    found = free(lambda1, lambda3, along, across, FLOAT)
+    assert found.axis_angle is not None
+    momentum = math.hypot(lambda1 * across, lambda3 * along)
+
+    def turn(axis: int, angle: Any) -> Any:
+        c, s = mpmath.cos(angle), mpmath.sin(angle)
+        if axis == 2:
+            return mpmath.matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+        return mpmath.matrix([[1, 0, 0], [0, c, -s], [0, s, c]])
+
+    def attitude(t: Any) -> Any:
+        """Body to space, z along L, by zxz Euler angles."""
+        return turn(2, found.space_rate * t) * turn(0, found.axis_angle) * turn(2, found.spin_rate * t)
+
+    with mpmath.workdps(40):
+        for moment in (0, 0.7):
+            t, step = mpmath.mpf(moment), mpmath.mpf(10) ** -12
+            rotation = attitude(t)
+            spin = rotation.T * (attitude(t + step) - attitude(t - step)) / (2 * step)
+            omega = [float(spin[2, 1]), float(spin[0, 2]), float(spin[1, 0])]
+            scale = math.hypot(along, across)
+            assert omega[2] == pytest.approx(along, abs=1e-13 * scale * (1 + lambda3 / lambda1))
+            assert math.hypot(omega[0], omega[1]) == pytest.approx(across, rel=1e-12)
+            # I omega is L, constant along z of space.
+            body = mpmath.matrix([lambda1 * omega[0], lambda1 * omega[1], lambda3 * omega[2]])
+            space = [float(component) for component in rotation * body]
+            assert space == pytest.approx([0, 0, momentum], abs=1e-12 * momentum)
+            # In the body, omega goes round e3 at the body rate.
+            angle = math.atan2(omega[1], omega[0])
+            expected = math.pi / 2 + found.body_rate * moment
+            assert math.remainder(angle - expected, 2 * math.pi) == pytest.approx(0, abs=1e-11)
+
+
+@many
+@given(MOMENTS, MOMENTS, st.floats(-9, 9), st.floats(0, 9))
+def test_the_body_rate_solves_eulers_equations(
+    lambda1: float, lambda3: float, along: float, across: float
+) -> None:
+    # omega = (w cos(R t), w sin(R t), w3): at t = 0 lambda1 omega2' = (lambda3 - lambda1) omega3 omega1.
+    rate = free(lambda1, lambda3, along, across, FLOAT).body_rate
+    assert lambda1 * across * rate == pytest.approx((lambda3 - lambda1) * along * across, rel=1e-14)
+
+
+@many
+@given(MOMENTS, MOMENTS, st.floats(0.01, 9), st.floats(0, 9))
+def test_a_mirror_turns_free_precession_over(
+    lambda1: float, lambda3: float, along: float, across: float
+) -> None:
+    one, two = free(lambda1, lambda3, along, across, FLOAT), free(lambda1, lambda3, -along, across, FLOAT)
+    assert (two.body_rate, two.spin_rate, two.space_rate) == (-one.body_rate, -one.spin_rate, one.space_rate)
+    assert (two.body_period, two.wobble_to_spin_ratio) == (one.body_period, one.wobble_to_spin_ratio)
+    assert two.space_cone_angle == one.space_cone_angle
+    assert one.body_cone_angle is not None
+    assert two.body_cone_angle == pytest.approx(math.pi - one.body_cone_angle, rel=1e-15)
+
+
+@many
+@given(MOMENTS, MOMENTS, st.floats(-9, 9), st.floats(0.01, 9), st.integers(-900, 900), st.integers(-900, 900))
+def test_units_do_not_matter(
+    lambda1: float, lambda3: float, along: float, across: float, mass: int, time: int
+) -> None:
+    assume(along == 0 or abs(along) > 1e-6)
+    m, w = 2.0**mass, 2.0**time
+    one = free(lambda1, lambda3, along, across, FLOAT)
+    two = free(lambda1 * m, lambda3 * m, along * w, across * w, FLOAT)
+    assert two.space_rate == one.space_rate * w
+    assert (two.body_cone_angle, two.space_cone_angle, two.axis_angle, two.wobble_to_spin_ratio) == (
+        one.body_cone_angle,
+        one.space_cone_angle,
+        one.axis_angle,
+        one.wobble_to_spin_ratio,
+    )
+
+
+def test_feynmans_plate_wobbles_twice_as_fast_as_it_spins() -> None:
+    # R. P. Feynman, Surely You're Joking, has it the other way round: B. F. Chao, Physics Today 42 (1989) 15.
+    found = free(0.5, 1.0, 10.0, 0.01, FLOAT)
+    assert found.wobble_to_spin_ratio == pytest.approx(2, rel=1e-6)
+    assert free(0.5, 1.0, -10.0, 0.0, FLOAT).wobble_to_spin_ratio == 2
+
+
+def test_the_rigid_earth_wobbles_in_305_sidereal_days() -> None:
+    spin = 7.292115e-5
+    found = free(1.0, 1 + 1 / 305, spin, 1e-6 * spin, FLOAT)
+    assert found.body_period is not None
+    assert found.body_period * spin / (2 * math.pi) == pytest.approx(305, rel=1e-12)
+    assert found.body_rate > 0  # in the sense of the spin
+
+
+def test_prolate_bodies_wobble_against_their_spin() -> None:
+    found = free(2.0, 0.5, 4.0, 1.0, FLOAT)
+    assert (found.body_rate, found.spin_rate) == (-3, 3)
+    assert found.axis_angle is not None
+    assert found.body_cone_angle is not None
+    assert found.space_cone_angle == pytest.approx(found.axis_angle - found.body_cone_angle, rel=1e-14)
+
+
+def test_what_there_is_not_is_none() -> None:
+    assert free(1.0, 2.0, 0.0, 0.0, FLOAT) == Free(0, None, 0, None, 0, None, None, None, None)
+    sphere = free(1.0, 1.0, 3.0, 4.0, FLOAT)
+    assert (sphere.body_rate, sphere.body_period, sphere.space_rate, sphere.space_cone_angle) == (
+        0,
+        None,
+        5,
+        0,
+    )
+    across = free(1.0, 2.0, 0.0, 3.0, FLOAT)
+    assert (across.body_period, across.space_rate, across.wobble_to_spin_ratio) == (None, 3, None)
+    assert (across.body_cone_angle, across.axis_angle, across.space_cone_angle) == (
+        math.pi / 2,
+        math.pi / 2,
+        0,
+    )
+    rod = free(1.0, 0.0, 3.0, 0.0, FLOAT)
+    assert (rod.space_rate, rod.space_period, rod.axis_angle, rod.space_cone_angle) == (0, None, None, None)
+    assert rod.body_cone_angle == 0
+    backwards = free(1.0, 2.0, -3.0, 0.0, FLOAT)
+    assert (backwards.body_cone_angle, backwards.space_cone_angle) == (math.pi, 0)
+
+
+@pytest.mark.parametrize(
+    ("lambda3", "along", "across"),
+    [(2, 3, 4), (2, -3, 4), (1, 3, 4), (0, 3, 4), (2, 0, 4), (2, 3, 0), (0, 3, 0)],
+)
+def test_exact_numbers_agree_with_floats(lambda3: int, along: int, across: int) -> None:
+    exact = free(sympy.Integer(1), sympy.Integer(lambda3), sympy.Integer(along), sympy.Integer(across), EXACT)
+    floats = free(1.0, float(lambda3), float(along), float(across), FLOAT)
+    for a, b in zip(astuple(exact), astuple(floats), strict=True):
+        assert b == (None if a is None else pytest.approx(float(a), rel=1e-14))
+
+
+def test_symbols_stay_formulas() -> None:
+    A, C = sympy.symbols("A C", positive=True)
+    w, s = sympy.Symbol("w", real=True), sympy.Symbol("s", positive=True)
+    found: Any = free(A, C, w, s, EXACT)
+    assert sympy.simplify(found.body_rate - (C - A) * w / A) == 0
+    values = {A: 2, C: 3, w: -5, s: 7}
+    expected = free(2.0, 3.0, -5.0, 7.0, FLOAT)
+    for name, number in zip(Free.__slots__, astuple(expected), strict=True):
+        assert float(getattr(found, name).subs(values)) == pytest.approx(number, rel=1e-14)
+
+
+# --- tides
+
+MOON = (4.9028e12, 384_399e3, 0.0549, math.radians(5.145))
+SUN = (1.32712e20, 1.495979e11, 0.0167, 0.0)
+EARTH = (0.0032737949, math.radians(23.4393), 7.292115e-5)
+
+
+def per_year(perturber: tuple[float, float, float, float]) -> float:
+    return precession.arcseconds_per_year(tidal_rate(*perturber, *EARTH, FLOAT), FLOAT)
+
+
+def test_the_earth() -> None:
+    """The Moon's share is about 34.5, the Sun's about 15.9 arcsec a year.
+
+    The lunisolar term of first order is 5040.7047 arcsec a century with this ellipticity (G. Bourda,
+    N. Capitaine, Astron. Astrophys. 428 (2004) 691, table 2).
+    The Sun makes the Moon's orbit no ellipse: they agree to 1.3e-4.
+    """
+    moon, sun = per_year(MOON), per_year(SUN)
+    assert moon == pytest.approx(34.45, abs=0.05)
+    assert sun == pytest.approx(15.95, abs=0.05)
+    assert moon + sun == pytest.approx(50.407047, rel=3e-4)
+    rate = tidal_rate(*MOON, *EARTH, FLOAT) + tidal_rate(*SUN, *EARTH, FLOAT)
+    # The general precession of 25,772 years contains some more: planets, and the moving ecliptic.
+    assert precession.period_in_years(rate, FLOAT) == pytest.approx(25772, rel=3e-3)
+
+
+def test_mars() -> None:
+    # W. Folkner and others, Science 278 (1997) 1749: -7.576 +- 0.035 arcsec a year, from which
+    # C/(M R^2) = 0.3662; J2 = 1.96e-3.
+    mars = (1.96e-3 / 0.3662, math.radians(25.19), 7.0882e-5)
+    rate = tidal_rate(1.32712e20, 2.27939e11, 0.0934, 0.0, *mars, FLOAT)
+    assert precession.arcseconds_per_year(rate, FLOAT) == pytest.approx(7.576, rel=5e-3)
+
+
+def averaged_torque(
+    parameter: float,
+    distance: float,
+    eccentricity: float,
+    inclination: float,
+    moments: tuple[float, float, float],
+    obliquity: float,
+) -> Floats:
+    """MacCullagh's torque 3 G m/r^3 u x I u averaged over spin, orbit and node; z is the ecliptic's pole."""
+    count = 16
+    steps = 2 * np.pi * np.arange(count) / count
+    anomaly = 2 * np.pi * np.arange(400) / 400  # eccentric: dM = (1 - e cos E) dE
+    shrink = 1 - eccentricity * np.cos(anomaly)
+    plane = np.stack(
+        [
+            np.cos(anomaly) - eccentricity,
+            math.sqrt(1 - eccentricity**2) * np.sin(anomaly),
+            np.zeros_like(anomaly),
+        ]
+    )
+    total = np.zeros(3)
+    for node in steps:
+        tilt = about(2, node) @ about(0, inclination) @ about(2, 0.3)
+        r = distance * tilt @ plane
+        length = distance * shrink
+        for spin in steps[: count // 2]:
+            body = about(0, obliquity) @ about(2, spin)
+            tensor = body @ np.diag(moments) @ body.T
+            torque = 3 * parameter / length**5 * np.cross(r.T, (tensor @ r).T).T
+            total += (torque * shrink).mean(axis=1)
+    average: Floats = total / (count * (count // 2))
+    return average
+
+
+def about(axis: int, angle: float) -> Floats:
+    c, s = math.cos(angle), math.sin(angle)
+    if axis == 2:
+        return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    return np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.3, 0.8])
+@pytest.mark.parametrize("inclination", [0.0, 0.4, 2.0])
+@pytest.mark.parametrize("obliquity", [0.4, 1.4, 2.5])
+def test_the_rate_is_that_of_the_averaged_torque(
+    eccentricity: float, inclination: float, obliquity: float
+) -> None:
+    moments, spin = (2.0, 2.3, 3.1), 7.0
+    torque = averaged_torque(1.7, 5.0, eccentricity, inclination, moments, obliquity)
+    # L = C spin s is carried round the ecliptic's pole: L' = W z x L.
+    momentum = moments[2] * spin * about(0, obliquity) @ np.array([0, 0, 1.0])
+    across = np.cross([0, 0, 1.0], momentum)
+    expected = float(torque @ across / (across @ across))
+    assert torque == pytest.approx(expected * across, abs=1e-13)
+    rate = tidal_rate(
+        1.7, 5.0, eccentricity, inclination, precession.ellipticity(moments), obliquity, spin, FLOAT
+    )
+    assert rate == pytest.approx(-expected, rel=1e-12)  # positive: retrograde
+
+
+@pytest.mark.parametrize("obliquity", [math.pi / 2, math.radians(90.0), math.nextafter(math.pi / 2, 2)])
+def test_a_planet_on_its_side_does_not_precess(obliquity: float) -> None:
+    rate = tidal_rate(*SUN, EARTH[0], obliquity, EARTH[2], FLOAT)
+    assert rate == 0
+    assert precession.arcseconds_per_year(rate, FLOAT) == 0
+    assert precession.period_in_years(rate, FLOAT) is None
+
+
+def test_a_planet_without_spin_is_refused() -> None:
+    with pytest.raises(ComputationError, match="without spin"):
+        tidal_rate(*SUN, EARTH[0], 0.4, 0.0, FLOAT)
+
+
+def test_retrograde_spin_and_prolate_planets_precess_the_other_way() -> None:
+    forward = tidal_rate(*SUN, 0.003, 0.4, 1e-4, FLOAT)
+    assert forward > 0
+    assert tidal_rate(*SUN, 0.003, 0.4, -1e-4, FLOAT) == -forward
+    assert tidal_rate(*SUN, -0.003, 0.4, 1e-4, FLOAT) == -forward
+    assert tidal_rate(*SUN, 0.003, math.pi - 0.4, 1e-4, FLOAT) == pytest.approx(-forward, rel=1e-15)
+
+
+def test_exact_tides() -> None:
+    third, half, one = sympy.pi / 3, sympy.Rational(1, 2), sympy.Integer(1)
+    exact = tidal_rate(7 * one, 3 * one, 3 * one / 5, third / 2, one / 9, third, 2 * one, EXACT)
+    by_hand = Fraction(3, 2) * 7 / Fraction(12, 5) ** 3 * Fraction(5, 8) / 9 / 2 / 2
+    assert exact == sympy.Rational(by_hand.numerator, by_hand.denominator)
+    assert tidal_rate(7 * one, 3 * one, half, third, half, 3 * third / 2, 2 * one, EXACT) == 0
+    a_turn_a_year = 2 * sympy.pi / sympy.Integer(31_557_600)
+    assert precession.arcseconds_per_year(a_turn_a_year, EXACT) == 1_296_000
+    assert precession.period_in_years(a_turn_a_year, EXACT) == 1
+
+
+def test_the_constant_of_gravitation() -> None:
+    assert precession.gravitational_parameter(1.0) == 6.67430e-11
+    assert precession.gravitational_parameter(5.9722e24) == pytest.approx(3.986e14, rel=1e-4)
+    assert precession.gravitational_parameter(sympy.Integer(1)) == sympy.Rational("6.67430e-11")
+
+
+def test_the_ellipticity_of_a_nearly_round_planet_keeps_its_digits() -> None:
+    a, b, c = 1.0, 1.0 + 3 * 2.0**-52, 1.0 + 7 * 2.0**-52
+    assert precession.ellipticity([a, b, c]) == pytest.approx(5.5 * 2.0**-52, rel=1e-15)
+    assert precession.ellipticity([sympy.Integer(k) for k in (2, 2, 3)]) == sympy.Rational(1, 3)

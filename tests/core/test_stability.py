@@ -1,0 +1,59 @@
+"""The intermediate axis theorem, against the linearised equations and an independent integration."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from rigidcli.core.principal import principal_frame
+from rigidcli.core.stability import AxisStability, about_axes
+
+
+def stability(*moments: float) -> list[AxisStability]:
+    return about_axes(np.array(moments), principal_frame(np.diag(moments)).groups)
+
+
+@given(st.floats(0.1, 1), st.floats(0.1, 1))
+def test_eigenvalues_of_the_linearised_equations(first: float, second: float) -> None:
+    """About a spin along axis i, the deviations grow with the eigenvalues of the Jacobian of omega'."""
+    moments = np.sort([first, second, 0.9 * (first + second)])
+    assume(min(np.diff(moments)) > 1e-2)
+    for i, found in enumerate(stability(*moments)):
+        spin = np.zeros(3)
+        spin[i] = 2.0
+        jacobian = np.empty((3, 3))
+        for column in range(3):
+            step = np.zeros(3)
+            step[column] = 1e-6
+            rates = [np.cross(moments * w, w) / moments for w in (spin + step, spin - step)]
+            jacobian[:, column] = (rates[0] - rates[1]) / 2e-6
+        values = np.linalg.eigvals(jacobian)
+        assert found.rate_per_spin is not None
+        assert 2 * found.rate_per_spin == pytest.approx(np.abs(values).max(), rel=1e-6)
+        assert found.stable == (np.abs(values.real).max() < 1e-3 * np.abs(values).max())
+
+
+def test_only_the_intermediate_axis_is_unstable() -> None:
+    assert [axis.stable for axis in stability(1, 2, 2.5)] == [True, False, True]
+
+
+def test_a_symmetric_top_is_stable_about_its_axis_only() -> None:
+    assert [axis.stable for axis in stability(1, 1, 1.5)] == [False, False, True]
+    assert [axis.stable for axis in stability(1, 3, 3)] == [True, False, False]
+    assert stability(1, 1, 1.5)[0].rate_per_spin == 0
+    assert stability(1, 1, 1.5)[2].rate_per_spin == pytest.approx(0.5, rel=1e-15)
+
+
+def test_spheres_and_linear_bodies() -> None:
+    assert stability(2, 2, 2) == [AxisStability(True, 0.0)] * 3
+    assert stability(0, 2, 2) == [AxisStability(None, None), *[AxisStability(True, 0.0)] * 2]
+    assert stability(0, 0, 0) == [AxisStability(None, None)] * 3
+
+
+def test_rates_of_tiny_and_huge_bodies() -> None:
+    for scale in (1e-200, 1e200):
+        assert stability(scale, 2 * scale, 2.5 * scale)[1].rate_per_spin == pytest.approx(
+            (1 / 5) ** 0.5, rel=1e-14
+        )

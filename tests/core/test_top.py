@@ -1,0 +1,786 @@
+"""The top against quadratures and roots at 60 digits, and against its equations of motion in space."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import astuple
+from typing import Any
+
+import mpmath
+import pytest
+import sympy
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+from rigidcli.core import top
+from rigidcli.core.arithmetic import FLOAT
+from rigidcli.core.top import Nutation, nutation, sleeping, steady
+from rigidcli.symbolic.arithmetic import EXACT
+
+fewest = settings(max_examples=12, deadline=None)
+few = settings(max_examples=30, deadline=None)
+many = settings(max_examples=200, deadline=None)
+
+Start = tuple[float, float, float, float, float, float, float]
+"""lambda1, lambda3, spin, tilt, phi-dot, theta-dot, M g R."""
+
+MOMENTS = st.floats(0.05, 20)
+WEIGHTS = st.sampled_from([0.0, 1.0, 9.80665]) | st.floats(0.01, 50)
+SPINS = st.sampled_from([0.0, 1.0, -3.0, 1e3, -1e5]) | st.floats(-40, 40).map(lambda x: round(x, 6))
+TILTS = st.sampled_from([0.1, 1e-6, math.pi / 2, 2.5, 3.1415]) | st.floats(0.01, 3.13)
+RATES = st.sampled_from([0.0, 0.0, 0.3, -2.0]) | st.floats(-9, 9).map(lambda x: round(x, 6))
+
+
+# --- rates
+
+
+def test_a_gyroscope_of_a_textbook() -> None:
+    # OpenStax, University Physics 1, section 11.3: a disc of 0.3 kg, 5 cm, on an arm of 5 cm, at 20 rev/s.
+    moment, weight = 0.3 * 0.05**2 / 2, 0.3 * 9.8 * 0.05
+    rate = top.gyroscopic_rate(moment, 20 * 2 * math.pi, weight, FLOAT)
+    assert rate == pytest.approx(3.12, abs=0.005)
+
+
+def test_a_cone_on_its_tip() -> None:
+    # 10 cm high, 2.5 cm radius, 1800 rpm, g = 9.8: 3 M r^2/10 about the axis, its centre 3/4 of the way up.
+    rate = top.gyroscopic_rate(0.3 * 0.025**2, 60 * math.pi, 9.8 * 0.075, FLOAT)
+    assert rate == pytest.approx(20.8, abs=0.05)
+
+
+def test_the_gyroscopic_rate_has_the_sign_of_the_spin_and_needs_one() -> None:
+    assert top.gyroscopic_rate(2.0, -5.0, 3.0, FLOAT) == -0.3
+    assert top.gyroscopic_rate(2.0, 0.0, 3.0, FLOAT) is None
+    assert top.gyroscopic_rate(0.0, 7.0, 3.0, FLOAT) is None
+
+
+def reference_rates(lambda1: float, lambda3: float, spin: float, tilt: float, weight: float) -> list[Any]:
+    with mpmath.workdps(900):
+        a = mpmath.mpf(lambda1) * mpmath.cos(mpmath.mpf(tilt))
+        s = mpmath.mpf(lambda3) * mpmath.mpf(spin)
+        root = mpmath.sqrt(s * s - 4 * a * mpmath.mpf(weight))
+        return sorted([(s + root) / (2 * a), (s - root) / (2 * a)], key=lambda z: (abs(z), z.real, z.imag))
+
+
+@many
+@given(MOMENTS, MOMENTS, SPINS, TILTS, WEIGHTS)
+@example(1.0, 0.5, 1e9, 0.3, 1.0)
+@example(1.0, 0.5, -1e9, 2.9, 1e-9)
+@example(1.0, 0.5, 0.0, 2.5, 4.0)
+@example(1.0, 0.5, 0.0, 0.5, 4.0)
+@example(1.0, 0.5, 1e-170, 2.5, 4e-300)
+@example(1e-200, 1e-200, 1e200, 0.5, 1e-200)
+def test_the_rates_are_the_roots(
+    lambda1: float, lambda3: float, spin: float, tilt: float, weight: float
+) -> None:
+    assume(tilt != math.pi / 2)
+    found = steady(lambda1, lambda3, spin, tilt, weight, FLOAT)
+    one, two = reference_rates(lambda1, lambda3, spin, tilt, weight)
+    # cos(tilt) is known to eps, which the distance of the roots divides.
+    with mpmath.workdps(60):
+        spread = abs(two - one) / max(abs(one), abs(two)) if two else mpmath.mpf(1)
+    assume(spread > 1e-6)
+    wide = 4e-15 * float(1 + 1 / spread**2) + 4e-16 * abs(math.tan(tilt))
+    if isinstance(one, mpmath.mpc) and one.imag != 0:
+        assert found.slow is None
+        assert found.fast is None
+        low, high = found.complex_roots
+        assert low == (high[0], -high[1])
+        assert high[1] > 0
+        assert high[0] == pytest.approx(float(one.real), rel=wide)
+        assert high[1] == pytest.approx(abs(float(one.imag)), rel=wide)
+        return
+    assert found.complex_roots == ()
+    assert found.slow == pytest.approx(float(one.real), rel=wide, abs=0)
+    assert found.fast == pytest.approx(float(two.real), rel=wide, abs=0)
+
+
+def test_a_conical_pendulum_goes_either_way_and_the_negative_one_is_first() -> None:
+    found = steady(1.0, 0.5, 0.0, 2 * math.pi / 3, 8.0, FLOAT)
+    assert found.slow == pytest.approx(-4, rel=1e-14)
+    assert found.fast == pytest.approx(4, rel=1e-14)
+    assert found.minimum_spin == 0
+
+
+@pytest.mark.parametrize(
+    "tilt", [math.pi / 2, math.radians(90), math.nextafter(math.pi / 2, 2), math.asin(1)]
+)
+def test_a_horizontal_top_has_one_rate(tilt: float) -> None:
+    found = steady(3.0, 2.0, -5.0, tilt, 7.0, FLOAT)
+    assert astuple(found) == (-0.7, None, (), 0.0)
+    assert top.gyroscopic_error(3.0, 2.0, -5.0, tilt, found.slow, FLOAT) == 0
+    assert steady(3.0, 2.0, 0.0, tilt, 7.0, FLOAT).slow is None
+    assert steady(3.0, 2.0, 0.0, tilt, 0.0, FLOAT).slow == 0
+
+
+def test_a_nearly_horizontal_top_has_two() -> None:
+    found = steady(3.0, 2.0, -5.0, math.pi / 2 - 1e-12, 7.0, FLOAT)
+    assert found.slow == pytest.approx(-0.7, rel=1e-12)
+    assert found.fast == pytest.approx(-10 / (3 * 1e-12), rel=1e-3)
+
+
+def test_without_weight_there_is_rest_and_free_precession() -> None:
+    found = steady(3.0, 2.0, 5.0, math.pi / 3, 0.0, FLOAT)
+    assert found.slow == 0
+    assert found.fast == pytest.approx(10 / 1.5, rel=1e-15)
+    assert found.minimum_spin == 0
+    at_rest = steady(3.0, 2.0, 0.0, 2.0, 0.0, FLOAT)
+    assert (at_rest.slow, at_rest.fast, at_rest.complex_roots) == (0, 0, ())
+
+
+def test_a_rod_without_moment_about_itself() -> None:
+    assert steady(1.0, 0.0, 9.0, 0.4, 2.0, FLOAT).minimum_spin is None
+    assert sleeping(1.0, 0.0, 9.0, 2.0, FLOAT).threshold is None
+    assert steady(1.0, 0.0, 9.0, 0.4, 0.0, FLOAT).minimum_spin == 0
+
+
+@many
+@given(MOMENTS, MOMENTS, st.floats(0, 1.5), st.floats(0.01, 50), st.sampled_from([1, -1]))
+def test_the_least_spin_is_where_the_two_rates_meet(
+    lambda1: float, lambda3: float, tilt: float, weight: float, sense: int
+) -> None:
+    least = steady(lambda1, lambda3, 1.0, tilt, weight, FLOAT).minimum_spin
+    assert least is not None
+    at = steady(lambda1, lambda3, sense * least, tilt, weight, FLOAT)
+    assert at.slow is not None
+    assert at.slow == pytest.approx(at.fast, rel=1e-13)
+    above = steady(lambda1, lambda3, sense * least * (1 + 1e-10), tilt, weight, FLOAT)
+    assert above.slow is not None
+    assert above.fast is not None
+    assert abs(above.slow) < abs(above.fast)
+    below = steady(lambda1, lambda3, sense * least * (1 - 1e-10), tilt, weight, FLOAT)
+    assert below.slow is None
+    assert len(below.complex_roots) == 2
+
+
+@many
+@given(MOMENTS, MOMENTS, SPINS, TILTS, WEIGHTS)
+def test_a_mirror_turns_the_rates_over(
+    lambda1: float, lambda3: float, spin: float, tilt: float, weight: float
+) -> None:
+    one = steady(lambda1, lambda3, spin, tilt, weight, FLOAT)
+    two = steady(lambda1, lambda3, -spin, tilt, weight, FLOAT)
+    assert one.minimum_spin == two.minimum_spin
+    if one.slow is not None and spin != 0:
+        assert two.slow == -one.slow
+        assert two.fast == (None if one.fast is None else -one.fast)
+    assert {re for re, _ in one.complex_roots} == {-re for re, _ in two.complex_roots}
+
+
+@many
+@given(MOMENTS, MOMENTS, SPINS, TILTS, WEIGHTS, st.integers(-300, 300), st.integers(-40, 40))
+def test_units_do_not_matter(
+    lambda1: float, lambda3: float, spin: float, tilt: float, weight: float, mass: int, time: int
+) -> None:
+    # Powers of two for the units of mass (moments) and of time (an even power of it in the weight).
+    m, w = 4.0**mass, 2.0**time
+    one = steady(lambda1, lambda3, spin, tilt, weight, FLOAT)
+    two = steady(lambda1 * m, lambda3 * m, spin * w, tilt, weight * m * w * w, FLOAT)
+    for name in ("slow", "fast", "minimum_spin"):
+        a, b = getattr(one, name), getattr(two, name)
+        assert (a is None) == (b is None)
+        assert b == (None if a is None else pytest.approx(a * w, rel=1e-15))
+    assert sleeping(lambda1, lambda3, spin, weight, FLOAT).stability == (
+        sleeping(lambda1 * m, lambda3 * m, spin * w, weight * m * w * w, FLOAT).stability
+    )
+
+
+@many
+@given(MOMENTS, MOMENTS, SPINS, TILTS, st.floats(0.01, 50))
+def test_the_error_of_the_gyroscopic_formula(
+    lambda1: float, lambda3: float, spin: float, tilt: float, weight: float
+) -> None:
+    assume(tilt != math.pi / 2 and spin != 0)
+    slow = steady(lambda1, lambda3, spin, tilt, weight, FLOAT).slow
+    error = top.gyroscopic_error(lambda1, lambda3, spin, tilt, slow, FLOAT)
+    if slow is None:
+        assert error is None
+        return
+    one, two = reference_rates(lambda1, lambda3, spin, tilt, weight)
+    assume(abs(two - one) > 1e-3 * abs(two))
+    with mpmath.workdps(60):
+        rate = mpmath.mpf(weight) / (mpmath.mpf(lambda3) * mpmath.mpf(spin))
+        expected = float(rate / one.real - 1)
+    assert error == pytest.approx(expected, rel=1e-8 if abs(math.cos(tilt)) < 1e-3 else 3e-12, abs=0)
+
+
+def test_there_is_no_error_without_a_rate() -> None:
+    assert top.gyroscopic_error(1.0, 0.5, 0.0, 2.5, -1.0, FLOAT) is None
+    assert top.gyroscopic_error(1.0, 0.5, 2.0, 1.0, 0.0, FLOAT) == 0
+
+
+# --- the sleeping top
+
+
+def eigenvalues(lambda1: float, lambda3: float, spin: float, weight: float) -> list[Any]:
+    """Of the linear equations of the axis (x, y, x', y'), from the two components of the torque law."""
+    q, p = lambda3 * spin / lambda1, weight / lambda1
+    with mpmath.workdps(40):
+        # x'' = -q y' + p x and y'' = q x' + p y
+        matrix = mpmath.matrix([[0, 0, 1, 0], [0, 0, 0, 1], [p, 0, 0, -q], [0, p, q, 0]])
+        return list(mpmath.eig(matrix, left=False, right=False))
+
+
+@few
+@given(MOMENTS, MOMENTS, SPINS.filter(lambda s: abs(s) < 100), st.floats(0.01, 50))
+def test_the_sleeping_top_has_the_eigenvalues_of_its_linear_equations(
+    lambda1: float, lambda3: float, spin: float, weight: float
+) -> None:
+    found = sleeping(lambda1, lambda3, spin, weight, FLOAT)
+    assert found.threshold is not None
+    assume(abs(abs(spin) / found.threshold - 1) > 1e-4)
+    values = eigenvalues(lambda1, lambda3, spin, weight)
+    growth = max(float(value.real) for value in values)
+    if found.stability == "unstable":
+        assert abs(spin) < found.threshold
+        assert found.frequencies is None
+        assert found.growth_rate == pytest.approx(growth, rel=1e-10)
+        return
+    assert found.stability == "stable"
+    assert abs(spin) > found.threshold
+    assert growth < 1e-15 * abs(spin) * (1 + lambda3 / lambda1)
+    assert found.growth_rate is None
+    assert found.frequencies is not None
+    magnitudes = sorted(abs(float(value.imag)) for value in values)
+    assert [abs(rate) for rate in found.frequencies] == pytest.approx(
+        [magnitudes[0], magnitudes[-1]], rel=1e-7
+    )
+    assert all(rate * spin > 0 for rate in found.frequencies)
+
+
+def test_the_sleeping_top_is_the_limit_of_steady_precession() -> None:
+    found, near = sleeping(2.0, 1.0, 10.0, 3.0, FLOAT), steady(2.0, 1.0, 10.0, 1e-9, 3.0, FLOAT)
+    assert found.frequencies == (near.slow, near.fast)
+    assert found.threshold == near.minimum_spin
+
+
+@pytest.mark.parametrize("lambda1", [1.0, 0.7, 3.3, 1e-40])
+def test_the_threshold_itself_is_marginal(lambda1: float) -> None:
+    threshold = sleeping(lambda1, 0.3 * lambda1, 0.0, 2 * lambda1, FLOAT).threshold
+    assert threshold is not None
+    assert threshold == pytest.approx(2 * math.sqrt(2) / 0.3, rel=1e-14)
+    for sense in (1, -1):
+        found = sleeping(lambda1, 0.3 * lambda1, sense * threshold, 2 * lambda1, FLOAT)
+        assert found.stability == "marginal"
+        assert found.growth_rate == 0
+        assert found.frequencies == pytest.approx((sense * math.sqrt(2),) * 2, rel=1e-14)
+    for factor, name in ((1 + 2e-15, "stable"), (1 - 2e-15, "unstable")):
+        assert sleeping(lambda1, 0.3 * lambda1, factor * threshold, 2 * lambda1, FLOAT).stability == name
+
+
+def test_a_top_without_weight_sleeps_at_any_spin() -> None:
+    assert astuple(sleeping(2.0, 1.0, -3.0, 0.0, FLOAT)) == (0, "stable", None, (0, -1.5))
+    assert astuple(sleeping(2.0, 1.0, 0.0, 0.0, FLOAT)) == (0, "marginal", 0, (0, 0))
+
+
+# --- which moments a body can have
+
+
+def test_moments_on_both_sides_of_their_limits() -> None:
+    # An equality of physics, but for rounding, is no breach; 1e-9 is.
+    assert top.reaches_pivot(0.3 * 0.05**2 * (1 - 1e-11), 0.3, 0.05, FLOAT)
+    assert not top.reaches_pivot(0.3 * 0.05**2 * (1 - 1e-9), 0.3, 0.05, FLOAT)
+    assert top.spins_as_body(1.0, 2 * (1 + 1e-11), FLOAT)
+    assert not top.spins_as_body(1.0, 2 * (1 + 1e-9), FLOAT)
+    assert top.spins_as_body_at_com(1.0, 0.5 * (1 + 1e-11), 3.0, 0.5, FLOAT)
+    assert not top.spins_as_body_at_com(1.0, 0.5 * (1 + 1e-8), 3.0, 0.5, FLOAT)
+    assert top.spins_as_body(1e-47, 2e-47, FLOAT)
+
+
+def test_exact_moments_are_compared_exactly() -> None:
+    half, tiny = sympy.Rational(1, 2), sympy.Rational(1, 10**30)
+    assert top.reaches_pivot(half, 2, half, EXACT)
+    assert not top.reaches_pivot(half - tiny, 2, half, EXACT)
+    assert top.spins_as_body(sympy.Symbol("x", real=True), 1, EXACT) is None
+
+
+# --- exact numbers
+
+A, C, W, P = sympy.symbols("A C W P", positive=True)
+SPIN, THETA = sympy.symbols("s theta", real=True)
+
+
+@pytest.mark.parametrize("tilt", [sympy.pi / 3, sympy.pi / 2, 2 * sympy.pi / 3, sympy.Integer(0)])
+@pytest.mark.parametrize("spin", [-10, -1, 0, 1, 10])
+def test_exact_numbers_agree_with_floats(tilt: Any, spin: int) -> None:
+    exact: Any = steady(
+        sympy.Integer(2), sympy.Integer(1), sympy.Integer(spin), tilt, sympy.Integer(3), EXACT
+    )
+    floats = steady(2.0, 1.0, float(spin), float(tilt), 3.0, FLOAT)
+    for name in ("slow", "fast", "minimum_spin"):
+        a, b = getattr(exact, name), getattr(floats, name)
+        assert b == (None if a is None else pytest.approx(float(a), rel=1e-14))
+    assert [float(x) for pair in exact.complex_roots for x in pair] == pytest.approx(
+        [x for pair in floats.complex_roots for x in pair], rel=1e-14
+    )
+    upright: Any = sleeping(sympy.Integer(2), sympy.Integer(1), sympy.Integer(spin), sympy.Integer(3), EXACT)
+    sleeper = sleeping(2.0, 1.0, float(spin), 3.0, FLOAT)
+    assert upright.stability == sleeper.stability
+    assert float(upright.threshold) == pytest.approx(sleeper.threshold, rel=1e-14)
+
+
+def value(expression: Any, values: dict[Any, Any]) -> float:
+    return float(sympy.sympify(expression).subs(values))
+
+
+@pytest.mark.parametrize(
+    ("spin", "tilt"), [(W, THETA), (SPIN, THETA), (SPIN, sympy.pi / 3), (W, 2 * sympy.pi / 3), (SPIN, 3)]
+)
+@pytest.mark.parametrize("sense", [1, -1])
+def test_formulas_with_symbols_hold_for_their_values(spin: Any, tilt: Any, sense: int) -> None:
+    found = steady(A, C, spin, tilt, P, EXACT)
+    values = {A: 2, C: 3, W: 7, SPIN: 7 * sense, THETA: sympy.Rational(1, 2), P: 5}
+    turn, angle = value(spin, values), value(tilt, values)
+    expected = steady(2.0, 3.0, turn, angle, 5.0, FLOAT)
+    assert value(found.slow, values) == pytest.approx(expected.slow, rel=1e-13)
+    assert value(found.fast, values) == pytest.approx(expected.fast, rel=1e-13)
+    assert value(found.minimum_spin, values) == pytest.approx(expected.minimum_spin, rel=1e-14)
+    error = top.gyroscopic_error(A, C, spin, tilt, found.slow, EXACT)
+    assert value(error, values) == pytest.approx(
+        top.gyroscopic_error(2.0, 3.0, turn, angle, expected.slow, FLOAT), rel=1e-13
+    )
+
+
+def test_what_symbols_leave_open_is_none_or_a_formula() -> None:
+    found = sleeping(A, C, SPIN, P, EXACT)
+    assert found.stability is None
+    assert sympy.simplify(found.threshold - 2 * sympy.sqrt(A * P) / C) == 0
+    assert value(found.growth_rate, {A: 1, C: 1, P: 4, SPIN: 1}) == pytest.approx(
+        sleeping(1.0, 1.0, 1.0, 4.0, FLOAT).growth_rate, rel=1e-14
+    )
+    assert found.frequencies is not None
+    rates = [value(rate, {A: 1, C: 1, P: 4, SPIN: -9}) for rate in found.frequencies]
+    assert rates == pytest.approx(sleeping(1.0, 1.0, -9.0, 4.0, FLOAT).frequencies, rel=1e-14)
+
+
+def test_symbols_that_decide_are_heard() -> None:
+    assert sleeping(A, C, 0 * A, P, EXACT).stability == "unstable"
+    assert sleeping(A, C, 2 * sympy.sqrt(A * P) / C, P, EXACT).stability == "marginal"
+    assert sleeping(A, C, W, 0 * A, EXACT).stability == "stable"
+    assert steady(A, C, 0 * A, sympy.pi / 3, P, EXACT).slow is None
+    hanging = steady(A, C, 0 * A, 2 * sympy.pi / 3, P, EXACT)
+    assert hanging.slow == -sympy.sqrt(2 * P / A)
+    assert hanging.minimum_spin == 0
+    assert steady(A, C, SPIN, sympy.pi / 2, P, EXACT).slow == P / (C * SPIN)
+
+
+# --- nutation
+
+
+def reference(start: Start, digits: int = 60) -> dict[str, Any]:
+    """Limits, period and advance of phi by the roots of Goldstein's cubic in u, and quadrature between."""
+    with mpmath.workdps(digits):
+        lambda1, lambda3, spin, tilt, precession, rate, weight = map(mpmath.mpf, start)
+        u0, sine = mpmath.cos(tilt), mpmath.sin(tilt)
+        a, beta = lambda3 * spin / lambda1, 2 * weight / lambda1
+        b = precession * sine**2 + a * u0
+        alpha = rate**2 + precession**2 * sine**2 + beta * u0
+        cubic = [beta, -alpha - a * a, 2 * a * b - beta, alpha - b * b]
+        if beta == 0:
+            cubic = cubic[1:]
+        roots = mpmath.polyroots(cubic, maxsteps=2000, extraprec=800)
+        assert all(abs(mpmath.im(root)) < mpmath.mpf(10) ** (-digits // 2) for root in roots)
+        u1, u2, *third = sorted(mpmath.re(root) for root in roots)
+        middle, half = (u1 + u2) / 2, (u2 - u1) / 2
+
+        def speed(u: Any) -> Any:
+            return mpmath.sqrt(beta * (third[0] - u) if third else alpha + a * a)
+
+        def phi_dot(u: Any) -> Any:
+            return (b - a * u) / (1 - u * u)
+
+        def over_a_period(f: Any) -> Any:
+            # u = middle - half cos(psi) takes the roots out of the integrand.
+            def integrand(psi: Any) -> Any:
+                u = middle - half * mpmath.cos(psi)
+                return 2 * f(u) / speed(u)
+
+            return mpmath.quad(integrand, [0, mpmath.pi / 2, mpmath.pi])
+
+        theta_min, theta_max = mpmath.acos(min(u2, 1)), mpmath.acos(u1)
+        return {
+            "theta_min": theta_min,
+            "theta_max": theta_max,
+            "amplitude": theta_max - theta_min,
+            "phi_dot_at_theta_min": phi_dot(u2),
+            "phi_dot_at_theta_max": phi_dot(u1),
+            "period": over_a_period(lambda u: 1),
+            "precession_per_nutation": over_a_period(phi_dot),
+            "near": min(1 - u2, 1 + u1),
+            "closing": (third[0] - u2) / (third[0] - u1) if third else 1,
+            "phi_dots": (phi_dot(u1), phi_dot(u2)),
+        }
+
+
+def require_nutation(found: Nutation, expected: dict[str, Any], tolerance: float = 1e-13) -> None:
+    rate = float(max(map(abs, expected["phi_dots"])))
+    slack = {"phi_dot_at_theta_min": rate, "phi_dot_at_theta_max": rate}
+    slack["precession_per_nutation"] = rate * float(expected["period"])
+    for name in ("theta_min", "theta_max", "amplitude", "period", *slack):
+        assert getattr(found, name) == pytest.approx(
+            float(expected[name]), rel=tolerance, abs=1e-16 * slack.get(name, 0)
+        ), name
+    assert found.period is not None
+    assert found.precession_per_nutation is not None
+    assert found.mean_rate == pytest.approx(found.precession_per_nutation / found.period, rel=1e-14)
+
+
+@st.composite
+def starts(draw: st.DrawFn) -> Start:
+    lambda1 = draw(MOMENTS)
+    lambda3 = lambda1 * draw(st.floats(0.01, 2))
+    return (lambda1, lambda3, *draw(st.tuples(SPINS, TILTS, RATES, RATES)), draw(WEIGHTS))
+
+
+@few
+@given(starts())
+@example((1.0, 0.5, 50.0, 0.5, 0.0, 0.0, 1.0))
+@example((1.0, 0.5, 50.0, 0.5, -0.3, 0.0, 1.0))
+@example((1.0, 0.5, 50.0, 0.5, 0.0, -0.3, 1.0))
+@example((1.0, 0.5, 0.0, 2.5, 0.7, 0.0, 1.0))
+@example((1.0, 1.9, 3.0, 1.0, 2.0, 1.0, 0.0))
+def test_any_nutation(start: Start) -> None:
+    found = nutation(*start)
+    assume(found.kind not in ("steady", "none") and (start[2] != 0 or start[4] != 0))
+    expected = reference(start)
+    assume(expected["near"] > 1e-8 and expected["closing"] > 1e-12)
+    require_nutation(found, expected)
+    one, two = (float(rate) for rate in expected["phi_dots"])
+    if min(abs(one), abs(two)) > 1e-6 * max(abs(one), abs(two)):
+        assert found.kind == ("looping" if one * two < 0 else "wavy")
+    else:
+        assume(min(abs(one), abs(two)) < 1e-20)
+        assert found.kind == "cuspidal"
+
+
+@pytest.mark.parametrize("spin", [1e3, -1e5, 1e6, 1e8])
+@pytest.mark.parametrize("precession", [0.0, 1e-3, -1e-3])
+def test_a_fast_top_keeps_the_digits_of_its_small_nutation(spin: float, precession: float) -> None:
+    start = (1.0, 0.5, spin, 0.7, precession / spin, 0.0, 3.0)
+    found, expected = nutation(*start), reference(start, 120)
+    assert found.amplitude < 1e-4
+    require_nutation(found, expected)
+    # Its fall is 2 M g R sin(theta) lambda1/(lambda3 spin)^2 (Goldstein, (5.71) in other words).
+    assert found.amplitude == pytest.approx(2 * 3 * math.sin(0.7) / (0.5 * spin) ** 2, rel=1e-2)
+    assert found.mean_rate == pytest.approx(3 / (0.5 * spin), rel=1e-2)
+    ahead = precession * spin * 1.0
+    assert found.kind == ("cuspidal" if precession == 0 else "wavy" if ahead * spin > 0 else "looping")
+
+
+def test_a_tiny_push_of_a_fast_top() -> None:
+    start = (1.0, 0.5, 1e6, 0.7, 6e-6, 1e-9, 3.0)
+    require_nutation(nutation(*start), reference(start, 120))
+
+
+@pytest.mark.parametrize("branch", ["slow", "fast"])
+@pytest.mark.parametrize(
+    ("spin", "tilt"), [(9.0, 0.4), (-9.0, 0.4), (9.0, 2.0), (0.0, 2.0), (3.0, math.pi / 2)]
+)
+def test_the_rates_of_steady_precession_are_steady(branch: str, spin: float, tilt: float) -> None:
+    rate = getattr(steady(1.0, 0.8, spin, tilt, 2.0, FLOAT), branch)
+    if rate is None:
+        return
+    found = nutation(1.0, 0.8, spin, tilt, rate, 0.0, 2.0)
+    assert found.kind == "steady"
+    assert (found.theta_min, found.theta_max, found.amplitude, found.mean_rate) == (tilt, tilt, 0, rate)
+    # A little off, the period is about the same and the amplitude in proportion.
+    near, nearer = (nutation(1.0, 0.8, spin, tilt, rate * (1 + off), 0.0, 2.0) for off in (1e-6, 1e-9))
+    assert nearer.kind == "wavy"
+    assert nearer.period == pytest.approx(found.period, rel=1e-7)
+    assert nearer.precession_per_nutation == pytest.approx(found.precession_per_nutation, rel=1e-7)
+    assert near.amplitude == pytest.approx(1000 * nearer.amplitude, rel=1e-4)
+    start = (1.0, 0.8, spin, tilt, rate * (1 + 1e-9), 0.0, 2.0)
+    require_nutation(nearer, reference(start, 120))
+
+
+def test_the_least_spin_is_steady_too() -> None:
+    least = steady(1.3, 0.8, 1.0, 0.4, 2.0, FLOAT).minimum_spin
+    assert least is not None
+    rate = steady(1.3, 0.8, least, 0.4, 2.0, FLOAT).slow
+    assert rate is not None
+    assert nutation(1.3, 0.8, least, 0.4, rate, 0.0, 2.0).kind == "steady"
+
+
+def test_a_cusp_and_its_neighbours() -> None:
+    kinds = [nutation(1.0, 0.5, 50.0, 0.5, rate, 0.0, 1.0).kind for rate in (-1e-9, -1e-15, 0, 1e-15, 1e-9)]
+    assert kinds == ["looping", "cuspidal", "cuspidal", "cuspidal", "wavy"]
+
+
+def test_a_cusp_is_reached_from_elsewhere() -> None:
+    # Pushed so that phi-dot vanishes where theta-dot does: start on the way of a top let go at 0.5.
+    lambda3, spin, weight, tilt = 0.5, 20.0, 1.0, 0.505
+    with mpmath.workdps(40):
+        u, top_u = mpmath.cos(mpmath.mpf(tilt)), mpmath.cos(mpmath.mpf(0.5))
+        square = 1 - u * u
+        precession = lambda3 * spin * (top_u - u) / square
+        rate = mpmath.sqrt(2 * weight * (top_u - u) - precession**2 * square)
+    found = nutation(1.0, lambda3, spin, tilt, float(precession), float(rate), weight)
+    assert found.kind in ("cuspidal", "looping", "wavy")
+    assert found.theta_min == pytest.approx(0.5, rel=1e-12)
+    assert found.phi_dot_at_theta_min == pytest.approx(0, abs=1e-12)
+    let_go = nutation(1.0, lambda3, spin, 0.5, 0.0, 0.0, weight)
+    assert found.theta_max == pytest.approx(let_go.theta_max, rel=1e-13)
+    assert found.period == pytest.approx(let_go.period, rel=1e-12)
+
+
+# --- through the vertical
+
+
+def test_a_plane_pendulum() -> None:
+    # Half of its period is that of the nutation: 4 K(sin(amplitude/2))/w there and back.
+    found = nutation(2.0, 0.5, 0.0, 1.0, 0.0, 0.0, 3.0)
+    amplitude = math.pi - 1.0
+    expected = 2 * mpmath.ellipk(mpmath.sin(amplitude / 2) ** 2) / mpmath.sqrt(1.5)
+    assert found.period == pytest.approx(float(expected), rel=1e-14)
+    assert (found.theta_min, found.theta_max, found.kind) == (1.0, math.pi, "cuspidal")
+    assert (found.precession_per_nutation, found.mean_rate) == (0, 0)
+
+
+def test_a_pendulum_that_goes_over_the_top() -> None:
+    # theta-dot^2 = 2 (E - M g R cos theta)/lambda1; from 0 to pi and back.
+    found = nutation(2.0, 0.5, 0.0, 1.0, 0.0, -4.0, 3.0)
+    excess = 16 + 3 * math.cos(1.0)
+    time = 2 * mpmath.quad(lambda x: 1 / mpmath.sqrt(excess - 3 * mpmath.cos(x)), [0, mpmath.pi])
+    assert found.period == pytest.approx(float(time), rel=1e-14)
+    assert (found.theta_min, found.theta_max) == (0, math.pi)
+    assert found.mean_rate == 0
+
+
+def test_a_pendulum_with_just_enough_energy_takes_forever() -> None:
+    found = nutation(1.0, 0.5, 0.0, math.pi, 0.0, 2.0, 1.0)
+    assert (found.theta_min, found.theta_max) == (0, math.pi)
+    assert (found.period, found.precession_per_nutation, found.mean_rate) == (None, None, None)
+    near = nutation(1.0, 0.5, 0.0, math.pi, 0.0, math.nextafter(2.0, 3), 1.0)
+    assert near.period is not None
+    assert 30 < near.period < 50
+
+
+@pytest.mark.parametrize("spin", [1.0, -1.0, 30.0])
+def test_an_upright_top_with_a_push(spin: float) -> None:
+    found = nutation(1.0, 0.5, spin, 0.0, 123.0, 0.4, 1.0)
+    assert found.theta_min == 0
+    assert found.phi_dot_at_theta_min == spin / 4
+    assert found.kind == "wavy"
+    # phi-dot = a/(1 + u) between u = 1 and the root of (1 + u)(alpha - beta u) = a^2 (1 - u)
+    a, alpha = 0.5 * spin, 2 + 0.4**2
+    linear = alpha - 2 + a * a
+    u = (linear - math.sqrt(linear**2 + 8 * (alpha - a * a))) / 4
+    assert found.theta_max == pytest.approx(math.acos(u), rel=1e-13)
+    assert found.phi_dot_at_theta_max == pytest.approx(a / (1 + u), rel=1e-13)
+    # Passing the vertical on either side, phi makes half a turn more, or less.
+    assert found.precession_per_nutation is not None
+    for precession in (1.0, -1.0):
+        near = nutation(1.0, 0.5, spin, 1e-13, math.copysign(1, spin) * precession * 100, 0.4, 1.0)
+        assert near.period == pytest.approx(found.period, rel=1e-12)
+        assert near.theta_max == pytest.approx(found.theta_max, rel=1e-12)
+        assert near.precession_per_nutation == pytest.approx(
+            found.precession_per_nutation + math.copysign(1, spin) * precession * math.pi, rel=1e-12
+        )
+
+
+def test_a_hanging_top_with_a_push() -> None:
+    found = nutation(1.0, 0.5, 4.0, math.pi, 0.0, 0.4, 1.0)
+    assert found.theta_max == math.pi
+    assert found.phi_dot_at_theta_max == -1
+    # A small swing is the sum of two rotations, W = -S/2 +- sqrt(S^2/4 + M g R), whose beat is the nutation.
+    small = nutation(1.0, 0.5, 4.0, math.pi, 0.0, 1e-9, 1.0)
+    assert small.period == pytest.approx(math.pi / math.sqrt(2), rel=1e-14)
+    assert small.precession_per_nutation == pytest.approx(-math.pi / math.sqrt(2), rel=1e-14)
+    assert small.amplitude == pytest.approx(1e-9 / math.sqrt(2), rel=1e-14)
+
+
+@pytest.mark.parametrize("tilt", [0.0, math.pi, math.nextafter(math.pi, 4), math.nextafter(math.pi, 0)])
+@pytest.mark.parametrize("spin", [0.0, 0.1, 100.0])
+def test_a_vertical_axis_rests(tilt: float, spin: float) -> None:
+    found = nutation(1.0, 0.5, spin, tilt, 5.0, 0.0, 1.0)
+    assert found == Nutation(tilt, tilt, 0, None, None, None, None, None, "none")
+
+
+def test_an_axis_that_nothing_moves_rests() -> None:
+    found = nutation(1.0, 0.5, 30.0, 1.0, 0.0, 0.0, 0.0)
+    assert found == Nutation(1, 1, 0, 0, 0, None, None, 0, "none")
+
+
+@pytest.mark.parametrize("tilt", [1e-3, 1e-9, 1e-100])
+def test_a_stable_top_near_the_vertical(tilt: float) -> None:
+    # Let go at rest, z = A exp(i W1 t) + B exp(i W2 t): |z| has the period of the beat.
+    found = nutation(1.0, 0.5, 10.0, tilt, 0.0, 0.0, 1.0)
+    one, two = sleeping(1.0, 0.5, 10.0, 1.0, FLOAT).frequencies or (0, 0)
+    assert found.theta_min == tilt
+    assert found.theta_max == pytest.approx(tilt * (two + one) / (two - one), rel=max(1e-14, tilt))
+    assert found.period == pytest.approx(2 * math.pi / (two - one), rel=max(1e-14, tilt))
+    assert found.phi_dot_at_theta_max == pytest.approx(2 * one * two / (two + one), rel=max(1e-14, tilt))
+    assert found.kind == "cuspidal"
+
+
+# --- without weight
+
+
+@few
+@given(starts())
+def test_without_weight_the_axis_goes_round_the_angular_momentum(start: Start) -> None:
+    lambda1, lambda3, spin, tilt, precession, rate, _ = start
+    assume(abs(precession) + abs(rate) > 0)
+    found = nutation(*start[:-1], 0.0)
+    assume(found.kind not in ("steady", "none"))
+    momentum = lambda1 * math.hypot(rate, precession * math.sin(tilt), lambda3 / lambda1 * spin)
+    assert found.period == pytest.approx(2 * math.pi * lambda1 / momentum, rel=1e-13)
+    # L leans by `lean` from the vertical, the axis by `cone` from L.
+    cone = math.atan2(lambda1 * math.hypot(rate, precession * math.sin(tilt)), abs(lambda3 * spin))
+    cone = cone if spin >= 0 else math.pi - cone
+    vertical = lambda1 * precession * math.sin(tilt) ** 2 + lambda3 * spin * math.cos(tilt)
+    lean = math.acos(max(-1, min(1, vertical / momentum)))
+    assert found.theta_min == pytest.approx(abs(lean - cone), abs=1e-6)
+    assert found.theta_max == pytest.approx(math.pi - abs(math.pi - lean - cone), abs=1e-6)
+
+
+# --- the equations of motion themselves
+
+
+def moved(start: Start, time: float, digits: int = 30) -> tuple[list[Any], list[Any]]:
+    """The axis and L in space after `time`, started in the plane xz: L' = M g R z x e, lambda1 e' = L x e.
+
+    By Taylor series of 30 terms; neither Euler angles nor first integrals.
+    """
+    with mpmath.workdps(digits):
+        lambda1, lambda3, spin, tilt, precession, rate, weight = map(mpmath.mpf, start)
+        s, c = mpmath.sin(tilt), mpmath.cos(tilt)
+        e = [s, mpmath.mpf(0), c]
+        turn = [-precession * s * c, rate, precession * s * s]  # e x e'
+        momentum = [lambda1 * turn[k] + lambda3 * spin * e[k] for k in range(3)]
+        fastest = mpmath.sqrt(sum(x * x for x in momentum)) / lambda1 + mpmath.sqrt(weight / lambda1)
+        count = int(mpmath.ceil(3 * mpmath.mpf(time) * fastest)) + 1
+        step, order = mpmath.mpf(time) / count, 30
+        for _ in range(count):
+            axes, momenta = [e], [momentum]
+            for k in range(order):
+                x, y, _z = axes[k]
+                momenta.append([-weight * y / (k + 1), weight * x / (k + 1), mpmath.mpf(0)])
+                axes.append(
+                    [
+                        mpmath.fsum(
+                            momenta[j][p] * axes[k - j][q] - momenta[j][q] * axes[k - j][p]
+                            for j in range(k + 1)
+                        )
+                        / (lambda1 * (k + 1))
+                        for p, q in ((1, 2), (2, 0), (0, 1))
+                    ]
+                )
+            e = [mpmath.polyval([row[k] for row in reversed(axes)], step) for k in range(3)]
+            momentum = [mpmath.polyval([row[k] for row in reversed(momenta)], step) for k in range(3)]
+        return e, momentum
+
+
+MOTIONS: dict[str, Start] = {
+    "cuspidal": (1.0, 0.5, 12.0, 0.5, 0.0, 0.0, 1.0),
+    "looping": (1.0, 0.5, 12.0, 0.5, -0.4, 0.0, 1.0),
+    "wavy": (1.0, 0.5, -12.0, 0.5, -0.4, 0.0, 1.0),
+    "slow spin": (1.0, 0.5, 0.7, 0.5, 0.3, 0.0, 1.0),
+    "hanging": (1.5, 0.5, 5.0, 2.8, 1.0, 0.0, 2.0),
+    "spherical pendulum": (1.5, 0.5, 0.0, 2.0, 1.0, 0.0, 2.0),
+    "on the way": (1.0, 1.5, 3.0, 1.2, -1.0, 2.0, 2.0),
+    "no weight": (1.0, 1.5, 3.0, 1.2, -1.0, 2.0, 0.0),
+    "nearly over the top": (1.0, 0.5, 1.0, 3.0, 0.1, 2.0, 1.0),
+}
+
+
+@pytest.mark.parametrize("start", MOTIONS.values(), ids=MOTIONS)
+def test_the_equations_of_motion_have_this_period_and_precession(start: Start) -> None:
+    found = nutation(*start)
+    assert found.period is not None
+    assert found.precession_per_nutation is not None
+    (x, y, z), _ = moved(start, found.period)
+    assert float(z) == pytest.approx(math.cos(start[3]), abs=1e-13)
+    turned = float(mpmath.atan2(y, x)) - found.precession_per_nutation
+    assert math.remainder(turned, 2 * math.pi) == pytest.approx(0, abs=3e-13)
+    if start[5] == 0:
+        (x, y, z), momentum = moved(start, found.period / 2)
+        other = found.theta_max if found.theta_min == start[3] else found.theta_min
+        assert float(z) == pytest.approx(math.cos(other), abs=1e-13)
+        # The velocity there is horizontal: phi-dot = (x y' - y x')/(x^2 + y^2), with lambda1 e' = L x e.
+        velocity = [momentum[p] * (x, y, z)[q] - momentum[q] * (x, y, z)[p] for p, q in ((1, 2), (2, 0))]
+        rate = float((x * velocity[1] - y * velocity[0]) / (x * x + y * y)) / start[0]
+        at_other = found.phi_dot_at_theta_max if other == found.theta_max else found.phi_dot_at_theta_min
+        assert rate == pytest.approx(at_other, rel=1e-12)
+
+
+@pytest.mark.parametrize("branch", ["slow", "fast"])
+@pytest.mark.parametrize("tilt", [0.5, 2.5])
+def test_steady_precession_solves_the_equations_of_motion(branch: str, tilt: float) -> None:
+    rate = getattr(steady(1.0, 0.5, -12.0, tilt, 1.0, FLOAT), branch)
+    (x, y, z), _ = moved((1.0, 0.5, -12.0, tilt, rate, 0.0, 1.0), 2.0)
+    assert float(z) == pytest.approx(math.cos(tilt), abs=1e-14)
+    assert math.remainder(float(mpmath.atan2(y, x)) - 2 * rate, 2 * math.pi) == pytest.approx(0, abs=1e-13)
+
+
+def test_an_unstable_sleeper_falls_at_its_growth_rate() -> None:
+    growth = sleeping(1.0, 0.5, 1.0, 1.0, FLOAT).growth_rate
+    assert growth is not None
+    (x1, y1, _), _ = moved((1.0, 0.5, 1.0, 1e-15, 0.0, 0.0, 1.0), 20 / growth)
+    (x2, y2, _), _ = moved((1.0, 0.5, 1.0, 1e-15, 0.0, 0.0, 1.0), 21 / growth)
+    assert float(mpmath.log(mpmath.hypot(x2, y2) / mpmath.hypot(x1, y1))) == pytest.approx(1, abs=1e-8)
+
+
+# --- laws of nutation
+
+
+@few
+@given(starts())
+def test_a_mirror_turns_nutation_over(start: Start) -> None:
+    lambda1, lambda3, spin, tilt, precession, rate, weight = start
+    one, two = nutation(*start), nutation(lambda1, lambda3, -spin, tilt, -precession, -rate, weight)
+    assert (one.theta_min, one.theta_max, one.period, one.kind) == (
+        two.theta_min,
+        two.theta_max,
+        two.period,
+        two.kind,
+    )
+    for name in ("phi_dot_at_theta_min", "phi_dot_at_theta_max", "precession_per_nutation", "mean_rate"):
+        a, b = getattr(one, name), getattr(two, name)
+        assert b == (None if a is None else -a)
+
+
+@few
+@given(starts(), st.integers(-300, 300), st.integers(-40, 40))
+def test_units_do_not_matter_to_nutation(start: Start, mass: int, time: int) -> None:
+    lambda1, lambda3, spin, tilt, precession, rate, weight = start
+    m, w = 2.0**mass, 2.0**time
+    one = nutation(*start)
+    two = nutation(lambda1 * m, lambda3 * m, spin * w, tilt, precession * w, rate * w, weight * m * w * w)
+    assert two.kind == one.kind
+    for name, scale in {
+        "theta_min": 1,
+        "theta_max": 1,
+        "amplitude": 1,
+        "period": 1 / w,
+        "mean_rate": w,
+    }.items():
+        a, b = getattr(one, name), getattr(two, name)
+        assert b == (None if a is None else pytest.approx(a * scale, rel=1e-15))
+
+
+@fewest
+@given(starts(), st.floats(0, 1))
+def test_the_nutation_is_the_same_from_any_point_of_the_way(start: Start, part: float) -> None:
+    found = nutation(*start)
+    assume(found.period is not None and found.kind not in ("steady", "none"))
+    assert found.period is not None
+    lambda1, lambda3, spin, tilt, *_, weight = start
+    assume(abs(spin) * lambda3 / lambda1 * found.period < 60 and tilt > 0.01)
+    (x, y, z), momentum = moved(start, part * found.period)
+    with mpmath.workdps(30):
+        velocity = [
+            (momentum[p] * (x, y, z)[q] - momentum[q] * (x, y, z)[p]) / lambda1
+            for p, q in ((1, 2), (2, 0), (0, 1))
+        ]
+        square = x * x + y * y
+        assume(square > 1e-4)
+        there = (
+            float(mpmath.atan2(mpmath.sqrt(square), z)),
+            float((x * velocity[1] - y * velocity[0]) / square),
+            float(-velocity[2] / mpmath.sqrt(square)),
+        )
+    again = nutation(lambda1, lambda3, spin, *there, weight)
+    assume(again.kind not in ("steady", "none") and min(found.theta_min, math.pi - found.theta_max) > 1e-3)
+    assert again.theta_min == pytest.approx(found.theta_min, abs=1e-11)
+    assert again.theta_max == pytest.approx(found.theta_max, abs=1e-11)
+    assert again.period == pytest.approx(found.period, rel=1e-10)

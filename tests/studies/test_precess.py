@@ -1,0 +1,252 @@
+"""`precess` as a whole: what each section of a document answers, and what is refused or null."""
+
+from __future__ import annotations
+
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigidcli.errors import DocumentError
+from rigidcli.model.load import loads
+from rigidcli.report import Report
+from rigidcli.studies.precess import run
+from tests.conftest import Program
+
+DISC = "mass: 0.3, distance: 0.05, lambda3: 3.75e-4"
+
+
+def precess(text: str, **options: Any) -> Report:
+    return run(loads(text, **options))
+
+
+def top(text: str) -> Any:
+    return precess(f"top: {{{text}}}\n")["top"]
+
+
+def free(moments: str, omega: str, more: str = "") -> Any:
+    return precess(f"body: {{moments: {moments}}}\nabout: com\nmotion: {{omega: {omega}{more}}}\n")["free"]
+
+
+# --- tops
+
+
+def test_without_tilt_and_lambda1_the_gyroscopic_rate_is_all_there_is() -> None:
+    report = precess(f"top: {{spin: 20 rev/s, gravity: 9.8, {DISC}}}\n")
+    found = report["top"]
+    assert found["gyroscopic_rate"] == pytest.approx(0.3 * 9.8 * 0.05 / (3.75e-4 * 40 * math.pi), rel=1e-14)
+    for key in ("tilt", "torque", "slow_rate", "sleeping", "nutation_kind", "theta_min"):
+        assert found[key] is None
+    assert any("`top.tilt` is not given" in note for note in report.notes)
+    assert any("`top.lambda1` is not given" in note for note in report.notes)
+
+
+@given(tilt=st.floats(0.01, 3.13))
+def test_the_gyroscopic_rate_does_not_depend_on_the_tilt_while_the_torque_does(tilt: float) -> None:
+    found = top(f"spin: 100, tilt: {tilt}, {DISC}, lambda1: 1.1e-3")
+    assert found["gyroscopic_rate"] == pytest.approx(0.3 * 9.80665 * 0.05 / 3.75e-2, rel=1e-14)
+    assert found["torque"] == pytest.approx([0, 0.3 * 9.80665 * 0.05 * math.sin(tilt), 0], rel=1e-14)
+
+
+def test_the_torque_is_the_vector_product_of_arm_and_weight() -> None:
+    found = top(f"spin: 100, tilt: 40 deg, gravity: 9.81, {DISC}")
+    arm = 0.05 * np.array([math.sin(math.radians(40)), 0, math.cos(math.radians(40))])
+    assert found["torque"] == pytest.approx(np.cross(arm, [0, 0, -0.3 * 9.81]), rel=1e-14)
+    assert found["torque_magnitude"] == pytest.approx(np.linalg.norm(found["torque"]), rel=1e-15)
+
+
+def test_upright_and_hanging_tops_feel_no_torque() -> None:
+    for tilt in ("0", "180 deg"):
+        assert top(f"spin: 100, tilt: {tilt}, {DISC}, lambda1: 1.1e-3")["torque_magnitude"] == 0
+
+
+@given(spin=st.floats(30, 3000), sign=st.sampled_from([-1, 1]), tilt=st.floats(0.1, 3.0))
+def test_steady_rates_solve_their_equation(spin: float, sign: int, tilt: float) -> None:
+    found = top(f"spin: {sign * spin}, tilt: {tilt}, mass: 1, distance: 0.1, lambda1: 0.02, lambda3: 0.01")
+    for rate in filter(None, (found["slow_rate"], found["fast_rate"])):
+        terms = [0.02 * math.cos(tilt) * rate**2, -0.01 * sign * spin * rate, 9.80665 * 0.1]
+        assert sum(terms) == pytest.approx(0, abs=1e-12 * max(map(abs, terms)))
+    for root in found.get("complex_roots", []):
+        rate = complex(root["re"], root["im"])
+        assert abs(0.02 * math.cos(tilt) * rate**2 - 0.01 * sign * spin * rate + 0.980665) < 1e-11
+
+
+def test_a_top_that_is_too_slow_has_complex_roots_and_is_told_the_spin_it_needs() -> None:
+    report = precess("top: {spin: 1, tilt: 30 deg, mass: 1, distance: 0.1, lambda1: 0.02, lambda3: 0.01}\n")
+    found = report["top"]
+    assert (found["slow_rate"], found["fast_rate"]) == (None, None)
+    assert [root["im"] for root in found["complex_roots"]] == sorted(
+        root["im"] for root in found["complex_roots"]
+    )
+    needed = found["minimum_spin"]
+    assert needed == pytest.approx(2 * math.sqrt(0.02 * 0.980665 * math.cos(math.pi / 6)) / 0.01, rel=1e-13)
+    faster = "top: {spin: %r, tilt: 30 deg, mass: 1, distance: 0.1, lambda1: 0.02, lambda3: 0.01}\n"
+    assert precess(faster % (needed * 1.0001))["top"]["slow_rate"] is not None
+    assert precess(faster % (needed * 0.9999))["top"]["slow_rate"] is None
+
+
+def test_steady_precession_begun_with_its_own_rate_stays_steady() -> None:
+    text = "spin: 500, tilt: 50 deg, mass: 1, distance: 0.1, lambda1: 0.02, lambda3: 0.01"
+    for start in ("steady", "null"):
+        found = top(f"{text}, precession: {start}")
+        assert found["nutation_kind"] == "steady"
+        assert found["theta_min"] == found["theta_max"] == pytest.approx(math.radians(50), rel=1e-15)
+        assert found["mean_precession_rate"] == pytest.approx(found["slow_rate"], rel=1e-12)
+    assert top(text)["nutation_kind"] == "cuspidal"
+
+
+def test_friction_is_spoken_of_in_the_notes() -> None:
+    assert any("friction" in note for note in precess(f"top: {{spin: 100, {DISC}}}\n").notes)
+
+
+def test_no_spin_leaves_the_gyroscopic_rate_null_where_something_else_can_be_told() -> None:
+    found = top(f"spin: 0, tilt: 1, {DISC}, lambda1: 1.1e-3")
+    assert found["gyroscopic_rate"] is None
+    assert found["gyroscopic_period"] is None
+    assert found["theta_max"] > 3.0
+
+
+@pytest.mark.parametrize("more", ["", ", tilt: 1", ", lambda1: 1.1e-3"])
+def test_no_spin_is_refused_where_nothing_else_could_be_told(more: str) -> None:
+    with pytest.raises(DocumentError, match=r"top\.spin: read zero"):
+        top(f"spin: 0, {DISC}{more}")
+
+
+# --- free precession
+
+
+def test_a_symmetric_body_by_the_textbook() -> None:
+    """L. Landau, E. Lifshitz, Mechanics, section 33: space rate L/lambda1; section 36: body rate."""
+    found = free("[2, 2, 3]", "[0.3, 0.4, 2]")
+    momentum = math.hypot(1, 6)
+    assert found["angular_momentum"] == pytest.approx(momentum, rel=1e-15)
+    assert found["kinetic_energy"] == pytest.approx((2 * 0.25 + 3 * 4) / 2, rel=1e-15)
+    assert found["body_rate"] == pytest.approx((3 - 2) / 2 * 2, rel=1e-15)
+    assert found["body_period"] == pytest.approx(2 * math.pi, rel=1e-15)
+    assert found["space_rate"] == pytest.approx(momentum / 2, rel=1e-15)
+    assert found["spin_rate"] == pytest.approx(-1, rel=1e-15)
+    assert found["body_cone_angle"] == pytest.approx(math.atan2(0.5, 2), rel=1e-15)
+    assert found["axis_angle"] == pytest.approx(math.atan2(1, 6), rel=1e-15)
+    assert found["space_cone_angle"] == pytest.approx(math.atan2(0.5, 2) - math.atan2(1, 6), rel=1e-13)
+    assert found["polhode_period"] is None
+
+
+def test_of_a_prolate_body_e3_is_its_axis_and_the_body_rate_is_negative() -> None:
+    report = precess("body: {moments: [1, 4, 4]}\nabout: com\nmotion: {omega: [3, 0, 0.1]}\n")
+    assert report["free"]["body_rate"] == pytest.approx((1 - 4) / 4 * 3, rel=1e-15)
+    assert any("e1" in note for note in report.notes)
+
+
+def test_a_sphere_turns_steadily() -> None:
+    found = free("[2, 2, 2]", "[0, 0.6, 0.8]")
+    assert (found["body_rate"], found["body_period"]) == (0, None)
+    assert found["space_rate"] == pytest.approx(1, rel=1e-15)
+    assert found["space_cone_angle"] == 0
+
+
+def test_an_asymmetric_body_has_the_periods_of_elliptic_integrals() -> None:
+    from mpmath import mp
+
+    found = free("[1, 2, 3]", "[1, 1, 1]")
+    assert found["body_rate"] is None
+    with mp.workdps(30):
+        two_t, square = mp.mpf(6), mp.mpf(14)
+        # Landau, Lifshitz (37.12): L^2 > 2 T I2.
+        k2 = (2 - 1) * (two_t * 3 - square) / ((3 - 2) * (square - two_t * 1))
+        period = 4 * mp.ellipk(k2) * mp.sqrt(mp.mpf(1 * 2 * 3) / ((3 - 2) * (square - two_t * 1)))
+    assert found["polhode_period"] == pytest.approx(float(period), rel=1e-14)
+    assert found["flip_interval"] == pytest.approx(float(period) / 2, rel=1e-14)
+
+
+def test_omega_along_the_principal_axes_or_the_axes_of_a_frame_is_the_same_motion() -> None:
+    body = "body: {inertia: [[2, 1, 0], [1, 3, 0], [0, 0, 4]]}\nabout: com\n"
+    along = precess(body + "motion: {omega: [1, 2, 3], basis: principal}\n")["free"]
+    turned = precess(
+        body + "frame: {axis: [1, 2, 3], angle: 1}\nmotion: {omega: [1, 2, 3], basis: principal}\n"
+    )["free"]
+    assert along["kinetic_energy"] == pytest.approx(turned["kinetic_energy"], rel=1e-13)
+    moments = along["moments"]
+    assert along["kinetic_energy"] == pytest.approx(moments @ [1, 4, 9] / 2, rel=1e-13)
+
+
+def test_a_torque_is_left_aside_with_a_note() -> None:
+    report = precess(
+        "body: {moments: [1, 1, 2]}\nabout: com\nmotion: {omega: [0, 1, 1], torque: {body: [0, 0, 1]}}\n"
+    )
+    assert any("torque" in note for note in report.notes)
+
+
+# --- tides
+
+
+def test_perturbers_add_up() -> None:
+    text = (
+        "tide: {obliquity: 23.4 deg, spin: 7.29e-5, ellipticity: 0.0033, perturbers: ["
+        "{name: moon, gm: 4.9e12, distance: 384000 km}, {mass: 1.99e30, distance: 1.496e11}]}\n"
+    )
+    found = precess(text)["tide"]
+    rates = [each["rate"] for each in found["perturbers"]]
+    assert found["rate"] == pytest.approx(sum(rates), rel=1e-15)
+    assert [each["name"] for each in found["perturbers"]] == ["moon", "2"]
+    year = 365.25 * 86400
+    assert found["rate_arcsec_per_year"] == pytest.approx(
+        math.degrees(found["rate"] * year) * 3600, rel=1e-14
+    )
+    assert found["period_years"] == pytest.approx(2 * math.pi / found["rate"] / year, rel=1e-14)
+
+
+def test_an_upright_orbit_plane_gives_no_precession_and_no_period() -> None:
+    report = precess(
+        "tide: {obliquity: 90 deg, spin: 1, ellipticity: 0.1, perturbers: [{gm: 1, distance: 10}]}\n"
+    )
+    assert report["tide"]["rate"] == 0
+    assert report["tide"]["period_years"] is None
+    assert any("infinite" in note for note in report.notes)
+
+
+# --- the whole
+
+
+def test_a_document_that_does_not_precess_is_refused() -> None:
+    with pytest.raises(DocumentError, match="nothing here precesses"):
+        precess("body: {moments: [1, 1, 2]}\nabout: com\n")
+
+
+def test_only_the_sections_that_apply_are_in_json_and_all_columns_in_csv(program: Program) -> None:
+    document = f"top: {{spin: 100, {DISC}}}\n"
+    found = json.loads(program("precess", "-q", "-f", "json", "-", stdin=document).out)
+    assert "free" not in found
+    assert "tide" not in found
+    header, row = program("precess", "-q", "-f", "csv", "-", stdin=document).out.splitlines()
+    columns = dict(zip(header.split(","), row.split(","), strict=True))
+    assert columns["top.gyroscopic_rate"] == repr(found["top"]["gyroscopic_rate"])
+    assert columns["free.body_rate"] == columns["tide.rate"] == columns["top.tilt"] == ""
+    assert list(columns)[:2] == ["name", "top.mass"]
+
+
+def test_symbols_give_formulas(program: Program) -> None:
+    document = (
+        "parameters: {M: null, R: null, g: null, w: null, I: null}\n"
+        "top: {mass: M, distance: R, gravity: g, spin: w, lambda3: I}\n"
+    )
+    found = json.loads(program("precess", "-q", "-f", "json", "-", stdin=document).out)["top"]
+    assert found["gyroscopic_rate"] == "M*R*g/(I*w)"
+    assert found["spin"] == "w"
+
+
+def test_exact_results_are_the_floating_ones() -> None:
+    text = (
+        "body: {shape: cone, radius: 1/4, height: 1, mass: 2}\n"
+        "top: {spin: 100, tilt: pi/3, gravity: 10}\nmotion: {omega: [0, 3, 4]}\n"
+    )
+    floating, exact = precess(text), precess(text, exact=True)
+    for section in ("top", "free"):
+        for key, value in exact[section].items():
+            if value is not None and hasattr(value, "evalf"):
+                assert float(value.evalf()) == pytest.approx(floating[section][key], rel=1e-13), key
+    assert exact["top"]["theta_min"] is None
+    assert any("elliptic" in note for note in exact.notes)
