@@ -14,11 +14,11 @@ Value: TypeAlias = Any
 class Field:
     """One result. `key` is its name in JSON; `cells` are its columns in CSV, with their places in the value.
 
-    A key with a dot is the way into an object: `top.spin`; JSON is without a field that has no key. A cell's place is an index such as (0, 1)
-    into an array, or () for a value that is one cell. `symbol` is LaTeX; `title` and `unit` are for
-    people, who are not shown a field without a title, and see `words` instead of the value where there
-    are any, and zero for entries of an array that are rounding noise beside its largest, unless each
-    entry `counts` by itself.
+    A key with a dot is the way into an object: `top.spin`; JSON is without a field that has no key. A
+    cell's place is an index such as (0, 1) into an array, or () for a value that is one cell. `symbol` is
+    LaTeX; `title` and `unit` are for people, who are not shown a field without a title, and see `words`
+    instead of the value where there are any, and zero for entries of an array that are rounding noise
+    beside its largest, unless each entry `counts` by itself.
     """
 
     key: str

@@ -21,6 +21,10 @@ class Kind(StrEnum):
     tensor = "tensor"
     symbols = "symbols"
     motion = "motion"
+    free = "free"
+    driven = "driven"
+    top = "top"
+    planet = "planet"
 
 
 def new(

@@ -148,6 +148,13 @@ def turned(q: Floats, v: Floats) -> Floats:
     return result
 
 
+def angles_between(p: Floats, q: Floats) -> Floats:
+    """The angles (n, rad, 0 to pi) between orientations (n, 4), also tiny ones, whatever the signs."""
+    between = compose(p * [1, -1, -1, -1], q)
+    angles: Floats = 2 * np.arctan2(np.linalg.norm(between[:, 1:], axis=1), np.abs(between[:, 0]))
+    return angles
+
+
 def continuous(q: Floats) -> Floats:
     """Quaternions (n, 4) along a motion with signs such that none is nearer to the next one's negative."""
     near = np.einsum("ij,ij->i", q[1:], q[:-1])

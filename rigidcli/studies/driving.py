@@ -13,7 +13,7 @@ from rigidcli.core.principal import ZERO_MOMENT, principal_frame
 from rigidcli.errors import ComputationError
 from rigidcli.model.environment import Formula
 from rigidcli.model.motion import VARIABLES, SpaceTorque
-from rigidcli.studies.trajectory import Start, Trajectory, digits
+from rigidcli.studies.trajectory import Start, Trajectory, conserved, digits
 from rigidcli.symbolic import code, rigid
 from rigidcli.symbolic.tree import Name, Node
 
@@ -60,7 +60,7 @@ def driven(start: Start, engine: integrate.Engine, progress: Callable[[float], N
     omega, orientation = _seen(system, solution.at(start.times))
     coarser = solve(min(1e-3, start.tolerance * SECOND_OPINION), engine, None)
     _, other = _seen(system, coarser.at(start.times[-1:]))
-    error = 2 * float(np.abs(rotation.compose(other, orientation[-1:] * [1, -1, -1, -1])[0, 1:]).max())
+    error = float(rotation.angles_between(other, orientation[-1:])[0])
     motion = Trajectory(
         start,
         omega,
@@ -138,24 +138,22 @@ def _drift(system: _System, solution: integrate.Solution) -> dict[str, float]:
     """By how much the balances of energy and angular momentum are missed, at the ends of the steps.
 
     The work of the torque, the integral of N.omega, is held against the change of T, and the integral of
-    N in space against the change of L in space, by Gauss-Legendre quadrature along the solution. For
-    weight alone the work is known without, and L about the vertical is constant.
+    N in space against the change of L in space, by Gauss-Legendre quadrature along the solution. Under
+    weight alone energy is conserved, and so is L about the vertical.
     """
     states = solution.at(solution.knots)
     lengths = np.linalg.norm(states[:, :4], axis=1)
-    quaternions, momentum = states[:, :4] / lengths[:, None], states[:, 4:]
-    energy = np.einsum("ij,ij->i", momentum / system.moments, momentum) / 2
-    space = rotation.turned(quaternions, momentum)
+    quaternion = {"quaternion": float(np.abs(lengths - 1).max())}
     if system.start.torque is None:
-        height = rotation.turned(quaternions, system.axes.T @ system.start.weight)[:, 2]
-        work, space, impulse = height[0] - height, space[:, 2:], np.zeros((len(height), 1))
-    else:
-        work, impulse = _ledger(system, solution)
+        return conserved(system.start, *_seen(system, states)) | quaternion
+    momentum = states[:, 4:]
+    energy = np.einsum("ij,ij->i", momentum / system.moments, momentum) / 2
+    space = rotation.turned(states[:, :4] / lengths[:, None], momentum)
+    work, impulse = _ledger(system, solution)
     return {
         "energy": _miss((energy - energy[0] - work)[:, None], energy + np.abs(work)),
         "angular_momentum": _miss(space - space[0] - impulse, np.linalg.norm(momentum, axis=1)),
-        "quaternion": float(np.abs(lengths - 1).max()),
-    }
+    } | quaternion
 
 
 def _miss(balance: Floats, scale: Floats) -> float:

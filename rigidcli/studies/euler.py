@@ -14,7 +14,7 @@ from rigidcli.core.principal import PrincipalFrame, principal_frame
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Table
 from rigidcli.studies import inertia
-from rigidcli.studies.trajectory import Trajectory, follow
+from rigidcli.studies.trajectory import CLOSED, Trajectory, follow
 
 if TYPE_CHECKING:
     from rigidcli.core.integrate import Engine
@@ -32,6 +32,7 @@ MOTIONS = {
     "about_highest": "omega circulates about e3, the axis of the highest moment, as L^2 > 2 T lambda2",
     "separatrix": "separatrix: L^2 = 2 T lambda2, so that omega nears the intermediate axis forever",
     "driven": "driven by a torque",
+    "top": "driven: a symmetric top under its weight",
 }
 
 
@@ -73,7 +74,12 @@ def _kind(motion: Trajectory) -> tuple[Field, ...]:
     )
     turns = None if flip is None or rate is None else flip * rate / (2 * math.pi)
     return (
-        Field("motion", regime, "motion", words=MOTIONS[regime]),
+        Field(
+            "motion",
+            regime,
+            "motion",
+            words=MOTIONS["top" if regime == "driven" and motion.method == CLOSED else regime],
+        ),
         Field("period", period, "period of omega in the body" if period is not None else "", r"\tau", "s"),
         Field("flip_interval", flip, "time between flips" if flip is not None else "", r"\tau/2", "s"),
         Field("turns_per_flip", turns, "turns about L between flips" if turns is not None else ""),

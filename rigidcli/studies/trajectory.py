@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigidcli.core import freebody, rotation
+from rigidcli.core import freebody, lagrange, rotation
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.errors import ComputationError, DocumentError, Problem, UsageError
@@ -30,6 +30,12 @@ DEFAULT_NUTATIONS = 3
 """Nutations of a top in that time, at least."""
 
 DEFAULT_TOLERANCE = 1e-12
+
+CLOSED = "closed form"
+"""The method where nothing is integrated."""
+
+SYMMETRIC = 1e-14
+"""How far the tensor of a symmetric top may be from its form, in units of its largest entry."""
 
 MOST_DIGITS = 15.9
 """Decimal digits of a float."""
@@ -104,6 +110,9 @@ def follow(
     start = beginning(document)
     if start.torque is None and not start.weight.any():
         return _free(start)
+    top = _as_top(start) if start.torque is None and engine == "auto" else None
+    if top is not None:
+        return _heavy(start, *top)
     from rigidcli.studies.driving import driven
 
     return driven(start, engine, progress)
@@ -234,11 +243,43 @@ def _default_duration(motion: Sampling) -> tuple[str, ...]:
 def _free(start: Start) -> Trajectory:
     free = freebody.free_motion(start.tensor, start.omega, start.orientation)
     omega, orientation = freebody.at(free, start.times)
-    beginning = start.times == 0  # is known without rounding
-    omega[beginning], orientation[beginning] = start.omega, start.orientation
+    _begin(start, omega, orientation)
     error = freebody.sensitivity(start.tensor, start.omega, start.orientation, start.times)
-    motion = Trajectory(start, omega, orientation, free, "closed form", 0, digits(error), {})
-    return replace(motion, drift=_conserved(motion))
+    drift = conserved(start, omega, orientation)
+    return Trajectory(start, omega, orientation, free, CLOSED, 0, digits(error), drift)
+
+
+def _as_top(start: Start) -> tuple[Floats, float, float] | None:
+    """Axes (columns), lambda1 and lambda3 of a body that is a symmetric top under its weight."""
+    axes = rotation.onto(tuple(start.weight), FLOAT)
+    local = axes.T @ start.tensor @ axes
+    lambda1, lambda3 = float(local[0, 0] + local[1, 1]) / 2, float(local[2, 2])
+    off = np.abs(local - np.diag([lambda1, lambda1, lambda3])).max()
+    return (axes, lambda1, lambda3) if off <= SYMMETRIC * np.abs(local).max() and lambda1 > 0 else None
+
+
+def _heavy(start: Start, axes: Floats, lambda1: float, lambda3: float) -> Trajectory:
+    turn = rotation.as_quaternion(axes)
+    given = (
+        lambda1,
+        lambda3,
+        FLOAT.hypot(*start.weight),
+        axes.T @ start.omega,
+        rotation.compose(start.orientation, turn),
+    )
+    local, orientation = lagrange.at(lagrange.heavy_motion(*given), start.times)
+    omega = local @ axes.T
+    orientation = rotation.continuous(rotation.compose(orientation, turn * [1, -1, -1, -1]))
+    _begin(start, omega, orientation)
+    error = lagrange.sensitivity(*given, start.times)
+    drift = conserved(start, omega, orientation)
+    return Trajectory(start, omega, orientation, None, CLOSED, 0, digits(error), drift)
+
+
+def _begin(start: Start, omega: Floats, orientation: Floats) -> None:
+    """Put in what is known of t = 0 without rounding."""
+    beginning = start.times == 0
+    omega[beginning], orientation[beginning] = start.omega, start.orientation
 
 
 def digits(error: float) -> float:
@@ -246,15 +287,25 @@ def digits(error: float) -> float:
     return MOST_DIGITS if error <= 0 else round(min(MOST_DIGITS, max(0.0, -math.log10(error))), 1)
 
 
-def _conserved(motion: Trajectory) -> dict[str, float]:
-    """How far a free motion is from keeping its energy and its angular momentum in space."""
-    fast, size = np.abs(motion.omega).max(), np.abs(motion.momentum).max()
+def conserved(start: Start, omega: Floats, orientation: Floats) -> dict[str, float]:
+    """How far a motion (n, 3 and n, 4) without torque, or under weight, is from keeping what it must.
+
+    That is the energy, and the angular momentum in space: under weight its vertical component.
+    """
+    fast, size = np.abs(omega).max(), np.abs(omega @ start.tensor).max()
     if not size:
         return {"energy": 0.0, "angular_momentum": 0.0, "quaternion": 0.0}
-    momentum = motion.momentum_in_space / size
-    energy = _energy(motion.omega / fast, motion.momentum / size)  # squares of tiny numbers would vanish
+    omega, momentum = omega / fast, omega @ start.tensor / size  # squares of tiny numbers would vanish
+    kinetic = _energy(omega, momentum)
+    space = rotation.turned(orientation, momentum)
+    potential = np.zeros_like(kinetic)
+    if start.weight.any():
+        potential = rotation.turned(orientation, start.weight / size / fast)[:, 2]
+        space = space[:, 2:]
+    change = kinetic - kinetic[0] + potential - potential[0]
+    scale = np.abs(kinetic).max() + np.abs(potential - potential[0]).max()
     return {
-        "energy": float(np.abs(energy / energy[0] - 1).max()),
-        "angular_momentum": float(np.linalg.norm(momentum - momentum[0], axis=1).max()),
-        "quaternion": float(np.abs(np.linalg.norm(motion.orientation, axis=1) - 1).max()),
+        "energy": float(np.abs(change).max() / scale),
+        "angular_momentum": float(np.linalg.norm(space - space[0], axis=1).max()),
+        "quaternion": float(np.abs(np.linalg.norm(orientation, axis=1) - 1).max()),
     }

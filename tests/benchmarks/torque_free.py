@@ -97,7 +97,8 @@ def error(quaternions: Floats, reference: Floats) -> float:
     """The angle (rad) between the last of `quaternions` and that of `reference` at the same sample."""
     one, other = quaternions[-1], reference[len(quaternions) - 1]
     one = one / np.linalg.norm(one)
-    return 2 * math.asin(min(1.0, min(np.linalg.norm(one - other), np.linalg.norm(one + other)) / 2))
+    chord = min(float(np.linalg.norm(one - other)), float(np.linalg.norm(one + other)))
+    return 4 * math.asin(min(1.0, chord / 2))
 
 
 def row(title: str, milliseconds: float, note: str) -> None:

@@ -1,0 +1,239 @@
+"""Torque-free motion of a rigid body: Euler's equations without a torque, and the attitude, in closed form.
+
+The body moves about its centre of mass, or about a fixed point at which every outer force acts. Its
+omega is constant, or it follows a polhode (see `core.polhode`). Constants are worked out with 80 digits
+from the exact values of the given floats, and times are reduced modulo the periods: the error is
+that of the rounding of one period, however long the span, and the cost is that of the samples alone.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from decimal import Decimal, localcontext
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from rigidcli.core import rounding
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.extended import CONTEXT, PI, Cycle, dot, vector
+from rigidcli.core.polhode import Polhode, State, follow, left_factor, polhode
+from rigidcli.core.principal import EQUAL_MOMENTS, ZERO_MOMENT
+from rigidcli.errors import ComputationError
+
+Regime: TypeAlias = Literal[
+    "rest",
+    "sphere",
+    "principal",
+    "linear",
+    "oblate",
+    "prolate",
+    "about_lowest",
+    "about_highest",
+    "separatrix",
+]
+
+EPS = Decimal(2) ** -52
+
+TURNED_NOISE = 8 * EPS
+"""Rounding left in a tensor that is not diagonal, for such a one was computed."""
+
+SENSITIVITY_SAMPLES = 64
+"""Times at which the effect of rounding is looked at."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Steady:
+    """A constant omega (3, body axes, rad/s) along `axis` (3, unit), at `rate`, and `turn`, its period."""
+
+    omega: Floats
+    axis: Floats
+    rate: float
+    turn: Cycle
+    orientation: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FreeMotion:
+    """A torque-free motion: what characterises it, and its `path` for `at`.
+
+    `period` (s) is that of omega as seen in the body, None if omega is constant or the period is infinite.
+    `flip_interval` (s) of an asymmetric body is half of it: the time in which the
+    intermediate component of omega changes its sign. `mean_space_rate` (rad/s) is the mean rate at
+    which the body turns about L; None at rest. Moments within EQUAL_MOMENTS of each other count as equal
+    in all this, while the path is that of the moments as they are.
+    """
+
+    regime: Regime
+    period: float | None
+    flip_interval: float | None
+    mean_space_rate: float | None
+    path: Steady | Polhode
+
+
+def free_motion(tensor: Floats, omega: Floats, orientation: Floats) -> FreeMotion:
+    """The motion from a state at t = 0.
+
+    `tensor` (3 by 3, kg m^2) is about the fixed point or the centre of mass and `omega` (3, rad/s) in the
+    same body axes; `orientation` (4) is the unit quaternion, scalar first, from body to space.
+
+    Raises ComputationError for motion about an axis without a moment: of a linear body about its
+    line, beyond rounding, and of a point.
+    """
+    with localcontext(CONTEXT):
+        state = State.of(tensor, omega)
+        regime = _regime(state)
+        if regime in ("rest", "linear", "principal"):
+            path: Steady | Polhode = _steady(omega, orientation)
+        else:
+            path = _path(state, omega, orientation)
+        period = _period(regime, state, path)
+        flip = period / 2 if period is not None and regime in ("about_lowest", "about_highest") else None
+        return FreeMotion(regime, period, flip, _mean_space_rate(regime, state, path), path)
+
+
+def at(motion: FreeMotion, times: Floats) -> tuple[Floats, Floats]:
+    """omega (n by 3, rad/s, body axes) and orientation (n by 4, body to space) at `times` (n, s, any sign).
+
+    The sign of the quaternions, which means nothing, is that of the orientation at t = 0 for
+    the first time, and changes as little as possible from each time to the next.
+    """
+    omega, orientation = _evaluate(motion.path, times)
+    if len(times):
+        first = _evaluate(motion.path, np.zeros(1))[1]
+        before = np.concatenate([first, orientation[:-1]])
+        turns = np.einsum("ij,ij->i", before, orientation) < 0
+        orientation *= np.cumprod(np.where(turns, -1.0, 1.0))[:, None]
+    return omega, orientation
+
+
+def sensitivity(tensor: Floats, omega: Floats, orientation: Floats, times: Floats) -> float:
+    """How far (rad, at most pi) the attitude moves when tensor and omega change by their rounding.
+
+    The largest over `times` (n, s), or some of them: see `rounding.sensitivity`.
+    """
+    sample = rounding.some(times)
+    upper = np.triu_indices(3)
+
+    def orientations(values: Floats) -> Floats:
+        changed = np.zeros((3, 3))
+        changed[upper] = values[:6]
+        changed.T[upper] = values[:6]
+        with localcontext(CONTEXT):
+            path = _path(State.of(changed, values[6:]), values[6:], orientation)
+        return _evaluate(path, sample)[1]
+
+    _, reference = _evaluate(free_motion(tensor, omega, orientation).path, sample)
+    return rounding.sensitivity(orientations, np.concatenate([tensor[upper], omega]), reference)
+
+
+def _regime(state: State) -> Regime:
+    """Which kind of motion it is; within CONTEXT."""
+    low, middle, high = state.moments
+    speed = state.speed()
+    if speed == 0:
+        return "rest"
+    if high <= 0:
+        raise ComputationError(
+            "a point has no moment of inertia, and no angular velocity follows from its angular momentum",
+            hint="give a body with some extent, or set `omega` to zero",
+        )
+    if low < Decimal(ZERO_MOMENT) * high:
+        if abs(state.rates[0]) > Decimal(ZERO_MOMENT) * speed:
+            raise ComputationError(
+                "the body is linear: it has no moment about its line, and cannot turn about it",
+                hint="make `omega` perpendicular to the line",
+            )
+        return "linear"
+    gap = Decimal(EQUAL_MOMENTS) * high
+    lower, upper = middle - low <= gap, high - middle <= gap
+    if lower and upper:
+        return "sphere"
+    if _is_steady(state, Decimal(0) if state.is_diagonal() else TURNED_NOISE):
+        return "principal"
+    if lower or upper:
+        return "oblate" if lower else "prolate"
+    more, less = state.excess()
+    if abs(more - less) <= _excess_noise(state):
+        return "separatrix"
+    return "about_highest" if more > less else "about_lowest"
+
+
+def _is_steady(state: State, tolerance: Decimal) -> bool:
+    """Whether L x omega, in units of I3 omega^2, is within `tolerance` of 0; within CONTEXT."""
+    torque = state.torque()
+    limit = tolerance * state.moments[2] * dot(state.omega, state.omega)
+    return dot(torque, torque) <= limit * limit
+
+
+def _excess_noise(state: State) -> Decimal:
+    """How far d2 = L^2 - 2 T I2 moves, at worst, when each input is off by its rounding; within CONTEXT.
+
+    The rounding is half a unit in the last place of what was given, and a few of a tensor that was computed.
+    """
+    I1, I2, I3 = state.moments
+    w1, _, w3 = (rate * rate for rate in state.rates)
+    more, less = state.excess()
+    slopes = abs(2 * I3 - I2) * I3 * w3 + (I3 * w3 + I1 * w1) * I2 + abs(I2 - 2 * I1) * I1 * w1
+    return (EPS / 2 if state.is_diagonal() else TURNED_NOISE) * (slopes + 2 * (more + less))
+
+
+def _period(regime: Regime, state: State, path: Steady | Polhode) -> float | None:
+    """The period of omega in the body (s); within CONTEXT."""
+    if regime in ("oblate", "prolate"):
+        along, across = _symmetric(regime, state)
+        spin = state.rates[2 if regime == "oblate" else 0]
+        wobble = abs((along - across) * spin) / across
+        period = float(2 * PI / wobble) if wobble else math.inf
+    elif regime in ("about_lowest", "about_highest") and isinstance(path, Polhode):
+        period = 2 * path.half.high
+    else:
+        return None
+    return period if math.isfinite(period) else None
+
+
+def _mean_space_rate(regime: Regime, state: State, path: Steady | Polhode) -> float | None:
+    """The mean rate of the turn about L (rad/s); within CONTEXT."""
+    if regime == "rest":
+        return None
+    if regime in ("oblate", "prolate"):
+        return float(state.momentum() / _symmetric(regime, state)[1])
+    if regime == "separatrix":
+        return float(state.momentum() / state.moments[1])
+    if regime in ("about_lowest", "about_highest") and isinstance(path, Polhode):
+        return path.mean_rate
+    return float(state.speed())
+
+
+def _symmetric(regime: Regime, state: State) -> tuple[Decimal, Decimal]:
+    """The moment about the axis of a symmetric body, and the mean of the two that count as equal."""
+    low, middle, high = state.moments
+    return (high, (low + middle) / 2) if regime == "oblate" else (low, (middle + high) / 2)
+
+
+def _path(state: State, omega: Floats, orientation: Floats) -> Steady | Polhode:
+    """The motion of the body exactly as it is given, but for a linear one's line; within CONTEXT."""
+    linear = state.moments[0] < Decimal(ZERO_MOMENT) * state.moments[2]
+    if linear or _is_steady(state, Decimal(0)):
+        return _steady(omega, orientation)
+    return polhode(state, orientation)
+
+
+def _steady(omega: Floats, orientation: Floats) -> Steady:
+    """The motion with a constant omega; within CONTEXT."""
+    exact = vector(omega)
+    speed = dot(exact, exact).sqrt()
+    if speed == 0:
+        return Steady(omega, np.zeros(3), 0.0, Cycle(math.inf, 0.0), orientation)
+    axis = np.array([component / speed for component in exact], dtype=np.float64)
+    return Steady(omega, axis, float(speed), Cycle.of(2 * PI / speed), orientation)
+
+
+def _evaluate(path: Steady | Polhode, times: Floats) -> tuple[Floats, Floats]:
+    """As `at`, with any sign of each quaternion."""
+    if isinstance(path, Polhode):
+        return follow(path, times)
+    half = path.rate * path.turn.reduce(times)[1] / 2
+    turned = np.column_stack([np.cos(half), np.sin(half)[:, None] * path.axis])
+    return np.tile(path.omega, (len(times), 1)), turned @ left_factor(path.orientation).T

@@ -1,0 +1,124 @@
+"""The one door to the integration of ordinary differential equations: y' = f(t, y) from a known start.
+
+    solution = integrate(flow, start, (0.0, 10.0), blocks=(4, 3))
+    solution.at(np.linspace(0.0, 10.0, 1001))
+
+Two engines stand behind it. `runge-kutta` needs nothing but Python and serves nearly always. `taylor`
+compiles the equations with heyoka, an optional dependency: it pays where millions of steps are wanted.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from array import array
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from importlib.util import find_spec
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from rigidcli.core import dormand_prince, runge_kutta, taylor
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.solution import FINEST, Flow, Solution, Stop, Stopped, TooManySteps
+from rigidcli.errors import ComputationError
+
+__all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "integrate"]
+
+Engine: TypeAlias = Literal["auto", "runge-kutta", "taylor"]
+
+TRIAL = 2048
+"""Steps after which `auto` looks how many are left."""
+
+WORTH_COMPILING = 500_000
+"""Steps left times variables, beyond which heyoka saves more than it takes to start: about 2 s."""
+
+BREATH = 0.25
+"""Seconds between two signs of progress."""
+
+
+def integrate(
+    flow: Flow,
+    start: Floats,
+    span: tuple[float, float],
+    *,
+    tolerance: float = 1e-12,
+    blocks: Sequence[int] | None = None,
+    engine: Engine = "auto",
+    progress: Callable[[float], None] | None = None,
+    name: str = "the solution",
+) -> Solution:
+    """Solve y' = f(t, y), y(t0) = `start` (n), over the span (t0, t1), where t1 may come before t0.
+
+    `tolerance` bounds the error of each step relative to the variable; `blocks` are the sizes of groups
+    of adjacent variables, n in total, whose error is measured as that of one vector (a quaternion, an
+    angular momentum). No variable needs a scale: 1e-160 is as good as 1.
+
+    `auto` begins with `runge-kutta`, and changes to `taylor` when heyoka is installed, can express the
+    flow, and will pay. This depends on numbers of steps alone, never on the clock, so
+    that the same problem has the same result. `progress` is given the fraction done, a few times a second.
+
+    Raises:
+        Stopped: the solution, called `name` in the message, does not reach t1.
+        TooManySteps: it does so only after more steps than memory holds.
+        ComputationError: `taylor` was asked for, but is not installed, or cannot express the flow.
+    """
+    t0, t1 = (float(time) for time in span)
+    y0 = np.asarray(start, dtype=np.float64)
+    sizes = (1,) * len(y0) if blocks is None else tuple(blocks)
+    good = sum(sizes) == len(y0) and all(sizes) and np.isfinite(y0).all()
+    if not (good and 0 < tolerance < 1 and math.isfinite(t1 - t0)):
+        raise ValueError(f"cannot integrate {len(y0)} variables in blocks {sizes} over {span} to {tolerance}")
+    tolerance = max(tolerance, FINEST)
+    tell = _teller(progress, t0, t1)
+    times, states = array("d", [t0]), array("d", y0)
+
+    def march(times: array[float], states: array[float], end: float) -> Iterator[float]:
+        return runge_kutta.march(f, times, states, end, tolerance=tolerance, blocks=sizes, name=name)
+
+    def compiled() -> Solution:
+        seen = np.array(states).reshape(-1, len(y0))
+        return taylor.solve(flow, seen, (t0, t1), tolerance=tolerance, blocks=sizes, tell=tell, name=name)
+
+    f = flow(math)
+    steps = march(times, states, t1)
+    if engine == "taylor":
+        with suppress(ComputationError):
+            next(steps, None)
+        return compiled()
+    undecided = engine == "auto" and find_spec("heyoka") is not None
+    for t in steps:
+        tell(t)
+        if undecided and len(times) > TRIAL:
+            undecided = False
+            if len(states) * ((t1 - t) / (t - t0)) > WORTH_COMPILING:
+                # Of what heyoka cannot solve, the steps at hand tell more.
+                with suppress(ComputationError):
+                    return compiled()
+    knots, path = np.frombuffer(times), np.frombuffer(states).reshape(len(times), -1)
+
+    def resume(index: int, to: float) -> Sequence[float]:
+        way, rows = array("d", [knots[index]]), array("d", path[index])
+        for _ in march(way, rows, to):
+            pass
+        return rows[-len(y0) :]
+
+    return Solution(
+        len(times) - 1, dormand_prince.METHOD, knots, runge_kutta.sampler(flow, knots, path, resume)
+    )
+
+
+def _teller(progress: Callable[[float], None] | None, t0: float, t1: float) -> Callable[[float], None]:
+    """A function that takes the time reached, and may be called at any rate."""
+    if progress is None:
+        return lambda t: None
+    told = time.monotonic()
+
+    def tell(t: float) -> None:
+        nonlocal told
+        if (now := time.monotonic()) - told >= BREATH:
+            told = now
+            progress((t - t0) / (t1 - t0))
+
+    return tell

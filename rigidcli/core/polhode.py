@@ -1,0 +1,248 @@
+"""The closed form of torque-free motion in which omega circulates, seen in the body, and of the separatrix.
+
+In principal axes a, b, c (right-handed), of which c is the axis of largest or of smallest moment round
+which omega circulates, and b the intermediate one, with w_a >= 0 and w_c >= 0 at t = 0:
+
+    A = Ib (Ic-Ib) wb^2 + Ia (Ic-Ia) wa^2,      B = Ib (Ib-Ia) wb^2 + Ic (Ic-Ia) wc^2
+    d2 = Ic (Ic-Ib) wc^2 - Ia (Ib-Ia) wa^2  (= L^2 - 2 T Ib)
+    k^2 = (Ib-Ia) A / ((Ic-Ib) B),      k'^2 = (Ic-Ia) d2 / ((Ic-Ib) B),      n = Ic (Ib-Ia) / (Ia (Ic-Ib))
+    omega = (a1 cn u, a2 sn u, a3 dn u),  u = rate t + u0,  rate^2 = (Ic-Ib) B / (Ia Ib Ic)
+
+In space, c turns about the fixed L at the rate phi' = L (La^2/Ia + Lb^2/Ib) / (La^2 + Lb^2), so that
+
+    phi = L t / Ib + L (Ib-Ia) / (Ia Ib rate) G(u),      G(u) = integral from 0 to u of cn^2 / (1 + n sn^2)
+
+Sources: L. Landau, E. Lifshitz, Mechanics, section 37; R. van Zon, J. Schofield, J. Comput. Phys. 225
+(2007) 145. Where this differs: d2, A and B are formed of differences of moments, not of L^2 and 2 T I; k'
+is a number of its own; signs are put into the axes, so that one formula serves both kinds of
+circulation; phi grows from L t / Ib and not from L t / Ic, as then what is added stays moderate for slender
+and for nearly symmetric bodies too.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from decimal import Decimal
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.elliptic import carlson_rf, complete_first, complete_third, growth, jacobi
+from rigidcli.core.extended import PI, Cycle, Vector, dot, principal_axes, vector
+
+VANISHING = Decimal("1e-60")
+"""A sum below this, in units of its terms, is an exact zero of which 80 digits have left noise."""
+
+BLOCK = 8192
+"""Times worked at once: their arrays stay in the cache of a processor."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """A body (tensor, kg m^2) and its omega (rad/s) in body axes, exactly; `axes` are rows of principal axes.
+
+    `rates` are the components of omega along them. All of this is to be called within CONTEXT.
+    """
+
+    tensor: tuple[Vector, Vector, Vector]
+    omega: Vector
+    moments: Vector
+    axes: tuple[Vector, Vector, Vector]
+    rates: Vector
+
+    @classmethod
+    def of(cls, tensor: Floats, omega: Floats) -> State:
+        """From `tensor` (3 by 3) and `omega` (3)."""
+        moments, axes = principal_axes(tensor)
+        x, y, z = (vector(row) for row in tensor)
+        w = vector(omega)
+        return cls((x, y, z), w, moments, axes, (dot(axes[0], w), dot(axes[1], w), dot(axes[2], w)))
+
+    def is_diagonal(self) -> bool:
+        """Whether the moments were given as such."""
+        (_, xy, xz), (yx, _, yz), (zx, zy, _) = self.tensor
+        return not any((xy, xz, yx, yz, zx, zy))
+
+    def speed(self) -> Decimal:
+        """|omega| (rad/s)."""
+        return dot(self.omega, self.omega).sqrt()
+
+    def momentum(self) -> Decimal:
+        """|L| (kg m^2/s)."""
+        products = [moment * rate for moment, rate in zip(self.moments, self.rates, strict=True)]
+        return sum((product * product for product in products), Decimal(0)).sqrt()
+
+    def excess(self) -> tuple[Decimal, Decimal]:
+        """The two terms of which d2 = L^2 - 2 T I2 (kg^2 m^4/s^2) is the difference."""
+        low, middle, high = self.moments
+        first, _, third = self.rates
+        return high * (high - middle) * third * third, low * (middle - low) * first * first
+
+    def torque(self) -> Vector:
+        """L x omega along the principal axes (kg m^2/s^2); omega is constant where it vanishes."""
+        (I1, I2, I3), (w1, w2, w3) = self.moments, self.rates
+        return (I2 - I3) * w2 * w3, (I3 - I1) * w3 * w1, (I1 - I2) * w1 * w2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Polhode:
+    """The constants of a motion in which omega circulates; the letters are those of the module's docstring.
+
+    `axes` are the rows a, b, c in body axes; `amplitudes` (a1, a2, a3) are those of omega, and `shares` those
+    of the unit vector along L. `start` is u0 / rate (s). `half` is half the period of omega, and
+    `turn` the period of the mean turn about L, at `mean_rate`. `swing` is L (Ib-Ia) / (Ia Ib rate), and
+    `mean_growth` that of G with u. `placing` (4 by 4) takes the quaternion (a row) from the axes a, b, c
+    to those along L to the quaternion from body to space.
+    """
+
+    axes: Floats
+    amplitudes: Floats
+    shares: Floats
+    k: float
+    complement: float
+    n: float
+    rate: float
+    start: float
+    half: Cycle
+    turn: Cycle
+    mean_rate: float
+    swing: float
+    mean_growth: float
+    placing: Floats
+
+
+def polhode(state: State, orientation: Floats) -> Polhode:
+    """The motion from `state`, in which omega is not constant, and `orientation` (4); within CONTEXT."""
+    axes, (Ia, Ib, Ic), (wa, wb, wc), d2 = _circulation(state)
+    A = Ib * (Ic - Ib) * wb * wb + Ia * (Ic - Ia) * wa * wa
+    B = Ib * (Ib - Ia) * wb * wb + Ic * (Ic - Ia) * wc * wc
+    k = ((Ib - Ia) * A / ((Ic - Ib) * B)).sqrt()
+    complement = ((Ic - Ia) * d2 / ((Ic - Ib) * B)).sqrt()
+    n = Ic * (Ib - Ia) / (Ia * (Ic - Ib))
+    rate = ((Ic - Ib) * B / (Ia * Ib * Ic)).sqrt()
+    a1 = (A / (Ia * (Ic - Ia))).sqrt()
+    a2 = (A / (Ib * (Ic - Ib))).sqrt().copy_sign(Ic - Ib)
+    a3 = (B / (Ic * (Ic - Ia))).sqrt()
+    momentum = state.momentum()
+    swing = momentum * (Ib - Ia) / (Ia * Ib * rate)
+    mean_growth, quarter = Decimal(0), Decimal("inf")
+    if complement > 0:
+        mean_growth = complete_third(complement, complement / (1 + n).sqrt())
+        quarter = complete_first(complement)
+    mean_rate = momentum / Ib + swing * rate * mean_growth
+    sn, cn, dn = (np.array([float(part)]) for part in (wb / a2, wa / a1, wc / a3))
+    u0 = float((sn * carlson_rf(cn, dn, np.ones(1)))[0])
+    free = Polhode(
+        axes=np.array(axes, dtype=np.float64),
+        amplitudes=np.array([a1, a2, a3], dtype=np.float64),
+        shares=np.array([part / momentum for part in (Ia * a1, Ib * a2, Ic * a3)], dtype=np.float64),
+        k=float(k),
+        complement=float(complement),
+        n=float(n),
+        rate=float(rate),
+        start=u0 / float(rate),
+        half=Cycle.of(2 * quarter / rate),
+        turn=Cycle.of(2 * PI / mean_rate),
+        mean_rate=float(mean_rate),
+        swing=float(swing),
+        mean_growth=float(mean_growth),
+        placing=np.eye(4),
+    )
+    frame = _quaternion(axes)
+    _, initial = follow(free, np.zeros(1))
+    before = left_factor(orientation) @ left_factor(_conjugate(frame)) @ left_factor(_conjugate(initial[0]))
+    return replace(free, placing=(before @ _right_factor(frame)).T)
+
+
+def _circulation(state: State) -> tuple[tuple[Vector, Vector, Vector], Vector, Vector, Decimal]:
+    """The axes a, b, c, the moments and the components of omega along them, and d2 (see the module)."""
+    more, less = state.excess()
+    d2 = more - less
+    if abs(d2) <= VANISHING * (more + less):
+        d2 = Decimal(0)
+    (e1, e2, e3), (I1, I2, I3), (w1, w2, w3) = state.axes, state.moments, state.rates
+    if d2 >= 0:
+        axes, moments, rates = [e1, e2, e3], (I1, I2, I3), [w1, w2, w3]
+    else:
+        axes, moments, rates = [e3, _negative(e2), e1], (I3, I2, I1), [w3, -w2, w1]
+    # Euler's equations stay as they are after half a turn about b, and after one about c.
+    if rates[2] < 0:
+        axes, rates = [_negative(axes[0]), axes[1], _negative(axes[2])], [-rates[0], rates[1], -rates[2]]
+    if rates[0] < 0:
+        axes, rates = [_negative(axes[0]), _negative(axes[1]), axes[2]], [-rates[0], -rates[1], rates[2]]
+    return (axes[0], axes[1], axes[2]), moments, (rates[0], rates[1], rates[2]), d2
+
+
+def _negative(v: Vector) -> Vector:
+    return -v[0], -v[1], -v[2]
+
+
+def follow(path: Polhode, times: Floats) -> tuple[Floats, Floats]:
+    """omega (n by 3, body axes, rad/s) and orientation (n by 4, body to space) at `times` (n, s)."""
+    omega, orientation = np.empty((len(times), 3)), np.empty((len(times), 4))
+    for start in range(0, len(times), BLOCK):
+        part = slice(start, start + BLOCK)
+        circling, angle = _circle(path, times[part])
+        omega[part] = (path.amplitudes * circling) @ path.axes
+        orientation[part] = _orientation(path.shares * circling, angle) @ path.placing
+    return omega, orientation
+
+
+def _circle(path: Polhode, times: Floats) -> tuple[Floats, Floats]:
+    """cn, sn, dn of u (n by 3) and phi (n), but for whole turns and a constant, at `times` (n, s)."""
+    halves, rest = path.half.reduce(times, path.start)
+    u = path.rate * rest
+    sn, cn, dn = jacobi(u, path.complement)
+    swaying = (
+        growth(path.n, path.k, path.complement, sn, cn, dn) - path.mean_growth * u if path.swing else 0.0
+    )
+    angle = path.mean_rate * path.turn.reduce(times)[1] + path.swing * swaying
+    sign = 1 - 2 * np.mod(halves, 2)
+    return np.column_stack([sign * cn, sign * sn, dn]), angle
+
+
+def _orientation(along: Floats, angle: Floats) -> Floats:
+    """The quaternions (n by 4) from axes a, b, c to axes of which the third is along L.
+
+    `along` (n by 3) is the unit vector along L in the axes a, b, c, with its third component >= 0. The
+    rotation is Rz(angle) Rx(theta) Rz(psi), with half angles formed so that a small theta keeps its digits.
+    """
+    x, y, z = along.T
+    across = np.hypot(x, y)
+    c = np.sqrt((1 + z) / 2)
+    s = across / (2 * c)
+    psi = np.arctan2(x, y)
+    total, difference = (angle + psi) / 2, (angle - psi) / 2
+    return np.column_stack(
+        [c * np.cos(total), s * np.cos(difference), s * np.sin(difference), c * np.sin(total)]
+    )
+
+
+def _quaternion(axes: tuple[Vector, Vector, Vector]) -> Floats:
+    """The unit quaternion of the rotation matrix with these rows; call within CONTEXT."""
+    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = axes
+    candidates = (
+        (1 + xx + yy + zz, zy - yz, xz - zx, yx - xy),
+        (zy - yz, 1 + xx - yy - zz, xy + yx, xz + zx),
+        (xz - zx, xy + yx, 1 - xx + yy - zz, yz + zy),
+        (yx - xy, xz + zx, yz + zy, 1 - xx - yy + zz),
+    )
+    largest = max(range(4), key=lambda k: candidates[k][k])
+    row = candidates[largest]
+    length = (4 * row[largest]).sqrt()
+    return np.array([part / length for part in row], dtype=np.float64)
+
+
+def _conjugate(quaternion: Floats) -> Floats:
+    return quaternion * [1, -1, -1, -1]
+
+
+def left_factor(quaternion: Floats) -> Floats:
+    """The matrix (4 by 4) of multiplication by `quaternion` (4) from the left, acting on columns."""
+    w, x, y, z = quaternion
+    return np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
+
+
+def _right_factor(quaternion: Floats) -> Floats:
+    w, x, y, z = quaternion
+    return np.array([[w, -x, -y, -z], [x, w, z, -y], [y, -z, w, x], [z, y, -x, w]])

@@ -1,0 +1,304 @@
+"""The explicit Runge-Kutta pair of Dormand and Prince of order 8(5,3), with generated code for a step.
+
+Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd edition,
+section II.5, and the program DOP853 there. Differences:
+
+- A step is straight-line Python on floats, written for the number of variables: for the few variables
+  of mechanics this takes a fifth of the time that arrays take.
+- An error is relative to the size of the variable, or of the vector that the variables form together. There
+  is no absolute tolerance: what is below the rounding errors of f is found by moving its arguments by an ulp.
+- Between the ends of a step the solution is not interpolated. A shorter step of the same method is taken from
+  its beginning, for all times at once.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from array import array
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.dormand_prince import ERROR_5, NODES, STAGES, WEIGHTS, WEIGHTS_3
+from rigidcli.core.solution import (
+    MOST_NUMBERS,
+    NO_VALUE,
+    ORIGIN,
+    ROUNDING,
+    SHORTEST,
+    Flow,
+    Function,
+    State,
+    Stop,
+    Stopped,
+    TooManySteps,
+    finite,
+    stopped,
+)
+
+Step: TypeAlias = Callable[[Function, float, float, State, State, State, float], tuple[float, State, State]]
+"""(f, t, h, y, f(t, y), floors, tolerance) -> (error, y(t + h), f(t + h, y(t + h))).
+
+The error is in units of the tolerance; beyond 1, or NaN, the other results are no good.
+"""
+
+SAFETY = 0.9
+MOST_GROWTH, LEAST_SHRINKAGE, MOST_SHRINKAGE = 6.0, 0.3, 0.1
+"""Bounds on the ratio of steps: after a good one, above and below; after a bad one."""
+
+ROUND = 128
+"""Steps from one look at rounding errors, and one sign of life, to the next."""
+
+STALLED = 4
+"""Bad tries in a row after which rounding errors are looked at, too."""
+
+REGULAR = 1e6
+"""A step beyond this, in units of the shortest one, is next to no jump and no pole.
+
+Next to a pole, all is rounding errors; only the errors of a step can tell it there.
+"""
+
+MOST_JUMPS = 16
+"""Shortest steps over jumps of f before a regular one: more, and the jump is one to slide on."""
+
+STILL = 1e-10
+"""How far a variable may move in a jump, in units of its recent size."""
+
+MOVES = (-5 * ROUNDING, -3 * ROUNDING, 3 * ROUNDING, 5 * ROUNDING)
+"""How far arguments move to show rounding errors, in units of their size."""
+
+BLOCK = 32_768
+"""Numbers of all states that are sampled at once."""
+
+
+def _sum(weights: dict[int, float], variable: int) -> str:
+    return " + ".join(f"{weight!r}*k{stage}_{variable}" for stage, weight in weights.items())
+
+
+def _norm(letter: str, block: range) -> str:
+    names = ", ".join(f"{letter}{i}" for i in block)
+    return f"abs({names})" if len(block) == 1 else f"hypot({names})"
+
+
+def source(blocks: Sequence[int]) -> str:
+    """The text of a `Step` for variables in `blocks` of these sizes; it holds nothing but the tableau.
+
+    In it, y is the state before and z after the step, k0 to k11 are the stages, p and q the errors of order
+    5 and 3. With |.| the norm of a block, its error is h p^2 / sqrt(p^2 + 0.01 q^2), relative to
+    the largest of |y|, |z|, |h k0| and |h floor|. A step across a pole may make p small by chance, but hardly
+    q as well: so that of order 3 must stay below the fourth root of the tolerance, as it does in any
+    regular step.
+    """
+    count = sum(blocks)
+    every = range(count)
+
+    def row(letter: str) -> str:
+        return "".join(f"{letter}{i}, " for i in every)
+
+    lines = [f"{row('y')} = y", f"{row('k0_')} = k", "a = abs(h)", "lax = tolerance**0.75"]
+    for stage, (node, weights) in enumerate(zip(NODES, STAGES, strict=True)):
+        if stage:
+            arguments = ", ".join(f"y{i} + h*({_sum(weights, i)})" for i in every)
+            lines.append(f"{row(f'k{stage}_')} = f(t + {node!r}*h, {arguments})")
+    for i in every:
+        lines.append(f"s = {_sum(WEIGHTS, i)}")
+        lines.append(f"z{i} = y{i} + h*s")
+        lines.append(f"p{i} = {_sum(ERROR_5, i)}")
+        lines.append(f"q{i} = s - ({_sum(WEIGHTS_3, i)})")
+    lines += ["error = 0.0", f"check = {' + '.join(f'z{i}' for i in every)}"]
+    first = 0
+    for number, size in enumerate(blocks):
+        block = range(first, first := first + size)
+        lines.append(f"p, q = {_norm('p', block)}, {_norm('q', block)}")
+        lines.append("if p:")
+        size_before, size_after, slope = _norm("y", block), _norm("z", block), _norm("k0_", block)
+        lines.append(f" m = max({size_before}, {size_after}, a*max({slope}, floors[{number}]))")
+        lines.append(" e = max(p*(p/hypot(p, 0.1*q)), q*lax)*(a/m)/tolerance")
+        lines.append(" if e > error: error = e")
+        lines.append(" check += e")
+    # Of a number that is not finite, nought times it is NaN: neither a maximum nor a comparison hides it.
+    lines.append("error += 0.0*check")
+    lines.append("if not error <= 1.0: return error, y, k")
+    lines.append(f"z = ({row('z')})")
+    lines.append("k = f(t + h, *z)")
+    lines.append("return error + 0.0*sum(k), z, k")
+    return "\n ".join(["def step(f, t, h, y, k, floors, tolerance):", *lines])
+
+
+@cache
+def stepper(blocks: tuple[int, ...]) -> Step:
+    """The code of `source`, ready to run."""
+    names: dict[str, Any] = {"__builtins__": {}, "abs": abs, "hypot": math.hypot, "max": max, "sum": sum}
+    exec(source(blocks), names)  # noqa: S102 - written above, from a constant table and the sizes alone
+    step: Step = names["step"]
+    return step
+
+
+def march(
+    f: Function,
+    times: array[float],
+    states: array[float],
+    end: float,
+    *,
+    tolerance: float,
+    blocks: tuple[int, ...],
+    name: str,
+) -> Iterator[float]:
+    """Go on from the last of `times` and `states` to `end`, and append each step to them.
+
+    Every `ROUND` steps it yields the time that it has reached.
+
+    Raises:
+        Stopped: there is no solution as far as `end`.
+        TooManySteps: they would fill the memory.
+    """
+    step, count = stepper(blocks), sum(blocks)
+    t = times[-1]
+    y: State = tuple(states[-count:])
+    span = end - t
+    if not finite(f, t, y):
+        raise Stopped(name, Stop.AT_START, t)
+    k: State = f(t, *y)
+    floors = _floors(f, t, y, k, blocks, tolerance)
+    h = span / 1000
+    failures = taken = jumps = 0
+    regular = True
+    while t != end:
+        left = end - t
+        shortest = SHORTEST * max(abs(t), ORIGIN * abs(span))
+        if abs(h) < shortest:
+            jumps += 1
+            h = math.copysign(min(shortest, abs(left)), h)
+            crossed = _crossed(f, t + h, h, y, k, states[-ROUND * count :]) if jumps <= MOST_JUMPS else None
+            if crossed is None:
+                raise stopped(f, t, y, span, name)
+            to, error, failures = t + h, 0.0, 0
+            after, slope = crossed
+        else:
+            # What is left is shared by two steps, so that the last one is no mere rest.
+            to = end if abs(left) <= abs(h) else t + (left / 2 if abs(left) < 2 * abs(h) else h)
+            # Times are what a solution is asked by: the step is their difference, free of rounding.
+            h = to - t
+            try:
+                error, after, slope = step(f, t, h, y, k, floors, tolerance)
+            except NO_VALUE:
+                error = math.nan
+        if error <= 1.0:
+            t, y, k = to, after, slope
+            times.append(t)
+            states.extend(y)
+            regular = abs(h) > REGULAR * shortest
+            if regular:
+                jumps = 0
+            else:
+                floors = (0.0,) * len(blocks)
+            growth = SAFETY * error**-0.125 if error else MOST_GROWTH
+            h *= max(LEAST_SHRINKAGE, min(growth, 1.0 if failures else MOST_GROWTH))
+            failures = 0
+            taken += 1
+            if not taken % ROUND:
+                if len(states) > MOST_NUMBERS:
+                    raise TooManySteps(name, taken, t)
+                if regular:
+                    floors = _floors(f, t, y, k, blocks, tolerance)
+                yield t
+        else:
+            failures += 1
+            h *= max(MOST_SHRINKAGE, SAFETY * error**-0.125) if error < math.inf else 0.25
+            if failures == STALLED and regular:
+                floors = _floors(f, t, y, k, blocks, tolerance)
+
+
+def _crossed(
+    f: Function, to: float, h: float, y: State, k: State, recent: Sequence[float]
+) -> tuple[State, State] | None:
+    """The state (n) and its slope at time `to`, the shortest step h away, if f merely jumps between.
+
+    Dry friction does so where the velocity is zero, with nothing to measure an error by. It is a
+    jump if nothing moves in that step, beside what it was among the `recent` states (m n); what was
+    zero in all of them may begin to move.
+    """
+    after = [value + h * slope for value, slope in zip(y, k, strict=True)]
+    if not finite(f, to, after):
+        return None
+    slopes = f(to, *after)
+    for i, (one, two) in enumerate(zip(k, slopes, strict=True)):
+        if abs(h) * max(abs(one), abs(two)) > STILL * max(map(abs, recent[i :: len(y)])) > 0:
+            return None
+    return after, slopes
+
+
+def _floors(
+    f: Function, t: float, y: State, k: State, blocks: Sequence[int], tolerance: float
+) -> tuple[float, ...]:
+    """For each block, the size of f below which a step need not follow it to `tolerance`.
+
+    That is where rounding errors are all there is, as they are in a body that rests in
+    equilibrium. They show when the arguments of f move by a few ulps, each pair of them together in one try
+    and against each other in another.
+    """
+    noise = [0.0] * len(y)
+    bits = range(max(1, (len(y) - 1).bit_length()))
+    for bit, move in itertools.product(bits, MOVES):
+        moved = [value * (1 + (move if i >> bit & 1 else -move)) for i, value in enumerate(y)]
+        try:
+            other = f(t * (1 + move), *moved)
+        except NO_VALUE:
+            continue
+        noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
+    floors, first = [], 0
+    for size in blocks:
+        floors.append(2 * math.hypot(*noise[first : first + size]) / tolerance)
+        first += size
+    return tuple(floor if floor < math.inf else 0.0 for floor in floors)
+
+
+def sampler(
+    flow: Flow, knots: Floats, states: Floats, resume: Callable[[int, float], State]
+) -> Callable[[Floats], Floats]:
+    """A function from times (k) to states (k by n), where steps begin at `knots` (m) from `states` (m by n).
+
+    A single time that a shorter step does not reach is left to `resume`, which takes the
+    index of the knot before and the time.
+    """
+    f = flow(np)
+    ahead = 1.0 if knots[-1] >= knots[0] else -1.0
+    count = states.shape[1]
+    block = max(1, BLOCK // count)
+
+    def sample(times: Floats) -> Floats:
+        result = np.empty((len(times), count))
+        for start in range(0, len(times), block):
+            part = times[start : start + block]
+            index = np.searchsorted(ahead * knots, ahead * part, side="right") - 1
+            with np.errstate(all="ignore"):
+                found = _leap(f, knots[index], part - knots[index], np.ascontiguousarray(states[index].T))
+            for lost in np.flatnonzero(~np.isfinite(found).all(axis=0)):
+                found[:, lost] = resume(int(index[lost]), float(part[lost]))
+            result[start : start + block] = found.T
+        return result
+
+    return sample
+
+
+def _leap(f: Callable[..., tuple[Any, ...]], t: Floats, h: Floats, y: Floats) -> Floats:
+    """One step of the method for each column: from y (n by k) at t (k) by h (k)."""
+    stages: list[Floats] = []
+    for node, weights in zip(NODES, STAGES, strict=True):
+        slopes = np.empty_like(y)
+        for row, slope in zip(slopes, f(t + node * h, *_moved(y, h, stages, weights)), strict=True):
+            row[:] = slope
+        stages.append(slopes)
+    return _moved(y, h, stages, WEIGHTS)
+
+
+def _moved(y: Floats, h: Floats, stages: Sequence[Floats], weights: Mapping[int, float]) -> Floats:
+    # Added one by one: a sample must not depend on the others, as it does in a matrix product.
+    total = np.zeros_like(y)
+    for stage, weight in weights.items():
+        total += weight * stages[stage]
+    return y + h * total

@@ -1,0 +1,133 @@
+"""What an integration gives: a solution that may be asked at any time, or the time at which it ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from enum import StrEnum
+from types import ModuleType
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import ComputationError
+
+Flow: TypeAlias = Callable[[ModuleType], Callable[..., tuple[Any, ...]]]
+"""The right-hand side of y' = f(t, y1, ..., yn), written once for each kind of number.
+
+From `math` it makes an f that takes floats, from `numpy` one for arrays of one shape (a derivative may
+be a single number), from `heyoka` one for its expressions; f returns the n derivatives. Where there is no
+finite real value, that of `math` raises an ArithmeticError or a ValueError, or gives inf or NaN, and that of
+`numpy` gives inf or NaN. A flow that cannot be written with a module's functions raises a
+ComputationError when it is given the module.
+"""
+
+Function: TypeAlias = Callable[..., Sequence[float]]
+"""f(t, y1, ..., yn) -> (dy1, ..., dyn) in floats."""
+
+State: TypeAlias = Sequence[float]
+
+NO_VALUE = (ArithmeticError, ValueError)
+"""What functions of floats raise where they have no finite real value."""
+
+MOST_NUMBERS = 200_000_000
+"""Floats that one solution may keep of its steps: 1.6 GB."""
+
+FINEST = 1e-15
+"""Finer tolerances are taken as this one: floats hold no more."""
+
+ROUNDING = float(np.finfo(np.float64).eps)
+
+SHORTEST = 16 * ROUNDING
+"""The least step, in units of the time."""
+
+ORIGIN = 1e-9
+"""Times nearer to zero, in units of the span, do not make steps any shorter."""
+
+SUDDEN = 1e-10
+"""What grows by its own size within so little time, in units of the time, is about to be infinite."""
+
+
+LARGE = 1e300
+"""Beyond this, a step cannot be made with floats."""
+
+
+class Stop(StrEnum):
+    """Why a solution does not reach the end of its span."""
+
+    AT_START = "has no finite real value at the start,"
+    NO_VALUE = "has no finite real value beyond"
+    INFINITE = "becomes infinite near"
+    LOST = "changes too fast to be followed beyond"
+
+
+class Stopped(ComputationError):  # noqa: N818 - an outcome, named for what has happened
+    """The solution ends inside the span, near `time`."""
+
+    def __init__(self, name: str, stop: Stop, time: float) -> None:
+        super().__init__(f"{name} {stop} t = {time:.10g}")
+        self.stop = stop
+        self.time = time
+
+
+def stopped(f: Function, t: float, y: State, span: float, name: str) -> Stopped:
+    """The stop of steps that grew too short at (t, y), a little before what stops them; `span` is signed."""
+    reach = math.copysign(SUDDEN * max(abs(t), ORIGIN * abs(span)), span)
+    stop = Stop.NO_VALUE
+    if finite(f, t, y):
+        moves = [slope * reach for slope in f(t, *y)]
+        if any(_runs_away(value, move) for value, move in zip(y, moves, strict=True)):
+            stop = Stop.INFINITE
+        elif finite(f, t + reach, [value + move for value, move in zip(y, moves, strict=True)]):
+            stop = Stop.LOST
+    return Stopped(name, stop, t if abs(t) > SHORTEST * abs(span) else 0.0)
+
+
+def _runs_away(value: float, move: float) -> bool:
+    """Whether a value that is about to `move` in no time is as good as infinite."""
+    return abs(value) > LARGE or (move * value > 0 and abs(move) > abs(value))
+
+
+def finite(f: Function, t: float, y: State) -> bool:
+    """Whether f has a finite real value at (t, y)."""
+    try:
+        return all(map(math.isfinite, f(t, *y)))
+    except NO_VALUE:
+        return False
+
+
+class TooManySteps(ComputationError):  # noqa: N818 - an outcome, named for what has happened
+    """The span is too long, beside how fast the solution changes."""
+
+    def __init__(self, name: str, steps: int, time: float) -> None:
+        super().__init__(
+            f"{name} has reached t = {time:.6g} only after {steps:,} steps",
+            hint="shorten the duration or take a larger tolerance",
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """A solution y(t) of n variables over its whole span, in `steps` steps."""
+
+    steps: int
+    method: str
+    """Its name, for people."""
+    knots: Floats
+    """Where steps begin and end (steps + 1), from the start of the span to its end, which may come before."""
+    sample: Callable[[Floats], Floats] = field(repr=False)
+    """`at`, for times (k) that are known to be inside the span."""
+
+    def at(self, times: Floats) -> Floats:
+        """The state (k by n) at any `times` (k) inside the span, in any order, as accurate as the steps.
+
+        Raises ValueError for a time outside; rounding errors of a time are forgiven.
+        """
+        times = np.asarray(times, dtype=np.float64)
+        low, high = sorted((float(self.knots[0]), float(self.knots[-1])))
+        slack = 1e-12 * max(abs(low), abs(high))
+        if not np.all((times >= low - slack) & (times <= high + slack)):
+            raise ValueError(f"a time is outside the span from {low!r} to {high!r}")
+        return self.sample(np.clip(times, low, high))

@@ -1,0 +1,198 @@
+"""The Taylor series of the solution, by automatic differentiation in compiled code: heyoka.
+
+Source: F. Biscani, D. Izzo, Mon. Not. R. Astron. Soc. 504 (2021) 2614. heyoka chooses order and steps so
+that the series end in rounding errors. Differences:
+
+- heyoka steps over a branch point without a word: the series of y' = -sqrt(y) goes on for ever. Here every
+  step is looked at afterwards. Its slope at the end must be that of the equations there, and no step may
+  be shorter than times can tell.
+- heyoka takes errors to be relative only in states larger than 1. Here it is given variables of that size.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats, Mask
+from rigidcli.core.solution import (
+    MOST_NUMBERS,
+    ORIGIN,
+    ROUNDING,
+    SHORTEST,
+    Flow,
+    Solution,
+    Stop,
+    Stopped,
+    TooManySteps,
+    stopped,
+)
+from rigidcli.errors import ComputationError
+
+METHOD = "Taylor (heyoka)"
+
+MARGIN = 1e-3
+"""heyoka's tolerance in units of ours: its steps are few, and higher accuracy costs little."""
+
+DEFECT = 1e3
+"""How far the slope at the end of a step may be off, in units of the tolerance."""
+
+PARTS = 1000
+"""Into how many a step that goes wrong is divided, and again, to tell when it does."""
+
+ROUND = 64
+"""Steps from one sign of life to the next."""
+
+_Elements = Callable[..., tuple[Any, ...]]
+
+
+def solve(
+    flow: Flow,
+    seen: Floats,
+    span: tuple[float, float],
+    *,
+    tolerance: float,
+    blocks: Sequence[int],
+    tell: Callable[[float], None],
+    name: str,
+) -> Solution:
+    """The solution of y' = f(t, y) over `span` (t0, t1), from the first of the states `seen` (m by n).
+
+    The others show how large the variables grow. `tell` is given times reached.
+
+    Raises:
+        Stopped: the solution does not reach t1.
+        TooManySteps: it does so only after more steps than memory holds.
+        ComputationError: heyoka is not installed, or cannot express the flow.
+    """
+    t0, t1 = span
+    scales = _scales(seen, blocks)
+    integrator = _integrator(flow, t0, seen[0], scales, max(tolerance * MARGIN, ROUNDING), name)
+    taken = 0
+
+    def look(running: Any) -> bool:
+        nonlocal taken
+        taken += 1
+        if not taken % ROUND:
+            tell(running.time)
+        return True
+
+    most = MOST_NUMBERS // (len(scales) * (integrator.order + 1))
+    outcome, *_, output, _ = integrator.propagate_until(t1, c_output=True, max_steps=most, callback=look)
+    if output is None:
+        raise Stopped(name, Stop.AT_START, t0)
+
+    def sample(times: Floats) -> Floats:
+        with np.errstate(over="ignore"):  # of a state that is about to be infinite
+            states: Floats = output(times) * scales
+        return states
+
+    knots = output.times
+    reached = _reached(flow(np), knots, output.tcs, scales, tolerance, blocks)
+    if reached != knots[-1] or outcome.name == "err_nf_state":
+        raise stopped(flow(math), reached, sample(np.array([reached]))[0].tolist(), t1 - t0, name)
+    if outcome.name == "step_limit":
+        raise TooManySteps(name, most, reached)
+    return Solution(len(knots) - 1, METHOD, knots, sample)
+
+
+def _scales(seen: Floats, blocks: Sequence[int]) -> Floats:
+    """For each variable a power of 2, about as large as its block was in the states `seen` (m by n)."""
+    sizes = np.abs(seen).max(axis=0)
+    largest = np.maximum.reduceat(sizes, np.cumsum([0, *blocks[:-1]]))
+    exponents = np.where(largest > 0, np.frexp(largest)[1], 0)
+    return np.repeat(np.ldexp(1.0, np.clip(exponents, -1000, 1000)), blocks)
+
+
+def _integrator(flow: Flow, t0: float, start: Floats, scales: Floats, tolerance: float, name: str) -> Any:
+    """heyoka's integrator of the variables in units of their `scales`, at `start`."""
+    try:
+        heyoka = importlib.import_module("heyoka")
+    except ImportError:
+        raise ComputationError(
+            "integration by Taylor series needs heyoka, which is not installed",
+            hint="pip install 'rigidcli[taylor]'",
+        ) from None
+    variables = [heyoka.expression(f"v{i}") for i in range(len(start))]
+    units = scales.tolist()
+    try:
+        slopes = flow(heyoka)(heyoka.time, *(unit * v for unit, v in zip(units, variables, strict=True)))
+        return heyoka.taylor_adaptive(
+            [
+                (variable, heyoka.expression(1 / unit) * slope)
+                for variable, unit, slope in zip(variables, units, slopes, strict=True)
+            ],
+            (start / scales).tolist(),
+            time=t0,
+            tol=tolerance,
+            # It compiles several times faster, at the price of slower steps.
+            compact_mode=True,
+        )
+    except (
+        ArithmeticError,
+        AttributeError,
+        NotImplementedError,
+        RuntimeError,
+        TypeError,
+        ValueError,
+    ) as error:
+        # What heyoka raises for an operation that it does not have depends on the operation.
+        raise ComputationError(f"heyoka cannot express {name}: {error}") from error
+
+
+def _reached(
+    f: _Elements, knots: Floats, series: Floats, scales: Floats, tolerance: float, blocks: Sequence[int]
+) -> float:
+    """The time up to which the series solve the equations.
+
+    `knots` (m + 1) are where they begin and end, `series` (m by n by order + 1) their coefficients.
+    """
+    t, h = knots[:-1], np.diff(knots)
+    short = np.abs(h) < SHORTEST * np.maximum(np.abs(t), ORIGIN * abs(knots[-1] - knots[0]))
+    short[-1] = False  # it ends where the span does
+    bad = short | ~_follow(f, t, h, series, scales, tolerance, blocks)
+    if not bad.any():
+        return float(knots[-1])
+    step = int(np.argmax(bad))
+    low, high = 0.0, h[step]
+    while not short[step] and abs(high - low) > ROUNDING * abs(t[step] + high):
+        parts = np.linspace(low, high, PARTS + 1)
+        good = _follow(f, t[step], parts, series[step], scales, tolerance, blocks)
+        first = max(1, int(np.argmin(good)))
+        if (parts[first - 1], parts[first]) == (low, high):
+            break
+        low, high = parts[first - 1], parts[first]
+    return float(t[step] + low)
+
+
+def _follow(
+    f: _Elements,
+    t: Floats,
+    h: Floats,
+    series: Floats,
+    scales: Floats,
+    tolerance: float,
+    blocks: Sequence[int],
+) -> Mask:
+    """Whether each series about t (m), at t + h (m), has the slope that the equations give there."""
+    value = slope = np.zeros((len(h), len(scales)))
+    size = np.abs(h)
+    good = np.ones(len(h), dtype=np.bool_)
+    first = 0
+    with np.errstate(all="ignore"):
+        for power in reversed(range(series.shape[-1])):
+            slope = slope * h[:, None] + value
+            value = value * h[:, None] + series[..., power]
+        true = np.empty_like(value)
+        for column, derivative in zip(true.T, f(t + h, *(value * scales).T), strict=True):
+            column[:] = derivative
+        true /= scales
+        for count in blocks:
+            block = slice(first, first := first + count)
+            miss, own, way = (np.hypot.reduce(rows[:, block], axis=1) for rows in (slope - true, value, true))
+            good &= size * miss <= DEFECT * tolerance * np.maximum(own, size * way)
+    return good
