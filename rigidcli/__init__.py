@@ -1,4 +1,4 @@
-"""Rigid-body and Hamiltonian mechanics: documents in, inertia tensors and principal axes out.
+"""Rigid-body and Hamiltonian mechanics: documents in, inertia tensors, principal axes and motion out.
 
     import rigidcli
 
@@ -6,8 +6,8 @@
     result = rigidcli.axes(document)
     result["moments"]        # array([ 2., 11., 11.])
 
-`load` and `loads` read documents, `inertia` and `axes` answer them with a report, which maps the
-fields of the JSON output to floats, numpy arrays and texts. Problems are raised as
+`load` and `loads` read documents, `inertia`, `axes`, `precess` and `euler` answer them with a report, which
+maps the fields of the JSON output to floats, numpy arrays and texts. Problems are raised as
 `rigidcli.errors.RigidError`.
 """
 
@@ -17,18 +17,22 @@ from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
 
-__all__ = ["__version__", "axes", "inertia", "load", "loads"]
+__all__ = ["__version__", "axes", "euler", "inertia", "load", "loads", "precess"]
 
 if TYPE_CHECKING:
     from rigidcli.model.load import load, loads
     from rigidcli.studies.axes import run as axes
+    from rigidcli.studies.euler import run as euler
     from rigidcli.studies.inertia import run as inertia
+    from rigidcli.studies.precess import run as precess
 
 _LAZY = {
     "load": ("rigidcli.model.load", "load"),
     "loads": ("rigidcli.model.load", "loads"),
     "axes": ("rigidcli.studies.axes", "run"),
+    "euler": ("rigidcli.studies.euler", "run"),
     "inertia": ("rigidcli.studies.inertia", "run"),
+    "precess": ("rigidcli.studies.precess", "run"),
 }
 
 

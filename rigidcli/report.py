@@ -105,12 +105,13 @@ class Report(Mapping[str, Value]):
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """One component of a column of a table: its head, its unit, and its values (n)."""
+    """One component of a column of a table: its head, its unit, its values (n), and all of the column's."""
 
     name: str
     symbol: str
     unit: str | None
     values: Value
+    whole: Value
 
 
 def cells(table: Table, names: Sequence[str] = ()) -> list[Cell]:
@@ -121,6 +122,7 @@ def cells(table: Table, names: Sequence[str] = ()) -> list[Cell]:
             column.symbols[index] if column.symbols else "",
             column.unit,
             column.values if len(column.cells) == 1 else column.values[:, index],
+            column.values,
         )
         for column in table.columns
         for index, name in enumerate(column.cells)

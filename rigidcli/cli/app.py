@@ -44,7 +44,7 @@ def options(
         typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit."),
     ] = False,
 ) -> None:
-    """Inertia tensors and principal axes of bodies described in YAML."""
+    """Inertia, principal axes, precession and motion of bodies described in YAML."""
 
 
 def main() -> NoReturn:

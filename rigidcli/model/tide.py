@@ -40,12 +40,17 @@ class Perturber(Section):
     )
 
     @model_validator(mode="after")
-    def _check_eccentricity(self, info: ValidationInfo) -> Self:
+    def _check_orbit(self, info: ValidationInfo) -> Self:
         n = environment(info).arithmetic
         if n.sign(self.eccentricity) == -1 or n.sign(1 - self.eccentricity) in (0, -1):
             raise ValueProblem(
                 f"read {n.size(self.eccentricity):g}, expected a number from 0 to below 1",
                 path=("eccentricity",),
+            )
+        if n.sign(self.inclination) == -1 or n.sign(n.pi - self.inclination) == -1:
+            raise ValueProblem(
+                f"read {n.size(self.inclination):.6g} rad, expected an angle from 0 to 180 deg",
+                path=("inclination",),
             )
         return self
 

@@ -13,7 +13,7 @@ from rigidcli.report import Cell, Field, Report, Table
 _SPECIAL = str.maketrans(
     {char: f"\\{char}" for char in "&%$#_{}"}
     | {"~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"}
-    | {"<": r"\textless{}", ">": r"\textgreater{}"}
+    | {"<": r"\textless{}", ">": r"\textgreater{}", "[": "{[}"}
 )
 
 _SYMBOL = re.compile(r"\b(lambda|e)([123])\b|\bomega\b")

@@ -68,10 +68,10 @@ def visible(table: Table, look: Look) -> list[Cell]:
 
 
 def column_texts(cell: Cell, rows: Iterable[int], digits: int, notation: Notation) -> list[str]:
-    """The values of a column in these rows, for people; rounding noise beside the largest is zero."""
+    """The values of a column in these rows, for people; rounding noise beside its largest is zero."""
     values = cell.values
     if isinstance(values, np.ndarray):
-        values = np.where(np.abs(values) < NOISE * np.abs(values).max(), 0.0, values)
+        values = np.where(np.abs(values) < NOISE * np.abs(cell.whole).max(), 0.0, values)
     return [_cell_text(values[row], digits, notation) for row in rows]
 
 

@@ -99,7 +99,18 @@ def report(
     if not document.arithmetic.exact:
         fields = tuple(replace(field, value=_settled(field)) for field in fields)
     name = document.name or ("stdin" if document.source == STDIN else PurePath(document.source).stem)
-    return Report(schema, name, document.source, title, fields, (*document.notes, *notes), tables)
+    return Report(
+        schema, name, document.source, title, fields, (*document.notes, *notes), tuple(map(_signless, tables))
+    )
+
+
+def _signless(table: Table) -> Table:
+    """A table in whose arrays no zero has a sign."""
+    columns = (
+        replace(column, values=column.values + 0.0) if isinstance(column.values, np.ndarray) else column
+        for column in table.columns
+    )
+    return replace(table, columns=tuple(columns))
 
 
 def _settled(field: Field) -> Value:

@@ -78,6 +78,7 @@ SECTIONS: dict[str, dict[str, Entry]] = {
         "polhode_period": Entry("period of omega in the body", r"\tau", "s"),
         "flip_interval": Entry("time between flips", r"\tau/2", "s"),
         "mean_space_rate": Entry("mean rate about L", r"\overline{\dot\phi}", "rad/s"),
+        "mean_space_period": Entry("its period", "", "s"),
     },
     "tide": {
         "rate": Entry("precession, retrograde", r"\dot\psi", "rad/s"),
@@ -287,6 +288,7 @@ def _asymmetric(
         "polhode_period": motion.period,
         "flip_interval": motion.flip_interval,
         "mean_space_rate": motion.mean_space_rate,
+        "mean_space_period": None if not motion.mean_space_rate else 2 * n.pi / motion.mean_space_rate,
     }
 
 

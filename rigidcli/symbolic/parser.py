@@ -199,6 +199,8 @@ def _no_operator(before: Token, here: Token, shown: str) -> ExpressionError:
     if not before.kind == here.kind == "number":
         left = "(...)" if before.text == ")" else before.text[-_SHOWN:]
         hint = f"write `{left}*{'(...)' if here.text == '(' else shown}`"
+        if before.kind == "number" and here.kind == "name":
+            hint += f"; if `{shown}` is a unit, give the quantity as a parameter"
     return ExpressionError(f"no operator before `{shown}`", column=here.column, hint=hint)
 
 

@@ -248,6 +248,11 @@ MOON = "{name: moon, gm: 4.9e12, distance: 3.84e8}"
             "below 1",
         ),
         (
+            "obliquity: 0, spin: 1, ellipticity: 0.003, perturbers: [{gm: 1, distance: 9, inclination: 5.1}]",
+            "tide.perturbers.0.inclination",
+            "180 deg",
+        ),
+        (
             "obliquity: 0.4, spin: 1, ellipticity: 0.003, perturbers: [{gm: 1, mass: 1, distance: 1}]",
             "tide.perturbers.0",
             "exactly one",

@@ -13,7 +13,7 @@ import pytest
 import sympy
 
 from rigidcli.render import Format, Look, renderer
-from rigidcli.report import Field, Report
+from rigidcli.report import Column, Field, Report, Table
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 
@@ -66,6 +66,42 @@ SYMBOLS = Report(
         Field("tensor", TENSOR, "tensor", r"\mathbf{I}", "kg m^2", {"Ixx": (0, 0), "Ixy": (0, 1)}),
     ),
 )
+times = np.linspace(0.0, 2.0, 41)
+TABLES = Report(
+    "rigidcli.example/1",
+    "tables, of 2 kinds",
+    "tables.yaml",
+    "records and data",
+    (
+        Field("top.spin", 2.5, "spin", r"\omega_3", "rad/s", {"top.spin": ()}),
+        Field("", None, cells={"free.rate": ()}),
+        Field("top.kind", "wavy", "nutation", cells={"top.kind": ()}, words="wavy: L^2 > 2 T lambda2"),
+    ),
+    tables=(
+        Table(
+            "top.roots",
+            "the roots",
+            (
+                Column("name", ["first", "<2nd> \x1b[31m_&"], ("name",), ""),
+                Column("stable", [True, None], ("stable",), ""),
+                Column("re", [-1.5, 1e-9], ("re",), "rad/s"),
+                Column("hidden", [1.0, 2.0], ("hidden",)),
+            ),
+            records=True,
+        ),
+        Table("top.none", "nothing", (Column("re", [], ("re",), ""),), records=True),
+        Table(
+            "trajectory",
+            "the motion",
+            (
+                Column("t", times, ("t",), "s", ("t",)),
+                Column("omega", np.outer(times, [1.0, -1e-17, 1e6]), ("w1", "w2", "w3"), "rad/s"),
+                Column("energy", 1e-30 * times, ("T",)),
+            ),
+            data=True,
+        ),
+    ),
+)
 LOOKS = {
     "table": (Format.table, Look()),
     "table_narrow": (Format.table, Look(width=40, digits=3)),
@@ -74,10 +110,12 @@ LOOKS = {
     "csv": (Format.csv, Look(digits=2, colour=True)),
     "csv_bare": (Format.csv, Look(header=False)),
     "latex": (Format.latex, Look(digits=3)),
+    "table_columns": (Format.table, Look(columns=("T", "w1"))),
+    "csv_columns": (Format.csv, Look(columns=("T", "w1"), several=True)),
 }
 
 
-@pytest.mark.parametrize("report", [NUMBERS, SYMBOLS], ids=["numbers", "symbols"])
+@pytest.mark.parametrize("report", [NUMBERS, SYMBOLS, TABLES], ids=["numbers", "symbols", "tables"])
 @pytest.mark.parametrize("look", LOOKS)
 def test_a_report_looks_as_it_did(look: str, report: Report) -> None:
     form, wanted = LOOKS[look]
