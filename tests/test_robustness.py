@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from rigidcli.model.base import Section
 from rigidcli.model.bodies import Composite, KnownTensor, PointMasses
-from rigidcli.model.document import Document, Motion
+from rigidcli.model.document import Document
+from rigidcli.model.motion import Motion
 from rigidcli.model.shapes import SHAPES
 from rigidcli.model.syntax import read_tree
 

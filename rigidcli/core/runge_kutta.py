@@ -57,10 +57,10 @@ STALLED = 4
 """Bad tries in a row after which rounding errors are looked at, too."""
 
 REGULAR = 1e6
-"""A step beyond this, in units of the shortest one, is next to no jump and no pole.
+"""A step beyond this, in units of the shortest one, is next to no jump and no pole."""
 
-Next to a pole, all is rounding errors; only the errors of a step can tell it there.
-"""
+POLE = 1e-4
+"""The largest part of a slope that can be taken for rounding errors next to a pole, lest a step cross it."""
 
 MOST_JUMPS = 16
 """Shortest steps over jumps of f before a regular one: more, and the jump is one to slide on."""
@@ -163,10 +163,10 @@ def march(
     if not finite(f, t, y):
         raise Stopped(name, Stop.AT_START, t)
     k: State = f(t, *y)
-    floors = _floors(f, t, y, k, blocks, tolerance)
     h = span / 1000
     failures = taken = jumps = 0
     regular = True
+    floors = _floors(f, t, y, k, regular, blocks, tolerance)
     while t != end:
         left = end - t
         shortest = SHORTEST * max(abs(t), ORIGIN * abs(span))
@@ -192,10 +192,7 @@ def march(
             times.append(t)
             states.extend(y)
             regular = abs(h) > REGULAR * shortest
-            if regular:
-                jumps = 0
-            else:
-                floors = (0.0,) * len(blocks)
+            jumps = 0 if regular else jumps
             growth = SAFETY * error**-0.125 if error else MOST_GROWTH
             h *= max(LEAST_SHRINKAGE, min(growth, 1.0 if failures else MOST_GROWTH))
             failures = 0
@@ -203,14 +200,13 @@ def march(
             if not taken % ROUND:
                 if len(states) > MOST_NUMBERS:
                     raise TooManySteps(name, taken, t)
-                if regular:
-                    floors = _floors(f, t, y, k, blocks, tolerance)
+                floors = _floors(f, t, y, k, regular, blocks, tolerance)
                 yield t
         else:
             failures += 1
             h *= max(MOST_SHRINKAGE, SAFETY * error**-0.125) if error < math.inf else 0.25
-            if failures == STALLED and regular:
-                floors = _floors(f, t, y, k, blocks, tolerance)
+            if failures == STALLED:
+                floors = _floors(f, t, y, k, regular, blocks, tolerance)
 
 
 def _crossed(
@@ -233,13 +229,13 @@ def _crossed(
 
 
 def _floors(
-    f: Function, t: float, y: State, k: State, blocks: Sequence[int], tolerance: float
+    f: Function, t: float, y: State, k: State, regular: bool, blocks: Sequence[int], tolerance: float
 ) -> tuple[float, ...]:
     """For each block, the size of f below which a step need not follow it to `tolerance`.
 
     That is where rounding errors are all there is, as they are in a body that rests in
     equilibrium. They show when the arguments of f move by a few ulps, each pair of them together in one try
-    and against each other in another.
+    and against each other in another. Where steps are no longer `regular`, slopes bound them.
     """
     noise = [0.0] * len(y)
     bits = range(max(1, (len(y) - 1).bit_length()))
@@ -252,8 +248,9 @@ def _floors(
         noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
     floors, first = [], 0
     for size in blocks:
-        floors.append(2 * math.hypot(*noise[first : first + size]) / tolerance)
-        first += size
+        block = slice(first, first := first + size)
+        floor = 2 * math.hypot(*noise[block])
+        floors.append((floor if regular else min(floor, POLE * math.hypot(*k[block]))) / tolerance)
     return tuple(floor if floor < math.inf else 0.0 for floor in floors)
 
 

@@ -247,7 +247,7 @@ _TOUCHING = Decimal("1e-50")
 """A limit that comes so near to the vertical, in units of the way to it, goes through it."""
 
 _SEPARATRIX = Decimal("1e-30")
-"""1 - k^2 below this: the upper limit is the upright position, which takes forever to reach."""
+"""u3 - u2 below this, in units of u3 - u0: u2 is the upright position, which takes forever to reach."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -306,7 +306,9 @@ def nutation(
         c0, c1, c2 = square * Decimal(nutation) ** 2, sum(terms, _ZERO), 2 * height * beta - energy - a * a
         if c0 == 0 and abs(c1) <= 4 * Decimal(ROUNDING) * sum(map(abs, terms), _ZERO):
             return _constant_tilt(tilt, precession if square else None, -c2)
-        return _between(start, *turning_points(c0, c1, c2, beta, -up), -c2)
+        low, high = turning_points(c0, c1, c2, beta, -up)
+        # The third root by Vieta's product: differences of the coefficients lose it beside the vertical.
+        return _between(start, low, high, -c0 / (low * high) if c0 else c1 / (low + high))
 
 
 def _constant_tilt(tilt: float, rate: float | None, stiffness: Decimal) -> Nutation:
@@ -317,22 +319,21 @@ def _constant_tilt(tilt: float, rate: float | None, stiffness: Decimal) -> Nutat
     return Nutation(tilt, tilt, 0.0, rate, rate, float(period), float(Decimal(rate) * period), rate, "steady")
 
 
-def _between(start: _Start, low: Decimal, high: Decimal, stiffness: Decimal) -> Nutation:
-    """The nutation between the limits x = low and high; f = -stiffness x^2 + ... ."""
+def _between(start: _Start, low: Decimal, high: Decimal, third: Decimal) -> Nutation:
+    """The nutation between the limits x = low and high; `third` is beta (u3 - u0)."""
     lower, upper = (_limit(x, start, abs(start.a) * (high - low)) for x in (low, high))
-    # f = (x - low)(high - x) h(x) with h linear: h(low), and h(high)/h(low) = 1 - k^2.
-    rise = stiffness - start.beta * (2 * low + high)
-    complement = max((stiffness - start.beta * (low + 2 * high)) / rise, _ZERO)
+    gap = third - start.beta * high
     period = advance = mean = None
-    if complement > _SEPARATRIX:
-        complement = complement.sqrt()
+    if gap > _SEPARATRIX * third:
+        rise = gap + start.beta * (high - low)  # beta (u3 - u1), so that 1 - k^2 = gap/rise
+        complement = (gap / rise).sqrt()
         exact_mean = _mean_rate(start, lower, upper, complement)
         exact_period = 4 * complete_first(complement) / rise.sqrt()
         mean, period, advance = float(exact_mean), float(exact_period), float(exact_mean * exact_period)
     kind: NutationKind = "looping" if (lower.rate > 0) != (upper.rate > 0) else "wavy"
     return Nutation(
-        upper.theta,
-        lower.theta,
+        min(upper.theta, start.tilt),
+        max(lower.theta, start.tilt),
         _amplitude(lower, upper),
         float(upper.rate),
         float(lower.rate),
@@ -394,14 +395,14 @@ def turning_points(
     if c0 == 0:
         other = _near_root(c1, c2, c3)
         return min(other, _ZERO), max(other, _ZERO)
-    low = bottom
-    while True:  # Newton's method, which goes up to the lowest root monotonically from there
-        value = ((c3 * low + c2) * low + c1) * low + c0
-        slope = (3 * c3 * low + 2 * c2) * low + c1
-        step = -value / slope if value < 0 else _ZERO
-        low += step
-        if step <= -low * NOISE:
-            return low, _near_root(-c0 / low, c2 + c3 * low, c3)
+    low, last = bottom, 2 * bottom
+    while low - last > -low * NOISE:
+        # Newton's method goes up to the lowest root; this form of the step does not cancel for tiny roots.
+        last, low = low, ((2 * c3 * low + c2) * low**2 - c0) / ((3 * c3 * low + 2 * c2) * low + c1)
+    g0 = -c0 / low
+    # The linear coefficient of f/(x - low), from the lower or the higher terms: as less cancels.
+    from_below = (abs(c2) + abs(c3 * low)) * -low > g0 + abs(c1)
+    return low, _near_root(g0, (g0 - c1) / low if from_below else c2 + c3 * low, c3)
 
 
 def _near_root(g0: Decimal, g1: Decimal, g2: Decimal) -> Decimal:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 from pydantic import (
@@ -261,6 +262,16 @@ def by_key(forms: Mapping[str, type[Section]]) -> Choice:
         raise ValueProblem(f"expected exactly one of {', '.join(forms)}; read {read}{also}")
 
     return Choice(choose, lambda: tuple(dict.fromkeys(forms.values())))
+
+
+def elsewhere(module: str, name: str) -> Choice:
+    """Marks a field that takes a section of another module, which is loaded when there is one to read."""
+
+    def section() -> type[Section]:
+        found: type[Section] = getattr(import_module(module), name)
+        return found
+
+    return Choice(lambda raw: section(), lambda: (section(),))
 
 
 def not_one_of(raw: object, words: Sequence[str]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 import numpy as np
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
@@ -12,13 +12,19 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.core.tensor import MassProperties
 from rigidcli.errors import ValueProblem
-from rigidcli.model.base import Point, Section, environment
+from rigidcli.model.base import Point, Section, elsewhere, environment
 from rigidcli.model.bodies import Body
 from rigidcli.model.environment import Environment
 from rigidcli.model.motion import Motion
 from rigidcli.model.rotations import Rotation
-from rigidcli.model.tide import Tide
-from rigidcli.model.top import HeavyTop, Top, described, of_body
+
+if TYPE_CHECKING:
+    from rigidcli.model.tide import Tide
+    from rigidcli.model.top import HeavyTop, Top
+else:
+    # Few documents have these: the others do not wait for them.
+    Tide = Annotated[Section, elsewhere("rigidcli.model.tide", "Tide")]
+    Top = Annotated[Section, elsewhere("rigidcli.model.top", "Top")]
 
 SAME_POINT = 1e-12
 """Two points closer than this, in units of their distance from the origin, are one but for rounding."""
@@ -134,6 +140,8 @@ class Document(Section):
         """
         if self.top is None:
             raise ValueProblem("missing, expected a top", path=("top",))
+        from rigidcli.model.top import described, of_body
+
         try:
             if self.body is None:
                 return described(self.top, self.arithmetic)

@@ -3,10 +3,10 @@
     python tests/benchmarks/driven.py [RUNS]
 
 A cone of 1 kg, 10 cm high and 2.5 cm in radius, spins about its tip with 1800 rpm, 30 degrees from the
-vertical. Prints, for 10 s with 1,001 samples and for 1,000 s with 100,001, the median time of RUNS (default 5)
-runs, how many times faster that is than scipy, and how far the quaternion is from that of heyoka at its
-finest tolerance. What takes minutes is run once; of the 1,000 s, scipy does 10 s, and the time
-is multiplied by 100.
+vertical. Prints, for 10 s with 1,001 samples and for 1,000 s with 100,001, the median time of RUNS (default
+5) runs, how many times faster that is than scipy, and how far the quaternion is from that of heyoka at its
+finest tolerance. What takes minutes is run once; of the 1,000 s, scipy does 10 s, and the time is
+multiplied by 100.
 """
 
 import math

@@ -346,6 +346,7 @@ def test_a_hertz_is_no_angular_velocity() -> None:
 def test_rpm_and_degrees_become_radians() -> None:
     document = loads(f"{CUBE}motion: {{omega: [60 rpm, 180 deg/s, 1]}}")
     assert document.motion is not None
+    assert document.motion.omega is not None
     np.testing.assert_allclose(document.motion.omega, [2 * np.pi, np.pi, 1], rtol=1e-15)
 
 

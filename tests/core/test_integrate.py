@@ -1,0 +1,752 @@
+"""Solutions of differential equations against closed forms and mpmath; honest ends where there are none."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+import textwrap
+from array import array
+from collections.abc import Callable, Sequence
+from functools import partial
+from types import ModuleType
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.integrate._ivp import dop853_coefficients as published
+from scipy.linalg import expm
+
+from rigidcli.core import dormand_prince, integrate, runge_kutta
+from rigidcli.core.integrate import Flow, Solution, Stop, Stopped, TooManySteps
+from rigidcli.errors import ComputationError
+
+Floats = NDArray[np.float64]
+
+few = settings(max_examples=60, deadline=None)
+
+plain = partial(integrate.integrate, engine="runge-kutta")
+
+
+def same(f: Callable[..., tuple[Any, ...]]) -> Flow:
+    """A flow of arithmetic alone."""
+    return lambda module: f
+
+
+def array_of(*values: float) -> Floats:
+    return np.array(values, dtype=np.float64)
+
+
+def oscillator(t: Any, x: Any, v: Any) -> tuple[Any, ...]:
+    return v, -x
+
+
+def kepler(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+    def f(t: Any, x: Any, y: Any, u: Any, v: Any) -> tuple[Any, ...]:
+        square = x * x + y * y
+        cube = square * module.sqrt(square)
+        return u, v, -x / cube, -y / cube
+
+    return f
+
+
+def pendulum(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+    return lambda t, q, p: (p, -module.sin(q))
+
+
+def top(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+    """A heavy top: moments 0.6, 0.6, 0.02, torque 7.4 sin(tilt); its quaternion, and L in body axes."""
+
+    def f(t: Any, q0: Any, q1: Any, q2: Any, q3: Any, a: Any, b: Any, c: Any) -> tuple[Any, ...]:
+        w1, w2, w3 = a / 0.6, b / 0.6, c / 0.02
+        return (
+            (-q1 * w1 - q2 * w2 - q3 * w3) / 2,
+            (q0 * w1 + q2 * w3 - q3 * w2) / 2,
+            (q0 * w2 + q3 * w1 - q1 * w3) / 2,
+            (q0 * w3 + q1 * w2 - q2 * w1) / 2,
+            b * w3 - c * w2 + 14.8 * (q2 * q3 + q0 * q1),
+            c * w1 - a * w3 - 14.8 * (q1 * q3 - q0 * q2),
+            a * w2 - b * w1,
+        )
+
+    return f
+
+
+TOP = array_of(math.cos(0.3), math.sin(0.3), 0, 0, 0, 0.1, 1.9)
+
+
+def by_mpmath(flow: Flow, start: Floats, span: tuple[float, float]) -> Floats:
+    """The state at the end, by mpmath's Taylor series at 30 digits."""
+    with mpmath.workdps(30):
+        f = flow(mpmath)
+        solve = mpmath.odefun(lambda t, y: list(f(t, *y)), span[0], [mpmath.mpf(x) for x in start])
+        return np.array([float(x) for x in solve(span[1])])
+
+
+# --- the method
+
+
+def test_the_coefficients_are_the_published_ones() -> None:
+    full = [[row.get(j, 0.0) for j in range(12)] for row in dormand_prince.STAGES]
+    weights = [dormand_prince.WEIGHTS.get(j, 0.0) for j in range(12)]
+    third = [dormand_prince.WEIGHTS_3.get(j, 0.0) for j in range(12)]
+    assert np.array(dormand_prince.NODES) == pytest.approx(published.C[:12], rel=1e-15)
+    assert np.array(full) == pytest.approx(published.A[:12, :12], rel=1e-15, abs=0)
+    assert weights == published.B.tolist()
+    assert [dormand_prince.ERROR_5.get(j, 0.0) for j in range(12)] == published.E5[:12].tolist()
+    assert np.subtract(weights, third) == pytest.approx(published.E3[:12], abs=1e-16)
+
+
+def test_the_coefficients_satisfy_the_conditions_of_their_order() -> None:
+    # Hairer, Norsett, Wanner, section II.1: row sums, quadrature, and the simplifying assumption C(2).
+    nodes = np.array(dormand_prince.NODES)
+    matrix = np.array([[row.get(j, 0.0) for j in range(12)] for row in dormand_prince.STAGES])
+    weights = np.array([dormand_prince.WEIGHTS.get(j, 0.0) for j in range(12)])
+    fifth = weights - [dormand_prince.ERROR_5.get(j, 0.0) for j in range(12)]
+    third = np.array([dormand_prince.WEIGHTS_3.get(j, 0.0) for j in range(12)])
+    assert matrix.sum(axis=1) == pytest.approx(nodes, abs=1e-14)
+    for row, order in ((weights, 8), (fifth, 5), (third, 3)):
+        for k in range(order):
+            assert row @ nodes**k == pytest.approx(1 / (k + 1), abs=2e-15)
+    for k in range(6):
+        # b (c^k) A c = 1/(2 (k + 3)): trees with one branch.
+        assert weights @ (nodes**k * (matrix @ nodes)) == pytest.approx(1 / (2 * (k + 3)), abs=1e-14)
+
+
+def step_error(h: float) -> tuple[float, float]:
+    """The error of one step on the circle, true and as it is estimated."""
+    step = runge_kutta.stepper((1, 1))
+    start = ((1.0, 0.0), (0.0, -1.0), (0.0, 0.0))
+    _, after, _ = step(oscillator, 0.0, h, *start, 1.0)
+    # With the finest of tolerances the bound on the error of order 3 plays no part.
+    estimate, _, _ = step(oscillator, 0.0, h, *start, 1e-60)
+    return math.hypot(after[0] - math.cos(h), after[1] + math.sin(h)), 1e-60 * estimate
+
+
+@pytest.mark.parametrize("h", [0.5, 0.7, -0.6])
+def test_one_step_is_of_order_eight(h: float) -> None:
+    error, _ = step_error(h)
+    half, _ = step_error(h / 2)
+    assert math.log2(error / half) == pytest.approx(9, abs=0.3)
+
+
+def test_the_estimated_error_is_of_order_seven() -> None:
+    # h p^2 / sqrt(p^2 + 0.01 q^2), with p of order h^5 and q of order h^3, once q is the larger.
+    _, one = step_error(0.2)
+    _, two = step_error(0.1)
+    assert math.log2(one / two) == pytest.approx(8, abs=0.1)
+
+
+def test_the_estimate_is_no_smaller_than_the_error() -> None:
+    for h in np.linspace(0.3, 1.0, 15):
+        error, estimate = step_error(float(h))
+        assert error < estimate < 1e4 * error
+
+
+# --- accuracy against the truth
+
+
+def kepler_truth(t: float) -> list[float]:
+    """Position and velocity of unit mass and axis, eccentricity 0.9, from the nearest point, at 30 digits."""
+    with mpmath.workdps(30):
+        e = mpmath.mpf(9) / 10
+        root = mpmath.sqrt(1 - e**2)
+        u = mpmath.findroot(lambda u: u - e * mpmath.sin(u) - t, t + 0.5)
+        c, s = mpmath.cos(u), mpmath.sin(u)
+        return [float(x) for x in (c - e, root * s, -s / (1 - e * c), root * c / (1 - e * c))]
+
+
+def pendulum_truth(t: float) -> list[float]:
+    """Angle and rate of a pendulum let go at 2 rad: sin(q/2) = k sn(K - t, k), k = sin 1."""
+    with mpmath.workdps(30):
+        k = mpmath.sin(1)
+        m = k**2
+        u = mpmath.ellipk(m) - t
+        q = 2 * mpmath.asin(k * mpmath.ellipfun("sn", u, m=m))
+        return [float(q), float(-2 * k * mpmath.ellipfun("cn", u, m=m))]
+
+
+def riccati_truth(t: float) -> list[float]:
+    """y' = t^2 + y^2, y(0) = 0, from Bessel functions (G. N. Watson, Theory of Bessel Functions, 4.3)."""
+    with mpmath.workdps(30):
+        z = mpmath.mpf(t) ** 2 / 2
+        quarter, three = mpmath.mpf(1) / 4, mpmath.mpf(3) / 4
+        return [float(t * mpmath.besselj(three, z) / mpmath.besselj(-quarter, z)) if t else 0.0]
+
+
+def forced_truth(t: float) -> list[float]:
+    """y' = -y + cos 3t, y(0) = 1."""
+    return [0.9 * math.exp(-t) + 0.1 * math.cos(3 * t) + 0.3 * math.sin(3 * t)]
+
+
+MATRIX = np.array([[-0.5, 2, 0, 1], [-2, -0.1, 0.3, 0], [0, 0.7, 0, 3], [-1, 0, -3, -0.2]])
+
+
+def linear(t: Any, *y: Any) -> tuple[Any, ...]:
+    return tuple(sum(float(a) * x for a, x in zip(row, y, strict=True)) for row in MATRIX)
+
+
+Truth = Callable[[float], Sequence[float]]
+
+PROBLEMS: dict[str, tuple[Flow, Floats, float, tuple[int, ...], Truth, float]] = {
+    "oscillator": (same(oscillator), array_of(1, 0), 60, (2,), lambda t: [math.cos(t), -math.sin(t)], 1e-11),
+    "parts": (same(oscillator), array_of(1, 0), 60, (1, 1), lambda t: [math.cos(t), -math.sin(t)], 1e-11),
+    "kepler": (kepler, array_of(0.1, 0, 0, math.sqrt(19)), 6, (2, 2), kepler_truth, 1e-10),
+    "pendulum": (pendulum, array_of(2, 0), 20, (1, 1), pendulum_truth, 1e-11),
+    "riccati": (same(lambda t, y: (t * t + y * y,)), array_of(0), 1.5, (1,), riccati_truth, 1e-11),
+    "forced": (
+        lambda module: lambda t, y: (module.cos(3 * t) - y,), array_of(1), 12, (1,), forced_truth, 1e-12,
+    ),
+    "linear": (
+        same(linear), array_of(1, 2, 3, 4), 8, (4,),
+        lambda t: (expm(MATRIX * t) @ [1, 2, 3, 4]).tolist(), 5e-12,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_solutions_are_true_at_and_between_the_steps(name: str) -> None:
+    flow, start, end, blocks, truth, bound = PROBLEMS[name]
+    solution = plain(flow, start, (0, end), blocks=blocks)
+    inside = np.random.default_rng(1).uniform(0, end, 60)
+    errors = []
+    for times in (solution.knots[:: max(1, solution.steps // 40)], inside):
+        found = solution.at(times)
+        assert found.shape == (len(times), len(start))
+        errors.append(max(float(np.abs(row - truth(t)).max()) for t, row in zip(times, found, strict=True)))
+    assert max(errors) < bound
+    # A sample is one shorter step, of an error that is smaller still.
+    assert errors[1] < 3 * errors[0] + 1e-14
+
+
+def test_a_top_against_mpmath() -> None:
+    solution = plain(top, TOP, (0, 0.2), blocks=(4, 3))
+    assert solution.at(array_of(0.2))[0] == pytest.approx(by_mpmath(top, TOP, (0, 0.2)), abs=2e-11)
+
+
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-9, 1e-12, 1e-14])
+def test_the_error_follows_the_tolerance(tolerance: float) -> None:
+    solution = plain(pendulum, array_of(2, 0), (0, 20), tolerance=tolerance)
+    error = np.abs(solution.at(array_of(20.0))[0] - pendulum_truth(20)).max()
+    assert error < 100 * tolerance
+    assert error > 1e-3 * tolerance or tolerance < 1e-13
+
+
+def test_finer_tolerances_than_floats_can_hold_are_taken_as_the_finest() -> None:
+    finest = plain(pendulum, array_of(2, 0), (0, 20), tolerance=1e-15)
+    beyond = plain(pendulum, array_of(2, 0), (0, 20), tolerance=1e-30)
+    assert np.array_equal(finest.knots, beyond.knots)
+    assert beyond.at(array_of(20.0))[0] == pytest.approx(pendulum_truth(20), abs=3e-14)
+
+
+# --- laws
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_there_and_back(name: str) -> None:
+    flow, start, end, blocks, _, bound = PROBLEMS[name]
+    there = plain(flow, start, (0, end), blocks=blocks).at(array_of(end))[0]
+    back = plain(flow, there, (end, 0), blocks=blocks)
+    assert back.knots[0] == end
+    assert back.knots[-1] == 0
+    assert np.all(np.diff(back.knots) < 0)
+    assert back.at(array_of(0.0))[0] == pytest.approx(start, abs=bound * (1e6 if name == "forced" else 100))
+
+
+def test_backwards_is_forwards_with_the_other_sign() -> None:
+    def turned(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+        f = kepler(module)
+        return lambda t, *y: tuple(-slope for slope in f(-t, *y))
+
+    start = array_of(0.1, 0, 0, math.sqrt(19))
+    times = np.linspace(0, 3, 50)
+    forwards = plain(kepler, start, (0, 3))
+    backwards = plain(turned, start, (0, -3))
+    assert np.array_equal(forwards.knots, -backwards.knots)
+    assert np.array_equal(forwards.at(times), backwards.at(-times))
+
+
+@pytest.mark.parametrize("exponent", [-900, -530, -100, 60, 400, 900])
+def test_no_variable_needs_a_scale(exponent: int) -> None:
+    # A linear equation in other units, powers of two, which do not round: the same steps to the last bit.
+    scale = math.ldexp(1.0, exponent)
+    one = plain(same(linear), array_of(1, 2, 3, 4), (0, 8))
+    other = plain(same(linear), array_of(1, 2, 3, 4) * scale, (0, 8))
+    times = np.linspace(0, 8, 33)
+    assert np.array_equal(one.knots, other.knots)
+    assert np.array_equal(one.at(times) * scale, other.at(times))
+
+
+@pytest.mark.parametrize("scale", [1e-160, 1e100])
+def test_time_needs_no_scale_either(scale: float) -> None:
+    solution = plain(same(lambda t, x, v: (v / scale, -x / scale)), array_of(1, 0), (0, 10 * scale))
+    times = np.linspace(0, 10, 21)
+    expected = np.array([np.cos(times), -np.sin(times)]).T
+    assert solution.at(times * scale) == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_small_variable_is_as_accurate_as_a_large_one() -> None:
+    def f(t: Any, x: Any, v: Any, y: Any, u: Any) -> tuple[Any, ...]:
+        return v, -x, u, -4 * y
+
+    solution = plain(same(f), array_of(1e10, 0, 1e-100, 0), (0, 10), blocks=(2, 2))
+    times = np.linspace(0, 10, 50)
+    found = solution.at(times)
+    assert found[:, 0] == pytest.approx(1e10 * np.cos(times), abs=1e-2)
+    assert found[:, 2] == pytest.approx(1e-100 * np.cos(2 * times), abs=1e-111)
+
+
+def test_the_norm_of_a_block_does_not_depend_on_its_axes() -> None:
+    # Rotation in a tilted plane: the block has the steps of the plane.
+    turn = np.linalg.qr(np.array([[1.0, 2, 3], [0, 1, -1], [2, 0, 1]]))[0]
+    spin = turn @ np.array([[0.0, -1, 0], [1, 0, 0], [0, 0, 0]]) @ turn.T
+
+    def f(t: Any, *y: Any) -> tuple[Any, ...]:
+        return tuple(sum(float(a) * x for a, x in zip(row, y, strict=True)) for row in spin)
+
+    solution = plain(same(f), turn @ array_of(1, 0, 0), (0, 50), blocks=(3,))
+    level = plain(same(oscillator), array_of(1, 0), (0, 50), blocks=(2,))
+    assert abs(solution.steps - level.steps) <= 2
+    expected = turn @ np.array([math.cos(50), math.sin(50), 0])
+    assert solution.at(array_of(50.0))[0] == pytest.approx(expected, abs=3e-12)
+
+
+def test_the_same_problem_has_the_same_bytes() -> None:
+    one, two = (integrate.integrate(top, TOP, (0, 1), blocks=(4, 3)) for _ in range(2))
+    times = np.linspace(0, 1, 99)
+    assert one.knots.tobytes() == two.knots.tobytes()
+    assert one.at(times).tobytes() == two.at(times).tobytes()
+
+
+# --- what hardly moves
+
+
+def test_rest_takes_few_steps() -> None:
+    solution = plain(same(lambda t, x, v: (v, 0 * x)), array_of(3, 0), (0, 1e9))
+    assert solution.steps < 20
+    assert solution.at(array_of(0, 12.5, 1e9)).tolist() == [[3, 0]] * 3
+
+
+@pytest.mark.parametrize("offset", [0, 1e-16, 5e-16, -4e-16])
+def test_equilibrium_up_to_rounding_does_not_stall(offset: float) -> None:
+    # A weight on a spring: the force is the rounding error of k x - m g, and jumps with the last bit of x.
+    m, g, k = 0.3, 9.81, 4.7
+
+    def f(t: Any, x: Any, p: Any) -> tuple[Any, ...]:
+        return p / m, m * g - k * x
+
+    solution = plain(same(f), array_of(m * g / k + offset, 0), (0, 1000))
+    assert solution.steps < 20_000
+    assert solution.at(np.linspace(0, 1000, 99))[:, 0] == pytest.approx(m * g / k, abs=1e-12)
+
+
+def test_a_variable_of_rounding_errors_does_not_stall_the_others() -> None:
+    def f(t: Any, x: Any, v: Any, d: Any) -> tuple[Any, ...]:
+        return v, -x, 0.1 * 3 * x - 0.3 * x
+
+    solution = plain(same(f), array_of(1, 0, 0), (0, 100))
+    alone = plain(same(oscillator), array_of(1, 0), (0, 100))
+    assert solution.steps < 3 * alone.steps
+    assert solution.at(array_of(100.0))[0, :2] == pytest.approx([math.cos(100), -math.sin(100)], abs=1e-11)
+
+
+# --- samples
+
+
+def test_samples_in_any_order_and_number() -> None:
+    solution = plain(same(oscillator), array_of(1, 0), (0, 30))
+    times = np.random.default_rng(2).uniform(0, 30, 40_000)
+    found = solution.at(times)
+    assert np.abs(found[:, 0] - np.cos(times)).max() < 2e-12
+    some = np.argsort(times)[::997]
+    assert np.array_equal(solution.at(times[some]), found[some])
+    assert solution.at(np.array([])).shape == (0, 2)
+    assert solution.at(array_of(0.0))[0].tolist() == [1, 0]
+
+
+def test_samples_at_the_steps_are_the_steps() -> None:
+    solution = plain(kepler, array_of(0.1, 0, 0, math.sqrt(19)), (0, 6))
+    step = runge_kutta.stepper((1, 1, 1, 1))
+    f = kepler(math)
+    states = solution.at(solution.knots)
+    for k in range(0, solution.steps, 10):
+        t, h, y = solution.knots[k], solution.knots[k + 1] - solution.knots[k], states[k].tolist()
+        _, after, _ = step(f, float(t), float(h), y, f(t, *y), (0.0,) * 4, 1e-12)
+        assert states[k + 1] == pytest.approx(after, rel=1e-14)
+
+
+@pytest.mark.parametrize("outside", [-0.001, 10.001, math.nan, math.inf])
+def test_times_outside_the_span_are_refused(outside: float) -> None:
+    for span in ((0, 10), (10, 0)):
+        solution = plain(same(oscillator), array_of(1, 0), span)
+        with pytest.raises(ValueError, match="outside the span from"):
+            solution.at(array_of(1, outside))
+        assert solution.at(array_of(10 * (1 + 2e-16))).shape == (1, 2)
+
+
+def test_a_sample_beyond_a_short_step_is_reached_by_shorter_ones() -> None:
+    # A flow whose arrays have no value early in a step: as if a stage had left the domain.
+    def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+        if module is math:
+            return oscillator
+        return lambda t, x, v: (np.where((t > 2) & (t < 3), np.nan, v), -x)
+
+    times = np.linspace(0, 10, 201)
+    found = plain(flow, array_of(1, 0), (0, 10)).at(times)
+    assert found == pytest.approx(np.array([np.cos(times), -np.sin(times)]).T, abs=1e-12)
+
+
+def test_a_span_of_nothing() -> None:
+    solution = plain(same(oscillator), array_of(1, 2), (5, 5))
+    assert solution.steps == 0
+    assert solution.at(array_of(5, 5)).tolist() == [[1, 2], [1, 2]]
+
+
+@pytest.mark.parametrize("count", [1, 2, 20, 80])
+def test_any_number_of_variables(count: int) -> None:
+    solution = plain(same(lambda t, *y: tuple(-x for x in y)), np.arange(1.0, count + 1), (0, 1))
+    assert solution.at(array_of(1.0))[0] == pytest.approx(np.arange(1.0, count + 1) / math.e, rel=1e-13)
+
+
+# --- honest ends
+
+
+def sqrt_of(sign: float) -> Flow:
+    return lambda module: lambda t, y: (sign * module.sqrt(y),)
+
+
+ENDS: dict[str, tuple[Flow, float, tuple[float, float], float, Stop]] = {
+    "pole": (same(lambda t, y: (1 / ((t - 0.5) * (t - 0.5)),)), 0, (0, 1), 0.5, Stop.INFINITE),
+    "pole that changes sign": (same(lambda t, y: (1 / (t - 0.5),)), 0, (0, 1), 0.5, Stop.INFINITE),
+    "pole at a third": (same(lambda t, y: (1 / (t - 1 / 3) ** 3,)), 1, (0, 1), 1 / 3, Stop.INFINITE),
+    "pole at zero": (same(lambda t, y: (1 / (t * t),)), 0, (-1, 1), 0, Stop.INFINITE),
+    "pole backwards": (same(lambda t, y: (1 / (t + 7) ** 2,)), 0, (0, -10), -7, Stop.INFINITE),
+    "sqrt of time": (lambda m: lambda t, y: (m.sqrt(0.5 - t),), 0, (0, 1), 0.5, Stop.NO_VALUE),
+    "sqrt of the state": (sqrt_of(-1), 1, (0, 5), 2, Stop.NO_VALUE),
+    "log of time": (lambda m: lambda t, y: (m.log(0.5 - t),), 0, (0, 1), 0.5, Stop.NO_VALUE),
+    "log of the state": (lambda m: lambda t, y: (-1 / m.log(y),), 2, (0, 2), 2 * math.log(2) - 1, Stop.LOST),
+    "asin": (lambda m: lambda t, y: (m.arcsin(t) if m is np else m.asin(t),), 0, (0, 2), 1, Stop.NO_VALUE),
+    "blow-up": (same(lambda t, y: (y * y,)), 1, (0, 2), 1, Stop.INFINITE),
+    "blow-up backwards": (same(lambda t, y: (y * y,)), -1, (0, -2), -1, Stop.INFINITE),
+    "blow-up of exp": (lambda m: lambda t, y: (m.exp(y),), 0, (0, 2), 1, Stop.INFINITE),
+    "tangent": (same(lambda t, y: (1 + y * y,)), 0, (0, 4), math.pi / 2, Stop.INFINITE),
+    "too large": (same(lambda t, y: (y,)), 1e290, (0, 100), math.log(10) * 15.5, Stop.INFINITE),
+}
+
+
+def end_of(flow: Flow, start: float | Floats, span: tuple[float, float]) -> Stopped:
+    with pytest.raises(Stopped) as caught:
+        plain(flow, np.atleast_1d(start), span, name="the motion")
+    return caught.value
+
+
+@pytest.mark.parametrize("name", ENDS)
+def test_solutions_that_end(name: str) -> None:
+    flow, start, span, time, stop = ENDS[name]
+    end = end_of(flow, start, span)
+    assert end.time == pytest.approx(time, abs=5 if name == "too large" else 1e-10)
+    assert end.stop is stop
+    assert str(end).startswith(f"the motion {stop} t = ")
+    assert isinstance(end, ComputationError)
+    assert not str(end).endswith(".")
+
+
+def test_the_message_names_the_time() -> None:
+    assert str(end_of(*ENDS["pole"][:3])) == "the motion becomes infinite near t = 0.5"
+    assert str(end_of(*ENDS["pole at zero"][:3])) == "the motion becomes infinite near t = 0"
+    assert str(end_of(*ENDS["sqrt of the state"][:3])) == "the motion has no finite real value beyond t = 2"
+
+
+@few
+@given(
+    st.floats(0.02, 0.98),
+    st.integers(1, 4),
+    st.floats(-6, 6),
+    st.booleans(),
+    st.sampled_from([0.0, 1.0, -7.0]),
+)
+def test_no_pole_is_ever_crossed(place: float, power: int, size: float, up: bool, start: float) -> None:
+    strength = 10**size if up else -(10**size)
+    end = end_of(same(lambda t, y: (strength / (t - place) ** power,)), start, (0, 1))
+    assert end.time == pytest.approx(place, abs=1e-9)
+
+
+@few
+@given(st.floats(0.02, 0.98), st.integers(2, 5))
+def test_every_blow_up_is_found(time: float, power: int) -> None:
+    # y' = y^p ends at y0^(1 - p)/(p - 1).
+    start = ((power - 1) * time) ** (1 / (1 - power))
+    end = end_of(same(lambda t, y: (y**power,)), start, (0, 1))
+    assert end.stop is Stop.INFINITE
+    assert end.time == pytest.approx(time, rel=1e-9)
+
+
+def sign_of(module: ModuleType, x: Any) -> Any:
+    return np.sign(x) if module is np else float(x > 0) - float(x < 0)
+
+
+def test_a_slope_that_jumps_where_its_variable_is_zero() -> None:
+    # y' = sign(sin t): a triangle wave.
+    solution = plain(lambda m: lambda t, y: (sign_of(m, m.sin(t)),), array_of(0), (0, 40))
+    times = np.linspace(0, 40, 201)
+    assert solution.at(times)[:, 0] == pytest.approx(np.arccos(np.cos(times)), abs=1e-9)
+
+
+def rubbed(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+    """An oscillator with dry friction 1/2."""
+    return lambda t, x, v: (v, -x - sign_of(module, v) / 2)
+
+
+def test_dry_friction_takes_the_same_from_every_swing() -> None:
+    # From rest at 5.3, each half-period is an oscillation about -+1/2, and shorter by 1.
+    solution = plain(rubbed, array_of(5.3, 0), (0, 15.7))
+    times = np.linspace(0, 15.7, 300)
+    swing = np.floor(times / math.pi)
+    expected = (-1) ** swing * ((4.8 - swing) * np.cos(times - swing * math.pi) + 0.5)
+    assert solution.at(times)[:, 0] == pytest.approx(expected, abs=1e-10)
+
+
+def test_dry_friction_holds_what_it_can() -> None:
+    # After five swings 0.3 is left, where the spring is weaker than friction.
+    end = end_of(rubbed, array_of(5.3, 0), (0, 30))
+    assert end.stop is Stop.LOST
+    assert end.time == pytest.approx(5 * math.pi, abs=1e-9)
+
+
+def test_sliding_on_a_jump_is_an_end() -> None:
+    # y' = -sign(y) has no solution beyond y = 0 but one that is none of a differential equation.
+    end = end_of(lambda m: lambda t, y: (-sign_of(m, y),), 1, (0, 3))
+    assert end.time == pytest.approx(1, abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    "flow",
+    [
+        lambda m: lambda t, y: (m.log(y),),
+        lambda m: lambda t, y: (1 / y,),
+        lambda m: lambda t, y: (m.exp(1000 + y),),
+        lambda m: lambda t, y: (m.sqrt(y - 1),),
+    ],
+)
+def test_a_start_without_a_slope_is_refused(flow: Flow) -> None:
+    with pytest.raises(Stopped, match="no finite real value at the start, t = 3") as caught:
+        plain(flow, array_of(0), (3, 4))
+    assert caught.value.time == 3
+    assert caught.value.stop is Stop.AT_START
+
+
+@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan])
+def test_an_infinite_slope_is_an_end_too(value: float) -> None:
+    with pytest.raises(Stopped, match="at the start"):
+        plain(same(lambda t, y: (value,)), array_of(1), (0, 1))
+    end = end_of(same(lambda t, y: (value if t > 0.5 else 1.0,)), 1, (0, 1))
+    assert end.time == pytest.approx(0.5, abs=1e-14)
+
+
+def test_too_many_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(runge_kutta, "MOST_NUMBERS", 2000)
+    with pytest.raises(TooManySteps, match=r"has reached t = \d+\.?\d* only after 1,\d\d\d steps") as caught:
+        plain(same(oscillator), array_of(1, 0), (0, 1e6))
+    assert caught.value.hint is not None
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"tolerance": 0.0},
+        {"tolerance": math.nan},
+        {"blocks": (3,)},
+        {"blocks": (2, 0)},
+        {"span": (0, math.inf)},
+        {"span": (math.nan, 1)},
+        {"start": array_of(1, math.nan)},
+    ],
+)
+def test_what_is_no_problem_at_all_is_refused(change: dict[str, Any]) -> None:
+    problem = {"flow": same(oscillator), "start": array_of(1, 0), "span": (0, 1), **change}
+    with pytest.raises(ValueError, match="cannot integrate"):
+        plain(**problem)
+
+
+def test_mistakes_of_the_flow_are_not_taken_for_ends() -> None:
+    with pytest.raises(TypeError):
+        plain(same(lambda t, x: (x,)), array_of(1, 0), (0, 1))
+    with pytest.raises(ValueError, match="argument 2 is shorter"):
+        plain(same(lambda t, x, v: (x,)), array_of(1, 0), (0, 1))
+
+
+# --- engines
+
+
+def test_progress_is_told_in_fractions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(integrate, "BREATH", 0.0)
+    for span in ((0, 300), (10, -290)):
+        told: list[float] = []
+        plain(same(oscillator), array_of(1, 0), span, progress=told.append)
+        assert len(told) > 5
+        assert told == sorted(told)
+        assert told[0] > 0
+        assert told[-1] < 1
+
+
+def test_progress_is_told_a_few_times_a_second_at_most() -> None:
+    told: list[float] = []
+    plain(same(oscillator), array_of(1, 0), (0, 300), progress=told.append)
+    assert len(told) <= 4
+
+
+def test_without_heyoka_taylor_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "heyoka", None)
+    with pytest.raises(ComputationError, match="heyoka, which is not installed") as caught:
+        integrate.integrate(same(oscillator), array_of(1, 0), (0, 1), engine="taylor")
+    assert caught.value.hint is not None
+    assert "rigidcli[taylor]" in caught.value.hint
+
+
+def test_auto_does_without_heyoka(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(integrate, "find_spec", lambda name: None)
+    monkeypatch.setattr(integrate, "TRIAL", 64)
+    monkeypatch.setattr(integrate, "WORTH_COMPILING", 0)
+    monkeypatch.setitem(sys.modules, "heyoka", None)
+    solution = integrate.integrate(same(oscillator), array_of(1, 0), (0, 100))
+    assert solution.method == "Dormand-Prince 8(5,3)"
+
+
+def test_neither_scipy_nor_heyoka_is_loaded() -> None:
+    script = """
+        import sys, numpy as np
+        from rigidcli.core.integrate import integrate
+        integrate(lambda m: lambda t, x, v: (v, -x), np.array([1.0, 0.0]), (0, 10)).at(np.array([3.0]))
+        sys.exit(bool({"scipy", "heyoka", "sympy"} & set(sys.modules)))
+    """
+    assert subprocess.run([sys.executable, "-c", textwrap.dedent(script)], check=False).returncode == 0
+
+
+# --- the Taylor engine
+
+
+def compiled(flow: Flow, start: Floats, span: tuple[float, float], **options: Any) -> Solution:
+    pytest.importorskip("heyoka", reason="the extra `taylor` is not installed")
+    return integrate.integrate(flow, start, span, engine="taylor", **options)
+
+
+@pytest.mark.parametrize("name", PROBLEMS)
+def test_taylor_solves_the_same_problems(name: str) -> None:
+    flow, start, end, blocks, truth, bound = PROBLEMS[name]
+    solution = compiled(flow, start, (0, end), blocks=blocks)
+    assert solution.method == "Taylor (heyoka)"
+    times = np.random.default_rng(1).uniform(0, end, 50)
+    errors = [np.abs(row - truth(t)).max() for t, row in zip(times, solution.at(times), strict=True)]
+    assert max(errors) < bound / 4
+    assert solution.knots[[0, -1]].tolist() == [0, end]
+    assert len(solution.knots) == solution.steps + 1
+
+
+def test_taylor_runs_backwards_and_over_nothing() -> None:
+    solution = compiled(same(oscillator), array_of(1, 0), (3, -20))
+    times = np.linspace(3, -20, 99)
+    assert solution.at(times)[:, 0] == pytest.approx(np.cos(times - 3), abs=1e-13)
+    assert np.all(np.diff(solution.knots) < 0)
+    assert compiled(same(oscillator), array_of(1, 0), (3, 3)).at(array_of(3.0)).tolist() == [[1, 0]]
+    assert solution.at(np.array([])).shape == (0, 2)
+
+
+@pytest.mark.parametrize("scale", [1e-160, 1e-34, 1e100])
+def test_taylor_needs_no_scale_either(scale: float) -> None:
+    solution = compiled(same(linear), array_of(1, 2, 3, 4) * scale, (0, 8), blocks=(4,))
+    expected = scale * (expm(MATRIX * 8) @ [1, 2, 3, 4])
+    assert solution.at(array_of(8.0))[0] == pytest.approx(expected, rel=1e-11, abs=0)
+
+
+@pytest.mark.parametrize("name", [name for name in ENDS if name not in ("too large", "log of the state")])
+def test_taylor_stops_where_solutions_end(name: str) -> None:
+    flow, start, span, time, _ = ENDS[name]
+    with pytest.raises(Stopped) as caught:
+        compiled(flow, array_of(start), span)
+    assert caught.value.time == pytest.approx(time, abs=1e-2)
+
+
+def test_taylor_does_not_go_round_a_corner() -> None:
+    # |t - 1| as a root is one analytic function before 1 and another after.
+    with pytest.raises(Stopped) as caught:
+        compiled(lambda m: lambda t, y: (m.sqrt((t - 1) * (t - 1)),), array_of(0), (0, 3))
+    assert caught.value.time == pytest.approx(1, abs=1e-6)
+
+
+def test_taylor_refuses_a_start_without_a_slope() -> None:
+    with pytest.raises(Stopped, match="at the start"):
+        compiled(lambda m: lambda t, y: (m.log(y),), array_of(0), (0, 1))
+
+
+def test_taylor_says_what_it_cannot_express() -> None:
+    with pytest.raises(ComputationError, match=r"heyoka cannot express the solution: .*'fabs'"):
+        compiled(lambda m: lambda t, y: (m.fabs(y),), array_of(1), (0, 1))
+
+
+def test_taylor_has_a_bound_on_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    from rigidcli.core import taylor
+
+    monkeypatch.setattr(taylor, "MOST_NUMBERS", 2000)
+    with pytest.raises(TooManySteps, match="only after"):
+        compiled(same(oscillator), array_of(1, 0), (0, 1000))
+
+
+def test_taylor_tells_progress(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(integrate, "BREATH", 0.0)
+    told: list[float] = []
+    compiled(same(oscillator), array_of(1, 0), (0, 1000), progress=told.append)
+    assert len(told) > 5
+    assert told == sorted(told)
+
+
+def eager(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let `auto` change as soon as it can."""
+    pytest.importorskip("heyoka", reason="the extra `taylor` is not installed")
+    monkeypatch.setattr(integrate, "TRIAL", 200)
+    monkeypatch.setattr(integrate, "WORTH_COMPILING", 2000)
+
+
+def test_auto_changes_to_taylor_when_much_is_left(monkeypatch: pytest.MonkeyPatch) -> None:
+    eager(monkeypatch)
+    short = integrate.integrate(same(oscillator), array_of(1, 0), (0, 50))
+    long = integrate.integrate(same(oscillator), array_of(1, 0), (0, 1000))
+    assert short.method == "Dormand-Prince 8(5,3)"
+    assert long.method == "Taylor (heyoka)"
+    assert long.at(array_of(1000.0))[0] == pytest.approx([math.cos(1000), -math.sin(1000)], abs=1e-12)
+
+
+def test_auto_stays_where_heyoka_has_no_words(monkeypatch: pytest.MonkeyPatch) -> None:
+    eager(monkeypatch)
+
+    def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+        if module.__name__ == "heyoka":
+            raise ComputationError("no Taylor series")
+        return oscillator
+
+    solution = integrate.integrate(flow, array_of(1, 0), (0, 1000))
+    assert solution.method == "Dormand-Prince 8(5,3)"
+    assert solution.at(array_of(1000.0))[0] == pytest.approx([math.cos(1000), -math.sin(1000)], abs=1e-10)
+
+
+def test_auto_stays_where_the_series_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    eager(monkeypatch)
+
+    def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+        return lambda t, x, v, y: (v, -x, module.sqrt((t - 50.5) * (t - 50.5)))
+
+    solution = integrate.integrate(flow, array_of(1, 0, 0), (0, 300))
+    assert solution.method == "Dormand-Prince 8(5,3)"
+    assert solution.at(array_of(300.0))[0, 2] == pytest.approx((50.5**2 + 249.5**2) / 2, rel=1e-10)
+
+
+def test_the_steps_are_kept_as_floats() -> None:
+    times, states = array("d", [0.0]), array("d", [1.0, 0.0])
+    reached = list(
+        runge_kutta.march(oscillator, times, states, 100.0, tolerance=1e-12, blocks=(1, 1), name="x")
+    )
+    assert len(states) == 2 * len(times)
+    assert reached == times.tolist()[runge_kutta.ROUND :: runge_kutta.ROUND]
