@@ -7,6 +7,7 @@ times are reduced modulo a period that is known to twice the digits of a float.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
@@ -131,7 +132,8 @@ def _two_product(a: Floats, b: float) -> tuple[Floats, Floats]:
     lifted = SPLITTER * a
     a_high = lifted - (lifted - a)
     a_low = a - a_high
-    b_high = SPLITTER * b - (SPLITTER * b - b)
+    mantissa, exponent = math.frexp(b)  # SPLITTER b would be infinite for a period of 1e301
+    b_high = math.ldexp(int(mantissa * 2**26), exponent - 26)
     b_low = b - b_high
     error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
     return product, error

@@ -21,7 +21,7 @@ import numpy as np
 
 from rigidcli.core import dormand_prince, runge_kutta, taylor
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import FINEST, Flow, Solution, Stop, Stopped, TooManySteps
+from rigidcli.core.solution import FINEST, MOST_NUMBERS, Flow, Solution, Stop, Stopped, TooManySteps
 from rigidcli.errors import ComputationError
 
 __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "integrate"]
@@ -87,12 +87,14 @@ def integrate(
         with suppress(ComputationError):
             next(steps, None)
         return compiled()
-    undecided = engine == "auto" and find_spec("heyoka") is not None
+    trial = TRIAL if engine == "auto" and find_spec("heyoka") is not None else math.inf
     for t in steps:
         tell(t)
-        if undecided and len(times) > TRIAL:
-            undecided = False
-            if len(states) * ((t1 - t) / (t - t0)) > WORTH_COMPILING:
+        if len(times) > trial:
+            left = len(states) * ((t1 - t) / (t - t0))
+            # What is too much for one engine is so for the other, unless the beginning is untypical.
+            trial = 2 * trial if left > MOST_NUMBERS else math.inf
+            if WORTH_COMPILING < left <= MOST_NUMBERS:
                 # Of what heyoka cannot solve, the steps at hand tell more.
                 with suppress(ComputationError):
                     return compiled()

@@ -44,8 +44,8 @@ PASSING = 1e-3
 TOUCHING = Decimal("1e-50")
 """A limit that comes so near to the vertical goes through it."""
 
-SEPARATRIX = Decimal("1e-60")
-"""k'^2 below this is zero: the top rises to the vertical forever."""
+SEPARATRIX = Decimal("1e-30")
+"""u3 - u2 below this, in units of u3 - u0, is zero: the top rises to the vertical forever."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,12 +108,15 @@ def heavy_motion(
         stiffness = energy + a * a - (up - down) * beta
         if slope or c1:
             low, high = turning_points(slope * slope, c1, -stiffness, beta, -up)
-            rise = stiffness - beta * (2 * low + high)
-            complement = (max(stiffness - beta * (low + 2 * high), Decimal(0)) / rise).sqrt()
+            # beta (u3 - u0) by Vieta's product: the sum of the roots loses it beside the vertical.
+            third = -slope * slope / (low * high) if slope else c1 / (low + high)
+            gap = third - beta * high
+            if gap <= SEPARATRIX * third:
+                gap, high = Decimal(0), down
+            rise = gap + beta * (high - low)
+            complement = (gap / rise).sqrt()
         else:  # steady, be it stable or not
             low, high, rise, complement = Decimal(0), Decimal(0), Decimal(1), Decimal(1)
-        if complement * complement < SEPARATRIX:
-            complement = Decimal(0)
         downs, ups = (
             (_distance(down, -low), _distance(down, -high)),
             (_distance(up, low), _distance(up, high)),
@@ -124,7 +127,8 @@ def heavy_motion(
             spin=float(w3),
             down=(float(downs[0]), float(downs[1])),
             up=(float(ups[0]), float(ups[1])),
-            turning=(float(turning - a * low), float(turning - a * high)),
+            # At the vertical itself they are zero, which rounding must not hide.
+            turning=(float(turning - a * low) if ups[0] else 0.0, float(turning - a * high) if downs[1] else 0.0),
             width=float(width),
             k=float((beta * width / rise).sqrt()),
             complement=float(complement),

@@ -37,6 +37,7 @@ from rigidcli.core.solution import (
     Stopped,
     TooManySteps,
     finite,
+    hopeless,
     stopped,
 )
 
@@ -154,7 +155,7 @@ def march(
 
     Raises:
         Stopped: there is no solution as far as `end`.
-        TooManySteps: they would fill the memory.
+        TooManySteps: they would fill the memory, as it is or if the later half of them goes on.
     """
     step, count = stepper(blocks), sum(blocks)
     t = times[-1]
@@ -198,7 +199,7 @@ def march(
             failures = 0
             taken += 1
             if not taken % ROUND:
-                if len(states) > MOST_NUMBERS:
+                if len(states) > MOST_NUMBERS or hopeless(times, taken, end, MOST_NUMBERS // count):
                     raise TooManySteps(name, taken, t)
                 floors = _floors(f, t, y, k, regular, blocks, tolerance)
                 yield t

@@ -35,6 +35,12 @@ NO_VALUE = (ArithmeticError, ValueError)
 MOST_NUMBERS = 200_000_000
 """Floats that one solution may keep of its steps: 1.6 GB."""
 
+PATIENCE = 1 << 17
+"""Steps, and any power of two beyond, after which it is asked whether the end can be reached at all."""
+
+FASTER = 1.001
+"""Ratio of the paces of so many steps that shows that they are getting longer."""
+
 FINEST = 1e-15
 """Finer tolerances are taken as this one: floats hold no more."""
 
@@ -106,6 +112,18 @@ class TooManySteps(ComputationError):  # noqa: N818 - an outcome, named for what
             f"{name} has reached t = {time:.6g} only after {steps:,} steps",
             hint="shorten the duration or take a larger tolerance",
         )
+
+
+def hopeless(times: Sequence[float], taken: int, end: float, most: int) -> bool:
+    """Whether `most` steps are too few for what is left, at the pace of those `taken`, which does not grow.
+
+    `times` are the ends of the steps; this is asked now and then only.
+    """
+    if taken < PATIENCE or taken & (taken - 1):
+        return False
+    quarter = taken // 4
+    before, pace = (abs(times[-1 - k * quarter] - times[-1 - (k + 1) * quarter]) / quarter for k in (1, 0))
+    return abs(end - times[-1]) > most * pace and pace < FASTER * before
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import importlib
 import math
+from array import array
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -29,6 +30,7 @@ from rigidcli.core.solution import (
     Stop,
     Stopped,
     TooManySteps,
+    hopeless,
     stopped,
 )
 from rigidcli.errors import ComputationError
@@ -72,16 +74,16 @@ def solve(
     t0, t1 = span
     scales = _scales(seen, blocks)
     integrator = _integrator(flow, t0, seen[0], scales, max(tolerance * MARGIN, ROUNDING), name)
-    taken = 0
+    most = MOST_NUMBERS // (len(scales) * (integrator.order + 1))
+    times = array("d", [t0])
 
     def look(running: Any) -> bool:
-        nonlocal taken
-        taken += 1
+        times.append(running.time)
+        taken = len(times) - 1
         if not taken % ROUND:
             tell(running.time)
-        return True
+        return not hopeless(times, taken, t1, most)
 
-    most = MOST_NUMBERS // (len(scales) * (integrator.order + 1))
     outcome, *_, output, _ = integrator.propagate_until(t1, c_output=True, max_steps=most, callback=look)
     if output is None:
         raise Stopped(name, Stop.AT_START, t0)
@@ -95,8 +97,8 @@ def solve(
     reached = _reached(flow(np), knots, output.tcs, scales, tolerance, blocks)
     if reached != knots[-1] or outcome.name == "err_nf_state":
         raise stopped(flow(math), reached, sample(np.array([reached]))[0].tolist(), t1 - t0, name)
-    if outcome.name == "step_limit":
-        raise TooManySteps(name, most, reached)
+    if outcome.name in ("step_limit", "cb_stop"):
+        raise TooManySteps(name, len(times) - 1, reached)
     return Solution(len(knots) - 1, METHOD, knots, sample)
 
 

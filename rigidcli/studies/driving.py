@@ -53,7 +53,14 @@ def driven(start: Start, engine: integrate.Engine, progress: Callable[[float], N
         tolerance: float, engine: integrate.Engine, progress: Callable[[float], None] | None
     ) -> integrate.Solution:
         return integrate.integrate(
-            flow, system.state, span, tolerance=tolerance, blocks=(4, 3), engine=engine, progress=progress
+            flow,
+            system.state,
+            span,
+            tolerance=tolerance,
+            blocks=(4, 3),
+            engine=engine,
+            progress=progress,
+            name="the motion",
         )
 
     solution = solve(start.tolerance, engine, progress)

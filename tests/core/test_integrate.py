@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from scipy.integrate._ivp import dop853_coefficients as published
 from scipy.linalg import expm
 
-from rigidcli.core import dormand_prince, integrate, runge_kutta
-from rigidcli.core.integrate import Flow, Solution, Stop, Stopped, TooManySteps
+from rigidcli.core import dormand_prince, integrate, runge_kutta, solution
+from rigidcli.core.integrate import Engine, Flow, Solution, Stop, Stopped, TooManySteps
 from rigidcli.errors import ComputationError
 
 Floats = NDArray[np.float64]
@@ -552,6 +552,27 @@ def test_too_many_steps(monkeypatch: pytest.MonkeyPatch) -> None:
     with pytest.raises(TooManySteps, match=r"has reached t = \d+\.?\d* only after 1,\d\d\d steps") as caught:
         plain(same(oscillator), array_of(1, 0), (0, 1e6))
     assert caught.value.hint is not None
+
+
+@pytest.mark.parametrize("engine", ["runge-kutta", "auto"])
+def test_what_cannot_reach_its_end_is_given_up_early(engine: Engine, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Stiff: stability holds steps at 1e-9 of the span, so that 1e10 of them are wanted.
+    monkeypatch.setattr(solution, "PATIENCE", 1 << 13)
+    with pytest.raises(TooManySteps, match="only after 8,192 steps"):
+        integrate.integrate(same(lambda t, y: (-1e9 * y + 1,)), array_of(1), (0, 30), engine=engine)
+
+
+def test_a_slow_beginning_is_no_reason_to_give_up(monkeypatch: pytest.MonkeyPatch) -> None:
+    # Rotation that is damped: at the pace of the beginning, all would take 3e10 steps.
+    monkeypatch.setattr(solution, "PATIENCE", 1 << 11)
+
+    def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+        return lambda t, x, y: (module.exp(-t / 10) * 1e3 * y, -module.exp(-t / 10) * 1e3 * x)
+
+    times = array_of(0, 3, 1e7)
+    angle = 1e4 * (1 - np.exp(-times / 10))
+    found = plain(flow, array_of(0, 1), (0, 1e7), blocks=(2,)).at(times)
+    assert found == pytest.approx(np.array([np.sin(angle), np.cos(angle)]).T, abs=1e-8)
 
 
 @pytest.mark.parametrize(
