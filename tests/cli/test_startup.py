@@ -46,6 +46,17 @@ def test_a_document_of_numbers_loads_what_it_needs() -> None:
     assert loaded("axes", "-f", "json", "configs/cube_corner.yaml") == {"numpy", "yaml", "orjson"}
 
 
+@pytest.mark.parametrize("config", ["tennis_racket", "cone_top", "damped_satellite", "driven_gyro"])
+def test_motion_needs_numbers_alone(config: str) -> None:
+    arguments = ("--duration", "0.1", "-f", "csv", f"configs/{config}.yaml")
+    assert loaded("euler", *arguments) == {"numpy", "yaml", "orjson"}
+
+
+@pytest.mark.parametrize("config", ["cone_top", "earth", "feynman_plate"])
+def test_precession_needs_numbers_alone(config: str) -> None:
+    assert loaded("precess", "-f", "json", f"configs/{config}.yaml") == {"numpy", "yaml", "orjson"}
+
+
 def test_everyday_units_do_not_load_pint() -> None:
     document = (
         "parameters: {a: 5 cm, b: a/2}\n"
