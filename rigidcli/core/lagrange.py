@@ -39,10 +39,10 @@ BLOCK = 8192
 """Times worked at once, whose arrays stay in the cache of a processor."""
 
 PASSING = 1e-3
-"""A component of the quaternion below this, in units of its largest, is passing through zero."""
+"""A pair of components of the quaternion that was zero less than this, in units of 1/rate, ago is passing."""
 
-TOUCHING = Decimal("1e-50")
-"""A limit that comes so near to the vertical goes through it."""
+TOUCHING = Decimal("1e-40")
+"""A limit that comes so near to the vertical goes through it: 1e-20 of the way in a time of 1/rate."""
 
 SEPARATRIX = Decimal("1e-30")
 """u3 - u2 below this, in units of u3 - u0, is zero: the top rises to the vertical forever."""
@@ -117,10 +117,8 @@ def heavy_motion(
             complement = (gap / rise).sqrt()
         else:  # steady, be it stable or not
             low, high, rise, complement = Decimal(0), Decimal(0), Decimal(1), Decimal(1)
-        downs, ups = (
-            (_distance(down, -low), _distance(down, -high)),
-            (_distance(up, low), _distance(up, high)),
-        )
+        downs = down - low, _distance(down - high, (down - low) * complement * complement)
+        ups = _distance(up + low, up + high), up + high
         rate, width = rise.sqrt() / 2, high - low
         quarter = complete_first(complement) if complement else Decimal("inf")
         motion = HeavyMotion(
@@ -128,7 +126,10 @@ def heavy_motion(
             down=(float(downs[0]), float(downs[1])),
             up=(float(ups[0]), float(ups[1])),
             # At the vertical itself they are zero, which rounding must not hide.
-            turning=(float(turning - a * low) if ups[0] else 0.0, float(turning - a * high) if downs[1] else 0.0),
+            turning=(
+                float(turning - a * low) if ups[0] else 0.0,
+                float(turning - a * high) if downs[1] else 0.0,
+            ),
             width=float(width),
             k=float((beta * width / rise).sqrt()),
             complement=float(complement),
@@ -141,10 +142,9 @@ def heavy_motion(
     return replace(motion, leads=_leads(motion, omega, orientation))
 
 
-def _distance(at_start: Decimal, change: Decimal) -> Decimal:
-    """The distance of a limit from the vertical, in u."""
-    distance = at_start + change
-    return Decimal(0) if distance <= TOUCHING * (at_start + abs(change)) else distance
+def _distance(distance: Decimal, scale: Decimal) -> Decimal:
+    """The `distance` of a limit from the vertical, in u, or 0 beside the `scale` of a passage through it."""
+    return Decimal(0) if distance <= TOUCHING * scale else distance
 
 
 def _start(low: Decimal, high: Decimal, slope: Decimal, complement: Decimal) -> float:
@@ -190,15 +190,16 @@ def _phase(mean: Decimal, swing: Decimal, n: Decimal, growth: Decimal) -> Phase:
 def _leads(motion: HeavyMotion, omega: Floats, orientation: Floats) -> tuple[complex, complex]:
     """The factors of the two pairs of components of the quaternion that make the motion begin as it does.
 
-    Of a pair that passes through zero then, as the axis is at the vertical, omega tells.
+    Of a pair that passes through zero then, as the axis is at the vertical, omega tells; not so where the
+    axis lingers there.
     """
     q0, q1, q2, q3 = orientation
     cosine, sine, across = (complex(part[0]) for part in _parts(motion, np.zeros(1)))
     first, last = _unit(complex(q0, q3), cosine), _unit(complex(q1, q2), sine)
     velocity = complex(omega[1], omega[0])
-    if abs(sine) < PASSING * math.sqrt(motion.down[0] / 2):
+    if abs(sine) * motion.rate < PASSING * abs(velocity):
         last = _unit(across * first, velocity)
-    elif abs(cosine) < PASSING * math.sqrt(motion.up[1] / 2):
+    elif abs(cosine) * motion.rate < PASSING * abs(velocity):
         first = _unit(velocity, across / last)
     return first, last
 
@@ -248,6 +249,7 @@ def _parts(motion: HeavyMotion, times: Floats) -> tuple[Complexes, Complexes, Co
     halves, rest = motion.half.reduce(times, motion.start)
     v = motion.rate * rest
     sn, cn, dn = jacobi(v, motion.complement)
+    cn = np.abs(cn)  # rounding may put v beyond a quarter period, where the integrals do not go
     total = _angle(motion.total, times, v, growth(motion.total.n, motion.k, motion.complement, sn, cn, dn))
     near = math.sqrt(motion.down[1] / motion.down[0]) if motion.down[0] else 0.0
     difference = _angle(motion.difference, times, v, _lag(motion.difference, near, sn, cn, dn))
@@ -292,6 +294,6 @@ def _lag(phase: Phase, near: float, sn: Floats, cn: Floats, dn: Floats) -> Float
     """
     if not phase.swing:
         return np.zeros_like(sn)
-    third = carlson_rj(np.abs(cn), dn, np.ones_like(sn), np.hypot(cn, near * sn))
+    third = carlson_rj(cn, dn, np.ones_like(sn), np.hypot(cn, near * sn))
     integral: Floats = phase.n / 3 * sn**3 * third
     return integral

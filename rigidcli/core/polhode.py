@@ -194,7 +194,9 @@ def _circle(path: Polhode, times: Floats) -> tuple[Floats, Floats]:
     u = path.rate * rest
     sn, cn, dn = jacobi(u, path.complement)
     swaying = (
-        growth(path.n, path.k, path.complement, sn, cn, dn) - path.mean_growth * u if path.swing else 0.0
+        growth(path.n, path.k, path.complement, sn, np.abs(cn), dn) - path.mean_growth * u
+        if path.swing
+        else 0.0
     )
     angle = path.mean_rate * path.turn.reduce(times)[1] + path.swing * swaying
     sign = 1 - 2 * np.mod(halves, 2)

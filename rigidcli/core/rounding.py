@@ -13,12 +13,12 @@ from rigidcli.core.rotation import angles_between
 EPS = float(np.finfo(np.float64).eps)
 
 SAMPLES = 64
-"""Of how many times, at most, the worst is looked for."""
+"""Of how many times, at most, the worst is looked for, besides the last one."""
 
 
 def some(times: Floats) -> Floats:
     """Some of the times (n), the last one among them."""
-    return np.append(times[:: max(1, len(times) // SAMPLES)], times[-1:])
+    return np.append(times[:: 1 + len(times) // SAMPLES], times[-1:])
 
 
 def sensitivity(orientations: Callable[[Floats], Floats], inputs: Floats, reference: Floats) -> float:
@@ -32,4 +32,5 @@ def sensitivity(orientations: Callable[[Floats], Floats], inputs: Floats, refere
         changed = inputs.copy()
         changed[index] = np.nextafter(inputs[index], math.copysign(math.inf, inputs[index]))
         squares += angles_between(reference, orientations(changed)) ** 2
-    return min(math.pi, max(4 * EPS, math.sqrt(squares.max(initial=0.0))))
+    # In this order, `min` makes pi of what is not a number.
+    return max(4 * EPS, min(math.pi, math.sqrt(squares.max(initial=0.0))))

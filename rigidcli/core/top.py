@@ -97,6 +97,13 @@ def cosine(angle: Scalar, n: Arithmetic) -> Scalar:
     return 0 * value if not n.exact and abs(value) <= ROUNDING else value
 
 
+def sine(angle: Scalar, n: Arithmetic) -> Scalar:
+    """sin(angle), and 0 for an angle (rad) that is pi but for its rounding."""
+    value = n.sin(angle)
+    straight = n.sign(n.pi - angle) == 0 if n.exact else abs(angle - n.pi) <= ROUNDING
+    return 0 * value if straight else value
+
+
 def reaches_pivot(lambda1: Scalar, mass: Scalar, distance: Scalar, n: Arithmetic) -> bool | None:
     """Whether lambda1 >= M R^2, Steiner's theorem; None where that depends on symbols."""
     return _at_least(lambda1, mass * distance**2, n)

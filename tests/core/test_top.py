@@ -31,6 +31,13 @@ TILTS = st.sampled_from([0.1, 1e-6, math.pi / 2, 2.5, 3.1415]) | st.floats(0.01,
 RATES = st.sampled_from([0.0, 0.0, 0.3, -2.0]) | st.floats(-9, 9).map(lambda x: round(x, 6))
 
 
+def test_the_sine_of_a_hanging_top_is_zero_and_every_other_keeps_its_digits() -> None:
+    assert top.sine(math.pi, FLOAT) == top.sine(math.radians(180), FLOAT) == top.sine(0.0, FLOAT) == 0
+    assert top.sine(sympy.pi, EXACT) == 0
+    for angle in (1e-300, 1e-20, 1e-8, 1.0, 3.0, math.pi - 1e-8, math.pi - 1e-14):
+        assert top.sine(angle, FLOAT) == pytest.approx(float(mpmath.sin(angle)), rel=1e-15, abs=0)
+
+
 # --- rates
 
 
