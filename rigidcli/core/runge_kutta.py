@@ -16,8 +16,10 @@ from __future__ import annotations
 import itertools
 import math
 from array import array
+from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import cache
+from contextlib import suppress
+from functools import cache, partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -30,19 +32,24 @@ from rigidcli.core.solution import (
     ORIGIN,
     ROUNDING,
     SHORTEST,
+    Elements,
     Flow,
     Function,
     State,
     Stop,
     Stopped,
     TooManySteps,
+    dense_output,
     finite,
     hopeless,
     stopped,
 )
+from rigidcli.errors import ComputationError
 
-Step: TypeAlias = Callable[[Function, float, float, State, State, State, float], tuple[float, State, State]]
-"""(f, t, h, y, f(t, y), floors, tolerance) -> (error, y(t + h), f(t + h, y(t + h))).
+Step: TypeAlias = Callable[
+    [Function, float, float, State, State, State, State, float], tuple[float, State, State]
+]
+"""(f, t, h, y, f(t, y), floors, least, tolerance) -> (error, y(t + h), f(t + h, y(t + h))).
 
 The error is in units of the tolerance; beyond 1, or NaN, the other results are no good.
 """
@@ -69,11 +76,14 @@ MOST_JUMPS = 16
 STILL = 1e-10
 """How far a variable may move in a jump, in units of its recent size."""
 
+PILOT = 1e-6
+"""Tolerance of a first look at the sizes of variables."""
+
+SMALL = 1e-3
+"""What a variable that begins with nothing is measured by at least, in units of its size later on."""
+
 MOVES = (-5 * ROUNDING, -3 * ROUNDING, 3 * ROUNDING, 5 * ROUNDING)
 """How far arguments move to show rounding errors, in units of their size."""
-
-BLOCK = 32_768
-"""Numbers of all states that are sampled at once."""
 
 
 def _sum(weights: dict[int, float], variable: int) -> str:
@@ -89,10 +99,10 @@ def source(blocks: Sequence[int]) -> str:
     """The text of a `Step` for variables in `blocks` of these sizes; it holds nothing but the tableau.
 
     In it, y is the state before and z after the step, k0 to k11 are the stages, p and q the errors of order
-    5 and 3. With |.| the norm of a block, its error is h p^2 / sqrt(p^2 + 0.01 q^2), relative to
-    the largest of |y|, |z|, |h k0| and |h floor|. A step across a pole may make p small by chance, but hardly
-    q as well: so that of order 3 must stay below the fourth root of the tolerance, as it does in any
-    regular step.
+    5 and 3. With |.| the norm of a block, its error is h p^2 / sqrt(p^2 + 0.01 q^2), relative to the
+    largest of |y|, |z|, |h k0|, |h floor| and what it has at least. A step across a pole may make p small by
+    chance, but hardly q as well: so that of order 3 must stay below the fourth root of the tolerance, as
+    it does in any regular step.
     """
     count = sum(blocks)
     every = range(count)
@@ -117,7 +127,9 @@ def source(blocks: Sequence[int]) -> str:
         lines.append(f"p, q = {_norm('p', block)}, {_norm('q', block)}")
         lines.append("if p:")
         size_before, size_after, slope = _norm("y", block), _norm("z", block), _norm("k0_", block)
-        lines.append(f" m = max({size_before}, {size_after}, a*max({slope}, floors[{number}]))")
+        lines.append(
+            f" m = max({size_before}, {size_after}, a*max({slope}, floors[{number}]), least[{number}])"
+        )
         lines.append(" e = max(p*(p/hypot(p, 0.1*q)), q*lax)*(a/m)/tolerance")
         lines.append(" if e > error: error = e")
         lines.append(" check += e")
@@ -127,7 +139,7 @@ def source(blocks: Sequence[int]) -> str:
     lines.append(f"z = ({row('z')})")
     lines.append("k = f(t + h, *z)")
     lines.append("return error + 0.0*sum(k), z, k")
-    return "\n ".join(["def step(f, t, h, y, k, floors, tolerance):", *lines])
+    return "\n ".join(["def step(f, t, h, y, k, floors, least, tolerance):", *lines])
 
 
 @cache
@@ -167,7 +179,8 @@ def march(
     h = span / 1000
     failures = taken = jumps = 0
     regular = True
-    floors = _floors(f, t, y, k, regular, blocks, tolerance)
+    floor = floors(f, t, y, k, regular, blocks, tolerance)
+    least = _least(f, t, y, k, end, blocks)
     while t != end:
         left = end - t
         shortest = SHORTEST * max(abs(t), ORIGIN * abs(span))
@@ -185,7 +198,7 @@ def march(
             # Times are what a solution is asked by: the step is their difference, free of rounding.
             h = to - t
             try:
-                error, after, slope = step(f, t, h, y, k, floors, tolerance)
+                error, after, slope = step(f, t, h, y, k, floor, least, tolerance)
             except NO_VALUE:
                 error = math.nan
         if error <= 1.0:
@@ -201,13 +214,35 @@ def march(
             if not taken % ROUND:
                 if len(states) > MOST_NUMBERS or hopeless(times, taken, end, MOST_NUMBERS // count):
                     raise TooManySteps(name, taken, t)
-                floors = _floors(f, t, y, k, regular, blocks, tolerance)
+                floor = floors(f, t, y, k, regular, blocks, tolerance)
                 yield t
         else:
             failures += 1
             h *= max(MOST_SHRINKAGE, SAFETY * error**-0.125) if error < math.inf else 0.25
             if failures == STALLED:
-                floors = _floors(f, t, y, k, regular, blocks, tolerance)
+                floor = floors(f, t, y, k, regular, blocks, tolerance)
+
+
+def _least(f: Function, t: float, y: State, k: State, end: float, blocks: tuple[int, ...]) -> State:
+    """For each block that begins with nothing, and at rest, a small part of its size later on; 0 for others.
+
+    It grows like a power of the time, high if what moves it is itself at rest: while it does so
+    no step follows it to a relative accuracy, and none need.
+    """
+    ends = list(itertools.accumulate(blocks))
+    parts = [slice(end - size, end) for size, end in zip(blocks, ends, strict=True)]
+    empty = [not any(y[part]) and not any(k[part]) for part in parts]
+    if not any(empty):
+        return (0.0,) * len(blocks)
+    times, states = array("d", [t]), array("d", y)
+    with suppress(ComputationError, *NO_VALUE):
+        if len(blocks) > 1:
+            deque(march(f, times, states, end, tolerance=PILOT, blocks=(len(y),), name=""), maxlen=0)
+        else:
+            states.extend(stepper(blocks)(f, t, (end - t) / 1000, y, k, (0.0,), (math.inf,), PILOT)[1])
+    path = np.abs(np.frombuffer(states).reshape(-1, len(y)))
+    sizes = [float(np.hypot.reduce(path[:, part], axis=1).max()) for part in parts]
+    return tuple(SMALL * size if none else 0.0 for none, size in zip(empty, sizes, strict=True))
 
 
 def _crossed(
@@ -229,7 +264,7 @@ def _crossed(
     return after, slopes
 
 
-def _floors(
+def floors(
     f: Function, t: float, y: State, k: State, regular: bool, blocks: Sequence[int], tolerance: float
 ) -> tuple[float, ...]:
     """For each block, the size of f below which a step need not follow it to `tolerance`.
@@ -247,43 +282,22 @@ def _floors(
         except NO_VALUE:
             continue
         noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
-    floors, first = [], 0
+    found, first = [], 0
     for size in blocks:
         block = slice(first, first := first + size)
         floor = 2 * math.hypot(*noise[block])
-        floors.append((floor if regular else min(floor, POLE * math.hypot(*k[block]))) / tolerance)
-    return tuple(floor if floor < math.inf else 0.0 for floor in floors)
+        found.append((floor if regular else min(floor, POLE * math.hypot(*k[block]))) / tolerance)
+    return tuple(floor if floor < math.inf else 0.0 for floor in found)
 
 
 def sampler(
     flow: Flow, knots: Floats, states: Floats, resume: Callable[[int, float], State]
 ) -> Callable[[Floats], Floats]:
-    """A function from times (k) to states (k by n), where steps begin at `knots` (m) from `states` (m by n).
-
-    A single time that a shorter step does not reach is left to `resume`, which takes the
-    index of the knot before and the time.
-    """
-    f = flow(np)
-    ahead = 1.0 if knots[-1] >= knots[0] else -1.0
-    count = states.shape[1]
-    block = max(1, BLOCK // count)
-
-    def sample(times: Floats) -> Floats:
-        result = np.empty((len(times), count))
-        for start in range(0, len(times), block):
-            part = times[start : start + block]
-            index = np.searchsorted(ahead * knots, ahead * part, side="right") - 1
-            with np.errstate(all="ignore"):
-                found = _leap(f, knots[index], part - knots[index], np.ascontiguousarray(states[index].T))
-            for lost in np.flatnonzero(~np.isfinite(found).all(axis=0)):
-                found[:, lost] = resume(int(index[lost]), float(part[lost]))
-            result[start : start + block] = found.T
-        return result
-
-    return sample
+    """`dense_output` by steps of the method."""
+    return dense_output(partial(_leap, flow(np)), knots, states, resume)
 
 
-def _leap(f: Callable[..., tuple[Any, ...]], t: Floats, h: Floats, y: Floats) -> Floats:
+def _leap(f: Elements, t: Floats, h: Floats, y: Floats) -> Floats:
     """One step of the method for each column: from y (n by k) at t (k) by h (k)."""
     stages: list[Floats] = []
     for node, weights in zip(NODES, STAGES, strict=True):

@@ -14,7 +14,10 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ComputationError
 
-Flow: TypeAlias = Callable[[ModuleType], Callable[..., tuple[Any, ...]]]
+Elements: TypeAlias = Callable[..., tuple[Any, ...]]
+"""f(t, y1, ..., yn) -> (dy1, ..., dyn), for one kind of number."""
+
+Flow: TypeAlias = Callable[[ModuleType], Elements]
 """The right-hand side of y' = f(t, y1, ..., yn), written once for each kind of number.
 
 From `math` it makes an f that takes floats, from `numpy` one for arrays of one shape (a derivative may
@@ -55,9 +58,14 @@ ORIGIN = 1e-9
 SUDDEN = 1e-10
 """What grows by its own size within so little time, in units of the time, is about to be infinite."""
 
+SMOOTHER = "smooth what is stiff or jumps: tanh(x/0.001) for sign(x)"
+"""What helps where steps get too short."""
 
 LARGE = 1e300
 """Beyond this, a step cannot be made with floats."""
+
+BLOCK = 32_768
+"""Numbers of all states that are sampled at once."""
 
 
 class Stop(StrEnum):
@@ -73,7 +81,8 @@ class Stopped(ComputationError):  # noqa: N818 - an outcome, named for what has 
     """The solution ends inside the span, near `time`."""
 
     def __init__(self, name: str, stop: Stop, time: float) -> None:
-        super().__init__(f"{name} {stop} t = {time:.10g}")
+        hint = f"take a shorter span, or {SMOOTHER}" if stop is Stop.LOST else None
+        super().__init__(f"{name} {stop} t = {time:.10g}", hint=hint)
         self.stop = stop
         self.time = time
 
@@ -84,9 +93,12 @@ def stopped(f: Function, t: float, y: State, span: float, name: str) -> Stopped:
     stop = Stop.NO_VALUE
     if finite(f, t, y):
         moves = [slope * reach for slope in f(t, *y)]
-        if any(_runs_away(value, move) for value, move in zip(y, moves, strict=True)):
-            stop = Stop.INFINITE
-        elif finite(f, t + reach, [value + move for value, move in zip(y, moves, strict=True)]):
+        pairs = list(zip(y, moves, strict=True))
+        if any(_runs_away(value, move) for value, move in pairs):
+            # At the start of an immense span, even the least step is longer than what happens takes.
+            far = any(value and abs(move / value) > 4 * SUDDEN / SHORTEST for value, move in pairs)
+            stop = Stop.LOST if far else Stop.INFINITE
+        elif finite(f, t + reach, [value + move for value, move in pairs]):
             stop = Stop.LOST
     return Stopped(name, stop, t if abs(t) > SHORTEST * abs(span) else 0.0)
 
@@ -110,7 +122,7 @@ class TooManySteps(ComputationError):  # noqa: N818 - an outcome, named for what
     def __init__(self, name: str, steps: int, time: float) -> None:
         super().__init__(
             f"{name} has reached t = {time:.6g} only after {steps:,} steps",
-            hint="shorten the duration or take a larger tolerance",
+            hint=f"shorten the duration or take a larger tolerance, or {SMOOTHER}",
         )
 
 
@@ -149,3 +161,52 @@ class Solution:
         if not np.all((times >= low - slack) & (times <= high + slack)):
             raise ValueError(f"a time is outside the span from {low!r} to {high!r}")
         return self.sample(np.clip(times, low, high))
+
+
+def dense_output(
+    leap: Callable[[Floats, Floats, Floats], Floats],
+    knots: Floats,
+    states: Floats,
+    resume: Callable[[int, float], State],
+) -> Callable[[Floats], Floats]:
+    """A function from times (k) to states (k by n), where steps begin at `knots` (m) from `states` (m by n).
+
+    Shorter steps go there, for many times at once: `leap` takes t (k), h (k) and y (n by k), and makes
+    the step of each column. A single time that it does not reach is left to `resume`, which takes the
+    index of the knot before and the time.
+    """
+    ahead = 1.0 if knots[-1] >= knots[0] else -1.0
+    count = states.shape[1]
+    block = max(1, BLOCK // count)
+
+    def sample(times: Floats) -> Floats:
+        result = np.empty((len(times), count))
+        for start in range(0, len(times), block):
+            part = times[start : start + block]
+            index = np.searchsorted(ahead * knots, ahead * part, side="right") - 1
+            with np.errstate(all="ignore"):
+                found = leap(knots[index], part - knots[index], np.ascontiguousarray(states[index].T))
+            for lost in np.flatnonzero(~np.isfinite(found).all(axis=0)):
+                found[:, lost] = resume(int(index[lost]), float(part[lost]))
+            result[start : start + block] = found.T
+        return result
+
+    return sample
+
+
+def joined(parts: Sequence[Solution]) -> Solution:
+    """The solution that goes on in the second part from where the first ends, and so forth; ahead in time."""
+    if len(parts) == 1:
+        return parts[0]
+    starts = np.array([part.knots[0] for part in parts])
+    longest = max(parts, key=lambda part: float(part.knots[-1] - part.knots[0]))
+    knots = [part.knots[:-1] for part in parts[:-1]] + [parts[-1].knots]
+
+    def sample(times: Floats) -> Floats:
+        states = np.empty((len(times), parts[0].sample(starts[:1]).shape[1]))
+        index = np.maximum(0, np.searchsorted(starts, times, side="right") - 1)
+        for place in np.unique(index):
+            states[index == place] = parts[place].sample(times[index == place])
+        return states
+
+    return Solution(sum(part.steps for part in parts), longest.method, np.concatenate(knots), sample)

@@ -13,8 +13,13 @@ from __future__ import annotations
 
 import importlib
 import math
+import signal
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from signal import default_int_handler
+from threading import current_thread, main_thread
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -69,7 +74,7 @@ def solve(
     Raises:
         Stopped: the solution does not reach t1.
         TooManySteps: it does so only after more steps than memory holds.
-        ComputationError: heyoka is not installed, or cannot express the flow.
+        ComputationError: heyoka is not installed, does not load, or cannot express the flow.
     """
     t0, t1 = span
     scales = _scales(seen, blocks)
@@ -112,13 +117,7 @@ def _scales(seen: Floats, blocks: Sequence[int]) -> Floats:
 
 def _integrator(flow: Flow, t0: float, start: Floats, scales: Floats, tolerance: float, name: str) -> Any:
     """heyoka's integrator of the variables in units of their `scales`, at `start`."""
-    try:
-        heyoka = importlib.import_module("heyoka")
-    except ImportError:
-        raise ComputationError(
-            "integration by Taylor series needs heyoka, which is not installed",
-            hint="pip install 'rigidcli[taylor]'",
-        ) from None
+    heyoka = _loaded()
     variables = [heyoka.expression(f"v{i}") for i in range(len(start))]
     units = scales.tolist()
     try:
@@ -144,6 +143,43 @@ def _integrator(flow: Flow, t0: float, start: Floats, scales: Floats, tolerance:
     ) as error:
         # What heyoka raises for an operation that it does not have depends on the operation.
         raise ComputationError(f"heyoka cannot express {name}: {error}") from error
+
+
+def _loaded() -> ModuleType:
+    """heyoka. Raises ComputationError where there is none, or one that does not load."""
+    try:
+        with _uninterrupted():
+            return importlib.import_module("heyoka")
+    except ModuleNotFoundError as error:
+        if error.name != "heyoka":
+            raise ComputationError(f"heyoka cannot be loaded: {error}") from error
+        raise ComputationError(
+            "integration by Taylor series needs heyoka, which is not installed",
+            hint="pip install 'rigidcli[taylor]'",
+        ) from None
+    except Exception as error:  # whatever a library of another language does when it is not at home
+        raise ComputationError(f"heyoka cannot be loaded: {error}") from error
+
+
+@contextmanager
+def _uninterrupted() -> Iterator[None]:
+    """A context in which an interrupt waits: compiled code that it hits turns it into errors of its own."""
+    ours = current_thread() is main_thread() and signal.getsignal(signal.SIGINT) is default_int_handler
+    asked = False
+
+    def remember(number: int, frame: object) -> None:
+        nonlocal asked
+        asked = True
+
+    if ours:
+        signal.signal(signal.SIGINT, remember)
+    try:
+        yield
+    finally:
+        if ours:
+            signal.signal(signal.SIGINT, default_int_handler)
+        if asked:
+            raise KeyboardInterrupt
 
 
 def _reached(

@@ -121,9 +121,9 @@ def step_error(h: float) -> tuple[float, float]:
     """The error of one step on the circle, true and as it is estimated."""
     step = runge_kutta.stepper((1, 1))
     start = ((1.0, 0.0), (0.0, -1.0), (0.0, 0.0))
-    _, after, _ = step(oscillator, 0.0, h, *start, 1.0)
+    _, after, _ = step(oscillator, 0.0, h, *start, (0.0, 0.0), 1.0)
     # With the finest of tolerances the bound on the error of order 3 plays no part.
-    estimate, _, _ = step(oscillator, 0.0, h, *start, 1e-60)
+    estimate, _, _ = step(oscillator, 0.0, h, *start, (0.0, 0.0), 1e-60)
     return math.hypot(after[0] - math.cos(h), after[1] + math.sin(h)), 1e-60 * estimate
 
 
@@ -375,7 +375,7 @@ def test_samples_at_the_steps_are_the_steps() -> None:
     states = solution.at(solution.knots)
     for k in range(0, solution.steps, 10):
         t, h, y = solution.knots[k], solution.knots[k + 1] - solution.knots[k], states[k].tolist()
-        _, after, _ = step(f, float(t), float(h), y, f(t, *y), (0.0,) * 4, 1e-12)
+        _, after, _ = step(f, float(t), float(h), y, f(t, *y), (0.0,) * 4, (0.0,) * 4, 1e-12)
         assert states[k + 1] == pytest.approx(after, rel=1e-14)
 
 
@@ -410,6 +410,43 @@ def test_a_span_of_nothing() -> None:
 def test_any_number_of_variables(count: int) -> None:
     solution = plain(same(lambda t, *y: tuple(-x for x in y)), np.arange(1.0, count + 1), (0, 1))
     assert solution.at(array_of(1.0))[0] == pytest.approx(np.arange(1.0, count + 1) / math.e, rel=1e-13)
+
+
+@pytest.mark.parametrize("power", [2, 3, 4, 7, 12])
+def test_what_begins_with_nothing(power: int) -> None:
+    # y = t^n e^-t, beside a variable that moves.
+    def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+        return lambda t, x, y: (-x, power * t ** (power - 1) * module.exp(-t) - y)
+
+    times = np.linspace(0, 3, 7)
+    found = plain(flow, array_of(1, 0), (0, 3)).at(times)
+    assert found[:, 1] == pytest.approx(times**power * np.exp(-times), rel=1e-9, abs=1e-12)
+
+
+@pytest.mark.parametrize("power", [1, 3, 5])
+def test_all_may_begin_with_nothing(power: int) -> None:
+    solution = plain(same(lambda t, x, v: (v, t**power)), array_of(0, 0), (0, 2))
+    assert solution.at(array_of(2.0))[0] == pytest.approx(
+        [2 ** (power + 2) / (power + 1) / (power + 2), 2 ** (power + 1) / (power + 1)], rel=1e-12
+    )
+
+
+def test_motion_goes_down_a_chain_at_rest() -> None:
+    # x_k grows at first as t^(2 k).
+    size = 12
+
+    def f(t: Any, *y: Any) -> tuple[Any, ...]:
+        x = (0.0, *y[:size], 0.0)
+        return (*y[size:], *(x[k - 1] - 2 * x[k] + x[k + 1] for k in range(1, size + 1)))
+
+    matrix = -2 * np.eye(size) + np.eye(size, k=1) + np.eye(size, k=-1)
+    whole = np.block([[np.zeros((size, size)), np.eye(size)], [matrix, np.zeros((size, size))]])
+    start = np.zeros(2 * size)
+    start[0] = 1
+    for time in (1.0, 20.0):
+        assert plain(same(f), start, (0, 20)).at(array_of(time))[0] == pytest.approx(
+            expm(time * whole) @ start, abs=1e-11
+        )
 
 
 # --- honest ends
@@ -453,6 +490,31 @@ def test_solutions_that_end(name: str) -> None:
     assert str(end).startswith(f"the motion {stop} t = ")
     assert isinstance(end, ComputationError)
     assert not str(end).endswith(".")
+
+
+def test_what_changes_too_fast_has_a_hint_and_other_ends_have_none() -> None:
+    assert "tanh" in (end_of(*ENDS["log of the state"][:3]).hint or "")
+    assert end_of(*ENDS["pole"][:3]).hint is None
+
+
+@pytest.mark.parametrize("end", [1e25, 1e100, 1e160])
+def test_a_span_that_is_far_too_long_is_no_blow_up(end: float) -> None:
+    stop = end_of(same(lambda t, y: (y,)), 1, (0, end)).stop
+    assert stop is Stop.LOST
+
+
+def test_joined_solutions_are_one() -> None:
+    flow = same(lambda t, y: (-y,))
+    whole = plain(flow, array_of(1), (0, 3))
+    first = plain(flow, array_of(1), (0, 1.3))
+    second = plain(flow, first.at(array_of(1.3))[0], (1.3, 3))
+    both = solution.joined([first, second])
+    times = array_of(2.9, 0, 1.3, 1.2999, 3, 0.4, 1.3001)
+    assert both.at(times) == pytest.approx(whole.at(times), rel=1e-11)
+    assert both.at(times)[:, 0] == pytest.approx(np.exp(-times), rel=1e-11)
+    assert both.steps == first.steps + second.steps == len(both.knots) - 1
+    assert (np.diff(both.knots) > 0).all()
+    assert solution.joined([first]) is first
 
 
 def test_the_message_names_the_time() -> None:

@@ -1,0 +1,486 @@
+"""Symplectic integration against closed forms and mpmath: its order, its laws over long times, its ends."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from types import ModuleType
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from rigidcli.core import integrate, symplectic
+from rigidcli.core.gauss_legendre import NODES, SHARES, WEIGHTS, stepper
+from rigidcli.core.integrate import Flow, Solution, Stop, Stopped, TooManySteps
+from rigidcli.core.symplectic import Problem
+from rigidcli.errors import ComputationError
+
+Floats = NDArray[np.float64]
+Elements = Callable[..., tuple[Any, ...]]
+
+solved = partial(integrate.integrate, engine="symplectic")
+
+
+def array_of(*values: float) -> Floats:
+    return np.array(values, dtype=np.float64)
+
+
+def same(f: Elements) -> Flow:
+    """A flow of arithmetic alone."""
+    return lambda module: f
+
+
+def oscillator(t: Any, q: Any, p: Any) -> tuple[Any, ...]:
+    return p, -q
+
+
+def pendulum(module: ModuleType) -> Elements:
+    return lambda t, q, p: (p, -module.sin(q))
+
+
+def kepler(module: ModuleType) -> Elements:
+    def f(t: Any, x: Any, y: Any, u: Any, v: Any) -> tuple[Any, ...]:
+        square = x * x + y * y
+        cube = square * module.sqrt(square)
+        return u, v, -x / cube, -y / cube
+
+    return f
+
+
+def henon_heiles(module: ModuleType) -> Elements:
+    return lambda t, x, y, u, v: (u, v, -x - 2 * x * y, -y - x * x + y * y)
+
+
+def not_separable(module: ModuleType) -> Elements:
+    """H = (1 + q^2)(1 + p^2)/2."""
+    return lambda t, q, p: ((1 + q * q) * p, -(1 + p * p) * q)
+
+
+def energy_of_pendulum(q: Floats, p: Floats) -> Floats:
+    # Without the cancellation of 1 - cos(q) at small angles.
+    energy: Floats = p**2 / 2 + 2 * np.sin(q / 2) ** 2
+    return energy
+
+
+def energy_of_kepler(x: Floats, y: Floats, u: Floats, v: Floats) -> Floats:
+    energy: Floats = (u**2 + v**2) / 2 - 1 / np.hypot(x, y)
+    return energy
+
+
+def energy_of_henon_heiles(x: Floats, y: Floats, u: Floats, v: Floats) -> Floats:
+    energy: Floats = (x**2 + y**2 + u**2 + v**2) / 2 + x**2 * y - y**3 / 3
+    return energy
+
+
+def energy_of_not_separable(q: Floats, p: Floats) -> Floats:
+    return (1 + q**2) * (1 + p**2) / 2
+
+
+def ellipse(eccentricity: float) -> Floats:
+    """The start of an orbit of period 2 pi, at its end nearest to the centre."""
+    e = eccentricity
+    return array_of(1 - e, 0, 0, math.sqrt((1 + e) / (1 - e)))
+
+
+def on_ellipse(eccentricity: float, time: float) -> Floats:
+    """The state on it by Kepler's equation, at 40 digits."""
+    with mpmath.workdps(40):
+        e, t = mpmath.mpf(eccentricity), mpmath.mpf(time) % (2 * mpmath.pi)
+        u = mpmath.findroot(lambda u: u - e * mpmath.sin(u) - t, t)
+        root, rate = mpmath.sqrt(1 - e * e), 1 / (1 - e * mpmath.cos(u))
+        state = mpmath.cos(u) - e, root * mpmath.sin(u), -mpmath.sin(u) * rate, root * mpmath.cos(u) * rate
+        return array_of(*map(float, state))
+
+
+def on_pendulum(q: float, time: float) -> Floats:
+    """The pendulum released at rest at q: sin(q(t)/2) = k sn(K - t), k = sin(q/2), at 40 digits."""
+    with mpmath.workdps(40):
+        k = mpmath.sin(mpmath.mpf(q) / 2)
+        u = mpmath.ellipk(k * k) - mpmath.mpf(time)
+        sn, cn = (mpmath.ellipfun(kind, u, m=k * k) for kind in ("sn", "cn"))
+        return array_of(float(2 * mpmath.asin(k * sn)), float(-2 * k * cn))
+
+
+def on_not_separable(q: float, time: float) -> Floats:
+    """Released at p = 0 with H = (1 + q^2)/2: q'^2 = (1 + x^2)(q^2 - x^2), so that x = q cn(t sqrt(2H))."""
+    with mpmath.workdps(40):
+        a = mpmath.mpf(q)
+        rate = mpmath.sqrt(1 + a * a)
+        u, m = rate * mpmath.mpf(time), (a / rate) ** 2
+        sn, cn, dn = (mpmath.ellipfun(kind, u, m=m) for kind in ("sn", "cn", "dn"))
+        return array_of(float(a * cn), float(-a * rate * sn * dn / (1 + (a * cn) ** 2)))
+
+
+def steps_of(flow: Flow, start: Floats, end: float, steps: int, tolerance: float = 1.0) -> Floats:
+    """The states after so many equal steps, whatever their errors."""
+    problem = Problem(flow(math), tuple(start.tolist()), 0, end, tolerance, (1,) * len(start), "it")
+    states, _ = symplectic.march(problem, steps, lambda t: None)
+    return np.array(states).reshape(steps + 1, -1)
+
+
+def one_step(flow: Flow, start: Floats, h: float, t: float = 0.0) -> Floats:
+    f = flow(math)
+    y = tuple(start.tolist())
+    guess = tuple(h * weight * slope for weight in WEIGHTS for slope in f(t, *y))
+    made = stepper(len(y))(f, t, h, y, (0.0,) * len(y), guess, (0.0,) * len(y), 0.0)
+    assert made is not None
+    return array_of(*made[0]) + array_of(*made[1])
+
+
+# --- the method
+
+
+def test_the_coefficients_are_those_of_gauss() -> None:
+    with mpmath.workdps(40):
+        legendre = mpmath.taylor(lambda x: mpmath.legendre(6, x), 0, 6)[::-1]
+        nodes = sorted((1 + x) / 2 for x in mpmath.polyroots(legendre, maxsteps=200, extraprec=200))
+        assert list(map(float, nodes)) == pytest.approx(NODES, rel=3e-16)
+        # b and A are those that integrate powers below 6 exactly: B(6) and C(6).
+        powers = mpmath.matrix(6, 6)
+        for k, j in np.ndindex(6, 6):
+            powers[k, j] = nodes[j] ** k
+        b = mpmath.lu_solve(powers, mpmath.matrix([mpmath.mpf(1) / k for k in range(1, 7)]))
+        assert list(map(float, b)) == pytest.approx(WEIGHTS, rel=3e-16)
+        for shares, node in zip(SHARES, nodes, strict=True):
+            row = mpmath.lu_solve(powers, mpmath.matrix([node**k / k for k in range(1, 7)]))
+            assert [float(row[j] / b[j]) for j in range(6)] == pytest.approx(shares, abs=3e-16)
+
+
+def test_the_method_is_symplectic_and_symmetric_in_floats() -> None:
+    # Section VI.4, (4.2): b_i a_ij + b_j a_ji = b_i b_j, without any rounding.
+    for i, j in np.ndindex(6, 6):
+        assert SHARES[i][j] + SHARES[j][i] == 1.0
+        assert (SHARES[i][j] - 0.5) + (SHARES[j][i] - 0.5) == 0.0
+    assert WEIGHTS[::-1] == WEIGHTS
+
+
+@pytest.mark.parametrize("h", [1.2, -1.4])
+def test_one_step_is_of_order_twelve(h: float) -> None:
+    # Exact is the Pade approximation of exp(ih), whose error is 9.3e-13 h^13: Hairer, Wanner, IV.3.
+    def error(h: float) -> float:
+        q, p = one_step(same(oscillator), array_of(1, 0), h)
+        return math.hypot(q - math.cos(h), p + math.sin(h))
+
+    factorial = math.factorial
+    constant = factorial(6) ** 2 / (factorial(12) * factorial(13))
+    assert error(h) / abs(h) ** 13 == pytest.approx(constant, rel=0.1)
+
+
+CLOSED: dict[str, tuple[Flow, Callable[[float, float], Floats]]] = {
+    "pendulum": (pendulum, on_pendulum),
+    "not separable": (not_separable, on_not_separable),
+}
+
+
+@pytest.mark.parametrize(("name", "amplitude", "steps"), [("pendulum", 2, 1), ("not separable", 1.5, 2)])
+def test_the_solution_is_of_order_twelve(name: str, amplitude: float, steps: int) -> None:
+    flow, truth = CLOSED[name]
+    errors = []
+    for each in (steps, 2 * steps):
+        path = steps_of(flow, array_of(amplitude, 0), 6, 6 * each)[::each]
+        errors.append(max(np.abs(row - truth(amplitude, time)).max() for time, row in enumerate(path)))
+    assert math.log2(errors[0] / errors[1]) == pytest.approx(12, abs=1)
+
+
+STARTS: dict[str, tuple[Flow, Floats]] = {
+    "pendulum": (pendulum, array_of(2, 0.3)),
+    "kepler": (kepler, ellipse(0.3)),
+    "henon-heiles": (henon_heiles, array_of(0.1, 0.2, 0.3, -0.1)),
+    "not separable": (not_separable, array_of(0.4, 1.1)),
+}
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_a_step_preserves_area(name: str) -> None:
+    # J^T S J = S for the map of one step, which is so long that its own error is far larger than 1e-9.
+    flow, start = STARTS[name]
+    n = len(start) // 2
+    form = np.block([[np.zeros((n, n)), np.eye(n)], [-np.eye(n), np.zeros((n, n))]])
+    h, d = 0.9, 1e-3
+    columns = []
+    for axis in np.eye(2 * n):
+        # Central differences of order 8.
+        weights = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
+        columns.append(
+            sum(
+                weight
+                / d
+                * (one_step(flow, start + k * d * axis, h) - one_step(flow, start - k * d * axis, h))
+                for k, weight in weights.items()
+            )
+        )
+    jacobian = np.array(columns).T
+    assert jacobian.T @ form @ jacobian == pytest.approx(form, abs=1e-9)
+
+
+@pytest.mark.parametrize("name", STARTS)
+def test_a_step_is_undone_by_its_reverse(name: str) -> None:
+    flow, start = STARTS[name]
+    there = one_step(flow, start, 0.7)
+    assert one_step(flow, there, -0.7) == pytest.approx(start, abs=2e-15)
+    assert np.abs(there - start).max() > 0.1
+
+
+def test_a_linear_system_of_eighty_variables() -> None:
+    # A chain of 40 equal masses between walls: its normal modes are sines.
+    def chain(t: Any, *y: Any) -> tuple[Any, ...]:
+        q, p = (0.0, *y[:40], 0.0), y[40:]
+        return (*p, *(q[i - 1] - 2 * q[i] + q[i + 1] for i in range(1, 41)))
+
+    mode = np.sin(math.pi * 7 * np.arange(1, 41) / 41)
+    rate = 2 * math.sin(math.pi * 7 / 82)
+    times = np.linspace(0, 50, 30)
+    found = solved(same(chain), np.concatenate([mode, 0 * mode]), (0, 50)).at(times)
+    assert found[:, :40] == pytest.approx(np.outer(np.cos(rate * times), mode), abs=1e-12)
+    assert found[:, 40:] == pytest.approx(np.outer(-rate * np.sin(rate * times), mode), abs=1e-12)
+
+
+# --- solutions
+
+
+TIMES = np.random.default_rng(1).uniform(0, 30, 40)
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-12])
+@pytest.mark.parametrize("eccentricity", [0.0, 0.6])
+def test_kepler_orbits(eccentricity: float, tolerance: float) -> None:
+    solution = solved(kepler, ellipse(eccentricity), (0, 30), tolerance=tolerance)
+    found = solution.at(TIMES)
+    for row, time in zip(found, TIMES, strict=True):
+        assert row == pytest.approx(on_ellipse(eccentricity, time), abs=100 * tolerance)
+    assert solution.method == "Gauss-Legendre 12"
+
+
+@pytest.mark.parametrize("amplitude", [1e-6, 1.0, 3.0])
+@pytest.mark.parametrize("name", CLOSED)
+def test_oscillations(name: str, amplitude: float) -> None:
+    flow, truth = CLOSED[name]
+    found = solved(flow, array_of(amplitude, 0), (0, 30)).at(TIMES)
+    for row, time in zip(found, TIMES, strict=True):
+        assert row == pytest.approx(truth(amplitude, time), abs=2e-11 * amplitude)
+
+
+@pytest.mark.parametrize("scale", [1e-160, 1e-20, 1e100])
+def test_no_variable_needs_a_scale(scale: float) -> None:
+    found = solved(same(oscillator), array_of(1, 0) * scale, (0, 30)).at(TIMES)
+    assert found / scale == pytest.approx(np.array([np.cos(TIMES), -np.sin(TIMES)]).T, abs=1e-12)
+
+
+@pytest.mark.parametrize("span", [(0.0, 40.0), (5.0, -35.0), (1e6, 1e6 + 40)])
+def test_time_may_be_in_the_equations(span: tuple[float, float]) -> None:
+    # An oscillator in the field cos(3 (t - t0)): q = (cos(t) - cos(3t))/8 from rest.
+    def driven(module: ModuleType) -> Elements:
+        return lambda t, q, p: (p, -q + module.cos(3 * (t - span[0])))
+
+    solution = solved(driven, array_of(0, 0), span)
+    times = np.linspace(*span, 200)
+    past = times - span[0]
+    found = solution.at(times)
+    # Times near 1e6 are given to 1e-10: they make neither the solution worse nor its steps shorter.
+    assert solution.steps < 300
+    bound = 2e-12 + 20 * np.spacing(max(map(abs, span)))
+    assert found[:, 0] == pytest.approx((np.cos(past) - np.cos(3 * past)) / 8, abs=bound)
+    assert found[:, 1] == pytest.approx((3 * np.sin(3 * past) - np.sin(past)) / 8, abs=bound)
+
+
+def test_the_solution_returns_to_its_start() -> None:
+    there = solved(henon_heiles, array_of(0, 0.1, 0.35, 0.2), (0, 60))
+    end = there.at(array_of(60))[0]
+    back = solved(henon_heiles, end, (60, 0))
+    assert back.at(array_of(0))[0] == pytest.approx(array_of(0, 0.1, 0.35, 0.2), abs=1e-12)
+    turned = solved(henon_heiles, end * [1, 1, -1, -1], (0, 60)).at(array_of(60))[0]
+    assert turned == pytest.approx(array_of(0, 0.1, -0.35, -0.2), abs=1e-12)
+
+
+def test_the_start_may_be_the_calm_part_of_an_orbit() -> None:
+    # From the far end, steps suit slow motion; the near end is where they turn out to be too long.
+    e = 0.7
+    start = array_of(1 + e, 0, 0, math.sqrt((1 - e) / (1 + e)))
+    solution = solved(kepler, start, (0, 40))
+    found = solution.at(array_of(40, 39.3))
+    for row, time in zip(found, (40, 39.3), strict=True):
+        # Half a period later than from the near end, on the other side.
+        assert row == pytest.approx(-on_ellipse(e, time + math.pi), abs=1e-10)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(1, 7), st.floats(0.5, 100))
+def test_steps_divide_the_span(count: int, length: float) -> None:
+    solution = solved(same(oscillator), np.ones(2), (1, 1 + length))
+    assert len(solution.knots) == solution.steps + 1
+    assert solution.knots[[0, -1]].tolist() == [1, 1 + length]
+    assert np.diff(solution.knots) == pytest.approx(length / solution.steps, rel=1e-9)
+
+
+def test_samples_do_not_depend_on_each_other() -> None:
+    solution = solved(pendulum, array_of(2, 0), (0, 30))
+    together = solution.at(TIMES)
+    for time, row in zip(TIMES, together, strict=True):
+        assert solution.at(array_of(time))[0].tolist() == row.tolist()
+    assert solution.at(np.array([])).shape == (0, 2)
+
+
+def test_at_its_knots_the_solution_is_what_the_steps_are() -> None:
+    solution = solved(pendulum, array_of(2, 0), (0, 30))
+    path = steps_of(pendulum, array_of(2, 0), 30, solution.steps, tolerance=1e-13)
+    assert solution.at(solution.knots).tolist() == path.tolist()
+
+
+def test_the_same_problem_has_the_same_result() -> None:
+    one, two = (solved(henon_heiles, array_of(0, 0.1, 0.4, 0.2), (0, 100)) for _ in range(2))
+    assert one.at(one.knots).tolist() == two.at(two.knots).tolist()
+
+
+def test_rest_and_nothing() -> None:
+    rest = solved(pendulum, array_of(0, 0), (0, 1e6))
+    assert rest.at(array_of(0, 17, 1e6)).tolist() == [[0, 0]] * 3
+    nothing = solved(pendulum, array_of(1, 2), (3, 3))
+    assert nothing.steps == 0
+    assert nothing.at(array_of(3.0)).tolist() == [[1, 2]]
+
+
+def test_forces_that_cancel_are_not_followed_into_their_rounding_errors() -> None:
+    # The third variable is zero but for the rounding errors of its slope.
+    def f(t: Any, q: Any, p: Any, noise: Any) -> tuple[Any, ...]:
+        return p, -q, 0.1 * q + 0.2 * q - 0.3 * q
+
+    solution = solved(same(f), array_of(1, 0, 0), (0, 100))
+    assert solution.steps < 300
+    assert solution.at(array_of(100))[0] == pytest.approx([math.cos(100), -math.sin(100), 0], abs=1e-12)
+
+
+# --- the law
+
+
+LONG: dict[str, tuple[Flow, Floats, Callable[..., Floats], float]] = {
+    "pendulum": (pendulum, array_of(2, 0), energy_of_pendulum, 6_000),
+    "kepler": (kepler, ellipse(0.6), energy_of_kepler, 1_500),
+    "henon-heiles": (henon_heiles, array_of(0, 0.1, 0.35, 0.2), energy_of_henon_heiles, 5_000),
+    "not separable": (not_separable, array_of(0, 1.5), energy_of_not_separable, 3_000),
+}
+
+
+@pytest.mark.parametrize("name", LONG)
+def test_the_error_of_the_energy_does_not_grow(name: str) -> None:
+    flow, start, energy, end = LONG[name]
+    solution = solved(flow, start, (0, end), tolerance=1e-10)
+    scale = abs(float(energy(*start)))
+    error = (
+        energy(*solution.at(solution.knots[:: max(1, solution.steps // 20_000)]).T) - energy(*start)
+    ) / scale
+    assert np.abs(error).max() < 2e-10
+    first, last = (np.abs(part).max() for part in np.array_split(error, 8)[::7])
+    assert last < 1.5 * first + 1e-13
+
+
+def test_what_is_not_symplectic_drifts_where_this_does_not() -> None:
+    # Guards the tests above: at the same tolerance, the energy of the other engine does move.
+    flow, start, energy, _ = LONG["kepler"]
+    path = integrate.integrate(flow, start, (0, 1500), tolerance=1e-10, engine="runge-kutta")
+    assert abs(energy(*path.at(array_of(1500)).T) - energy(*start))[0] > 2e-9
+
+
+def test_angular_momentum_is_kept_to_rounding_errors() -> None:
+    # A quadratic invariant: section IV.2.1.
+    path = steps_of(kepler, ellipse(0.3), 600, 6000)
+    x, y, u, v = path.T
+    assert np.abs(x * v - y * u - math.sqrt(1 - 0.3**2)).max() < 4e-15
+
+
+def test_even_crude_steps_do_not_drift() -> None:
+    # 3 steps in a radian: errors of the energy show, and stay as they are.
+    path = steps_of(pendulum, array_of(2.5, 0), 12_000, 9_600)
+    error = energy_of_pendulum(*path.T) - energy_of_pendulum(*path[0])
+    parts = [np.abs(part).max() for part in np.array_split(error, 6)]
+    assert min(parts) > 1e-12
+    assert max(parts) < 2 * min(parts)
+
+
+# --- ends
+
+
+ENDS: dict[str, tuple[Flow, Floats, tuple[float, float], float, Stop]] = {
+    "a pole in time": (
+        same(lambda t, q, p: (p, 1 / (t - 0.5) ** 2)), array_of(1, 0), (0, 1), 0.5, Stop.INFINITE,
+    ),
+    "blow-up": (same(lambda t, q, p: (q * q, -2 * q * p)), array_of(1, 1), (0, 3), 1, Stop.INFINITE),
+    "backwards": (same(lambda t, q, p: (q * q, -2 * q * p)), array_of(-1, 1), (0, -3), -1, Stop.INFINITE),
+    # Fall into the centre from rest at distance 1 takes pi/sqrt(8).
+    "fall": (kepler, array_of(1, 0, 0, 0), (0, 4), math.pi / math.sqrt(8), Stop.INFINITE),
+    # H = p sqrt(2 - t) is no motion beyond t = 2.
+    "no value": (
+        lambda m: lambda t, q, p: (m.sqrt(2 - t), 0 * p), array_of(0, 1), (0, 5), 2, Stop.NO_VALUE,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", ENDS)
+def test_solutions_that_end(name: str) -> None:
+    flow, start, span, time, stop = ENDS[name]
+    with pytest.raises(Stopped, match="the motion") as caught:
+        solved(flow, start, span, name="the motion")
+    assert caught.value.time == pytest.approx(time, abs=1e-6)
+    assert caught.value.stop is stop
+
+
+def test_an_end_far_from_the_start() -> None:
+    # p grows as exp(t) and ends the floats: 1e290 at the start of what is no problem for 20 time units.
+    with pytest.raises(Stopped) as caught:
+        solved(same(lambda t, q, p: (-q, p)), array_of(1, 1e290), (0, 100))
+    assert caught.value.time == pytest.approx(math.log(10) * 15.5, abs=5)
+    assert caught.value.stop is Stop.INFINITE
+
+
+def test_a_knot_on_a_hole_is_an_end() -> None:
+    # sin(t)/t has no value at t = 0, where one of so many even steps begins, and looks at its error.
+    problem = Problem(lambda t, q: (math.sin(t) / t,), (0.0,), -1.0, 1.0, 1e-12, (1,), "it")
+    with pytest.raises(Stopped, match="it has no finite real value beyond t = 0") as caught:
+        symplectic.march(problem, 2 * symplectic.ROUND, lambda t: None)
+    assert caught.value.stop is Stop.NO_VALUE
+
+
+def test_a_start_without_a_slope_is_refused() -> None:
+    with pytest.raises(Stopped, match="no finite real value at the start"):
+        solved(lambda m: lambda t, q, p: (p, m.log(q)), array_of(0, 1), (0, 1))
+
+
+def test_a_jump_is_not_for_steps_of_one_length() -> None:
+    def wall(module: ModuleType) -> Elements:
+        return lambda t, q, p: (p, -1.0 if q > 0 else 1.0)
+
+    with pytest.raises(ComputationError, match="steps of one length") as caught:
+        solved(wall, array_of(1, 0), (0, 10))
+    assert caught.value.hint is not None
+    assert not str(caught.value).endswith(".")
+
+
+def test_too_many_steps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(symplectic, "MOST_NUMBERS", 2000)
+    with pytest.raises(TooManySteps, match="only after 1,000 steps"):
+        solved(same(oscillator), array_of(1, 0), (0, 1e6))
+
+
+def test_progress_is_told_in_fractions(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(integrate, "BREATH", 0.0)
+    told: list[float] = []
+    solved(same(oscillator), array_of(1, 0), (10, -1990), progress=told.append)
+    assert len(told) > 5
+    assert all(0 <= fraction < 1 for fraction in told)
+    assert told[-1] > 0.9
+
+
+def test_a_sample_that_the_sweeps_do_not_reach_is_followed_from_its_knot() -> None:
+    # The functions of arrays say NaN for all but a single time: the rest comes from floats.
+    def flow(module: ModuleType) -> Elements:
+        if module is np:
+            return lambda t, q, p: (p + np.where(t == 0, 0.0, np.nan), -q)
+        return oscillator
+
+    solution: Solution = solved(flow, array_of(1, 0), (0, 10))
+    assert solution.at(array_of(0, 7.7))[:, 0] == pytest.approx([1, math.cos(7.7)], abs=1e-12)
