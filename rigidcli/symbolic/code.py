@@ -41,9 +41,14 @@ Value: TypeAlias = str | float
 
 
 def function(
-    expressions: Sequence[Expression | Node], arguments: Sequence[str], constants: Mapping[str, float]
+    expressions: Sequence[Expression | Node],
+    arguments: Sequence[str],
+    constants: Mapping[str, float],
+    steps: Sequence[tuple[str, Node]] = (),
 ) -> Flow:
     """A flow: of `math`, `numpy` or `heyoka` it makes a function of the `arguments`, in order.
+
+    `steps` are names with their values, each worked out after those before and known to all that follow.
 
     That gives a tuple with the value of each expression; where an expression holds none of the
     arguments, a float. With `math` and `numpy` it agrees to rounding with `Expression.evaluate`, but for
@@ -57,8 +62,10 @@ def function(
         ExpressionError: a name has no value, or a part without arguments has no finite real value.
     """
     writer = _Writer({name: f"v{i}" for i, name in enumerate(arguments)}, constants)
+    head = f"def f({', '.join(map(str, writer.values.values()))}):"
+    for name, node in steps:
+        writer.values[name] = writer.write(node)
     roots = [writer.write(e.root if isinstance(e, Expression) else e) for e in expressions]
-    head = f"def f({', '.join(writer.arguments.values())}):"
     result = f"return ({''.join(f'{_text(root)}, ' for root in roots)})"
     code = compile("\n ".join([head, *writer.lines, result]), "<expressions>", "exec")
 
@@ -96,10 +103,10 @@ def _operation(name: str, module: ModuleType) -> Callable[..., Any]:
 class _Writer:
     """The statements so far, and what they use."""
 
-    __slots__ = ("arguments", "constants", "functions", "known", "lines")
+    __slots__ = ("constants", "functions", "known", "lines", "values")
 
     def __init__(self, arguments: Mapping[str, str], constants: Mapping[str, float]) -> None:
-        self.arguments = arguments
+        self.values: dict[str, Value] = dict(arguments)
         self.constants = constants
         self.functions: set[str] = set()
         self.known: dict[str, str] = {}
@@ -116,8 +123,8 @@ class _Writer:
     def write(self, node: Node) -> Value:
         """The value of a tree, after statements that make it."""
         match node:
-            case Name(name) if name in self.arguments:
-                return self.arguments[name]
+            case Name(name) if name in self.values:
+                return self.values[name]
             case Name(name) if name not in self.constants:
                 raise ExpressionError(f"no value for `{name}`")
             case Name() | Number() | Constant():

@@ -19,7 +19,8 @@ from sympy.polys.polyerrors import PolynomialError
 from sympy.simplify.fu import TR5, TR6, TR11, TR10i
 
 from rigidcli.symbolic.conversion import FAILURES
-from rigidcli.symbolic.printing import latex, latex_name, reading, text
+from rigidcli.symbolic.naming import latex_name
+from rigidcli.symbolic.printing import latex, reading, text
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

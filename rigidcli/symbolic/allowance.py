@@ -1,0 +1,24 @@
+"""Work that may be done on one expression, counted in steps and never in seconds."""
+
+from __future__ import annotations
+
+from rigidcli.errors import ExpressionError
+
+
+class Allowance:
+    """A number of steps, each about the handling of one factor of one term; what needs more is refused."""
+
+    __slots__ = ("left",)
+
+    def __init__(self, steps: int) -> None:
+        self.left = steps
+
+    def spend(self, steps: int) -> None:
+        """Take off what is about to be done.
+
+        Raises:
+            ExpressionError: nothing is left.
+        """
+        self.left -= steps
+        if self.left < 0:
+            raise ExpressionError("the expression is too large to be multiplied out")

@@ -1,0 +1,76 @@
+"""Whether the velocities follow from the momenta: the rank of the mass matrix, and what its lack means.
+
+Where the rank r is less than n, the momenta obey n - r primary constraints: combinations of them that hold
+no velocity. Source: P. A. M. Dirac, Lectures on Quantum Mechanics, lecture 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.symbolic import masses, probe
+from rigidcli.symbolic.algebra import ZERO, Expr, number, symbol, total
+from rigidcli.symbolic.calculus import substitute
+from rigidcli.symbolic.simplify import is_zero, tidy
+
+NONE = 1e-13
+"""A singular value below this, of a large matrix with entries of the order of 1, is rounding."""
+
+
+def rank(matrix: masses.Matrix, fixed: Mapping[str, float]) -> int | None:
+    """The rank of a symmetric matrix (n by n) of expressions almost everywhere; None where it has no value.
+
+    Names have their `fixed` values, others any.
+    """
+    count = 0
+    for block in masses.blocks(matrix):
+        found = _of_block(masses.part(matrix, block, block), fixed)
+        if found is None:
+            return None
+        count += found
+    return count
+
+
+def _of_block(matrix: masses.Matrix, fixed: Mapping[str, float]) -> int | None:
+    size = len(matrix)
+    if size <= masses.LARGEST:
+        values = {name: number(Fraction(value)) for name, value in fixed.items()}
+        exact = [[substitute(entry, values) for entry in row] for row in matrix]
+        return size if not is_zero(masses.minor(exact)) else size - len(masses.null_vectors(exact))
+    found = probe.values([entry for row in matrix for entry in row], fixed)
+    if found is None:
+        return None
+    ranks = [
+        (np.linalg.svd(_balanced(values), compute_uv=False) > NONE).sum()
+        for values in found.reshape(-1, size, size)
+    ]
+    return int(max(ranks))
+
+
+def _balanced(values: Floats) -> Floats:
+    """The matrix with rows and columns divided by the square roots of their sizes."""
+    sizes = np.sqrt(np.abs(values).max(axis=1, initial=0.0))
+    sizes[sizes == 0] = 1.0
+    return values / np.outer(sizes, sizes)
+
+
+def constraints(
+    matrix: masses.Matrix, definitions: Sequence[Expr], velocities: Sequence[str], names: Sequence[str]
+) -> list[Expr]:
+    """Primary constraints: expressions in the momenta, called `names`, and coordinates that vanish.
+
+    Only those that are linear in the momenta are found.
+    """
+    at_rest = dict.fromkeys(velocities, ZERO)
+    found = []
+    for vector in masses.null_vectors(matrix):
+        if any(not entry.names.isdisjoint(velocities) for entry in vector):
+            continue
+        still = total(entry * substitute(p, at_rest) for entry, p in zip(vector, definitions, strict=True))
+        moving = total(entry * symbol(name) for entry, name in zip(vector, names, strict=True))
+        found.append(tidy(moving - still))
+    return found

@@ -1,0 +1,94 @@
+"""Powers of rational numbers, each bounded before it is worked out."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from typing import TypeAlias
+
+from rigidcli.errors import ExpressionError
+
+Rational: TypeAlias = int | Fraction
+
+MAX_BITS = 10_000
+"""Of a numerator or denominator: about 3,000 digits."""
+
+MAX_ROOT_BITS = 512
+"""Of a number under a root, which is searched for factors: about 150 digits."""
+
+MAX_DIVISOR = 2_000
+"""Prime factors beyond this one stay together."""
+
+
+def bounded(value: Rational) -> Rational:
+    """The number itself.
+
+    Raises:
+        ExpressionError: it is too large.
+    """
+    parts = (value,) if isinstance(value, int) else value.as_integer_ratio()
+    if any(part.bit_length() > MAX_BITS for part in parts):
+        raise ExpressionError(f"a number has more than {MAX_BITS:,} bits")
+    return value
+
+
+def magnitude(value: Rational) -> Rational:
+    """The number without its sign."""
+    return value if value >= 0 else -value
+
+
+def surd(base: Rational, exponent: int) -> Rational:
+    """An integer power of a number that is not zero."""
+    bits = max(base.numerator.bit_length(), base.denominator.bit_length())
+    if abs(base) != 1 and (bits - 1) * abs(exponent) > MAX_BITS:
+        raise ExpressionError(f"a number has more than {MAX_BITS:,} bits")
+    if exponent >= 0:
+        return base**exponent
+    return Fraction(base.denominator, base.numerator) ** -exponent
+
+
+def root(base: Fraction, exponent: Fraction) -> tuple[Rational, dict[int, Fraction]]:
+    """A power of a positive number as a rational number times powers of integers, with exponents below 1."""
+    if exponent.denominator == 1:
+        return surd(base, int(exponent)), {}
+    coefficient: Rational = 1
+    surds: dict[int, Fraction] = {}
+    for integer, sign in ((base.numerator, 1), (base.denominator, -1)):
+        for prime, multiplicity in _factors(integer).items():
+            full = sign * multiplicity * exponent
+            whole = full.numerator // full.denominator
+            coefficient = bounded(coefficient * surd(prime, whole))
+            if full != whole:
+                surds[prime] = full - whole
+    return coefficient, surds
+
+
+def _factors(integer: int) -> dict[int, int]:
+    """Small prime factors, and what they leave as the power of an integer, each with its multiplicity."""
+    if integer.bit_length() > MAX_ROOT_BITS:
+        raise ExpressionError(f"a number under a root has more than {MAX_ROOT_BITS} bits")
+    factors: dict[int, int] = {}
+    divisor = 2
+    while divisor <= MAX_DIVISOR and divisor * divisor <= integer:
+        while integer % divisor == 0:
+            factors[divisor] = factors.get(divisor, 0) + 1
+            integer //= divisor
+        divisor += 1 if divisor == 2 else 2
+    if integer > 1:
+        base, multiplicity = _perfect_power(integer)
+        factors[base] = factors.get(base, 0) + multiplicity
+    return factors
+
+
+def _perfect_power(integer: int) -> tuple[int, int]:
+    """The smallest base of which an integer above 1 is a power, and the exponent."""
+    for exponent in range(integer.bit_length(), 1, -1):
+        low, high = 1, 1 << (integer.bit_length() // exponent + 1)
+        while low < high:
+            middle = (low + high + 1) // 2
+            if middle**exponent <= integer:
+                low = middle
+            else:
+                high = middle - 1
+        if low > 1 and low**exponent == integer:
+            return low, exponent
+    return integer, 1

@@ -1,0 +1,187 @@
+"""Random trees of expressions, and their values with 50 digits: the truth that the algebra is held to."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+from hypothesis import strategies as st
+
+from rigidcli.symbolic.tree import (
+    FUNCTIONS,
+    Call,
+    Constant,
+    Name,
+    Negative,
+    Node,
+    Number,
+    Power,
+    Product,
+    Reciprocal,
+    Sum,
+)
+
+NAMES = ("a", "b", "x", "y")
+
+EDGE = 1e-20
+"""A value so near to where a function ends, jumps or becomes infinite may be there exactly."""
+
+CONTEXT = mpmath.mp.clone()
+CONTEXT.dps = 50
+
+POINTS = [
+    dict(zip(NAMES, values, strict=True))
+    for values in [
+        (Fraction("1.3"), Fraction("0.7"), Fraction("2.1"), Fraction("0.45")),
+        (Fraction("-1.1"), Fraction("0.6"), Fraction("-0.8"), Fraction("1.9")),
+        (Fraction("0.35"), Fraction("-2.3"), Fraction("-1.7"), Fraction("-0.55")),
+        (Fraction(0), Fraction("1.2"), Fraction("-0.9"), Fraction("-1.4")),
+        (Fraction("-0.75"), Fraction("-1.6"), Fraction(0), Fraction("0.8")),
+    ]
+]
+
+
+class NoValueError(Exception):
+    """There is no value, or it is not certain that there is one."""
+
+
+def value(node: Node, point: Mapping[str, Fraction], edge: float = EDGE) -> Any:
+    """The value of a tree from its operations alone, none of them within `edge` of where it ends."""
+    match node:
+        case Name(name):
+            known = point[name]
+            return CONTEXT.mpf(known.numerator) / known.denominator if isinstance(known, Fraction) else known
+        case Number(text, _):
+            number = Fraction(text)
+            return CONTEXT.mpf(number.numerator) / number.denominator
+        case Constant():
+            return +CONTEXT.pi
+        case Negative(operand):
+            return -value(operand, point, edge)
+        case Sum(terms):
+            return certain(sum(value(term, point, edge) for term in terms), edge)
+        case Product(factors):
+            product = CONTEXT.mpf(1)
+            for factor in factors:
+                product *= value(factor, point, edge)
+            return certain(product, edge)
+        case Reciprocal(operand):
+            return 1 / away(value(operand, point, edge), edge)
+        case Power(base, exponent):
+            return power(value(base, point, edge), value(exponent, point, edge), edge)
+        case Call(function, arguments):
+            return call(function, [value(argument, point, edge) for argument in arguments], edge)
+
+
+def certain(number: Any, edge: float) -> Any:
+    if abs(number) > 1 / edge:
+        raise NoValueError
+    return number
+
+
+def away(number: Any, edge: float) -> Any:
+    if abs(number) < edge:
+        raise NoValueError
+    return number
+
+
+def power(base: Any, exponent: Any, edge: float) -> Any:
+    whole = exponent == int(exponent)
+    if not whole and base < edge and base != 0:
+        raise NoValueError
+    if not whole and abs(exponent - round(exponent)) < edge:
+        raise NoValueError
+    if exponent < 0 or (not whole and exponent < edge):
+        away(base, edge)
+    if base != 0 and exponent * CONTEXT.log(abs(base)) > -math.log(edge):
+        raise NoValueError
+    if base == 0 and exponent == 0:
+        raise NoValueError
+    return certain(CONTEXT.power(base, exponent), edge)
+
+
+def call(function: str, arguments: list[Any], edge: float) -> Any:
+    first = arguments[0]
+    if function == "atan2":
+        away(arguments[0], edge)
+    if function in ("sign", "log"):
+        away(first, edge)
+    if function in ("asin", "acos", "atanh") and abs(first) > 1 - edge:
+        raise NoValueError
+    if function == "acosh" and first < 1 + edge:
+        raise NoValueError
+    if function in ("log", "sqrt") and first < edge and first != 0:
+        raise NoValueError
+    if function in ("sinh", "cosh", "exp") and abs(first) > -math.log(edge):
+        raise NoValueError
+    if function == "tan":
+        away(CONTEXT.cos(first), edge)
+    found = {"abs": "fabs"}.get(function, function)
+    return certain(getattr(CONTEXT, found)(*arguments), edge)
+
+
+def _numbers(text: str) -> Number:
+    return Number(text, float(text))
+
+
+LEAVES = st.one_of(
+    st.sampled_from(NAMES).map(Name),
+    st.sampled_from(["0", "1", "2", "3", "4", "8", "0.5", "1.5", "12"]).map(_numbers),
+    st.just(Constant("pi")),
+)
+
+EXPONENTS = st.sampled_from(
+    [
+        _numbers("2"),
+        _numbers("3"),
+        _numbers("4"),
+        _numbers("0.5"),
+        Negative(_numbers("1")),
+        Negative(_numbers("2")),
+        Negative(_numbers("0.5")),
+        Product((_numbers("3"), Reciprocal(_numbers("2")))),
+        Product((_numbers("1"), Reciprocal(_numbers("3")))),
+        Name("a"),
+        Negative(Name("b")),
+    ]
+)
+
+ONE_ARGUMENT = [name for name, function in FUNCTIONS.items() if function.arity == 1] + ["sin", "cos", "sqrt"]
+
+
+def _grown(children: st.SearchStrategy[Node]) -> st.SearchStrategy[Node]:
+    several = st.lists(children, min_size=2, max_size=4).map(tuple)
+    factors = st.lists(st.one_of(children, children.map(Reciprocal)), min_size=2, max_size=3).map(tuple)
+    return st.one_of(
+        several.map(Sum),
+        factors.map(Product),
+        children.map(Negative),
+        st.builds(Power, children, EXPONENTS),
+        st.builds(lambda f, x: Call(f, (x,)), st.sampled_from(ONE_ARGUMENT), children),
+        st.builds(lambda y, x: Call("atan2", (y, x)), children, children),
+    )
+
+
+TREES: st.SearchStrategy[Node] = st.recursive(LEAVES, _grown, max_leaves=9)
+
+
+def rebuilt(node: Node, change: Callable[[Node], Node]) -> Node:
+    """The same operation on changed operands."""
+    match node:
+        case Negative(operand):
+            return Negative(change(operand))
+        case Reciprocal(operand):
+            return Reciprocal(change(operand))
+        case Sum(terms):
+            return Sum(tuple(map(change, terms)))
+        case Product(factors):
+            return Product(tuple(map(change, factors)))
+        case Power(base, exponent):
+            return Power(change(base), change(exponent))
+        case Call(function, arguments):
+            return Call(function, tuple(map(change, arguments)))
+        case _:
+            return node
