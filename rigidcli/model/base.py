@@ -79,6 +79,11 @@ def _error(loc: tuple[int | str, ...], read: object, problem: ValueProblem) -> I
     return InitErrorDetails(type="value_error", loc=loc, input=read, ctx={"error": problem})
 
 
+def refusal(title: str, problems: Sequence[ValueProblem]) -> ValidationError:
+    """Several problems of one value, to be raised together; each by the path that it has."""
+    return ValidationError.from_exception_data(title, [_error((), None, problem) for problem in problems])
+
+
 def _unknown_key(key: str, section: type[BaseModel]) -> ValueProblem:
     known = list(section.model_fields)
     near = nearest(key, known)
@@ -144,6 +149,28 @@ class Quantity:
 
 
 @dataclass(frozen=True, slots=True)
+class Whole:
+    """Marks a field as a whole number, be it written as one, as 3.0 or as an expression."""
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(self._read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"type": ["integer", "string"]}
+
+    @staticmethod
+    def _read(raw: object, info: ValidationInfo) -> int:
+        env = environment(info)
+        value = env.arithmetic.value(env.read(raw, units.DIMENSIONLESS))
+        if value is None or not value.is_integer():
+            worked = f" (which is {value:.6g})" if isinstance(raw, str) and value is not None else ""
+            raise ValueProblem(f"read {shown(raw)}{worked}, expected a whole number")
+        return int(value)
+
+
+@dataclass(frozen=True, slots=True)
 class FormulaOf:
     """Marks a field as an expression in `variables` and the parameters, worth a number of this dimension."""
 
@@ -176,6 +203,7 @@ PositiveMoment = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA, "positive")
 Time = Annotated[Scalar, Quantity(units.TIME)]
 Duration = Annotated[Scalar, Quantity(units.TIME, "positive")]
 Number = Annotated[Scalar, Quantity(units.DIMENSIONLESS)]
+WholeNumber = Annotated[int, Whole()]
 
 # A YAML list is read as a tuple; everything else stays strict.
 AsList = Strict(False)

@@ -16,6 +16,7 @@ from rigidcli.errors import ExpressionError, ValueProblem, nearest, shown
 from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.units import (
     Dimension,
+    Unit,
     check_dimension,
     looks_like_missing_space,
     parse_unit,
@@ -42,6 +43,11 @@ class Environment:
     `dimensions` has those of parameters with units; `declared` the names of all parameters, also
     before they have their values; `broken` those that have a problem of their own, so that what uses
     them is not reported again; `positive` symbols that stand where only a positive number makes sense.
+
+    `open` has the parameters whose value is not known, each with the symbols on which it hangs. `faults`
+    has what other parts of the document find wrong with parameters. `exact_results` says whether exact
+    results are wanted, be numbers read as floats or not. `coordinates` are those of the system, once
+    they are read without a problem.
     """
 
     arithmetic: Arithmetic = FLOAT
@@ -52,6 +58,10 @@ class Environment:
     declared: set[str] = field(default_factory=set)
     broken: set[str] = field(default_factory=set)
     positive: set[str] = field(default_factory=set)
+    open: dict[str, frozenset[str]] = field(default_factory=dict)
+    faults: dict[str, ValueProblem] = field(default_factory=dict)
+    exact_results: bool = False
+    coordinates: tuple[str, ...] | None = None
     notes: list[str] = field(default_factory=list)
 
     def read(self, raw: object, dimension: Dimension | None) -> Any:
@@ -59,16 +69,22 @@ class Environment:
 
         `dimension` is what a unit must fit; None fits all. Raises ValueProblem.
         """
-        if isinstance(raw, bool) or not isinstance(raw, float | int | str | Decimal):
-            raise ValueProblem(f"read {shown(raw)}, expected {number_of(dimension)}")
-        if isinstance(raw, float) and not math.isfinite(raw):
-            raise ValueProblem(f"read {shown(raw)}, expected a finite number")
-        if not isinstance(raw, str):
-            return parse(str(raw)).exact({}) if self.arithmetic.exact else _finite(raw)
-        quantity = split_quantity(raw)
+        scalar = _number_or_text(raw, number_of(dimension))
+        if not isinstance(scalar, str):
+            return parse(str(scalar)).exact({}) if self.arithmetic.exact else _finite(scalar)
+        quantity = split_quantity(scalar)
         if quantity is None:
-            return self._value(self.parse(raw), dimension)
+            return self._value(self.parse(scalar), dimension)
         digits, unit_text = quantity
+        unit = self._unit(digits, unit_text, dimension)
+        if self.arithmetic.exact:
+            factor = parse(f"{unit.factor.numerator}/{unit.factor.denominator}").exact({})
+            return parse(digits).exact({}) * factor * self.arithmetic.pi**unit.pi_power
+        # Through the shortest decimal, so that 120 g cm^2 is the float nearest to 1.2e-5.
+        return unit.si(Fraction(repr(_finite(digits))))
+
+    def _unit(self, digits: str, unit_text: str, dimension: Dimension | None) -> Unit:
+        """The unit of a quantity. Raises ValueProblem for one that is none, or does not fit."""
         try:
             unit = parse_unit(unit_text)
             if dimension is not None:
@@ -78,12 +94,50 @@ class Environment:
                 problem.hint = f"a number, a blank and a unit; for the parameter write `{digits}*{unit_text}`"
             raise
         if unit_text in self.declared:
-            self.notes.append(f"{shown(raw)} has a unit; for the parameter write `{digits}*{unit_text}`")
-        if self.arithmetic.exact:
-            factor = parse(f"{unit.factor.numerator}/{unit.factor.denominator}").exact({})
-            return parse(digits).exact({}) * factor * self.arithmetic.pi**unit.pi_power
-        # Through the shortest decimal, so that 120 g cm^2 is the float nearest to 1.2e-5.
-        return unit.si(Fraction(repr(_finite(digits))))
+            text = shown(f"{digits} {unit_text}")
+            self.notes.append(f"{text} has a unit; for the parameter write `{digits}*{unit_text}`")
+        return unit
+
+    def symbolic(self, raw: object, dimension: Dimension | None = None) -> Expression:
+        """A number, a quantity or an expression as an expression, in which names stay names.
+
+        A quantity, whose unit must fit `dimension`, becomes the SI number that it is, digit by digit.
+        Whether the names may stand there is for `admit` to say. Raises ValueProblem.
+        """
+        scalar = _number_or_text(raw, "a number or an expression")
+        if not isinstance(scalar, str):
+            _finite(scalar)
+            return parse(str(scalar))
+        quantity = split_quantity(scalar)
+        if quantity is None:
+            return self.parse(scalar)
+        unit = self._unit(*quantity, dimension)
+        number = Fraction(repr(_finite(quantity[0])))
+        unit.si(number)
+        return parse(_spelled(number * unit.factor, unit.pi_power))
+
+    def admit(
+        self, expression: Expression, variables: tuple[str, ...], dimension: Dimension | None = None
+    ) -> None:
+        """Note that the parameters in a symbolic expression, which may use `variables`, are used.
+
+        Raises ValueProblem for a name that is not declared, and for dimensions that cannot be.
+        """
+        names = expression.names.difference(variables)
+        self._use(names, variables)
+        if not names & self.broken:
+            self._check_dimension(expression, dimension)
+
+    def _check_dimension(self, expression: Expression, dimension: Dimension | None) -> None:
+        if expression.names & self.dimensions.keys():
+            given = dimension_of(expression.root, self.dimensions)
+            if dimension is not None and given is not None and any(given):
+                check_dimension(expression.text, given, dimension)
+
+    def value(self, expression: Expression) -> float | None:
+        """The value of a symbolic expression, if it follows from the parameters. Raises ValueProblem."""
+        known = self.parameters.keys() - self.broken - self.open.keys()
+        return self.arithmetic.value(self._value(expression, None)) if expression.names <= known else None
 
     def formula(self, raw: object, dimension: Dimension, variables: tuple[str, ...]) -> Formula:
         """A number, a quantity, or an expression in `variables` and the parameters. Raises ValueProblem."""
@@ -98,7 +152,7 @@ class Environment:
         self._use(expression.names - inside, variables)
         if not inside:
             return Formula(parse("value"), {"value": self._value(expression, dimension)})
-        known = expression.names - inside - self.broken
+        known = expression.names - inside - self.broken - self._without_value(expression.names)
         return Formula(expression, {name: self.parameters[name] for name in sorted(known)})
 
     @staticmethod
@@ -122,15 +176,21 @@ class Environment:
 
     def _value(self, expression: Expression, dimension: Dimension | None) -> Any:
         self._use(expression.names)
-        if expression.names & self.broken:
+        if expression.names & self.broken or self._without_value(expression.names):
             return 1.0
-        if expression.names & self.dimensions.keys():
-            given = dimension_of(expression.root, self.dimensions)
-            if dimension is not None and given is not None and any(given):
-                check_dimension(expression.text, given, dimension)
+        self._check_dimension(expression, dimension)
         if self.arithmetic.exact:
             return expression.exact(self.parameters)
         return expression.evaluate(self.parameters)
+
+    def _without_value(self, names: frozenset[str]) -> frozenset[str]:
+        """Those of the parameters that have no value although a number is to be read; takes note of them."""
+        if self.arithmetic.exact:
+            return frozenset()
+        missing = names & self.open.keys()
+        for symbol in frozenset[str]().union(*(self.open[name] for name in missing)):
+            self.faults[symbol] = ValueProblem("missing: a number in the document needs its value")
+        return missing
 
     def _use(self, names: Iterable[str], variables: tuple[str, ...] = ()) -> None:
         """Note that parameters are used. Raises ExpressionError for what is none; names the `variables`."""
@@ -150,7 +210,8 @@ class Environment:
 
     def _undeclared(self, names: list[str], variables: tuple[str, ...]) -> ValueProblem:
         near = nearest(names[0], [*variables, *self._declared_in_order])
-        also = f"; variables here: {', '.join(variables)}" if variables else ""
+        more = f" and {len(variables) - LONGEST_LIST} more" if len(variables) > LONGEST_LIST else ""
+        also = f"; variables here: {', '.join(variables[:LONGEST_LIST])}{more}" if variables else ""
         return ExpressionError(
             f"undeclared name{'s' if len(names) > 1 else ''} {_listed(names)}"
             f"{f' (did you mean {near}?)' if near else ''}",
@@ -162,6 +223,25 @@ def _listed(names: list[str]) -> str:
     """Names for a message, not too many of them."""
     more = f" and {len(names) - LONGEST_LIST} more" if len(names) > LONGEST_LIST else ""
     return (", ".join(map(shown, names[:LONGEST_LIST])) or "none") + more
+
+
+def _number_or_text(raw: object, expected: str) -> float | int | str | Decimal:
+    """A scalar that may be a number. Raises ValueProblem for anything else."""
+    if isinstance(raw, bool) or not isinstance(raw, float | int | str | Decimal):
+        raise ValueProblem(f"read {shown(raw)}, expected {expected}")
+    if isinstance(raw, float) and not math.isfinite(raw):
+        raise ValueProblem(f"read {shown(raw)}, expected a finite number")
+    return raw
+
+
+def _spelled(number: Fraction, pi_power: int) -> str:
+    """`number` pi^`pi_power` in the expression language, exactly."""
+    text = f"{number.numerator}/{number.denominator}"
+    if number.denominator == 1:
+        text = str(number.numerator)
+    elif abs(number) < 2**1000 and Fraction(decimal := repr(float(number))) == number:
+        text = decimal
+    return text if pi_power == 0 else f"{text}*pi" if pi_power == 1 else f"{text}*pi**{pi_power}"
 
 
 def _finite(raw: float | int | str | Decimal) -> float:
@@ -176,5 +256,7 @@ def _finite(raw: float | int | str | Decimal) -> float:
 
 def number_of(dimension: Dimension | None, sign: str | None = None) -> str:
     """What is expected where a number of this dimension stands, in words."""
-    words = {"positive": "a positive", "nonnegative": "a nonnegative", None: "a"}[sign]
-    return f"{words} number" if not dimension or not any(dimension) else f"{words} {dimension}"
+    thing = "number" if not dimension or not any(dimension) else str(dimension)
+    if sign is not None:
+        return f"a {sign} {thing}"
+    return f"{'an' if thing[0] in 'aeiou' else 'a'} {thing}"

@@ -7,14 +7,14 @@ import os
 import pathlib
 import stat
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal
 
 from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic
 from rigidcli.errors import DocumentError, Path, Problem, ValueProblem, shown
-from rigidcli.model.document import Document
+from rigidcli.model.document import Document, Place
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_parameters
 from rigidcli.model.settings import Change, apply, split_setting
@@ -32,18 +32,27 @@ _TYPES = {
 """What pydantic's complaints about a type expect, in the words of a document."""
 
 
-def load(path: str | os.PathLike[str], *, exact: bool = False, settings: Sequence[str] = ()) -> Document:
+def load(
+    path: str | os.PathLike[str],
+    *,
+    exact: bool = False,
+    settings: Sequence[str] = (),
+    options: Mapping[str, str] | None = None,
+) -> Document:
     """Read the document in the file `path`; `-` is standard input.
 
     `exact` makes decimals rationals and parameters without a value symbols; a document that has such a
-    parameter is exact in any case. `settings` are texts `key=value`, as after `--set`. Raises
-    DocumentError with all problems, or UsageError for a setting that is not of that form.
+    parameter is exact in any case. One of a system keeps its expressions as they are, and has floats for
+    the numbers that it needs. `settings` are texts `key=value`, as after `--set`; `options` has the keys of
+    those that an option of its own has given, with its name. Raises DocumentError with
+    all problems, or UsageError for a setting that is not of that form.
     """
     name = os.fspath(path)
     folder = pathlib.Path() if name == STDIN else pathlib.Path(name).parent
     # A file name may have bytes that are no text.
     source = os.fsencode(name).decode(errors="backslashreplace")
-    return loads(_read(name, source), source=source, folder=folder, exact=exact, settings=settings)
+    text = _read(name, source)
+    return loads(text, source=source, folder=folder, exact=exact, settings=settings, options=options)
 
 
 def loads(
@@ -53,17 +62,18 @@ def loads(
     folder: pathlib.Path | None = None,
     exact: bool = False,
     settings: Sequence[str] = (),
+    options: Mapping[str, str] | None = None,
 ) -> Document:
     """Read the document in `text`, as `load` does; files that it names are looked for in `folder`."""
-    changes = _changes(settings, float)
+    given: dict[Path, str] = {tuple(key.split(".")): option for key, option in (options or {}).items()}
+    changes = _changes(settings, given, float)
     tree = read_tree(text, source)
     exact = exact or _has_symbols(apply(tree, changes, source))
     if exact:
         # Read again, so that decimals are kept digit by digit.
-        tree = apply(read_tree(text, source, Decimal), _changes(settings, Decimal), source)
-    return _Reading(text, source, folder or pathlib.Path(), [path for path, _ in changes]).document(
-        tree, exact
-    )
+        tree = apply(read_tree(text, source, Decimal), _changes(settings, given, Decimal), source)
+    changed = {path: given.get(path, "--set") for path, _ in changes}
+    return _Reading(text, source, folder or pathlib.Path(), changed).document(tree, exact)
 
 
 def _read(name: str, source: str) -> str:
@@ -90,10 +100,15 @@ def _read(name: str, source: str) -> str:
         ) from None
 
 
-def _changes(settings: Sequence[str], decimal: Callable[[str], object]) -> list[Change]:
+def _changes(
+    settings: Sequence[str], options: Mapping[Path, str], decimal: Callable[[str], object]
+) -> list[Change]:
     """The settings with their values read, which are YAML, too."""
-    pairs = map(split_setting, settings)
-    return [(path, read_tree(text, f"--set {'.'.join(map(str, path))}", decimal)) for path, text in pairs]
+    changes = []
+    for path, text in map(split_setting, settings):
+        name = options.get(path, f"--set {'.'.join(map(str, path))}")
+        changes.append((path, read_tree(text, name, decimal)))
+    return changes
 
 
 def _has_symbols(tree: object) -> bool:
@@ -105,7 +120,7 @@ def _has_symbols(tree: object) -> bool:
 class _Reading:
     """One reading of a document: gathers problems, and knows how to say where they are."""
 
-    def __init__(self, text: str, source: str, folder: pathlib.Path, changed: Sequence[Path]) -> None:
+    def __init__(self, text: str, source: str, folder: pathlib.Path, changed: Mapping[Path, str]) -> None:
         self._text = text
         self._source = source
         self._folder = folder
@@ -119,19 +134,24 @@ class _Reading:
             raise DocumentError([Problem(self._source, f"read {read}, expected a mapping")])
         positive: frozenset[str] = frozenset()
         while True:
-            env = Environment(_arithmetic(exact), folder=self._folder)
+            arithmetic = _arithmetic(exact and not _is_symbolic(tree))
+            env = Environment(arithmetic, folder=self._folder, exact_results=exact)
             raw = tree.get("parameters")
             wrong = read_parameters(env, raw, positive) if isinstance(raw, dict) else []
             problems = [self._problem(problem.path, problem.message, problem.hint) for problem in wrong]
             document = None
             try:
                 document = Document.model_validate(tree, context=env)
-                if not problems:
+                if not problems and not env.faults:
                     document.settle()
             except ValidationError as error:
                 problems += [self._problem(*item) for item in _explain(error)]
             except ValueProblem as problem:
                 problems.append(self._problem(problem.path, problem.message, problem.hint))
+            problems += [
+                self._problem(("parameters", name), fault.message, fault.hint)
+                for name, fault in sorted(env.faults.items())
+            ]
             if problems:
                 raise DocumentError(sorted(problems, key=lambda problem: problem.line or 0))
             assert document is not None
@@ -139,20 +159,37 @@ class _Reading:
                 break
             # Symbols that stand for masses and lengths are positive; knowing that, read once more.
             positive = positive | env.positive
-        unused = sorted(env.parameters.keys() - env.used)
+        unused = sorted((env.parameters.keys() | env.open.keys()) - env.used)
         notes = [*dict.fromkeys(env.notes), *(f"parameter `{name}` is not used" for name in unused)]
-        return document.came_from(self._source, notes)
+        return document.came_from(self._source, notes, self._place_of_key)
 
     def _problem(self, path: Path, message: str, hint: str | None = None) -> Problem:
-        """A problem with its line, which is looked up in a second pass over the text."""
-        key = ".".join(map(str, path))
-        if any(path[: len(changed)] == changed for changed in self._changed):
-            return Problem(f"{self._source} with --set", message, key=key, hint=hint)
+        source, line = self._place(path)
+        if source == self._source:
+            line = line or 1  # that of the document itself
+        return Problem(source, message, line, ".".join(map(str, path)), hint)
+
+    def _place_of_key(self, key: str) -> Place:
+        return self._place(tuple(int(step) if step.isdecimal() else step for step in key.split(".")))
+
+    def _place(self, path: Path) -> Place:
+        """Where a value, or what is nearest above it in the document, was given; no line if nothing was.
+
+        Lines are looked up in a second pass over the text.
+        """
+        for changed, option in reversed(list(self._changed.items())):
+            if path[: len(changed)] == changed:
+                return f"{self._source} with {option}", None
         if self._lines is None:
             self._lines = {}
             read_tree(self._text, self._source, lines=self._lines)
         known = (path[:end] for end in range(len(path), 0, -1) if path[:end] in self._lines)
-        return Problem(self._source, message, self._lines.get(next(known, ()), 1), key, hint)
+        return self._source, self._lines.get(next(known, ()))
+
+
+def _is_symbolic(tree: Mapping[str, object]) -> bool:
+    """Whether a document is of a system alone, whose expressions are worked by an algebra of their own."""
+    return tree.get("system") is not None and all(tree.get(key) is None for key in ("body", "top", "tide"))
 
 
 def _arithmetic(exact: bool) -> Arithmetic:

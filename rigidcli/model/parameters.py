@@ -10,21 +10,24 @@ from typing import Any
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.model.environment import Environment
 from rigidcli.model.units import split_quantity
-from rigidcli.symbolic.expression import RESERVED, parse
-from rigidcli.symbolic.tree import Constant, Name
+from rigidcli.symbolic.expression import FUNCTIONS, RESERVED, Expression, parse
+from rigidcli.symbolic.tree import CONSTANTS, Constant, Name
+
+_RESERVED_FOR = {"t": "the time", **dict.fromkeys(CONSTANTS, "a constant")}
 
 
 def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable[str]) -> list[ValueProblem]:
     """Give the parameters in `raw` to `env`; what is wrong with them, each with its path.
 
-    A parameter without a value becomes a symbol, known to be positive if it is in `positive`. One with a
-    problem is `broken` in the environment, so that what uses it is not blamed.
+    A parameter without a value becomes a symbol, known to be positive if it is in `positive`; where numbers
+    are floats, it and what hangs on it are only `open`. One with a problem is `broken` in the
+    environment, so that what uses it is not blamed.
     """
     problems: list[ValueProblem] = []
     spelling: dict[str, str] = {}
     for key in raw:
         try:
-            name = _name(key)
+            name = read_name(key)
             if name in spelling:
                 raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
             spelling[name] = key
@@ -43,9 +46,17 @@ def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable
             continue
         try:
             value = raw[spelling[name]]
-            env.parameters[name] = (
-                env.arithmetic.symbol(name, name in positive) if value is None else env.read(value, None)
-            )
+            symbols = frozenset[str]().union(*(env.open.get(other, ()) for other in uses[name]))
+            if value is None:
+                symbols = frozenset([name])
+            if symbols:
+                env.open[name] = symbols
+            if not symbols or env.arithmetic.exact:
+                env.parameters[name] = (
+                    env.arithmetic.symbol(name, name in positive) if value is None else env.read(value, None)
+                )
+            elif value is not None:
+                env.admit(env.symbolic(value), ())
             dimension = env.dimension(value)
             if dimension is not None:
                 env.dimensions[name] = dimension
@@ -55,16 +66,26 @@ def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable
     return problems
 
 
-def _name(key: str) -> str:
-    """The name of a parameter in its ASCII spelling. Raises ValueProblem for what is no name."""
-    if key in RESERVED:
-        raise ValueProblem(f"{shown(key)} is reserved, expected another name")
-    try:
-        root = parse(key).root
-    except ExpressionError:
-        root = None
-    if isinstance(root, Constant) or (isinstance(root, Name) and root.name in RESERVED):
-        raise ValueProblem(f"{shown(key)} is reserved, expected another name")
+def definitions(env: Environment, raw: Mapping[str, Any]) -> dict[str, Expression | None]:
+    """The parameters in `raw`, which have been read, as what they are said to be: each after those it uses.
+
+    A symbol has none. Quantities are SI numbers, digit by digit.
+    """
+    values = {read_name(key): value for key, value in raw.items()}
+    uses = {name: _names_in(value) & values.keys() for name, value in values.items()}
+    order = TopologicalSorter(uses).static_order()
+    return {name: None if values[name] is None else env.symbolic(values[name]) for name in order}
+
+
+def read_name(key: object) -> str:
+    """A name that a document gives, in its ASCII spelling. Raises ValueProblem for what is no name."""
+    root = None
+    if isinstance(key, str):
+        with contextlib.suppress(ExpressionError):
+            root = Name(key) if key in FUNCTIONS else parse(key).root
+    if isinstance(root, Constant | Name) and root.name in RESERVED:
+        what = _RESERVED_FOR.get(root.name, "a function")
+        raise ValueProblem(f"{shown(key)} is reserved: it is {what}, expected another name")
     if not isinstance(root, Name):
         raise ValueProblem(f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first")
     return root.name

@@ -1,0 +1,149 @@
+"""The orbit of a system in phase space: where it begins, its span of time, and how it is followed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
+from pydantic import Field, ValidationInfo
+
+from rigidcli.core.arithmetic import Floats, Scalar
+from rigidcli.errors import DocumentError, Problem, UsageError, ValueProblem, nearest, shown
+from rigidcli.model.base import environment, refusal
+from rigidcli.model.parameters import read_name
+from rigidcli.model.sampling import Sampling
+from rigidcli.model.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, ReadBy, momentum, velocity
+
+if TYPE_CHECKING:
+    from rigidcli.model.document import Document
+    from rigidcli.model.system import System
+
+
+def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
+    env = environment(info)
+    if not isinstance(raw, Mapping):
+        raise ValueProblem(f"read {shown(raw)}, expected a mapping, such as {{x: 1, p_x: 0}}")
+    if len(raw) > 3 * MOST_COORDINATES:
+        raise ValueProblem(f"read {len(raw)} values, expected at most {2 * MOST_COORDINATES}")
+    values: dict[str, Scalar] = {}
+    problems: list[ValueProblem] = []
+    spelling: dict[str, str] = {}
+    for key, value in raw.items():
+        try:
+            name = str(key) if key == "t" else read_name(key)
+            if name in spelling:
+                raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
+            spelling[name] = key
+            _require_known(name, env.coordinates)
+            values[name] = env.read(value, None)
+        except ValueProblem as problem:
+            problems.append(problem.below(key))
+    if env.coordinates is not None:
+        problems += _missing(spelling, env.coordinates)
+    if problems:
+        raise refusal("initial", problems)
+    return values
+
+
+def _require_known(name: str, coordinates: tuple[str, ...] | None) -> None:
+    """Raise ValueProblem for a name that is none of the system's."""
+    if name == "t":
+        raise ValueProblem("an orbit begins at t = 0", hint="put the beginning into the system: t + t0 for t")
+    if coordinates is None:
+        return
+    known = [*coordinates, *map(momentum, coordinates), *map(velocity, coordinates)]
+    if name not in known:
+        near = nearest(name, known)
+        meant = f" (did you mean {near}?)" if near else ""
+        raise ValueProblem(
+            f"unknown name{meant}",
+            hint=f"expected {_all_of(coordinates)}, and {_second_half(coordinates)}",
+        )
+
+
+def _missing(given: Mapping[str, str], coordinates: tuple[str, ...]) -> Iterator[ValueProblem]:
+    """What the initial values lack, or contradict each other in."""
+    for name in coordinates:
+        if name not in given:
+            yield ValueProblem("missing, expected its value at t = 0", path=(name,))
+    by_momenta = [name for name in coordinates if momentum(name) in given]
+    by_velocities = [name for name in coordinates if velocity(name) in given]
+    twice = [name for name in by_momenta if name in by_velocities]
+    for name in twice:
+        yield ValueProblem(
+            f"the momentum `{momentum(name)}` is given, too; expected one of them",
+            path=(given[velocity(name)],),
+        )
+    if twice:
+        return
+    if by_momenta and by_velocities:
+        yield ValueProblem(
+            f"momenta and velocities are mixed: read {_all_of(tuple(map(momentum, by_momenta)))} "
+            f"and {_all_of(tuple(map(velocity, by_velocities)))}",
+            hint=f"expected {_second_half(coordinates)}",
+        )
+    elif not by_momenta and not by_velocities:
+        yield ValueProblem(f"no momenta and no velocities, expected {_second_half(coordinates)}")
+    else:
+        expected, present = (momentum, by_momenta) if by_momenta else (velocity, by_velocities)
+        for name in coordinates:
+            if name not in present:
+                yield ValueProblem("missing, expected its value at t = 0", path=(expected(name),))
+
+
+def _second_half(coordinates: tuple[str, ...]) -> str:
+    momenta, velocities = (tuple(map(kind, coordinates)) for kind in (momentum, velocity))
+    return f"all momenta ({_all_of(momenta)}) or all velocities ({_all_of(velocities)})"
+
+
+def _all_of(names: tuple[str, ...], most: int = 6) -> str:
+    return ", ".join(names if len(names) <= most else [*names[: most - 1], "...", names[-1]])
+
+
+_INITIAL = ReadBy(
+    _read_initial, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA, "minProperties": 2}
+)
+
+
+class Orbit(Sampling):
+    """An orbit from t = 0 on: all coordinates are given there, and all momenta or all velocities."""
+
+    initial: Annotated[dict[str, Scalar], _INITIAL] = Field(
+        description="Coordinates at t = 0, and all momenta or all velocities"
+    )
+    method: Literal["auto", "symplectic"] = Field(
+        default="auto",
+        description="`symplectic` keeps the energy error bounded over very long spans, with a fixed step",
+    )
+
+    @classmethod
+    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
+        yield from super()._contradictions(raw)
+        if all(raw.get(key) is None for key in ("duration", "times", "step")):
+            yield ValueProblem("missing, expected how long the orbit is followed", path=("duration",))
+
+    def start(self, system: System) -> tuple[Floats, Floats | None, Floats | None]:
+        """Coordinates, momenta and velocities at t = 0, each (n); None for those that are not given."""
+        q, p, v = (
+            np.array([self.initial[name] for name in names]) if names[0] in self.initial else None
+            for names in (system.coordinates, system.momenta, system.velocities)
+        )
+        assert q is not None
+        return q, p, v
+
+
+def require_values(document: Document) -> None:
+    """Raise unless the document's numbers are floats, and its parameters have values.
+
+    Raises DocumentError with the parameters that have none, and UsageError where exact numbers were asked.
+    """
+    if document.symbols:
+        raise DocumentError(
+            [
+                Problem(document.source, "missing: an orbit needs its value", key=f"parameters.{name}")
+                for name in document.symbols
+            ]
+        )
+    if document.arithmetic.exact:
+        raise UsageError("an orbit has no exact results", hint="leave out `--exact`")

@@ -1,0 +1,221 @@
+"""A system in generalized coordinates: by its Lagrangian, its energies, its particles or its Hamiltonian."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
+
+from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
+
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.model import units
+from rigidcli.model.base import AsList, Section, environment
+from rigidcli.model.units import Dimension
+from rigidcli.model.variables import (
+    EXPRESSION_SCHEMA,
+    MOST_COORDINATES,
+    RESULTS,
+    Names,
+    ReadBy,
+    acceleration,
+    blame_parameter,
+    momentum,
+    read_expression,
+    velocity,
+)
+from rigidcli.symbolic.expression import Expression
+
+MOST_PARTICLES = 200
+
+
+def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
+    env = environment(info)
+    names = Names(raw, env, RESULTS, MOST_COORDINATES, "coordinates")
+    meaning: dict[str, str] = {}
+    for coordinate in names.index:
+        for name, kind in ((velocity(coordinate), "velocity"), (momentum(coordinate), "momentum")):
+            what = f"the {kind} of `{coordinate}`"
+            if name in names.index:
+                problem = ValueProblem(f"`{name}` is {what}, expected another name")
+                names.problems.append(problem.below(names.index[name]))
+            elif name in meaning:
+                problem = ValueProblem(f"`{name}` would be {what}, and {meaning[name]}")
+                names.problems.append(problem.below(names.index[coordinate]))
+            meaning[name] = what
+            blame_parameter(name, what, env)
+    env.coordinates = names.all()
+    return env.coordinates
+
+
+_COORDINATES = ReadBy(
+    _read_coordinates,
+    {"type": "array", "items": {"type": "string"}, "minItems": 1, "maxItems": MOST_COORDINATES},
+)
+
+
+Kinds: TypeAlias = tuple[Literal["velocities", "momenta"], ...]
+
+
+@lru_cache(maxsize=8)
+def _variables(coordinates: tuple[str, ...], besides: Kinds) -> tuple[tuple[str, ...], Mapping[str, str]]:
+    """What an expression may contain besides parameters, and what the system's other names mean."""
+    velocities = {velocity(name): f"the velocity of `{name}`" for name in coordinates}
+    momenta = {momentum(name): f"the momentum of `{name}`" for name in coordinates}
+    variables = list(coordinates)
+    misplaced = {acceleration(name): f"the acceleration of `{name}`" for name in coordinates}
+    for kind, names in (("velocities", velocities), ("momenta", momenta)):
+        if kind in besides:
+            variables += names
+        else:
+            misplaced |= names
+    elsewhere = {name: what for name, what in misplaced.items() if name not in variables}
+    return (*variables, "t"), MappingProxyType(elsewhere)
+
+
+@dataclass(frozen=True, slots=True)
+class SystemExpression:
+    """Marks a field as an expression in the parameters, the coordinates of the system, t, and `besides`.
+
+    It is worth a number of this dimension, as far as the parameters have units that tell.
+    `hint` says what to write for what is of the system, but does not stand there.
+    """
+
+    dimension: Dimension
+    besides: Kinds
+    hint: str
+    sign: Literal["positive", "nonnegative"] | None = None
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(self._read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        variables = " and ".join(
+            ", ".join(["the parameters", "coordinates", *self.besides, "t"]).rsplit(", ", 1)
+        )
+        return EXPRESSION_SCHEMA | {"description": f"An expression in {variables}"}
+
+    def _read(self, raw: object, info: ValidationInfo) -> Expression:
+        env = environment(info)
+        if env.coordinates is None:
+            return env.symbolic(raw, self.dimension)
+        variables, misplaced = _variables(env.coordinates, self.besides)
+        expression = read_expression(raw, env, variables, misplaced, self.hint, self.dimension)
+        if self.sign is not None:
+            value = env.value(expression)
+            if value is not None and (value < 0 or (value == 0 and self.sign == "positive")):
+                worked = f" (which is {value:.6g})" if isinstance(raw, str) else ""
+                raise ValueProblem(f"read {shown(raw)}{worked}, expected a {self.sign} number")
+        return expression
+
+
+_POSITION_HINT = "where a particle is depends on coordinates and t; its velocity follows from that"
+_MASS_HINT = "a mass may depend on coordinates and t; give what moves otherwise by its `lagrangian`"
+
+InVelocities: TypeAlias = Annotated[
+    Expression,
+    SystemExpression(
+        units.ENERGY,
+        ("velocities",),
+        "write it in coordinates, velocities and t; momenta belong to a `hamiltonian`",
+    ),
+]
+InMomenta: TypeAlias = Annotated[
+    Expression,
+    SystemExpression(
+        units.ENERGY,
+        ("momenta",),
+        "write it in coordinates, momenta and t; velocities belong to a `lagrangian`",
+    ),
+]
+CartesianCoordinate: TypeAlias = Annotated[Expression, SystemExpression(units.LENGTH, (), _POSITION_HINT)]
+Turning: TypeAlias = Annotated[Expression, SystemExpression(units.ANGLE, (), _POSITION_HINT)]
+Inertia: TypeAlias = Annotated[Expression, SystemExpression(units.MASS, (), _MASS_HINT, "positive")]
+RotationalInertia: TypeAlias = Annotated[
+    Expression, SystemExpression(units.MOMENT_OF_INERTIA, (), _MASS_HINT, "nonnegative")
+]
+
+
+# --- sections
+
+
+class Particle(Section):
+    """A point mass, or a rigid body by its centre of mass and the angle of which it turns about an axis."""
+
+    mass: Inertia | None = None
+    position: Annotated[tuple[CartesianCoordinate, ...], AsList, Field(min_length=1, max_length=3)] | None = (
+        Field(default=None, description="One to three Cartesian coordinates, in an inertial frame")
+    )
+    moment_of_inertia: RotationalInertia | None = Field(
+        default=None, description="About the axis on which it turns, or that through its centre of mass"
+    )
+    angle: Turning | None = Field(default=None, description="The angle of which it has turned (rad)")
+    potential: InVelocities | None = None
+
+    @classmethod
+    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
+        yield from super()._contradictions(raw)
+        given = {key for key in cls.model_fields if raw.get(key) is not None}
+        if "position" in given and "mass" not in given:
+            yield ValueProblem("missing, expected the mass at the `position`", path=("mass",))
+        if "moment_of_inertia" in given and "angle" not in given:
+            yield ValueProblem("missing, expected the angle of which the body turns", path=("angle",))
+        if "angle" in given and "moment_of_inertia" not in given:
+            yield ValueProblem("missing, expected what turns by the `angle`", path=("moment_of_inertia",))
+        if not given & {"position", "moment_of_inertia", "angle"}:
+            hint = "a body that only turns has a `moment_of_inertia` and an `angle` instead"
+            yield ValueProblem("missing, expected where the particle is", path=("position",), hint=hint)
+
+
+class System(Section):
+    """What moves, in generalized coordinates. The velocity of x is xdot, its momentum p_x, the time t.
+
+    A `lagrangian` may stand beside `kinetic` and `potential`: it then moves the system, and T + V is what
+    the Hamiltonian is compared with.
+    """
+
+    FORMS: ClassVar = ("lagrangian", "kinetic", "particles", "hamiltonian")
+
+    coordinates: Annotated[tuple[str, ...], _COORDINATES] = Field(
+        description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x"
+    )
+    lagrangian: InVelocities | None = None
+    kinetic: InVelocities | None = None
+    potential: InVelocities | None = None
+    particles: (
+        Annotated[tuple[Particle, ...], AsList, Field(min_length=1, max_length=MOST_PARTICLES)] | None
+    ) = None
+    hamiltonian: InMomenta | None = None
+
+    @property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of the velocities, in the order of the coordinates."""
+        return tuple(map(velocity, self.coordinates))
+
+    @property
+    def momenta(self) -> tuple[str, ...]:
+        """Names of the momenta, in the order of the coordinates."""
+        return tuple(map(momentum, self.coordinates))
+
+    @classmethod
+    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
+        yield from super()._contradictions(raw)
+        given = [key for key in cls.FORMS if raw.get(key) is not None]
+        if len(given) != 1 and given != ["lagrangian", "kinetic"]:
+            read = _listed(given) if given else "none of them"
+            hint = "`lagrangian` may stand beside `kinetic` and `potential` only" if given else None
+            yield ValueProblem(f"expected exactly one of {_listed(cls.FORMS)}; read {read}", hint=hint)
+        elif raw.get("potential") is not None and given[-1] not in ("kinetic", "particles"):
+            hint = "a Lagrangian is T - V already, a Hamiltonian has V in it"
+            message = f"goes with `kinetic` or `particles`; `{given[0]}` is given"
+            yield ValueProblem(message, path=("potential",), hint=hint)
+
+
+def _listed(keys: Sequence[str]) -> str:
+    return ", ".join(f"`{key}`" for key in keys)

@@ -1,0 +1,136 @@
+"""A change of variables in phase space, from the old to the new ones or back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
+
+from pydantic import Field, ValidationInfo
+
+from rigidcli.errors import ValueProblem, nearest, shown
+from rigidcli.model.base import Section, environment, refusal
+from rigidcli.model.parameters import read_name
+from rigidcli.model.variables import (
+    EXPRESSION_SCHEMA,
+    MOST_COORDINATES,
+    RESULTS,
+    Names,
+    ReadBy,
+    momentum,
+    read_expression,
+    velocity,
+)
+from rigidcli.symbolic.expression import Expression
+
+
+def _described(coordinates: tuple[str, ...]) -> dict[str, str]:
+    """What the names of a system are."""
+    return {
+        **{name: f"an old variable, the coordinate `{name}`" for name in coordinates},
+        **{momentum(name): f"an old variable, the momentum of `{name}`" for name in coordinates},
+        **{velocity(name): f"the velocity of `{name}`" for name in coordinates},
+    }
+
+
+def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
+    env = environment(info)
+    taken = {**RESULTS, **_described(env.coordinates or ())}
+    names = Names(raw, env, taken, 2 * MOST_COORDINATES, "new variables").all()
+    if len(names) % 2:
+        hint = "new coordinates first, then their momenta in the same order, as in [Q1, Q2, P1, P2]"
+        raise ValueProblem(f"read {len(names)} names, expected an even number of them", hint=hint)
+    if env.coordinates is not None and len(names) != 2 * len(env.coordinates):
+        raise ValueProblem(
+            f"read {len(names)} names, expected {2 * len(env.coordinates)}: "
+            f"as many as there are coordinates and momenta"
+        )
+    return names
+
+
+def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
+    """The variables of one side as expressions in those of the other; `info` tells which side it is."""
+    env = environment(info)
+    if not isinstance(raw, Mapping):
+        raise ValueProblem(f"read {shown(raw)}, expected a mapping from variables to expressions")
+    if len(raw) > 2 * MOST_COORDINATES:
+        raise ValueProblem(f"read {len(raw)} expressions, expected at most {2 * MOST_COORDINATES}")
+    new: tuple[str, ...] | None = info.data.get("new_variables")
+    coordinates = env.coordinates
+    old = None if coordinates is None else (*coordinates, *map(momentum, coordinates))
+    described_old = _described(coordinates or ())
+    described_new = dict.fromkeys(new or (), "a new variable")
+    if info.field_name == "old":
+        side, other, misplaced = old, new, described_old
+        hint = "under `old` the old variables are written in the new ones"
+    else:
+        side, other, misplaced = new, old, described_new
+        misplaced |= {velocity(name): f"the velocity of `{name}`" for name in coordinates or ()}
+        hint = "under `new` the new variables are written in the old coordinates and momenta"
+    found: dict[str, Expression] = {}
+    problems: list[ValueProblem] = []
+    spelling: dict[str, str] = {}
+    for key, value in raw.items():
+        try:
+            name = read_name(key)
+            if name in spelling:
+                raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
+            spelling[name] = key
+            if side is not None and name not in side:
+                near = nearest(name, side)
+                raise ValueProblem(
+                    f"unknown name{f' (did you mean {near}?)' if near else ''}",
+                    hint=f"expected {', '.join(side)}",
+                )
+            if other is None:
+                found[name] = env.symbolic(value)
+            else:
+                found[name] = read_expression(value, env, (*other, "t"), misplaced, hint)
+        except ValueProblem as problem:
+            problems.append(problem.below(key))
+    problems += [
+        ValueProblem("missing, expected an expression for it", path=(name,))
+        for name in side or ()
+        if name not in spelling
+    ]
+    if problems:
+        raise refusal("transform", problems)
+    return {name: found[name] for name in side} if side is not None else found
+
+
+_SIDE = ReadBy(_read_side, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
+
+
+class Transform(Section):
+    """New variables of phase space: half of them coordinates, then their momenta in the same order."""
+
+    ONE_OF: ClassVar = ("old", "new")
+
+    # The first to be read: the expressions are in these names.
+    new_variables: Annotated[
+        tuple[str, ...],
+        ReadBy(
+            _read_new_variables,
+            {
+                "type": "array",
+                "items": {"type": "string"},
+                "minItems": 2,
+                "maxItems": 2 * MOST_COORDINATES,
+            },
+        ),
+    ] = Field(description="New coordinates, then their momenta in the same order: [Q1, Q2, P1, P2]")
+    old: Annotated[dict[str, Expression], _SIDE] | None = Field(
+        default=None, description="Old coordinates and momenta, as expressions in the new variables and t"
+    )
+    new: Annotated[dict[str, Expression], _SIDE] | None = Field(
+        default=None, description="New variables, as expressions in the old coordinates, momenta and t"
+    )
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The new coordinates."""
+        return self.new_variables[: len(self.new_variables) // 2]
+
+    @property
+    def momenta(self) -> tuple[str, ...]:
+        """The new momenta, in the order of the new coordinates."""
+        return self.new_variables[len(self.new_variables) // 2 :]

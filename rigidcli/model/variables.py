@@ -1,0 +1,115 @@
+"""Variables of a system in phase space, old and new: their names, and expressions in them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
+
+from rigidcli.errors import ExpressionError, ValueProblem, shown
+from rigidcli.model.base import refusal
+from rigidcli.model.environment import Environment
+from rigidcli.model.parameters import read_name
+from rigidcli.model.units import Dimension
+from rigidcli.symbolic.expression import Expression
+
+MOST_COORDINATES = 40
+
+EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}
+"""JSON Schema of an expression."""
+
+RESULTS: Mapping[str, str] = {"H": "the Hamiltonian"}
+"""Names that results have for themselves, in the columns of an orbit."""
+
+
+def velocity(coordinate: str) -> str:
+    """The name of a coordinate's velocity."""
+    return f"{coordinate}dot"
+
+
+def momentum(coordinate: str) -> str:
+    """The name of a coordinate's momentum."""
+    return f"p_{coordinate}"
+
+
+def acceleration(coordinate: str) -> str:
+    """The name that a coordinate's second derivative would have."""
+    return f"{coordinate}ddot"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReadBy:
+    """Marks a field with a reader of its own, and its JSON Schema."""
+
+    read: Callable[[object, ValidationInfo], object]
+    schema: JsonSchemaValue
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return self.schema
+
+
+class Names:
+    """The new names in a list of the document, each with its index, and the problems of the others.
+
+    `taken` tells what a name is already. A parameter of the same name is at fault, not the name.
+    """
+
+    def __init__(self, raw: object, env: Environment, taken: Mapping[str, str], most: int, what: str) -> None:
+        if not isinstance(raw, list | tuple):
+            raise ValueProblem(f"read {shown(raw)}, expected a list of {what}, such as [x, y]")
+        if not 1 <= len(raw) <= most:
+            raise ValueProblem(f"read {shown(raw)}, expected 1 to {most} {what}")
+        self.index: dict[str, int] = {}
+        self.problems: list[ValueProblem] = []
+        self._what = what
+        for index, entry in enumerate(raw):
+            try:
+                name = read_name(entry)
+                if name in self.index:
+                    raise ValueProblem(f"{shown(entry)} stands here already")
+                if name in taken:
+                    raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
+                self.index[name] = index
+                blame_parameter(name, f"one of the {what}", env)
+            except ValueProblem as problem:
+                self.problems.append(problem.below(index))
+
+    def all(self) -> tuple[str, ...]:
+        """The names. Raises all problems together."""
+        if self.problems:
+            raise refusal(self._what, self.problems)
+        return tuple(self.index)
+
+
+def blame_parameter(name: str, what: str, env: Environment) -> None:
+    """Let a parameter of this name, if there is one, be refused: the name means something else."""
+    if name in env.declared:
+        env.faults[name] = ValueProblem(f"`{name}` is {what}, expected another name for a parameter")
+
+
+def read_expression(
+    raw: object,
+    env: Environment,
+    variables: tuple[str, ...],
+    misplaced: Mapping[str, str],
+    hint: str,
+    dimension: Dimension | None = None,
+) -> Expression:
+    """An expression in `variables` and the parameters, which stay names.
+
+    `misplaced` tells what names are that mean something, but elsewhere; `hint` says what to write for
+    them. Raises ValueProblem.
+    """
+    expression = env.symbolic(raw, dimension)
+    for name in sorted(expression.names & misplaced.keys() - env.declared):
+        raise ExpressionError(f"`{name}` is {misplaced[name]}, which cannot stand here", hint=hint)
+    env.admit(expression, variables, dimension)
+    return expression
