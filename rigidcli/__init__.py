@@ -6,23 +6,27 @@
     result = rigidcli.axes(document)
     result["moments"]        # array([ 2., 11., 11.])
 
-`load` and `loads` read documents, `inertia`, `axes`, `precess` and `euler` answer them with a report, which
-maps the fields of the JSON output to floats, numpy arrays and texts. Problems are raised as
-`rigidcli.errors.RigidError`.
+`load` and `loads` read documents, `inertia`, `axes`, `precess`, `euler` and `hamilton` answer them with a
+report, which maps the fields of the JSON output to floats, numpy arrays, texts and trees of expressions
+(`rigidcli.symbolic.writing.text` makes texts of these). Problems are raised as `rigidcli.errors.RigidError`.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+TYPE_CHECKING = False
+"""As in `typing`, which takes longer to load than all there is before the program can be interrupted."""
 
 __version__ = "0.1.0"
 
-__all__ = ["__version__", "axes", "euler", "inertia", "load", "loads", "precess"]
+__all__ = ["__version__", "axes", "euler", "hamilton", "inertia", "load", "loads", "precess"]
 
 if TYPE_CHECKING:
+    from typing import Any
+
     from rigidcli.model.load import load, loads
     from rigidcli.studies.axes import run as axes
     from rigidcli.studies.euler import run as euler
+    from rigidcli.studies.hamilton import run as hamilton
     from rigidcli.studies.inertia import run as inertia
     from rigidcli.studies.precess import run as precess
 
@@ -31,6 +35,7 @@ _LAZY = {
     "loads": ("rigidcli.model.load", "loads"),
     "axes": ("rigidcli.studies.axes", "run"),
     "euler": ("rigidcli.studies.euler", "run"),
+    "hamilton": ("rigidcli.studies.hamilton", "run"),
     "inertia": ("rigidcli.studies.inertia", "run"),
     "precess": ("rigidcli.studies.precess", "run"),
 }

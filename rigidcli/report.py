@@ -35,9 +35,9 @@ class Field:
 class Column:
     """One quantity down a table: `values` has a row for each (n), or a vector (n, k) with k `cells`.
 
-    `key` is its name in JSON, `cells` the names of its components in CSV and in the heads of tables,
-    `symbols` the same in LaTeX. People are not shown a column whose `unit` is None, unless they ask for
-    it. A list, of texts or None too, may stand for an array.
+    `key` is its name in JSON, where a dot is the way into an object; `cells` the names of its components
+    in CSV and in the heads of tables, `symbols` the same in LaTeX. People are not shown a column whose
+    `unit` is None, unless they ask for it. A list, of texts or None too, may stand for an array.
     """
 
     key: str
@@ -84,7 +84,8 @@ class Report(Mapping[str, Value]):
         """All values as JSON nests them."""
         tree: dict[str, Value] = {}
         pairs = [(entry.key, entry.value) for entry in self.fields if entry.key]
-        pairs += [(table.key, _nested(table)) for table in self.tables]
+        for table in self.tables:
+            pairs += _nested(table)
         for key, value in pairs:
             *way, last = key.split(".")
             place = tree
@@ -133,9 +134,9 @@ def cells(table: Table, names: Sequence[str] = ()) -> list[Cell]:
     return [by_name[name] for name in names]
 
 
-def _nested(table: Table) -> Value:
-    """A table as JSON has it."""
-    columns: Mapping[str, Sequence[Value]] = {column.key: column.values for column in table.columns}
+def _nested(table: Table) -> list[tuple[str, Value]]:
+    """A table as JSON has it: values by their keys."""
     if not table.records:
-        return columns
-    return [{key: values[row] for key, values in columns.items()} for row in range(len(table))]
+        return [(f"{table.key}.{column.key}", column.values) for column in table.columns]
+    rows = range(len(table))
+    return [(table.key, [{column.key: column.values[row] for column in table.columns} for row in rows])]

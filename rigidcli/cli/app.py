@@ -10,15 +10,16 @@ import typer
 from rigidcli import __version__
 from rigidcli.cli.axes import axes
 from rigidcli.cli.euler import euler
+from rigidcli.cli.hamilton import hamilton
 from rigidcli.cli.inertia import inertia
 from rigidcli.cli.new import new
-from rigidcli.cli.output import INTERRUPTED, complain
+from rigidcli.cli.output import complain
 from rigidcli.cli.precess import precess
 from rigidcli.cli.schema import schema
 from rigidcli.cli.validate import validate
 from rigidcli.errors import ComputationError, printable
 
-COMMANDS = (inertia, axes, precess, euler, validate, schema, new)
+COMMANDS = (inertia, axes, precess, euler, hamilton, validate, schema, new)
 
 app = typer.Typer(
     name="rigidcli",
@@ -48,17 +49,27 @@ def options(
 
 
 def main() -> NoReturn:
-    """Run the program on the command line; the process ends with its exit code."""
+    """Run the program on the command line; the process ends with its exit code.
+
+    Raises KeyboardInterrupt when it is interrupted.
+    """
     try:
         app(prog_name="rigidcli")
-    except KeyboardInterrupt:
-        sys.exit(INTERRUPTED)
-    except Exception as error:  # noqa: BLE001 - the last resort: a traceback tells a user nothing
+    except (Exception, SystemExit) as error:  # the last resort: a traceback tells a user nothing
+        if _interrupted(error):
+            raise KeyboardInterrupt from error
+        if isinstance(error, SystemExit):
+            # Nobody reads the help to its end: that is no failure, though typer calls it one.
+            sys.exit(0 if isinstance(error.__context__, BrokenPipeError) else error.code)
         complain(
             f"rigidcli: internal error, please report it: {type(error).__name__}: {printable(str(error))}"
         )
         sys.exit(ComputationError.exit_code)
-    except SystemExit as end:
-        # Nobody reads the help to its end: that is no failure, though typer calls it one.
-        sys.exit(0 if isinstance(end.__context__, BrokenPipeError) else end.code)
     sys.exit(0)
+
+
+def _interrupted(error: BaseException | None) -> bool:
+    """Whether an interrupt is behind an error, as it is where one hits a library that is being loaded."""
+    while error is not None and not isinstance(error, KeyboardInterrupt):
+        error = error.__cause__ or error.__context__
+    return error is not None

@@ -25,6 +25,7 @@ class Kind(StrEnum):
     driven = "driven"
     top = "top"
     planet = "planet"
+    system = "system"
 
 
 def new(

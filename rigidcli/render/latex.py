@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator, Sequence
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.render.values import Notation, column_texts, entries, has_symbols, sampled, visible
+from rigidcli.render.values import Notation, column_texts, entries, has_symbols, sampled, visible, written
 from rigidcli.report import Cell, Field, Report, Table
 
 _SPECIAL = str.maketrans(
@@ -102,10 +102,7 @@ def _floating(number: float, digits: int) -> str:
 
 
 def _exact(number: object) -> str:
-    from rigidcli.symbolic.exact import latex
-
-    written: str = latex(number)
-    return written
+    return written(number, "latex")
 
 
 _NOTATION = Notation(_floating, _exact)

@@ -13,7 +13,7 @@ from rich.text import Text
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.render.values import Notation, column_texts, entries, has_symbols, sampled, visible
+from rigidcli.render.values import Notation, column_texts, entries, has_symbols, sampled, visible, written
 from rigidcli.report import Cell, Field, Report, Table
 
 UNLIMITED = 100_000
@@ -127,10 +127,7 @@ def _floating(number: float, digits: int) -> str:
 
 
 def _exact(number: object) -> str:
-    from rigidcli.symbolic.exact import reading
-
-    written: str = reading(number)
-    return written
+    return written(number, "reading")
 
 
 _NOTATION = Notation(_floating, _exact)

@@ -4,23 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
+from importlib import import_module
+from typing import Any, Literal, get_args
 
 import numpy as np
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.report import Cell, Field, Table, Value, cells
+from rigidcli.symbolic.tree import Node
 
 NOISE = 4 * float(np.finfo(np.float64).eps)
 """Entries of an array below this, in units of its largest, are shown to people as zero."""
+
+NODES = get_args(Node)
+"""The classes of trees."""
 
 _PLAIN = (float, int, str, bool, type(None))
 
 
 def is_exact(value: Value) -> bool:
-    """Whether a value is an exact number or an array of them."""
-    return value.dtype == object if isinstance(value, np.ndarray) else hasattr(value, "free_symbols")
+    """Whether a value is an exact number, an expression, or an array of them."""
+    if isinstance(value, np.ndarray):
+        return bool(value.dtype == object)
+    return isinstance(value, NODES) or hasattr(type(value), "free_symbols")
+
+
+def written(value: Value, style: Literal["text", "reading", "latex"]) -> str:
+    """An exact number, or the tree of an expression, in one of the three ways to write it."""
+    writer = "writing" if isinstance(value, NODES) else "exact"
+    words: str = getattr(import_module(f"rigidcli.symbolic.{writer}"), style)(value)
+    return words
 
 
 def plain(value: Value) -> Value:
@@ -31,14 +45,15 @@ def plain(value: Value) -> Value:
         return [plain(entry) for entry in value]
     if isinstance(value, _PLAIN) or not is_exact(value):
         return value
-    from rigidcli.symbolic.exact import text
-
-    return [plain(entry) for entry in value] if isinstance(value, np.ndarray) else text(value)
+    return [plain(entry) for entry in value] if isinstance(value, np.ndarray) else written(value, "text")
 
 
 def has_symbols(value: Value) -> bool:
     """Whether an exact value depends on symbols, which then bring units of their own."""
-    return is_exact(value) and any(entry.free_symbols for entry in np.ravel(np.array(value, dtype=object)))
+    if not is_exact(value):
+        return False
+    entries = np.ravel(np.array(value, dtype=object))
+    return any(isinstance(entry, NODES) or entry.free_symbols for entry in entries)
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +117,7 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any]:
 
 
 def _exact_entries(value: Any, notation: Notation) -> tuple[str, Any]:
-    if value.ndim == 2:
+    if value.ndim == 2 and not isinstance(value.flat[0], NODES):
         from rigidcli.symbolic.exact import common_factor
 
         factor, rest = common_factor(value)

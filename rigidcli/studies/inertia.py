@@ -115,9 +115,9 @@ def _signless(table: Table) -> Table:
 
 def _settled(field: Field) -> Value:
     """A floating result as it is handed out: arrays contiguous, and no zero with a sign."""
-    if not isinstance(field.value, float | np.ndarray):
+    if not isinstance(field.value, float | np.ndarray) or np.asarray(field.value).dtype.kind != "f":
         return field.value
-    size = float(np.abs(field.value).max())
+    size = float(np.abs(field.value).max(initial=0.0))
     if not np.isfinite(size) or 0 < size < np.finfo(np.float64).tiny:
         raise ComputationError(
             f"the {field.title or field.key} is beyond the range of floating-point numbers"

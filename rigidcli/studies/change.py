@@ -1,0 +1,62 @@
+"""The change of variables that a document asks about: is it canonical, and what becomes of H?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigidcli.studies.derivation import TIME, Derivation
+from rigidcli.symbolic import canonical
+from rigidcli.symbolic.algebra import Expr
+from rigidcli.symbolic.calculus import substitute
+from rigidcli.symbolic.growth import from_tree
+from rigidcli.symbolic.hamiltonian import Phase, equations
+from rigidcli.symbolic.simplify import tidy
+
+if TYPE_CHECKING:
+    from rigidcli.model.transform import Transform
+
+
+@dataclass(frozen=True, slots=True)
+class Change:
+    """New `names` (coordinates, then momenta), the fundamental brackets, and those that are `wrong`.
+
+    H and its equations in the new variables are None where the change is not canonical, holds the time,
+    or cannot be turned round.
+    """
+
+    names: tuple[str, ...]
+    brackets: dict[str, Expr]
+    wrong: tuple[str, ...]
+    hamiltonian: Expr | None
+    equations: tuple[Expr, ...] | None
+
+
+def changed(transform: Transform, found: Derivation) -> Change:
+    """Judge a change of variables."""
+    new = Phase(transform.coordinates, transform.momenta)
+    given = transform.old if transform.old is not None else transform.new
+    assert given is not None
+    values = {name: from_tree(expression.root) for name, expression in given.items()}
+    pairs, phase = (found.phase, new) if transform.old is not None else (new, found.phase)
+    brackets = canonical.brackets(values, pairs, phase)
+    wrong = canonical.wrong(brackets, pairs)
+    timeless = all(TIME not in value.names for value in values.values())
+    old = values if transform.old is not None else canonical.turned_round(values, pairs, phase)
+    hamiltonian = None
+    if not wrong and timeless and old is not None and found.hamiltonian is not None:
+        hamiltonian = tidy(substitute(found.hamiltonian, old))
+    return Change(
+        new.names,
+        {
+            _named(pair): value if pair in wrong else canonical.expected(*pair, pairs)
+            for pair, value in brackets.items()
+        },
+        tuple(map(_named, wrong)),
+        hamiltonian,
+        None if hamiltonian is None else equations(hamiltonian, new),
+    )
+
+
+def _named(pair: tuple[str, str]) -> str:
+    return f"{{{pair[0]}, {pair[1]}}}"

@@ -1,0 +1,117 @@
+"""What a document says of a system: its Lagrangian or Hamiltonian, its energies, and its coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigidcli.errors import DocumentError, ExpressionError, Problem
+from rigidcli.symbolic import mechanics
+from rigidcli.symbolic.algebra import ZERO, Expr, total
+from rigidcli.symbolic.growth import from_tree, to_tree
+from rigidcli.symbolic.writing import text
+
+if TYPE_CHECKING:
+    from rigidcli.model.document import Document
+    from rigidcli.model.system import Particle, System
+    from rigidcli.symbolic.expression import Expression
+
+
+@dataclass(frozen=True, slots=True)
+class Given:
+    """A system in expressions; None for what the document does not say.
+
+    `natural` is whether the coordinates are, and `reason` why; None where that cannot be told.
+    """
+
+    lagrangian: Expr | None
+    hamiltonian: Expr | None = None
+    kinetic: Expr | None = None
+    potential: Expr | None = None
+    natural: bool | None = None
+    reason: str = ""
+
+
+def stated(document: Document) -> Given:
+    """The system of a document.
+
+    Raises DocumentError where there is none, or an expression cannot be worked with exactly.
+    """
+    system = document.system
+    if system is None:
+        hint = "`hamilton` needs `coordinates`, and a `lagrangian`, energies, particles or a `hamiltonian`"
+        raise DocumentError([Problem(document.source, "missing", key="system", hint=hint)])
+    reader = _Reader(document.source)
+    if system.hamiltonian is not None:
+        given = reader.read(system.hamiltonian, "hamiltonian")
+        return Given(None, given, reason="H alone does not tell what its coordinates are")
+    lagrangian = None if system.lagrangian is None else reader.read(system.lagrangian, "lagrangian")
+    potential = ZERO if system.potential is None else reader.read(system.potential, "potential")
+    if system.particles is not None:
+        return _of_particles(system, system.particles, potential, reader)
+    if system.kinetic is not None:
+        return _of_energies(system, reader.read(system.kinetic, "kinetic"), potential, lagrangian)
+    reason = "L alone does not tell T from V: give `kinetic` and `potential`, or `particles`"
+    return Given(lagrangian, reason=reason)
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    """Reads the expressions of the document `source`."""
+
+    source: str
+
+    def read(self, expression: Expression, key: str) -> Expr:
+        """An expression under this key of the system."""
+        try:
+            return from_tree(expression.root)
+        except ExpressionError as error:
+            raise DocumentError([Problem(self.source, error.message, key=f"system.{key}")]) from error
+
+    def optional(self, expression: Expression | None, key: str) -> Expr | None:
+        """The same; None for None."""
+        return None if expression is None else self.read(expression, key)
+
+
+def _of_particles(system: System, given: tuple[Particle, ...], potential: Expr, reader: _Reader) -> Given:
+    particles = []
+    potentials = [potential]
+    for index, particle in enumerate(given):
+        where = f"particles.{index}"
+        particles.append(
+            mechanics.Particle(
+                reader.optional(particle.mass, f"{where}.mass"),
+                tuple(
+                    reader.read(component, f"{where}.position.{place}")
+                    for place, component in enumerate(particle.position or ())
+                ),
+                reader.optional(particle.moment_of_inertia, f"{where}.moment_of_inertia"),
+                reader.optional(particle.angle, f"{where}.angle"),
+            )
+        )
+        potentials.append(reader.optional(particle.potential, f"{where}.potential") or ZERO)
+    velocities = dict(zip(system.coordinates, system.velocities, strict=True))
+    kinetic, potential = mechanics.kinetic(particles, velocities), total(potentials)
+    carriers = [
+        path.text
+        for particle in given
+        for path in (*(particle.position or ()), particle.angle)
+        if path is not None and mechanics.TIME in path.names
+    ]
+    reason = (
+        f"the time is in the position {carriers[0]}"
+        if carriers
+        else "the positions follow from the coordinates without the time"
+    )
+    return Given(kinetic - potential, None, kinetic, potential, not carriers, reason)
+
+
+def _of_energies(system: System, kinetic: Expr, potential: Expr, lagrangian: Expr | None) -> Given:
+    wrong = mechanics.unnatural(kinetic, system.velocities)
+    reason = (
+        "T is homogeneous of degree 2 in the velocities, without the time"
+        if wrong is None
+        else f"T has {text(to_tree(wrong))}, as it has not in natural coordinates"
+    )
+    moves = kinetic - potential if lagrangian is None else lagrangian
+    return Given(moves, None, kinetic, potential, wrong is None, reason)

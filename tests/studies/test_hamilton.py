@@ -1,0 +1,419 @@
+"""What `hamilton` says of systems: verdicts with their reasons, orbits against closed forms, refusals."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import rigidcli
+from rigidcli.errors import ComputationError, DocumentError
+from rigidcli.report import Report
+from rigidcli.symbolic.writing import text
+from tests.conftest import Program
+
+SPRING = "system: {coordinates: [x], kinetic: m*xdot**2/2, potential: k*x**2/2}\n"
+
+
+def hamilton(document: str) -> Report:
+    return rigidcli.hamilton(rigidcli.loads(document))
+
+
+def words(value: Any) -> Any:
+    """Trees as text, in objects too."""
+    if isinstance(value, dict):
+        return {key: words(entry) for key, entry in value.items()}
+    return text(value) if value is not None else None
+
+
+def titled(report: Report, title: str) -> str:
+    """What people are told under this title."""
+    return next(field.words for field in report.fields if field.title == title)
+
+
+def orbit(report: Report) -> tuple[Any, Any, Any]:
+    found = report["orbit"]
+    return found["t"], found["q"], found["p"]
+
+
+# --- the mass on a spring, whole
+
+
+def test_the_mass_on_a_spring() -> None:
+    found = hamilton(SPRING + "parameters: {m: null, k: null}\n")
+    assert found["coordinates"] == ["x"]
+    assert found["velocities"] == ["xdot"]
+    assert found["momenta"] == ["p_x"]
+    assert words(found["momentum_definitions"]) == {"p_x": "m*xdot"}
+    assert words(found["velocity_solutions"]) == {"xdot": "p_x/m"}
+    assert words(found["hamiltonian"]) == "p_x**2/(2*m) + k*x**2/2"
+    assert words(found["energy"]) == "p_x**2/(2*m) + k*x**2/2"
+    assert words(found["equations"]) == {"x": "p_x/m", "p_x": "-k*x"}
+    assert [[text(e) for e in row] for row in found["matrix"]] == [["0", "1/m"], ["-k", "0"]]
+    assert [text(e) for e in found["offset"]] == ["0", "0"]
+    assert [words(pair) for pair in found["eigenvalues"]] == [
+        {"re": "0", "im": "-sqrt(k/m)"},
+        {"re": "0", "im": "sqrt(k/m)"},
+    ]
+    assert found["stability"] == "stable"
+    assert found["cyclic"] == []
+    assert found["conserved"] == ["H"]
+    assert found["explicit_time"] is False
+    assert words(found["dH_dt"]) == "0"
+    assert found["natural"] is True
+    assert found["h_equals_energy"] is True
+    assert found["branches"] == []
+    assert found["verified"] < 1e-14
+
+
+def test_values_make_the_eigenvalues_numbers() -> None:
+    found = hamilton(SPRING + "parameters: {m: 1, k: 4}\n")
+    assert [pair["re"] for pair in found["eigenvalues"]] == [0, 0]
+    assert [pair["im"] for pair in found["eigenvalues"]] == pytest.approx([-2, 2], rel=1e-15)
+    assert found["frequencies"] == pytest.approx([2], rel=1e-15)
+
+
+# --- three questions that are not one
+
+
+def test_a_bead_on_a_turning_rod_conserves_h_which_is_not_the_energy() -> None:
+    found = hamilton(
+        "system: {coordinates: [r], particles: [{mass: m, position: [r*cos(w*t), r*sin(w*t)]}]}\n"
+        "parameters: {m: null, w: null}\n"
+    )
+    assert words(found["hamiltonian"]) == "p_r**2/(2*m) - m*r**2*w**2/2"
+    assert found["conserved"] == ["H"]
+    assert found["h_equals_energy"] is False
+    assert found["natural"] is False
+    assert found["natural_reason"] == "the time is in the position r*cos(w*t)"
+    assert titled(found, "H = T + V") == "no: T + V - H = m r^2 w^2"
+
+
+def test_a_lagrangian_alone_does_not_tell_the_energy() -> None:
+    found = hamilton(
+        "system: {coordinates: [r], lagrangian: m*(rdot^2 + r^2*w^2)/2}\nparameters: {m: 1, w: 1}"
+    )
+    assert found["h_equals_energy"] is None
+    assert found["energy"] is None
+    assert found["natural"] is None
+    assert "kinetic" in found["natural_reason"]
+    assert found["conserved"] == ["H"]
+
+
+def test_a_magnetic_term_leaves_the_energy_alone() -> None:
+    found = hamilton(
+        "system:\n  coordinates: [x, y]\n  lagrangian: m*(xdot^2 + ydot^2)/2 + q*B*(x*ydot - y*xdot)/2\n"
+        "  kinetic: m*(xdot^2 + ydot^2)/2\n  potential: 0\nparameters: {m: null, q: null, B: null}\n"
+    )
+    assert found["h_equals_energy"] is True
+    assert found["natural"] is True
+    assert found["conserved"] == ["H"]
+
+
+def test_an_accelerated_support_is_not_natural_and_changes_h() -> None:
+    found = hamilton(
+        "system:\n  coordinates: [theta]\n"
+        "  particles: [{mass: m, position: [l*sin(theta) + a*t^2/2, -l*cos(theta)]}]\n"
+        "  potential: -m*g*l*cos(theta)\nparameters: {m: null, l: null, a: null, g: null}\n"
+    )
+    assert found["natural"] is False
+    assert "a*t^2/2" in found["natural_reason"]
+    assert found["explicit_time"] is True
+    assert found["conserved"] == []
+    assert found["h_equals_energy"] is False
+
+
+def test_cyclic_coordinates_keep_their_momenta() -> None:
+    found = hamilton(
+        "system: {coordinates: [r, phi], kinetic: m*(rdot^2 + r^2*phidot^2)/2, potential: -k/r}\n"
+        "parameters: {m: null, k: null}\n"
+    )
+    assert found["cyclic"] == ["phi"]
+    assert found["conserved"] == ["p_phi", "H"]
+    assert any("r = 0" in note for note in found.notes)
+
+
+def test_a_pulley_with_a_moment_of_inertia() -> None:
+    # Atwood's machine: (m1 + m2 + I/R^2) x'' = (m1 - m2) g.
+    found = hamilton(
+        "system:\n  coordinates: [x]\n  particles:\n"
+        "    - {mass: m1, position: [-x], potential: -m1*g*x}\n"
+        "    - {mass: m2, position: [x], potential: m2*g*x}\n"
+        "    - {moment_of_inertia: M*R^2/2, angle: x/R}\n"
+        "parameters: {m1: 3, m2: 1, M: 2, R: 0.1, g: 10}\n"
+        "orbit: {initial: {x: 0, xdot: 0}, duration: 2, samples: 3}\n"
+    )
+    t, q, _ = orbit(found)
+    acceleration = (3 - 1) * 10 / (3 + 1 + 1)
+    assert q["x"] == pytest.approx(acceleration * t**2 / 2, rel=1e-12)
+    assert found["natural"] is True
+
+
+# --- what has no one Hamiltonian
+
+
+@pytest.mark.parametrize(
+    ("lagrangian", "rank", "constraint"),
+    [
+        ("(xdot + ydot)^2/2 - x^2", "rank 1 of 2", "p_y - p_x = 0"),
+        ("xdot^2/2 + x*ydot", "rank 1 of 2", "p_y - x = 0"),
+        ("x*ydot - y*xdot - x^2", "rank 0 of 2", "= 0"),
+        ("xdot^2/2 + (sin(x)^2 + cos(x)^2 - 1)*ydot^2", "rank 1 of 2", "p_y = 0"),
+        ("sqrt(xdot^2 + ydot^2)", "rank 1 of 2", ""),
+    ],
+)
+def test_degenerate_lagrangians_are_refused(lagrangian: str, rank: str, constraint: str) -> None:
+    with pytest.raises(ComputationError) as caught:
+        hamilton(f"system: {{coordinates: [x, y], lagrangian: '{lagrangian}'}}")
+    assert "degenerate" in str(caught.value)
+    assert rank in str(caught.value)
+    assert constraint in str(caught.value)
+
+
+def test_a_mass_that_vanishes_at_the_given_values_is_refused() -> None:
+    document = "system: {coordinates: [x], lagrangian: (m - 1)*xdot^2/2}\nparameters: {m: 1}\n"
+    with pytest.raises(ComputationError, match=r"rank 0 of 1 at the given values \(m = 1\)"):
+        hamilton(document)
+
+
+def test_branches_are_listed_and_none_is_chosen() -> None:
+    found = hamilton("system: {coordinates: [x], lagrangian: m*xdot^3/3 - x}\nparameters: {m: null}\n")
+    assert found["hamiltonian"] is None
+    assert found["equations"] is None
+    assert [text(branch["xdot"]) for branch in found["branches"]] == ["sqrt(p_x/m)", "-sqrt(p_x/m)"]
+    assert {branch["range"] for branch in found["branches"]} == {"p_x/m > 0"}
+
+
+def test_velocities_choose_the_branch() -> None:
+    found = hamilton(
+        "system: {coordinates: [x], lagrangian: m*xdot^3/3 - x}\nparameters: {m: 1}\n"
+        "orbit: {initial: {x: 0, xdot: -1}, duration: 0.5, samples: 5}\n"
+    )
+    # p = v^2, p' = -1: v = -sqrt(1 - t), x = (2/3) ((1 - t)^(3/2) - 1).
+    t, q, p = orbit(found)
+    assert p["p_x"] == pytest.approx(1 - t, rel=1e-12)
+    assert q["x"] == pytest.approx(2 / 3 * ((1 - t) ** 1.5 - 1), abs=1e-12)
+    assert words(found["velocity_solutions"]) == {"xdot": "-sqrt(p_x/m)"}
+
+
+@pytest.mark.parametrize(
+    ("initial", "message"),
+    [("{x: 0, p_x: -1}", "expected p_x/m > 0"), ("{x: 0, p_x: 1}", "2 velocities have these momenta")],
+)
+def test_momenta_outside_or_on_several_branches(initial: str, message: str) -> None:
+    with pytest.raises(DocumentError, match=message):
+        hamilton(
+            "system: {coordinates: [x], lagrangian: m*xdot^3/3 - x}\nparameters: {m: 1}\n"
+            f"orbit: {{initial: {initial}, duration: 0.5}}\n"
+        )
+
+
+def test_velocities_beyond_that_of_light_are_refused() -> None:
+    with pytest.raises(DocumentError, match=r"orbit\.initial"):
+        hamilton(
+            "system: {coordinates: [x], lagrangian: -m*sqrt(1 - xdot^2)}\nparameters: {m: 1}\n"
+            "orbit: {initial: {x: 0, xdot: 1.5}, duration: 1}\n"
+        )
+
+
+# --- orbits
+
+
+def test_the_orbit_of_an_oscillator() -> None:
+    found = hamilton(
+        SPRING + "parameters: {m: 2, k: 8}\norbit: {initial: {x: 1, p_x: 0}, duration: 100, samples: 50}\n"
+    )
+    t, q, p = orbit(found)
+    assert q["x"] == pytest.approx(np.cos(2 * t), abs=1e-10)
+    assert p["p_x"] == pytest.approx(-4 * np.sin(2 * t), abs=4e-10)
+    assert found["orbit"]["H"] == pytest.approx(np.full(50, 4.0), rel=1e-11)
+    assert found["orbit"]["drift"]["H"] < 1e-11
+    assert 9 < found["orbit"]["trusted_digits"] <= 15.9
+
+
+def test_an_orbit_without_a_closed_hamiltonian() -> None:
+    # L = v^4/4 + v^2/2 - x^2/2: (3 v^2 + 1) v' = -x.
+    found = hamilton(
+        "system: {coordinates: [x], lagrangian: xdot^4/4 + xdot^2/2 - x^2/2}\n"
+        "orbit: {initial: {x: 1, xdot: 0}, duration: 10, samples: 11}\n"
+    )
+    assert found["hamiltonian"] is None
+    assert found["equations"] is None
+    t, q, p = orbit(found)
+    truth = solve_ivp(
+        lambda t, y: (y[1], -y[0] / (3 * y[1] ** 2 + 1)),
+        (0, 10),
+        (1, 0),
+        t_eval=t,
+        method="DOP853",
+        rtol=1e-13,
+        atol=1e-14,
+    )
+    assert q["x"] == pytest.approx(truth.y[0], abs=1e-9)
+    assert p["p_x"] == pytest.approx(truth.y[1] ** 3 + truth.y[1], abs=1e-9)
+    assert found["orbit"]["H"] == pytest.approx(np.full(11, 0.5), rel=1e-10)
+
+
+def test_a_chain_of_pendulums_is_integrated_without_printing_h() -> None:
+    # Five equal pendulums, one below the other: H has no readable form, but an orbit.
+    size = 5
+    names = [f"a{i}" for i in range(1, size + 1)]
+    particles = []
+    for count in range(1, size + 1):
+        x, y = (" + ".join(f"{f}({name})" for name in names[:count]) for f in ("sin", "cos"))
+        particles.append(f"    - {{mass: 1, position: ['{x}', '-({y})'], potential: '-10*({y})'}}")
+    start = ", ".join(f"{name}: {0.1 * (k + 1)}, {name}dot: 0" for k, name in enumerate(names))
+    found = hamilton(
+        f"system:\n  coordinates: [{', '.join(names)}]\n  particles:\n" + "\n".join(particles) + "\n"
+        f"orbit: {{initial: {{{start}}}, duration: 2, samples: 5}}\n"
+    )
+    assert found["hamiltonian"] is None
+
+    weights = [[size - max(i, j) for j in range(size)] for i in range(size)]
+
+    def slopes(t: float, y: Any) -> Any:
+        a, v = y[:size], y[size:]
+        masses = np.array(weights) * np.cos(a[:, None] - a[None, :])
+        pull = (np.array(weights) * np.sin(a[:, None] - a[None, :])) @ v**2
+        fall = 10 * np.array([size - i for i in range(size)]) * np.sin(a)
+        return np.concatenate([v, np.linalg.solve(masses, -pull - fall)])
+
+    t, q, _ = orbit(found)
+    begin = np.concatenate([0.1 * np.arange(1, size + 1), np.zeros(size)])
+    truth = solve_ivp(slopes, (0, 2), begin, t_eval=t, method="DOP853", rtol=1e-12, atol=1e-13)
+    for place, name in enumerate(names):
+        assert q[name] == pytest.approx(truth.y[place], abs=1e-8)
+    assert found["orbit"]["drift"]["H"] < 1e-11
+
+
+def test_the_balance_of_h_where_it_changes() -> None:
+    # A driven oscillator: H changes, but its balance is kept.
+    found = hamilton(
+        "system: {coordinates: [x], kinetic: xdot^2/2, potential: x^2/2 - x*cos(2*t)}\n"
+        "orbit: {initial: {x: 0, p_x: 0}, duration: 20, samples: 21}\n"
+    )
+    t, q, _ = orbit(found)
+    assert q["x"] == pytest.approx((np.cos(t) - np.cos(2 * t)) / 3, abs=1e-10)
+    assert np.ptp(found["orbit"]["H"]) > 0.1
+    assert found["orbit"]["drift"]["H"] < 1e-10
+
+
+def test_an_orbit_that_ends_names_the_time() -> None:
+    # From rest at distance 1, it falls into the centre at t = pi/(2 sqrt 2).
+    with pytest.raises(ComputationError, match=r"the orbit .* t = 1\.1107"):
+        hamilton(
+            "system: {coordinates: [r], lagrangian: rdot^2/2 + 1/r}\n"
+            "orbit: {initial: {r: 1, rdot: 0}, duration: 3}\n"
+        )
+
+
+def test_a_hamiltonian_may_be_given_and_begun_with_velocities() -> None:
+    found = hamilton(
+        "system: {coordinates: [x, y], hamiltonian: (p_x^2 + p_y^2)/2 + x*p_y - y*p_x}\n"
+        "orbit: {initial: {x: 1, y: 0, xdot: 0, ydot: 1}, duration: 1, samples: 3}\n"
+    )
+    _, _, p = orbit(found)
+    # xdot = p_x - y, ydot = p_y + x.
+    assert p["p_x"][0] == pytest.approx(0)
+    assert p["p_y"][0] == pytest.approx(0, abs=1e-15)
+    assert found["lagrangian"] is None
+    assert found["verified"] is None
+
+
+# --- canonical changes of variables
+
+
+def test_a_canonical_change() -> None:
+    found = hamilton(
+        "system: {coordinates: [x], kinetic: m*xdot^2/2, potential: m*w^2*x^2/2}\n"
+        "parameters: {m: null, w: null}\n"
+        "transform: {old: {x: sqrt(2*P/(m*w))*sin(Q), p_x: sqrt(2*P*m*w)*cos(Q)}, new_variables: [Q, P]}\n"
+    )
+    assert found["transform"]["canonical"] is True
+    assert words(found["transform"]["brackets"]) == {"{x, p_x}": "1"}
+    assert words(found["transform"]["hamiltonian"]) in ("P*w", "w*P")
+    assert words(found["transform"]["equations"]) == {"Q": "w", "P": "0"}
+
+
+def test_a_change_that_is_not_canonical() -> None:
+    found = hamilton(
+        SPRING + "parameters: {m: 1, k: 1}\ntransform: {new: {Q: 2*x, P: p_x}, new_variables: [Q, P]}\n"
+    )
+    assert found["transform"]["canonical"] is False
+    assert words(found["transform"]["brackets"]) == {"{Q, P}": "2"}
+    assert found["transform"]["hamiltonian"] is None
+
+
+def test_a_linear_change_given_by_the_new_variables() -> None:
+    found = hamilton(
+        SPRING + "parameters: {m: 1, k: 1}\ntransform: {new: {Q: x + p_x, P: p_x}, new_variables: [Q, P]}\n"
+    )
+    assert found["transform"]["canonical"] is True
+    assert words(found["transform"]["equations"]) is not None
+
+
+# --- as a command
+
+
+def test_csv_of_an_orbit(program: Program) -> None:
+    document = (
+        SPRING + "parameters: {m: 1, k: 1}\norbit: {initial: {x: 1, p_x: 0}, duration: 1, samples: 3}\n"
+    )
+    ended = program("hamilton", "-f", "csv", "-", stdin=document)
+    assert (ended.code, ended.err) == (0, "")
+    rows = list(csv.DictReader(io.StringIO(ended.out)))
+    assert list(rows[0]) == ["t", "x", "p_x", "H"]
+    assert float(rows[-1]["x"]) == pytest.approx(math.cos(1), abs=1e-12)
+
+
+def test_csv_without_an_orbit_has_the_hamiltonian(program: Program) -> None:
+    ended = program("hamilton", "-f", "csv", "-", stdin=SPRING + "parameters: {m: 1, k: 1}\n")
+    (row,) = csv.DictReader(io.StringIO(ended.out))
+    assert row["hamiltonian"] == "p_x**2/(2*m) + k*x**2/2"
+
+
+@pytest.mark.parametrize(
+    ("document", "code", "message"),
+    [
+        ("body: {moments: [1, 2, 2.5]}", 3, "-: system: missing"),
+        ("system: {coordinates: [x], lagrangian: xdot^^2}", 3, "at column"),
+        ("system: {coordinates: [x], lagrangian: m*xdot^2}", 3, "undeclared name `m`"),
+        ("system: {coordinates: [x], lagrangian: p_x^2}", 3, "`p_x` is the momentum of `x`"),
+        ("system: {coordinates: [x], lagrangian: xdot^2*9^9^9^9}", 3, "-:1: system.lagrangian"),
+        ("system: {coordinates: [x], lagrangian: x}", 4, "rank 0 of 1"),
+        (
+            SPRING + "parameters: {m: null, k: 1}\norbit: {initial: {x: 1, p_x: 0}, duration: 1}",
+            3,
+            "parameters.m",
+        ),
+        ("system: {coordinates: [t], lagrangian: tdot^2}", 3, "reserved"),
+        (
+            "system: {coordinates: [x], hamiltonian: log(x)}\norbit: {initial: {x: -1, p_x: 1}, times: [1]}",
+            3,
+            "orbit.initial: H has no finite real value there",
+        ),
+    ],
+)
+def test_refusals(program: Program, document: str, code: int, message: str) -> None:
+    for form in ("json", "csv", "table"):
+        ended = program("hamilton", "-f", form, "-", stdin=document)
+        assert ended.code == code
+        assert ended.out == ""
+        assert message in ended.err
+        assert "Traceback" not in ended.err
+
+
+def test_json_is_one_line_of_text_expressions(program: Program) -> None:
+    ended = program("hamilton", "-f", "json", "-", stdin=SPRING + "parameters: {m: 1, k: 4}\n")
+    assert ended.out.count("\n") == 1
+    found = json.loads(ended.out)
+    assert found["schema"] == "rigidcli.hamilton/1"
+    assert found["matrix"] == [["0", "1/m"], ["-k", "0"]]
+    assert found["equations"] == {"x": "p_x/m", "p_x": "-k*x"}
+    assert found["natural_reason"]
