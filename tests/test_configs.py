@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 
 import rigidcli
 from rigidcli.cli.new import Kind
@@ -20,9 +21,13 @@ CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
 STARTERS = sorted((ROOT / "rigidcli" / "starters").glob("*.yaml"))
 
 
+def having(key: str) -> list[Path]:
+    return [path for path in [*CONFIGS, *STARTERS] if key in yaml.safe_load(path.read_text())]
+
+
 @pytest.mark.parametrize("command", ["inertia", "axes"])
 @pytest.mark.parametrize("form", ["table", "json", "csv", "latex"])
-@pytest.mark.parametrize("path", [*CONFIGS, *STARTERS], ids=lambda path: path.stem)
+@pytest.mark.parametrize("path", having("body"), ids=lambda path: path.stem)
 def test_runs_in_every_command_and_format(path: Path, form: str, command: str, program: Program) -> None:
     outcome = program(command, "-f", form, str(path))
     assert (outcome.code, outcome.err) == (0, "")
@@ -32,6 +37,27 @@ def test_runs_in_every_command_and_format(path: Path, form: str, command: str, p
     if form == "csv":
         header, row = csv.reader(io.StringIO(outcome.out))
         assert len(header) == len(row)
+
+
+@pytest.mark.parametrize("form", ["table", "json", "csv", "latex"])
+@pytest.mark.parametrize("path", having("system"), ids=lambda path: path.stem)
+def test_hamilton_runs_in_every_format(path: Path, form: str, program: Program) -> None:
+    outcome = program("hamilton", "-f", form, str(path))
+    assert outcome.code == 0, outcome.err
+    # Where Euler angles or the like fail is worth a note; nothing else is.
+    for line in outcome.err.splitlines():
+        assert line.startswith(f"{path}: note: the mass matrix is singular where ")
+    assert outcome.out.endswith("\n")
+    if form == "json":
+        (line,) = outcome.out.splitlines()
+        assert json.loads(line)["schema"] == "rigidcli.hamilton/1"
+    if form == "csv":
+        header, *rows = csv.reader(io.StringIO(outcome.out))
+        assert {len(header)} == {len(row) for row in rows}
+        orbit = yaml.safe_load(path.read_text()).get("orbit")
+        assert len(rows) == (orbit.get("samples", 1001) if orbit else 1)
+    if form == "latex":
+        assert outcome.out.count(r"\begin{") == outcome.out.count(r"\end{") > 0
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)

@@ -1,0 +1,858 @@
+"""Documents in configs/ that have a system: what they promise, against derivations that share no code.
+
+The equations of every document are compared with Euler and Lagrange's by sympy, which is not asked for H:
+at random coordinates and velocities p = dL/dv, p' = dL/dq, H = p v - L. Orbits are compared with closed
+forms, or with other equations of the same motion, integrated by scipy.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+import shutil
+import subprocess
+from collections.abc import Callable, Mapping, Sequence
+from decimal import Decimal
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import mpmath
+import numpy as np
+import pytest
+import sympy
+import yaml
+from numpy.typing import NDArray
+from scipy.integrate import cumulative_simpson, solve_ivp
+from scipy.special import ellipj
+
+import rigidcli
+from rigidcli.render import Format, Look, renderer
+from rigidcli.studies import hamilton
+from rigidcli.symbolic.evaluation import real
+from rigidcli.symbolic.parser import read
+from tests.conftest import ROOT, Program
+
+Floats = NDArray[np.float64]
+
+CONFIGS = ROOT / "configs"
+
+
+def printed(figure: str) -> Any:
+    """What rounds to the figure, in the digits it is printed in."""
+    exponent = Decimal(figure).as_tuple().exponent
+    assert isinstance(exponent, int)
+    return pytest.approx(float(figure), rel=0, abs=0.5 * 10.0**exponent)
+
+
+@cache
+def raw(name: str) -> Any:
+    return yaml.safe_load((CONFIGS / f"{name}.yaml").read_text())
+
+
+@cache
+def result(name: str, *settings: str) -> Any:
+    """The JSON of a document."""
+    report = hamilton.run(rigidcli.load(CONFIGS / f"{name}.yaml", settings=list(settings)))
+    return json.loads("".join(renderer(Format.json)([report], Look())))
+
+
+def derived(name: str) -> Any:
+    """The JSON of a document, without its orbit."""
+    return result(name, "orbit=null")
+
+
+def value(text: str, point: Mapping[str, float]) -> float:
+    return real(read(text)[0], point)
+
+
+# --- H and the verdicts, as a person finds them
+
+
+class Expected(NamedTuple):
+    """What a document comes to; `reason` stands in the reason why its coordinates are natural or not."""
+
+    hamiltonian: str
+    conserved: str
+    equals_energy: bool | None
+    natural: bool | None
+    reason: str
+
+
+POSITIONS = "positions follow from the coordinates without the time"
+HOMOGENEOUS = "homogeneous of degree 2"
+TIME = "the time is in the position"
+UNTOLD = "L alone does not tell"
+
+CHAIN = [f"x{i}" for i in range(1, 21)]
+
+EXPECTED = {
+    "notes_spring": Expected("p_x**2/(2*m) + k*x**2/2", "H", True, True, HOMOGENEOUS),
+    "taylor_13_02": Expected("p_x**2/(2*m) - m*g*x", "H", True, True, POSITIONS),
+    "taylor_13_03": Expected("p_x**2/(2*m1 + 2*m2 + M) - (m1 - m2)*g*x", "H", True, True, POSITIONS),
+    "taylor_13_04": Expected("p_x**2/(2*(m1 + m2)) - (m1 - m2)*g*x - m2*g*l", "H", True, True, POSITIONS),
+    "taylor_13_05": Expected("p_phi**2/(2*m*(R**2 + c**2)) + m*g*c*phi", "H", True, True, POSITIONS),
+    "taylor_13_06": Expected("p_x**2/(2*(m + M/3)) + k*x**2/2", "H", True, True, HOMOGENEOUS),
+    "taylor_13_09": Expected("(p_x**2 + p_y**2)/(2*m) + m*g*y", "p_x H", True, True, POSITIONS),
+    "taylor_13_12": Expected("p_r**2/(2*m) - m*r**2*w**2/2", "H", False, False, f"{TIME} r*cos("),
+    "taylor_13_25": Expected("(p_q**2 + q**2)/2 + b*q**4", "H", None, None, "H alone does not tell"),
+    "taylor_13_26": Expected("p_q**2/2 + q**2/2", "H", True, True, HOMOGENEOUS),
+    "elevator_pendulum": Expected(
+        "(p_theta - m*a*l*t*sin(theta))**2/(2*m*l**2) - m*a**2*t**2/2 + m*g*(a*t**2/2 - l*cos(theta))",
+        "",
+        False,
+        False,
+        f"{TIME} a*t**2/2 - l*cos(theta)",
+    ),
+    "double_pendulum": Expected(
+        "(m2*l2**2*p_theta1**2 + (m1 + m2)*l1**2*p_theta2**2"
+        " - 2*m2*l1*l2*p_theta1*p_theta2*cos(theta1 - theta2))"
+        "/(2*m2*l1**2*l2**2*(m1 + m2*sin(theta1 - theta2)**2))"
+        " - (m1 + m2)*g*l1*cos(theta1) - m2*g*l2*cos(theta2)",
+        "H",
+        True,
+        True,
+        POSITIONS,
+    ),
+    "spherical_pendulum": Expected(
+        "p_theta**2/(2*m*l**2) + p_phi**2/(2*m*l**2*sin(theta)**2) - m*g*l*cos(theta)",
+        "p_phi H",
+        True,
+        True,
+        POSITIONS,
+    ),
+    "kepler_polar": Expected("p_r**2/(2*m) + p_phi**2/(2*m*r**2) - m*gm/r", "p_phi H", True, True, POSITIONS),
+    "magnetic_particle": Expected(
+        "((p_x + q*B*y/2)**2 + (p_y - q*B*x/2)**2 + p_z**2)/(2*m)", "p_z H", True, True, HOMOGENEOUS
+    ),
+    "relativistic_oscillator": Expected("c*sqrt(p_x**2 + m**2*c**2) + k*x**2/2", "H", None, None, UNTOLD),
+    "henon_heiles": Expected(
+        "(p_x**2 + p_y**2)/2 + (x**2 + y**2)/2 + x**2*y - y**3/3", "H", True, True, HOMOGENEOUS
+    ),
+    "driven_oscillator": Expected("p_x**2/(2*m) + k*x**2/2 - F*x*cos(w*t)", "", True, True, POSITIONS),
+    "caldirola_kanai": Expected(
+        "p_x**2*exp(-2*gamma*t)/(2*m) + k*x**2*exp(2*gamma*t)/2", "", False, True, HOMOGENEOUS
+    ),
+    "top_euler_angles": Expected(
+        "p_theta**2/(2*lambda1) + (p_phi - p_psi*cos(theta))**2/(2*lambda1*sin(theta)**2)"
+        " + p_psi**2/(2*lambda3) + MR*g*cos(theta)",
+        "p_phi p_psi H",
+        True,
+        True,
+        HOMOGENEOUS,
+    ),
+    "chain_20": Expected(
+        f"({' + '.join(f'p_{x}**2' for x in CHAIN)})/(2*m) + k*(x1**2 + x20**2"
+        f"{''.join(f' + ({b} - {a})**2' for a, b in pairwise(CHAIN))})/2",
+        "H",
+        True,
+        True,
+        HOMOGENEOUS,
+    ),
+    "bead_on_hoop": Expected(
+        "p_theta**2/(2*m*R**2) - m*R**2*w**2*sin(theta)**2/2 - m*g*R*cos(theta)",
+        "H",
+        False,
+        False,
+        f"{TIME} R*sin(theta)*cos(",
+    ),
+}
+
+AS_WRITTEN = (
+    "notes_spring",
+    "taylor_13_02",
+    "taylor_13_12",
+    "taylor_13_26",
+    "spherical_pendulum",
+    "caldirola_kanai",
+    "bead_on_hoop",
+)
+"""Documents whose H is printed as it stands above."""
+
+every = pytest.mark.parametrize("name", EXPECTED)
+
+
+def test_no_document_is_forgotten() -> None:
+    assert {path.stem for path in CONFIGS.glob("*.yaml") if "system" in raw(path.stem)} == set(EXPECTED)
+
+
+def random_point(name: str, generator: random.Random) -> dict[str, float]:
+    """Values of parameters, time, coordinates and velocities; these are small beside a speed of light."""
+    document = raw(name)
+    names = [*document.get("parameters", {}), "t", *document["system"]["coordinates"]]
+    point = {name: generator.uniform(0.5, 1.5) for name in names}
+    return point | {f"{q}dot": generator.uniform(-0.4, 0.4) for q in document["system"]["coordinates"]}
+
+
+@every
+def test_hamiltonian(name: str) -> None:
+    found, expected = derived(name)["hamiltonian"], EXPECTED[name].hamiltonian
+    generator = random.Random(name)
+    momenta = derived(name)["momenta"]
+    for _ in range(5):
+        point = random_point(name, generator) | {p: generator.uniform(-1, 1) for p in momenta}
+        assert value(found, point) == pytest.approx(value(expected, point), rel=1e-12, abs=1e-13)
+
+
+@pytest.mark.parametrize("name", AS_WRITTEN)
+def test_hamiltonian_is_printed_as_people_write_it(name: str) -> None:
+    assert derived(name)["hamiltonian"] == EXPECTED[name].hamiltonian
+
+
+@every
+def test_verdicts(name: str) -> None:
+    found, expected = derived(name), EXPECTED[name]
+    assert found["conserved"] == expected.conserved.split()
+    assert found["cyclic"] == [p.removeprefix("p_") for p in expected.conserved.split() if p != "H"]
+    assert found["explicit_time"] is ("H" not in found["conserved"])
+    assert (found["dH_dt"] == "0") is ("H" in found["conserved"])
+    assert found["h_equals_energy"] is expected.equals_energy
+    assert found["natural"] is expected.natural
+    assert expected.reason in found["natural_reason"]
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("taylor_13_12", "no: T + V - H = m r^2 w^2"),
+        ("bead_on_hoop", "no: T + V - H = m R^2 w^2 sin(theta)^2"),
+        ("elevator_pendulum", "no: T + V - H = "),
+        ("caldirola_kanai", "no: T + V - H = "),
+        ("magnetic_particle", "yes\n"),
+        ("driven_oscillator", "yes\n"),
+        ("relativistic_oscillator", "not known"),
+    ],
+)
+def test_people_are_told_by_how_much_it_is_not_the_energy(name: str, words: str, program: Program) -> None:
+    (line,) = [
+        line
+        for line in program("hamilton", f"configs/{name}.yaml").out.splitlines(keepends=True)
+        if line.startswith("H = T + V ")
+    ]
+    assert line.removeprefix("H = T + V ").lstrip().startswith(words)
+
+
+# --- equations, by sympy
+
+
+class Truth(NamedTuple):
+    """L, its slopes, and T + V where they are given, at coordinates and velocities; H alone: its slopes."""
+
+    momenta: list[float]
+    forces: list[float]
+    energy: float
+    slope_in_time: float
+    total: float | None
+
+
+@cache
+def truth(name: str) -> Callable[[Mapping[str, float]], Truth]:
+    """What a document says, by sympy."""
+    system, parameters = raw(name)["system"], raw(name).get("parameters", {})
+    coordinates = system["coordinates"]
+    rates = [f"{q}dot" for q in coordinates]
+    names = [*parameters, "t", *coordinates, *rates]
+    symbols = {name: sympy.Symbol(name, real=True) for name in names}
+
+    def expression(text: object) -> Any:
+        return sympy.sympify(str(text), locals=symbols)
+
+    def rate(position: Any) -> Any:
+        return position.diff(symbols["t"]) + sum(
+            position.diff(symbols[q]) * symbols[v] for q, v in zip(coordinates, rates, strict=True)
+        )
+
+    kinetic = expression(system.get("kinetic", 0))
+    potential = expression(system.get("potential", 0))
+    for particle in system.get("particles", ()):
+        squares = sum(rate(expression(part)) ** 2 for part in particle.get("position", ()))
+        kinetic += expression(particle.get("mass", 0)) * squares / 2
+        turning = rate(expression(particle.get("angle", 0))) ** 2
+        kinetic += expression(particle.get("moment_of_inertia", 0)) * turning / 2
+        potential += expression(particle.get("potential", 0))
+    lagrangian = expression(system["lagrangian"]) if "lagrangian" in system else kinetic - potential
+    momenta = [lagrangian.diff(symbols[v]) for v in rates]
+    wanted = [
+        *momenta,
+        *(lagrangian.diff(symbols[q]) for q in coordinates),
+        sum(p * symbols[v] for p, v in zip(momenta, rates, strict=True)) - lagrangian,
+        -lagrangian.diff(symbols["t"]),
+        kinetic + potential,
+    ]
+    function = sympy.lambdify(list(symbols.values()), wanted, "math")
+    size = len(coordinates)
+
+    def at(point: Mapping[str, float]) -> Truth:
+        found = [float(number) for number in function(*(point[name] for name in names))]
+        told = "kinetic" in system or "particles" in system
+        return Truth(
+            found[:size],
+            found[size : 2 * size],
+            found[2 * size],
+            found[2 * size + 1],
+            found[2 * size + 2] if told else None,
+        )
+
+    return at
+
+
+@pytest.mark.parametrize("name", [name for name in EXPECTED if "hamiltonian" not in raw(name)["system"]])
+def test_equations_are_those_of_euler_and_lagrange(name: str) -> None:
+    found = derived(name)
+    assert found["verified"] < 1e-12
+    assert found["branches"] == []
+    generator = random.Random(f"{name} moves")
+
+    def near(number: float) -> Any:
+        return pytest.approx(number, rel=1e-11, abs=1e-12)
+
+    for _ in range(3):
+        point = random_point(name, generator)
+        known = truth(name)(point)
+        for p, momentum in zip(found["momenta"], known.momenta, strict=True):
+            assert value(found["momentum_definitions"][p], point) == near(momentum)
+        v = {v: point.pop(v) for v in found["velocities"]}
+        here = point | dict(zip(found["momenta"], known.momenta, strict=True))
+        for q, p, force in zip(found["coordinates"], found["momenta"], known.forces, strict=True):
+            assert value(found["equations"][q], here) == near(v[f"{q}dot"])
+            assert value(found["velocity_solutions"][f"{q}dot"], here) == near(v[f"{q}dot"])
+            assert value(found["equations"][p], here) == near(force)
+        assert value(found["hamiltonian"], here) == near(known.energy)
+        assert value(found["dH_dt"], here) == near(known.slope_in_time)
+        if known.total is None:
+            assert found["energy"] is None
+        else:
+            assert value(found["energy"], here) == near(known.total)
+            different = known.total != pytest.approx(known.energy, rel=1e-9)
+            assert found["h_equals_energy"] is (not different)
+        assert (abs(known.slope_in_time) > 1e-9) is found["explicit_time"]
+
+
+def test_equations_of_a_hamiltonian() -> None:
+    found = derived("taylor_13_25")
+    point = {"b": 0.7, "q": 1.3, "p_q": -0.4}
+    assert found["lagrangian"] is found["momentum_definitions"] is found["verified"] is None
+    assert value(found["equations"]["q"], point) == pytest.approx(-0.4, rel=1e-14)
+    assert value(found["equations"]["p_q"], point) == pytest.approx(-1.3 - 4 * 0.7 * 1.3**3, rel=1e-14)
+
+
+# --- linear equations
+
+
+def test_matrix_of_the_spring() -> None:
+    found = derived("notes_spring")
+    assert found["matrix"] == [["0", "1/m"], ["-k", "0"]]
+    assert found["offset"] == ["0", "0"]
+    eigenvalues = sorted(complex(e["re"], e["im"]).imag for e in found["eigenvalues"])
+    assert eigenvalues == pytest.approx([-2, 2], rel=1e-14)
+    assert [e["re"] for e in found["eigenvalues"]] == [0, 0]
+    assert found["frequencies"] == pytest.approx([2], rel=1e-14)
+    assert found["stability"] == "stable"
+
+
+def test_the_spring_adds_a_third_of_its_mass() -> None:
+    found = derived("taylor_13_06")
+    point = {"m": 0.7, "M": 1.7, "k": 2.3}
+    (frequency,) = found["frequencies"]
+    assert value(frequency, point) == pytest.approx(math.sqrt(2.3 / (0.7 + 1.7 / 3)), rel=1e-14)
+    assert found["stability"] == "stable"
+
+
+def test_frequencies_of_the_chain() -> None:
+    found = derived("chain_20")
+    expected = 2 * math.sqrt(40 / 0.1) * np.sin(np.arange(1, 21) * np.pi / 42)
+    np.testing.assert_allclose(sorted(found["frequencies"]), expected, rtol=1e-12)
+    assert found["stability"] == "stable"
+    assert len(found["eigenvalues"]) == 40
+
+
+def test_a_turning_field_of_force_has_one_frequency() -> None:
+    """Larmor's two modes are one at the cyclotron frequency, and drifts, of which that along z grows."""
+    found = derived("magnetic_particle")
+    cyclotron = 1.602176634e-19 * 50e-6 / 1.67262192e-27
+    assert found["frequencies"] == pytest.approx([cyclotron], rel=1e-12)
+    assert found["stability"] == "marginal"
+
+
+@pytest.mark.parametrize(
+    ("name", "stability"),
+    [("taylor_13_02", "marginal"), ("taylor_13_09", "marginal"), ("taylor_13_12", "unstable")],
+)
+def test_stability(name: str, stability: str) -> None:
+    assert derived(name)["stability"] == stability
+
+
+@pytest.mark.parametrize("name", ["bead_on_hoop", "double_pendulum", "kepler_polar", "henon_heiles"])
+def test_what_is_not_linear_has_no_matrix(name: str) -> None:
+    found = derived(name)
+    assert found["matrix"] is found["offset"] is found["eigenvalues"] is None
+
+
+# --- orbits
+
+
+class Samples(NamedTuple):
+    """An orbit: times and the columns of coordinates and momenta."""
+
+    t: Floats
+    columns: dict[str, Floats]
+    energy: Floats
+    drift: dict[str, float]
+    method: str
+
+
+def orbit(name: str, *settings: str) -> Samples:
+    found = result(name, *settings)["orbit"]
+    columns = {key: np.array(values) for key, values in {**found["q"], **found["p"]}.items()}
+    return Samples(np.array(found["t"]), columns, np.array(found["H"]), found["drift"], found["method"])
+
+
+def spring(t: Floats) -> dict[str, Floats]:
+    return {"x": np.cos(2 * t), "p_x": -2 * np.sin(2 * t)}
+
+
+def fall(t: Floats) -> dict[str, Floats]:
+    return {"x": 4.9 * t**2, "p_x": 2 * 9.8 * t}
+
+
+def atwood(t: Floats) -> dict[str, Floats]:
+    acceleration = (3 - 2) * 9.8 / (3 + 2 + 2 / 2)
+    return {"x": acceleration * t**2 / 2, "p_x": (3 + 2 + 2 / 2) * acceleration * t}
+
+
+def helix(t: Floats) -> dict[str, Floats]:
+    return {"phi": 10 * np.pi - 9.8 * 0.1 / (0.2**2 + 0.1**2) * t**2 / 2, "p_phi": -0.1 * 9.8 * 0.1 * t}
+
+
+def projectile(t: Floats) -> dict[str, Floats]:
+    v = 14 / math.sqrt(2)
+    across = np.full_like(t, 0.15 * v)
+    return {"x": v * t, "y": v * t - 4.9 * t**2, "p_x": across, "p_y": 0.15 * (v - 9.8 * t)}
+
+
+def rod(t: Floats) -> dict[str, Floats]:
+    return {"r": 0.1 * np.cosh(2 * t), "p_r": 0.05 * 0.2 * np.sinh(2 * t)}
+
+
+def action_and_angle(t: Floats) -> dict[str, Floats]:
+    return {"q": 2 * np.sin(t), "p_q": 2 * np.cos(t)}
+
+
+def beats(t: Floats) -> dict[str, Floats]:
+    size = 0.5 / (4 - 1.8**2)
+    return {
+        "x": size * (np.cos(1.8 * t) - np.cos(2 * t)),
+        "p_x": size * (2 * np.sin(2 * t) - 1.8 * np.sin(1.8 * t)),
+    }
+
+
+def damped(t: Floats) -> dict[str, Floats]:
+    gamma, rate = 0.2, math.sqrt(4 - 0.04)
+    return {
+        "x": np.exp(-gamma * t) * (np.cos(rate * t) + gamma / rate * np.sin(rate * t)),
+        "p_x": -np.exp(gamma * t) * 4 / rate * np.sin(rate * t),
+    }
+
+
+def elevator(t: Floats) -> dict[str, Floats]:
+    """A pendulum under g + a: sin(theta/2) = k cd(w t), from rest."""
+    m, length, a, g, start = 0.2, 1.0, 2.4, 9.8, 1.0
+    k, w = math.sin(start / 2), math.sqrt((g + a) / length)
+    sn, cn, dn, _ = ellipj(w * t, k**2)
+    theta = 2 * np.arcsin(k * cn / dn)
+    rate = -2 * k * w * (1 - k**2) * sn / dn**2 / np.cos(theta / 2)
+    return {"theta": theta, "p_theta": m * length**2 * rate + m * a * t * length * np.sin(theta)}
+
+
+def spherical(t: Floats) -> dict[str, Floats]:
+    """u = cos(theta) = u1 - (u1 - u2) sn(w t)^2; phi by quadrature of momentum/(1 - u^2)."""
+    m, g, start = 0.1, 9.81, math.pi / 4
+    momentum = 5 * math.sin(start) ** 2
+    energy = momentum**2 / (2 * math.sin(start) ** 2) - g * math.cos(start)
+    lowest, u2, u1 = np.sort(np.roots([-2 * g, -2 * energy, 2 * g, 2 * energy - momentum**2]).real)
+
+    def cosine(t: Floats) -> tuple[Floats, Floats]:
+        w, k2 = math.sqrt(g * (u1 - lowest) / 2), (u1 - u2) / (u1 - lowest)
+        sn, cn, dn, _ = ellipj(w * t, k2)
+        return u1 - (u1 - u2) * sn**2, -2 * (u1 - u2) * sn * cn * dn * w
+
+    u, rate = cosine(t)
+    fine = np.linspace(t[0], t[-1], 40 * (len(t) - 1) + 1)
+    phi = cumulative_simpson(momentum / (1 - cosine(fine)[0] ** 2), x=fine, initial=0)[::40]
+    return {
+        "theta": np.arccos(u),
+        "phi": phi,
+        "p_theta": -m * rate / np.sqrt(1 - u**2),
+        "p_phi": np.full_like(t, m * momentum),
+    }
+
+
+def ellipse(t: Floats) -> dict[str, Floats]:
+    """Kepler's equation E - e sin(E) = n t, by Newton's method."""
+    gm, m, q, e = 1.32712440018e20, 2.2e14, 0.585978 * 149597870700.0, 0.967143
+    a = q / (1 - e)
+    anomaly = math.sqrt(gm / a**3) * t
+    E = np.full_like(t, np.pi)
+    for _ in range(60):
+        E = E - (E - e * np.sin(E) - anomaly) / (1 - e * np.cos(E))
+    r = a * (1 - e * np.cos(E))
+    phi = 2 * np.arctan2(math.sqrt(1 + e) * np.sin(E / 2), math.sqrt(1 - e) * np.cos(E / 2))
+    return {
+        "r": r,
+        "phi": phi,
+        "p_r": m * math.sqrt(gm * a) * e * np.sin(E) / r,
+        "p_phi": np.full_like(t, m * math.sqrt(gm * a * (1 - e**2))),
+    }
+
+
+def gyration(t: Floats) -> dict[str, Floats]:
+    m, qB, v = 1.67262192e-27, 1.602176634e-19 * 50e-6, 1e4
+    w = qB / m
+    x, y = v / w * np.sin(w * t), v / w * (np.cos(w * t) - 1)
+    return {
+        "x": x,
+        "y": y,
+        "z": v / 10 * t,
+        "p_x": m * v * np.cos(w * t) - qB * y / 2,
+        "p_y": -m * v * np.sin(w * t) + qB * x / 2,
+        "p_z": np.full_like(t, m * v / 10),
+    }
+
+
+def modes(t: Floats) -> dict[str, Floats]:
+    """The sum of the 20 standing waves."""
+    n = np.arange(1, 21)
+    rate = 2 * math.sqrt(40 / 0.1) * np.sin(n * np.pi / 42)
+    share = 0.01 * 2 / 21 * np.sin(n * np.pi / 21)
+    found = {}
+    for place, x in enumerate(CHAIN, 1):
+        shape = share * np.sin(n * place * np.pi / 21)
+        found[x] = (shape * np.cos(rate * t[:, None])).sum(axis=1)
+        found[f"p_{x}"] = -0.1 * (shape * rate * np.sin(rate * t[:, None])).sum(axis=1)
+    return found
+
+
+def integrated(t: Floats, start: Sequence[float], slopes: Callable[[Any], list[Any]]) -> Any:
+    """The solution (n by k) of y' = slopes(y), by scipy."""
+    span = (0.0, float(t[-1]))
+    return solve_ivp(lambda _, y: slopes(y), span, start, "DOP853", t, rtol=1e-13, atol=1e-14).y
+
+
+def relativistic(t: Floats) -> dict[str, Floats]:
+    """By the acceleration (1 - v^2)^(3/2) F/m."""
+    x, v = integrated(t, [2, 0], lambda y: [y[1], -y[0] * (1 - y[1] ** 2) ** 1.5])
+    return {"x": x, "p_x": v / np.sqrt(1 - v**2)}
+
+
+def double(t: Floats) -> dict[str, Floats]:
+    """By the angular accelerations, from Newton's equations of the two bobs."""
+    g = 9.81
+
+    def slopes(y: Any) -> list[Any]:
+        a, b, va, vb = y
+        sine, cosine = math.sin(a - b), math.cos(a - b)
+        first, second = -(vb**2) * sine - 2 * g * math.sin(a), va**2 * sine - g * math.sin(b)
+        determinant = 2 - cosine**2
+        return [va, vb, (first - cosine * second) / determinant, (2 * second - cosine * first) / determinant]
+
+    a, b, va, vb = integrated(t, [math.pi / 2, math.pi / 2, 0, 0], slopes)
+    cosine = np.cos(a - b)
+    return {"theta1": a, "theta2": b, "p_theta1": 2 * va + vb * cosine, "p_theta2": vb + va * cosine}
+
+
+def hoop(t: Floats) -> dict[str, Floats]:
+    """By the acceleration along the hoop, with the centrifugal one."""
+    m, R, w, g = 0.01, 0.2, 10.0, 9.8
+
+    def slopes(y: Any) -> list[Any]:
+        return [y[1], (w**2 * math.cos(y[0]) - g / R) * math.sin(y[0])]
+
+    theta, rate = integrated(t, [math.pi / 36, 0], slopes)
+    return {"theta": theta, "p_theta": m * R**2 * rate}
+
+
+def heavy_top(t: Floats) -> dict[str, Floats]:
+    """By the torque on the nodding axis, with the two conserved momenta put in.
+
+    H. Goldstein, Classical Mechanics, 2nd edition, section 5.7.
+    """
+    lambda1, lambda3, weight, spin, start = 1.77e-4, 4.05e-5, 3.9e-3 * 9.80665, 120 * math.pi, math.pi / 6
+    a = lambda3 * spin / lambda1
+    b = a * math.cos(start)
+
+    def slopes(y: Any) -> list[Any]:
+        theta, rate, _phi, _psi = y
+        around = (b - a * math.cos(theta)) / math.sin(theta) ** 2
+        nod = math.sin(theta) * (around * (around * math.cos(theta) - a) + weight / lambda1)
+        return [rate, nod, around, spin - around * math.cos(theta)]
+
+    theta, rate, phi, psi = integrated(t, [start, 0, 0, 0], slopes)
+    constant = np.ones_like(t)
+    return {
+        "phi": phi,
+        "theta": theta,
+        "psi": psi,
+        "p_phi": lambda1 * b * constant,
+        "p_theta": lambda1 * rate,
+        "p_psi": lambda1 * a * constant,
+    }
+
+
+SOLUTIONS: dict[str, tuple[Callable[[Floats], dict[str, Floats]], float]] = {
+    "notes_spring": (spring, 1e-11),
+    "taylor_13_02": (fall, 1e-13),
+    "taylor_13_03": (atwood, 1e-13),
+    "taylor_13_05": (helix, 1e-13),
+    "taylor_13_09": (projectile, 1e-13),
+    "taylor_13_12": (rod, 1e-11),
+    "taylor_13_26": (action_and_angle, 1e-11),
+    "elevator_pendulum": (elevator, 1e-10),
+    "double_pendulum": (double, 1e-7),
+    "spherical_pendulum": (spherical, 1e-10),
+    "kepler_polar": (ellipse, 1e-8),
+    "magnetic_particle": (gyration, 1e-11),
+    "relativistic_oscillator": (relativistic, 1e-10),
+    "driven_oscillator": (beats, 1e-10),
+    "caldirola_kanai": (damped, 1e-10),
+    "top_euler_angles": (heavy_top, 1e-9),
+    "chain_20": (modes, 1e-9),
+    "bead_on_hoop": (hoop, 1e-9),
+}
+"""Solutions, and the error allowed in units of the largest value of a column."""
+
+
+def test_no_orbit_is_forgotten() -> None:
+    with_orbit = {name for name in EXPECTED if "orbit" in raw(name)}
+    assert with_orbit == {*SOLUTIONS, "henon_heiles"}
+
+
+@pytest.mark.parametrize("name", SOLUTIONS)
+def test_orbit(name: str) -> None:
+    solution, tolerance = SOLUTIONS[name]
+    found = orbit(name)
+    expected = solution(found.t)
+    assert list(found.columns) == [*derived(name)["coordinates"], *derived(name)["momenta"]]
+    assert found.columns.keys() == expected.keys()
+    for key, column in expected.items():
+        size = float(np.abs(column).max())
+        np.testing.assert_allclose(found.columns[key], column, rtol=0, atol=tolerance * size, err_msg=key)
+
+
+@pytest.mark.parametrize("name", [*SOLUTIONS, "henon_heiles"])
+def test_orbit_keeps_what_is_conserved(name: str) -> None:
+    """Where H changes, its drift is that of the balance, and as small."""
+    found = orbit(name)
+    conserved = derived(name)["conserved"]
+    assert found.drift.keys() == {"H", *conserved}
+    assert max(found.drift.values()) < 1e-11
+    for momentum in conserved:
+        if momentum != "H":
+            column = found.columns[momentum]
+            np.testing.assert_allclose(column, column[0], rtol=1e-12)
+    if "H" not in conserved:
+        assert np.ptp(found.energy) > 1e-3 * np.abs(found.energy).max()
+
+
+@pytest.mark.parametrize("name", [*SOLUTIONS, "henon_heiles"])
+def test_energy_of_an_orbit_is_that_of_its_samples(name: str) -> None:
+    """In units of the largest kinetic energy."""
+    found, document = orbit(name), rigidcli.load(CONFIGS / f"{name}.yaml")
+    places = [0, len(found.t) // 3, -1]
+    known, moving = [], []
+    for place in places:
+        point = {key: float(number) for key, number in document.values.items()} | {"t": found.t[place]}
+        point |= {key: column[place] for key, column in found.columns.items()}
+        known.append(value(EXPECTED[name].hamiltonian, point))
+        point |= dict.fromkeys(derived(name)["momenta"], 0.0)
+        moving.append(abs(known[-1] - value(EXPECTED[name].hamiltonian, point)))
+    np.testing.assert_allclose(found.energy[places], known, rtol=1e-12, atol=1e-12 * max(moving))
+
+
+# --- what the comments in the documents promise
+
+
+def test_without_a_radius_the_bead_falls_freely() -> None:
+    """J. R. Taylor, Classical Mechanics, problem 13.5: the special case R = 0."""
+    found = orbit("taylor_13_05", "parameters.R=0")
+    np.testing.assert_allclose(0.1 * (found.columns["phi"] - 10 * np.pi), -4.9 * found.t**2, atol=1e-12)
+
+
+def test_the_projectile_goes_twenty_metres() -> None:
+    found = orbit("taylor_13_09")
+    assert found.columns["x"][-1] == pytest.approx(20, rel=1e-13)
+    assert found.columns["y"][-1] == pytest.approx(0, abs=1e-12)
+
+
+def test_the_motor_of_the_rod_works() -> None:
+    """T + V of the bead is not constant, while H is: it grows by twice the centrifugal energy."""
+    found, energy = orbit("taylor_13_12"), derived("taylor_13_12")["energy"]
+    parameters = {"m": 0.05, "w": 2.0, "r0": 0.1}
+    columns = zip(found.columns["r"], found.columns["p_r"], strict=True)
+    grown = np.array([value(energy, parameters | {"r": r, "p_r": p}) for r, p in columns])
+    np.testing.assert_allclose(grown - found.energy, 0.05 * 4 * found.columns["r"] ** 2, rtol=1e-12)
+    assert grown[-1] > 500 * grown[0]
+
+
+def test_the_comet_turns_back_and_comes_back() -> None:
+    found = orbit("kepler_polar")
+    au, year = 149597870700.0, 365.25 * 86400
+    assert found.columns["r"].max() / au == printed("35.08")
+    assert found.t[-1] / year == printed("75.32")
+    assert found.columns["r"][-1] == pytest.approx(found.columns["r"][0], rel=1e-8)
+    assert found.columns["phi"][-1] == pytest.approx(2 * math.pi, rel=1e-8)
+
+
+def test_periods_of_the_pendulum_in_the_elevator() -> None:
+    quarter = mpmath.ellipk(mpmath.sin(0.5) ** 2)
+    assert float(4 * quarter * mpmath.sqrt(1 / 12.2)) == printed("1.92")
+    assert float(4 * quarter * mpmath.sqrt(1 / 9.8)) == printed("2.14")
+
+
+def test_limits_of_the_spherical_pendulum() -> None:
+    """theta comes back after the period, and its other limit lies half of it away."""
+    degrees = np.degrees(orbit("spherical_pendulum").columns["theta"])
+    assert degrees.min() == pytest.approx(45, abs=1e-3)
+    assert degrees.max() == printed("60.77")
+    back = orbit(
+        "spherical_pendulum", "orbit.samples=null", "orbit.duration=null", "orbit.times=[0, 1.08145211]"
+    )
+    assert back.columns["theta"][-1] == pytest.approx(math.pi / 4, rel=1e-9)
+    even = orbit("spherical_pendulum", "orbit.initial.phidot=sqrt(g/(l*cos(start)))")
+    np.testing.assert_allclose(even.columns["theta"], math.pi / 4, rtol=1e-9)
+    assert math.sqrt(9.81 / math.cos(math.pi / 4)) == printed("3.725")
+
+
+def test_the_proton_goes_round() -> None:
+    w = 1.602176634e-19 * 50e-6 / 1.67262192e-27
+    assert 2000 * math.pi / w == printed("1.312")
+    assert 1e4 / w == printed("2.088")
+    assert -orbit("magnetic_particle").columns["y"].min() / 2 == printed("2.088")
+
+
+def test_period_and_speed_of_the_relativistic_oscillator() -> None:
+    """x = 2 sin(s): dt = E sqrt(2)/sqrt(4 - 2 sin(s)^2) ds with E = 3 - 2 sin(s)^2."""
+
+    def slope(s: Any) -> Any:
+        square = 2 * mpmath.sin(s) ** 2
+        return (3 - square) * mpmath.sqrt(2 / (4 - square))
+
+    period = float(4 * mpmath.quad(slope, [0, mpmath.pi / 2]))
+    assert period == printed("10.037")
+    times = ["orbit.samples=null", "orbit.duration=null", f"orbit.times=[0, {period / 4!r}, {period!r}]"]
+    found = orbit("relativistic_oscillator", *times)
+    np.testing.assert_allclose(found.columns["x"], [2, 0, 2], atol=1e-10)
+    np.testing.assert_allclose(found.columns["p_x"], [0, -math.sqrt(8), 0], atol=1e-10)
+    assert math.sqrt(8) / 3 == printed("0.943")
+
+
+def test_order_in_the_galaxy() -> None:
+    """The first tenth of the orbit by Newton's equations; all of it at E = 1/12."""
+    found = orbit("henon_heiles")
+    assert "Gauss-Legendre" in found.method
+    np.testing.assert_allclose(found.energy, 1 / 12, rtol=1e-12)
+    early = found.t <= 100
+    start = [0, 0.1, math.sqrt(1 / 6 - 0.01 - 0.01 + 0.002 / 3), 0.1]
+
+    def slopes(y: Any) -> list[Any]:
+        return [y[2], y[3], -y[0] - 2 * y[0] * y[1], -y[1] - y[0] ** 2 + y[1] ** 2]
+
+    expected = integrated(found.t[early], start, slopes)
+    for key, column in zip(("x", "y", "p_x", "p_y"), expected, strict=True):
+        np.testing.assert_allclose(found.columns[key][early], column, atol=1e-10)
+
+
+def test_the_top_nods_as_euler_finds() -> None:
+    """The limits and the period of theta, by the elliptic integral; and by the command that has no angles."""
+    lambda1, lambda3, weight, spin = 1.77e-4, 4.05e-5, 3.9e-3 * 9.80665, 120 * math.pi
+    a, beta, high = lambda3 * spin / lambda1, 2 * weight / lambda1, math.cos(math.pi / 6)
+    # Of a top let go at rest: (high - u) (beta (1 - u^2) - a^2 (high - u)) = u'^2.
+    low, beyond = np.sort(np.roots([-beta, a**2, beta - a**2 * high]).real)
+    k2 = (high - low) / (beyond - low)
+    period = 4 * float(mpmath.ellipk(k2)) / math.sqrt(beta * (beyond - low))
+    assert math.degrees(math.acos(low)) == printed("31.80")
+    assert 1000 * period == printed("76.75")
+    times = ["orbit.samples=null", "orbit.duration=null", f"orbit.times=[0, {period / 2!r}, {period!r}]"]
+    found = orbit("top_euler_angles", *times)
+    expected = [math.pi / 6, math.acos(low), math.pi / 6]
+    np.testing.assert_allclose(found.columns["theta"], expected, rtol=1e-9)
+    top = rigidcli.precess(rigidcli.load(CONFIGS / "top_cuspidal.yaml"))["top"]
+    assert top["theta_max"] == pytest.approx(found.columns["theta"][1], rel=1e-9)
+    assert top["nutation_period"] == pytest.approx(period, rel=1e-9)
+
+
+def test_the_bead_climbs_the_hoop() -> None:
+    found = orbit("bead_on_hoop", "orbit.samples=30001")
+    assert np.degrees(found.columns["theta"].max()) == printed("90.93")
+    back = orbit("bead_on_hoop", "orbit.samples=null", "orbit.duration=null", "orbit.times=[0, 1.27376102]")
+    assert back.columns["theta"][-1] == pytest.approx(math.pi / 36, rel=1e-8)
+    assert math.degrees(math.acos(9.8 / (0.2 * 100))) == printed("60.7")
+
+
+def test_the_driven_oscillator_has_the_rate_it_says() -> None:
+    point = {"m": 1.0, "k": 4.0, "F": 0.5, "w": 1.8, "x": 0.3, "p_x": 0.2, "t": 0.7}
+    expected = 0.5 * 1.8 * 0.3 * math.sin(1.8 * 0.7)
+    assert value(derived("driven_oscillator")["dH_dt"], point) == pytest.approx(expected, rel=1e-13)
+
+
+def test_friction_takes_the_energy() -> None:
+    """T + V of the oscillator of Caldirola and Kanai is H exp(-2 gamma t)."""
+    found, energy = orbit("caldirola_kanai"), derived("caldirola_kanai")["energy"]
+    parameters = {"m": 1.0, "k": 4.0, "gamma": 0.2}
+    columns = zip(found.t, found.columns["x"], found.columns["p_x"], strict=True)
+    left = np.array([value(energy, parameters | {"t": t, "x": x, "p_x": p}) for t, x, p in columns])
+    np.testing.assert_allclose(left, found.energy * np.exp(-0.4 * found.t), rtol=1e-12)
+    assert (np.diff(left) < 1e-12).all()
+
+
+# --- changes of variables
+
+
+@pytest.mark.parametrize("name", ["taylor_13_25", "taylor_13_26"])
+def test_the_change_is_canonical(name: str) -> None:
+    found = derived(name)["transform"]
+    assert found["canonical"] is True
+    assert found["brackets"] == {"{q, p_q}": "1"}
+
+
+def test_the_oscillator_becomes_trivial() -> None:
+    found = derived("taylor_13_26")["transform"]
+    assert found["hamiltonian"] == "P"
+    assert found["equations"] == {"Q": "1", "P": "0"}
+
+
+def test_the_action_of_an_oscillator_that_is_not_harmonic() -> None:
+    """K = P + 4 b P^2 sin(Q)^4, by putting in; Q' and P' by the chain rule from q' and p'."""
+    found = derived("taylor_13_25")["transform"]
+    b, Q, P = 0.7, 0.6, 1.3
+    point = {"b": b, "Q": Q, "P": P}
+    assert value(found["hamiltonian"], point) == pytest.approx(P + 4 * b * P**2 * math.sin(Q) ** 4, rel=1e-13)
+    q, p = math.sqrt(2 * P) * math.sin(Q), math.sqrt(2 * P) * math.cos(Q)
+    slope = -q - 4 * b * q**3
+    # tan(Q) = q/p and P = (q^2 + p^2)/2.
+    assert value(found["equations"]["Q"], point) == pytest.approx((p * p - q * slope) / (2 * P), rel=1e-13)
+    assert value(found["equations"]["P"], point) == pytest.approx(q * p + p * slope, rel=1e-13)
+
+
+def test_a_change_that_is_not_canonical_is_told() -> None:
+    """Without the factor 2 under the roots the bracket is 1/2, and there is no K."""
+    settings = ("transform.old.q=sqrt(P)*sin(Q)", "transform.old.p_q=sqrt(P)*cos(Q)")
+    found = result("taylor_13_26", *settings)["transform"]
+    assert found["canonical"] is False
+    assert found["brackets"] == {"{q, p_q}": "1/2"}
+    assert found["hamiltonian"] is found["equations"] is None
+
+
+# --- typesetting
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
+def test_latex_compiles(tmp_path: Path, program: Program) -> None:
+    fragments = program("hamilton", "-f", "latex", *(f"configs/{name}.yaml" for name in EXPECTED)).out
+    body = f"\\usepackage{{amsmath}}\\begin{{document}}\n{fragments}\\end{{document}}\n"
+    (tmp_path / "all.tex").write_text(f"\\documentclass{{article}}{body}")
+    command = ["pdflatex", "-halt-on-error", "all.tex"]
+    done = subprocess.run(command, cwd=tmp_path, check=False, capture_output=True, text=True, timeout=60)
+    complaints = [line for line in done.stdout.splitlines() if line.startswith(("!", "l."))]
+    assert (done.returncode, complaints) == (0, [])
