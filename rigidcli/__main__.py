@@ -1,5 +1,27 @@
-"""`python -m rigidcli` is the command `rigidcli`."""
+"""The way into the program: `rigidcli`, and `python -m rigidcli`, which is the same."""
 
-from rigidcli.cli.app import main
+from __future__ import annotations
 
-main()
+import sys
+
+from rigidcli import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from typing import NoReturn
+
+INTERRUPTED = 130
+
+
+def main() -> NoReturn:
+    """Run the program on the command line; the process ends with its exit code, also when interrupted."""
+    try:
+        # An interrupt while it loads is one like any other.
+        from rigidcli.cli.app import main as program
+
+        program()
+    except KeyboardInterrupt:
+        sys.exit(INTERRUPTED)
+
+
+if __name__ == "__main__":
+    main()

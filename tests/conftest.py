@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rigidcli.cli.app import main
+from rigidcli.__main__ import main
 
 ROOT = Path(__file__).parent.parent
 

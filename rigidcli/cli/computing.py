@@ -42,9 +42,19 @@ Settings = Annotated[
     ),
 ]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No notes on standard error.")]
+
+
+def _check_path(path: str | None) -> str | None:
+    if path == "":
+        raise typer.BadParameter("a file without a name cannot be written")
+    return path
+
+
 OutputPath = Annotated[
     str | None,
-    typer.Option("-o", "--output", metavar="PATH", help="Write to PATH, whole or not at all."),
+    typer.Option(
+        "-o", "--output", metavar="PATH", callback=_check_path, help="Write to PATH, whole or not at all."
+    ),
 ]
 Exact = Annotated[
     bool,
@@ -78,17 +88,21 @@ def computing(study: Callable[..., Report]) -> Callable[..., None]:
         **options: Any,
     ) -> None:
         failures = Failures()
-        changes = list(settings or ())
-        for name in SHORTHANDS.keys() & options.keys():
+        changes, named = list(settings or ()), {}
+        for name in [name for name in SHORTHANDS if name in options]:
             value = options.pop(name)
-            changes += [] if value is None else [f"{SHORTHANDS[name]}={value}"]
+            if value is not None:
+                changes.append(f"{SHORTHANDS[name]}={value}")
+                named[SHORTHANDS[name]] = f"--{name}"
 
         def reports() -> Iterator[Report]:
             from rigidcli.model.load import load
 
             for file in files:
                 with failures.of(file):
-                    report = study(load(file, exact=exact, settings=changes), **options)
+                    document = load(file, exact=exact, settings=changes, options=named)
+                    with document.placing():
+                        report = study(document, **options)
                     if not quiet:
                         for note in report.notes:
                             complain(str(Problem(report.source, f"note: {note}")))

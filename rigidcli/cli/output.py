@@ -19,8 +19,6 @@ import typer
 
 from rigidcli.errors import DocumentError, Problem, RigidError, UsageError
 
-INTERRUPTED = 130
-
 
 def complain(text: str) -> None:
     """Print a note or an error, on standard error."""

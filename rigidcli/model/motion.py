@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
@@ -18,7 +19,7 @@ VARIABLES = (
     *("w1", "w2", "w3"),  # angular velocity, along the document's axes
     *("wx", "wy", "wz"),  # angular velocity, along the axes of space
     *("q0", "q1", "q2", "q3"),  # orientation, body to space, scalar first
-    *("ux", "uy", "uz"),  # the principal axis e3, along the axes of space
+    *("ux", "uy", "uz"),  # the principal axis e3 as it is printed, or the axis of a top, along those of space
 )
 """What the components of a torque may depend on, in the order in which its functions take them."""
 
@@ -26,16 +27,40 @@ TorqueComponent = Annotated[Formula, FormulaOf(units.ENERGY, VARIABLES)]
 Torque3 = Annotated[tuple[TorqueComponent, TorqueComponent, TorqueComponent], AsList]
 
 
-class BodyTorque(Section):
+class OwnTorque(Section):
+    """A torque that the document tells by its components."""
+
+    @property
+    @abstractmethod
+    def components(self) -> tuple[Formula, Formula, Formula]:
+        """The three, along axes that the class knows."""
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The variables and parameters on which it depends."""
+        return frozenset[str]().union(*(formula.expression.names for formula in self.components))
+
+
+class BodyTorque(OwnTorque):
     """A torque by its components along the document's axes, which turn with the body."""
 
     body: Torque3
 
+    @property
+    def components(self) -> tuple[Formula, Formula, Formula]:
+        """Those of `body`."""
+        return self.body
 
-class SpaceTorque(Section):
+
+class SpaceTorque(OwnTorque):
     """A torque by its components along the axes of space."""
 
     space: Torque3
+
+    @property
+    def components(self) -> tuple[Formula, Formula, Formula]:
+        """Those of `space`."""
+        return self.space
 
 
 class Weight(Section):

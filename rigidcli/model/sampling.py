@@ -10,7 +10,7 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model.base import AsList, Duration, Number, Section, Time, environment
+from rigidcli.model.base import AsList, Duration, Number, Section, Time, WholeNumber, environment
 
 MOST_SAMPLES = 10_000_000
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
@@ -26,7 +26,9 @@ class Sampling(Section):
     AT_MOST_ONE_OF: ClassVar = ("samples", "step", "times")
 
     duration: Duration | None = Field(default=None, description="End of the motion (s)")
-    samples: int | None = Field(default=None, description="How many times, evenly spaced (default 1001)")
+    samples: WholeNumber | None = Field(
+        default=None, description="How many times, evenly spaced (default 1001)"
+    )
     step: Duration | None = Field(default=None, description="Time between two samples (s)")
     times: Annotated[tuple[Time, ...], AsList] | None = Field(
         default=None, description="The times themselves, ascending"

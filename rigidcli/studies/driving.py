@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
+import random
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,21 +13,35 @@ import numpy as np
 from rigidcli.core import integrate, rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.principal import ZERO_MOMENT, principal_frame
-from rigidcli.errors import ComputationError
+from rigidcli.core.solution import joined
+from rigidcli.errors import ComputationError, Path, ValueProblem
 from rigidcli.model.environment import Formula
 from rigidcli.model.motion import VARIABLES, SpaceTorque
+from rigidcli.studies.ledger import Ledger, ledger
 from rigidcli.studies.trajectory import Start, Trajectory, conserved, digits
 from rigidcli.symbolic import code, rigid
 from rigidcli.symbolic.tree import Name, Node
 
-SECOND_OPINION = 1e4
-"""How much coarser the second integration is, from which the error of the first is estimated."""
+SECOND_OPINIONS = (1e4, 1e2, 10.0)
+"""How much coarser a second integration is, from which the error of the first is estimated."""
 
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
-PANEL = 0.8
-"""Largest angle (rad) that the body turns by in a panel of the quadrature of its torque."""
+COMPARED = 64
+"""Times at which the two are compared."""
 
-PANELS_AT_ONCE = 10_000
+COARSEST = 1e-2
+"""The largest tolerance that it may have."""
+
+PROPORTIONAL = 0.1
+"""A second error (rad) beyond which it says little of the first: then a finer one is asked."""
+
+ROUNDS = 4
+"""Integrations, at most, of which each begins anew where the one before has missed the torque."""
+
+TRIED = 64
+"""States at which it is seen whether a torque about the line of a linear body is always zero."""
+
+NOTHING = 1e-12
+"""What is zero beside the torque."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,59 +61,199 @@ class _System:
 
 
 def driven(start: Start, engine: integrate.Engine, progress: Callable[[float], None] | None) -> Trajectory:
-    """Follow a driven motion. Raises ComputationError where it ends early, or cannot begin."""
+    """Follow a driven motion.
+
+    Raises ComputationError where it ends early or cannot begin, and ValueProblem, with the path in
+    `motion`, for a torque that cannot be: one that is too large, or about a line without a moment.
+    """
     system = _system(start)
     flow = code.function(rigid.equations(system.moments, system.torque), rigid.STATE, {})
-    span = (0.0, float(start.times[-1]))
 
     def solve(
-        tolerance: float, engine: integrate.Engine, progress: Callable[[float], None] | None
+        tolerance: float, places: Floats, progress: Callable[[float], None] | None
     ) -> integrate.Solution:
-        return integrate.integrate(
-            flow,
-            system.state,
-            span,
-            tolerance=tolerance,
-            blocks=(4, 3),
-            engine=engine,
-            progress=progress,
-            name="the motion",
-        )
+        return _solution(flow, system.state, float(start.times[-1]), tolerance, places, engine, progress)
 
-    solution = solve(start.tolerance, engine, progress)
+    def direct(places: Floats) -> integrate.Solution:
+        return solve(start.tolerance, places, progress)
+
+    solution, places, book = _balanced(system, start.tolerance, direct, np.empty((0, 2)))
     omega, orientation = _seen(system, solution.at(start.times))
-    coarser = solve(min(1e-3, start.tolerance * SECOND_OPINION), engine, None)
-    _, other = _seen(system, coarser.at(start.times[-1:]))
-    error = float(rotation.angles_between(other, orientation[-1:])[0])
-    motion = Trajectory(
-        start,
+    compared = np.linspace(0.0, start.times[-1], COMPARED)
+    _, fine = _seen(system, solution.at(compared))
+
+    def off(tolerance: float) -> float:
+        coarser, *_ = _balanced(system, tolerance, lambda places: solve(tolerance, places, None), places)
+        _, other = _seen(system, coarser.at(compared))
+        return float(rotation.angles_between(other, fine).max())
+
+    error = _error(start.tolerance, off)
+    rounding = np.finfo(np.float64).eps * solution.steps**0.5
+    notes = start.notes
+    if len(book.missed):
+        near = f"the balance of energy or angular momentum is missed near t = {book.missed[0, 0]:.6g}"
+        notes += (f"{near}: the integration may have gone over a torque that acts for a short while",)
+    lengths = np.linalg.norm(solution.at(solution.knots)[:, :4], axis=1)
+    return Trajectory(
+        replace(start, notes=notes),
         omega,
         rotation.continuous(orientation),
         None,
         solution.method,
         solution.steps,
-        digits(max(error / SECOND_OPINION, np.finfo(np.float64).eps * solution.steps**0.5)),
-        {},
+        digits(max(error, rounding, *book.drift.values())),
+        book.drift | {"quaternion": float(np.abs(lengths - 1).max())},
     )
-    return replace(motion, drift=_drift(system, solution))
+
+
+def _solution(
+    flow: integrate.Flow,
+    state: Floats,
+    last: float,
+    tolerance: float,
+    places: Floats,
+    engine: integrate.Engine,
+    progress: Callable[[float], None] | None,
+) -> integrate.Solution:
+    """The solution up to the time `last`, begun anew at both ends of each of the `places` (k by 2, s)."""
+    parts: list[integrate.Solution] = []
+    begin = 0.0
+    for index, end in enumerate([*places.ravel().tolist(), last]):
+        if end <= begin and (parts or end < last):
+            continue
+        parts.append(
+            integrate.integrate(
+                flow,
+                state,
+                (begin, end),
+                tolerance=tolerance,
+                blocks=(4, 3),
+                # What is short is not worth compiling.
+                engine="runge-kutta" if index % 2 else engine,
+                progress=_share(progress, begin, end, last),
+                name="the motion",
+            )
+        )
+        state, begin = parts[-1].at(np.array([end]))[0], end
+    return joined(parts)
+
+
+def _error(tolerance: float, off: Callable[[float], float]) -> float:
+    """The error (rad) of a solution, from how far one of a coarser tolerance is `off`.
+
+    Errors are proportional to tolerances as long as they are small.
+    """
+    error = math.pi
+    for ratio in SECOND_OPINIONS:
+        coarser = min(COARSEST, ratio * tolerance)
+        with suppress(ComputationError):
+            error = off(coarser)
+            if error <= PROPORTIONAL:
+                return error * tolerance / coarser
+    return error
+
+
+def _share(
+    progress: Callable[[float], None] | None, begin: float, end: float, last: float
+) -> Callable[[float], None] | None:
+    """What tells of all that is done, given the fraction of the span from `begin` to `end` that is."""
+    return progress and (lambda fraction: progress((begin + (end - begin) * fraction) / last))
+
+
+def _balanced(
+    system: _System, tolerance: float, solve: Callable[[Floats], integrate.Solution], places: Floats
+) -> tuple[integrate.Solution, Floats, Ledger]:
+    """A solution that has seen all of the torque, the spans (k by 2, s) where that took care, its ledger.
+
+    An integrator looks at the torque now and then only, and goes over what acts in between. Where that
+    shows in the ledger, it begins anew with steps that are short, as it does in the given `places` from the
+    first; if that does not help, it is left.
+    """
+    solution = solve(places)
+    book = _ledger(system, tolerance, solution)
+    for _ in range(ROUNDS):
+        if not len(book.missed):
+            break
+        more = _merged(places, book.missed)
+        other = solve(more)
+        found = _ledger(system, tolerance, other)
+        if max(found.drift.values()) > max(book.drift.values()) / 2:
+            break
+        solution, places, book = other, more, found
+    return solution, places, book
+
+
+def _merged(places: Floats, more: Floats) -> Floats:
+    """The spans of both (k by 2), in order, without what they share."""
+    spans = np.concatenate([places, more])
+    merged: list[list[float]] = []
+    for begin, end in spans[np.argsort(spans[:, 0], kind="stable")].tolist():
+        begin = max(begin, merged[-1][1]) if merged else begin
+        if end > begin:
+            merged.append([begin, end])
+    return np.array(merged)
+
+
+def _ledger(system: _System, tolerance: float, solution: integrate.Solution) -> Ledger:
+    """The balances; under weight alone, energy is conserved, and so is L about the vertical."""
+    start = system.start
+    if start.torque is None:
+        drift = conserved(start, *_seen(system, solution.at(solution.knots)))
+        return Ledger({key: drift[key] for key in ("energy", "angular_momentum")}, np.empty((0, 2)))
+    timed = "t" in start.torque.names
+    return ledger(system.torque, system.moments, solution, tolerance=tolerance, timed=timed)
 
 
 def _system(start: Start) -> _System:
-    """The equations along principal axes; those of the document where they are principal."""
+    """The equations along principal axes; those of the document where they are principal.
+
+    A linear body that does not turn about its line moves as a sphere would.
+    """
     diagonal = np.diag(start.tensor)
     if (start.tensor == np.diag(diagonal)).all():
         moments, axes = diagonal, np.eye(3)
     else:
         frame = principal_frame(start.tensor)
         moments, axes = frame.moments, frame.axes.T
-    if moments.min() <= ZERO_MOMENT * moments.max():
-        raise ComputationError(
-            "a moment of inertia is zero, so that a torque about that axis has no finite effect",
-            hint="give the body some thickness",
-        )
     turn = rotation.as_quaternion(axes)
-    state = np.concatenate([rotation.compose(start.orientation, turn), axes.T @ (start.tensor @ start.omega)])
-    return _System(start, moments, axes, _torque(start, moments, axes, turn), state)
+    momentum = axes.T @ (start.tensor @ start.omega)
+    state = np.concatenate([rotation.compose(start.orientation, turn), momentum])
+    idle = moments <= ZERO_MOMENT * moments.max()
+    if idle.all():
+        raise ValueProblem(
+            "the body is a point, which has no moment of inertia, so that a torque has no finite effect",
+            path=("torque",),
+            hint="give the body some extent",
+        )
+    if idle.any():
+        moments = np.full(3, moments.max())
+        state[4:][idle] = 0.0
+    torque = _torque(start, moments, axes, turn)
+    for line in np.flatnonzero(idle):
+        if not _is_across(torque, int(line), state, float(start.times[-1])):
+            raise ValueProblem(
+                "the body is linear: a torque about its line, where it has no moment, has no finite effect",
+                path=("torque",),
+                hint="give a torque across the line, or the body some thickness",
+            )
+        torque[line] = rigid.ZERO
+    return _System(start, moments, axes, torque, state)
+
+
+def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> bool:
+    """Whether the torque has no component along a `line` about which the body does not turn, in any state."""
+    if torque[line] == rigid.ZERO:
+        return True
+    draw = random.Random(0)  # noqa: S311 - no secret
+    tried = np.array([[draw.uniform(-1, 1) for _ in rigid.STATE] for _ in range(TRIED)])
+    tried[:, 0] = (1 + tried[:, 0]) / 2 * end
+    tried[:, 1:5] /= np.linalg.norm(tried[:, 1:5], axis=1, keepdims=True)
+    tried[:, 5:] *= 2 * (np.abs(state[4:]).max() or 1.0)
+    tried[:, 5 + line] = 0.0
+    with np.errstate(all="ignore"):
+        acting = np.array(np.broadcast_arrays(*code.function(torque, rigid.STATE, {})(np)(*tried.T)))
+        known = acting[:, np.isfinite(acting).all(axis=0)]
+        return bool((np.abs(known[line]) <= NOTHING * np.abs(known).max(axis=0)).all())
 
 
 def _torque(start: Start, moments: Floats, axes: Floats, turn: Floats) -> list[Node]:
@@ -113,7 +270,7 @@ def _torque(start: Start, moments: Floats, axes: Floats, turn: Floats) -> list[N
         return list(total)
     omega = [rigid.times(rigid.number(1 / m), part) for m, part in zip(moments, momentum, strict=True)]
     back = [rigid.number(part) for part in turn * [1, -1, -1, -1]]
-    third = axes.T @ principal_frame(start.tensor).axes[2]
+    third = axes.T @ start.third
     meanings = [
         Name("t"),
         *rigid.scaled(axes, omega),
@@ -122,16 +279,24 @@ def _torque(start: Start, moments: Floats, axes: Floats, turn: Floats) -> list[N
         *rigid.rotated(q, [rigid.number(part) for part in third]),
     ]
     values = dict(zip(VARIABLES, meanings, strict=True))
-    if isinstance(start.torque, SpaceTorque):
-        own = rigid.rotated(q, [_bound(formula, values) for formula in start.torque.space], back=True)
-    else:
-        own = rigid.scaled(axes.T, [_bound(formula, values) for formula in start.torque.body])
+    in_space = isinstance(start.torque, SpaceTorque)
+    own = [
+        _bound(formula, values, ("torque", "space" if in_space else "body", index))
+        for index, formula in enumerate(start.torque.components)
+    ]
+    own = rigid.rotated(q, own, back=True) if in_space else rigid.scaled(axes.T, own)
     return [rigid.plus(*pair) for pair in zip(total, own, strict=True)]
 
 
-def _bound(formula: Formula, values: dict[str, Node]) -> Node:
+def _bound(formula: Formula, values: dict[str, Node], path: Path) -> Node:
+    """The formula in the names of the state. Raises ValueProblem where a part of it has no value."""
     constants = {name: rigid.number(value) for name, value in formula.constants.items()}
-    return rigid.bound(formula.expression.root, values | constants)
+    node = rigid.bound(formula.expression.root, values | constants)
+    try:
+        code.function([node], rigid.STATE, {})
+    except ValueProblem as problem:
+        raise problem.below(*path) from None
+    return node
 
 
 def _seen(system: _System, states: Floats) -> tuple[Floats, Floats]:
@@ -139,58 +304,3 @@ def _seen(system: _System, states: Floats) -> tuple[Floats, Floats]:
     quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
     back = system.turn * [1, -1, -1, -1]
     return (states[:, 4:] / system.moments) @ system.axes.T, rotation.compose(quaternions, back)
-
-
-def _drift(system: _System, solution: integrate.Solution) -> dict[str, float]:
-    """By how much the balances of energy and angular momentum are missed, at the ends of the steps.
-
-    The work of the torque, the integral of N.omega, is held against the change of T, and the integral of
-    N in space against the change of L in space, by Gauss-Legendre quadrature along the solution. Under
-    weight alone energy is conserved, and so is L about the vertical.
-    """
-    states = solution.at(solution.knots)
-    lengths = np.linalg.norm(states[:, :4], axis=1)
-    quaternion = {"quaternion": float(np.abs(lengths - 1).max())}
-    if system.start.torque is None:
-        return conserved(system.start, *_seen(system, states)) | quaternion
-    momentum = states[:, 4:]
-    energy = np.einsum("ij,ij->i", momentum / system.moments, momentum) / 2
-    space = rotation.turned(states[:, :4] / lengths[:, None], momentum)
-    work, impulse = _ledger(system, solution)
-    return {
-        "energy": _miss((energy - energy[0] - work)[:, None], energy + np.abs(work)),
-        "angular_momentum": _miss(space - space[0] - impulse, np.linalg.norm(momentum, axis=1)),
-    } | quaternion
-
-
-def _miss(balance: Floats, scale: Floats) -> float:
-    largest = float(scale.max())
-    return float(np.linalg.norm(balance / largest, axis=1).max()) if largest else 0.0
-
-
-def _ledger(system: _System, solution: integrate.Solution) -> tuple[Floats, Floats]:
-    """Work (m, J) and impulse in space (m, 3; N m s) of the torque from the start to each end of a step."""
-    torque = code.function(system.torque, rigid.STATE, {})(np)
-    knots = solution.knots
-    rates = np.linalg.norm(solution.at(knots)[:, 4:] / system.moments, axis=1)
-    angles = np.maximum(rates[:-1], rates[1:]) * np.diff(knots)
-    parts = np.maximum(1, np.ceil(angles / PANEL)).astype(int)
-    # The panels: every step in so many equal parts.
-    step = np.repeat(np.arange(len(parts)), parts)
-    place = np.arange(len(step)) - np.repeat(np.cumsum(parts) - parts, parts)
-    width = (np.diff(knots) / parts)[step]
-    left = knots[step] + place * width
-    gained = np.zeros((len(step), 4))
-    for first in range(0, len(step), PANELS_AT_ONCE):
-        block = slice(first, first + PANELS_AT_ONCE)
-        times = left[block, None] + width[block, None] * (1 + NODES) / 2
-        states = solution.at(times.ravel())
-        acting = np.column_stack(np.broadcast_arrays(*torque(times.ravel(), *states.T)))
-        power = np.einsum("ij,ij->i", acting, states[:, 4:] / system.moments)
-        values = np.column_stack([power, rotation.turned(states[:, :4], acting)])
-        weights = width[block, None] / 2 * WEIGHTS
-        gained[block] = np.einsum("pn,pnk->pk", weights, values.reshape(*times.shape, 4))
-    sums = np.zeros((len(knots), 4))
-    np.add.at(sums, step + 1, gained)
-    sums = np.cumsum(sums, axis=0)
-    return sums[:, 0], sums[:, 1:]

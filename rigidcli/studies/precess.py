@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from typing import NamedTuple
 
@@ -14,7 +14,7 @@ from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.principal import body_class
 from rigidcli.errors import DocumentError, Problem
 from rigidcli.model.document import Document
-from rigidcli.model.principal import principal_frame
+from rigidcli.model.motion import Motion
 from rigidcli.model.tide import Perturber, Tide
 from rigidcli.model.top import HeavyTop, Top
 from rigidcli.report import Column, Field, Report, Table, Value
@@ -111,15 +111,12 @@ def run(document: Document) -> Report:
     if document.top is not None:
         values["top"] = _top(document, document.top, notes, tables)
     if document.body is not None and document.motion is not None and document.motion.omega is not None:
-        values["free"] = _free(document, document.motion.omega, notes)
+        values["free"] = _free(document, document.motion, notes)
     if document.tide is not None:
         values["tide"] = _tide(document.tide, document.arithmetic, notes, tables)
     if not values:
-        problem = Problem(
-            document.source,
-            "nothing here precesses, expected a `top`, a `tide`, or a `body` with `motion.omega`",
-        )
-        raise DocumentError([problem])
+        problem = "nothing here precesses, expected a `top`, a `tide`, or a `body` with `motion.omega`"
+        raise DocumentError([Problem(document.source, problem)])
     fields = [
         _field(section, key, entry, values.get(section))
         for section, entries in SECTIONS.items()
@@ -146,15 +143,10 @@ def _top(document: Document, section: Top, notes: list[str], tables: list[Table]
     fall = top.mass * section.gravity * top.distance
     known = section.tilt is not None and top.lambda1 is not None
     if n.sign(section.spin) == 0 and not known:
-        raise DocumentError(
-            [
-                Problem(
-                    document.source,
-                    "read zero, and without spin the gyroscopic formula has no meaning",
-                    key="top.spin",
-                    hint="with `tilt` and `lambda1` given, the swing of the top can be told",
-                )
-            ]
+        raise document.refusal(
+            "read zero, and without spin the gyroscopic formula has no meaning",
+            "top.spin",
+            hint="with `tilt` and `lambda1` given, the swing of the top can be told",
         )
     notes += top.remarks
     notes += [
@@ -179,8 +171,7 @@ def _top(document: Document, section: Top, notes: list[str], tables: list[Table]
         "gyroscopic_period": None if rate is None else precession.period(rate, n),
     }
     if section.tilt is not None:
-        hanging = n.sign(n.pi - section.tilt) == 0
-        torque = fall * (0 * n.pi if hanging else n.sin(section.tilt))
+        torque = fall * heavytop.sine(section.tilt, n)
         values["torque"] = n.tidy(n.array([0, torque, 0]))
         values["torque_magnitude"] = torque
     if top.lambda1 is not None:
@@ -246,13 +237,9 @@ def _at_tilt(
     }
 
 
-def _free(document: Document, given: Sequence[Scalar], notes: list[str]) -> dict[str, Value]:
+def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Value]:
     """Precession of the body of the document when it is left to itself."""
-    n, motion = document.arithmetic, document.motion
-    assert motion is not None
-    frame = principal_frame(document.axes.T @ document.tensor @ document.axes, n)
-    turning = n.array(given)
-    along = n.tidy(turning if motion.basis == "principal" else frame.axes @ document.axes.T @ turning)
+    n, frame, along = document.arithmetic, document.principal, document.turning
     momentum = n.tidy(frame.moments * along)
     values: dict[str, Value] = {
         "moments": frame.moments,
@@ -261,13 +248,14 @@ def _free(document: Document, given: Sequence[Scalar], notes: list[str]) -> dict
     }
     if motion.torque is not None:
         notes.append("free precession is told as if the torque did not act")
-    kind = body_class(frame)
-    if kind == "asymmetric":
-        return values | _asymmetric(document, along, frame.axes, n, notes)
-    if kind is None or kind == "point":
-        notes.append("whether the body is symmetric about one axis, and which, cannot be told")
+    if body_class(frame) == "point":
+        notes.append("the body is a point, about whose axes nothing can be told")
         return values
-    axis = 2 if kind in ("oblate", "spherical") else 0
+    alone = [group[0] for group in frame.groups if len(group) == 1]
+    if len(alone) == 3:
+        return values | _asymmetric(document, along, frame.axes, n, notes)
+    # Which moments are equal can be told also where their order hangs on symbols.
+    axis = alone[0] if alone else 2
     if axis == 0:
         notes.append("e3 here is the symmetry axis, which `axes` calls e1")
     spin, across = along[axis], n.hypot(*np.delete(along, axis))

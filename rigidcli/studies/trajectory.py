@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from rigidcli.core import freebody, lagrange, rotation
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import FLOAT, Floats
-from rigidcli.errors import ComputationError, DocumentError, Problem, UsageError
+from rigidcli.core.principal import ZERO_MOMENT
+from rigidcli.errors import ComputationError, DocumentError, UsageError, ValueProblem
 from rigidcli.model.document import Document
-from rigidcli.model.motion import BodyTorque, Motion, SpaceTorque, Weight
-from rigidcli.model.principal import principal_frame
+from rigidcli.model.motion import Motion, OwnTorque, Weight
+from rigidcli.model.rotations import Quaternion
 from rigidcli.model.sampling import Sampling
 from rigidcli.model.top import Top
 
@@ -27,7 +28,7 @@ DEFAULT_TURNS = 10
 """Turns of the body in the time that is shown where the document does not say."""
 
 DEFAULT_NUTATIONS = 3
-"""Nutations of a top in that time, at least."""
+"""Nutations of a top in that time, where they have a period."""
 
 DEFAULT_TOLERANCE = 1e-12
 
@@ -47,16 +48,18 @@ class Start:
 
     `tensor` (3 by 3) is about O, `orientation` (4) turns the document's axes to those of space. `weight`
     is M g R (3, N m), the arm from O to the centre of mass times the weight; zero for none. `symmetry` (3 by
-    3) has as columns the axes of a top, the last along its symmetry axis; None for other bodies.
+    3) has as columns the axes of a top, the last along its symmetry axis; None for other bodies. `third` (3)
+    is the axis that a torque knows as ux, uy, uz: that of a top, or e3 as it is printed.
     """
 
     tensor: Floats
     omega: Floats
     orientation: Floats
     weight: Floats
-    torque: BodyTorque | SpaceTorque | None
+    torque: OwnTorque | None
     times: Floats
     tolerance: float
+    third: Floats
     symmetry: Floats | None = None
     notes: tuple[str, ...] = ()
 
@@ -105,7 +108,8 @@ def follow(
 ) -> Trajectory:
     """The motion that the document describes.
 
-    Raises DocumentError where it describes none, ComputationError where it cannot be followed to its end.
+    Raises DocumentError where it describes none, or one that a body cannot have, ComputationError where it
+    cannot be followed to its end.
     """
     start = beginning(document)
     if start.torque is None and not start.weight.any():
@@ -115,7 +119,11 @@ def follow(
         return _heavy(start, *top)
     from rigidcli.studies.driving import driven
 
-    return driven(start, engine, progress)
+    try:
+        return driven(start, engine, progress)
+    except ValueProblem as problem:
+        key = ".".join(map(str, ("motion", *problem.path)))
+        raise document.refusal(problem.message, key, hint=problem.hint) from None
 
 
 def beginning(document: Document) -> Start:
@@ -123,20 +131,11 @@ def beginning(document: Document) -> Start:
     _require_numbers(document)
     motion = document.motion or Motion()
     if motion.omega is not None:
-        return _of_body(document, motion, motion.omega)
+        return _of_body(document, motion)
     if document.top is not None:
         return _of_top(document, motion, document.top)
     missing = "body" if document.body is None else "motion.omega"
-    raise DocumentError(
-        [
-            Problem(
-                document.source,
-                "missing",
-                key=missing,
-                hint="`euler` needs a `body` and `motion.omega`, or a `top`",
-            )
-        ]
-    )
+    raise document.refusal("missing", missing, hint="`euler` needs a `body` and `motion.omega`, or a `top`")
 
 
 def _require_numbers(document: Document) -> None:
@@ -147,20 +146,18 @@ def _require_numbers(document: Document) -> None:
         raise UsageError("a motion in time has no exact results", hint="leave out `--exact`")
     raise DocumentError(
         [
-            Problem(document.source, "missing: a motion in time needs its value", key=f"parameters.{name}")
+            document.problem("missing: a motion in time needs its value", f"parameters.{name}")
             for name in symbols
         ]
     )
 
 
-def _of_body(document: Document, motion: Motion, omega: Sequence[float]) -> Start:
+def _of_body(document: Document, motion: Motion) -> Start:
     if document.body is None:
-        raise DocumentError([Problem(document.source, "missing, expected a body", key="body")])
-    tensor, turning = document.tensor, np.array(omega)
-    if motion.basis == "principal":
-        # Along e1, e2, e3 as they are printed: of the tensor in the axes of the results.
-        printed = principal_frame(document.axes.T @ tensor @ document.axes, FLOAT).axes
-        turning = document.axes @ printed.T @ turning
+        raise document.refusal("missing, expected a body", "body")
+    axes = document.axes @ document.principal.axes.T
+    along = document.turning
+    omega = axes @ along if motion.basis == "principal" else np.array(motion.omega)
     notes: tuple[str, ...] = ()
     if document.top is not None:
         notes += ("`motion.omega` is given, so that `top` is not used",)
@@ -168,20 +165,34 @@ def _of_body(document: Document, motion: Motion, omega: Sequence[float]) -> Star
     if isinstance(motion.torque, Weight):
         body = document.properties
         if body.mass is None:
-            raise DocumentError([Problem(document.source, "missing: a weight needs it", key="body.mass")])
+            raise document.refusal("missing: a weight needs it", "body.mass")
         weight = (body.com - document.point) * body.mass * motion.torque.gravity
         if not weight.any():
             notes += ("the body is held at its centre of mass, so that its weight has no torque",)
+    torque = motion.torque if isinstance(motion.torque, OwnTorque) else None
+    if len(document.principal.groups[-1]) > 1 and torque is not None and torque.names & {"ux", "uy", "uz"}:
+        notes += ("e3 is not unique, as its moment equals another: `ux uy uz` are the one that is printed",)
+    shown = _turns(omega, at_rest=torque is None and not weight.any())
     return Start(
-        tensor,
-        turning,
-        rotation.as_quaternion(document.orientation),
+        document.tensor,
+        omega,
+        _orientation(document, motion),
         weight,
-        motion.torque if isinstance(motion.torque, BodyTorque | SpaceTorque) else None,
-        motion.instants(_ten_turns(turning)),
+        torque,
+        motion.instants(shown.duration),
         motion.tolerance or DEFAULT_TOLERANCE,
-        notes=(*notes, *_default_duration(motion)),
+        axes[:, 2],
+        notes=(*notes, *_default_duration(motion, shown)),
     )
+
+
+def _orientation(document: Document, motion: Motion) -> Floats:
+    """The quaternion from the document's axes to those of space; of the sign that is given, if any is."""
+    if isinstance(motion.orientation, Quaternion):
+        given = np.array(motion.orientation.quaternion)
+        unit: Floats = given / FLOAT.hypot(*given)
+        return unit
+    return rotation.as_quaternion(document.orientation)
 
 
 def _of_top(document: Document, motion: Motion, section: Top) -> Start:
@@ -190,14 +201,15 @@ def _of_top(document: Document, motion: Motion, section: Top) -> Start:
     needed = {"tilt": section.tilt, "lambda1": top.lambda1}
     missing = [key for key, value in needed.items() if value is None]
     if missing:
-        raise DocumentError(
-            [Problem(document.source, "missing: `euler` needs it", key=f"top.{key}") for key in missing]
-        )
+        raise DocumentError([document.problem("missing: `euler` needs it", f"top.{key}") for key in missing])
     if motion.orientation is not None or isinstance(motion.torque, Weight):
         key = "orientation" if motion.orientation is not None else "torque.gravity"
-        raise DocumentError([Problem(document.source, "the `top` tells this already", key=f"motion.{key}")])
+        raise document.refusal("the `top` tells this already", f"motion.{key}")
     assert section.tilt is not None
     assert top.lambda1 is not None
+    if section.spin and top.lambda3 <= ZERO_MOMENT * top.lambda1:
+        problem = "the body is linear: it has no moment about its line, and cannot turn about it"
+        raise document.refusal(problem, "top.spin", hint="set it to zero: what is left is a pendulum")
     fall = top.mass * section.gravity * top.distance
     precession = section.precession
     if precession is None:
@@ -208,7 +220,7 @@ def _of_top(document: Document, motion: Motion, section: Top) -> Start:
                 "there is no steady precession at this spin and tilt",
                 hint=f"it takes a spin of {steady.minimum_spin:.6g} rad/s" if steady.minimum_spin else None,
             )
-    sine, cosine = math.sin(section.tilt), heavytop.cosine(section.tilt, FLOAT)
+    sine, cosine = heavytop.sine(section.tilt, FLOAT), heavytop.cosine(section.tilt, FLOAT)
     local = np.array([section.nutation, precession * sine, section.spin])
     axes = rotation.onto(tuple(top.axis), FLOAT)
     tilted = np.array([[1.0, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
@@ -216,28 +228,41 @@ def _of_top(document: Document, motion: Motion, section: Top) -> Start:
     period = heavytop.nutation(
         top.lambda1, top.lambda3, section.spin, section.tilt, precession, section.nutation, fall
     ).period
-    default = max(_ten_turns(local), DEFAULT_NUTATIONS * (period or 0.0))
+    torque = motion.torque if isinstance(motion.torque, OwnTorque) else None
+    shown = _turns(local, at_rest=torque is None and period is None)
+    if period is not None:
+        shown = Shown(DEFAULT_NUTATIONS * period, f"{DEFAULT_NUTATIONS} nutations are")
     return Start(
         (tensor + tensor.T) / 2,
         axes @ local,
         rotation.as_quaternion(tilted @ axes.T),
         top.axis * fall,
-        motion.torque if isinstance(motion.torque, BodyTorque | SpaceTorque) else None,
-        motion.instants(default),
+        torque,
+        motion.instants(shown.duration),
         motion.tolerance or DEFAULT_TOLERANCE,
+        axes[:, 2],
         axes,
-        (*top.remarks, *_default_duration(motion)),
+        (*top.remarks, *_default_duration(motion, shown)),
     )
 
 
-def _ten_turns(omega: Floats) -> float:
-    rate = float(np.linalg.norm(omega / scale)) * scale if (scale := float(np.abs(omega).max())) else 0.0
-    return 2 * math.pi * DEFAULT_TURNS / rate if rate else 1.0
+class Shown(NamedTuple):
+    """The duration (s) where the document does not give it, and in words: `10 turns are`, or nothing."""
+
+    duration: float
+    words: str
 
 
-def _default_duration(motion: Sampling) -> tuple[str, ...]:
-    given = motion.duration is not None or motion.times is not None
-    return () if given else ("`motion.duration` is not given: some turns are shown",)
+def _turns(omega: Floats, *, at_rest: bool) -> Shown:
+    """Some turns of a body that turns, and a second of one that does not yet, or never if it is `at_rest`."""
+    if rate := FLOAT.hypot(*omega):
+        return Shown(2 * math.pi * DEFAULT_TURNS / rate, f"{DEFAULT_TURNS} turns are")
+    return Shown(1.0, "" if at_rest else "1 s is")
+
+
+def _default_duration(motion: Sampling, shown: Shown) -> tuple[str, ...]:
+    given = motion.duration is not None or motion.times is not None or not shown.words
+    return () if given else (f"`motion.duration` is not given: {shown.words} shown",)
 
 
 def _free(start: Start) -> Trajectory:
@@ -284,7 +309,7 @@ def _begin(start: Start, omega: Floats, orientation: Floats) -> None:
 
 def digits(error: float) -> float:
     """Decimal digits that can be trusted in a direction that is off by `error` (rad)."""
-    return MOST_DIGITS if error <= 0 else round(min(MOST_DIGITS, max(0.0, -math.log10(error))), 1)
+    return MOST_DIGITS if error <= 0 else min(MOST_DIGITS, max(0.0, math.floor(-10 * math.log10(error)) / 10))
 
 
 def conserved(start: Start, omega: Floats, orientation: Floats) -> dict[str, float]:

@@ -4,7 +4,7 @@
 
 Prints the median time of RUNS (default 5) runs in turn, and the ratio of rigidcli to each peer: `import
 sympy` alone; the usual way of sympy (solve for the velocities, simplify); lambdify with solve_ivp(DOP853,
-1e-10), of which 100 s of the 1,000 s are run and their time, start-up apart, is multiplied by 10: marked by *;
+1e-10), of which 100 s of the 1,000 s are run, and their time, start-up apart, multiplied by 10: marked by *;
 and a plain heyoka script. heyoka is left out where it is not installed.
 """
 

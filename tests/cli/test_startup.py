@@ -15,7 +15,7 @@ RUNNER = """
 import atexit, sys
 sys.argv = ["rigidcli", *sys.argv[1:]]
 atexit.register(lambda: print(*{name.partition(".")[0] for name in sys.modules}, file=sys.stderr))
-from rigidcli.cli.app import main
+from rigidcli.__main__ import main
 main()
 """
 

@@ -58,6 +58,21 @@ def test_the_end_is_hit_exactly_by_repeated_steps() -> None:
     assert len(section.instants(1.0)) == 8
 
 
+@pytest.mark.parametrize("samples", ["3", "3.0", "2 + 1", '"3"', "1.5e0*2"])
+def test_a_number_of_samples_that_is_whole(samples: str) -> None:
+    section = motion(f"duration: 1, samples: {samples}").motion
+    assert section is not None
+    assert section.instants(1.0).tolist() == [0, 0.5, 1]
+
+
+@pytest.mark.parametrize("samples", ["3.5", "7/2", "[3]", "true", "3 s", "1e400"])
+def test_a_number_of_samples_that_is_not(samples: str) -> None:
+    key, words = told(f"{BODY}motion: {{omega: [0, 0, 1], duration: 1, samples: {samples}}}\n")
+    assert key == "motion.samples"
+    assert "Input" not in words
+    assert "number" in words or "unit" in words
+
+
 def test_the_default_is_1001_samples_of_the_given_duration() -> None:
     section = loads(f"{BODY}motion: {{omega: [0, 0, 1]}}\n").motion
     assert section is not None

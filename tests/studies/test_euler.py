@@ -22,6 +22,7 @@ Floats = NDArray[np.float64]
 
 BODY = "body: {moments: [1, 2, 2.5], mass: 1}\nabout: com\n"
 TILTED = "body: {inertia: [[2, 0.3, 0.1], [0.3, 3, -0.2], [0.1, -0.2, 4]], mass: 1}\nabout: com\n"
+ROD = "body: {moments: [2, 2, 0]}\nabout: com\n"
 TOP = "mass: 1, distance: 0.1, lambda1: 0.02, lambda3: 0.01"
 
 
@@ -161,10 +162,52 @@ def test_trust_falls_with_time_and_near_the_separatrix() -> None:
     assert digits[2] < digits[0] - 3
 
 
-def test_the_default_time_is_noted() -> None:
-    report = euler(BODY + "motion: {omega: [0, 0, 2]}\n")
-    assert arrays(report)["t"][-1] == pytest.approx(10 * math.pi, rel=1e-14)
-    assert any("duration" in note for note in report.notes)
+@pytest.mark.parametrize(
+    ("text", "end", "words"),
+    [
+        (BODY + "motion: {omega: [0, 0, 2]}\n", 10 * math.pi, "10 turns are shown"),
+        (BODY + "motion: {omega: [0, 0, 0]}\n", 1, ""),
+        (BODY + "motion: {omega: [0, 0, 0], torque: {body: [1, 0, 0]}}\n", 1, "1 s is shown"),
+        (f"top: {{spin: 20, tilt: 0, {TOP}}}\n", math.pi, "10 turns are shown"),
+        (f"top: {{spin: 0, tilt: 180 deg, {TOP}}}\n", 1, ""),
+        # A pendulum: 4 sqrt(lambda1/(M g R)) K(sin(75 deg)) a swing, as long as two half-nutations.
+        (
+            f"top: {{spin: 0, tilt: 30 deg, {TOP}}}\n",
+            6 * math.sqrt(0.02 / 0.980665) * 2.768063145,
+            "3 nutations",
+        ),
+        (
+            f"top: {{spin: 1e-3, tilt: 30 deg, {TOP}}}\n",
+            6 * math.sqrt(0.02 / 0.980665) * 2.768063145,
+            "3 nut",
+        ),
+    ],
+)
+def test_the_default_time_is_noted(text: str, end: float, words: str) -> None:
+    report = euler(text)
+    assert arrays(report)["t"][-1] == pytest.approx(end, rel=1e-6)
+    assert [words in note for note in report.notes if "duration" in note] == ([True] if words else [])
+
+
+@pytest.mark.parametrize("more", ["", "torque: {body: [0, 0, 1]}, ", "torque: {gravity: 1}, "])
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_a_quaternion_keeps_the_sign_that_is_given(more: str, sign: int) -> None:
+    body = "body: {moments: [2, 2, 3], mass: 1, com: [0, 0, 0.2], given_about: origin}\n"
+    given = sign * np.array([0.5, -0.1, -0.7, -0.3])
+    text = body + f"motion: {{omega: [1, 0.2, 0.5], orientation: {{quaternion: {given.tolist()}}}, {more}"
+    found = arrays(euler(text + "duration: 3}\n"))["orientation"]
+    np.testing.assert_allclose(found[0], given / math.sqrt(0.84), rtol=1e-15)
+    assert (np.einsum("ij,ij->i", found[1:], found[:-1]) > 0.99).all()
+
+
+def test_a_hanging_top_that_only_spins_has_one_angle() -> None:
+    """phi - psi is minus the angle of the spin, and phi + psi means nothing: it is zero."""
+    found = arrays(euler(f"top: {{spin: 20, tilt: 180 deg, {TOP}}}\nmotion: {{duration: 2}}\n"))
+    phi, theta, psi = found["angles"].T
+    assert (theta == math.pi).all()
+    np.testing.assert_allclose(psi - phi, 20 * found["t"], rtol=1e-13)
+    np.testing.assert_array_equal(phi + psi, 0)
+    assert (found["angular_momentum_space"][:, :2] == 0).all()
 
 
 # --- driven
@@ -189,6 +232,13 @@ def test_a_damped_body_against_scipy() -> None:
     assert report["motion"] == "driven"
     assert (report["period"], report["flip_interval"], report["mean_space_rate"]) == (None, None, None)
     assert max(report["drift"].values()) < 1e-11
+
+
+@pytest.mark.parametrize("torque", ["[t, 0, 1]", "[0, 0, -w1]", '["1000*exp(-(t/0.001)^2)", 0, 0]'])
+def test_a_driven_motion_at_its_beginning_alone(torque: str) -> None:
+    report = driven(BODY, f"{{body: {torque}}}", "omega: [0.3, 2, 0.1], times: [0]")
+    assert arrays(report)["omega"].tolist() == [[0.3, 2, 0.1]]
+    assert report["drift"] == {"energy": 0, "angular_momentum": 0, "quaternion": 0}
 
 
 def test_every_variable_of_a_torque_means_what_it_says() -> None:
@@ -309,6 +359,169 @@ def test_the_constant_of_kovalevskaya() -> None:
     np.testing.assert_allclose(constant, constant[0], rtol=1e-9)
 
 
+def driven(body: str, torque: str, more: str = "omega: [0, 0, 1], duration: 10") -> Report:
+    return euler(f"{body}motion: {{{more}, torque: {torque}}}\n")
+
+
+@pytest.mark.parametrize(
+    ("axis", "angle", "third"),
+    [((1, 0, 0), 180, [0, 0, -1]), ((1, 0, 0), 100, [0, 0, -1]), ((0, 1, 0), 20, [0, 0, 1])],
+)
+def test_ux_uy_uz_are_the_e3_that_is_printed(axis: tuple[int, ...], angle: float, third: list[float]) -> None:
+    """For a short time L gains (ux, 2 uy, 3 uz) t in space, e3 being turned back from the results."""
+    frame = f"{{axis: {list(axis)}, angle: {angle} deg}}"
+    text = f"body: {{moments: [1, 1.8, 2.3]}}\nabout: com\nframe: {frame}\n"
+    report = driven(text, '{space: [ux, "2*uy", "3*uz"]}', "omega: [0, 0, 1e-9], times: [1e-6]")
+    axes = rotation.from_axis_angle(axis, math.radians(angle), loads(BODY).arithmetic)
+    np.testing.assert_allclose(axes @ report["axes"][2], third, atol=1e-15)
+    gained = arrays(report)["angular_momentum_space"][0] - [0, 0, 2.3e-9]
+    np.testing.assert_allclose(gained, 1e-6 * np.array([1, 2, 3]) * third, atol=1e-17)
+
+
+def test_ux_uy_uz_of_a_top_are_its_axis() -> None:
+    """It leans towards -y; also where it is prolate, so that e3 is another axis."""
+    for lambda3 in (0.01, 0.03):
+        top = f"mass: 1, distance: 0.1, lambda1: 0.02, lambda3: {lambda3}"
+        text = f"top: {{spin: 1e-9, tilt: 30 deg, gravity: 0, {top}}}\n"
+        found = arrays(driven(text, "{space: [uz, uy, ux]}", "times: [1e-6]"))["angular_momentum_space"][0]
+        np.testing.assert_allclose(found, [1e-6 * math.cos(math.pi / 6), -0.5e-6, 0], atol=1e-10)
+
+
+def test_an_e3_that_is_not_unique_is_noted_where_it_matters() -> None:
+    def noted(moments: str, torque: str) -> bool:
+        text = f"body: {{moments: {moments}}}\nabout: com\n"
+        return any("e3 is not unique" in note for note in driven(text, torque).notes)
+
+    assert noted("[1, 2, 2]", "{space: [0, uz, 0]}")
+    assert noted("[2, 2, 2]", '{body: [0, "0.1*ux", 0]}')
+    assert not noted("[1, 1, 2]", "{space: [0, uz, 0]}")
+    assert not noted("[1, 2, 2]", "{space: [0, wz, 0]}")
+
+
+PULSE = "1000*exp(-((t - %s)/0.001)^2)"
+"""Its integral is sqrt(pi)."""
+
+
+@pytest.mark.parametrize(
+    ("torque", "middle", "end"),
+    [
+        (PULSE % 5, 0, math.sqrt(math.pi)),
+        (f"{PULSE % 5} - {PULSE % 7.3}/2 + t", 8, math.sqrt(math.pi) / 2 + 50),
+        ("1e4*exp(-((t - 5)/0.0001)^2)", 0, math.sqrt(math.pi)),
+        # Three pulses a second, each with 1/(3 pi) of that integral.
+        ("1000*exp(-(sin(3*pi*(t - 1/6))/0.001)^2)", 12 / (3 * math.sqrt(math.pi)), 10 / math.sqrt(math.pi)),
+    ],
+)
+def test_a_torque_that_acts_for_a_moment_is_not_stepped_over(torque: str, middle: float, end: float) -> None:
+    """The integral of the torque, at 4 s and at 10 s."""
+    report = driven(BODY, f'{{body: [0, 0, "{torque}"]}}')
+    found = arrays(report)["omega"][[400, 1000], 2]
+    np.testing.assert_allclose((found - 1) * 2.5, [middle, end], rtol=1e-6, atol=1e-10)
+    assert max(report["drift"].values()) < 1e-10
+    assert report.notes == ()
+
+
+@pytest.mark.parametrize(
+    "torque",
+    [PULSE % 5, "sign(sin(t))", "-sign(w3)*0.2 + 0*t", "cos(300*t)", "1e5*exp(-((t - 5.00002)/0.000003)^2)"],
+)
+def test_no_more_digits_are_trusted_than_the_ledger_shows(torque: str) -> None:
+    report = driven(BODY, f'{{body: [0, 0, "{torque}"]}}', "omega: [0, 0, 1], duration: 10, tolerance: 1e-9")
+    drift = max(report["drift"]["energy"], report["drift"]["angular_momentum"])
+    assert report["trusted_digits"] <= max(0, -math.log10(drift))
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize(
+    "torque",
+    [
+        '["-0.1*sign(w1)*exp(-t)", 0, "sign(sin(t))"]',
+        '["sin(3*t)", "0.2*cos(t)*w1", "-0.1*w3"]',
+        '["30*exp(-((t - 20)/0.01)^2)", "-abs(w2)*w2", 0]',
+    ],
+)
+def test_digits_are_trusted_that_a_finer_integration_confirms(torque: str, tolerance: float) -> None:
+    """Also of a motion about the unstable axis, in which errors grow until they are as large as can be."""
+    text = "omega: [0.3, 2, 0.1], duration: 50, samples: 2, tolerance: "
+    found, true = (driven(BODY, f"{{body: {torque}}}", f"{text}{each}") for each in (tolerance, 1e-15))
+    off = same_turn(arrays(found)["orientation"][-1:], arrays(true)["orientation"][-1:])
+    assert min(off, 2 * math.pi - off) < 10 * 10 ** -found["trusted_digits"]
+
+
+def test_a_miss_that_stays_is_noted(monkeypatch: pytest.MonkeyPatch) -> None:
+    from rigidcli.studies import driving
+
+    monkeypatch.setattr(driving, "ROUNDS", 0)
+    report = driven(BODY, f'{{body: [0, 0, "{PULSE % 5}"]}}')
+    assert report["trusted_digits"] < 1
+    (note,) = report.notes
+    assert "missed near t = 5" in note or "missed near t = 4.99" in note
+
+
+@pytest.mark.parametrize("scale", [1e-150, 1, 1e150])
+def test_the_ledger_of_slow_and_fast_motions_is_the_same(scale: float) -> None:
+    text = f"omega: [{0.5 * scale}, {scale}, {-scale}], duration: {3 / scale}, samples: 3"
+    damping = ", ".join(f'"-{0.1 * scale}*w{k}"' for k in (1, 2, 3))
+    report, unit = (
+        driven(BODY, f"{{body: [{damping}]}}", text),
+        driven(
+            BODY, '{body: ["-0.1*w1", "-0.1*w2", "-0.1*w3"]}', "omega: [0.5, 1, -1], duration: 3, samples: 3"
+        ),
+    )
+    np.testing.assert_allclose(arrays(report)["omega"] / scale, arrays(unit)["omega"], atol=1e-11)
+    for drift in (report["drift"], unit["drift"]):
+        assert 1e-17 < drift["energy"] < 1e-11
+        assert 1e-17 < drift["angular_momentum"] < 1e-11
+
+
+# --- linear bodies
+
+
+@pytest.mark.parametrize(
+    "torque",
+    [
+        '{body: ["-0.3*w1", "-0.3*w2", 0]}',
+        '{space: ["-0.3*wx", "-0.3*wy", "-0.3*wz"]}',
+        '{body: ["-0.3*w1", "-0.3*w2", "-0.3*w3"]}',
+    ],
+)
+def test_a_damped_rod_slows_down_across_its_line(torque: str) -> None:
+    found = arrays(driven(ROD, torque, "omega: [0.6, 0.8, 0], duration: 5"))
+    slowed = np.exp(-0.15 * found["t"])
+    np.testing.assert_allclose(found["omega"], np.outer(slowed, [0.6, 0.8, 0]), atol=1e-12)
+    turned = (1 - slowed[-1]) / 0.15
+    expected = [math.cos(turned / 2), *(math.sin(turned / 2) * np.array([0.6, 0.8, 0]))]
+    assert same_turn(found["orientation"][-1:], np.array([expected])) < 1e-11
+
+
+def test_a_damped_pendulum_that_is_a_rod_in_any_direction() -> None:
+    """theta'' = -(m g l/2) sin(theta)/(m l^2/3) - c theta'/(m l^2/3), from the lower position."""
+    body = "body: {shape: rod, length: 2, mass: 3, anchor: end, axis: [1, 2, 2]}\n"
+    damping = 'motion: {duration: 4, samples: 9, torque: {space: ["-0.5*wx", "-0.5*wy", "-0.5*wz"]}}\n'
+    report = euler(body + "top: {spin: 0, tilt: 150 deg}\n" + damping)
+    theta = arrays(report)["angles"][:, 1]
+    solved = solve_ivp(
+        lambda t, y: [y[1], (3 * 9.80665 * math.sin(y[0]) - 0.5 * y[1]) / 4],
+        (0, 4),
+        [math.radians(150), 0],
+        "DOP853",
+        arrays(report)["t"],
+        rtol=1e-12,
+        atol=1e-12,
+    )
+    np.testing.assert_allclose(np.cos(theta), np.cos(solved.y[0]), atol=1e-9)
+
+
+def test_the_weight_of_a_rod_in_closed_form_and_integrated() -> None:
+    text = (
+        "body: {shape: rod, length: 2, mass: 3, anchor: end, axis: [1, 2, 2]}\n"
+        "motion: {omega: [2, -1, 0], duration: 2, torque: {gravity: 9.81}}\n"
+    )
+    closed, integrated = arrays(euler(text)), arrays(run(loads(text), engine="runge-kutta"))
+    np.testing.assert_allclose(closed["omega"], integrated["omega"], atol=1e-10)
+    assert same_turn(closed["orientation"], integrated["orientation"]) < 1e-10
+
+
 # --- what cannot be followed
 
 
@@ -336,19 +549,31 @@ def test_a_torque_without_a_value_at_the_start_is_refused() -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "key", "words"),
     [
-        ("body: {moments: [0, 1, 1]}\nabout: com\nmotion: {omega: [1, 1, 0]}\n", "no moment"),
-        ("body: {moments: [0, 0, 0]}\nabout: com\nmotion: {omega: [1, 1, 0]}\n", "no moment"),
+        ("body: {moments: [0, 1, 1]}\nabout: com\nmotion: {omega: [1, 1, 0]}\n", "motion.omega", "linear"),
+        ("body: {moments: [0, 0, 0]}\nabout: com\nmotion: {omega: [1, 1, 0]}\n", "motion.omega", "point"),
+        (ROD + "motion: {omega: [0, 1, 1], torque: {body: [0, 0, w1]}}\n", "motion.omega", "linear"),
+        (ROD + "motion: {omega: [0, 1, 0], torque: {body: [0, 0, 1]}}\n", "motion.torque", "linear"),
+        (ROD + "motion: {omega: [1, 0, 0], torque: {space: [0, 0, 1]}}\n", "motion.torque", "linear"),
         (
-            "body: {moments: [0, 1, 1]}\nabout: com\nmotion: {omega: [0, 1, 0], torque: {body: [0, 0, 1]}}\n",
-            "zero",
+            "body: {moments: [0, 0, 0]}\nabout: com\nmotion: {omega: [0, 0, 0], torque: {body: [0, 0, 1]}}\n",
+            "motion.torque",
+            "point",
+        ),
+        (
+            "body: {shape: rod, length: 2, mass: 3, anchor: end}\ntop: {spin: 5, tilt: 1}\nmotion: {}\n",
+            "top.spin",
+            "linear",
         ),
     ],
 )
-def test_motion_about_an_axis_without_moment_is_refused(text: str, words: str) -> None:
-    with pytest.raises(ComputationError, match=words):
+def test_motion_about_an_axis_without_moment_is_refused(text: str, key: str, words: str) -> None:
+    with pytest.raises(DocumentError, match=words) as caught:
         euler(text)
+    (problem,) = caught.value.problems
+    assert problem.key == key
+    assert problem.line == text.count("\n", 0, text.index(key.partition(".")[0] + ":")) + 1
 
 
 @pytest.mark.parametrize(
@@ -370,6 +595,22 @@ def test_what_is_missing_is_named(text: str, key: str) -> None:
     with pytest.raises(DocumentError) as caught:
         euler(text)
     assert key in [problem.key for problem in caught.value.problems]
+
+
+def test_a_torque_that_is_too_large_is_told_with_its_place() -> None:
+    with pytest.raises(DocumentError, match="too large") as caught:
+        euler(BODY + "motion:\n  omega: [0, 0, 1]\n  torque:\n    body: [0, 0, w3^9^9^9]\n")
+    (problem,) = caught.value.problems
+    assert (problem.key, problem.line) == ("motion.torque.body.2", 6)
+
+
+def test_what_is_stiff_or_jumps_has_a_remedy_and_a_span_too_long_is_no_blow_up() -> None:
+    with pytest.raises(ComputationError) as caught:
+        driven(BODY, "{body: [0, 0, -sign(w3)]}")
+    assert "tanh" in (caught.value.hint or "")
+    with pytest.raises(ComputationError, match="too fast") as caught:
+        driven(BODY, "{body: [0, 0, 1]}", "omega: [0, 0, 1], duration: 1e160")
+    assert "shorter" in (caught.value.hint or "")
 
 
 def test_exact_motion_is_refused() -> None:
@@ -408,6 +649,44 @@ def test_columns_options_and_their_refusal(program: Program) -> None:
     assert "w4" in wrong.err
     no_top = program("euler", "-f", "csv", "--columns", "t,theta", "-", stdin=DOCUMENT)
     assert (no_top.code, no_top.out) == (2, "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--samples", "0"], "- with --samples: motion.samples: read `0`"),
+        (["--duration", "-5"], "- with --duration: motion.duration: read `-5`"),
+        (["-s", "motion.samples=0"], "- with --set: motion.samples: read `0`"),
+        (["-s", "motion={omega: [0, 0, 1]}", "--samples", "0"], "- with --samples: motion.samples: read `0`"),
+        (["--duration", "["], "--duration:"),
+        (["-s", "motion.omega=null"], "- with --set: motion.omega: missing"),
+        (["-s", "motion.omega.2=[1]"], "expected an angular velocity (rad/s)"),
+        (["-s", "motion.torque={body: [0, 0, w3^9^9^9]}"], "- with --set: motion.torque.body.2: the value"),
+    ],
+)
+def test_a_problem_names_the_option_that_gave_the_value(
+    arguments: list[str], words: str, program: Program
+) -> None:
+    outcome = program("euler", *arguments, "-", stdin=DOCUMENT)
+    assert (outcome.code, outcome.out) == (3, "")
+    assert words in outcome.err
+
+
+def test_problems_that_a_study_finds_have_lines(program: Program) -> None:
+    text = "name: nothing\nmotion: {}\nabout: com\n"
+    assert program("inertia", "-", stdin=text).err == "-: body: missing, expected a body\n"
+    text = "body: {moments: [1, 2, 2]}\nabout: com\nmotion:\n  omega: [0, 0, 1]\n  torque: {gravity: 9.81}\n"
+    assert program("euler", "-", stdin=text).err == "-:1: body.mass: missing: a weight needs it\n"
+    text = f"name: x\ntop:\n  {TOP.replace(', ', chr(10) + '  ')}\n  spin: 0\n  tilt: 1\nmotion: {{}}\n"
+    assert program("euler", "-f", "csv", "-", stdin=text.replace("  tilt: 1\n", "")).err.startswith(
+        "-:2: top.tilt"
+    )
+
+
+def test_an_output_without_a_name_is_refused(program: Program) -> None:
+    outcome = program("euler", "-o", "", "-", stdin=DOCUMENT)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "--output" in outcome.err
 
 
 def test_a_top_has_its_angles_besides(program: Program) -> None:

@@ -180,6 +180,48 @@ def test_a_torque_is_left_aside_with_a_note() -> None:
     assert any("torque" in note for note in report.notes)
 
 
+@pytest.mark.parametrize("moments", ["[A, A, C]", "[C, A, A]", "[A, C, A]"])
+def test_two_equal_symbols_leave_the_odd_one_for_the_axis(moments: str) -> None:
+    """L. Landau, E. Lifshitz, Mechanics, sections 33 and 36, whichever of the moments is larger."""
+    place = moments.strip("[]").split(", ").index("C")
+    omega = ["u", "0", "0"] if place else ["0", "u", "0"]
+    omega[place] = "w"
+    text = f"body: {{moments: {moments}}}\nabout: com\nmotion: {{omega: [{', '.join(omega)}]}}\n"
+    symbols = precess("parameters: {A: null, C: null, u: null, w: null}\n" + text)["free"]
+    for a, c in ((2, 3), (3, 2)):
+        values = {"A": a, "C": c, "u": 0.5, "w": 2}
+
+        def at(key: str, values: dict[str, float] = values) -> float:
+            return float(symbols[key].subs({s: values[s.name] for s in symbols[key].free_symbols}))
+
+        assert at("body_rate") == pytest.approx((c - a) / a * 2, rel=1e-14)
+        assert at("space_rate") == pytest.approx(math.hypot(a * 0.5, c * 2) / a, rel=1e-14)
+        assert at("axis_angle") == pytest.approx(math.atan2(a * 0.5, c * 2), rel=1e-14)
+        assert at("body_cone_angle") == pytest.approx(math.atan2(0.5, 2), rel=1e-14)
+
+
+@pytest.mark.parametrize("exact", [False, True])
+@pytest.mark.parametrize("moments", ["[0, 1, 1]", "[0, 0, 0]"])
+def test_turning_about_an_axis_without_a_moment_is_refused_as_in_euler(moments: str, exact: bool) -> None:
+    from rigidcli.studies.euler import run as euler
+
+    text = f"body: {{moments: {moments}}}\nabout: com\nmotion: {{omega: [1, 0.5, 0]}}\n"
+    with pytest.raises(DocumentError) as caught:
+        precess(text, exact=exact)
+    with pytest.raises(DocumentError) as other:
+        euler(loads(text))
+    assert str(caught.value) == str(other.value)
+    (problem,) = caught.value.problems
+    assert (problem.key, problem.line) == ("motion.omega", 3)
+
+
+def test_a_rod_that_turns_across_its_line_turns_about_l() -> None:
+    found = free("[0, 2, 2]", "[0, 0.6, 0.8]")
+    assert found["space_rate"] == pytest.approx(1, rel=1e-15)
+    assert found["angular_momentum"] == pytest.approx(2, rel=1e-15)
+    assert (found["body_rate"], found["body_period"]) == (0, None)
+
+
 # --- tides
 
 
