@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from rigidcli.errors import DocumentError, ExpressionError, Problem
+from rigidcli.errors import ExpressionError
 from rigidcli.symbolic import mechanics
 from rigidcli.symbolic.algebra import ZERO, Expr, total
 from rigidcli.symbolic.growth import from_tree, to_tree
@@ -40,8 +40,8 @@ def stated(document: Document) -> Given:
     system = document.system
     if system is None:
         hint = "`hamilton` needs `coordinates`, and a `lagrangian`, energies, particles or a `hamiltonian`"
-        raise DocumentError([Problem(document.source, "missing", key="system", hint=hint)])
-    reader = _Reader(document.source)
+        raise document.refusal("missing", "system", hint=hint)
+    reader = _Reader(document)
     if system.hamiltonian is not None:
         given = reader.read(system.hamiltonian, "hamiltonian")
         return Given(None, given, reason="H alone does not tell what its coordinates are")
@@ -57,16 +57,16 @@ def stated(document: Document) -> Given:
 
 @dataclass(frozen=True, slots=True)
 class _Reader:
-    """Reads the expressions of the document `source`."""
+    """Reads the expressions of a document."""
 
-    source: str
+    document: Document
 
     def read(self, expression: Expression, key: str) -> Expr:
         """An expression under this key of the system."""
         try:
             return from_tree(expression.root)
         except ExpressionError as error:
-            raise DocumentError([Problem(self.source, error.message, key=f"system.{key}")]) from error
+            raise self.document.refusal(error.message, f"system.{key}") from error
 
     def optional(self, expression: Expression | None, key: str) -> Expr | None:
         """The same; None for None."""

@@ -54,13 +54,14 @@ def run(
     fields: list[Field] = []
     if document.orbit is not None:
         from rigidcli.model.orbit import require_values
-        from rigidcli.studies import orbit
+        from rigidcli.studies.orbit import follow
+        from rigidcli.studies.start import begin
 
         require_values(document)
-        found = orbit.on_its_branch(document, document.orbit, found)
+        found, start = begin(document, document.orbit, found)
     kept = _invariants(found, invariants)
     if document.orbit is not None:
-        path = orbit.follow(document, document.orbit, found, kept or (), progress)
+        path = follow(document.orbit, found, start, kept or (), progress)
         fields += _quality(path)
         if path.lost is not None:
             notes.append(

@@ -77,3 +77,13 @@ def test_the_package_itself_loads_nothing() -> None:
         [sys.executable, "-c", script], cwd=ROOT, capture_output=True, text=True, check=True
     )
     assert set(done.stdout.split()) & HEAVY == set()
+
+
+@pytest.mark.parametrize("config", ["notes_spring", "double_pendulum", "relativistic_oscillator"])
+def test_a_hamiltonian_needs_no_sympy(config: str) -> None:
+    arguments = ("-f", "json", "-s", "orbit.duration=0.1", f"configs/{config}.yaml")
+    assert loaded("hamilton", *arguments) == {"numpy", "yaml", "orjson"}
+
+
+def test_a_hamiltonian_with_symbols_needs_no_sympy() -> None:
+    assert loaded("hamilton", "configs/taylor_13_06.yaml") <= {"numpy", "yaml", "orjson", "rich"}
