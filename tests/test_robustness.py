@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+from functools import cache
 from typing import Any, NoReturn
 
 import numpy as np
@@ -14,8 +15,13 @@ from rigidcli.model.base import Section
 from rigidcli.model.bodies import Composite, KnownTensor, PointMasses
 from rigidcli.model.document import Document
 from rigidcli.model.motion import Motion
+from rigidcli.model.orbit import Orbit
 from rigidcli.model.shapes import SHAPES
 from rigidcli.model.syntax import read_tree
+from rigidcli.model.system import Particle, System
+from rigidcli.model.tide import Tide
+from rigidcli.model.top import Top
+from rigidcli.model.transform import Transform
 
 from .conftest import ROOT, Program
 
@@ -28,9 +34,9 @@ BOUNDED = settings(
 )
 
 
-def judge(program: Program, text: str, *options: str) -> None:
-    """Run `axes -f json` on a text, and hold the outcome against the contract."""
-    outcome = program("axes", "-f", "json", "-", *options, stdin=text)
+def judge(program: Program, text: str, *options: str, command: str = "axes") -> None:
+    """Run a command with `-f json` on a text, and hold the outcome against the contract."""
+    outcome = program(command, "-f", "json", "-", *options, stdin=text)
     assert outcome.code in (0, 3, 4)
     assert "Traceback" not in outcome.err
     assert all(line.isprintable() for line in outcome.err.split("\n"))
@@ -40,8 +46,9 @@ def judge(program: Program, text: str, *options: str) -> None:
     else:
         assert outcome.out.endswith("}\n")
         result = json.loads(outcome.out, parse_constant=refuse)
-        assert result["schema"] == "rigidcli.axes/1"
-        judge_result(result)
+        assert result["schema"] == f"rigidcli.{command}/1"
+        if command == "axes":
+            judge_result(result)
 
 
 def refuse(constant: str) -> NoReturn:
@@ -76,7 +83,8 @@ def parts_of(tree: Any) -> list[tuple[Any, Any]]:
     return [place for key, value in inner for place in ((tree, key), *parts_of(value))]
 
 
-MODELS: list[type[Section]] = [Document, Motion, *SHAPES.values(), PointMasses, Composite, KnownTensor]
+MODELS: list[type[Section]] = [Document, Motion, System, Orbit, Transform, Particle, Top, Tide]
+MODELS += [*SHAPES.values(), PointMasses, Composite, KnownTensor]
 KEYS = sorted({key for model in MODELS for key in model.model_fields} | {"euler", "quaternion", "a", "m"})
 NUMBERS = st.one_of(
     st.integers(-3, 30),
@@ -94,13 +102,26 @@ VALUES = st.recursive(
     max_leaves=6,
 )
 NUMERIC = ["cone_top", "cube_corner", "flywheel", "known_tensor", "three_masses", "triangular_plate", "water"]
-CONFIGS = {name: read_tree((ROOT / f"configs/{name}.yaml").read_text(), name) for name in NUMERIC}
+MOVING = ["tennis_racket", "feynman_plate", "openstax_gyroscope", "top_looping", "top_sleeping", "earth"]
+SYSTEMS = [
+    "notes_spring",
+    "kepler_polar",
+    "magnetic_particle",
+    "taylor_13_12",
+    "taylor_13_26",
+    "bead_on_hoop",
+]
+
+
+@cache
+def config(name: str) -> Any:
+    return read_tree((ROOT / f"configs/{name}.yaml").read_text(), name)
 
 
 @st.composite
-def changed(draw: st.DrawFn) -> Any:
+def changed(draw: st.DrawFn, names: list[str]) -> Any:
     """A document of configs/ with one to three values replaced, removed, repeated or renamed."""
-    tree = copy.deepcopy(CONFIGS[draw(st.sampled_from(NUMERIC))])
+    tree = copy.deepcopy(config(draw(st.sampled_from(names))))
     for _ in range(draw(st.integers(1, 3))):
         container, key = draw(st.sampled_from(parts_of(tree) or [({}, "x")]))
         match draw(st.sampled_from(["replace", "replace", "remove", "repeat", "rename"])):
@@ -118,9 +139,21 @@ def changed(draw: st.DrawFn) -> Any:
 
 
 @settings(BOUNDED, max_examples=100)
-@given(tree=changed())
+@given(tree=changed(NUMERIC))
 def test_changed_documents(tree: Any, program: Program) -> None:
     judge(program, json.dumps(tree))
+
+
+@settings(BOUNDED, max_examples=60)
+@given(tree=changed(MOVING), command=st.sampled_from(["precess", "euler"]))
+def test_changed_motions(tree: Any, command: str, program: Program) -> None:
+    judge(program, json.dumps(tree), "-s", "motion.samples=11", command=command)
+
+
+@settings(BOUNDED, max_examples=60)
+@given(tree=changed(SYSTEMS))
+def test_changed_systems(tree: Any, program: Program) -> None:
+    judge(program, json.dumps(tree), "-s", "orbit=null", command="hamilton")
 
 
 # --- bodies of any shape with any numbers
@@ -202,4 +235,4 @@ def test_random_texts(text: str, program: Program) -> None:
 )
 def test_random_settings(path: list[str], value: object, program: Program) -> None:
     setting = f"{'.'.join(['body', *path])}={json.dumps(value)}"
-    judge(program, json.dumps(CONFIGS["three_masses"]), "--set", setting)
+    judge(program, json.dumps(config("three_masses")), "--set", setting)
