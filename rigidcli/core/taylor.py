@@ -14,6 +14,7 @@ from __future__ import annotations
 import importlib
 import math
 import signal
+import sys
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -148,7 +149,7 @@ def _integrator(flow: Flow, t0: float, start: Floats, scales: Floats, tolerance:
 def _loaded() -> ModuleType:
     """heyoka. Raises ComputationError where there is none, or one that does not load."""
     try:
-        with _uninterrupted():
+        with _uninterrupted(), _without_sympy():
             return importlib.import_module("heyoka")
     except ModuleNotFoundError as error:
         if error.name != "heyoka":
@@ -159,6 +160,19 @@ def _loaded() -> ModuleType:
         ) from None
     except Exception as error:  # whatever a library of another language does when it is not at home
         raise ComputationError(f"heyoka cannot be loaded: {error}") from error
+
+
+@contextmanager
+def _without_sympy() -> Iterator[None]:
+    """A context in which heyoka does without sympy: half of its time to load is for conversions to that."""
+    hidden = "sympy" not in sys.modules
+    if hidden:
+        sys.modules["sympy"] = None  # type: ignore[assignment]  # this is how an import is made to fail
+    try:
+        yield
+    finally:
+        if hidden:
+            del sys.modules["sympy"]
 
 
 @contextmanager
