@@ -59,6 +59,8 @@ def run(
 
         require_values(document)
         found, start = begin(document, document.orbit, found)
+        if document.exact_results:
+            notes.append("the orbit is followed in floating-point numbers")
     kept = _invariants(found, invariants)
     if document.orbit is not None:
         path = follow(document.orbit, found, start, kept or (), progress)
@@ -196,10 +198,10 @@ def _spectrum(matrix: Sequence[Sequence[Expr]], document: Document) -> Spectrum 
 
     values = {name: float(value) for name, value in document.values.items()}
     used = {name for row in matrix for e in row for name in e.names}
-    if used <= values.keys():
+    if used <= values.keys() and not document.exact_results:
         rows = [[Expression("", to_tree(e), e.names).evaluate(values) for e in row] for row in matrix]
         return spectrum.of_numbers(np.array(rows))
-    return None if TIME in used else spectrum.of_symbols(matrix)
+    return None if TIME in used else spectrum.of_symbols(matrix, values)
 
 
 def _verdicts(found: Derivation) -> list[Field]:

@@ -8,7 +8,7 @@ Mechanics, appendix 6.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal, TypeAlias
@@ -77,8 +77,11 @@ def _is_diagonable(matrix: Floats) -> bool:
     return bool(np.linalg.svd(vectors, compute_uv=False).min() > ROUNDING)
 
 
-def of_symbols(matrix: Sequence[Sequence[Expr]]) -> Spectrum | None:
-    """The spectrum of A (2n by 2n, coordinates first), where each freedom is by itself; else None."""
+def of_symbols(matrix: Sequence[Sequence[Expr]], fixed: Mapping[str, float]) -> Spectrum | None:
+    """The spectrum of A (2n by 2n, coordinates first), where each freedom is by itself; else None.
+
+    Signs are those for the `fixed` values of names, and any positive ones of the others.
+    """
     size = len(matrix) // 2
     pairs: list[tuple[float | Expr, float | Expr]] = []
     frequencies: dict[Expr, None] = {}
@@ -93,7 +96,7 @@ def of_symbols(matrix: Sequence[Sequence[Expr]]) -> Spectrum | None:
             return None
         # The trace of a freedom by itself is zero, so that lambda^2 = -determinant.
         square = tidy(-masses.minor(masses.part(matrix, (i, i + size), (i, i + size))))
-        sign = _sign(square)
+        sign = _sign(square, fixed)
         if sign is None:
             return None
         root = tidy((square * sign) ** _HALF) if sign else ZERO
@@ -108,11 +111,12 @@ def of_symbols(matrix: Sequence[Sequence[Expr]]) -> Spectrum | None:
     return Spectrum(tuple(pairs), tuple(frequencies), worst)
 
 
-def _sign(e: Expr) -> int | None:
+def _sign(e: Expr, fixed: Mapping[str, float]) -> int | None:
     """The sign that an expression has for any positive parameters, as far as random ones tell."""
     if e.is_zero:
         return 0
-    found = probe.values([e], {}, count=12)
+    known = {name: value for name, value in fixed.items() if name in e.names}
+    found = probe.values([e], known, count=12)
     if found is None or (found.min() < 0 < found.max()):
         return None
     return 1 if found.min() > 0 else -1

@@ -116,13 +116,16 @@ def test_stability(matrix: list[list[float]], stability: str) -> None:
 def test_a_spectrum_of_symbols() -> None:
     oscillator = linear(equations(expression("p_x^2/(2*m) + k*x^2/2"), ONE_FREEDOM), ONE_FREEDOM.names)
     assert oscillator is not None
-    found = spectrum.of_symbols(oscillator[0])
+    found = spectrum.of_symbols(oscillator[0], {})
     assert found is not None
     assert [written(e) for e in found.frequencies if isinstance(e, Expr)] == ["sqrt(k/m)"]
     assert found.stability == "stable"
+    found = spectrum.of_symbols(oscillator[0], {"k": -4.0})
+    assert found is not None
+    assert found.stability == "unstable"
     rod = linear(equations(expression("p_x^2/(2*m) - m*w^2*x^2/2"), ONE_FREEDOM), ONE_FREEDOM.names)
     assert rod is not None
-    found = spectrum.of_symbols(rod[0])
+    found = spectrum.of_symbols(rod[0], {})
     assert found is not None
     assert found.stability == "unstable"
     assert found.frequencies == ()
