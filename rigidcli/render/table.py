@@ -5,19 +5,12 @@ from __future__ import annotations
 import io
 import textwrap
 from collections.abc import Iterable, Iterator, Sequence
-
-from rich.console import Console
-from rich.padding import Padding
-from rich.table import Table as Grid
-from rich.text import Text
+from typing import TypeAlias
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.render.values import Notation, column_texts, entries, has_symbols, sampled, visible, written
 from rigidcli.report import Cell, Field, Report, Table
-
-UNLIMITED = 100_000
-"""Width where there is no terminal: a file or pipe gets every result on its own lines, unbroken."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
@@ -28,19 +21,57 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         first = False
 
 
+_Rows: TypeAlias = Sequence[tuple[Field, str, str]]
+"""Results, each with its value as lines of text, and its unit."""
+
+
 def _block(report: Report, look: Look) -> str:
-    bold = "bold" if look.colour else ""
     rows = [(entry, *_value(entry, look.digits)) for entry in report.fields if entry.title]
+    head = f"{printable(report.name)}: {report.title}"
+    if look.width is None:
+        # A file or pipe gets every result on its own lines, unbroken, and need not wait for rich.
+        written = "\n".join([head, *_columns(rows), *_plain_tables(report, look)])
+    else:
+        written = _on_terminal(head, rows, report, look, look.width)
+    return "".join(line.rstrip() + "\n" for line in written.splitlines())
+
+
+def _columns(rows: _Rows) -> Iterator[str]:
+    """The rows as lines, values in a column of their own."""
+    titles, units, _ = _widths(rows)
+    for entry, value, unit in rows:
+        first, *others = value.split("\n")
+        yield f"{entry.title:{titles}}  {unit:{units}}  {first}"
+        yield from (" " * (titles + units + 4) + line for line in others)
+
+
+def _plain_tables(report: Report, look: Look) -> Iterator[str]:
+    for table in report.tables:
+        shown = visible(table, look)
+        if shown:
+            yield f"\n{table.title}"
+            for lines in _grids(table, shown, look):
+                yield from lines
+
+
+def _on_terminal(head: str, rows: _Rows, report: Report, look: Look, width: int) -> str:
+    """All of a report, in colours, and with words broken at the edge."""
+    from rich.console import Console
+    from rich.padding import Padding
+    from rich.table import Table as Grid
+    from rich.text import Text
+
+    bold = "bold" if look.colour else ""
     target = io.StringIO()
     console = Console(
         file=target,
-        width=look.width or UNLIMITED,
+        width=width,
         force_terminal=look.colour,
         color_system="standard" if look.colour else None,
         legacy_windows=False,
     )
-    console.print(Text(f"{printable(report.name)}: {report.title}", style=bold))
-    if look.width is None or _width(rows) <= look.width:
+    console.print(Text(head, style=bold))
+    if sum(_widths(rows)) + 4 <= width:
         grid = Grid.grid(padding=(0, 2))
         for entry, value, unit in rows:
             grid.add_row(Text(entry.title, style=bold), Text(unit), Text(value))
@@ -60,7 +91,7 @@ def _block(report: Report, look: Look) -> str:
             for lines in _grids(table, shown, look):
                 for number, line in enumerate(lines):
                     console.print(Text(line, style=bold if number == 0 else ""), soft_wrap=True)
-    return "".join(line.rstrip() + "\n" for line in target.getvalue().splitlines())
+    return target.getvalue()
 
 
 def _grids(table: Table, columns: Sequence[Cell], look: Look) -> Iterator[list[str]]:
@@ -87,17 +118,17 @@ def _grids(table: Table, columns: Sequence[Cell], look: Look) -> Iterator[list[s
     yield ["  ".join(line) for line in zip(*grid, strict=True)]
 
 
-def _width(rows: Sequence[tuple[Field, str, str]]) -> int:
-    """Of the rows in columns; words are left out, for they may be broken."""
+def _widths(rows: _Rows) -> tuple[int, int, int]:
+    """Of titles, units and values; words among these are left out, for they may be broken."""
     titles, units, values = (
-        [max(map(len, text.split("\n")), default=0) for text in column]
+        max((len(line) for text in column for line in text.split("\n")), default=0)
         for column in (
             [entry.title for entry, _, _ in rows],
             [unit for _, _, unit in rows],
             ["" if entry.words else value for entry, value, _ in rows],
         )
     )
-    return max(titles) + 2 + max(units) + 2 + max(values)
+    return titles, units, values
 
 
 def _value(entry: Field, digits: int) -> tuple[str, str]:
