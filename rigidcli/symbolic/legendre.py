@@ -56,7 +56,9 @@ class _Part:
 def momenta(lagrangian: Expr, velocities: Sequence[str]) -> Momenta:
     """The momenta of a Lagrangian with these velocities."""
     definitions = tuple(tidy(derivative(lagrangian, name)) for name in velocities)
-    matrix = tuple(tuple(tidy(derivative(p, name)) for name in velocities) for p in definitions)
+    size = range(len(velocities))
+    upper = [[tidy(derivative(definitions[i], velocities[j])) for j in size[i:]] for i in size]
+    matrix = tuple(tuple(upper[min(i, j)][abs(i - j)] for j in size) for i in size)
     return Momenta(definitions, matrix)
 
 
@@ -145,28 +147,32 @@ def _of_masses(matrix: masses.Matrix, momenta: Sequence[Expr]) -> list[Inverse]:
         if len(block) == 1 and len(momenta[block[0]].terms) == 1:
             alone.setdefault(inverse[block[0]][block[0]] / 2, []).append(momenta[block[0]] ** 2)
         else:
-            energy.append(_energy(masses.part(inverse, block, block), [momenta[i] for i in block]))
+            own, back = masses.part(matrix, block, block), masses.part(inverse, block, block)
+            energy.append(_energy(back, own, [momenta[i] for i in block]))
     energy += [factor * total(squares) for factor, squares in alone.items()]
     return [Inverse(velocities, total(energy))]
 
 
-def _energy(inverse: masses.Matrix, momenta: Sequence[Expr]) -> Expr:
-    """P.M^-1.P/2 of one block: coefficient by coefficient, or of two momenta as squares, as is shorter."""
+def _energy(inverse: masses.Matrix, matrix: masses.Matrix, momenta: Sequence[Expr]) -> Expr:
+    """P.M^-1.P/2 of one block: of two momenta as squares, of more coefficient by coefficient."""
     size = range(len(momenta))
     half = Fraction(1, 2)
-    forms = [
-        tidy(
-            total(
-                inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j]
-                for i in size
-                for j in size
-                if i <= j
-            )
-        )
-    ]
     if len(momenta) == 2:
-        for i, j in ((0, 1), (1, 0)):
-            own, shared = inverse[i][i], tidy(inverse[i][j] / inverse[i][i])
-            rest = tidy(inverse[j][j] - inverse[i][j] * shared)
-            forms.append(own * half * (momenta[i] + shared * momenta[j]) ** 2 + rest * half * momenta[j] ** 2)
-    return shortest(forms)
+        # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
+        return shortest(
+            [
+                inverse[i][i] * half * (momenta[i] - tidy(matrix[i][j] / matrix[j][j]) * momenta[j]) ** 2
+                + tidy(half / matrix[j][j]) * momenta[j] ** 2
+                for i, j in ((0, 1), (1, 0))
+                if not matrix[j][j].is_zero
+            ]
+            or [inverse[0][1] * momenta[0] * momenta[1]]
+        )
+    return tidy(
+        total(
+            inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j]
+            for i in size
+            for j in size
+            if i <= j
+        )
+    )

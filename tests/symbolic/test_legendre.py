@@ -118,6 +118,8 @@ FORMS = {
     "rotational in polar coordinates": (["r", "a"], "m*(rdot^2 + r^2*adot^2)^2 - k/r"),
     "curved, of order two": (["x", "y"], "m*(2*xdot^2 + xdot*ydot + 3*ydot^2)^2 - x*y"),
     "two kinds at once": (["x", "y"], "m*exp(xdot) + k*ydot^2/2 - x*y"),
+    "masses of both signs": (["x", "y"], "m*xdot*ydot + k*ydot^2 - x*y"),
+    "no mass by itself": (["x", "y"], "m*xdot*ydot + x*ydot - x*y"),
     "time": (["x"], "exp(c*t)*(m*xdot^2/2 - k*x^2/2)"),
 }
 
