@@ -293,13 +293,13 @@ def by_key(forms: Mapping[str, type[Section]]) -> Choice:
 
 
 def elsewhere(module: str, name: str) -> Choice:
-    """Marks a field that takes a section of another module, which is loaded when there is one to read."""
+    """Marks a field for a section, or a choice, of another module, loaded when there is one to read."""
 
-    def section() -> type[Section]:
-        found: type[Section] = getattr(import_module(module), name)
-        return found
+    def found() -> Choice:
+        there = getattr(import_module(module), name)
+        return there if isinstance(there, Choice) else Choice(lambda raw: there, lambda: (there,))
 
-    return Choice(lambda raw: section(), lambda: (section(),))
+    return Choice(lambda raw: found().choose(raw), lambda: found().options())
 
 
 def not_one_of(raw: object, words: Sequence[str]) -> str:

@@ -227,4 +227,6 @@ def _choose(raw: Mapping[str, Any]) -> type[Section]:
     return by_key({"shape": Form, **FORMS}).choose(raw)
 
 
-Body: TypeAlias = Annotated[Form, Choice(_choose, lambda: (*SHAPES.values(), *dict.fromkeys(FORMS.values())))]
+BODY = Choice(_choose, lambda: (*SHAPES.values(), *dict.fromkeys(FORMS.values())))
+
+Body: TypeAlias = Annotated[Form, BODY]

@@ -15,22 +15,24 @@ from rigidcli.core.principal import ZERO_MOMENT, PrincipalFrame
 from rigidcli.core.tensor import MassProperties
 from rigidcli.errors import DocumentError, Problem, ValueProblem
 from rigidcli.model.base import Point, Section, elsewhere, environment
-from rigidcli.model.bodies import Body
 from rigidcli.model.environment import Environment
-from rigidcli.model.motion import Motion
 from rigidcli.model.parameters import definitions
 from rigidcli.model.principal import principal_frame
 from rigidcli.model.rotations import Rotation
 from rigidcli.symbolic.expression import Expression
 
 if TYPE_CHECKING:
+    from rigidcli.model.bodies import Body
+    from rigidcli.model.motion import Motion
     from rigidcli.model.orbit import Orbit
     from rigidcli.model.system import System
     from rigidcli.model.tide import Tide
     from rigidcli.model.top import HeavyTop, Top
     from rigidcli.model.transform import Transform
 else:
-    # Few documents have these: the others do not wait for them.
+    # No document has all of these: none waits for what it has not.
+    Body = Annotated[Section, elsewhere("rigidcli.model.bodies", "BODY")]
+    Motion = Annotated[Section, elsewhere("rigidcli.model.motion", "Motion")]
     Orbit = Annotated[Section, elsewhere("rigidcli.model.orbit", "Orbit")]
     System = Annotated[Section, elsewhere("rigidcli.model.system", "System")]
     Tide = Annotated[Section, elsewhere("rigidcli.model.tide", "Tide")]
