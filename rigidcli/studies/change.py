@@ -6,14 +6,16 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigidcli.studies.derivation import TIME, Derivation
+from rigidcli.studies.given import derived_parameters, known_values
 from rigidcli.symbolic import canonical
 from rigidcli.symbolic.algebra import Expr
-from rigidcli.symbolic.calculus import substitute
+from rigidcli.symbolic.calculus import derivative, substitute
 from rigidcli.symbolic.growth import from_tree
 from rigidcli.symbolic.hamiltonian import Phase, equations
-from rigidcli.symbolic.simplify import tidy
+from rigidcli.symbolic.simplify import is_zero, tidy
 
 if TYPE_CHECKING:
+    from rigidcli.model.document import Document
     from rigidcli.model.transform import Transform
 
 
@@ -32,16 +34,21 @@ class Change:
     equations: tuple[Expr, ...] | None
 
 
-def changed(transform: Transform, found: Derivation) -> Change:
-    """Judge a change of variables."""
+def changed(document: Document, transform: Transform, found: Derivation) -> Change:
+    """Judge a change of variables, for all values of the parameters or else for the given ones."""
     new = Phase(transform.coordinates, transform.momenta)
     given = transform.old if transform.old is not None else transform.new
     assert given is not None
-    values = {name: from_tree(expression.root) for name, expression in given.items()}
+    derived = derived_parameters(document)
+    values = {name: from_tree(expression.root, derived) for name, expression in given.items()}
     pairs, phase = (found.phase, new) if transform.old is not None else (new, found.phase)
     brackets = canonical.brackets(values, pairs, phase)
     wrong = canonical.wrong(brackets, pairs)
-    timeless = all(TIME not in value.names for value in values.values())
+    if wrong:
+        known = known_values(document)
+        here = {pair: substitute(brackets[pair], known) for pair in wrong}
+        wrong = canonical.wrong(here, pairs)
+    timeless = all(is_zero(derivative(value, TIME)) for value in values.values())
     old = values if transform.old is not None else canonical.turned_round(values, pairs, phase)
     hamiltonian = None
     if not wrong and timeless and old is not None and found.hamiltonian is not None:

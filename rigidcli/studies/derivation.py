@@ -14,7 +14,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.studies.given import Given, stated
+from rigidcli.studies.given import Given, known_values, stated
 from rigidcli.symbolic import code, masses, mechanics, probe, rank
 from rigidcli.symbolic.algebra import PI, ZERO, Expr, symbol, total
 from rigidcli.symbolic.calculus import derivative, substitute
@@ -113,7 +113,8 @@ class Derivation:
         carried = total(
             p * symbol(v) for p, v in zip(definitions.definitions, self.velocity_names, strict=True)
         )
-        return tidy(given.kinetic + given.potential + given.lagrangian - carried)
+        excess = tidy(given.kinetic + given.potential + given.lagrangian - carried)
+        return ZERO if is_zero(excess) else excess
 
     @cached_property
     def energy(self) -> Expr | None:
@@ -137,12 +138,12 @@ def derive(document: Document) -> Derivation:
     system = document.system
     assert system is not None
     try:
-        return _derived(system, given, document.values)
+        return _derived(system, given, known_values(document))
     except ExpressionError as error:
         raise ComputationError(f"the momenta cannot be worked out: {error.message}") from error
 
 
-def _derived(system: System, given: Given, values: Mapping[str, float]) -> Derivation:
+def _derived(system: System, given: Given, values: Mapping[str, Expr]) -> Derivation:
     phase = Phase(system.coordinates, system.momenta)
     if given.lagrangian is None:
         return Derivation(phase, system.velocities, given, None, (), None)
@@ -181,7 +182,7 @@ def _singular_points(found: Momenta, phase: Phase) -> Iterator[str]:
                         yield f"the mass matrix is singular where {name} = {shown}"
 
 
-def _require_regular(system: System, found: Momenta, values: Mapping[str, float]) -> None:
+def _require_regular(system: System, found: Momenta, values: Mapping[str, Expr]) -> None:
     """Raise ComputationError if the velocities do not follow from the momenta."""
     size = len(system.coordinates)
     reached = rank.rank(found.mass_matrix, {})
@@ -194,10 +195,10 @@ def _require_regular(system: System, found: Momenta, values: Mapping[str, float]
             hint="the momenta do not tell the velocities, so that there is no Hamiltonian of this kind",
         )
     names = {name for row in found.mass_matrix for entry in row for name in entry.names}
-    fixed = {name: float(value) for name, value in values.items() if name in names}
+    fixed = {name: value for name, value in values.items() if name in names}
     reached = rank.rank(found.mass_matrix, fixed) if fixed else size
     if reached is not None and reached < size:
-        shown = ", ".join(f"{name} = {value:g}" for name, value in fixed.items())
+        shown = ", ".join(f"{name} = {text(to_tree(value))}" for name, value in fixed.items())
         raise ComputationError(
             f"the mass matrix has rank {reached} of {size} at the given values ({shown}), "
             "so that the momenta do not tell the velocities"

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic import mechanics
 from rigidcli.symbolic.algebra import ZERO, Expr, total
+from rigidcli.symbolic.calculus import coefficients, derivative
 from rigidcli.symbolic.growth import from_tree, to_tree
+from rigidcli.symbolic.simplify import is_zero
 from rigidcli.symbolic.writing import text
 
 if TYPE_CHECKING:
@@ -41,7 +44,7 @@ def stated(document: Document) -> Given:
     if system is None:
         hint = "`hamilton` needs `coordinates`, and a `lagrangian`, energies, particles or a `hamiltonian`"
         raise document.refusal("missing", "system", hint=hint)
-    reader = _Reader(document)
+    reader = _Reader(document, derived_parameters(document))
     if system.hamiltonian is not None:
         given = reader.read(system.hamiltonian, "hamiltonian")
         return Given(None, given, reason="H alone does not tell what its coordinates are")
@@ -55,16 +58,35 @@ def stated(document: Document) -> Given:
     return Given(lagrangian, reason=reason)
 
 
+def derived_parameters(document: Document) -> dict[str, Expr]:
+    """The parameters that are given by others, as functions of these: lest a law be missed."""
+    derived: dict[str, Expr] = {}
+    for name, definition in document.definitions.items():
+        if definition is not None and definition.names:
+            derived[name] = from_tree(definition.root, derived)
+    return derived
+
+
+def known_values(document: Document) -> dict[str, Expr]:
+    """The parameters that have values, exactly as they are given."""
+    known: dict[str, Expr] = {}
+    for name, definition in document.definitions.items():
+        if definition is not None and definition.names <= known.keys():
+            known[name] = from_tree(definition.root, known)
+    return known
+
+
 @dataclass(frozen=True, slots=True)
 class _Reader:
-    """Reads the expressions of a document."""
+    """Reads the expressions of a document, in which derived parameters are what they are derived from."""
 
     document: Document
+    derived: Mapping[str, Expr]
 
     def read(self, expression: Expression, key: str) -> Expr:
         """An expression under this key of the system."""
         try:
-            return from_tree(expression.root)
+            return from_tree(expression.root, self.derived)
         except ExpressionError as error:
             raise self.document.refusal(error.message, f"system.{key}") from error
 
@@ -96,14 +118,17 @@ def _of_particles(system: System, given: tuple[Particle, ...], potential: Expr, 
         path.text
         for particle in given
         for path in (*(particle.position or ()), particle.angle)
-        if path is not None and mechanics.TIME in path.names
+        if path is not None
+        and mechanics.TIME in path.names
+        and not is_zero(derivative(from_tree(path.root, reader.derived), mechanics.TIME))
     ]
     reason = (
         f"the time is in the position {carriers[0]}"
         if carriers
         else "the positions follow from the coordinates without the time"
     )
-    return Given(kinetic - potential, None, kinetic, potential, not carriers, reason)
+    still = _of_position(potential, system)
+    return Given(kinetic - potential, None, kinetic, still, not carriers, reason)
 
 
 def _of_energies(system: System, kinetic: Expr, potential: Expr, lagrangian: Expr | None) -> Given:
@@ -114,4 +139,12 @@ def _of_energies(system: System, kinetic: Expr, potential: Expr, lagrangian: Exp
         else f"T has {text(to_tree(wrong))}, as it has not in natural coordinates"
     )
     moves = kinetic - potential if lagrangian is None else lagrangian
-    return Given(moves, None, kinetic, potential, wrong is None, reason)
+    return Given(moves, None, kinetic, _of_position(potential, system), wrong is None, reason)
+
+
+def _of_position(potential: Expr, system: System) -> Expr:
+    """A potential without terms linear in the velocities: a magnetic field does no work, and is no energy."""
+    found = coefficients(potential, system.velocities)
+    if found is None or any(sum(powers) > 1 for powers in found):
+        return potential
+    return found.get((0,) * len(system.velocities), ZERO)

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Table, Value
 from rigidcli.studies import inertia
@@ -74,7 +76,13 @@ def run(
     if document.transform is not None:
         from rigidcli.studies.change import changed
 
-        fields = _change(changed(document.transform, found)) + fields
+        change = changed(document, document.transform, found)
+        fields = _change(change) + fields
+        if not change.wrong and change.hamiltonian is None:
+            notes.append(
+                "H in the new variables is told where H has one form, the change does not hold the time, and "
+                "the old variables are given, or follow from linear equations"
+            )
     fields = [
         Field("coordinates", list(found.phase.coordinates)),
         Field("velocities", list(found.velocity_names)),
@@ -155,7 +163,9 @@ def _equations(found: Derivation) -> list[Field]:
 def _linear(found: Derivation, document: Document) -> list[Field]:
     """The matrix of linear equations, and its eigenvalues."""
     names = found.phase.names
-    parts = None if found.equations is None else linear(found.equations, names)
+    parts = None
+    with suppress(ExpressionError):
+        parts = None if found.equations is None else linear(found.equations, names)
     if parts is None:
         return [Field(key, None) for key in ("matrix", "offset", "eigenvalues", "frequencies", "stability")]
     matrix, offset = parts
@@ -199,7 +209,10 @@ def _spectrum(matrix: Sequence[Sequence[Expr]], document: Document) -> Spectrum 
     values = {name: float(value) for name, value in document.values.items()}
     used = {name for row in matrix for e in row for name in e.names}
     if used <= values.keys() and not document.exact_results:
-        rows = [[Expression("", to_tree(e), e.names).evaluate(values) for e in row] for row in matrix]
+        try:
+            rows = [[Expression("", to_tree(e), e.names).evaluate(values) for e in row] for row in matrix]
+        except ExpressionError:
+            return None
         return spectrum.of_numbers(np.array(rows))
     return None if TIME in used else spectrum.of_symbols(matrix, values)
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from rigidcli.core import integrate
 from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import ComputationError
 from rigidcli.studies.derivation import Derivation
 from rigidcli.studies.flow import Motion, columns, motion_of, terms_of
 from rigidcli.studies.start import Start
@@ -26,6 +27,9 @@ SECOND_OPINION = 1e2
 
 PIECES = 7
 """In which the second integration is done; the first is a 64th of the span."""
+
+REFINEMENTS, PARTS = 5, 101
+"""How often the time at which an orbit leaves its range is narrowed down, to one of how many."""
 
 LOST = 0.1
 """Error of a variable, in units of its size, with which it has no digits."""
@@ -83,6 +87,7 @@ def follow(
         progress=progress,
         name="the orbit",
     )
+    _require_range(solution, found, start)
     states = solution.at(times)
     coordinates, momenta, energy, terms = motion.seen(times, states)
     error, lost = _doubt(motion, times, states, tolerance, engine)
@@ -109,6 +114,25 @@ def follow(
         digits(max(error, np.finfo(np.float64).eps * solution.steps**0.5)),
         lost,
     )
+
+
+def _require_range(solution: integrate.Solution, found: Derivation, start: Start) -> None:
+    """Raise ComputationError where momenta leave the range in which they have velocities on this branch."""
+    for condition in () if found.branch is None else found.branch.conditions:
+        told = terms_of(condition, found, start.values)
+        times = solution.knots
+        for _ in range(REFINEMENTS):
+            states = solution.at(times)[:, : 2 * len(start.q)]
+            outside = ~(columns(told, times, states).sum(axis=0) > 0)
+            if not outside.any():
+                break
+            first = int(np.argmax(outside))
+            times = np.linspace(times[max(0, first - 1)], times[first], PARTS)
+        else:
+            raise ComputationError(
+                f"the orbit has no velocities beyond t = {times[-1]:.6g}, "
+                f"expected {text(to_tree(condition))} > 0"
+            )
 
 
 def _doubt(

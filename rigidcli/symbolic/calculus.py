@@ -15,6 +15,9 @@ from rigidcli.symbolic.surds import Rational, bounded
 MAX_STEPS = 100_000
 """In multiplying one expression out."""
 
+MAX_FACTORS = 20_000
+"""Of the terms of a derivative, all together."""
+
 _SLOPES: dict[str, Callable[[Expr], Expr]] = {
     "sin": lambda x: apply("cos", x),
     "cos": lambda x: -apply("sin", x),
@@ -44,10 +47,11 @@ def derivative(e: Expr, name: str) -> Expr:
 class _Derivative:
     """The derivatives of atoms that are known so far."""
 
-    __slots__ = ("known", "name")
+    __slots__ = ("allowance", "known", "name")
 
     def __init__(self, name: str) -> None:
         self.name = name
+        self.allowance = Allowance(MAX_FACTORS)
         self.known: dict[Atom, Expr] = {}
 
     def of(self, e: Expr) -> Expr:
@@ -57,6 +61,7 @@ class _Derivative:
         for monomial, coefficient in e.terms.items():
             for atom, exponent in monomial:
                 if self.name in atom.names:
+                    self.allowance.spend(len(monomial))
                     exponents = dict(monomial)
                     exponents[atom] = exponent - 1
                     rest = gathered(bounded(coefficient * exponent), exponents)

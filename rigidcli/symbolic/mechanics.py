@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from rigidcli.symbolic.algebra import Expr, symbol, total
+from rigidcli.symbolic.algebra import ONE, Expr, symbol, total
 from rigidcli.symbolic.calculus import coefficients, derivative
-from rigidcli.symbolic.simplify import tidy
+from rigidcli.symbolic.simplify import is_zero, tidy
 
 TIME = "t"
 
@@ -28,39 +28,26 @@ class Particle:
     angle: Expr | None
 
 
-def rate(e: Expr, velocities: Mapping[str, str]) -> Expr:
-    """The derivative by time of a function of coordinates and t; `velocities` names theirs."""
-    return total(
-        [
-            *(derivative(e, q) * symbol(v) for q, v in velocities.items()),
-            derivative(e, TIME),
-        ]
-    )
-
-
 def kinetic(particles: Sequence[Particle], velocities: Mapping[str, str]) -> Expr:
-    """T = sum m v^2/2 + I (d angle/dt)^2/2, each coefficient of a product of velocities by itself tidied."""
-    half = Fraction(1, 2)
-    energy = total(
-        factor * half * rate(path, velocities) ** 2
-        for particle in particles
-        for factor, paths in (
-            (particle.mass, particle.position),
-            (particle.moment, () if particle.angle is None else (particle.angle,)),
-        )
-        if factor is not None
-        for path in paths
-    )
-    names = list(velocities.values())
-    found = coefficients(energy, names)
-    assert found is not None
-    terms = []
-    for powers, value in found.items():
-        term = tidy(value)
-        for name, power in zip(names, powers, strict=True):
-            term = term * symbol(name) ** power
-        terms.append(term)
-    return tidy(total(terms))
+    """T = sum m v^2/2 + I (d angle/dt)^2/2; `velocities` names that of each coordinate.
+
+    With dx/dt = sum_i dx/dq_i v_i + dx/dt, each coefficient of a product of velocities is tidied by itself.
+    """
+    rates = [*(symbol(v) for v in velocities.values()), ONE]
+    parts: dict[tuple[int, int], list[Expr]] = {}
+    for particle in particles:
+        angles = () if particle.angle is None else (particle.angle,)
+        for factor, paths in ((particle.mass, particle.position), (particle.moment, angles)):
+            for path in paths if factor is not None else ():
+                assert factor is not None
+                slopes = [derivative(path, name) for name in (*velocities, TIME)]
+                moving = [i for i, slope in enumerate(slopes) if not slope.is_zero]
+                for i in moving:
+                    for j in moving:
+                        if i <= j:
+                            half = Fraction(1, 2) if i == j else 1
+                            parts.setdefault((i, j), []).append(factor * half * slopes[i] * slopes[j])
+    return tidy(total(tidy(total(terms)) * rates[i] * rates[j] for (i, j), terms in sorted(parts.items())))
 
 
 def unnatural(kinetic_energy: Expr, velocities: Sequence[str]) -> Expr | None:
@@ -73,7 +60,9 @@ def unnatural(kinetic_energy: Expr, velocities: Sequence[str]) -> Expr | None:
         return kinetic_energy
     wrong = []
     for powers, value in found.items():
-        if sum(powers) != 2 or TIME in value.names:
+        if is_zero(value):
+            continue
+        if sum(powers) != 2 or not is_zero(derivative(value, TIME)):
             term = value
             for name, power in zip(velocities, powers, strict=True):
                 term = term * symbol(name) ** power

@@ -7,13 +7,12 @@ no velocity. Source: P. A. M. Dirac, Lectures on Quantum Mechanics, lecture 1.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from fractions import Fraction
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.symbolic import masses, probe
-from rigidcli.symbolic.algebra import ZERO, Expr, number, symbol, total
+from rigidcli.symbolic.algebra import ZERO, Expr, symbol, total
 from rigidcli.symbolic.calculus import substitute
 from rigidcli.symbolic.simplify import is_zero, tidy
 
@@ -21,7 +20,7 @@ NONE = 1e-13
 """A singular value below this, of a large matrix with entries of the order of 1, is rounding."""
 
 
-def rank(matrix: masses.Matrix, fixed: Mapping[str, float]) -> int | None:
+def rank(matrix: masses.Matrix, fixed: Mapping[str, Expr]) -> int | None:
     """The rank of a symmetric matrix (n by n) of expressions almost everywhere; None where it has no value.
 
     Names have their `fixed` values, others any.
@@ -35,13 +34,12 @@ def rank(matrix: masses.Matrix, fixed: Mapping[str, float]) -> int | None:
     return count
 
 
-def _of_block(matrix: masses.Matrix, fixed: Mapping[str, float]) -> int | None:
+def _of_block(matrix: masses.Matrix, fixed: Mapping[str, Expr]) -> int | None:
     size = len(matrix)
+    exact = [[substitute(entry, fixed) for entry in row] for row in matrix]
     if size <= masses.LARGEST:
-        values = {name: number(Fraction(value)) for name, value in fixed.items()}
-        exact = [[substitute(entry, values) for entry in row] for row in matrix]
         return size if not is_zero(masses.minor(exact)) else size - len(masses.null_vectors(exact))
-    found = probe.values([entry for row in matrix for entry in row], fixed)
+    found = probe.values([entry for row in exact for entry in row], {})
     if found is None:
         return None
     ranks = [

@@ -24,6 +24,8 @@ _HALF = Fraction(1, 2)
 
 Stability: TypeAlias = Literal["stable", "unstable", "marginal"]
 
+_WORSE: tuple[Stability, ...] = ("stable", "marginal", "unstable")
+
 BALANCING = 8
 """Rounds of balancing."""
 
@@ -44,7 +46,27 @@ class Spectrum:
 
 
 def of_numbers(matrix: Floats) -> Spectrum:
-    """The spectrum of A (2n by 2n); marginal where motion grows, but by a power of the time only."""
+    """The spectrum of A (2n by 2n); marginal where motion grows, but by a power of the time only.
+
+    Variables that do not act on each other are judged apart, each by their own size.
+    """
+    left = list(range(len(matrix)))
+    found = []
+    while left:
+        block = [left.pop(0)]
+        for i in block:
+            near = [j for j in left if matrix[i, j] or matrix[j, i]]
+            block.extend(near)
+            left = [j for j in left if j not in near]
+        found.append(_of_block(matrix[np.ix_(block, block)]))
+    return Spectrum(
+        tuple(sorted(pair for part in found for pair in part.eigenvalues)),
+        tuple(sorted({f for part in found for f in part.frequencies})),  # type: ignore[type-var]
+        max((part.stability for part in found), key=_WORSE.index),
+    )
+
+
+def _of_block(matrix: Floats) -> Spectrum:
     matrix = _balanced(matrix)
     values = np.linalg.eigvals(matrix)
     size = float(np.abs(values).max(initial=0.0))
@@ -107,8 +129,7 @@ def of_symbols(matrix: Sequence[Sequence[Expr]], fixed: Mapping[str, float]) -> 
             e.is_zero for row in masses.part(matrix, (i, i + size), (i, i + size)) for e in row
         )
         verdicts.append("stable" if sign < 0 or still else "unstable" if sign > 0 else "marginal")
-    worst: Stability = max(verdicts, key=("stable", "marginal", "unstable").index)
-    return Spectrum(tuple(pairs), tuple(frequencies), worst)
+    return Spectrum(tuple(pairs), tuple(frequencies), max(verdicts, key=_WORSE.index))
 
 
 def _sign(e: Expr, fixed: Mapping[str, float]) -> int | None:

@@ -155,6 +155,76 @@ def test_a_pulley_with_a_moment_of_inertia() -> None:
     assert found["natural"] is True
 
 
+def test_unequal_pendulums_have_the_energy_for_their_hamiltonian() -> None:
+    size = 6
+    particles = []
+    for count in range(1, size + 1):
+        x, y = (" + ".join(f"l{i}*{f}(a{i})" for i in range(1, count + 1)) for f in ("sin", "cos"))
+        particles.append(f"    - {{mass: m{count}, position: ['{x}', '-({y})']}}")
+    symbols = ", ".join(f"{letter}{i}: null" for letter in "ml" for i in range(1, size + 1))
+    found = hamilton(
+        f"system:\n  coordinates: [{', '.join(f'a{i}' for i in range(1, size + 1))}]\n  particles:\n"
+        + "\n".join(particles)
+        + f"\nparameters: {{{symbols}}}\n"
+    )
+    assert found["h_equals_energy"] is True
+
+
+@pytest.mark.parametrize(
+    "system",
+    [
+        "particles: [{mass: 1, position: [x + t - t, sin(t)^2 + cos(t)^2]}]",
+        "kinetic: xdot^2*(sin(t)^2 + cos(t)^2)/2",
+        "kinetic: xdot^2/2 + ((t + x)^2 - t^2 - 2*t*x - x^2)*xdot",
+    ],
+)
+def test_time_that_cancels_is_no_time(system: str) -> None:
+    found = hamilton(f"system: {{coordinates: [x], {system}}}")
+    assert found["natural"] is True
+    assert found["conserved"] == ["p_x", "H"]
+
+
+def test_a_magnetic_potential_is_no_energy() -> None:
+    found = hamilton(
+        "system: {coordinates: [x, y], kinetic: (xdot^2 + ydot^2)/2, potential: x^2 - B*(x*ydot - y*xdot)}\n"
+        "parameters: {B: null}\n"
+    )
+    assert found["h_equals_energy"] is True
+    assert words(found["energy"]) == words(found["hamiltonian"])
+
+
+def test_derived_parameters_hide_no_law() -> None:
+    found = hamilton(
+        "system: {coordinates: [x], lagrangian: m*xdot^2/2 - (k - m*w^2)*x^2*cos(t)/2}\n"
+        "parameters: {m: 1, k: 4, w: sqrt(k/m)}\n"
+    )
+    assert found["cyclic"] == ["x"]
+    assert found["conserved"] == ["p_x", "H"]
+    with pytest.raises(ComputationError, match="rank 1 of 2"):
+        hamilton(
+            "system: {coordinates: [x, y], lagrangian: k*xdot^2/2 + m*ydot^2/2 + w*xdot*ydot}\n"
+            "parameters: {m: null, k: null, w: sqrt(k*m)}\n"
+        )
+
+
+def test_a_mass_that_vanishes_in_decimals_is_found() -> None:
+    with pytest.raises(ComputationError, match="rank 0 of 1"):
+        hamilton(
+            "system: {coordinates: [x], lagrangian: (a - b)*xdot^2/2 - x^2}\n"
+            "parameters: {m: 0.1, a: 3*m, b: 0.3}\n"
+        )
+
+
+def test_a_growth_that_is_slow_beside_other_motion_is_growth() -> None:
+    found = hamilton(
+        "system: {coordinates: [x, y], kinetic: (xdot^2 + ydot^2)/2, potential: k*x^2/2 - g*y^2/2}\n"
+        "parameters: {k: 1e12, g: 1e-3}\n"
+    )
+    assert found["stability"] == "unstable"
+    assert found["frequencies"] == pytest.approx([1e6])
+    assert max(pair["re"] for pair in found["eigenvalues"]) == pytest.approx(math.sqrt(1e-3))
+
+
 # --- what has no one Hamiltonian
 
 
@@ -326,7 +396,32 @@ def test_a_hamiltonian_may_be_given_and_begun_with_velocities() -> None:
     assert found["verified"] is None
 
 
+def test_an_orbit_ends_where_momenta_have_no_velocities() -> None:
+    # p = (3/2) sqrt(v) falls by 1 a second: there is no velocity beyond t = 1.5.
+    with pytest.raises(ComputationError, match=r"no velocities beyond t = 1\.5.*p_x.* > 0"):
+        hamilton(
+            "system: {coordinates: [x], lagrangian: xdot^(3/2) - x}\n"
+            "orbit: {initial: {x: 1, xdot: 1}, duration: 3}\n"
+        )
+
+
 # --- canonical changes of variables
+
+
+@pytest.mark.parametrize(
+    ("parameters", "new", "momentum"),
+    [
+        ("{a: null, b: 1/a}", "a*x", "b*p_x"),
+        ("{a: 0.1, b: 10}", "a*x", "b*p_x"),
+        ("{a: 1/2, b: 2}", "x^a*cos(b*p_x)", "x^a*sin(b*p_x)"),
+    ],
+)
+def test_parameters_may_make_a_change_canonical(parameters: str, new: str, momentum: str) -> None:
+    found = hamilton(
+        f"parameters: {parameters}\nsystem: {{coordinates: [x], hamiltonian: p_x^2/2 + x}}\n"
+        f"transform: {{new_variables: [Q, P], new: {{Q: {new}, P: {momentum}}}}}\n"
+    )
+    assert found["transform"]["canonical"] is True
 
 
 def test_a_canonical_change() -> None:

@@ -94,9 +94,13 @@ def test_ranks(rows: list[str], expected: int) -> None:
 
 
 def test_the_rank_at_given_values() -> None:
-    assert rank.rank(matrix("m,a", "a,b"), {"m": 1.0, "a": 2.0, "b": 4.0}) == 1
-    assert rank.rank(matrix("m"), {"m": 0.0}) == 0
-    assert rank.rank(matrix("m*q^2"), {"m": 1e-30}) == 1
+    def at(**values: str) -> dict[str, Expr]:
+        return {name: matrix(value)[0][0] for name, value in values.items()}
+
+    assert rank.rank(matrix("m,a", "a,b"), at(m="1", a="2", b="4")) == 1
+    assert rank.rank(matrix("m"), at(m="0")) == 0
+    assert rank.rank(matrix("m*q^2"), at(m="1e-30")) == 1
+    assert rank.rank(matrix("3*m - b"), at(m="0.1", b="0.3")) == 0
 
 
 def test_null_vectors_are_taken_to_zero() -> None:
