@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import sys
 
 from rigidcli import TYPE_CHECKING
@@ -19,6 +20,8 @@ THRESHOLDS = (100_000, 20, 100)
 def main() -> NoReturn:
     """Run the program on the command line; the process ends with its exit code, also when interrupted."""
     gc.set_threshold(*THRESHOLDS)
+    # Matrices are small here: threads for them would mostly wait for each other.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         # An interrupt while it loads is one like any other.
         from rigidcli.cli.app import main as program

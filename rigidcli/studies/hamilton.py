@@ -30,7 +30,7 @@ SCHEMA = "rigidcli.hamilton/1"
 
 TRUTH = {True: "yes", False: "no", None: "not known"}
 
-QUICK = 300
+QUICK = 160
 """Length of the key of an H whose conserved quantities are searched for unasked: that takes little time."""
 
 MOST_COLUMNS = 8
