@@ -29,7 +29,7 @@ __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "int
 
 Engine: TypeAlias = Literal["auto", "runge-kutta", "taylor", "symplectic"]
 
-TRIAL = 2048
+TRIAL = 512
 """Steps after which `auto` looks how many are left."""
 
 WORTH_COMPILING = 150_000
