@@ -62,6 +62,7 @@ class Path:
     lost: float | None
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def follow(
     orbit: Orbit,
     found: Derivation,

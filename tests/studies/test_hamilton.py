@@ -396,6 +396,17 @@ def test_a_hamiltonian_may_be_given_and_begun_with_velocities() -> None:
     assert found["verified"] is None
 
 
+def test_an_energy_beyond_floats_is_refused(program: Program) -> None:
+    document = (
+        "system: {coordinates: [x], lagrangian: xdot^2/2 + x^2/2}\n"
+        "orbit: {initial: {x: 1, xdot: 0}, duration: 600, samples: 3}\n"
+    )
+    ended = program("hamilton", "-f", "json", "-", stdin=document)
+    assert (ended.code, ended.out) == (4, "")
+    assert "drift of H is beyond the range of floating-point numbers" in ended.err
+    assert "Warning" not in ended.err
+
+
 def test_an_orbit_ends_where_momenta_have_no_velocities() -> None:
     # p = (3/2) sqrt(v) falls by 1 a second: there is no velocity beyond t = 1.5.
     with pytest.raises(ComputationError, match=r"no velocities beyond t = 1\.5.*p_x.* > 0"):
