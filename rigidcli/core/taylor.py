@@ -31,6 +31,7 @@ from rigidcli.core.solution import (
     ORIGIN,
     ROUNDING,
     SHORTEST,
+    Elements,
     Flow,
     Solution,
     Stop,
@@ -54,8 +55,6 @@ PARTS = 1000
 
 ROUND = 64
 """Steps from one sign of life to the next."""
-
-_Elements = Callable[..., tuple[Any, ...]]
 
 
 def solve(
@@ -197,7 +196,7 @@ def _uninterrupted() -> Iterator[None]:
 
 
 def _reached(
-    f: _Elements, knots: Floats, series: Floats, scales: Floats, tolerance: float, blocks: Sequence[int]
+    f: Elements, knots: Floats, series: Floats, scales: Floats, tolerance: float, blocks: Sequence[int]
 ) -> float:
     """The time up to which the series solve the equations.
 
@@ -222,7 +221,7 @@ def _reached(
 
 
 def _follow(
-    f: _Elements,
+    f: Elements,
     t: Floats,
     h: Floats,
     series: Floats,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -20,18 +20,23 @@ MOST_TERMS = 24
 """Terms of that determinant, multiplied out, beyond which the inverse would fill pages."""
 
 
-def blocks(matrix: Matrix) -> list[list[int]]:
-    """The groups of indices that the entries (n by n, symmetric) connect, each ascending."""
-    left = list(range(len(matrix)))
+def connected(size: int, linked: Callable[[int, int], bool]) -> list[list[int]]:
+    """The groups of the indices below `size` that links connect, each ascending."""
+    left = list(range(size))
     found = []
     while left:
         block = [left.pop(0)]
         for i in block:
-            near = [j for j in left if not matrix[i][j].is_zero]
+            near = [j for j in left if linked(i, j)]
             block.extend(near)
             left = [j for j in left if j not in near]
         found.append(sorted(block))
     return found
+
+
+def blocks(matrix: Matrix) -> list[list[int]]:
+    """The groups of indices that the entries (n by n, symmetric) connect, each ascending."""
+    return connected(len(matrix), lambda i, j: not matrix[i][j].is_zero)
 
 
 def part(matrix: Matrix, rows: Sequence[int], columns: Sequence[int]) -> list[list[Expr]]:

@@ -50,15 +50,8 @@ def of_numbers(matrix: Floats) -> Spectrum:
 
     Variables that do not act on each other are judged apart, each by their own size.
     """
-    left = list(range(len(matrix)))
-    found = []
-    while left:
-        block = [left.pop(0)]
-        for i in block:
-            near = [j for j in left if matrix[i, j] or matrix[j, i]]
-            block.extend(near)
-            left = [j for j in left if j not in near]
-        found.append(_of_block(matrix[np.ix_(block, block)]))
+    blocks = masses.connected(len(matrix), lambda i, j: bool(matrix[i, j] or matrix[j, i]))
+    found = [_of_block(matrix[np.ix_(block, block)]) for block in blocks]
     return Spectrum(
         tuple(sorted(pair for part in found for pair in part.eigenvalues)),
         tuple(sorted({f for part in found for f in part.frequencies})),  # type: ignore[type-var]
@@ -108,14 +101,10 @@ def of_symbols(matrix: Sequence[Sequence[Expr]], fixed: Mapping[str, float]) -> 
     pairs: list[tuple[float | Expr, float | Expr]] = []
     frequencies: dict[Expr, None] = {}
     verdicts: list[Stability] = []
-    both = [
-        [ZERO if matrix[i][j].is_zero and matrix[j][i].is_zero else matrix[i][j] + 1 for j in range(2 * size)]
-        for i in range(2 * size)
-    ]
+    blocks = masses.connected(2 * size, lambda i, j: not (matrix[i][j].is_zero and matrix[j][i].is_zero))
+    if any({i % size for i in block} != {block[0] % size} for block in blocks):
+        return None
     for i in range(size):
-        rest = [j for j in range(2 * size) if j not in (i, i + size)]
-        if any(not both[k][j].is_zero for k in (i, i + size) for j in rest):
-            return None
         # The trace of a freedom by itself is zero, so that lambda^2 = -determinant.
         square = tidy(-masses.minor(masses.part(matrix, (i, i + size), (i, i + size))))
         sign = _sign(square, fixed)

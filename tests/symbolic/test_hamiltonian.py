@@ -131,6 +131,14 @@ def test_a_spectrum_of_symbols() -> None:
     assert found.frequencies == ()
 
 
+@pytest.mark.parametrize("coupling", ["x*y", "-x*y", "k*x*y", "p_x*y", "-p_x*p_y"])
+def test_freedoms_that_are_coupled_have_no_spectrum_of_their_own(coupling: str) -> None:
+    plane = Phase(("x", "y"), ("p_x", "p_y"))
+    found = linear(equations(expression(f"(p_x^2 + p_y^2)/2 + k*x^2 + {coupling}"), plane), plane.names)
+    assert found is not None
+    assert spectrum.of_symbols(found[0], {}) is None
+
+
 def test_the_kinetic_energy_of_particles() -> None:
     length, theta = expression("l"), expression("theta")
     particle = mechanics.Particle(

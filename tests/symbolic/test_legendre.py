@@ -6,7 +6,6 @@ import random
 from collections.abc import Mapping
 from typing import Any
 
-import mpmath
 import pytest
 from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
@@ -17,20 +16,10 @@ from rigidcli.symbolic.evaluation import real
 from rigidcli.symbolic.growth import from_tree, to_tree
 from rigidcli.symbolic.legendre import Branch, branches, momenta
 from rigidcli.symbolic.parser import read
-from rigidcli.symbolic.tree import (
-    FUNCTIONS,
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-)
+from rigidcli.symbolic.tree import Node
 from rigidcli.symbolic.writing import text
+
+from .trees import CONTEXT, value
 
 few = settings(max_examples=25, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
 
@@ -43,46 +32,19 @@ def written(e: Expr) -> str:
     return text(to_tree(e))
 
 
-def exact(node: Node, point: Mapping[str, Any]) -> Any:
-    """The value of a tree with mpmath's numbers: an evaluator of its own."""
-    match node:
-        case Name(name):
-            return point[name]
-        case Number(word, _):
-            return mpmath.mpf(word)
-        case Constant():
-            return +mpmath.pi
-        case Negative(operand):
-            return -exact(operand, point)
-        case Sum(terms):
-            return mpmath.fsum(exact(term, point) for term in terms)
-        case Product(factors):
-            return mpmath.fprod(exact(factor, point) for factor in factors)
-        case Reciprocal(operand):
-            return 1 / exact(operand, point)
-        case Power(base, exponent):
-            return exact(base, point) ** exact(exponent, point)
-        case Call(function, arguments):
-            assert function in FUNCTIONS
-            return getattr(mpmath, {"abs": "fabs"}.get(function, function))(
-                *(exact(argument, point) for argument in arguments)
-            )
-
-
 def slope(node: Node, point: Mapping[str, Any], name: str) -> Any:
     """The derivative of a tree by a name, numerically with many digits."""
-    return mpmath.diff(lambda x: exact(node, {**point, name: x}), point[name])
+    return CONTEXT.diff(lambda x: value(node, {**point, name: x}), point[name])
 
 
 def judge(lagrangian: str, coordinates: list[str], branch: Branch, point: Mapping[str, float]) -> None:
     """At a point (q, v): p = dL/dv, and there H = p v - L, dH/dp = v, dH/dq = -dL/dq to 1e-12."""
     root = read(lagrangian)[0]
-    with mpmath.workdps(50):
-        many = {name: mpmath.mpf(value) for name, value in point.items()}
-        p = {f"p_{q}": slope(root, many, f"{q}dot") for q in coordinates}
-        energy = mpmath.fsum(p[f"p_{q}"] * many[f"{q}dot"] for q in coordinates) - exact(root, many)
-        forces = {q: slope(root, many, q) for q in coordinates}
-    here = {**point, **{name: float(value) for name, value in p.items()}}
+    many = {name: CONTEXT.mpf(number) for name, number in point.items()}
+    p = {f"p_{q}": slope(root, many, f"{q}dot") for q in coordinates}
+    energy = CONTEXT.fsum(p[f"p_{q}"] * many[f"{q}dot"] for q in coordinates) - value(root, many)
+    forces = {q: slope(root, many, q) for q in coordinates}
+    here = {**point, **{name: float(number) for name, number in p.items()}}
     scale = max(1.0, *(abs(float(p[f"p_{q}"]) * point[f"{q}dot"]) for q in coordinates), abs(float(energy)))
     assert real(to_tree(branch.hamiltonian), here) == pytest.approx(float(energy), abs=1e-12 * scale)
     for place, q in enumerate(coordinates):
