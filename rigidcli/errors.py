@@ -70,13 +70,14 @@ class ExpressionError(ValueProblem):
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One thing that is wrong with a document, and where."""
+    """One thing that is wrong with a document, and where; `code` names what kind of thing, to programs."""
 
     source: str
     message: str
     line: int | None = None
     key: str = ""
     hint: str | None = None
+    code: str = ""
 
     def __str__(self) -> str:
         place = self.source if self.line is None else f"{self.source}:{self.line}"

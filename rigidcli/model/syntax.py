@@ -32,16 +32,22 @@ _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
 
 
 def read_tree(
-    text: str, source: str, decimal: Callable[[str], object] = float, lines: dict[Path, int] | None = None
+    text: str,
+    source: str,
+    decimal: Callable[[str], object] = float,
+    lines: dict[Path, int] | None = None,
+    *,
+    typed: bool = False,
 ) -> Any:
     """The one document in `text`. Raises DocumentError for bad syntax and for what is not safe to read.
 
     `decimal` makes numbers of plain scalars that are not integers. `lines` is filled with the line (from 1)
-    of every value by its path; only the report of a problem asks for that.
+    of every value by its path; only the report of a problem asks for that. Scalars stay the texts that were
+    `typed`, where that is asked, and only nothing at all is None.
     """
     data = _join_surrogates(text).encode(errors="surrogatepass")
     require_bounded(data, source)
-    builder = _Builder(source, decimal, lines)
+    builder = _Builder(source, decimal, lines, typed)
     try:
         for event in yaml.parse(data, Loader=_LOADER):
             builder.take(event)
@@ -63,7 +69,8 @@ def require_bounded(data: bytes, source: str) -> None:
     """Raise DocumentError for a text of more than MAX_BYTES."""
     if len(data) > MAX_BYTES:
         hint = "many points are read faster from a .csv or .npy file: `points: cloud.npy`"
-        raise _refusal(source, None, f"too long, expected at most {MAX_BYTES:,} bytes", hint)
+        message = f"too long, expected at most {MAX_BYTES:,} bytes"
+        raise _refusal(source, None, message, hint, code="too_large")
 
 
 def _join_surrogates(text: str) -> str:
@@ -76,8 +83,10 @@ def _join_surrogates(text: str) -> str:
     return _SURROGATES.sub(character, text) if "\\u" in text else text
 
 
-def _refusal(source: str, line: int | None, message: str, hint: str | None) -> DocumentError:
-    return DocumentError([Problem(source, message, line=line, hint=hint)])
+def _refusal(
+    source: str, line: int | None, message: str, hint: str | None, code: str = "parse_error"
+) -> DocumentError:
+    return DocumentError([Problem(source, message, line=line, hint=hint, code=code)])
 
 
 def _line(event: yaml.Event) -> int:
@@ -88,8 +97,11 @@ def _line(event: yaml.Event) -> int:
 class _Builder:
     """Puts events together; a stack of open containers stands for recursion."""
 
-    def __init__(self, source: str, decimal: Callable[[str], object], lines: dict[Path, int] | None) -> None:
+    def __init__(
+        self, source: str, decimal: Callable[[str], object], lines: dict[Path, int] | None, typed: bool
+    ) -> None:
         self.root: Any = None
+        self._typed = typed
         self._source = source
         self._decimal = decimal
         self._lines = lines
@@ -112,7 +124,7 @@ class _Builder:
                 self._open.append((container, path))
                 self._key.append(None)
                 if len(self._open) > MAX_DEPTH:
-                    raise self._refusal(event, f"nested more than {MAX_DEPTH} deep")
+                    raise self._refusal(event, f"nested more than {MAX_DEPTH} deep", code="too_deep")
         elif isinstance(event, yaml.CollectionEndEvent):
             self._open.pop()
             self._key.pop()
@@ -121,27 +133,30 @@ class _Builder:
             if self._documents > 1:
                 raise self._refusal(event, "a second document begins here, expected one in a file")
 
-    def _refusal(self, event: yaml.Event, message: str, hint: str | None = None) -> DocumentError:
-        return _refusal(self._source, _line(event), message, hint)
+    def _refusal(
+        self, event: yaml.Event, message: str, hint: str | None = None, code: str = "parse_error"
+    ) -> DocumentError:
+        return _refusal(self._source, _line(event), message, hint, code)
 
     def _refuse_unsafe(self, event: yaml.NodeEvent) -> None:
         if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
-            raise self._refusal(
-                event, "anchors and aliases (`&`, `*`) are not read", "write the value out, or quote the text"
-            )
+            hint = "write the value out, or quote the text"
+            message = "anchors and aliases (`&`, `*`) are not read"
+            raise self._refusal(event, message, hint, code="not_allowed")
         tag = getattr(event, "tag", None)
         if tag is not None:
-            raise self._refusal(
-                event, f"the tag {shown(tag)} is not read", "leave out tags: the schema knows the types"
-            )
+            hint = "leave out tags: the schema knows the types"
+            raise self._refusal(event, f"the tag {shown(tag)} is not read", hint, code="not_allowed")
 
     def _take_key(self, event: yaml.ScalarEvent) -> None:
         mapping, path = self._open[-1]
         key = event.value
         if key == "<<" and not event.style:
-            raise self._refusal(event, "merge keys (`<<`) are not read", "write the keys out")
+            message = "merge keys (`<<`) are not read"
+            raise self._refusal(event, message, "write the keys out", code="not_allowed")
         if key in mapping:
-            raise self._refusal(event, f"the key {shown(key)} stands twice in this mapping")
+            message = f"the key {shown(key)} stands twice in this mapping"
+            raise self._refusal(event, message, code="duplicate_key")
         self._key[-1] = key
         if self._lines is not None:
             self._lines[(*path, key)] = _line(event)
@@ -172,6 +187,8 @@ class _Builder:
             return text
         if text in _NULL:
             return None
+        if self._typed:
+            return text
         if text in _BOOL:
             return _BOOL[text]
         if _INT.fullmatch(text):

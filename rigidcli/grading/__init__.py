@@ -1,0 +1,1 @@
+"""Homework: judging answers, which are untrusted text, against an assignment."""

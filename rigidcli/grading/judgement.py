@@ -1,0 +1,76 @@
+"""The outcome of a whole answer file, and its way through a pipe between processes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import orjson
+
+from rigidcli.grading.outcome import Finding, Outcome, Verdict
+
+PLACES = 6
+"""Decimal places of a score."""
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """One question of one answer file. `answer` is a short text, the same for the same wrong answer."""
+
+    id: str
+    verdict: Verdict
+    score: float
+    max_score: float
+    findings: tuple[Finding, ...] = ()
+    answer: str = ""
+
+    @property
+    def codes(self) -> tuple[str, ...]:
+        """The codes of the findings."""
+        return tuple(finding.code for finding in self.findings)
+
+
+@dataclass(frozen=True, slots=True)
+class Judgement:
+    """One answer file; `student` is from its name, and `source` is its path."""
+
+    student: str
+    source: str
+    questions: tuple[Judged, ...]
+
+    @property
+    def score(self) -> float:
+        """Points earned."""
+        return round(sum(question.score for question in self.questions), PLACES)
+
+    @property
+    def max_score(self) -> float:
+        """Points that could be earned."""
+        return round(sum(question.max_score for question in self.questions), PLACES)
+
+
+def judged(id: str, points: float, outcome: Outcome, answer: str = "") -> Judged:
+    """A question with the points that its outcome earns."""
+    return Judged(
+        id, outcome.verdict, round(outcome.share * points, PLACES), points, outcome.findings, answer
+    )
+
+
+def same_for_all(points: Mapping[str, float], outcome: Outcome) -> tuple[Judged, ...]:
+    """The questions of a file that could not be judged one by one."""
+    return tuple(judged(id, worth, outcome) for id, worth in points.items())
+
+
+def to_bytes(questions: tuple[Judged, ...]) -> bytes:
+    """Questions as a process hands them to another: plain JSON, never objects."""
+    return orjson.dumps(questions)
+
+
+def from_bytes(data: bytes) -> tuple[Judged, ...]:
+    """Questions from another process."""
+    return tuple(_judged(entry) for entry in orjson.loads(data))
+
+
+def _judged(entry: dict[str, Any]) -> Judged:
+    return Judged(**entry | {"findings": tuple(Finding(**finding) for finding in entry["findings"])})

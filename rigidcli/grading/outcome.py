@@ -1,0 +1,65 @@
+"""What comes of judging one answer."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal, TypeAlias
+
+from rigidcli.grading.codes import CODES
+
+Verdict: TypeAlias = Literal["correct", "partial", "incorrect", "invalid", "missing"]
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One thing to say of an answer.
+
+    `place` names the part that is meant (`Ixy`, `row 2`), `detail` says more of what was read: neither may
+    hold, or lead to, a reference value. `reference` may, and is told at the level `full` only.
+    """
+
+    code: str
+    place: str = ""
+    detail: str = ""
+    reference: str = ""
+
+    def __post_init__(self) -> None:
+        assert self.code in CODES, self.code
+
+    def message(self, *, full: bool = False) -> str:
+        """The sentence for a student."""
+        text = f"{self.place}: {CODES[self.code]}" if self.place else CODES[self.code]
+        text = f"{text}; {self.detail}" if self.detail else text
+        return f"{text}; {self.reference}" if full and self.reference else text
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The verdict on one answer, the share (0 to 1) of its points that it earns, and what to say of it."""
+
+    verdict: Verdict
+    share: float
+    findings: tuple[Finding, ...] = field(default=())
+
+
+def correct(*remarks: Finding) -> Outcome:
+    """A right answer, perhaps with remarks."""
+    return Outcome("correct", 1.0, remarks)
+
+
+def wrong(*findings: Finding, share: float = 0.0) -> Outcome:
+    """A wrong answer, or one that is right in part when it earns a share."""
+    return Outcome("partial" if share > 0 else "incorrect", share, findings)
+
+
+class Unreadable(Exception):  # noqa: N818 - it is a finding on the way to its outcome
+    """What was handed in is no answer of the kind that is asked."""
+
+    def __init__(self, code: str, detail: str = "", *, place: str = "") -> None:
+        super().__init__(detail)
+        self.finding = Finding(code, place, detail)
+
+    @property
+    def outcome(self) -> Outcome:
+        """The outcome of an answer that cannot be read."""
+        return Outcome("invalid", 0.0, (self.finding,))
