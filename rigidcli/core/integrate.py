@@ -20,7 +20,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from rigidcli.core import dormand_prince, runge_kutta, symplectic, taylor
+from rigidcli.core import dormand_prince, runge_kutta
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import FINEST, MOST_NUMBERS, Flow, Solution, Stop, Stopped, TooManySteps
 from rigidcli.errors import ComputationError
@@ -75,6 +75,8 @@ def integrate(
     tolerance = max(tolerance, FINEST)
     tell = _teller(progress, t0, t1)
     if engine == "symplectic":
+        from rigidcli.core import symplectic
+
         return symplectic.solve(flow, y0, (t0, t1), tolerance=tolerance, blocks=sizes, tell=tell, name=name)
     times, states = array("d", [t0]), array("d", y0)
 
@@ -82,6 +84,8 @@ def integrate(
         return runge_kutta.march(f, times, states, end, tolerance=tolerance, blocks=sizes, name=name)
 
     def compiled() -> Solution:
+        from rigidcli.core import taylor
+
         seen = np.array(states).reshape(-1, len(y0))
         return taylor.solve(flow, seen, (t0, t1), tolerance=tolerance, blocks=sizes, tell=tell, name=name)
 

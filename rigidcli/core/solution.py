@@ -64,6 +64,9 @@ SMOOTHER = "smooth what is stiff or jumps: tanh(x/0.001) for sign(x)"
 LARGE = 1e300
 """Beyond this, a step cannot be made with floats."""
 
+MOST_DIGITS = 15.9
+"""Decimal digits of a float."""
+
 BLOCK = 32_768
 """Numbers of all states that are sampled at once."""
 
@@ -210,3 +213,8 @@ def joined(parts: Sequence[Solution]) -> Solution:
         return states
 
     return Solution(sum(part.steps for part in parts), longest.method, np.concatenate(knots), sample)
+
+
+def digits(error: float) -> float:
+    """Decimal digits that can be trusted in what is off by `error`, in units of its size, or in rad."""
+    return MOST_DIGITS if error <= 0 else min(MOST_DIGITS, max(0.0, math.floor(-10 * math.log10(error)) / 10))

@@ -15,6 +15,7 @@ from rigidcli.model.base import AsList, Duration, Number, Section, Time, WholeNu
 MOST_SAMPLES = 10_000_000
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
 DEFAULT_SAMPLES = 1001
+DEFAULT_TOLERANCE = 1e-12
 
 WHOLE_STEP = 1e-9
 """A last step that misses the end by less than this, in units of the step, was meant to end there."""

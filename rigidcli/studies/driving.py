@@ -13,12 +13,12 @@ import numpy as np
 from rigidcli.core import integrate, rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.principal import ZERO_MOMENT, principal_frame
-from rigidcli.core.solution import joined
+from rigidcli.core.solution import digits, joined
 from rigidcli.errors import ComputationError, Path, ValueProblem
 from rigidcli.model.environment import Formula
 from rigidcli.model.motion import VARIABLES, SpaceTorque
 from rigidcli.studies.ledger import Ledger, ledger
-from rigidcli.studies.trajectory import Start, Trajectory, conserved, digits
+from rigidcli.studies.trajectory import Start, Trajectory, conserved
 from rigidcli.symbolic import code, rigid
 from rigidcli.symbolic.tree import Name, Node
 

@@ -10,11 +10,12 @@ import numpy as np
 
 from rigidcli.core import integrate
 from rigidcli.core.arithmetic import Floats
+from rigidcli.core.solution import digits
 from rigidcli.errors import ComputationError
+from rigidcli.model.sampling import DEFAULT_TOLERANCE
 from rigidcli.studies.derivation import Derivation
 from rigidcli.studies.flow import Motion, columns, motion_of, terms_of
 from rigidcli.studies.start import Start
-from rigidcli.studies.trajectory import DEFAULT_TOLERANCE, digits
 from rigidcli.symbolic.algebra import Expr
 from rigidcli.symbolic.growth import to_tree
 from rigidcli.symbolic.writing import text

@@ -14,11 +14,12 @@ from rigidcli.core import freebody, lagrange, rotation
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.principal import ZERO_MOMENT
+from rigidcli.core.solution import digits
 from rigidcli.errors import ComputationError, DocumentError, UsageError, ValueProblem
 from rigidcli.model.document import Document
 from rigidcli.model.motion import Motion, OwnTorque, Weight
 from rigidcli.model.rotations import Quaternion
-from rigidcli.model.sampling import Sampling
+from rigidcli.model.sampling import DEFAULT_TOLERANCE, Sampling
 from rigidcli.model.top import Top
 
 if TYPE_CHECKING:
@@ -30,16 +31,11 @@ DEFAULT_TURNS = 10
 DEFAULT_NUTATIONS = 3
 """Nutations of a top in that time, where they have a period."""
 
-DEFAULT_TOLERANCE = 1e-12
-
 CLOSED = "closed form"
 """The method where nothing is integrated."""
 
 SYMMETRIC = 1e-14
 """How far the tensor of a symmetric top may be from its form, in units of its largest entry."""
-
-MOST_DIGITS = 15.9
-"""Decimal digits of a float."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -305,11 +301,6 @@ def _begin(start: Start, omega: Floats, orientation: Floats) -> None:
     """Put in what is known of t = 0 without rounding."""
     beginning = start.times == 0
     omega[beginning], orientation[beginning] = start.omega, start.orientation
-
-
-def digits(error: float) -> float:
-    """Decimal digits that can be trusted in a direction that is off by `error` (rad)."""
-    return MOST_DIGITS if error <= 0 else min(MOST_DIGITS, max(0.0, math.floor(-10 * math.log10(error)) / 10))
 
 
 def conserved(start: Start, omega: Floats, orientation: Floats) -> dict[str, float]:
