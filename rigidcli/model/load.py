@@ -51,7 +51,7 @@ def load(
     folder = pathlib.Path() if name == STDIN else pathlib.Path(name).parent
     # A file name may have bytes that are no text.
     source = os.fsencode(name).decode(errors="backslashreplace")
-    text = _read(name, source)
+    text = read_text(name, source)
     return loads(text, source=source, folder=folder, exact=exact, settings=settings, options=options)
 
 
@@ -76,8 +76,8 @@ def loads(
     return _Reading(text, source, folder or pathlib.Path(), changed).document(tree, exact)
 
 
-def _read(name: str, source: str) -> str:
-    """The text of a file, bounded; only of a regular one, or of standard input."""
+def read_text(name: str, source: str) -> str:
+    """The text of a file, bounded; only of a regular one, or of standard input. Raises DocumentError."""
     try:
         if name == STDIN:
             if sys.stdin is None:
@@ -117,15 +117,31 @@ def _has_symbols(tree: object) -> bool:
     return isinstance(parameters, dict) and None in parameters.values()
 
 
+class Lines:
+    """The lines of a text at which its values stand, looked up in a second pass when first asked for."""
+
+    def __init__(self, text: str, source: str) -> None:
+        self._text = text
+        self._source = source
+        self._known: dict[Path, int] | None = None
+
+    def of(self, path: Path) -> int | None:
+        """The line of a value, or of what is nearest above it; None if nothing is."""
+        if self._known is None:
+            self._known = {}
+            read_tree(self._text, self._source, lines=self._known)
+        known = (path[:end] for end in range(len(path), 0, -1) if path[:end] in self._known)
+        return self._known.get(next(known, ()))
+
+
 class _Reading:
     """One reading of a document: gathers problems, and knows how to say where they are."""
 
     def __init__(self, text: str, source: str, folder: pathlib.Path, changed: Mapping[Path, str]) -> None:
-        self._text = text
         self._source = source
         self._folder = folder
         self._changed = changed
-        self._lines: dict[Path, int] | None = None
+        self._lines = Lines(text, source)
 
     def document(self, tree: object, exact: bool) -> Document:
         """The document of a tree, with its mass properties; DocumentError with all problems otherwise."""
@@ -145,7 +161,7 @@ class _Reading:
                 if not problems and not env.faults:
                     document.settle()
             except ValidationError as error:
-                problems += [self._problem(*item) for item in _explain(error)]
+                problems += [self._problem(*item) for item in explain(error)]
             except ValueProblem as problem:
                 problems.append(self._problem(problem.path, problem.message, problem.hint))
             problems += [
@@ -173,18 +189,11 @@ class _Reading:
         return self._place(tuple(int(step) if step.isdecimal() else step for step in key.split(".")))
 
     def _place(self, path: Path) -> Place:
-        """Where a value, or what is nearest above it in the document, was given; no line if nothing was.
-
-        Lines are looked up in a second pass over the text.
-        """
+        """Where a value, or what is nearest above it in the document, was given; no line if nothing was."""
         for changed, option in reversed(list(self._changed.items())):
             if path[: len(changed)] == changed:
                 return f"{self._source} with {option}", None
-        if self._lines is None:
-            self._lines = {}
-            read_tree(self._text, self._source, lines=self._lines)
-        known = (path[:end] for end in range(len(path), 0, -1) if path[:end] in self._lines)
-        return self._source, self._lines.get(next(known, ()))
+        return self._source, self._lines.of(path)
 
 
 def _is_symbolic(tree: Mapping[str, object]) -> bool:
@@ -200,7 +209,7 @@ def _arithmetic(exact: bool) -> Arithmetic:
     return EXACT
 
 
-def _explain(error: ValidationError) -> list[tuple[Path, str, str | None]]:
+def explain(error: ValidationError) -> list[tuple[Path, str, str | None]]:
     """Path, message and hint for every complaint of pydantic, in the document's words."""
     explained: dict[Path, tuple[str, str | None]] = {}
     for complaint in error.errors(include_url=False):

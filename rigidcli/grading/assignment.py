@@ -1,0 +1,211 @@
+"""An assignment file -> items that are ready to judge answers, or everything that is wrong with it."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, nearest, shown
+from rigidcli.errors import Path as Keys
+from rigidcli.grading.asked import Asked
+from rigidcli.grading.infer import kind_of
+from rigidcli.grading.judge import Item
+from rigidcli.grading.kinds import kind
+from rigidcli.grading.question import Assignment, Question
+from rigidcli.model.load import STDIN, Lines, explain, load, read_text
+from rigidcli.model.sampling import DEFAULT_TOLERANCE
+from rigidcli.model.syntax import read_tree
+
+if TYPE_CHECKING:
+    from rigidcli.model.document import Document
+    from rigidcli.report import Report, Value
+
+    Study = Callable[[Document], Report]
+
+DENSE = 20_001
+"""Samples of a trajectory that others are compared with."""
+
+COARSER = 100
+"""By how much the tolerance of the second run is larger, which shows how far the first can be trusted."""
+
+AS_TYPED = ("answer", "modulo")
+"""Keys of a question whose values are read by the rules of answers, digit by digit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """An assignment with its keys worked out."""
+
+    title: str
+    source: str
+    items: dict[str, Item]
+
+
+def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study]) -> Prepared:
+    """Read an assignment, and work out its keys by the `studies`.
+
+    Raises DocumentError with all that is wrong with it, or with the documents that it names.
+    """
+    name = os.fspath(path)
+    source = os.fsencode(name).decode(errors="backslashreplace")
+    text = read_text(name, source)
+    assignment = _read(text, source)
+    folder = Path() if name == STDIN else Path(name).parent
+    lines, problems, items = Lines(text, source), list[Problem](), dict[str, Item]()
+    library = _Library(folder, studies)
+    for id, question in assignment.questions.items():
+        try:
+            items[id] = _item(question, library)
+        except DocumentError as error:
+            problems += [each for each in error.problems if each not in problems]
+        except RigidError as error:
+            keys: Keys = ("questions", id, *getattr(error, "path", ()))
+            problems.append(
+                Problem(source, error.message, lines.of(keys), ".".join(map(str, keys)), error.hint)
+            )
+    if problems:
+        raise DocumentError(problems)
+    return Prepared(assignment.assignment or Path(name).stem, source, items)
+
+
+def _read(text: str, source: str) -> Assignment:
+    tree, typed = read_tree(text, source), read_tree(text, source, typed=True)
+    if not isinstance(tree, dict):
+        read = "an empty file" if tree is None else shown(tree)
+        raise DocumentError([Problem(source, f"read {read}, expected an assignment: a mapping", 1)])
+    questions = tree.get("questions")
+    for id, question in questions.items() if isinstance(questions, dict) else ():
+        if isinstance(question, dict):
+            question.update({key: typed["questions"][id][key] for key in AS_TYPED if key in question})
+    try:
+        return Assignment.model_validate(tree)
+    except ValidationError as error:
+        lines = Lines(text, source)
+        raise DocumentError(
+            [
+                Problem(source, message, lines.of(keys) or 1, ".".join(map(str, keys)), hint)
+                for keys, message, hint in explain(error)
+            ]
+        ) from None
+
+
+@dataclass(frozen=True, slots=True)
+class _Library:
+    """The documents of an assignment and the reports on them, each worked out once."""
+
+    folder: Path
+    studies: Mapping[str, Study]
+    documents: dict[str, Document] = field(default_factory=dict)
+    reports: dict[tuple[str, str], Report] = field(default_factory=dict)
+
+    def document(self, name: str) -> Document:
+        if name not in self.documents:
+            self.documents[name] = load(self.folder / name)
+        return self.documents[name]
+
+    def report(self, name: str, study: str) -> Report:
+        if (name, study) not in self.reports:
+            self.reports[name, study] = self._worked(study, self.document(name))
+        return self.reports[name, study]
+
+    def dense(self, name: str, study: str) -> tuple[Report, Report]:
+        """The report with its trajectory at many instants, and one of a coarser calculation."""
+        times = _trajectory(self.report(name, study))["t"]
+        section = {"hamilton": "orbit", "euler": "motion"}[study]
+        document = self.document(name)
+        given = getattr(getattr(document, section), "tolerance", None) or DEFAULT_TOLERANCE
+        changes = {"duration": float(times[-1]), "samples": DENSE, "step": "null", "times": "null"}
+        runs = []
+        for tolerance in (given, COARSER * given):
+            settings = [
+                f"{section}.{key}={value}" for key, value in (changes | {"tolerance": tolerance}).items()
+            ]
+            runs.append(self._worked(study, load(self.folder / name, settings=settings)))
+        return runs[0], runs[1]
+
+    def _worked(self, study: str, document: Document) -> Report:
+        with document.placing():
+            return self.studies[study](document)
+
+
+def _trajectory(report: Report) -> Mapping[str, Value]:
+    tree = report.tree()
+    found: Mapping[str, Value] | None = tree.get("orbit") or tree.get("trajectory")
+    if found is None:
+        raise ValueProblem("the document has no such trajectory", path=("ask",))
+    return found
+
+
+def _item(question: Question, library: _Library) -> Item:
+    asked, name = _asked(question, library)
+    try:
+        return Item(kind(name), kind(name).read_key(asked), question.points)
+    except ValueProblem as problem:
+        raise problem if problem.path else problem.below("ask" if asked.path else "answer") from None
+
+
+def _asked(question: Question, library: _Library) -> tuple[Asked, str]:
+    """What is asked for, and the name of its kind. Raises ValueProblem."""
+    if question.ask is not None:
+        return _computed(question, question.ask, library)
+    if question.document is not None:
+        raise ValueProblem("a `document` is for `ask`; an `answer` stands by itself", path=("document",))
+    if question.kind is None:
+        raise ValueProblem("missing, expected the kind of the `answer`", path=("kind",))
+    return Asked(question, question.answer), question.kind
+
+
+def _computed(question: Question, ask: str, library: _Library) -> tuple[Asked, str]:
+    """What a document answers, and the name of its kind. Raises ValueProblem."""
+    if question.document is None:
+        raise ValueProblem("missing, expected the document that is asked", path=("document",))
+    path = tuple(ask.split("."))
+    study, way = path[0], path[1:]
+    if study not in library.studies:
+        raise ValueProblem(
+            f"there is no command {shown(study)}", path=("ask",), hint=_known(study, library.studies)
+        )
+    document, report = library.document(question.document), library.report(question.document, study)
+    value = _found(report.tree(), way)
+    unit = _unit(report, ".".join(way))
+    name = question.kind or kind_of(path, value, unit)
+    if name is None:
+        hint = _known("", value) if isinstance(value, Mapping) else None
+        raise ValueProblem("this result is no single answer of any kind", path=("ask",), hint=hint)
+    if name == "trajectory":
+        report, second = library.dense(question.document, study)
+        return Asked(question, _trajectory(report), unit, path, document, report, second), name
+    return Asked(question, value, unit, path, document, report), name
+
+
+def _unit(report: Report, key: str) -> str:
+    """The unit of the result that has this key, or that this is a part of."""
+    return next(
+        (entry.unit for entry in report.fields if entry.key and f"{key}.".startswith(f"{entry.key}.")), ""
+    )
+
+
+def _known(name: str, names: Iterable[str]) -> str:
+    near = nearest(name, list(names))
+    return f"did you mean `{near}`?" if near else f"there are {', '.join(names)}"
+
+
+def _found(tree: Any, way: Sequence[str]) -> Any:
+    """The value in a tree of results; that of no way is the whole of it. Raises ValueProblem."""
+    for step in way:
+        if isinstance(tree, Mapping) and step in tree:
+            tree = tree[step]
+        elif isinstance(tree, Sequence | np.ndarray) and step.isdecimal() and int(step) < len(tree):
+            tree = tree[int(step)]
+        else:
+            hint = _known(step, tree) if isinstance(tree, Mapping) else None
+            raise ValueProblem(f"there is no {shown(step)} in this result", path=("ask",), hint=hint)
+    if tree is None:
+        raise ValueProblem("this document has no such result: it is null", path=("ask",))
+    return tree

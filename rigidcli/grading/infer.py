@@ -1,0 +1,38 @@
+"""Which kind of answer a result asks for, told from what it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, get_args
+
+import numpy as np
+
+from rigidcli.symbolic.tree import Node
+
+BY_NAME = {
+    "axes": "axes",
+    "moments": "moments",
+    "tensor": "tensor",
+    "tensor_com": "tensor",
+    "orbit": "trajectory",
+    "trajectory": "trajectory",
+    "equations": "equations",
+}
+"""Kinds of results by the last name of their path."""
+
+_TREES = get_args(Node)
+
+
+def kind_of(path: tuple[str, ...], value: Any, unit: str) -> str | None:
+    """The kind of a result; None where it cannot be told, or is no single answer."""
+    if path[-1] in BY_NAME:
+        return BY_NAME[path[-1]]
+    if isinstance(value, bool | np.bool_ | str):
+        return "choice"
+    if isinstance(value, int | float | np.number):
+        return "quantity" if unit else "number"
+    if isinstance(value, _TREES) or hasattr(type(value), "free_symbols"):
+        return "expression"
+    if isinstance(value, Mapping):
+        return None
+    return {1: "vector", 2: "matrix"}.get(np.ndim(np.array(value, dtype=object)))
