@@ -1,0 +1,155 @@
+"""Words and truth values: the same in any spelling, and nothing else."""
+
+from __future__ import annotations
+
+import pickle
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigidcli.errors import ValueProblem
+from rigidcli.grading.asked import Asked
+from rigidcli.grading.codes import CODES
+from rigidcli.grading.kinds import choice
+from rigidcli.grading.outcome import Unreadable
+from rigidcli.grading.question import Question
+from rigidcli.model.load import load
+from rigidcli.report import Report
+from rigidcli.studies import precess
+
+HERE = Path()
+
+many = settings(max_examples=300, deadline=None)
+
+WORDS = st.lists(
+    st.text("abcdefghijklmnopqrstuvwxyz0123456789", min_size=1, max_size=8), min_size=1, max_size=4
+)
+
+
+def literal(answer: Any) -> choice.Key:
+    return choice.read_key(Asked(Question.model_validate({"answer": answer, "kind": "choice"}), answer))
+
+
+def computed(value: object) -> choice.Key:
+    question = Question.model_validate({"ask": "precess.top.sleeping"})
+    return choice.read_key(Asked(question, value, report=cast(Report, {})))
+
+
+def told(key: choice.Key, answer: Any) -> str:
+    try:
+        outcome = choice.judge(key, answer, HERE)
+    except Unreadable as unreadable:
+        outcome = unreadable.outcome
+        assert outcome.verdict == "invalid"
+    assert outcome.share == (outcome.verdict == "correct")
+    return " ".join(finding.code for finding in outcome.findings) or outcome.verdict
+
+
+@many
+@given(st.data(), WORDS)
+def test_spelling_does_not_count(data: st.DataObject, words: list[str]) -> None:
+    key = literal(data.draw(st.sampled_from(" _-")).join(words))
+    gaps = [
+        data.draw(st.sampled_from([" ", "_", "-", "  ", " - ", "\t", "\N{NO-BREAK SPACE}"]))
+        for _ in words[1:]
+    ]
+    text = words[0] + "".join(gap + word for gap, word in zip(gaps, words[1:], strict=True))
+    text = "".join(letter.upper() if data.draw(st.booleans()) else letter for letter in text)
+    assert told(key, f" {text}  ") == "correct"
+
+
+@many
+@given(WORDS, WORDS)
+def test_other_words_are_wrong(words: list[str], others: list[str]) -> None:
+    same = [*words] == [*others] or {" ".join(words), " ".join(others)} in ({"yes", "true"}, {"no", "false"})
+    assert (told(literal(" ".join(words)), " ".join(others)) == "correct") == same
+    assert told(literal(" ".join(words)), f"{' '.join(words)}x") == "outside_tolerance"
+
+
+@pytest.mark.parametrize(
+    ("key", "answer", "expected"),
+    [
+        ("intermediate", "Intermediate", "correct"),
+        ("intermediate", "the intermediate", "outside_tolerance"),
+        ("intermediate", "e2", "outside_tolerance"),
+        ("sub-critical", "SUB CRITICAL", "correct"),
+        ("sub-critical", "subcritical", "outside_tolerance"),
+        ("-1", "1", "outside_tolerance"),
+        ("-1", "-1", "correct"),
+        ("unstable", "stable", "outside_tolerance"),
+        ("yes", "true", "correct"),
+        ("yes", "YES", "correct"),
+        ("yes", "no", "outside_tolerance"),
+        ("no", "False", "correct"),
+        ("ﬁxed", "fixed", "correct"),
+    ],
+)
+def test_choices(key: str, answer: str, expected: str) -> None:
+    assert told(literal(key), answer) == expected
+
+
+@pytest.mark.parametrize("value", [True, np.bool_(True), False, np.bool_(False)])
+def test_a_truth_value(value: object) -> None:
+    key = computed(value)
+    right, wrong = (["true", "Yes", " TRUE"], ["false", "no"])
+    if not value:
+        right, wrong = wrong, right
+    assert {told(key, answer) for answer in right} == {"correct"}
+    assert {told(key, answer) for answer in [*wrong, "1", "maybe"]} == {"outside_tolerance"}
+
+
+def test_a_key_from_a_document() -> None:
+    document = load("configs/top_looping.yaml")
+    report = precess.run(document)
+    value = report["top"]["nutation_kind"]
+    question = Question.model_validate({"document": "x", "ask": "precess.top.nutation_kind"})
+    key = choice.read_key(Asked(question, value, "", ("precess", "top", "nutation_kind"), document, report))
+    assert told(key, "Looping") == "correct"
+    assert told(key, "cuspidal") == "outside_tolerance"
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        (None, "wrong_shape"),
+        (["stable"], "wrong_shape"),
+        ({"stable": "yes"}, "wrong_shape"),
+        ("x" * 1001, "too_large"),
+        (" \t ", "parse_error"),
+    ],
+)
+def test_what_is_no_text_is_invalid(answer: Any, code: str) -> None:
+    assert told(literal("stable"), answer) == code
+
+
+@many
+@given(st.text(max_size=100))
+def test_any_text_is_judged(text: str) -> None:
+    assert told(literal("\N{SNOWMAN} stable"), text) in ("outside_tolerance", "parse_error")
+
+
+@pytest.mark.parametrize("value", [None, 3.5, np.float64(1), ["a"], {}, "", "  ", "x" * 1001])
+def test_what_is_no_text_makes_no_key(value: object) -> None:
+    with pytest.raises(ValueProblem) as caught:
+        computed(value)
+    assert "3.5" not in caught.value.message
+
+
+def test_only_those_who_may_read_it_are_told_the_key() -> None:
+    (finding,) = choice.judge(literal("looping"), "wavy", HERE).findings
+    assert finding.message() == CODES["outside_tolerance"]
+    assert finding.message(full=True) == f"{CODES['outside_tolerance']}; expected `looping`"
+
+
+@pytest.mark.parametrize("text", ["looping", "true", "No", "Sub-critical damping", "straße"])
+def test_examples_are_judged_as_they_were_made(text: str) -> None:
+    key = literal(text)
+    assert pickle.loads(pickle.dumps(key)) == key
+    examples = list(choice.examples(key))
+    assert {made.code for made in examples} == {None, "outside_tolerance"}
+    for made in examples:
+        assert told(key, made.answer) == (made.code or "correct"), made
