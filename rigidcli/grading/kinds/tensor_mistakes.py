@@ -1,0 +1,78 @@
+"""Inertia tensors under the mistakes that people make, worked out anew from the body of the document."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.tensor import point_tensor, rotate
+from rigidcli.grading.asked import Asked
+from rigidcli.grading.kinds.components import Reference, computed, worked
+from rigidcli.grading.numbers import margin
+
+ROUNDED = 3
+"""By how many tolerances moments may be off when each entry of a tensor is off by one."""
+
+NEEDED = ("mass", "center_of_mass", "about", "tensor", "tensor_com")
+"""Results without which the parallel-axis theorem cannot be applied."""
+
+
+def mistaken_tensors(asked: Asked, values: Floats, key: Reference) -> Iterator[tuple[str, Floats]]:
+    """Codes with the tensors (k by 3 by 3, kg m^2) that come out under them, instead of the right `values`.
+
+    All are at the points of the key.
+    """
+    diagonal = values * np.eye(3)
+    yield "products_of_inertia_sign", 2 * diagonal - values
+    yield "products_of_inertia_missing", diagonal
+    if asked.document is None:
+        return
+    if asked.document.frame is not None:
+        axes = worked(computed(asked.document.axes), key.points)
+        yield "other_frame", np.array([rotate(*each) for each in zip(values, axes, strict=True)])
+    report = asked.report.tree() if asked.report is not None else {}
+    if all(report.get(name) is not None for name in NEEDED):
+        yield from _shifted(report, key, about_com=asked.path[-1] == "tensor_com")
+
+
+def _shifted(report: Mapping[str, Any], key: Reference, *, about_com: bool) -> Iterator[tuple[str, Floats]]:
+    """Steiner's parallel-axis theorem left out, with the wrong sign, and of the diagonal only."""
+    mass, com, about, asked, central = (worked(computed(report[name]), key.points) for name in NEEDED)
+    term = mass[:, np.newaxis, np.newaxis] * np.array([point_tensor(d) for d in about - com])
+    start, sign = (asked, -1) if about_com else (central, 1)
+    if not about_com:
+        yield "parallel_axis_missing", central
+    yield "parallel_axis_sign", start - sign * term
+    yield "parallel_axis_off_diagonal_missing", start + sign * term * np.eye(3)
+
+
+def moments_of(tensor: Floats) -> Floats:
+    """The principal moments (3, ascending) of the symmetric part of a tensor (3 by 3); NaN if it has any."""
+    scale = float(np.abs(tensor).max())
+    if not np.isfinite(scale) or not scale:
+        return np.full(3, scale)
+    symmetric = tensor / scale / 2 + tensor.T / scale / 2
+    with np.errstate(over="ignore"):
+        return np.asarray(np.linalg.eigvalsh(symmetric) * scale)
+
+
+def impossible(moments: Floats, key: Reference) -> str | None:
+    """The code for moments (3) that no body has, allowing for rounding within the tolerance.
+
+    None where a body has them, or where the right ones are not those of a body either.
+    """
+    right = [row if row.ndim == 1 else moments_of(row) for row in key.values]
+    return None if any(_fails(each, key) for each in right) else _fails(moments, key)
+
+
+def _fails(moments: Floats, key: Reference) -> str | None:
+    if not np.isfinite(moments).all():
+        return None
+    low, middle, high = sorted(moments.tolist())
+    slack = ROUNDED * margin(max(abs(low), abs(high)), key.tolerance)
+    if low < -slack:
+        return "not_physical"
+    return "triangle_inequality" if high - low - middle > ROUNDED * slack else None

@@ -1,0 +1,247 @@
+"""Matrices of any shape: right in any spelling, wrong entries by their place, and matrices with symbols."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+import rigidcli
+from rigidcli.errors import ValueProblem
+from rigidcli.grading.asked import Asked
+from rigidcli.grading.kinds import matrix
+from rigidcli.grading.kinds.matrix import Key
+from rigidcli.grading.outcome import Outcome, Unreadable
+from rigidcli.grading.question import Question
+
+Floats = NDArray[np.float64]
+
+many = settings(max_examples=200, deadline=None)
+
+DEFAULT = 1e-3
+TOLERANCES = st.sampled_from([None, 1e-6, 0.02])
+SCALES = st.sampled_from([1e-100, 1.0, 37.0, 1e20])
+
+
+def literal(answer: Any, **options: Any) -> Key:
+    question = Question.model_validate({"kind": "matrix", "answer": answer, **options})
+    return matrix.read_key(Asked(question, answer))
+
+
+def computed(text: str, ask: str = "hamilton.matrix", **options: Any) -> Key:
+    question = Question.model_validate({"kind": "matrix", "document": "x.yaml", "ask": ask, **options})
+    document = rigidcli.loads(text)
+    study, name = ask.split(".")
+    report = getattr(rigidcli, study)(document)
+    return matrix.read_key(Asked(question, report[name], "", (study, name), document, report))
+
+
+def judged(key: Key, answer: Any) -> Outcome:
+    try:
+        return matrix.judge(key, answer, Path())
+    except Unreadable as unreadable:
+        return unreadable.outcome
+
+
+def codes(outcome: Outcome) -> list[str]:
+    return [finding.code for finding in outcome.findings]
+
+
+def rows(values: Any) -> list[list[str]]:
+    return [[repr(float(value)) for value in row] for row in values]
+
+
+def tolerance(relative: float | None) -> dict[str, Any]:
+    return {} if relative is None else {"tolerance": {"relative": relative}}
+
+
+@st.composite
+def matrices(draw: st.DrawFn) -> Floats:
+    height, width = draw(st.integers(1, 4)), draw(st.integers(1, 4))
+    entries = st.one_of(st.just(0.0), st.floats(0.1, 10), st.floats(-10, -0.1))
+    size = height * width
+    values = draw(st.lists(entries, min_size=size, max_size=size).filter(any))
+    return np.array(values).reshape(height, width) * draw(SCALES)
+
+
+# --- right and wrong
+
+
+@many
+@given(matrices(), TOLERANCES, st.data())
+def test_right_in_any_spelling(values: Floats, relative: float | None, data: st.DataObject) -> None:
+    key = literal(rows(values), **tolerance(relative))
+    within = 0.9 * (relative or DEFAULT)
+    off = [data.draw(st.floats(-within, within)) for _ in values.flat]
+    near = values + np.reshape(off, values.shape) * np.where(values == 0, np.abs(values).max(), values)
+    style = data.draw(st.sampled_from(["{!r}", "{:.17e}", "-(-({!r}))", "({!r})/sqrt(4)*2", "0 + {!r}"]))
+    assert judged(key, [[style.format(entry) for entry in row] for row in near.tolist()]).verdict == "correct"
+
+
+@many
+@given(matrices(), TOLERANCES, st.data())
+def test_one_entry_off_is_never_right(values: Floats, relative: float | None, data: st.DataObject) -> None:
+    key = literal(rows(values), **tolerance(relative))
+    i, j = (data.draw(st.integers(0, size - 1)) for size in values.shape)
+    by = data.draw(st.floats(1.1, 1e4)) * (relative or DEFAULT) * data.draw(st.sampled_from([1, -1]))
+    answer = values.copy()
+    answer[i, j] += by * (abs(values[i, j]) or np.abs(values).max())
+    outcome = judged(key, rows(answer))
+    assert outcome.verdict in ("partial", "incorrect")
+    earns = np.count_nonzero(values) > (values[i, j] != 0)
+    assert outcome.share == pytest.approx(1 - 1 / values.size if earns else 0)
+    for finding in outcome.findings:
+        assert finding.detail == ""
+        assert finding.code != "component_wrong" or finding.place == f"row {i + 1}, column {j + 1}"
+
+
+MATRIX = rows([[1, 2, 0], [-3, 4, 5], [6, 7, 9]])
+
+
+@pytest.mark.parametrize(
+    ("answer", "code", "place"),
+    [
+        ([[1, -3, 6], [2, 4, 7], [0, 5, 9]], "transposed", ""),
+        ([[10, 20, 0], [-30, 40, 50], [60, 70, 90]], "power_of_ten", ""),
+        ([[1.7, 3.4, 0], [-5.1, 6.8, 8.5], [10.2, 11.9, 15.3]], "constant_factor", ""),
+        ([[-1, -2, 0], [3, -4, -5], [-6, -7, -9]], "sign_error", ""),
+        ([[1, 2, 0], [3, 4, 5], [6, -7, 9]], "sign_error", "row 2, column 1; row 3, column 2"),
+        ([[1, 2, 0], [-3, 4, 5], [6, 7, 8]], "component_wrong", "row 3, column 3"),
+        ([[2, 3, 0], [-4, 5, 6], [7, 8, 1]], "outside_tolerance", ""),
+    ],
+)
+def test_named_mistakes(answer: list[list[float]], code: str, place: str) -> None:
+    outcome = judged(literal(MATRIX), rows(answer))
+    assert codes(outcome) == [code]
+    assert outcome.findings[0].place == place
+
+
+def test_shapes() -> None:
+    key = literal(rows([[1, 2, 3], [4, 5, 6]]))
+    assert codes(judged(key, rows([[1, 4], [2, 5], [3, 6]]))) == ["transposed"]
+    for answer in (rows([[1, 2], [4, 5]]), rows([[1, 2], [3, 4], [5, 6]]), rows([[1, 2, 3]])):
+        outcome = judged(key, answer)
+        assert (outcome.verdict, codes(outcome)) == ("invalid", ["wrong_shape"])
+
+
+# --- matrices with symbols
+
+SPRING = """
+parameters: {m: 1 kg, k: 4 N/m}
+system: {coordinates: [x], kinetic: m*xdot**2/2, potential: k*x**2/2}
+"""
+FREE = SPRING.replace("1 kg", "null").replace("4 N/m", "null")
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        [["0", "1/m"], ["-k", "0"]],
+        [["0", "m**(-1)"], ["-k*m/m", "k - k"]],
+        [["0", "k/(m*k)"], ["-sqrt(k)^2", "sin(0)"]],
+    ],
+)
+def test_a_matrix_with_symbols(answer: list[list[str]]) -> None:
+    """x' = p/m and p' = -k x."""
+    assert judged(computed(SPRING), answer).verdict == "correct"
+    assert judged(computed(FREE), answer).verdict == "correct"
+
+
+def test_numbers_stand_for_parameters_that_have_values() -> None:
+    assert judged(computed(SPRING), [["0", "1"], ["-4", "0"]]).verdict == "correct"
+    assert judged(computed(SPRING), [["0", "1/m"], ["-4", "0"]]).verdict == "correct"
+    assert judged(computed(SPRING), [["0", "1"], ["4", "0"]]).verdict == "partial"
+    outcome = judged(computed(FREE), [["0", "1"], ["-4", "0"]])
+    assert (outcome.verdict, codes(outcome)) == ("incorrect", ["number_for_symbol"])
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        [["0", "m"], ["-k", "0"]],
+        [["0", "1/m"], ["-4*m", "0"]],
+        [["0", "1/m"], ["-k*m", "0"]],
+        [["0", "1/m^2"], ["-k", "0"]],
+        [["0", "1/m"], ["-k", "m - 1"]],
+        [["1/m", "0"], ["0", "-k"]],
+    ],
+)
+def test_what_is_right_for_the_given_values_only_is_wrong(answer: list[list[str]]) -> None:
+    """With m = 1 and k = 4 some of these have the right values."""
+    assert judged(computed(SPRING), answer).verdict in ("partial", "incorrect")
+    assert judged(computed(FREE), answer).verdict in ("partial", "incorrect")
+
+
+def test_mistakes_with_symbols() -> None:
+    for key in (computed(SPRING), computed(FREE)):
+        assert codes(judged(key, [["0", "-k"], ["1/m", "0"]])) == ["transposed"]
+        assert codes(judged(key, [["0", "1/m"], ["k", "0"]])) == ["sign_error"]
+        assert codes(judged(key, [["0", "q/m"], ["-k", "0"]])) == ["unknown_symbol"]
+        assert codes(judged(key, [["0", "2 1"], ["-k", "0"]])) == ["parse_error"]
+
+
+def test_derived_parameters_follow_those_they_hang_on() -> None:
+    text = SPRING.replace("k: 4 N/m", "w: 2, k: m*w**2")
+    key = computed(text)
+    assert judged(key, [["0", "1/m"], ["-k", "0"]]).verdict == "correct"
+    assert judged(key, [["0", "1/m"], ["-m*w^2", "0"]]).verdict == "correct"
+    assert judged(key, [["0", "1/m"], ["-4*m", "0"]]).verdict == "partial"
+
+
+def test_a_rotation() -> None:
+    key = literal([["cos(t1)", "-sin(t1)"], ["sin(t1)", "cos(t1)"]], symbols={"t1": "real"})
+    right = [["sin(t1 + pi/2)", "-sin(t1)"], ["2*sin(t1/2)*cos(t1/2)", "1 - 2*sin(t1/2)^2"]]
+    assert judged(key, right).verdict == "correct"
+    assert codes(judged(key, [["cos(t1)", "sin(t1)"], ["-sin(t1)", "cos(t1)"]]))[0] in (
+        "transposed",
+        "component_wrong",
+    )
+
+
+# --- what cannot be read
+
+
+@pytest.mark.parametrize(
+    "answer", ["1", [], [[]], ["1"], [["1", "2"], "3"], [["1", "2"], ["3"]], {"a": "1"}, [["1"] * 101] * 100]
+)
+def test_what_cannot_be_read(answer: Any) -> None:
+    outcome = judged(literal(MATRIX), answer)
+    assert (outcome.verdict, outcome.share) == ("invalid", 0.0)
+    assert codes(outcome)[0] in ("wrong_shape", "too_large")
+
+
+@pytest.mark.parametrize("answer", ["17.25", ["17.25"], [["17.25"], ["1", "2"]], [["17.25", "x"]], [[]], []])
+def test_bad_keys_are_refused_without_being_told(answer: Any) -> None:
+    with pytest.raises(ValueProblem) as refusal:
+        literal(answer)
+    assert "17.25" not in str(refusal.value)
+
+
+# --- examples
+
+
+@pytest.mark.parametrize("text", [SPRING, FREE])
+def test_examples(text: str) -> None:
+    for key in (computed(text), literal(MATRIX), literal(rows([[1, 2, 3], [4, 5, 6]]))):
+        seen = set()
+        for example in matrix.examples(key):
+            outcome = judged(key, example.answer)
+            assert (outcome.verdict == "correct") == (example.code is None), example
+            assert example.code is None or codes(outcome) == [example.code], example
+            seen.add(example.code)
+        assert seen == {None, "transposed", "power_of_ten", "constant_factor", "sign_error"}
+
+
+def test_parameters_of_which_some_have_values() -> None:
+    """With m = 1 kg, 1 is as right as 1/m; k has no value, and no number can stand for it."""
+    key = computed(SPRING.replace("4 N/m", "null"))
+    for first in ("1/m", "1"):
+        assert judged(key, [["0", first], ["-k", "0"]]).verdict == "correct"
+    assert judged(key, [["0", "1"], ["-m*k", "0"]]).verdict == "partial"
+    assert judged(key, [["0", "1/k"], ["-k", "0"]]).verdict == "partial"
+    assert codes(judged(key, [["0", "1/m"], ["-4", "0"]])) == ["number_for_symbol"]

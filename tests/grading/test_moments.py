@@ -1,0 +1,288 @@
+"""Moments: a set in which each stands as often as it is; in order where asked; and what no body has."""
+
+from __future__ import annotations
+
+import itertools
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+import rigidcli
+from rigidcli.errors import ValueProblem
+from rigidcli.grading.asked import Asked
+from rigidcli.grading.kinds import moments
+from rigidcli.grading.kinds.moments import Key
+from rigidcli.grading.outcome import Outcome, Unreadable
+from rigidcli.grading.question import Question
+
+Floats = NDArray[np.float64]
+
+many = settings(max_examples=250, deadline=None)
+
+DEFAULT = 1e-3
+TOLERANCES = st.sampled_from([None, 1e-6, 0.02])
+SCALES = st.sampled_from([1e-47, 1.0, 12.5, 1e37])
+
+
+def literal(answer: Any, **options: Any) -> Key:
+    question = Question.model_validate({"kind": "moments", "answer": answer, **options})
+    return moments.read_key(Asked(question, answer))
+
+
+def computed(text: str, **options: Any) -> Key:
+    question = Question.model_validate(
+        {"kind": "moments", "document": "x.yaml", "ask": "axes.moments", **options}
+    )
+    document = rigidcli.loads(text)
+    report = rigidcli.axes(document)
+    return moments.read_key(
+        Asked(question, report["moments"], "kg m^2", ("axes", "moments"), document, report)
+    )
+
+
+def judged(key: Key, answer: Any) -> Outcome:
+    try:
+        return moments.judge(key, answer, Path())
+    except Unreadable as unreadable:
+        return unreadable.outcome
+
+
+def codes(outcome: Outcome) -> list[str]:
+    return [finding.code for finding in outcome.findings]
+
+
+def typed(values: Any) -> list[str]:
+    return [repr(float(value)) for value in values]
+
+
+def tolerance(relative: float | None) -> dict[str, Any]:
+    return {} if relative is None else {"tolerance": {"relative": relative}}
+
+
+@st.composite
+def principal(draw: st.DrawFn) -> Floats:
+    """Moments that a body can have, ascending; equal ones, nearly equal ones and zeros among them."""
+    second = draw(st.sampled_from([1.0, 1.0 + 1e-4, draw(st.floats(1.0, 2.0))]))
+    low = draw(st.sampled_from([0.0, second, 1.0, draw(st.floats(0.1, 1.0))]))
+    low = min(low, second)
+    high = second + low * draw(st.sampled_from([0.0, 1e-4, 1.0, draw(st.floats(0.0, 1.0))]))
+    return np.array(sorted([low, second, high])) * draw(SCALES)
+
+
+# --- right answers
+
+
+@many
+@given(principal(), TOLERANCES, st.permutations(range(3)), st.data())
+def test_right_in_any_order_and_unit(
+    values: Floats, relative: float | None, order: list[int], data: st.DataObject
+) -> None:
+    key = literal([f"{value} kg m^2" for value in typed(values)], **tolerance(relative))
+    within = 0.9 * (relative or DEFAULT)
+    off = np.array([data.draw(st.floats(-within, within)) for _ in values])
+    near = (values + off * np.where(values == 0, values.max(), values))[order]
+    unit, per = data.draw(st.sampled_from([("kg m^2", 1.0), ("g cm^2", 1e7)]))
+    assert judged(key, typed(near)).verdict == "correct"
+    assert judged(key, [f"{value} {unit}" for value in typed(near * per)]).verdict == "correct"
+    assert judged(key, [f"0 - 3*({-value!r})/3" for value in near.tolist()]).verdict == "correct"
+
+
+@many
+@given(principal(), st.permutations(range(3)))
+def test_order(values: Floats, order: list[int]) -> None:
+    key = literal(typed(values[::-1]), order="ascending")
+    answer = values[order]
+    margins = 1e-3 * np.where(values == 0, values.max(), values) * (1 + 1e-8)
+    outcome = judged(key, typed(answer))
+    if (np.abs(answer - values) <= margins).all():
+        assert outcome.verdict == "correct"
+    else:
+        assert codes(outcome) == ["wrong_order"]
+        assert outcome.verdict != "correct"
+
+
+# --- wrong answers
+
+
+def fits(answer: Floats, values: Floats, relative: float) -> bool:
+    """Whether some order of the answer is within the tolerance: by trying all."""
+    limits = relative * np.where(values == 0, values.max(), values)
+    return any(
+        (np.abs(np.array(order) - values) <= limits * (1 + 1e-6)).all()
+        for order in itertools.permutations(answer)
+    )
+
+
+@many
+@given(principal(), TOLERANCES, st.integers(0, 2), st.data())
+def test_one_moment_off_is_never_right(
+    values: Floats, relative: float | None, place: int, data: st.DataObject
+) -> None:
+    key = literal(typed(values), **tolerance(relative))
+    by = data.draw(st.floats(1.1, 1e4)) * (relative or DEFAULT) * data.draw(st.sampled_from([1, -1]))
+    answer = values.copy()
+    answer[place] += by * (values[place] or values.max())
+    assume(not fits(answer, values, relative or DEFAULT))
+    outcome = judged(key, typed(np.roll(answer, data.draw(st.integers(0, 2)))))
+    assert outcome.verdict in ("partial", "incorrect")
+    assert outcome.share <= 2 / 3 + 1e-12
+    for finding in outcome.findings:
+        assert finding.detail == ""
+
+
+@many
+@given(
+    st.lists(st.integers(1, 6), min_size=1, max_size=5), st.lists(st.integers(1, 6), min_size=1, max_size=5)
+)
+def test_whole_numbers(values: list[int], answer: list[int]) -> None:
+    """Right when they are the same numbers; short of multiplicity when they are but for how often."""
+    outcome = judged(literal(typed(values)), typed(answer))
+    assert (outcome.verdict == "correct") == (sorted(values) == sorted(answer))
+    same = set(values) == set(answer) and sorted(values) != sorted(answer)
+    assert (codes(outcome) == ["multiplicity"]) == same
+    if len(values) != len(answer) and not same:
+        assert (outcome.verdict, codes(outcome)) == ("invalid", ["wrong_shape"])
+    elif outcome.verdict != "correct":
+        common = sum(min(values.count(n), answer.count(n)) for n in set(values))
+        assert outcome.share == pytest.approx(common / max(len(values), len(answer)))
+
+
+def test_the_best_assignment_is_found() -> None:
+    """At a power of ten, figures allow 9.952 for 10.0 only, and 9.988 for both."""
+    key = literal(["9.99", "10.0"], tolerance={"significant_figures": 3})
+    for answer in itertools.permutations(["9.952", "9.988"]):
+        assert judged(key, list(answer)).verdict == "correct"
+    assert judged(key, ["9.952", "9.952"]).verdict == "partial"
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        (["2", "11"], "multiplicity"),
+        (["11", "2"], "multiplicity"),
+        (["2", "11", "11", "11"], "multiplicity"),
+        (["2", "2", "11"], "multiplicity"),
+        (["2"], "wrong_shape"),
+        (["2", "11", "11", "5"], "wrong_shape"),
+        (["-2", "11", "11"], "not_physical"),
+        (["-2", "-11", "-11"], "not_physical"),
+        (["2", "5", "11"], "triangle_inequality"),
+        (["0.2", "1.1", "1.1"], "power_of_ten"),
+        (["7", "38.5", "38.5"], "constant_factor"),
+        (["3", "11", "11"], "component_wrong"),
+        (["7", "8", "9"], "outside_tolerance"),
+    ],
+)
+def test_a_cube_about_its_corner(answer: list[str], code: str) -> None:
+    outcome = judged(literal(["2", "11", "11"]), answer)
+    assert codes(outcome) == [code]
+    assert outcome.verdict != "correct"
+
+
+def test_what_is_said_of_other_numbers() -> None:
+    """Frequencies may be negative, and need no triangle."""
+    key = literal(["1", "2", "30"])
+    assert codes(judged(key, ["-1", "2", "30"])) == ["sign_error"]
+    assert judged(key, ["-1", "2", "30"]).findings[0].place == "moment 1"
+    assert codes(judged(key, ["1", "2", "40"])) == ["component_wrong"]
+    assert judged(key, ["40", "2", "1"]).findings[0].place == "moment 1"
+
+
+# --- keys from documents
+
+POINTS: list[list[float]] = [[1, 1, 0, 0], [2, 0, 1, 1], [3, 0.5, 1, -1], [1.5, 2, -1, 0.5]]
+
+
+def of_points(points: Any, origin: Any) -> Floats:
+    total = np.zeros((3, 3))
+    for mass, *place in points:
+        r = np.array(place) - np.array(origin)
+        total += mass * (r @ r * np.eye(3) - np.outer(r, r))
+    return total
+
+
+def test_mistakes_of_the_tensor_show_in_the_moments() -> None:
+    origin = np.array([0.3, -1, 2])
+    key = computed(json.dumps({"body": {"points": POINTS}, "about": origin.tolist()}))
+    masses = np.array([point[0] for point in POINTS])
+    com = masses @ np.array([point[1:] for point in POINTS]) / masses.sum()
+    right, central = of_points(POINTS, origin), of_points(POINTS, com)
+    steiner, diagonal = right - central, np.diag(np.diag(right))
+    mistaken = {
+        "products_of_inertia_sign": 2 * diagonal - right,
+        "products_of_inertia_missing": diagonal,
+        "parallel_axis_missing": central,
+        "parallel_axis_sign": central - steiner,
+        "parallel_axis_off_diagonal_missing": central + np.diag(np.diag(steiner)),
+    }
+    assert judged(key, typed(np.linalg.eigvalsh(right))).verdict == "correct"
+    for code, inertia in mistaken.items():
+        assert codes(judged(key, typed(np.linalg.eigvalsh(inertia)[::-1]))) == [code]
+
+
+def test_symbols() -> None:
+    text = "parameters: {M: null, a: null}\nbody: {shape: cube, side: a, mass: M, anchor: corner}"
+    key = computed(text)
+    assert judged(key, ["11*M*a^2/12", "a*a*M/6", "M*a**2*(1 - 1/12)"]).verdict == "correct"
+    assert codes(judged(key, ["11*M*a^2/12", "a*a*M/6"])) == ["multiplicity"]
+    assert codes(judged(key, ["M*a^2/6", "M*a^2/6", "M*a^2/6"])) == ["parallel_axis_missing"]
+    # The products left out of the tensor, or of Steiner's term: the same here.
+    assert codes(judged(key, ["2/3*M*a^2", "2*M*a^2/3", "M*a^2*2/3"])) == ["outside_tolerance"]
+    assert judged(key, ["11*M*a^2/12", "a*M/6", "M*a**2*(1 - 1/12)"]).share == pytest.approx(2 / 3)
+    assert codes(judged(key, ["11/12", "11/12", "1/6"])) == ["number_for_symbol"]
+
+
+def test_an_order_that_depends_on_symbols_cannot_be_asked() -> None:
+    body = "body: {shape: cylinder, radius: a, height: b, mass: 1}"
+    text = f"parameters: {{a: null, b: null}}\n{body}"
+    assert judged(computed(text), ["a^2/2", "a^2/4 + b^2/12", "b^2/12 + a^2/4"]).verdict == "correct"
+    with pytest.raises(ValueProblem, match="order"):
+        computed(text, order="ascending")
+
+
+# --- what cannot be read
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        ("2, 11, 11", "wrong_shape"),
+        ([], "wrong_shape"),
+        (["1"] * 101, "wrong_shape"),
+        (["2", "11", None], "not_a_number"),
+        (["2", "11", "11 m"], "unit_incompatible"),
+    ],
+)
+def test_what_cannot_be_read(answer: Any, code: str) -> None:
+    outcome = judged(literal(["2", "11", "11"]), answer)
+    assert (outcome.verdict, codes(outcome)) == ("invalid", [code])
+
+
+# --- examples
+
+
+@pytest.mark.parametrize("order", ["free", "ascending"])
+@pytest.mark.parametrize(
+    ("text", "least"),
+    [
+        (f"body: {{points: {POINTS}}}", 8),
+        ("body: {shape: cube, side: 1, mass: 12, anchor: corner}", 6),
+        ("parameters: {M: null}\nbody: {shape: cube, side: 2, mass: M, anchor: corner}", 3),
+        ("body: {shape: sphere, radius: 1, mass: 5}", 2),
+    ],
+)
+def test_examples(text: str, least: int, order: str) -> None:
+    key = computed(text, order=order)
+    seen = set()
+    for example in moments.examples(key):
+        outcome = judged(key, example.answer)
+        assert (outcome.verdict == "correct") == (example.code is None), example
+        assert example.code is None or codes(outcome) == [example.code], example
+        seen.add(example.code)
+    assert len(seen - {None}) >= least

@@ -1,0 +1,386 @@
+"""Inertia tensors against sums over point masses: right ones, wrong ones, and mistakes worked out by hand."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+import rigidcli
+from rigidcli.errors import ValueProblem
+from rigidcli.grading.asked import Asked
+from rigidcli.grading.kinds import tensor
+from rigidcli.grading.kinds.tensor import Key
+from rigidcli.grading.outcome import Outcome, Unreadable
+from rigidcli.grading.question import Question
+
+Floats = NDArray[np.float64]
+
+many = settings(max_examples=120, deadline=None)
+
+DEFAULT = 1e-3
+NAMES = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
+COORDINATES = st.integers(-4, 4).map(float)
+POINTS = st.lists(st.tuples(st.integers(1, 5).map(float), *[COORDINATES] * 3), min_size=2, max_size=6)
+SCALES = st.sampled_from([1e-47, 1.0, 12.5, 1e37])
+TOLERANCES = st.sampled_from([None, 1e-6, 0.02])
+
+
+def literal(answer: Any, **options: Any) -> Key:
+    question = Question.model_validate({"kind": "tensor", "answer": answer, **options})
+    return tensor.read_key(Asked(question, answer))
+
+
+def computed(text: str, ask: str = "inertia.tensor", **options: Any) -> Key:
+    question = Question.model_validate({"kind": "tensor", "document": "x.yaml", "ask": ask, **options})
+    document = rigidcli.loads(text)
+    study, name = ask.split(".")
+    report = getattr(rigidcli, study)(document)
+    return tensor.read_key(Asked(question, report[name], "kg m^2", (study, name), document, report))
+
+
+def judged(key: Key, answer: Any) -> Outcome:
+    try:
+        return tensor.judge(key, answer, Path())
+    except Unreadable as unreadable:
+        return unreadable.outcome
+
+
+def codes(outcome: Outcome) -> list[str]:
+    return [finding.code for finding in outcome.findings]
+
+
+def rows(values: Any) -> list[list[str]]:
+    return [[repr(float(value)) for value in row] for row in values]
+
+
+def named(values: Any, names: list[str] | None = None) -> dict[str, str]:
+    return {name: repr(float(values[NAMES[name]])) for name in names or list(NAMES)}
+
+
+def about(points: list[tuple[float, ...]], origin: Any) -> Floats:
+    """Sum m (r^2 1 - r r^T), r taken from the origin given."""
+    total = np.zeros((3, 3))
+    for mass, *place in points:
+        r = np.array(place) - np.array(origin)
+        total += mass * (r @ r * np.eye(3) - np.outer(r, r))
+    return total
+
+
+def centre(points: list[tuple[float, ...]]) -> Floats:
+    masses = np.array([point[0] for point in points])
+    return np.array(masses @ np.array([point[1:] for point in points]) / masses.sum())
+
+
+def tolerance(relative: float | None) -> dict[str, Any]:
+    return {} if relative is None else {"tolerance": {"relative": relative}}
+
+
+# --- right answers
+
+
+@many
+@given(POINTS, SCALES, TOLERANCES, st.data())
+def test_right_in_any_form(
+    points: list[tuple[float, ...]], scale: float, relative: float | None, data: st.DataObject
+) -> None:
+    inertia = about(points, (0, 0, 0)) * scale
+    key = literal(rows(inertia), **tolerance(relative))
+    largest, within = np.abs(inertia).max(), 0.9 * (relative or DEFAULT)
+    off = np.array(data.draw(st.lists(st.floats(-within, within), min_size=9, max_size=9))).reshape(3, 3)
+    near = inertia + off * np.where(inertia == 0, largest, inertia)
+    unit, per = data.draw(st.sampled_from([("kg m^2", 1.0), ("g cm^2", 1e7), ("kg*cm^2", 1e4)]))
+    quantities = literal(
+        [[f"{entry} kg m^2" for entry in row] for row in rows(inertia)], **tolerance(relative)
+    )
+    answer: Any = data.draw(st.sampled_from([rows(near), named(near)]))
+    assert judged(key, answer).verdict == "correct"
+    assert judged(quantities, answer).verdict == "correct"
+    in_unit = [[f"{value * per!r} {unit}" for value in row] for row in near.tolist()]
+    assert judged(quantities, in_unit).verdict == "correct"
+    expressions = [[f"({value!r})*6/sqrt(36)" for value in row] for row in near.tolist()]
+    assert judged(key, expressions).verdict == "correct"
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        {"Ixx": "10", "Iyy": "6", "Izz": "6", "Ixy": "0", "Ixz": "0", "Iyz": "1"},
+        {"ixx": "10", "IYY": "6", "I_zz": "6", "Iyx": "0", "Izx": "0", "Izy": "1"},
+        {"I11": "10", "I22": "6", "I33": "6", "I12": "0", "I13": "0", "I23": "1", "I32": "1"},
+        {"Ixx": "20/2", "Iyy": "6.0 kg m^2", "Izz": "6e4 kg cm^2", "Ixy": "1e-9", "Ixz": "-0", "Iyz": "1"},
+    ],
+)
+def test_six_names(answer: dict[str, str]) -> None:
+    key = computed("body: {points: [[1, 1, 0, 0], [2, 0, 1, 1], [3, 0, 1, -1]]}")
+    assert judged(key, answer).verdict == "correct"
+
+
+def test_a_key_by_names() -> None:
+    key = literal({"Ixx": "10", "Iyy": "6", "Izz": "6", "Ixy": "0", "Ixz": "0", "Iyz": "1"})
+    assert judged(key, rows([[10, 0, 0], [0, 6, 1], [0, 1, 6]])).verdict == "correct"
+
+
+# --- wrong answers
+
+
+@many
+@given(POINTS, SCALES, TOLERANCES, st.sampled_from(list(NAMES)), st.data())
+def test_one_component_off_is_never_right(
+    points: list[tuple[float, ...]],
+    scale: float,
+    relative: float | None,
+    name: str,
+    data: st.DataObject,
+) -> None:
+    inertia = about(points, (0, 0, 0)) * scale
+    assume(inertia.any())
+    key = literal(rows(inertia), **tolerance(relative))
+    i, j = NAMES[name]
+    by = data.draw(st.floats(1.1, 1e4)) * (relative or DEFAULT) * data.draw(st.sampled_from([1, -1]))
+    wrong = inertia.copy()
+    wrong[i, j] += by * (abs(inertia[i, j]) or np.abs(inertia).max())
+    if i != j and data.draw(st.booleans()):
+        outcome = judged(key, rows(wrong))
+        if abs(by) > 4 * (relative or DEFAULT):
+            assert "not_symmetric" in codes(outcome)
+    else:
+        wrong[j, i] = wrong[i, j]
+        outcome = judged(key, data.draw(st.sampled_from([rows(wrong), named(wrong)])))
+    assert outcome.verdict in ("partial", "incorrect")
+    earns = any(inertia[place] for other, place in NAMES.items() if other != name)
+    assert outcome.share == pytest.approx(5 / 6 if earns else 0)
+    for finding in outcome.findings:
+        assert finding.detail == ""
+        assert finding.code != "component_wrong" or finding.place == name
+
+
+@many
+@given(POINTS, POINTS)
+def test_the_tensor_of_another_body_is_never_right(
+    points: list[tuple[float, ...]], others: list[tuple[float, ...]]
+) -> None:
+    one, other = about(points, (0, 0, 0)), about(others, (0, 0, 0))
+    assume(np.abs(one - other).max() >= 1)  # all entries are whole numbers
+    outcome = judged(literal(rows(one), tolerance={"relative": 1e-6}), rows(other))
+    assert outcome.verdict != "correct"
+
+
+# --- mistakes, worked out by hand
+
+
+def candidates(points: list[tuple[float, ...]], origin: Floats, turn: Floats) -> dict[str, Floats]:
+    """The tensor about the origin along the columns of `turn`, and what comes out under mistakes."""
+    mass, com = sum(point[0] for point in points), centre(points)
+    d = turn.T @ (origin - com)
+    central = turn.T @ about(points, com) @ turn
+    steiner = mass * (d @ d * np.eye(3) - np.outer(d, d))
+    right = central + steiner
+    found = {
+        "": right,
+        "products_of_inertia_sign": 2 * np.diag(np.diag(right)) - right,
+        "products_of_inertia_missing": np.diag(np.diag(right)),
+        "parallel_axis_missing": central,
+        "parallel_axis_sign": central - steiner,
+        "parallel_axis_off_diagonal_missing": central + np.diag(np.diag(steiner)),
+        "power_of_ten": right / 100,
+        "constant_factor": right * 2.7,
+    }
+    if not np.allclose(turn, np.eye(3)):
+        found["other_frame"] = turn @ right @ turn.T
+    return found
+
+
+def apart(tensors: dict[str, Floats]) -> bool:
+    scale = np.abs(tensors[""]).max()
+    values = list(tensors.values())
+    return all(np.abs(a - b).max() > 0.02 * scale for k, a in enumerate(values) for b in values[:k])
+
+
+@settings(max_examples=60, deadline=None)
+@given(POINTS, st.tuples(*[COORDINATES] * 3), st.sampled_from([None, (0, 0, 1), (1, 2, 3)]), st.booleans())
+def test_named_mistakes(
+    points: list[tuple[float, ...]],
+    origin: tuple[float, ...],
+    axis: tuple[float, ...] | None,
+    about_com: bool,
+) -> None:
+    frame: dict[str, Any] = {} if axis is None else {"frame": {"axis": axis, "angle": "50 deg"}}
+    turn = np.eye(3)
+    if axis is not None:
+        turn = Rotation.from_rotvec(math.radians(50) * np.array(axis) / np.linalg.norm(axis)).as_matrix()
+    text = json.dumps({"body": {"points": points}, "about": origin, **frame})
+    if not about_com:
+        key, tensors = computed(text), candidates(points, np.array(origin), turn)
+    else:
+        key = computed(text, "inertia.tensor_com")
+        away = candidates(points, np.array(origin), turn)
+        central, steiner = away["parallel_axis_missing"], away[""] - away["parallel_axis_missing"]
+        tensors = {
+            "": central,
+            "parallel_axis_sign": away[""] + steiner,
+            "parallel_axis_off_diagonal_missing": away[""] - np.diag(np.diag(steiner)),
+            "products_of_inertia_missing": np.diag(np.diag(central)),
+            "products_of_inertia_sign": 2 * np.diag(np.diag(central)) - central,
+        }
+    assert judged(key, rows(tensors[""])).verdict == "correct"
+    assume(apart(tensors))
+    for code, mistaken in tensors.items():
+        outcome = judged(key, rows(mistaken))
+        assert codes(outcome) == ([code] if code else [])
+        assert judged(key, named(mistaken)) == outcome
+
+
+def test_a_mistake_that_changes_nothing_is_not_named() -> None:
+    """About the centre of mass, and with no products, there is nothing to get wrong."""
+    key = computed("{body: {shape: box, size: [1, 2, 3], mass: 12}}")
+    assert {code for code, _ in key.causes} == set()
+    key = computed("{body: {shape: box, size: [1, 2, 3], mass: 12}, about: [0, 0, 5]}")
+    assert {code for code, _ in key.causes} == {"parallel_axis_missing", "parallel_axis_sign"}
+
+
+def test_two_mistakes_that_explain_an_answer_are_not_named() -> None:
+    """Of a plate, leaving out what Steiner's term adds off the diagonal leaves out all products."""
+    key = computed("{body: {shape: plate, size: [1, 2], mass: 12}, about: [1, 1, 0]}")
+    diagonal = np.diag(np.diag(about([(12, 0, 0, 0)], (1, 1, 0)))) + np.diag([4.0, 1.0, 5.0])
+    outcome = judged(key, rows(diagonal))
+    assert codes(outcome) == ["component_wrong"]
+    assert outcome.findings[0].place == "Ixy"
+    assert outcome.share == pytest.approx(5 / 6)
+
+
+CUBE = rows([[8, -3, -3], [-3, 8, -3], [-3, -3, 8]])
+
+
+@pytest.mark.parametrize(
+    ("answer", "expected", "place"),
+    [
+        ([[8, 3, 3], [3, 8, 3], [3, 3, 8]], ["products_of_inertia_sign"], ""),
+        ([[8, 0, 0], [0, 8, 0], [0, 0, 8]], ["products_of_inertia_missing"], ""),
+        ([[-8, 3, 3], [3, -8, 3], [3, 3, -8]], ["sign_error"], ""),
+        ([[8e-4, -3e-4, -3e-4], [-3e-4, 8e-4, -3e-4], [-3e-4, -3e-4, 8e-4]], ["power_of_ten"], ""),
+        ([[2, 0, 0], [0, 11, 0], [0, 0, 11]], ["other_frame"], ""),
+        ([[8, -3, -3], [3, 8, -3], [-3, -3, 8]], ["not_symmetric"], "Ixy"),
+        ([[8, -2, -3], [-4, 8, -3], [-3, -3, 9]], ["not_symmetric", "component_wrong"], "Ixy"),
+        ([[8, -3, -3], [-3, 7, -3], [-3, -3, 8]], ["component_wrong"], "Iyy"),
+        ([[8, -3, -3], [-3, 1, -3], [-3, -3, 8]], ["not_physical", "component_wrong"], ""),
+        ([[1, 0, 0], [0, 2, 0], [0, 0, 30]], ["triangle_inequality"], ""),
+        ([[4, 1, 0], [1, 5, 0], [0, 0, 4]], ["outside_tolerance"], ""),
+    ],
+)
+def test_a_cube_about_its_corner(answer: list[list[float]], expected: list[str], place: str) -> None:
+    outcome = judged(literal(CUBE), rows(answer))
+    assert codes(outcome) == expected
+    assert outcome.findings[0].place == place
+
+
+def test_a_small_wrong_entry_is_no_other_frame() -> None:
+    """It changes the moments by its square only."""
+    key = literal(rows([[1, 0, 0], [0, 2, 0], [0, 0, 3]]))
+    wrong = rows([[1, 0.02, 0], [0.02, 2, 0], [0, 0, 3]])
+    assert codes(judged(key, wrong)) == ["component_wrong"]
+
+
+def test_zeros_earn_nothing() -> None:
+    key = literal(rows(np.diag([2.0, 3, 4])))
+    outcome = judged(key, rows(np.diag([2.5, 3.5, 4.7])))
+    assert (outcome.verdict, outcome.share, codes(outcome)) == ("incorrect", 0.0, ["outside_tolerance"])
+
+
+# --- symbols
+
+SYMBOLIC = "parameters: {M: null, a: null}\nbody: {shape: cube, side: a, mass: M, anchor: corner}"
+
+
+def test_a_tensor_with_symbols() -> None:
+    key = computed(SYMBOLIC)
+    diagonal, product = "2*M*a^2/3", "-(a**2)*M*0.25"
+    right = [[diagonal if i == j else product for j in range(3)] for i in range(3)]
+    assert judged(key, right).verdict == "correct"
+    others = {name: diagonal if i == j else product for name, (i, j) in NAMES.items()}
+    assert judged(key, others).verdict == "correct"
+    assert judged(key, others | {"Izz": "(M*a^2 + M*a^2)/3 + M - M"}).verdict == "correct"
+    flipped = [[entry.replace("-", "") for entry in row] for row in right]
+    assert codes(judged(key, flipped)) == ["products_of_inertia_sign"]
+    central = [["M*a^2/6" if i == j else "0" for j in range(3)] for i in range(3)]
+    assert codes(judged(key, central)) == ["parallel_axis_missing"]
+    for wrong in ("2*M*a/3", "2*M*a^2/3.01", "2*M*a^3/3", "M*a^2*(2/3 + a/1000)", "2*a^2/3", "M/a"):
+        assert judged(key, others | {"Ixx": wrong}).verdict == "partial"
+    assert codes(judged(key, others | {"Ixx": "0.667"})) == ["number_for_symbol"]
+    assert codes(judged(key, others | {"Ixx": "2*m*a^2/3"})) == ["unknown_symbol"]
+
+
+# --- what cannot be read
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        ("8", "wrong_shape"),
+        (rows([[8, 3], [3, 8]]), "wrong_shape"),
+        (["8", "8", "8"], "wrong_shape"),
+        ([["8", "3", "3"], ["3", "8"], ["3", "3", "8"]], "wrong_shape"),
+        ({"Ixx": "8", "Iyy": "8", "Izz": "8"}, "wrong_shape"),
+        ({"Ixx": "8", "Iyy": "8", "Izz": "8", "Ixy": "-3", "Ixz": "-3", "Iyw": "-3"}, "wrong_shape"),
+        ({"Ixx": "8", "ixx": "8"}, "duplicate_key"),
+        ([["8", "3", "3"], ["3", "8", "3"], ["3", "3", {}]], "not_a_number"),
+        ([["8", "3", "3"], ["3", "8", "3"], ["3", "3", "inf"]], "not_a_finite_number"),
+    ],
+)
+def test_what_cannot_be_read(answer: Any, code: str) -> None:
+    outcome = judged(literal(CUBE), answer)
+    assert (outcome.verdict, outcome.share, codes(outcome)) == ("invalid", 0.0, [code])
+
+
+def test_missing_names_are_told() -> None:
+    outcome = judged(literal(CUBE), {"Ixx": "8", "Iyy": "8", "Izz": "8", "Iyx": "3"})
+    assert outcome.findings[0].detail == "Ixz, Iyz missing"
+
+
+@pytest.mark.parametrize(
+    "answer", [rows([[17.25, 1, 0], [0, 2, 0], [0, 0, 3]]), rows(np.eye(2) * 17.25), ["17.25"], "17.25"]
+)
+def test_bad_keys_are_refused_without_being_told(answer: Any) -> None:
+    with pytest.raises(ValueProblem) as refusal:
+        literal(answer)
+    assert "17.25" not in str(refusal.value)
+
+
+# --- examples
+
+GENERAL = """
+body: {points: [[1, 1, 0, 0], [2, 0, 1, 1], [3, 0.5, 1, -1]]}
+about: [0.3, -1, 2]
+frame: {axis: [1, 2, 3], angle: 40 deg}
+"""
+
+
+@pytest.mark.parametrize(
+    ("text", "ask", "least"),
+    [(GENERAL, "inertia.tensor", 9), (GENERAL, "inertia.tensor_com", 8), (SYMBOLIC, "axes.tensor", 4)],
+)
+def test_examples(text: str, ask: str, least: int) -> None:
+    key = computed(text, ask)
+    seen = set()
+    for example in tensor.examples(key):
+        outcome = judged(key, example.answer)
+        assert (outcome.verdict == "correct") == (example.code is None), example
+        assert example.code is None or codes(outcome)[0] == example.code, example
+        seen.add(example.code)
+    assert len(seen - {None}) >= least
+
+
+def test_values_near_the_ends_of_floats() -> None:
+    for size in (1e-300, 1e300):
+        key = literal(rows(np.diag([size, size, 2 * size])))
+        assert judged(key, rows(np.diag([size, size, 2 * size]))).verdict == "correct"
+        for wrong in (np.full((3, 3), -1.7e308), np.full((3, 3), 5e-324), np.eye(3)):
+            assert judged(key, rows(wrong)).verdict != "correct"

@@ -1,0 +1,391 @@
+"""Vectors: right in any spelling, unit and allowed direction, wrong in any other way, by the right name."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+import rigidcli
+from rigidcli.errors import ValueProblem
+from rigidcli.grading.asked import Asked
+from rigidcli.grading.kinds import vector
+from rigidcli.grading.kinds.vector import Key
+from rigidcli.grading.outcome import Outcome, Unreadable
+from rigidcli.grading.question import Question
+
+Floats = NDArray[np.float64]
+
+many = settings(max_examples=250, deadline=None)
+
+DEFAULT = 1e-3
+TOLERANCES = st.sampled_from([None, 1e-6, 0.02])
+SCALES = st.sampled_from([1e-160, 1e-30, 1.0, 37.0, 1e20])
+DIRECTIONS = st.sampled_from(["exact", "sense", "sign_free", "parallel"])
+SIZES = st.one_of(st.just(0.0), st.floats(0.1, 10), st.floats(-10, -0.1), st.sampled_from([1.0, -1.0, 1e-4]))
+VECTORS = st.lists(SIZES, min_size=1, max_size=5).filter(any)
+SPELLINGS = st.sampled_from(
+    ["{:r}", "{:e}", "+{:a}", "-(-({:r}))", "({:r})*3/3", "0 + {:r}", "({:r})/pi*pi", "  {:r} "]
+)
+
+
+def literal(answer: Any, **options: Any) -> Key:
+    question = Question.model_validate({"kind": "vector", "answer": answer, **options})
+    return vector.read_key(Asked(question, answer))
+
+
+def computed(text: str, ask: str, unit: str = "", **options: Any) -> Key:
+    question = Question.model_validate({"kind": "vector", "document": "x.yaml", "ask": ask, **options})
+    document = rigidcli.loads(text)
+    study, *way = ask.split(".")
+    report = getattr(rigidcli, study)(document)
+    value = report.tree()
+    for step in way:
+        value = value[step]
+    return vector.read_key(Asked(question, value, unit, (study, *way), document, report))
+
+
+def judged(key: Key, answer: Any) -> Outcome:
+    try:
+        return vector.judge(key, answer, Path())
+    except Unreadable as unreadable:
+        return unreadable.outcome
+
+
+def codes(outcome: Outcome) -> list[str]:
+    return [finding.code for finding in outcome.findings]
+
+
+def typed(values: Any) -> list[str]:
+    return [repr(float(value)) for value in values]
+
+
+def spelled(value: float, style: str) -> str:
+    """The number in one of several spellings; `:a` is without a sign of its own."""
+    if ":a" in style and value < 0:
+        style = "{:r}"
+    return style.replace(":r", "0!r").replace(":a", "0!r").replace(":e", "0:.17e").format(value)
+
+
+def tolerance(relative: float | None) -> dict[str, Any]:
+    return {} if relative is None else {"tolerance": {"relative": relative}}
+
+
+# --- right answers
+
+
+@many
+@given(VECTORS, SCALES, TOLERANCES, DIRECTIONS, st.data())
+def test_right_in_any_spelling(
+    sizes: list[float], scale: float, relative: float | None, direction: str, data: st.DataObject
+) -> None:
+    values = [size * scale for size in sizes]
+    key = literal(typed(values), direction=direction, **tolerance(relative))
+    within = 0.9 * (relative or DEFAULT) / (1 if direction in ("exact", "sign_free") else 2)
+    signs = {"sign_free": (1, -1), "parallel": (1, -1)}.get(direction, (1,))
+    length = data.draw(st.sampled_from([1.0, 1e-3, 7.0])) if direction in ("sense", "parallel") else 1.0
+    factor = length * data.draw(st.sampled_from(signs))
+    off = [data.draw(st.floats(-within, within)) for _ in values]
+    answer = [
+        spelled(value * factor * (1 + by), data.draw(SPELLINGS))
+        for value, by in zip(values, off, strict=True)
+    ]
+    assert judged(key, answer).verdict == "correct"
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        ["1 cm", "-20 mm", "0 m"],
+        ["0.01", "-0.02", "0"],
+        ["0.00001 km", "-2e-2 m", "0"],
+        ["1/100", "-sqrt(4)/100", "sin(0)"],
+        ["1e-2", "\N{MINUS SIGN}0.02", "-0.0"],
+        ["0.01", "-0.02", "3e-9"],
+    ],
+)
+def test_units_and_noise(answer: list[str]) -> None:
+    assert judged(literal(["1 cm", "-2 cm", "0 cm"]), answer).verdict == "correct"
+
+
+def test_a_unit_of_another_dimension_cannot_be_read() -> None:
+    key = literal(["1 cm", "2 cm", "0 cm"])
+    assert codes(judged(key, ["1 kg", "2 cm", "0"])) == ["unit_incompatible"]
+    assert codes(judged(literal(["1", "2"]), ["1 cm", "2 cm"])) == ["unit_incompatible"]
+
+
+# --- wrong answers
+
+
+@many
+@given(VECTORS, SCALES, TOLERANCES, st.data())
+def test_one_component_off_is_never_right(
+    sizes: list[float], scale: float, relative: float | None, data: st.DataObject
+) -> None:
+    values = np.array(sizes) * scale
+    key = literal(typed(values), **tolerance(relative))
+    place = data.draw(st.integers(0, len(sizes) - 1))
+    by = data.draw(st.floats(1.1, 1e4)) * (relative or DEFAULT) * data.draw(st.sampled_from([1, -1]))
+    answer = values.copy()
+    answer[place] += by * (abs(values[place]) or np.abs(values).max())
+    outcome = judged(key, typed(answer))
+    assert outcome.verdict in ("partial", "incorrect")
+    others = [k for k in range(len(sizes)) if k != place]
+    earns = any(values[k] for k in others)
+    assert outcome.share == pytest.approx(len(others) / len(sizes) if earns else 0.0)
+    if codes(outcome) == ["component_wrong"]:
+        assert outcome.findings[0].place == f"component {place + 1}"
+
+
+@many
+@given(st.lists(st.floats(-5, 5), min_size=3, max_size=3), st.floats(0, 2 * math.pi), st.data())
+def test_directions_are_right_within_the_angle(sizes: list[float], roll: float, data: st.DataObject) -> None:
+    values = np.array(sizes)
+    assume(np.linalg.norm(values) > 0.1)
+    limit = data.draw(st.sampled_from([1e-6, 1e-3, 0.1]))
+    angle = data.draw(st.one_of(st.floats(0, 0.98), st.floats(1.02, 3 / limit))) * limit
+    assume(angle < math.pi - 2 * limit)
+    across = np.cross(values, [1, 0, 0] if abs(values[0]) < np.linalg.norm(values) / 2 else [0, 1, 0])
+    across = Rotation.from_rotvec(roll * values / np.linalg.norm(values)).apply(across)
+    turned = Rotation.from_rotvec(angle * across / np.linalg.norm(across)).apply(values)
+    for direction, length in (("sense", 3.0), ("parallel", -0.2)):
+        key = literal(typed(values), direction=direction, tolerance={"angle": limit})
+        right = judged(key, typed(turned * length)).verdict == "correct"
+        assert right == (angle < limit)
+        assert (judged(key, typed(-turned * length)).verdict == "correct") == (
+            right and direction == "parallel"
+        )
+
+
+@pytest.mark.parametrize(
+    ("direction", "answer", "code"),
+    [
+        ("exact", [-1, -2, -3], "opposite_direction"),
+        ("sense", [-2, -4, -6], "opposite_direction"),
+        ("exact", [3, 1, 2], "components_permuted"),
+        ("sense", [9, 3, 6], "components_permuted"),
+        ("sign_free", [-3, -1, -2], "components_permuted"),
+        ("parallel", [-6, -2, -4], "components_permuted"),
+        ("exact", [1, 2, -3], "sign_error"),
+        ("exact", [-1, -2, 3], "sign_error"),
+        ("sign_free", [1, 2, -3], "sign_error"),
+        ("sense", [10, 20, -30], "sign_error"),
+        ("exact", [0.01, 0.02, 0.03], "power_of_ten"),
+        ("sign_free", [-100, -200, -300], "power_of_ten"),
+        ("exact", [1.7, 3.4, 5.1], "constant_factor"),
+        ("exact", [-2, -4, -6], "constant_factor"),
+        ("exact", [math.degrees(1), math.degrees(2), math.degrees(3)], "degrees_radians"),
+        ("exact", [2 * math.pi, 4 * math.pi, 6 * math.pi], "frequency_vs_angular_frequency"),
+        ("exact", [0, 0, 0], "zero_vector"),
+        ("parallel", [0, 0, 0], "zero_vector"),
+        ("exact", [1, 2, 4], "component_wrong"),
+        ("exact", [7, 5, 4], "outside_tolerance"),
+        ("sense", [7, 5, 4], "outside_tolerance"),
+        ("exact", [1.003, 2.005, 3.009], "outside_tolerance"),
+    ],
+)
+def test_named_mistakes(direction: str, answer: list[float], code: str) -> None:
+    key = literal(["1 rad/s", "2 rad/s", "3 rad/s"], direction=direction)
+    outcome = judged(key, typed(answer))
+    assert codes(outcome) == [code]
+    assert outcome.verdict != "correct"
+    if code == "sign_error":
+        assert "component 3" in outcome.findings[0].place or "component 1" in outcome.findings[0].place
+
+
+def test_a_length_is_no_angle() -> None:
+    key = literal(["1 m", "2 m", "3 m"])
+    assert codes(judged(key, typed(np.degrees([1, 2, 3])))) == ["constant_factor"]
+
+
+def test_two_mistakes_that_explain_an_answer_are_not_named() -> None:
+    """[-1, 1, 0] is the opposite of [1, -1, 0], and its components in another order."""
+    assert codes(judged(literal(["1", "-1", "0"]), ["-1", "1", "0"])) == ["outside_tolerance"]
+
+
+def test_a_factor_of_a_single_number_must_be_a_likely_one() -> None:
+    key = literal(["0", "0", "4"])
+    assert codes(judged(key, ["0", "0", "2"])) == ["constant_factor"]
+    assert codes(judged(key, ["0", "0", "2.2"])) == ["outside_tolerance"]
+
+
+def test_zeros_earn_nothing() -> None:
+    outcome = judged(literal(["0", "0", "4"]), ["0", "0", "17"])
+    assert (outcome.verdict, outcome.share) == ("incorrect", 0.0)
+
+
+# --- keys from documents
+
+SPINNING = """
+body: {points: [[1, 1, 0, 0], [2, 0, 1, 1], [3, 0, 1, -1]]}
+frame: {axis: [0, 0, 1], angle: 40 deg}
+motion: {omega: [1, 2, 3]}
+"""
+TENSOR = np.array([[10.0, 0, 0], [0, 6, 1], [0, 1, 6]])
+MOMENTUM = TENSOR @ np.array([1.0, 2, 3])
+"""Sum m (r^2 1 - r r^T) of these points, and L, in the document's axes."""
+
+
+def test_angular_momentum_in_other_axes() -> None:
+    key = computed(SPINNING, "axes.angular_momentum", "kg m^2/s")
+    turn = Rotation.from_rotvec([0, 0, math.radians(40)]).as_matrix()
+    assert judged(key, typed(turn.T @ MOMENTUM)).verdict == "correct"
+    outcome = judged(key, typed(MOMENTUM))
+    assert codes(outcome) == ["other_frame"]
+    assert outcome.share == pytest.approx(1 / 3)  # the component along the axis of the turn is the same
+    along = [f"{value} g m^2/s" for value in (turn.T @ MOMENTUM) * 1000]
+    assert judged(key, along).verdict == "correct"
+    assert codes(judged(key, typed(np.degrees(turn.T @ MOMENTUM)))) == ["degrees_radians"]
+
+
+def test_a_centre_of_mass_at_the_origin() -> None:
+    """0.1 + 0.2 - 0.3 is not zero in floats, but the centre of mass is."""
+    points = [[1, 0.1, 3, 0], [1, 0.2, -3, 0], [1, -0.3, 0, 1], [1, 0, 0, -1]]
+    key = computed(f"body: {{points: {points}}}", "inertia.center_of_mass", "m")
+    for answer in (["0", "0", "0"], ["1e-16", "0", "-3e-17"]):
+        assert judged(key, answer).verdict == "correct"
+    assert judged(key, ["0.1", "0", "0"]).verdict == "incorrect"
+
+
+def test_symbols() -> None:
+    text = "parameters: {M: null, a: null}\nbody: {shape: cube, side: a, mass: M, anchor: corner}"
+    key = computed(text, "inertia.center_of_mass", "m")
+    for answer in (["a/2", "0.5*a", "a - a/2"], ["a*M/(2*M)", "a/2", "sqrt(a^2)/2"]):
+        assert judged(key, answer).verdict == "correct"
+    assert codes(judged(key, ["0.5", "a/2", "a/2"])) == ["number_for_symbol"]
+    assert codes(judged(key, ["b/2", "a/2", "a/2"])) == ["unknown_symbol"]
+    assert codes(judged(key, ["a/2", "a/2", "a*/2"])) == ["parse_error"]
+    assert codes(judged(key, ["a", "a", "a"])) == ["constant_factor"]
+    assert codes(judged(key, ["-a/2", "a/2", "a/2"])) == ["sign_error"]
+    assert judged(key, ["a/2", "a/2", "a/3"]).share == pytest.approx(2 / 3)
+    assert judged(key, ["log(-a)", "a/2", "a/2"]).verdict == "partial"
+
+
+def test_symbols_of_a_question() -> None:
+    key = literal(
+        ["m*g*sin(theta)", "0", "-m*g"], symbols={"m": "positive", "g": "positive", "theta": "real"}
+    )
+    assert judged(key, ["g*m*sin(-theta)*(-1)", "m - m", "-g/(1/m)"]).verdict == "correct"
+    assert judged(key, ["g*m*abs(sin(theta))", "0", "-m*g"]).verdict == "partial"
+    assert judged(key, ["m*g*theta", "0", "-m*g"]).verdict == "partial"
+
+
+# --- what cannot be read
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        ("1, 2, 3", "wrong_shape"),
+        (["1", "2"], "wrong_shape"),
+        ([], "wrong_shape"),
+        ({"x": "1"}, "wrong_shape"),
+        (["1", "2", None], "not_a_number"),
+        (["1", "2", ["3"]], "not_a_number"),
+        (["1", "2", "three"], "not_a_number"),
+        (["1", "2", "nan"], "not_a_finite_number"),
+        (["1", "2", "1e999"], "not_a_finite_number"),
+        (["1", "2", "9**9**9**9"], None),
+        (["1", "2", "3" * 500], "too_large"),
+        (["1", "2", "__import__('os').system('id')"], "not_a_number"),
+    ],
+)
+def test_what_cannot_be_read(answer: Any, code: str | None) -> None:
+    outcome = judged(literal(["1", "2", "3"]), answer)
+    assert (outcome.verdict, outcome.share) == ("invalid", 0.0)
+    assert code is None or codes(outcome) == [code]
+
+
+@pytest.mark.parametrize(
+    ("answer", "options"),
+    [
+        ("17.25", {}),
+        (["17.25", ["2"]], {}),
+        ([["17.25"]], {}),
+        ([], {}),
+        (["17.25 kg", "2 m"], {}),
+        (["0", "0"], {"direction": "parallel"}),
+        (["17.25", "2"], {"tolerance": {"significant_figures": 3, "figures": "strict"}}),
+        (["m*17.25", "2"], {}),
+        (["sqrt(-17.25 - m^2)", "2"], {"symbols": {"m": "real"}}),
+    ],
+)
+def test_bad_keys_are_refused_without_being_told(answer: Any, options: dict[str, Any]) -> None:
+    with pytest.raises(ValueProblem) as refusal:
+        literal(answer, **options)
+    assert "17.25" not in str(refusal.value)
+
+
+@many
+@given(VECTORS, st.data())
+def test_nothing_gives_the_key_away(sizes: list[float], data: st.DataObject) -> None:
+    """Below the level `full`, what is said is the same for keys that differ in their numbers."""
+    values = np.array(sizes)
+    answer = data.draw(
+        st.sampled_from([list(-values), list(values[::-1]), list(values * 3.1), [5.5] * len(sizes)])
+    )
+    outcome = judged(literal(typed(values)), typed(answer))
+    for finding in outcome.findings:
+        assert finding.detail == ""
+        assert not set(finding.place) - set("component 12345,;")
+        if finding.code != "wrong_shape":
+            assert finding.message(full=True) != finding.message()
+
+
+# --- examples
+
+KEYS = [
+    (SPINNING, "axes.angular_momentum", "kg m^2/s"),
+    (SPINNING, "axes.omega", "rad/s"),
+    (SPINNING, "inertia.center_of_mass", "m"),
+]
+
+
+def require_examples(key: Key) -> set[str | None]:
+    """Every example is judged as what it was made to be; the codes that there are."""
+    seen = set()
+    for example in vector.examples(key):
+        outcome = judged(key, example.answer)
+        assert (outcome.verdict == "correct") == (example.code is None), example
+        assert example.code is None or codes(outcome) == [example.code], example
+        seen.add(example.code)
+    return seen
+
+
+@pytest.mark.parametrize("direction", ["exact", "sense", "sign_free", "parallel"])
+@pytest.mark.parametrize(("text", "ask", "unit"), KEYS)
+def test_examples(text: str, ask: str, unit: str, direction: str) -> None:
+    seen = require_examples(computed(text, ask, unit, direction=direction))
+    assert seen >= {None, "components_permuted"}
+    assert ("opposite_direction" in seen) == (direction in ("exact", "sense"))
+
+
+@pytest.mark.parametrize("direction", ["exact", "sense", "sign_free", "parallel"])
+@pytest.mark.parametrize(
+    "answer",
+    [["1 cm", "-20 mm", "5"], ["30 rpm", "1 rad/s", "0"], ["-3"], ["0", "0", "7 kg m^2"], ["1/3", "2*pi"]],
+)
+def test_examples_of_literal_keys(answer: list[str], direction: str) -> None:
+    assert None in require_examples(literal(answer, direction=direction))
+
+
+def test_the_answer_is_told_in_the_unit_of_the_key() -> None:
+    finding = judged(literal(["1 cm", "2 cm", "0"]), ["7", "5", "3"]).findings[0]
+    assert finding.message(full=True).endswith("expected [1, 2, 0] cm")
+    assert "[1" not in finding.message()
+
+
+def test_values_near_the_ends_of_floats() -> None:
+    for size in (1e-300, 1e300):
+        for direction in ("exact", "sense", "sign_free", "parallel"):
+            key = literal(typed([size, -size, 2 * size]), direction=direction)
+            assert judged(key, typed([size, -size, 2 * size])).verdict == "correct"
+            for wrong in ([-1.7e308, 1.7e308, 1.7e308], [5e-324, 0, 5e-324], [0, 0, 1]):
+                assert judged(key, typed(wrong)).verdict != "correct"
