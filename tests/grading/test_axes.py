@@ -1,0 +1,802 @@
+"""Pairs of a moment and an axis, beside tensors that are made of moments and axes chosen here.
+
+A right answer may be in any order, with any signs, with any basis where moments are equal, rounded as the
+tolerance allows, and in other units; what is turned, scaled or paired otherwise is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from rigidcli.errors import ValueProblem
+from rigidcli.grading.asked import Asked
+from rigidcli.grading.codes import CODES
+from rigidcli.grading.kinds import axes, eigen
+from rigidcli.grading.kinds.axes_key import Key
+from rigidcli.grading.outcome import Outcome, Unreadable
+from rigidcli.grading.question import Question, Tolerance
+from rigidcli.model.load import load
+from rigidcli.studies import axes as study
+
+Floats = NDArray[np.float64]
+Tree = Any
+
+FOLDER = Path()
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+many = settings(max_examples=200, deadline=None)
+some = settings(max_examples=100, deadline=None)
+few = settings(max_examples=40, deadline=None)
+
+SCALES = st.sampled_from([1e-47, 1e-30, 1e-3, 1.0, 7.3, 1e20, 1e59])
+QUATERNIONS = st.lists(st.floats(-1, 1), min_size=4, max_size=4).filter(lambda q: math.hypot(*q) > 0.1)
+SEEDS = st.integers(0, 2**32)
+
+
+def key_of(answer: Tree, **options: Any) -> Key:
+    question = Question.model_validate({"answer": answer, "kind": "axes", **options})
+    return axes.read_key(Asked(question, answer))
+
+
+def key_from(name: str, **options: Any) -> Key:
+    document = load(str(CONFIGS / f"{name}.yaml"))
+    report = study.run(document)
+    question = Question.model_validate({"document": f"{name}.yaml", "ask": "axes", **options})
+    return axes.read_key(Asked(question, report.tree(), "", ("axes",), document, report))
+
+
+def outcome(key: Key, answer: Tree) -> Outcome:
+    return axes.judge(key, answer, FOLDER)
+
+
+def codes(of: Outcome) -> set[str]:
+    return {finding.code for finding in of.findings}
+
+
+def texts(tensor: Floats) -> Tree:
+    return {"tensor": [[repr(float(entry)) for entry in row] for row in tensor]}
+
+
+def pairs(moments: Sequence[float] | Floats, rows: Sequence[Sequence[float] | Floats] | Floats) -> Tree:
+    return [
+        {"moment": repr(float(moment)), "axis": [repr(float(component)) for component in row]}
+        for moment, row in zip(moments, rows, strict=True)
+    ]
+
+
+def turned(row: Floats, towards: Floats, angle: float) -> Floats:
+    """A unit vector turned by an angle (rad) towards another at right angles to it."""
+    turned: Floats = math.cos(angle) * row + math.sin(angle) * towards
+    return turned
+
+
+# --- bodies whose moments and axes are chosen
+
+
+@dataclass(frozen=True)
+class Body:
+    """Moments, axes (rows), and indices of those that the tolerance is not to tell apart."""
+
+    moments: Floats
+    rows: Floats
+    groups: tuple[tuple[int, ...], ...]
+
+    @property
+    def tensor(self) -> Floats:
+        tensor = self.rows.T * self.moments @ self.rows
+        half: Floats = (tensor + tensor.T) / 2
+        return half
+
+    def group(self, index: int) -> tuple[int, ...]:
+        return next(group for group in self.groups if index in group)
+
+
+@st.composite
+def bodies(draw: st.DrawFn, split: float = 0.0) -> Body:
+    """Moments that differ by 4 % or more, or by `split`; linear, flat and round bodies among them."""
+    shape = draw(st.sampled_from(["asymmetric", "prolate", "oblate", "spherical", "linear"]))
+    rows = np.array(Rotation.from_quat(draw(QUATERNIONS)).as_matrix())
+    low, high = draw(st.floats(0.05, 0.95)), draw(st.floats(1.04, 1.96))
+    moments, groups = {
+        "asymmetric": ([max(low, high - 1 + 1e-9), 1.0, high], ((0,), (1,), (2,))),
+        "prolate": ([low, 1.0, 1.0 + split], ((0,), (1, 2))),
+        "oblate": ([1.0 - split, 1.0, high], ((0, 1), (2,))),
+        "spherical": ([1.0, 1.0, 1.0 + split], ((0, 1, 2),)),
+        "linear": ([0.0, 1.0, 1.0], ((0,), (1, 2))),
+    }[shape]
+    assume(shape != "asymmetric" or moments[0] < 0.96)
+    return Body(np.array(moments) * draw(SCALES), rows, groups)
+
+
+def basis(body: Body, chance: random.Random) -> Floats:
+    """Other axes of a body: any orthonormal basis in each group."""
+    rows = body.rows.copy()
+    for group in body.groups:
+        turn = np.array(Rotation.random(random_state=chance.randrange(2**32)).as_matrix())
+        if len(group) == 2:
+            angle = chance.uniform(0, 2 * math.pi)
+            turn = np.array([[math.cos(angle), math.sin(angle)], [-math.sin(angle), math.cos(angle)]])
+        if len(group) > 1:
+            rows[list(group)] = turn @ rows[list(group)]
+    return rows
+
+
+def rewritten(moments: Floats, rows: Floats, chance: random.Random, places: int = 17) -> Tree:
+    """A right answer as one of many students types it: in any order, with any signs, in any unit and form."""
+    order = chance.sample(range(3), 3)
+    unit, scale = chance.choice([("", 1.0), (" kg m^2", 1.0), (" g cm^2", 1e-7), (" kg km^2", 1e6)])
+    answer = []
+    for k in order:
+        sign = chance.choice([-1, 1])
+        moment = f"{moments[k] / scale:.{places + 2}e}" if places < 17 else repr(float(moments[k] / scale))
+        components = [
+            f"{sign * c:.{places}f}" if places < 17 else repr(float(sign * c)) for c in rows[k].tolist()
+        ]
+        if chance.random() < 0.3:
+            components = [f"({c}) * 1" if chance.random() < 0.5 else f"-(-({c}))" for c in components]
+        answer.append({"moment": moment + unit, "axis": components})
+    if chance.random() < 0.3:
+        return {"moments": [p["moment"] for p in answer], "axes": [p["axis"] for p in answer]}
+    return answer
+
+
+# --- right answers in other forms
+
+
+@many
+@given(bodies(), SEEDS)
+def test_every_right_answer_is_right(body: Body, seed: int) -> None:
+    chance = random.Random(seed)
+    key = key_of(texts(body.tensor))
+    for _ in range(3):
+        assert outcome(key, rewritten(body.moments, basis(body, chance), chance)).verdict == "correct"
+
+
+@many
+@given(bodies(), SEEDS, st.integers(3, 6))
+def test_rounding_to_the_tolerance_is_right(body: Body, seed: int, places: int) -> None:
+    chance = random.Random(seed)
+    key = key_of(texts(body.tensor), tolerance={"relative": 10.0**-places})
+    for _ in range(3):
+        answer = rewritten(body.moments, basis(body, chance), chance, places)
+        assert outcome(key, answer).verdict == "correct"
+
+
+@some
+@given(bodies(split=1e-4), SEEDS)
+def test_any_basis_of_nearly_equal_moments(body: Body, seed: int) -> None:
+    chance = random.Random(seed)
+    answer = rewritten(body.moments, basis(body, chance), chance)
+    assert outcome(key_of(texts(body.tensor)), answer).verdict == "correct"
+    # Moments that are told alike, as they are within the tolerance.
+    alike = body.moments.copy()
+    for group in body.groups:
+        alike[list(group)] = body.moments[list(group)].mean()
+    answer = rewritten(alike, basis(body, chance), chance)
+    assert outcome(key_of(texts(body.tensor)), answer).verdict == "correct"
+
+
+@some
+@given(QUATERNIONS, st.floats(0.02, math.pi / 2 - 0.02), SCALES)
+def test_a_tolerance_that_tells_moments_apart_asks_for_their_own_axes(
+    quaternion: list[float], angle: float, scale: float
+) -> None:
+    rows = np.array(Rotation.from_quat(quaternion).as_matrix())
+    body = Body(np.array([0.4, 1.0, 1.0001]) * scale, rows, ((0,), (1,), (2,)))
+    other = rows.copy()
+    other[1], other[2] = turned(rows[1], rows[2], angle), turned(rows[2], -rows[1], angle)
+    strict = key_of(texts(body.tensor), tolerance={"relative": 1e-6})
+    assert outcome(strict, pairs(body.moments, rows)).verdict == "correct"
+    assert outcome(strict, pairs(body.moments, other)).verdict == "partial"
+    assert outcome(key_of(texts(body.tensor)), pairs(body.moments, other)).verdict == "correct"
+
+
+@some
+@given(st.lists(st.lists(st.integers(-9, 9), min_size=3, max_size=3), min_size=2, max_size=6), SCALES, SEEDS)
+def test_point_masses_beside_fifty_digits(positions: list[list[int]], scale: float, seed: int) -> None:
+    r = np.array(positions, dtype=np.float64)
+    tensor = (r * r).sum() * np.eye(3) - r.T @ r
+    assume(tensor.any())
+    with mpmath.workdps(50):
+        values, vectors = mpmath.eigsy(mpmath.matrix(tensor.tolist()))
+        moments = np.array([float(value) for value in values]) * scale
+        rows = np.array([[float(vectors[j, k]) for j in range(3)] for k in range(3)])
+    moments[np.abs(moments) < 1e-30 * np.abs(moments).max()] = 0.0
+    key = key_of(texts(tensor * scale), tolerance={"relative": 1e-6})
+    chance = random.Random(seed)
+    assert outcome(key, rewritten(moments, rows, chance)).verdict == "correct"
+    # One axis in the plane of two others is none, unless their moments are equal.
+    low, high = chance.choice([(0, 1), (1, 2), (0, 2)])
+    if moments[high] - moments[low] > 1e-5 * moments[2]:
+        rows[low] = turned(rows[low], rows[high], chance.uniform(0.01, 1.5))
+        assert outcome(key, rewritten(moments, rows, chance)).verdict != "correct"
+
+
+def test_expressions_are_components() -> None:
+    key = key_of({"tensor": [["8", "-3", "-3"], ["-3", "8", "-3"], ["-3", "-3", "8"]]})
+    answer = [
+        {"moment": "11", "axis": ["1/sqrt(2)", "0", "-1/sqrt(2)"]},
+        {"moment": "22/2", "axis": ["1/sqrt(6)", "-2/sqrt(6)", "1/sqrt(6)"]},
+        {"moment": "2 kg m^2", "axis": ["3^(-1/2)", "1/sqrt(3)", "sqrt(1/3)"]},
+    ]
+    assert outcome(key, answer).verdict == "correct"
+
+
+def test_three_decimal_places_pass_by_default() -> None:
+    key = key_of({"tensor": [["8", "-3", "-3"], ["-3", "8", "-3"], ["-3", "-3", "8"]]})
+    answer = [
+        {"moment": "2.00", "axis": ["0.577", "0.577", "0.577"]},
+        {"moment": "11.0", "axis": ["0.816", "-0.408", "-0.408"]},
+        {"moment": "11.0", "axis": ["0", "0.707", "-0.707"]},
+    ]
+    assert outcome(key, answer).verdict == "correct"
+    answer[0]["axis"] = ["0.58", "0.58", "0.58"]
+    assert codes(outcome(key, answer)) == {"axis_not_normalised"}
+
+
+# --- wrong answers
+
+
+def wronged(body: Body, chance: random.Random, least: float, key: Key) -> tuple[str, Tree]:
+    """A right answer, and what was done to it so that it is wrong by more than `least` allows."""
+    moments, rows = body.moments.copy(), basis(body, chance)
+    k = chance.randrange(3)
+    apart = [j for j in range(3) if j not in body.group(k)]
+    ways = ["moment", "length", "missing", "zero"]
+    if apart:
+        ways += ["turned", "pairing", "both turned"]
+    if any(len(group) > 1 for group in body.groups):
+        ways += ["oblique", "double"]
+    way = chance.choice(ways)
+    if way == "moment":
+        size = moments[k] or moments.max()
+        moments[k] += size * chance.choice([-1, 1]) * 10 ** chance.uniform(math.log10(3 * least), 2)
+    elif way == "length":
+        rows[k] *= chance.choice([1 / (1 + 3 * least), 1 + 3 * least, 0.5, 2.0, 1e-200, 1e300])
+    elif way == "zero":
+        rows[k] = 0
+    elif way == "missing":
+        moments, rows = np.delete(moments, k), np.delete(rows, k, axis=0)
+    elif way in ("turned", "both turned"):
+        j, angle = chance.choice(apart), 10 ** chance.uniform(math.log10(3 * least), math.log10(1.5))
+        one, other = turned(rows[k], rows[j], angle), turned(rows[j], -rows[k], angle)
+        rows[k] = one
+        if way == "both turned":
+            rows[j] = other
+    elif way == "pairing":
+        j = chance.choice(apart)
+        rows[[k, j]] = rows[[j, k]]
+    else:
+        group = next(group for group in body.groups if len(group) > 1)
+        i, j = chance.sample(group, 2)
+        away = 0.0 if way == "double" else chance.uniform(0.0, math.pi / 2 - 3 * least)
+        rows[j] = turned(rows[i], rows[j], away)
+    if len(moments) < 3:
+        return way, pairs(moments, rows)
+    return way, rewritten(moments, rows, chance)
+
+
+@many
+@given(bodies(), SEEDS, st.sampled_from([1e-2, 1e-3, 1e-5]))
+def test_no_wrong_answer_is_right(body: Body, seed: int, tolerance: float) -> None:
+    chance = random.Random(seed)
+    key = key_of(texts(body.tensor), tolerance={"relative": tolerance})
+    for _ in range(4):
+        way, answer = wronged(body, chance, tolerance, key)
+        judged = outcome(key, answer)
+        assert judged.verdict in ("partial", "incorrect"), way
+        assert 0 <= judged.share < 1
+        assert judged.findings
+
+
+@some
+@given(bodies(), st.lists(st.floats(-1e3, 1e3), min_size=12, max_size=12))
+def test_random_numbers_are_not_right(body: Body, numbers: list[float]) -> None:
+    rows = [numbers[3 * k : 3 * k + 3] for k in range(3)]
+    judged = outcome(key_of(texts(body.tensor)), pairs(numbers[9:], rows))
+    assert judged.verdict != "correct"
+    assert not {"sign_error", "power_of_ten", "other_frame"} & codes(judged)
+
+
+# --- what is said of them
+
+PLATE = {"tensor": [["2", "-1", "0"], ["-1", "2", "0"], ["0", "0", "4"]]}
+HALF = "0.70710678118654752"
+RIGHT = [
+    {"moment": "1", "axis": [HALF, HALF, "0"]},
+    {"moment": "3", "axis": [HALF, f"-{HALF}", "0"]},
+    {"moment": "4", "axis": ["0", "0", "1"]},
+]
+CUBE = {"Ixx": "8", "Iyy": "8", "Izz": "8", "Ixy": "-3", "Ixz": "-3", "Iyz": "-3"}
+DIAGONAL, ACROSS, THIRD = np.array([[1, 1, 1], [1, -1, 0], [1, 1, -2]]) / np.sqrt([[3], [2], [6]])
+SKEW = np.array(Rotation.from_rotvec([0.4, -0.7, 0.3]).as_matrix())
+
+
+def changed(index: int, **parts: Any) -> Tree:
+    return [pair | parts if k == index else pair for k, pair in enumerate(RIGHT)]
+
+
+def test_moments_and_axes_that_are_crossed() -> None:
+    answer = [dict(pair, moment=moment) for pair, moment in zip(RIGHT, ("3", "1", "4"), strict=True)]
+    judged = outcome(key_of(PLATE), answer)
+    assert codes(judged) == {"moment_axis_pairing"}
+    assert judged.share == pytest.approx(2 / 3)
+
+
+def test_crossed_beside_a_wrong_axis() -> None:
+    key = key_of(PLATE)
+    answer = [
+        {"moment": "1", "axis": ["0", "0", "1"]},
+        {"moment": "3", "axis": [HALF, f"-{HALF}", "0"]},
+        {"moment": "4", "axis": ["0.6", "0", "0.8"]},
+    ]
+    judged = outcome(key, answer)
+    assert [(f.code, f.place) for f in judged.findings if f.code != "axes_not_orthogonal"] == [
+        ("moment_axis_pairing", "pair 1"),
+        ("not_an_eigenvector", "axis 3"),
+    ]
+    assert judged.share == pytest.approx((1 + 2 + 1) / 6)
+
+
+@pytest.mark.parametrize(("angle", "told"), [(30, "30"), (4.3, "4.3"), (0.1, "0.1"), (12.345, "12")])
+def test_the_angle_off_is_told_in_degrees(angle: float, told: str) -> None:
+    rows = np.eye(3)
+    rows[0], rows[1] = (
+        turned(rows[0], rows[1], math.radians(angle)),
+        turned(rows[1], -rows[0], math.radians(angle)),
+    )
+    judged = outcome(
+        key_of({"tensor": np.diag([1.0, 1.5, 2.25]).astype(str).tolist()}), pairs([1, 1.5, 2.25], rows)
+    )
+    assert [(f.code, f.place) for f in judged.findings] == [
+        ("not_an_eigenvector", "axis 1"),
+        ("not_an_eigenvector", "axis 2"),
+    ]
+    assert all(finding.detail == f"it is off by {told} degrees" for finding in judged.findings)
+    assert judged.share == pytest.approx(4 / 6)
+
+
+def test_an_axis_that_is_oblique_only() -> None:
+    answer = changed(2, axis=["0.6", "0", "0.8"])
+    judged = outcome(key_of(PLATE), answer)
+    assert codes(judged) == {"not_an_eigenvector", "axes_not_orthogonal"}
+    assert judged.share == pytest.approx(5 / 6)
+    assert codes(outcome(key_of(PLATE, orthogonal="optional"), answer)) == {"not_an_eigenvector"}
+
+
+def test_one_wrong_moment() -> None:
+    judged = outcome(key_of(PLATE), changed(1, moment="3.01"))
+    assert [(f.code, f.place) for f in judged.findings] == [("outside_tolerance", "moment 2")]
+    assert judged.share == pytest.approx(5 / 6)
+    assert outcome(key_of(PLATE), changed(1, moment="3.002")).verdict == "correct"
+
+
+def test_length() -> None:
+    answer = changed(2, axis=["0", "0", "-2"])
+    judged = outcome(key_of(PLATE), answer)
+    assert [(f.code, f.place) for f in judged.findings] == [("axis_not_normalised", "axis 3")]
+    assert judged.share == pytest.approx(5 / 6)
+    assert outcome(key_of(PLATE, normalized="optional"), answer).verdict == "correct"
+
+
+@pytest.mark.parametrize("size", ["1e-320", "1e-200", "1e200", "1.7e308"])
+def test_any_length_where_it_is_free(size: str) -> None:
+    key = key_of(PLATE, normalized="optional")
+    assert outcome(key, changed(0, axis=[size, size, "0"])).verdict == "correct"
+    assert outcome(key_of(PLATE), changed(0, axis=[size, size, "0"])).verdict == "partial"
+
+
+def test_no_direction() -> None:
+    judged = outcome(key_of(PLATE, normalized="optional"), changed(0, axis=["0", "0", "0"]))
+    assert [(f.code, f.place) for f in judged.findings] == [("zero_vector", "axis 1")]
+    sphere = key_of({"tensor": np.eye(3).astype(str).tolist()})
+    assert codes(outcome(sphere, pairs([1, 1, 1], [np.zeros(3), *SKEW[1:]]))) == {"zero_vector"}
+
+
+def test_handedness() -> None:
+    left = pairs([1, 3, 4], [[0.5**0.5, 0.5**0.5, 0], [-(0.5**0.5), 0.5**0.5, 0], [0, 0, -1]])
+    assert outcome(key_of(PLATE), left).verdict == "correct"
+    key = key_of(PLATE, handed="right")
+    judged = outcome(key, left)
+    assert codes(judged) == {"left_handed"}
+    assert judged.share == pytest.approx(5 / 6)
+    assert outcome(key, [left[1], left[0], left[2]]).verdict == "correct"
+    assert codes(outcome(key, RIGHT)) == {"left_handed"}
+    # Two of them are no set yet.
+    assert codes(outcome(key, RIGHT[:2])) == {"missing_axis"}
+
+
+def test_order() -> None:
+    key = key_of(PLATE, order="ascending")
+    assert outcome(key, RIGHT).verdict == "correct"
+    judged = outcome(key, RIGHT[::-1])
+    assert codes(judged) == {"wrong_order"}
+    assert judged.share == pytest.approx(1 / 3)
+    assert outcome(key_of(PLATE), RIGHT[::-1]).verdict == "correct"
+    # Those that are not told apart have no order.
+    rows = np.array([DIAGONAL, ACROSS, THIRD])
+    close = key_of(texts(rows.T * [2, 11.0001, 11.0003] @ rows), order="ascending")
+    assert outcome(close, pairs([2, 11.0003, 11.0001], rows[[0, 2, 1]])).verdict == "correct"
+
+
+def test_fewer_than_three() -> None:
+    key = key_of(PLATE)
+    judged = outcome(key, RIGHT[:2])
+    assert codes(judged) == {"missing_axis"}
+    assert judged.share == pytest.approx(2 / 3)
+    assert outcome(key, []).findings[0].code == "missing_axis"
+    assert outcome(key, []).share == 0
+    crossed = outcome(key, [dict(RIGHT[0], moment="3")])
+    assert codes(crossed) == {"missing_axis", "moment_axis_pairing"}
+
+
+def test_an_equal_moment_is_told_as_often_as_it_is_one() -> None:
+    key = key_of(CUBE)
+    rows = np.array([DIAGONAL, ACROSS, THIRD])
+    assert outcome(key, pairs([2, 11, 11], rows)).verdict == "correct"
+    assert codes(outcome(key, pairs([2, 2, 11], rows))) == {"multiplicity"}
+    assert codes(outcome(key, pairs([2, 11], rows[:2]))) == {"missing_axis", "multiplicity"}
+    often = outcome(key, pairs([2, 11, 11, 11], [*rows, [0, 0.5**0.5, -(0.5**0.5)]]))
+    assert codes(often) == {"multiplicity"}
+    assert often.share == pytest.approx(3 / 4)
+    assert codes(outcome(key, pairs([2, 11, 11, 5], [*rows, rows[0]]))) == {"outside_tolerance"}
+
+
+def test_axes_to_equal_moments_span_their_plane() -> None:
+    key = key_of(CUBE)
+    double = outcome(key, pairs([2, 11, 11], [DIAGONAL, ACROSS, -ACROSS]))
+    assert codes(double) == {"axes_dependent"}
+    assert double.share == pytest.approx(5 / 6)
+    oblique = pairs([2, 11, 11], [DIAGONAL, ACROSS, turned(ACROSS, THIRD, 1.0)])
+    assert codes(outcome(key, oblique)) == {"axes_not_orthogonal"}
+    assert outcome(key_of(CUBE, orthogonal="optional"), oblique).verdict == "correct"
+    flat = np.array([[1, 0, 0], [0, 1, 0], [0.6, 0.8, 0]])
+    sphere = {"tensor": (3 * np.eye(3)).astype(str).tolist()}
+    assert codes(outcome(key_of(sphere, orthogonal="optional"), pairs([3, 3, 3], flat))) == {"axes_dependent"}
+
+
+def test_where_every_direction_is_an_axis_none_earns_by_itself() -> None:
+    key = key_of({"tensor": (3 * np.eye(3)).astype(str).tolist()})
+    assert outcome(key, pairs([3, 3, 3], SKEW)).verdict == "correct"
+    assert outcome(key, pairs([5, 7, 8], SKEW)).share == 0
+    assert outcome(key, pairs([3, 7, 8], SKEW)).share == pytest.approx(1 / 3)
+
+
+@pytest.mark.parametrize(
+    ("factor", "code"),
+    [
+        (2, "constant_factor"),
+        (1 / 12, "constant_factor"),
+        (1e-7, "power_of_ten"),
+        (1e4, "power_of_ten"),
+        (-1, "sign_error"),
+    ],
+)
+def test_a_factor_that_all_moments_have(factor: float, code: str) -> None:
+    rows = np.array([DIAGONAL, ACROSS, THIRD])
+    judged = outcome(key_of(CUBE), pairs(np.array([2, 11, 11]) * factor, rows))
+    assert codes(judged) == {code}
+    assert judged.share == pytest.approx(1 / 2)
+    if code == "constant_factor":
+        assert "constant_factor" not in codes(outcome(key_of(CUBE), pairs([2 * factor, 11, 11], rows)))
+        turned_too = outcome(key_of(CUBE), pairs(np.array([2, 11, 11]) * factor, SKEW))
+        assert codes(turned_too) >= {"not_an_eigenvector", "outside_tolerance"}
+
+
+def test_axes_written_otherwise() -> None:
+    body = Body(np.array([2.0, 3.0, 4.0]), SKEW, ((0,), (1,), (2,)))
+    key = key_of(texts(body.tensor))
+    assert codes(outcome(key, pairs(body.moments, SKEW))) == set()
+    assert codes(outcome(key, pairs(body.moments, SKEW.T))) == {"transposed"}
+    for order in ([1, 2, 0], [0, 2, 1], [2, 1, 0]):
+        assert codes(outcome(key, pairs(body.moments, SKEW[:, order]))) == {"axes_permuted"}
+
+
+def test_a_mistake_is_named_only_when_no_other_explains_it() -> None:
+    # In a plane, the other sign of Ixy and rows for columns come to the same.
+    rows = np.array([[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]])
+    tensor = rows.T * [2, 3, 4] @ rows
+    judged = outcome(key_of(texts(tensor)), pairs([2, 3, 4], rows.T))
+    assert codes(judged) == {"not_an_eigenvector"}
+
+
+# --- keys from documents
+
+
+def solutions(tensor: Floats) -> Tree:
+    values, vectors = np.linalg.eigh(tensor)
+    return pairs(values, vectors.T)
+
+
+def test_the_worked_examples() -> None:
+    third, half = 3**-0.5, 0.5**0.5
+    cube = pairs([2, 11, 11], [[third] * 3, [half, -half, 0], [6**-0.5, 6**-0.5, -2 * 6**-0.5]])
+    assert outcome(key_from("cube_corner"), cube).verdict == "correct"
+    masses = pairs([10, 7, 5], [[1, 0, 0], [0, half, half], [0, half, -half]])
+    assert outcome(key_from("three_masses"), masses).verdict == "correct"
+    plate = pairs([1, 3, 4], [[half, half, 0], [half, -half, 0], [0, 0, 1]])
+    assert outcome(key_from("triangular_plate"), plate).verdict == "correct"
+    for key, answer in ((key_from("cube_corner"), masses), (key_from("three_masses"), plate)):
+        assert outcome(key, answer).verdict != "correct"
+
+
+def test_a_molecule() -> None:
+    # e1 joins the hydrogens, and e3 is normal to the plane; the moments are those of the file's source.
+    answer = pairs([1.020e-47, 1.918e-47, 2.938e-47], np.eye(3))
+    assert outcome(key_from("water"), answer).verdict == "correct"
+    assert codes(outcome(key_from("water"), pairs([1.020e-40, 1.918e-40, 2.938e-40], np.eye(3)))) == {
+        "power_of_ten"
+    }
+
+
+def test_mistakes_on_the_way_to_the_tensor() -> None:
+    # The file's own numbers: a known tensor about the centre of mass, shifted and turned.
+    central = np.array([[0.42, 0.03, -0.01], [0.03, 0.36, 0.02], [-0.01, 0.02, 0.51]])
+    d, turn = np.array([0.1, 0, 0.15]), math.radians(30)
+    frame = np.array([[math.cos(turn), -math.sin(turn), 0], [math.sin(turn), math.cos(turn), 0], [0, 0, 1]])
+    shift = 12.5 * (d @ d * np.eye(3) - np.outer(d, d))
+    key = key_from("known_tensor")
+
+    def in_frame(tensor: Floats) -> Floats:
+        turned: Floats = frame.T @ tensor @ frame
+        return turned
+
+    right = in_frame(central + shift)
+    flipped = 2 * np.diag(right.diagonal()) - right
+    e = in_frame(shift)
+    assert outcome(key, solutions(right)).verdict == "correct"
+    for tensor, code in (
+        (central + shift, "other_frame"),
+        (frame @ (central + shift) @ frame.T, "other_frame"),
+        (in_frame(central), "parallel_axis_missing"),
+        (in_frame(central - shift), "parallel_axis_sign"),
+        (in_frame(central) + np.diag(e.diagonal()), "parallel_axis_off_diagonal_missing"),
+        (flipped, "products_of_inertia_sign"),
+        (np.diag(right.diagonal()), "products_of_inertia_missing"),
+    ):
+        assert codes(outcome(key, solutions(tensor))) == {code}
+
+
+def test_what_a_report_does_not_have() -> None:
+    with pytest.raises(ValueProblem):
+        key_from("cube_symbolic")
+
+
+# --- literal keys
+
+
+def test_pairs_are_a_key_too() -> None:
+    key = key_of(RIGHT)
+    assert outcome(key, RIGHT).verdict == "correct"
+    assert (
+        outcome(
+            key_of(
+                {"moments": ["1", "3", "4"], "axes": [["1", "1", "0"], ["1", "-1", "0"], ["0", "0", "1"]]}
+            ),
+            RIGHT,
+        ).verdict
+        == "correct"
+    )
+    rounded = [
+        {"moment": "2", "axis": ["0.577"] * 3},
+        {"moment": "11", "axis": ["0.816", "-0.408", "-0.408"]},
+        {"moment": "11", "axis": ["0", "0.707", "-0.707"]},
+    ]
+    assert outcome(key_of(rounded), pairs([11, 2, 11], [ACROSS, DIAGONAL, THIRD])).verdict == "correct"
+    # Where moments are equal, axes that are not at right angles tell the plane as well.
+    oblique = [
+        {"moment": "2", "axis": ["1", "1", "1"]},
+        {"moment": "11", "axis": ["1", "-1", "0"]},
+        {"moment": "11", "axis": ["1", "0", "-1"]},
+    ]
+    assert outcome(key_of(oblique), pairs([11, 2, 11], [ACROSS, DIAGONAL, THIRD])).verdict == "correct"
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "12345",
+        {},
+        {"tensor": "12345"},
+        {"tensor": [["12345", "0"], ["0", "12345"]]},
+        {"tensor": [["12345", "1", "0"], ["0", "12345", "0"], ["0", "0", "12345"]]},
+        {"tensor": [["12345", "0", "0"], ["0", "1", "0"], ["0", "0", "1"]]},
+        {"tensor": [["0", "0", "0"], ["0", "0", "0"], ["0", "0", "0"]]},
+        {"tensor": [["1e300", "0", "0"], ["0", "1e300", "0"], ["0", "0", "1e300"]]},
+        {"tensor": [["12345x", "0", "0"], ["0", "1", "0"], ["0", "0", "1"]]},
+        {"Ixx": "12345", "Iyy": "12345"},
+        RIGHT[:2],
+        [*RIGHT[:2], dict(RIGHT[0], moment="12345")],
+        [*RIGHT[:2], {"moment": "12345", "axis": ["0.5", "0.5", "0.7"]}],
+        [*RIGHT[:2], {"moment": "12345", "axis": ["0", "0.01", "1"]}],
+        [*RIGHT[:2], {"moment": "12345", "axis": ["0", "0", "0"]}],
+        [*RIGHT[:2], {"moment": "12345 m", "axis": ["0", "0", "1"]}],
+    ],
+)
+def test_a_bad_key_is_refused_without_being_told(key: Tree) -> None:
+    with pytest.raises(ValueProblem) as refused:
+        key_of(key)
+    assert "12345" not in refused.value.message
+
+
+@pytest.mark.parametrize("tolerance", [{"angle": 1.0}, {"figures": "strict", "significant_figures": 3}])
+def test_a_tolerance_that_cannot_be_meant(tolerance: dict[str, Any]) -> None:
+    with pytest.raises(ValueProblem):
+        key_of(PLATE, tolerance=tolerance)
+
+
+# --- tolerances
+
+
+def test_an_angle_of_its_own() -> None:
+    rows = np.eye(3)
+    rows[0], rows[1] = turned(rows[0], rows[1], 0.02), turned(rows[1], -rows[0], 0.02)
+    tensor = {"tensor": np.diag([1.0, 1.5, 2.25]).astype(str).tolist()}
+    answer = pairs([1, 1.5, 2.25], rows)
+    assert outcome(key_of(tensor, tolerance={"angle": 0.021}), answer).verdict == "correct"
+    assert outcome(key_of(tensor, tolerance={"angle": 0.019}), answer).verdict == "partial"
+    assert outcome(key_of(tensor), answer).verdict == "partial"
+    assert outcome(key_of(tensor, tolerance={"angle": 0.021, "relative": 1e-9}), answer).verdict == "correct"
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "angle"),
+    [
+        ({}, 1e-3),
+        ({"relative": 1e-5}, 1e-5),
+        ({"relative": 0.2}, 0.05),
+        ({"relative": 0}, 1e-9),
+        ({"absolute": 0.3}, 1e-3),
+        ({"significant_figures": 3}, 5e-3),
+    ],
+)
+def test_the_angle_that_a_tolerance_leaves(tolerance: dict[str, Any], angle: float) -> None:
+    assert eigen.default_angle(Tolerance.model_validate(tolerance)) == pytest.approx(angle)
+
+
+def test_a_wide_tolerance_does_not_make_moments_equal() -> None:
+    rows = np.array([SKEW[0], turned(SKEW[1], SKEW[2], 0.7), turned(SKEW[2], -SKEW[1], 0.7)])
+    body = Body(np.array([1.0, 1.5, 1.6]), SKEW, ((0,), (1,), (2,)))
+    for tolerance in ({"relative": 0.1}, {"absolute": 0.5}, {"significant_figures": 1}):
+        key = key_of(texts(body.tensor), tolerance=tolerance)
+        assert outcome(key, pairs(body.moments, SKEW)).verdict == "correct"
+        assert outcome(key, pairs(body.moments, rows)).verdict == "partial"
+
+
+def test_moments_that_are_near_in_a_chain() -> None:
+    # Each is told from the next but one: an axis may lie in the plane of two, not of three.
+    body = Body(np.array([1.0, 1.0008, 1.0016]), SKEW, ((0, 1), (1, 2)))
+    key = key_of(texts(body.tensor))
+    low = np.array([turned(SKEW[0], SKEW[1], 0.7), turned(SKEW[1], -SKEW[0], 0.7), SKEW[2]])
+    high = np.array([SKEW[0], turned(SKEW[1], SKEW[2], 0.7), turned(SKEW[2], -SKEW[1], 0.7)])
+    far = np.array([turned(SKEW[0], SKEW[2], 0.7), SKEW[1], turned(SKEW[2], -SKEW[0], 0.7)])
+    assert outcome(key, pairs(body.moments, low)).verdict == "correct"
+    assert outcome(key, pairs(body.moments, high)).verdict == "correct"
+    assert outcome(key, pairs(body.moments, far)).verdict != "correct"
+
+
+# --- what is no answer
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        ("5", "wrong_shape"),
+        ({"moments": ["1"]}, "wrong_shape"),
+        ({"moments": ["1", "3"], "axes": [["1", "0", "0"]]}, "wrong_shape"),
+        ([["1", "0", "0"]], "wrong_shape"),
+        ([{"moment": "1"}], "wrong_shape"),
+        ([{"moment": "1", "axis": ["1", "0", "0"], "more": "1"}], "wrong_shape"),
+        ([{"moment": "1", "axis": ["1", "0"]}], "wrong_shape"),
+        ([{"moment": "1", "axis": "x"}], "wrong_shape"),
+        ([{"moment": "1", "axis": None}], "wrong_shape"),
+        ([{"moment": "1", "axis": ["1", "0", "0"]}] * 7, "wrong_shape"),
+        ([{"moment": None, "axis": ["1", "0", "0"]}], "not_a_number"),
+        ([{"moment": "a", "axis": ["1", "0", "0"]}], "not_a_number"),
+        ([{"moment": ".inf", "axis": ["1", "0", "0"]}], "not_a_finite_number"),
+        ([{"moment": "1", "axis": ["1", "nan", "0"]}], "not_a_finite_number"),
+        ([{"moment": "1 kg m", "axis": ["1", "0", "0"]}], "unit_incompatible"),
+        ([{"moment": "1", "axis": ["1 m", "0", "0"]}], "unit_incompatible"),
+    ],
+)
+def test_what_is_no_list_of_pairs(answer: Tree, code: str) -> None:
+    with pytest.raises(Unreadable) as refused:
+        outcome(key_of(PLATE), answer)
+    assert refused.value.finding.code == code
+
+
+@pytest.mark.parametrize("size", ["1.7e308", "-1.7e308", "5e-324", "0"])
+def test_numbers_at_the_ends_of_floats(size: str) -> None:
+    answer = [{"moment": size, "axis": [size, size, size]}, *RIGHT[1:]]
+    assert outcome(key_of(PLATE), answer).verdict == "partial"
+    same = [{"moment": size, "axis": [size, "0", "1"]} for _ in range(3)]
+    assert outcome(key_of(PLATE), same).verdict in ("partial", "incorrect")
+
+
+# --- what a student is told
+
+
+@few
+@given(SEEDS)
+def test_no_reference_value_is_told_below_full(seed: int) -> None:
+    chance = random.Random(seed)
+    body = Body(np.array([1.2345678, 2.3456789, 2.9876543]), SKEW, ((0,), (1,), (2,)))
+    key = key_of(texts(body.tensor))
+    _, answer = wronged(body, chance, 1e-3, key)
+    right = [*(f"{m:.4g}" for m in body.moments), *(f"{abs(c):.3g}" for c in SKEW.flat)]
+    for finding in outcome(key, answer).findings:
+        assert not any(text in finding.message() for text in right if text not in str(answer))
+
+
+def test_the_reference_is_told_at_full() -> None:
+    answer = [{"moment": "2", "axis": ["1", "0", "0"]}, *RIGHT[1:]]
+    told = "; ".join(finding.message(full=True) for finding in outcome(key_of(PLATE), answer).findings)
+    assert "expected 1 kg m^2" in told
+    assert "0.707107" in told
+    plane = pairs([2, 11, 11], [DIAGONAL, ACROSS, turned(THIRD, DIAGONAL, 0.3)])
+    told = "; ".join(finding.message(full=True) for finding in outcome(key_of(CUBE), plane).findings)
+    assert "expected at right angles to" in told
+
+
+# --- examples
+
+OPTIONS = st.fixed_dictionaries(
+    {
+        "order": st.sampled_from(["free", "ascending"]),
+        "normalized": st.sampled_from(["required", "optional"]),
+        "orthogonal": st.sampled_from(["required", "optional"]),
+        "handed": st.sampled_from(["any", "right"]),
+        "tolerance": st.sampled_from(
+            [
+                {},
+                {"relative": 1e-6},
+                {"relative": 0.02},
+                {"significant_figures": 3},
+                {"angle": 0.01},
+                {"relative": 0},
+            ]
+        ),
+    }
+)
+
+
+def require_examples(key: Key) -> set[str]:
+    """Every example gets what it says, and no more; the codes of them all."""
+    seen = set()
+    for example in axes.examples(key):
+        judged = outcome(key, example.answer)
+        expected = set() if example.code is None else {example.code}
+        assert codes(judged) == expected, example.what
+        assert (judged.verdict == "correct") == (example.code is None)
+        seen |= expected
+    return seen
+
+
+@few
+@given(bodies(), OPTIONS)
+def test_examples_of_any_body(body: Body, options: dict[str, Any]) -> None:
+    seen = require_examples(key_of(texts(body.tensor), **options))
+    assert seen <= set(CODES)
+    assert "power_of_ten" in seen
+
+
+@pytest.mark.parametrize("name", ["cube_corner", "three_masses", "triangular_plate", "water", "known_tensor"])
+@pytest.mark.parametrize("options", [{}, {"order": "ascending", "handed": "right"}])
+def test_examples_of_documents(name: str, options: dict[str, Any]) -> None:
+    seen = require_examples(key_from(name, **options))
+    assert seen >= {"missing_axis", "moment_axis_pairing", "not_an_eigenvector", "constant_factor"}
+    if name == "known_tensor":
+        assert seen >= {"other_frame", "parallel_axis_missing", "products_of_inertia_sign", "axes_permuted"}
