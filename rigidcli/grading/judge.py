@@ -5,20 +5,26 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from hashlib import sha256
+from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from rigidcli.errors import DocumentError
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.judgement import Judged, judged, same_for_all
 from rigidcli.grading.kinds import Kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable
+from rigidcli.grading.sandbox import ForbiddenError
 from rigidcli.model.syntax import read_tree
 
 MISSING = Outcome("missing", 0.0)
 
 LONGEST_ANSWER = 200
-"""Characters by which one wrong answer is told from another."""
+"""Characters of an answer that are kept, to tell one wrong answer from another."""
+
+LONGEST_COMPARED = 2000
+"""Characters of a text in which blanks and last digits are passed over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +34,14 @@ class Item:
     kind: Kind
     key: Any
     points: float
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A module cannot be pickled, and goes to another process by its name."""
+        return _item, (getattr(self.kind, "__name__", ""), self.key, self.points)
+
+
+def _item(module: str, key: Any, points: float) -> Item:
+    return Item(cast(Kind, import_module(module)), key, points)
 
 
 def judge(text: str, source: str, folder: Path, items: Mapping[str, Item]) -> tuple[Judged, ...]:
@@ -42,7 +56,7 @@ def judge(text: str, source: str, folder: Path, items: Mapping[str, Item]) -> tu
     except Unreadable as unreadable:
         return same_for_all(_points(items), unreadable.outcome)
     return tuple(
-        judged(id, item.points, _outcome(item, answers.get(id), folder), _fingerprint(answers.get(id)))
+        judged(id, item.points, outcome(item, answers.get(id), folder), _fingerprint(answers.get(id)))
         for id, item in items.items()
     )
 
@@ -53,15 +67,16 @@ def _points(items: Mapping[str, Item]) -> dict[str, float]:
 
 def _answers(tree: Tree) -> dict[str, Tree]:
     """The answers of a file by the names of their questions. Raises Unreadable."""
-    answers = tree.get("answers", {}) if isinstance(tree, dict) else None
-    if answers is None and isinstance(tree, dict):
+    if isinstance(tree, dict) and tree.get("answers") is None and tree.keys() <= {"student", "answers"}:
         return {}
+    answers = tree.get("answers") if isinstance(tree, dict) else None
     if not isinstance(answers, dict):
         raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
     return answers
 
 
-def _outcome(item: Item, answer: Tree, folder: Path) -> Outcome:
+def outcome(item: Item, answer: Tree, folder: Path) -> Outcome:
+    """The outcome of one answer, whatever goes wrong in judging it."""
     if answer is None or answer == "":
         return MISSING
     try:
@@ -72,17 +87,31 @@ def _outcome(item: Item, answer: Tree, folder: Path) -> Outcome:
         return Unreadable("too_large", "it takes too much memory").outcome
     except RecursionError:
         return Unreadable("too_deep").outcome
+    except ForbiddenError:
+        return Unreadable("not_allowed").outcome
+    except Exception as error:  # noqa: BLE001 - one answer on which a kind fails is no harm to the others
+        return Unreadable("parse_error", f"it cannot be judged ({type(error).__name__})").outcome
 
 
 _NUMBER = re.compile(r"(?<![A-Za-z_0-9.])[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]{1,3})?(?![A-Za-z_0-9.])")
+_BLANKS = re.compile(r"\s*([-+*/^=(),])\s*")
 
 
 def _fingerprint(answer: Tree) -> str:
     """A short text that is the same for answers that differ in blanks and in the last digits only."""
+    text = _plain(answer)
+    if len(text) <= LONGEST_ANSWER:
+        return text
+    return f"{text[:LONGEST_ANSWER]}... ({sha256(text.encode(errors='replace')).hexdigest()[:8]})"
+
+
+def _plain(answer: Tree) -> str:
     if isinstance(answer, dict):
-        text = ", ".join(f"{key}: {_fingerprint(answer[key])}" for key in sorted(answer))
-        return f"{{{text}}}"[:LONGEST_ANSWER]
+        return f"{{{', '.join(f'{key}: {_plain(answer[key])}' for key in sorted(answer))}}}"
     if isinstance(answer, list):
-        return f"[{', '.join(map(_fingerprint, answer[:LONGEST_ANSWER]))}]"[:LONGEST_ANSWER]
-    text = str(answer)[:LONGEST_ANSWER].replace(" ", "")
+        return f"[{', '.join(map(_plain, answer))}]"
+    text = str(answer).strip()
+    if len(text) > LONGEST_COMPARED:
+        return text
+    text = _BLANKS.sub(r"\1", text)
     return _NUMBER.sub(lambda number: f"{float(number[0]):.3g}", text)

@@ -1,0 +1,127 @@
+"""Many answer files, each judged in a process of its own: one bad file is one bad row, and harms no other."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from itertools import islice
+from pathlib import Path
+
+from rigidcli.errors import UsageError, printable
+from rigidcli.grading.judge import Item, judge
+from rigidcli.grading.judgement import Judged, Judgement, from_bytes, same_for_all, to_bytes
+from rigidcli.grading.outcome import Unreadable
+from rigidcli.grading.sandbox import LIMITS, Limits, read_regular
+from rigidcli.grading.workers import Ended, each, usable_cores
+
+SUFFIXES = frozenset([".yaml", ".yml", ".json"])
+"""Ends of the names of answer files, in small letters or capitals."""
+
+MOST_BYTES = 1_000_000
+"""Length of an answer file."""
+
+
+def gather(paths: Sequence[str | os.PathLike[str]]) -> list[Path]:
+    """The answer files that are meant by files and folders, each once.
+
+    Of a folder, those directly in it, by name, hidden ones left out. Whatever has the name of an answer file
+    is one, and is judged as one: folders and pipes, too, and links, which are not followed. Raises
+    UsageError for what is not there.
+    """
+    files: dict[Path, None] = {}
+    for path in map(Path, paths):
+        with _told(path):
+            if path.is_dir() and not _is_answer(path.name):
+                files.update(dict.fromkeys(sorted(filter(_is_answer_file, path.iterdir()))))
+            else:
+                path.lstat()
+                files[path] = None
+    if not files:
+        raise UsageError(
+            f"no answer files in {', '.join(_name(os.fspath(path)) for path in paths)}",
+            hint=f"their names end in {', '.join(sorted(SUFFIXES))}",
+        )
+    return list(files)
+
+
+def _is_answer(name: str) -> bool:
+    return Path(name).suffix.lower() in SUFFIXES
+
+
+def _is_answer_file(path: Path) -> bool:
+    return _is_answer(path.name) and not path.name.startswith(".")
+
+
+@contextlib.contextmanager
+def _told(path: Path) -> Iterator[None]:
+    """A context in which what cannot be found or listed is wrong usage."""
+    try:
+        yield
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "no file has such a name"
+        raise UsageError(f"{_name(os.fspath(path))}: cannot be read: {reason}") from None
+
+
+def _name(name: str) -> str:
+    """A name of a file, which may hold anything, as a text that is safe to print."""
+    return printable(os.fsencode(name).decode(errors="backslashreplace"))
+
+
+def run(
+    items: Mapping[str, Item],
+    files: Sequence[Path],
+    jobs: int | None = None,
+    progress: Callable[[float], None] = lambda fraction: None,
+    limits: Limits = LIMITS,
+) -> Iterator[Judgement]:
+    """Judge answer files, in their order, whatever is done first; `jobs` at a time, or as many as pay.
+
+    `progress` is told the share that is done. Raises ComputationError where no process can be started.
+    """
+    _warm_up(items)
+    work = partial(judge_file, dict(items))
+    results = each(work, files, jobs or usable_cores(), limits, progress)
+    for file, result in zip(files, results, strict=True):
+        questions = _ended(items, result) if isinstance(result, Ended) else from_bytes(result)
+        yield Judgement(_name(file.stem), _name(os.fspath(file)), questions)
+
+
+def judge_file(items: Mapping[str, Item], path: Path) -> bytes:
+    """The questions of an answer file, judged; it runs in a process of its own."""
+    try:
+        data = read_regular(path, MOST_BYTES)
+        questions = judge(_text(data), _name(os.fspath(path)), path.parent, items)
+    except Unreadable as unreadable:
+        questions = _refused(items, unreadable)
+    return to_bytes(questions)
+
+
+def _text(data: bytes) -> str:
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        place = f"byte {error.start} is {data[error.start]:#04x}"
+        raise Unreadable("parse_error", f"not UTF-8 text: {place}") from None
+
+
+def _ended(items: Mapping[str, Item], ended: Ended) -> tuple[Judged, ...]:
+    return _refused(items, Unreadable(ended.code, ended.detail))
+
+
+def _refused(items: Mapping[str, Item], unreadable: Unreadable) -> tuple[Judged, ...]:
+    return same_for_all({id: item.points for id, item in items.items()}, unreadable.outcome)
+
+
+EXAMPLES = 2
+"""Answers to a question that are judged beforehand."""
+
+
+def _warm_up(items: Mapping[str, Item]) -> None:
+    """Judge an answer or two to each question, so that what loads then does so once, not in each fork."""
+    for item in items.values():
+        # What is wrong with a key is told by its own test.
+        with contextlib.suppress(Exception):
+            for example in islice(item.kind.examples(item.key), EXAMPLES):
+                item.kind.judge(item.key, example.answer, Path())
