@@ -51,4 +51,7 @@ def run() -> NoReturn:
 
 
 if __name__ == "__main__":
+    if not sys.flags.safe_path:
+        # `python -m` looks for modules in the current folder first, where anything may lie: answers, say.
+        sys.path.pop(0)
     run()
