@@ -119,7 +119,8 @@ class _Library:
         times = _trajectory(self.report(name, study))["t"]
         section = {"hamilton": "orbit", "euler": "motion"}[study]
         document = self.document(name)
-        given = getattr(getattr(document, section), "tolerance", None) or DEFAULT_TOLERANCE
+        own = getattr(getattr(document, section), "tolerance", None)
+        given = min(own or DEFAULT_TOLERANCE, DEFAULT_TOLERANCE)
         changes = {"duration": float(times[-1]), "samples": DENSE, "step": "null", "times": "null"}
         runs = []
         for tolerance in (given, COARSER * given):

@@ -10,17 +10,15 @@ from itertools import islice
 from pathlib import Path
 
 from rigidcli.errors import UsageError, printable
+from rigidcli.grading.files import read_file
 from rigidcli.grading.judge import Item, judge
 from rigidcli.grading.judgement import Judged, Judgement, from_bytes, same_for_all, to_bytes
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.grading.sandbox import LIMITS, Limits, read_regular
+from rigidcli.grading.sandbox import LIMITS, Limits
 from rigidcli.grading.workers import Ended, each, usable_cores
 
 SUFFIXES = frozenset([".yaml", ".yml", ".json"])
 """Ends of the names of answer files, in small letters or capitals."""
-
-MOST_BYTES = 1_000_000
-"""Length of an answer file."""
 
 
 def gather(paths: Sequence[str | os.PathLike[str]]) -> list[Path]:
@@ -91,19 +89,10 @@ def run(
 def judge_file(items: Mapping[str, Item], path: Path) -> bytes:
     """The questions of an answer file, judged; it runs in a process of its own."""
     try:
-        data = read_regular(path, MOST_BYTES)
-        questions = judge(_text(data), _name(os.fspath(path)), path.parent, items)
+        questions = judge(read_file(path), _name(os.fspath(path)), path.parent, items)
     except Unreadable as unreadable:
         questions = _refused(items, unreadable)
     return to_bytes(questions)
-
-
-def _text(data: bytes) -> str:
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        place = f"byte {error.start} is {data[error.start]:#04x}"
-        raise Unreadable("parse_error", f"not UTF-8 text: {place}") from None
 
 
 def _ended(items: Mapping[str, Item], ended: Ended) -> tuple[Judged, ...]:

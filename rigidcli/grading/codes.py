@@ -33,7 +33,7 @@ CODES: dict[str, str] = {
     "missing_axis": "an axis is missing",
     "missing_column": "a column is missing",
     "missing_equation": "an equation is missing",
-    "missing_file": "there is no such file beside the answer",
+    "missing_file": "there is no such file",
     "moment_axis_pairing": "the moments and the axes are right, but not paired with each other",
     "multiplicity": "an equal moment is left out, or told too often",
     "not_a_finite_number": "is not a finite number",

@@ -24,7 +24,7 @@ LONGEST_ANSWER = 200
 """Characters of an answer that are kept, to tell one wrong answer from another."""
 
 LONGEST_COMPARED = 2000
-"""Characters of a text in which blanks and last digits are passed over."""
+"""Characters of a text, or entries of a list, in which blanks and last digits are passed over."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +109,7 @@ def _plain(answer: Tree) -> str:
     if isinstance(answer, dict):
         return f"{{{', '.join(f'{key}: {_plain(answer[key])}' for key in sorted(answer))}}}"
     if isinstance(answer, list):
-        return f"[{', '.join(map(_plain, answer))}]"
+        return f"[{', '.join(map(_plain, answer[:LONGEST_COMPARED]))}]"
     text = str(answer).strip()
     if len(text) > LONGEST_COMPARED:
         return text

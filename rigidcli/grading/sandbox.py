@@ -11,12 +11,9 @@ import errno
 import math
 import os
 import signal
-import stat
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-
-from rigidcli.grading.outcome import Unreadable
 
 if sys.platform != "win32":
     import resource
@@ -163,39 +160,3 @@ def _audit(event: str, arguments: tuple[object, ...]) -> None:
             raise ForbiddenError(errno.EPERM, "no file is written here")
     elif event.startswith(_FORBIDDEN):
         raise ForbiddenError(errno.EPERM, f"{event} is not allowed here")
-
-
-_FORMS = {
-    stat.S_IFLNK: "a link",
-    stat.S_IFDIR: "a folder",
-    stat.S_IFIFO: "a pipe",
-    stat.S_IFSOCK: "a socket",
-    stat.S_IFCHR: "a device",
-    stat.S_IFBLK: "a device",
-}
-
-
-def read_regular(path: Path, most: int) -> bytes:
-    """The bytes of a regular file, `most` of them; of no link, pipe or device. Raises Unreadable.
-
-    Only what is a regular file is opened, because opening alone may hang, or have an effect.
-    """
-    try:
-        _require_regular(os.lstat(path))
-        flags = os.O_RDONLY | getattr(os, "O_BINARY", 0)
-        flags |= getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-        with os.fdopen(os.open(path, flags), "rb") as file:
-            _require_regular(os.fstat(file.fileno()))  # it may be another by now
-            data = file.read(most + 1)
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "no file has such a name"
-        raise Unreadable("parse_error", reason) from None
-    if len(data) > most:
-        raise Unreadable("too_large", f"it is longer than {most:,} bytes")
-    return data
-
-
-def _require_regular(found: os.stat_result) -> None:
-    if not stat.S_ISREG(found.st_mode):
-        form = _FORMS.get(stat.S_IFMT(found.st_mode), "something else")
-        raise Unreadable("not_allowed", f"read {form}, expected a file")

@@ -24,9 +24,10 @@ from scipy.spatial.transform import Rotation
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.kinds import axes, eigen
-from rigidcli.grading.kinds.axes_key import Key
+from rigidcli.grading.kinds import axes
 from rigidcli.grading.outcome import Outcome, Unreadable
+from rigidcli.grading.principal import eigen
+from rigidcli.grading.principal.key import Key
 from rigidcli.grading.question import Question, Tolerance
 from rigidcli.model.load import load
 from rigidcli.studies import axes as study

@@ -26,7 +26,8 @@ import pytest
 from rigidcli.errors import ComputationError, UsageError
 from rigidcli.grading import workers
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.batch import MOST_BYTES, gather, run
+from rigidcli.grading.batch import gather, run
+from rigidcli.grading.files import MOST_BYTES
 from rigidcli.grading.judge import Item
 from rigidcli.grading.judgement import Judgement
 from rigidcli.grading.kinds import KINDS, Example, kind
@@ -301,8 +302,7 @@ def test_no_files_give_no_rows() -> None:
 def test_a_file_that_is_gone_when_its_turn_comes(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(HONEST)
     gone, there = run(ITEMS, [tmp_path / "gone.yaml", tmp_path / "a.yaml"])
-    assert (verdicts(gone), codes(gone)) == (["invalid", "invalid"], {"parse_error"})
-    assert "No such file" in gone.questions[0].findings[0].message()
+    assert (verdicts(gone), codes(gone)) == (["invalid", "invalid"], {"missing_file"})
     assert verdicts(there) == ["correct", "correct"]
 
 

@@ -14,13 +14,14 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.kinds import Example, pairs
-from rigidcli.grading.kinds.axes_key import Key, explanations, read_key
-from rigidcli.grading.kinds.eigen import Eigen, Match, angles_off, is_solved, match
-from rigidcli.grading.kinds.pairs import Pairs
+from rigidcli.grading.kinds import Example
 from rigidcli.grading.mistakes import explained
 from rigidcli.grading.numbers import ROUNDING
 from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
+from rigidcli.grading.principal import pairs
+from rigidcli.grading.principal.eigen import Eigen, Match, angles_off, is_solved, match
+from rigidcli.grading.principal.key import Key, explanations, read_key
+from rigidcli.grading.principal.pairs import Pairs
 
 __all__ = ["examples", "judge", "read_key"]
 

@@ -10,9 +10,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.kinds import Example
-from rigidcli.grading.kinds.component_mistakes import (
+from rigidcli.grading.arrays.entries import Reference, Typed, filled, read_entry, reference
+from rigidcli.grading.arrays.mistakes import (
     Explanation,
     as_typed,
     constant_factor,
@@ -26,7 +25,8 @@ from rigidcli.grading.kinds.component_mistakes import (
     told,
     wrong_entries,
 )
-from rigidcli.grading.kinds.components import Reference, Typed, filled, read_entry, reference
+from rigidcli.grading.asked import Asked, Tree
+from rigidcli.grading.kinds import Example
 from rigidcli.grading.numbers import MOST_ENTRIES
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.model.units import Unit

@@ -14,9 +14,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.kinds import Example
-from rigidcli.grading.kinds.component_mistakes import (
+from rigidcli.grading.arrays.entries import Reference, Typed, exactly, filled, read_entry, reference
+from rigidcli.grading.arrays.mistakes import (
     Explanation,
     as_typed,
     constant_factor,
@@ -29,9 +28,10 @@ from rigidcli.grading.kinds.component_mistakes import (
     told,
     wrong_entries,
 )
-from rigidcli.grading.kinds.components import Reference, Typed, exactly, filled, read_entry, reference
+from rigidcli.grading.arrays.tensors import impossible, mistaken_tensors, moments_of
+from rigidcli.grading.asked import Asked, Tree
+from rigidcli.grading.kinds import Example
 from rigidcli.grading.kinds.matrix import read_rows
-from rigidcli.grading.kinds.tensor_mistakes import impossible, mistaken_tensors, moments_of
 from rigidcli.grading.numbers import are_near
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.model.units import Unit

@@ -12,9 +12,17 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.kinds import Example
-from rigidcli.grading.kinds.component_mistakes import (
+from rigidcli.grading.arrays.entries import (
+    Reference,
+    Typed,
+    computed,
+    exactly,
+    filled,
+    read_entry,
+    reference,
+    worked,
+)
+from rigidcli.grading.arrays.mistakes import (
     MOST_PLACES,
     Explanation,
     as_typed,
@@ -30,16 +38,8 @@ from rigidcli.grading.kinds.component_mistakes import (
     told,
     wrong_entries,
 )
-from rigidcli.grading.kinds.components import (
-    Reference,
-    Typed,
-    computed,
-    exactly,
-    filled,
-    read_entry,
-    reference,
-    worked,
-)
+from rigidcli.grading.asked import Asked, Tree
+from rigidcli.grading.kinds import Example
 from rigidcli.grading.numbers import MOST_ENTRIES, NOISE, are_near, margin
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.model.units import Unit

@@ -13,10 +13,10 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import point_tensor, rotate
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
-from rigidcli.grading.kinds import pairs
-from rigidcli.grading.kinds.eigen import Eigen, default_angle, match, solve
-from rigidcli.grading.kinds.pairs import Pairs
 from rigidcli.grading.numbers import ROUNDING
+from rigidcli.grading.principal import pairs
+from rigidcli.grading.principal.eigen import Eigen, default_angle, match, solve
+from rigidcli.grading.principal.pairs import Pairs
 from rigidcli.grading.question import Question
 
 NO_FACTOR = 0.1

@@ -9,8 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Mask
+from rigidcli.grading.arrays.entries import Entry, Reference, Typed, filled
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.kinds.components import Entry, Reference, Typed, filled
 from rigidcli.grading.outcome import Finding
 from rigidcli.symbolic.expression import Expression, parse
 

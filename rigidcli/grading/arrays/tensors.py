@@ -9,8 +9,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import point_tensor, rotate
+from rigidcli.grading.arrays.entries import Reference, computed, worked
 from rigidcli.grading.asked import Asked
-from rigidcli.grading.kinds.components import Reference, computed, worked
 from rigidcli.grading.numbers import margin
 
 ROUNDED = 3

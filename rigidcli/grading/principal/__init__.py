@@ -1,0 +1,1 @@
+"""Principal axes: pairs of moments and axes, judged by the eigenvalue problem."""

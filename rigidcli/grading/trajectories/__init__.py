@@ -1,0 +1,1 @@
+"""Trajectories: tables in time beside a reference that may be asked at any time."""

@@ -1,0 +1,890 @@
+"""Trajectories: closed forms and other people's integrators are right, what differs from them is not."""
+
+from __future__ import annotations
+
+import math
+import os
+import socket
+import string
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
+
+from rigidcli.errors import ValueProblem
+from rigidcli.grading.asked import Asked
+from rigidcli.grading.kinds import trajectory
+from rigidcli.grading.outcome import Outcome, Unreadable
+from rigidcli.grading.question import Question
+from rigidcli.grading.trajectories.columns import MOST_CHARACTERS, read_columns
+from rigidcli.grading.trajectories.key import Key
+from rigidcli.model.load import loads
+from rigidcli.studies import euler, hamilton
+
+Floats = NDArray[np.float64]
+Columns = Mapping[str, Floats]
+
+few = settings(max_examples=30, deadline=None)
+many = settings(max_examples=60, deadline=None)
+
+HERE = Path()
+
+
+def literal(answer: object, **options: Any) -> Key:
+    question = Question.model_validate({"answer": answer, "kind": "trajectory", **options})
+    return trajectory.read_key(Asked(question, question.answer))
+
+
+def formulas(stop: float, texts: Mapping[str, str], **options: Any) -> Key:
+    return literal({"t": ["0", repr(stop), "0.1"], "columns": dict(texts)}, **options)
+
+
+def computed(text: str, ask: str, samples: int = 4001, **options: Any) -> Key:
+    """The key of a document, of which two runs are made as for an assignment."""
+    question = Question.model_validate({"document": "x.yaml", "ask": ask, **options})
+    study, section = {"hamilton": (hamilton, "orbit"), "euler": (euler, "motion")}[ask.split(".")[0]]
+    runs = [
+        study.run(loads(text, settings=[f"{section}.samples={samples}", f"{section}.tolerance={tolerance}"]))
+        for tolerance in ("1e-12", "1e-10")
+    ]
+    asked = Asked(question, None, "", tuple(ask.split(".")), loads(text), runs[0], runs[1])
+    return trajectory.read_key(asked)
+
+
+def table(columns: Columns, separator: str = ",", form: Callable[[float], str] = repr) -> dict[str, str]:
+    """An answer with these columns, the time among them."""
+    rows = np.column_stack(list(columns.values())).tolist()
+    lines = [separator.join(columns), *(separator.join(map(form, row)) for row in rows)]
+    return {"csv": "\n".join(lines)}
+
+
+def judged(key: Key, columns: Columns) -> Outcome:
+    return trajectory.judge(key, table(columns), HERE)
+
+
+def codes(outcome: Outcome) -> list[str]:
+    return [finding.code for finding in outcome.findings]
+
+
+def refused(key: Key, answer: object, folder: Path = HERE) -> str:
+    with pytest.raises(Unreadable) as refusal:
+        trajectory.judge(key, answer, folder)
+    assert refusal.value.outcome.verdict == "invalid"
+    return refusal.value.finding.code
+
+
+T = np.linspace(0, 10, 301)
+
+OSCILLATOR = formulas(10, {"x": "1.5*cos(2*t + 0.3)", "p": "-3*sin(2*t + 0.3)"})
+
+
+def oscillator(t: Floats = T, rate: float = 2.0, size: float = 1.5, phase: float = 0.3) -> dict[str, Floats]:
+    return {
+        "t": t,
+        "x": size * np.cos(rate * t + phase),
+        "p": -rate * size * np.sin(rate * t + phase),
+    }
+
+
+DAMPED = formulas(10, {"x": "exp(-t/5)*cos(3*t)", "v": "-exp(-t/5)*(cos(3*t)/5 + 3*sin(3*t))"})
+
+
+def damped(t: Floats = T, rate: float = 3.0) -> dict[str, Floats]:
+    fall, wave, turn = np.exp(-t / 5), np.cos(rate * t), np.sin(rate * t)
+    return {"t": t, "x": fall * wave, "v": -fall * (wave / 5 + rate * turn)}
+
+
+# --- right in any form
+
+
+@many
+@given(
+    rate=st.floats(0.2, 20),
+    size=st.floats(1e-6, 1e6),
+    phase=st.floats(-3, 3),
+    steps=st.lists(st.floats(0.2, 1), min_size=70, max_size=200),
+    separator=st.sampled_from([",", ";", "\t", " ", " , "]),
+    seed=st.integers(0, 10**6),
+)
+def test_an_oscillation_at_any_times_is_right_within_the_tolerance_and_wrong_beyond(
+    rate: float, size: float, phase: float, steps: list[float], separator: str, seed: int
+) -> None:
+    x, v = f"{size!r}*cos({rate!r}*t + {phase!r})", f"-{rate!r}*{size!r}*sin({rate!r}*t + {phase!r})"
+    key = formulas(10, {"x": x, "v": v.replace("--", "")})
+    t = np.cumsum([0.0, *steps])
+    t *= 10 / t[-1]
+    x_, v_ = size * np.cos(rate * t + phase), -rate * size * np.sin(rate * t + phase)
+    chance = np.random.default_rng(seed)
+    sizes = [float(np.abs(key.grid[:, k]).max()) for k in range(2)]
+    for error, right in ((0.0, True), (0.5e-3, True), (0.95e-3, True), (1.3e-3, False), (5e-3, False)):
+        off = chance.uniform(-1, 1, (2, len(t)))
+        off[chance.integers(2), chance.integers(len(t))] = chance.choice([-1, 1])
+        columns = {
+            "v": v_ + error * sizes[1] * off[0],
+            "t": t,
+            "more": np.zeros_like(t),
+            "x": x_ + error * sizes[0] * off[1],
+        }
+        outcome = trajectory.judge(key, table(columns, separator), HERE)
+        assert (outcome.verdict == "correct") is right, (error, outcome)
+
+
+@many
+@given(
+    st.lists(st.floats(-3, 3), min_size=4, max_size=4),
+    st.integers(0, 3),
+    st.sampled_from([0.01, -0.01, 0.1, -0.5, 1.0]),
+)
+def test_a_polynomial_with_a_wrong_coefficient_is_wrong(
+    coefficients: list[float], place: int, off: float
+) -> None:
+    text = " + ".join(f"({c!r})*t^{k}" for k, c in enumerate(coefficients))
+    key = formulas(2, {"y": text})
+    t = np.linspace(0, 2, 57)
+    right = sum(c * t**k for k, c in enumerate(coefficients))
+    assert judged(key, {"t": t, "y": np.asarray(right)}).verdict == "correct"
+    changed = np.asarray(right + off * t**place)
+    assume(np.abs(changed - right).max() > 1.1e-3 * np.abs(key.grid).max())
+    outcome = judged(key, {"t": t, "y": changed})
+    assert outcome.verdict == "incorrect"
+    assert outcome.share == 0
+
+
+def test_extra_rows_before_and_after_are_not_looked_at() -> None:
+    t = np.linspace(-1, 12, 600)
+    assert judged(OSCILLATOR, oscillator(t)).verdict == "correct"
+
+
+@pytest.mark.parametrize(
+    "form",
+    [repr, "{:.5f}".format, "{:+.6e}".format, "{:.4E}".format, lambda x: f'"{x!r}"', lambda x: f" {x!r}\t"],
+)
+def test_numbers_in_any_form(form: Callable[[float], str]) -> None:
+    assert trajectory.judge(OSCILLATOR, table(oscillator(), ",", form), HERE).verdict == "correct"
+
+
+def test_the_text_may_have_any_line_ends_blanks_comments_and_minus_signs() -> None:
+    text = table(oscillator())["csv"]
+    head, body = text.split("\n", 1)
+    others = [
+        text.replace("\n", "\r\n") + "\r\n",
+        text.replace("\n", "\r"),
+        "\ufeff" + text,
+        "# by me\n#\n\n" + text + "\n\n\n",
+        text.replace("-", "\N{MINUS SIGN}"),
+        "# " + head + "\n" + body,
+        head.replace(",", " , ").upper() + "\n" + body,
+        ('"' + head.replace(",", '","') + '"') + "\n" + body,
+    ]
+    for other in others:
+        assert trajectory.judge(OSCILLATOR, {"csv": other}, HERE).verdict == "correct", other[:60]
+
+
+def test_greek_heads_are_names_in_ascii() -> None:
+    key = formulas(10, {"theta": "cos(t)"})
+    assert judged(key, {"t": T, "θ": np.cos(T)}).verdict == "correct"
+
+
+def test_a_file_of_numpy_is_read(tmp_path: Path) -> None:
+    columns = oscillator()
+    values = np.column_stack(list(columns.values()))
+    np.savetxt(tmp_path / "blanks.csv", values, header=" ".join(columns))
+    np.savetxt(tmp_path / "commas.csv", values, delimiter=",", header=",".join(columns), comments="")
+    for name in ("blanks.csv", "commas.csv"):
+        assert trajectory.judge(OSCILLATOR, {"file": name}, tmp_path).verdict == "correct"
+
+
+def test_a_key_may_be_a_table() -> None:
+    t = np.linspace(0, 10, 201)
+    key = literal(table(oscillator(t)))
+    assert judged(key, oscillator(np.linspace(0, 10, 333))).verdict == "correct"
+    assert judged(key, oscillator(np.linspace(0, 10, 333), phase=0.31)).verdict == "incorrect"
+
+
+def test_a_table_with_corners_is_interpolated_by_lines() -> None:
+    t = np.linspace(0, 10, 501)
+    key = literal(table({"t": t, "x": np.abs(t - 5.0)}))
+    other = np.linspace(0, 10, 237)
+    assert judged(key, {"t": other, "x": np.abs(other - 5)}).verdict == "correct"
+
+
+@few
+@given(st.integers(-3, 3), st.integers(0, 10**6))
+def test_angles_are_equal_modulo_their_period(turns: int, seed: int) -> None:
+    key = formulas(20, {"phi": "1.3*t + 0.2*sin(t)", "r": "1 + 0.3*cos(t)"}, angles=["phi"])
+    t = np.linspace(0, 20, 200)
+    phi, r = 1.3 * t + 0.2 * np.sin(t), 1 + 0.3 * np.cos(t)
+    jumps = np.random.default_rng(seed).integers(-2, 3, len(t))
+    for shown in (phi + 2 * math.pi * turns, phi % (2 * math.pi), phi + 2 * math.pi * jumps):
+        assert judged(key, {"t": t, "phi": shown, "r": r}).verdict == "correct"
+        assert judged(key, {"t": t, "phi": shown + 0.01, "r": r}).verdict == "partial"
+        assert judged(key, {"t": t, "phi": phi, "r": r + 2 * math.pi}).verdict == "partial"
+
+
+def test_the_period_may_be_in_degrees() -> None:
+    key = formulas(20, {"phi": "40*t"}, angles=["phi"], modulo="360")
+    t = np.linspace(0, 20, 200)
+    assert judged(key, {"t": t, "phi": (40 * t + 180) % 360 - 180}).verdict == "correct"
+    assert judged(key, {"t": t, "phi": np.radians(40 * t)}).verdict == "incorrect"
+
+
+# --- named mistakes
+
+
+def times_of(columns: Columns, change: Callable[[Floats], Floats]) -> dict[str, Floats]:
+    return {**columns, "t": change(columns["t"])}
+
+
+def scaled(columns: Columns, **factors: float) -> dict[str, Floats]:
+    return {name: values * factors.get(name, 1.0) for name, values in columns.items()}
+
+
+MISTAKES: list[tuple[str, dict[str, Floats]]] = [
+    ("time_unit", times_of(damped(), lambda t: 1000 * t)),
+    ("time_unit", times_of(damped(), lambda t: t / 60)),
+    ("time_shift", times_of(damped(), lambda t: t + 3)),
+    ("time_shift", times_of(damped(), lambda t: t + 1e6)),
+    ("time_shift", damped(T + 0.7) | {"t": T}),
+    ("time_shift", damped(T - 0.4) | {"t": T}),
+    ("time_reversed", damped(10 - T) | {"t": T}),
+    ("time_reversed", scaled(damped(10 - T), v=-1) | {"t": T}),
+    ("frequency_wrong", damped(1.1 * T) | {"t": T}),
+    ("frequency_wrong", scaled(damped(0.5 * T), v=0.5) | {"t": T}),
+    ("sign_error", scaled(damped(), v=-1)),
+    ("sign_error", scaled(damped(), x=-1, v=-1)),
+    ("constant_factor", scaled(damped(), v=2)),
+    ("constant_factor", scaled(damped(), x=0.5, v=1.5)),
+    ("power_of_ten", scaled(damped(), x=100, v=100)),
+    ("degrees_radians", scaled(damped(), x=180 / math.pi)),
+    ("components_permuted", {"t": T, "x": damped()["v"], "v": damped()["x"]}),
+    ("precision_insufficient", {"t": T, "x": np.round(damped()["x"], 2), "v": damped()["v"]}),
+    ("wrong_order", {name: values[::-1] for name, values in damped().items()}),
+    ("time_range_short", damped(np.linspace(0, 9.5, 300))),
+    ("time_range_short", damped(np.linspace(0, 10, 9))),
+    ("time_range_short", damped(np.append(np.linspace(0, 7, 300), 10.0))),
+    ("missing_column", {"t": T, "x": damped()["x"]}),
+    ("wrong_initial_condition", scaled(damped(), x=1.07, v=1.07)),
+    ("outside_tolerance", {**damped(), "x": damped()["x"] + 0.01 * T}),
+]
+
+
+@pytest.mark.parametrize(("code", "columns"), MISTAKES)
+def test_mistakes_are_named(code: str, columns: dict[str, Floats]) -> None:
+    outcome = judged(DAMPED, columns)
+    assert codes(outcome)[0] == code
+    assert outcome.verdict in ("incorrect", "partial")
+    assert outcome.share in (0, 0.5)
+
+
+def test_columns_that_are_right_earn_their_share() -> None:
+    outcome = judged(DAMPED, scaled(damped(), v=1.07))
+    assert (outcome.verdict, outcome.share) == ("partial", 0.5)
+    assert outcome.findings[0].place == "`v`"
+    assert judged(DAMPED, {"t": T, "x": damped()["x"]}).share == 0.5
+
+
+def test_a_column_that_does_not_move_earns_nothing_by_itself() -> None:
+    key = formulas(10, {"x": "t^2", "p": "3"})
+    assert judged(key, {"t": T, "x": T, "p": np.full_like(T, 3)}).share == 0
+    assert judged(key, {"t": T, "x": T**2, "p": T}).share == 0.5
+
+
+def test_a_mistake_that_is_one_of_two_is_not_named() -> None:
+    # Half a period later, an oscillation has the other sign.
+    key = formulas(20, {"x": "cos(2*t)"})
+    t = np.linspace(0, 20, 200)
+    assert codes(judged(key, {"t": t, "x": -np.cos(2 * t)})) == ["wrong_initial_condition"]
+
+
+def test_rows_that_only_show_the_returns_of_a_motion_are_too_few() -> None:
+    key = formulas(40, {"x": "cos(pi*t)"})
+    t = np.arange(0, 41, 2.0)
+    assert codes(judged(key, {"t": t, "x": np.ones_like(t)})) == ["time_range_short"]
+
+
+@few
+@given(st.floats(-0.4, 0.4), st.floats(0.45, 2.0))
+def test_shifts_and_frequencies_are_found(shift: float, ratio: float) -> None:
+    assume(abs(shift) > 0.01 and abs(ratio - 1) > 0.01)
+    assert codes(judged(DAMPED, damped(T + 10 * shift) | {"t": T})) == ["time_shift"]
+    assert codes(judged(DAMPED, damped(ratio * T) | {"t": T})) == ["frequency_wrong"]
+
+
+@few
+@given(st.permutations(range(12)))
+def test_columns_exchanged_in_any_way(order: list[int]) -> None:
+    names = [f"x{k}" for k in range(12)]
+    key = formulas(10, {name: f"exp(-t/{k + 2})*sin({k + 1}*t)" for k, name in enumerate(names)})
+    right = [np.exp(-T / (k + 2)) * np.sin((k + 1) * T) for k in range(12)]
+    outcome = judged(key, {"t": T} | {name: right[k] for name, k in zip(names, order, strict=True)})
+    moved = sum(place != k for place, k in enumerate(order))
+    if moved:
+        assert codes(outcome) == ["components_permuted"]
+        assert outcome.share == pytest.approx((12 - moved) / 12)
+    else:
+        assert outcome.verdict == "correct"
+
+
+@many
+@given(st.data())
+def test_random_answers_are_never_right(data: st.DataObject) -> None:
+    change = data.draw(
+        st.sampled_from(["size", "rate", "phase", "one", "noise", "other", "constant", "swap", "late"])
+    )
+    seed = np.random.default_rng(data.draw(st.integers(0, 10**6)))
+    off = data.draw(st.floats(0.005, 2)) * data.draw(st.sampled_from([-1, 1]))
+    columns = oscillator()
+    if change == "size":
+        columns = oscillator(size=1.5 * (1 + off))
+    elif change == "rate":
+        columns = oscillator(rate=2 * (1 + off))
+    elif change == "phase":
+        columns = oscillator(phase=0.3 + off)
+    elif change == "one":
+        columns["x"][seed.integers(len(T))] += off
+    elif change == "noise":
+        columns["p"] = columns["p"] + seed.normal(0, abs(off) + 0.01, len(T))
+    elif change == "other":
+        columns["x"] = np.abs(columns["x"]) + off
+    elif change == "constant":
+        columns["x"] = np.full_like(T, off)
+    elif change == "swap":
+        columns = {"t": T, "x": columns["p"], "p": columns["x"]}
+    else:
+        columns = {name: values[: int(0.9 * len(T))] for name, values in columns.items()}
+    outcome = judged(OSCILLATOR, columns)
+    assert outcome.verdict in ("incorrect", "partial")
+    assert outcome.share <= 0.5
+    assert outcome.findings
+
+
+def test_messages_below_full_do_not_tell_the_reference() -> None:
+    key = formulas(10, {"x": "0.7654321*cos(2.3456789*t) + 0.2*sin(5*t)", "y": "0.87654321 + 0.345678*t"})
+    wrong = [{"t": T, "x": np.sin(k * T), "y": k + T} for k in range(4)]
+    wrong += [{"t": T, "x": np.zeros_like(T)}, {"t": T / 2, "x": T, "y": T}]
+    for columns in wrong:
+        for finding in judged(key, columns).findings:
+            for digits in ("765", "345", "876", "966", "2.3"):
+                assert digits not in finding.message()
+            assert finding.reference not in finding.message() or not finding.reference
+    told = judged(key, wrong[0]).findings[0].message(full=True)
+    assert "0.765432" in told
+
+
+# --- what is conserved
+
+
+def test_conserved_quantities_of_the_question() -> None:
+    key = formulas(
+        10,
+        {"x": "cos(2*t)", "p": "-2*sin(2*t)"},
+        columns=["x"],
+        conserved={"E": "p^2/2 + 2*x^2"},
+        tolerance={"relative": 1e-3, "conserved": 1e-4},
+    )
+    x, p = np.cos(2 * T), -2 * np.sin(2 * T)
+    assert judged(key, {"t": T, "x": x, "p": p}).verdict == "correct"
+    outcome = judged(key, {"t": T, "x": x, "p": p * (1 + 0.001 * T)})
+    assert (codes(outcome), outcome.share) == (["conserved_quantity_drift"], 0.5)
+    assert codes(judged(key, {"t": T, "x": x})) == ["missing_column"]
+
+
+def test_the_hamiltonian_is_known_by_its_name() -> None:
+    text = PENDULUM.replace("DURATION", "5")  # of which H is zero
+    key = computed(text, "hamilton.orbit", columns=["theta1", "theta2"], conserved={"energy": "H"})
+    columns = double_pendulum(5, 1e-9)
+    assert judged(key, columns).verdict == "correct"
+    assert codes(judged(key, scaled(columns, p_theta1=1.2))) == ["conserved_quantity_drift"]
+    without = {name: values for name, values in columns.items() if name != "p_theta2"}
+    assert codes(judged(key, without)) == ["missing_column"]
+
+
+def test_answers_that_are_just_right_keep_what_is_conserved_by_default() -> None:
+    key = formulas(10, {"x": "cos(2*t)", "p": "-2*sin(2*t)"}, conserved={"E": "p^2/2 + 2*x^2"})
+    chance = np.random.default_rng(5)
+    for _ in range(20):
+        off = 0.99e-3 * chance.choice([-1, 1], (2, len(T)))
+        columns = {"t": T, "x": np.cos(2 * T) + off[0], "p": -2 * np.sin(2 * T) + 2 * off[1]}
+        assert judged(key, columns).verdict == "correct"
+
+
+PENDULUM = """
+parameters: {g: 9.81}
+system:
+  coordinates: [theta1, theta2]
+  particles:
+    - {mass: 1, position: [sin(theta1), -cos(theta1)], potential: -g*cos(theta1)}
+    - mass: 1
+      position: [sin(theta1) + sin(theta2), -cos(theta1) - cos(theta2)]
+      potential: -g*(cos(theta1) + cos(theta2))
+orbit: {initial: {theta1: pi/2, theta2: pi/2, theta1dot: 0, theta2dot: 0}, duration: DURATION}
+"""
+
+
+def double_pendulum(duration: float, tolerance: float, rows: int = 500, g: float = 9.81) -> dict[str, Floats]:
+    """By Lagrange's equations for the angles' momenta, with masses and lengths 1."""
+
+    def slopes(_: float, y: Floats) -> list[float]:
+        a, b, p, q = y
+        sine, cosine = math.sin(a - b), math.cos(a - b)
+        u, v = (p - q * cosine) / (1 + sine**2), (2 * q - p * cosine) / (1 + sine**2)
+        return [u, v, -u * v * sine - 2 * g * math.sin(a), u * v * sine - g * math.sin(b)]
+
+    t = np.linspace(0, duration, rows)
+    start = [math.pi / 2, math.pi / 2, 0, 0]
+    solved = solve_ivp(
+        slopes, (0, duration), start, t_eval=t, method="DOP853", rtol=tolerance, atol=tolerance
+    )
+    names = ("theta1", "theta2", "p_theta1", "p_theta2")
+    return {"t": t} | dict(zip(names, solved.y, strict=True))
+
+
+@pytest.fixture(scope="module")
+def chaotic() -> Key:
+    return computed(PENDULUM.replace("DURATION", "25"), "hamilton.orbit")
+
+
+def test_a_double_pendulum_by_another_integrator_is_right() -> None:
+    key = computed(PENDULUM.replace("DURATION", "10"), "hamilton.orbit")
+    assert key.horizon == 10
+    assert judged(key, double_pendulum(10, 1e-8)).verdict == "correct"
+    assert judged(key, double_pendulum(10, 1e-8)).findings == ()
+    assert judged(key, double_pendulum(10, 1e-8, g=9.8)).verdict == "incorrect"
+
+
+@pytest.mark.parametrize("tolerance", [1e-7, 1e-8, 1e-9, 1e-11, 1e-13])
+def test_chaotic_motion_is_judged_to_its_horizon(chaotic: Key, tolerance: float) -> None:
+    assert 10 < chaotic.horizon < 20
+    outcome = judged(chaotic, double_pendulum(25, tolerance))
+    assert outcome.verdict == "correct"
+    assert set(codes(outcome)) <= {"chaotic_divergence_after_horizon"}
+    assert outcome.findings or tolerance < 1e-10
+
+
+def test_chaotic_motion_keeps_its_energy_after_the_horizon(chaotic: Key) -> None:
+    columns = double_pendulum(25, 1e-9)
+    late = columns["t"] > chaotic.horizon
+    for name in ("p_theta1", "p_theta2"):
+        columns[name] = np.where(late, 1.1 * columns[name], columns[name])
+    outcome = judged(chaotic, columns)
+    assert codes(outcome) == ["conserved_quantity_drift"]
+    assert 0.5 < outcome.share < 1
+
+
+def test_chaotic_motion_must_be_right_before_the_horizon(chaotic: Key) -> None:
+    columns = double_pendulum(25, 1e-9)
+    early = (columns["t"] > 5) & (columns["t"] < 5.2)
+    columns["theta1"] = np.where(early, columns["theta1"] + 0.05, columns["theta1"])
+    outcome = judged(chaotic, columns)
+    assert codes(outcome) == ["outside_tolerance"]
+    assert outcome.findings[0].place == "`theta1`"
+    assert judged(chaotic, double_pendulum(25, 1e-9, g=9.8)).verdict == "incorrect"
+
+
+def test_motion_that_parts_too_soon_is_no_question() -> None:
+    with pytest.raises(ValueProblem, match="only a small part"):
+        computed(PENDULUM.replace("DURATION", "1000"), "hamilton.orbit", samples=20001)
+
+
+# --- keys of documents
+
+SPRING = """
+parameters: {m: 2, k: 18, a: 0.4}
+system: {coordinates: [x], lagrangian: m*xdot^2/2 - k*x^2/2}
+orbit: {initial: {x: a, p_x: 0}, duration: 7}
+"""
+
+
+@pytest.mark.parametrize(
+    ("ask", "columns"),
+    [
+        ("hamilton.orbit", ("x", "p_x")),
+        ("hamilton.orbit.q", ("x",)),
+        ("hamilton.orbit.p.x", ("p_x",)),
+        ("hamilton.orbit.p.p_x", ("p_x",)),
+        ("hamilton.orbit.H", ("H",)),
+    ],
+)
+def test_what_is_asked_of_an_orbit(ask: str, columns: Sequence[str]) -> None:
+    if ask == "hamilton.orbit.p.x":
+        with pytest.raises(ValueProblem, match="expected columns"):
+            computed(SPRING, ask)
+        return
+    key = computed(SPRING, ask)
+    assert key.columns == columns
+    t = np.linspace(0, 7, 123)
+    x, p = 0.4 * np.cos(3 * t), -2.4 * np.sin(3 * t)
+    answer = {"t": t, "x": x, "p_x": p, "H": p**2 / 4 + 9 * x**2}
+    assert judged(key, answer).verdict == "correct"
+
+
+def test_an_orbit_with_listed_columns_and_laws_in_parameters() -> None:
+    laws = {"E": "p_x^2/(2*m) + k*x^2/2"}
+    key = computed(SPRING, "hamilton.orbit", columns=["x"], conserved=laws, tolerance={"relative": 1e-4})
+    t = np.linspace(0, 7, 123)
+    right = {"t": t, "x": 0.4 * np.cos(3 * t), "p_x": -2.4 * np.sin(3 * t)}
+    assert judged(key, right).verdict == "correct"
+    assert codes(judged(key, scaled(right, x=1.0, p_x=0.5))) == ["conserved_quantity_drift"]
+    with pytest.raises(ValueProblem, match="does not conserve"):
+        computed(SPRING, "hamilton.orbit", conserved={"E": "p_x^2/(2*m) - k*x^2/2"})
+    with pytest.raises(ValueProblem, match="unknown name `z`"):
+        computed(SPRING, "hamilton.orbit", conserved={"E": "z"})
+    with pytest.raises(ValueProblem, match="no column `y`"):
+        computed(SPRING, "hamilton.orbit", columns=["y"])
+
+
+TOP = """
+body: {moments: [2, 2, 3]}
+motion: {omega: [0.6, 0, 2], duration: 12}
+"""
+
+
+def free_top(t: Floats) -> tuple[Floats, list[Rotation]]:
+    """omega along the body's axes and orientations of a free symmetric top, lambda = 2, 2, 3.
+
+    L. D. Landau, E. M. Lifshitz, Mechanics, section 35: omega turns about e3 at (lambda3 - lambda1) omega3 /
+    lambda1; the body turns about L at L/lambda1, and about e3 at minus the former.
+    """
+    rate = (3 - 2) * 2.0 / 2
+    omega = np.column_stack([0.6 * np.cos(rate * t), 0.6 * np.sin(rate * t), np.full_like(t, 2.0)])
+    momentum = np.array([2 * 0.6, 0, 3 * 2.0]) / 2
+    turns = [Rotation.from_rotvec(momentum * at) * Rotation.from_rotvec([0, 0, -rate * at]) for at in t]
+    return omega, turns
+
+
+def test_a_free_top_by_closed_form() -> None:
+    key = computed(TOP, "euler.trajectory")
+    assert key.columns == ("w1", "w2", "w3")
+    t = np.linspace(0, 12, 211)
+    omega, _ = free_top(t)
+    assert judged(key, {"t": t, "w1": omega[:, 0], "w2": omega[:, 1], "w3": omega[:, 2]}).verdict == "correct"
+    backward = judged(key, {"t": t, "w1": omega[:, 0], "w2": -omega[:, 1], "w3": omega[:, 2]})
+    assert backward.verdict == "partial"
+
+
+def test_quaternions_have_no_sign() -> None:
+    key = computed(TOP, "euler.trajectory.orientation")
+    assert key.columns == ("q0", "q1", "q2", "q3")
+    t = np.linspace(0, 12, 211)
+    quaternions = np.array([turn.as_quat(canonical=True) for turn in free_top(t)[1]])[:, [3, 0, 1, 2]]
+    signs = np.random.default_rng(3).choice([-1, 1], len(t))
+    for values in (quaternions, -quaternions, quaternions * signs[:, None]):
+        named = {f"q{k}": values[:, k] for k in range(4)}
+        assert judged(key, {"t": t} | named).verdict == "correct"
+        assert judged(key, {"t": t} | named | {"q1": -values[:, 1]}).verdict != "correct"
+        # Scalar last, as other programs have it.
+        rolled = {f"q{k}": np.roll(values, -1, axis=1)[:, k] for k in range(4)}
+        assert judged(key, {"t": t} | rolled).verdict != "correct"
+
+
+def test_the_angles_of_a_top_are_angles() -> None:
+    text = "top: {mass: 0.2, lambda1: 0.002, lambda3: 0.001, distance: 0.1, gravity: 9.81, tilt: 30 deg,"
+    text += " spin: 150, precession: 3}\nmotion: {duration: 2}"
+    key = computed(text, "euler.trajectory.angles", columns=["phi", "theta"])
+    t = np.linspace(0, 2, 400)
+    lambda1, lambda3, spin, fall = 0.002, 0.001, 150.0, 0.2 * 9.81 * 0.1
+
+    def slopes(_: float, y: Floats) -> list[float]:
+        theta, rate, _phi = y
+        precession = (vertical - lambda3 * spin * math.cos(theta)) / (lambda1 * math.sin(theta) ** 2)
+        gyro = lambda3 * spin - lambda1 * precession * math.cos(theta)
+        return [rate, math.sin(theta) * (fall - precession * gyro) / lambda1, precession]
+
+    tilt = math.pi / 6
+    vertical = lambda1 * 3 * math.sin(tilt) ** 2 + lambda3 * spin * math.cos(tilt)
+    solved = solve_ivp(slopes, (0, 2), [tilt, 0, 0], t_eval=t, method="DOP853", rtol=1e-10, atol=1e-12)
+    theta, _, phi = solved.y
+    for shown in (phi, (phi + math.pi) % (2 * math.pi) - math.pi):
+        assert judged(key, {"t": t, "phi": shown, "theta": theta}).verdict == "correct"
+    degrees = judged(key, {"t": t, "phi": np.degrees(phi), "theta": np.degrees(theta)})
+    assert codes(degrees) == ["degrees_radians"]
+
+
+def test_too_few_samples_are_not_enough_for_a_key() -> None:
+    with pytest.raises(ValueProblem, match="too few samples of `x`") as problem:
+        computed(SPRING, "hamilton.orbit", samples=25, tolerance={"relative": 1e-6})
+    assert "orbit.samples" in (problem.value.hint or "")
+
+
+# --- keys that are none
+
+
+@pytest.mark.parametrize(
+    ("answer", "options"),
+    [
+        ("orbit.csv", {}),
+        ({"file": "orbit.csv"}, {}),
+        ({"csv": "t,x\n0,1"}, {}),
+        ({"csv": "t,x\n" + "\n".join(f"{k},secret" for k in range(50))}, {}),
+        ({"csv": "x,y\n" + "1,2\n" * 50}, {}),
+        ({"t": ["0", "1"], "columns": {"x": "t"}}, {}),
+        ({"t": ["1", "0", "0.1"], "columns": {"x": "t"}}, {}),
+        ({"t": ["0", "1", "0"], "columns": {"x": "t"}}, {}),
+        ({"t": ["0", "1", "1e-9"], "columns": {"x": "t"}}, {}),
+        ({"t": ["0", "1", "0.1"], "columns": {"x": "secret*t"}}, {}),
+        ({"t": ["0", "1", "0.1"], "columns": {"x": "1/(t-t)"}}, {}),
+        ({"t": ["0", "1", "0.1"], "columns": {}}, {}),
+        ({"t": ["0", "1", "0.1"], "columns": {"t": "t"}}, {}),
+        ({"t": ["0", "1", "0.1"], "columns": {"x": "t"}}, {"columns": ["y"]}),
+        ({"t": ["0", "1", "0.1"], "columns": {"x": "t"}}, {"columns": ["x", "x"]}),
+        ({"t": ["0", "1", "0.1"], "columns": {"x": "t"}}, {"angles": ["y"]}),
+        ({"t": ["0", "1", "0.1"], "columns": {"x": "t"}}, {"angles": ["x"], "modulo": "secret"}),
+        ({"t": ["0", "1", "0.1"], "columns": {"x": "t"}}, {"angles": ["x"], "modulo": "-1"}),
+        ({"t": ["0", "1", "0.1"], "columns": {"x": "t"}}, {"conserved": {"E": "x"}}),
+        ({"t": ["0", "9", "0.1"], "columns": {"x": "t"}}, {"angles": ["x"], "tolerance": {"absolute": 3}}),
+    ],
+)
+def test_keys_that_cannot_be_judged_by(answer: object, options: dict[str, Any]) -> None:
+    with pytest.raises(ValueProblem) as problem:
+        literal(answer, **options)
+    assert "secret" not in problem.value.message
+
+
+# --- examples
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        OSCILLATOR,
+        DAMPED,
+        formulas(3, {"x": "4*t", "y": "12*t - 4.9*t^2"}),
+        formulas(20, {"phi": "1.3*t + 0.2*sin(t)", "r": "1 + 0.3*cos(t)"}, angles=["phi"]),
+        formulas(20, {"x": "2", "y": "3"}),
+        formulas(20, {"x": "0"}),
+        formulas(9, {"x": "cos(t)", "p": "-sin(t)"}, columns=["x"], conserved={"E": "x^2 + p^2"}),
+    ],
+)
+def test_examples_are_judged_as_they_say(key: Key) -> None:
+    found = list(trajectory.examples(key))
+    assert len(found) >= 5
+    for example in found:
+        outcome = trajectory.judge(key, example.answer, HERE)
+        assert codes(outcome) == ([] if example.code is None else [example.code]), example.what
+        assert (outcome.verdict == "correct") is (example.code is None)
+
+
+def test_examples_of_documents(chaotic: Key) -> None:
+    for key in (chaotic, computed(TOP, "euler.trajectory.orientation"), computed(SPRING, "hamilton.orbit")):
+        for example in trajectory.examples(key):
+            outcome = trajectory.judge(key, example.answer, HERE)
+            assert codes(outcome) == ([] if example.code is None else [example.code]), example.what
+
+
+# --- what is no answer
+
+
+@pytest.mark.parametrize(
+    ("text", "code"),
+    [
+        ("", "wrong_shape"),
+        ("t,x,p", "wrong_shape"),
+        ("# t,x,p", "wrong_shape"),
+        ("t,x,p\n0,1\n", "wrong_shape"),
+        ("t,x,p\n0,1,2,3\n", "wrong_shape"),
+        ("0,1,2\n1,2,3\n", "missing_column"),
+        ("x,p\n1,2\n", "missing_column"),
+        ("t,x,x,p\n0,1,2,3\n", "duplicate_key"),
+        ("t,x,p\n0,1,\n", "not_a_number"),
+        ("t,x,p\n0,1,one\n", "not_a_number"),
+        ("t,x,p\n0,1,1_000\n", "not_a_number"),
+        ("t,x,p\n0,1,0x10\n", "not_a_number"),
+        ("t,x,p\n0,1,1e\n", "not_a_number"),
+        ("t,x,p\n0,1,1 2\n", "not_a_number"),
+        ("t,x,p\n0,1,5 cm\n", "not_a_number"),
+        ("t,x,p\n0,1,٣\n", "not_a_number"),
+        ("t,x,p\n0,1,__import__('os').system('true')\n", "not_a_number"),
+        ("t,x,p\n0,1,nan\n", "not_a_finite_number"),
+        ("t,x,p\n0,1,-inf\n", "not_a_finite_number"),
+        ("t,x,p\n0,1,1e999\n", "not_a_finite_number"),
+        ("t,x,p\n" + "0,1,pi\n" * 1001, "too_large"),
+        ("t,x,p\n" + "0" * MOST_CHARACTERS, "too_large"),
+    ],
+)
+def test_tables_that_cannot_be_read(text: str, code: str) -> None:
+    assert refused(OSCILLATOR, {"csv": text}) == code
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        "orbit.csv",
+        ["orbit.csv"],
+        {},
+        {"file": "a.csv", "csv": "t,x"},
+        {"path": "a.csv"},
+        {"csv": None},
+        {"csv": ["t,x"]},
+        {"csv": {"t": "0"}},
+        {"file": None},
+        {"file": ["a.csv"]},
+        {"file": ""},
+        {"file": "  "},
+    ],
+)
+def test_answers_of_another_form(answer: object) -> None:
+    assert refused(OSCILLATOR, answer) == "wrong_shape"
+
+
+def test_numbers_may_be_written_as_expressions() -> None:
+    lines = table(oscillator())["csv"].split("\n")
+    lines[1] = "0/3,1.5*cos(3/10),-3*sin(0.3)"
+    assert trajectory.judge(OSCILLATOR, {"csv": "\n".join(lines)}, HERE).verdict == "correct"
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.recursive(
+        st.one_of(st.none(), st.text(), st.text("0123456789.,-+eE\n tx")),
+        lambda inner: st.one_of(
+            st.lists(inner, max_size=3),
+            st.dictionaries(st.sampled_from(["csv", "file", "x"]), inner, max_size=2),
+        ),
+        max_leaves=5,
+    )
+)
+def test_nothing_else_is_ever_raised(answer: object) -> None:
+    for each in (answer, {"csv": answer}, {"file": answer}):
+        try:
+            outcome = trajectory.judge(OSCILLATOR, each, HERE / "tests")
+        except Unreadable as unreadable:
+            outcome = unreadable.outcome
+        assert outcome.verdict in ("incorrect", "invalid")
+        assert outcome.findings[0].message()
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.lists(
+        st.tuples(*[st.one_of(st.floats(-20, 20), st.floats(allow_nan=False, allow_infinity=False))] * 3),
+        min_size=1,
+        max_size=40,
+    ),
+    st.booleans(),
+)
+def test_tables_of_any_numbers_have_an_outcome(rows: list[tuple[float, ...]], in_order: bool) -> None:
+    rows = sorted(rows) if in_order else rows
+    text = "\n".join(["t,x,p", *(",".join(map(repr, row)) for row in rows)])
+    assert trajectory.judge(OSCILLATOR, {"csv": text}, HERE).verdict == "incorrect"
+
+
+def test_large_tables_take_little_time() -> None:
+    """A million characters, in the forms that take longest."""
+    rows = MOST_CHARACTERS // 20
+    texts = [
+        "t,x,p\n" + "\n".join(f"{k},1,1.2345678" for k in range(rows)),
+        "t,x,p\n" + "\n".join(f"{k},1,1e" for k in range(rows)),
+        "t,x,p" + ",a" * 400_000 + "\n0,1,2",
+        "t,x,p\n" + "\n" * 900_000,
+        "t,x,p\n" + "0,1,2\n" * 160_000,
+        "θ," * 300_000 + "\n",
+        "t,x,p\n0,1," + "(" * 900_000,
+        "#\n" * 400_000,
+    ]
+    for text in texts:
+        begin = time.process_time()
+        with suppress(Unreadable):
+            read_columns(text[:MOST_CHARACTERS], ("t", "x", "p"))
+        assert time.process_time() - begin < 2.0, text[:30]
+
+
+# --- files beside an answer
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    beside = tmp_path / "answers"
+    beside.mkdir()
+    (beside / "orbit.csv").write_text(table(oscillator())["csv"], encoding="utf-8")
+    (tmp_path / "orbit.csv").write_text(table(oscillator())["csv"], encoding="utf-8")
+    return beside
+
+
+def test_a_file_beside_the_answer(folder: Path) -> None:
+    for name in ("orbit.csv", "ö r b i t", "..csv", "a..b", "-rf"):
+        (folder / name).write_text(table(oscillator())["csv"], encoding="utf-8-sig")
+        assert trajectory.judge(OSCILLATOR, {"file": name}, folder).verdict == "correct"
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "../orbit.csv",
+        "./orbit.csv",
+        "/etc/passwd",
+        "sub/orbit.csv",
+        "..",
+        ".",
+        "..\\orbit.csv",
+        "C:orbit.csv",
+        "C:\\orbit.csv",
+        "orbit.csv\0",
+        "orbit.csv:stream",
+        "file:///etc/passwd",
+    ],
+)
+def test_names_that_lead_elsewhere(folder: Path, name: str) -> None:
+    assert refused(OSCILLATOR, {"file": name}, folder) == "path_outside"
+
+
+@pytest.mark.parametrize("name", ["none.csv", "x" * 5000, "\ud800.csv", "orbit.csv ", "\n", "~", "*.csv"])
+def test_files_that_are_not_there(folder: Path, name: str) -> None:
+    assert refused(OSCILLATOR, {"file": name}, folder) in ("missing_file", "wrong_shape")
+
+
+def test_links_folders_fifos_sockets_and_devices_are_not_opened(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "link.csv").symlink_to(folder / "orbit.csv")
+    (folder / "passwd.csv").symlink_to("/etc/passwd")
+    (folder / "loop.csv").symlink_to("loop.csv")
+    (folder / "zero.csv").symlink_to("/dev/zero")
+    (folder / "folder.csv").mkdir()
+    os.mkfifo(folder / "fifo.csv")
+    monkeypatch.chdir(folder)  # names of sockets are short
+    with socket.socket(socket.AF_UNIX) as server:
+        server.bind("socket.csv")
+        names = {entry.name for entry in folder.iterdir()} - {"orbit.csv"}
+        assert len(names) == 7
+        for name in names:
+            assert refused(OSCILLATOR, {"file": name}, folder) == "not_allowed"
+    assert refused(OSCILLATOR, {"file": "null"}, Path("/dev")) == "not_allowed"
+
+
+def test_files_that_are_too_large_or_no_text(folder: Path) -> None:
+    with (folder / "huge.csv").open("wb") as file:
+        file.truncate(10**12)
+    (folder / "binary.csv").write_bytes(bytes(range(256)))
+    (folder / "wide.csv").write_bytes(table(oscillator())["csv"].encode("utf-16"))
+    (folder / "zeros.csv").write_bytes(bytes(1000))
+    (folder / "empty.csv").write_bytes(b"")
+    names = ("huge.csv", "binary.csv", "wide.csv", "zeros.csv", "empty.csv")
+    found = {name: refused(OSCILLATOR, {"file": name}, folder) for name in names}
+    assert found["huge.csv"] == "too_large"
+    assert found["binary.csv"] == found["wide.csv"] == "parse_error"
+    assert found["empty.csv"] == "wrong_shape"
+
+
+def test_an_honest_file_does_not_mind_its_neighbours(folder: Path) -> None:
+    alone = trajectory.judge(OSCILLATOR, {"file": "orbit.csv"}, folder)
+    os.mkfifo(folder / "orbit.csv.bak")
+    (folder / "t,x,p").mkdir()
+    (folder / "ORBIT.CSV").write_text("t\n0\n", encoding="utf-8")
+    assert trajectory.judge(OSCILLATOR, {"file": "orbit.csv"}, folder) == alone
+
+
+def test_messages_on_files_are_harmless(folder: Path) -> None:
+    for name in ("\x1b[31m", "\u202egpj.csv", "a" * 200, *string.punctuation):
+        with pytest.raises(Unreadable) as refusal:
+            trajectory.judge(OSCILLATOR, {"file": name}, folder)
+        assert refusal.value.finding.message().isprintable()
+        assert len(refusal.value.finding.message()) < 200
