@@ -1,0 +1,267 @@
+"""Expressions in answers: read with the names of a question, and compared as functions.
+
+    names = Vocabulary({"m": "positive", "x": "real"})
+    tree = read("m*x^2", names)                   # raises Unreadable
+    points = draw(names, 40)                      # the same ones every time
+    points.at(tree)                               # its values, and how far rounding may have led them astray
+
+`agreement` tells whether two of them are the same function.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import ExpressionError, nearest, shown
+from rigidcli.grading.asked import Tree
+from rigidcli.grading.estimate import Ball, Estimate, estimate
+from rigidcli.grading.outcome import Unreadable
+from rigidcli.symbolic import parser
+from rigidcli.symbolic.tokens import MAX_TEXT
+from rigidcli.symbolic.tree import (
+    Call,
+    Name,
+    Negative,
+    Node,
+    Power,
+    Product,
+    Reciprocal,
+    Sum,
+)
+
+Integers: TypeAlias = NDArray[np.intp]
+
+Domain: TypeAlias = Literal["positive", "real"]
+
+MOST_LISTED = 40
+"""Names that a message lists."""
+
+# --- reading
+
+
+@dataclass(frozen=True, slots=True)
+class Vocabulary:
+    """The names that an answer may use.
+
+    `domains` has the independent ones. `derived` has names that stand for expressions in these and in the
+    derived names before them. `other` has further spellings, such as `px` for `p_x`. A student who uses
+    another name is `told` these, but for those that are `unlisted`: they are known, and belong elsewhere.
+    """
+
+    domains: Mapping[str, Domain]
+    derived: Mapping[str, Node] = field(default_factory=dict)
+    other: Mapping[str, str] = field(default_factory=dict)
+    told: bool = True
+    unlisted: frozenset[str] = frozenset()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All names, in the spelling of the question."""
+        return (*self.domains, *self.derived)
+
+
+def spellings(names: Iterable[str], momenta: Sequence[str], velocities: Sequence[str]) -> dict[str, str]:
+    """Other spellings that can mean one thing only: `px` or, of one momentum, `p` for `p_x`; `x_dot`."""
+    known = set(names)
+    found: dict[str, list[str]] = {}
+    for name in momenta:
+        found.setdefault(name.replace("_", "", 1), []).append(name)
+        if len(momenta) == 1:
+            found.setdefault("p", []).append(name)
+    for name in velocities:
+        found.setdefault(f"{name.removesuffix('dot')}_dot", []).append(name)
+    return {other: meant[0] for other, meant in found.items() if len(meant) == 1 and other not in known}
+
+
+_LABEL = re.compile(r"\s*[^\W\d]\w*\s*=(?!=)")
+"""What may stand before an expression: `H =`."""
+
+_BOUNDS = (("nested deeper", "too_deep"), ("at most", "too_large"))
+"""How the reader of expressions says that a text is beyond its bounds."""
+
+
+def read(answer: Tree, vocabulary: Vocabulary | None, place: str = "", *, label: bool = True) -> Node:
+    """The tree of an answer in names of the vocabulary, or in any; `H =` may stand before it as a `label`.
+
+    Raises Unreadable.
+    """
+    if not isinstance(answer, str):
+        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected an expression", place=place)
+    if len(answer) > MAX_TEXT:
+        raise Unreadable("too_large", f"{len(answer)} characters", place=place)
+    head = _LABEL.match(answer) if label else None
+    text = answer if head is None else " " * head.end() + answer[head.end() :]
+    try:
+        node, names = parser.read(text)
+    except ExpressionError as error:
+        code = next((code for words, code in _BOUNDS if words in error.message), "parse_error")
+        hint = "" if error.hint is None else f" ({error.hint})"
+        raise Unreadable(code, f"{error.message}{hint}", place=place) from None
+    if vocabulary is None:
+        return node
+    respelled: dict[str, Node] = {
+        name: Name(vocabulary.other[name]) for name in names & vocabulary.other.keys()
+    }
+    known = set(vocabulary.names)
+    for name in sorted(names - known - respelled.keys()):
+        raise Unreadable("unknown_symbol", _unknown(name, vocabulary), place=place)
+    return replaced(node, respelled) if respelled else node
+
+
+def _unknown(name: str, vocabulary: Vocabulary) -> str:
+    if not vocabulary.told:
+        return f"read {shown(name)}"
+    known = [each for each in vocabulary.names if each not in vocabulary.unlisted]
+    near = nearest(name, known)
+    listed = ", ".join(f"`{each}`" for each in known[:MOST_LISTED]) or "none"
+    more = ", ..." if len(known) > MOST_LISTED else ""
+    hint = "" if near is None else f" (did you mean `{near}`?)"
+    return f"read {shown(name)}{hint}, the symbols are {listed}{more}"
+
+
+def replaced(node: Node, values: Mapping[str, Node]) -> Node:
+    """The tree with other trees in place of some names."""
+
+    def change(inner: Node) -> Node:
+        return replaced(inner, values)
+
+    match node:
+        case Name(name):
+            return values.get(name, node)
+        case Negative(operand):
+            return Negative(change(operand))
+        case Reciprocal(operand):
+            return Reciprocal(change(operand))
+        case Sum(terms):
+            return Sum(tuple(map(change, terms)))
+        case Product(factors):
+            return Product(tuple(map(change, factors)))
+        case Power(base, exponent):
+            return Power(change(base), change(exponent))
+        case Call(function, arguments):
+            return Call(function, tuple(map(change, arguments)))
+        case _:
+            return node
+
+
+def parts_of(node: Node) -> tuple[Node, ...]:
+    """What a node is made of."""
+    match node:
+        case Negative(operand) | Reciprocal(operand):
+            return (operand,)
+        case Sum(members) | Product(members) | Call(_, members):
+            return members
+        case Power(base, exponent):
+            return base, exponent
+        case _:
+            return ()
+
+
+def names_in(node: Node) -> frozenset[str]:
+    """The names in a tree."""
+    if isinstance(node, Name):
+        return frozenset((node.name,))
+    return frozenset().union(*map(names_in, parts_of(node)))
+
+
+def size_of(node: Node) -> int:
+    """How many nodes a tree has."""
+    return 1 + sum(map(size_of, parts_of(node)))
+
+
+# --- points
+
+SCALES = ((0.5, 2.0), (0.1, 10.0), (0.5, 2.0), (0.2, 5.0), (0.02, 50.0))
+"""Between which sizes random values lie, point after point; real ones have either sign."""
+
+
+@dataclass(frozen=True, eq=False)
+class Points:
+    """Values (n) of the independent names, and what the derived ones are."""
+
+    values: Mapping[str, Floats]
+    derived: Mapping[str, Node]
+    count: int
+
+    @cached_property
+    def balls(self) -> Mapping[str, Ball]:
+        """The values of all names as floats, with their errors."""
+        nothing = np.zeros(self.count)
+        known = {name: Ball(value, nothing) for name, value in self.values.items()}
+        for name, node in self.derived.items():
+            found = estimate(node, known, self.count)
+            lost = found.undefined | found.doubtful
+            known[name] = Ball(found.value, np.where(lost, math.nan, found.error))
+        return known
+
+    @cached_property
+    def decimals(self) -> Mapping[str, Ball]:
+        """The same with 80 digits."""
+        from rigidcli.grading.digits import exactly, precisely
+
+        known = exactly(self.values)
+        for name, node in self.derived.items():
+            found = precisely(node, known, self.count)
+            known[name] = Ball(found.value, found.error)
+        return known
+
+    def at(self, node: Node) -> Estimate:
+        """The values of a tree."""
+        return estimate(node, self.balls, self.count)
+
+    def precisely_at(self, node: Node) -> Estimate:
+        """The values of a tree, with 80 digits."""
+        from rigidcli.grading.digits import precisely
+
+        return precisely(node, self.decimals, self.count)
+
+    def some(self, places: Sequence[int] | Integers) -> Points:
+        """Some of the points."""
+        return Points({name: value[places] for name, value in self.values.items()}, self.derived, len(places))
+
+    def joined(self, other: Points) -> Points:
+        """These points, and others in the same names."""
+        values = {name: np.append(value, other.values[name]) for name, value in self.values.items()}
+        return Points(values, self.derived, self.count + other.count)
+
+    def but(self, changes: Mapping[str, float | Floats]) -> Points:
+        """The same points with other values of some independent names."""
+        changed = {name: np.full(self.count, value, dtype=np.float64) for name, value in changes.items()}
+        return Points({**self.values, **changed}, self.derived, self.count)
+
+    def scaled(self, name: str, factor: float) -> Points:
+        """The same points with another value of one independent name."""
+        return self.but({name: factor * self.values[name]})
+
+    def independent(self, names: Iterable[str]) -> frozenset[str]:
+        """The independent names on which the `names` depend."""
+        pending, found = list(names), set[str]()
+        while pending:
+            name = pending.pop()
+            if name not in found:
+                found.add(name)
+                pending.extend(names_in(self.derived[name]) if name in self.derived else ())
+        return frozenset(found - self.derived.keys())
+
+
+def draw(vocabulary: Vocabulary, count: int, seed: int = 1) -> Points:
+    """Random points: the same for the same names, count and seed."""
+    chance = random.Random(seed)  # noqa: S311 - a probe needs no secrecy
+    values: dict[str, list[float]] = {name: [] for name in vocabulary.domains}
+    for place in range(count):
+        low, high = (math.log(bound) for bound in SCALES[place % len(SCALES)])
+        for name, domain in vocabulary.domains.items():
+            size = math.exp(chance.uniform(low, high))
+            sign = -1 if domain == "real" and chance.random() < 0.5 else 1
+            values[name].append(sign * size)
+    return Points({name: np.array(each) for name, each in values.items()}, vocabulary.derived, count)

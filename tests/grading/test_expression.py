@@ -1,0 +1,528 @@
+"""Expressions as answers: right in any form, wrong by any change, with the mistake named where it is sure."""
+
+from __future__ import annotations
+
+import json
+import pickle
+from collections.abc import Mapping
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+from hypothesis import strategies as st
+
+from rigidcli.errors import ValueProblem
+from rigidcli.grading.asked import Asked
+from rigidcli.grading.formula import names_in
+from rigidcli.grading.kinds.expression import Key, examples, judge, read_key
+from rigidcli.grading.outcome import Outcome, Unreadable
+from rigidcli.grading.question import Question
+from rigidcli.model.document import Document
+from rigidcli.model.load import load, loads
+from rigidcli.report import Report
+from rigidcli.studies import axes, hamilton, inertia
+from rigidcli.symbolic.tree import Node
+from rigidcli.symbolic.writing import text
+from tests.conftest import ROOT
+from tests.grading.rewriting import EXPRESSIONS, POSITIVE, REAL, mistaken, rewritten
+from tests.symbolic.trees import NoValueError, value
+
+generated = settings(
+    max_examples=100,
+    deadline=None,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large],
+)
+fewer = settings(generated, max_examples=40)
+
+LONGEST = 15_000
+"""Characters of a generated answer: the language has a bound."""
+
+SYMBOLS = dict.fromkeys(POSITIVE, "positive") | dict.fromkeys(REAL, "real")
+STUDIES: Mapping[str, Any] = {"hamilton": hamilton.run, "inertia": inertia.run, "axes": axes.run}
+
+
+def literal(answer: str, **options: Any) -> Key:
+    question = Question.model_validate({"answer": answer, "kind": "expression", **options})
+    return read_key(Asked(question, answer))
+
+
+def asked_of(document: Document, report: Report, ask: str, **options: Any) -> Asked:
+    study, *way = ask.split(".")
+    found: Any = report.tree()
+    for step in way:
+        found = found[int(step)] if step.isdecimal() else found[step]
+    question = Question.model_validate({"document": "it", "ask": ask, **options})
+    return Asked(question, found, "", (study, *way), document, report)
+
+
+def of(source: str, ask: str, **options: Any) -> Key:
+    document = loads(source)
+    return read_key(asked_of(document, STUDIES[ask.split(".")[0]](document), ask, **options))
+
+
+@cache
+def worked(name: str) -> tuple[Document, Report]:
+    document = load(ROOT / "configs" / f"{name}.yaml")
+    return document, hamilton.run(document)
+
+
+@cache
+def of_config(name: str, ask: str = "hamilton.hamiltonian", constant: str = "allowed") -> Key:
+    return read_key(asked_of(*worked(name), ask, constant=constant))
+
+
+def outcome(key: Key, answer: object) -> Outcome:
+    try:
+        return judge(key, answer, Path())
+    except Unreadable as unreadable:
+        return unreadable.outcome
+
+
+def codes(key: Key, answer: object) -> list[str]:
+    return [finding.code for finding in outcome(key, answer).findings]
+
+
+def is_right(key: Key, answer: object) -> bool:
+    return outcome(key, answer).verdict == "correct"
+
+
+# --- generated answers, to generated keys and to those of documents
+
+
+@generated
+@given(EXPRESSIONS.flatmap(lambda node: st.tuples(st.just(node), rewritten(node))))
+def test_another_form_is_right(pair: tuple[Node, Node]) -> None:
+    key, answer = map(text, pair)
+    assume(len(answer) < LONGEST)
+    try:
+        made = literal(key, symbols=SYMBOLS)
+    except ValueProblem:
+        assume(False)
+    assert is_right(made, answer), (key, answer)
+
+
+VALUES = (
+    ("1.3", "0.7", "0.9", "-1.4", "0.6"),
+    ("0.6", "1.9", "-1.1", "0.8", "-1.7"),
+    ("2.1", "1.2", "0.4", "1.6", "-0.3"),
+)
+POINTS = [dict(zip((*POSITIVE, *REAL), map(Fraction, row), strict=True)) for row in VALUES]
+
+
+def differ(one: Node, other: Node, points: list[dict[str, Fraction]]) -> bool:
+    """Whether two trees have different values at a point, by a hundredth of a percent at least."""
+    for point in points:
+        try:
+            a, b = value(one, point), value(other, point)
+        except NoValueError:
+            continue
+        if abs(a - b) > 1e-4 * max(abs(a), abs(b)) and max(abs(a), abs(b)) < 1e6:
+            return True
+    return False
+
+
+@generated
+@given(EXPRESSIONS.flatmap(lambda node: st.tuples(st.just(node), mistaken(node))))
+def test_another_function_is_wrong(pair: tuple[Node, Node]) -> None:
+    key, answer = pair
+    assume(differ(key, answer, POINTS))
+    try:
+        made = literal(text(key), symbols=SYMBOLS)
+    except ValueProblem:
+        assume(False)
+    assert not is_right(made, text(answer)), (text(key), text(answer))
+
+
+@generated
+@given(
+    EXPRESSIONS.flatmap(lambda node: st.tuples(st.just(node), mistaken(node))).flatmap(
+        lambda pair: st.tuples(st.just(pair[0]), st.just(pair[1]), rewritten(pair[1], 4))
+    )
+)
+def test_so_it_is_in_another_form(three: tuple[Node, Node, Node]) -> None:
+    key, wrong, answer = three
+    assume(differ(key, wrong, POINTS) and len(text(answer)) < LONGEST)
+    try:
+        made = literal(text(key), symbols=SYMBOLS)
+    except ValueProblem:
+        assume(False)
+    assert not is_right(made, text(answer)), (text(key), text(answer))
+
+
+CONFIGS = [
+    "notes_spring", "double_pendulum", "top_euler_angles", "relativistic_oscillator", "magnetic_particle",
+    "elevator_pendulum", "kepler_polar", "caldirola_kanai",
+]  # fmt: skip
+
+
+def in_names_of(key: Key, node: Node) -> bool:
+    """Whether a rewriting that puts in x, k or m has left the names of the document."""
+    return all(name in key.names.vocabulary.names for name in names_in(node))
+
+
+@fewer
+@given(st.sampled_from(CONFIGS), st.data())
+def test_a_hamiltonian_is_right_in_another_form(name: str, data: st.DataObject) -> None:
+    key = of_config(name)
+    answer = data.draw(rewritten(key.reference.tree))
+    assume(in_names_of(key, answer) and len(text(answer)) < LONGEST)
+    assert is_right(key, f"{text(answer)}{data.draw(st.sampled_from(['', ' - 5/3']))}")
+
+
+@fewer
+@given(st.sampled_from(CONFIGS), st.data())
+def test_a_hamiltonian_with_a_mistake_is_wrong(name: str, data: st.DataObject) -> None:
+    key = of_config(name, constant="forbidden")
+    tree = key.reference.tree
+    answer = data.draw(mistaken(tree))
+    names = sorted(names_in(tree) | names_in(answer))
+    points = [
+        {name: Fraction(3 * place + 2 + 5 * shift, 7 + shift + place) for place, name in enumerate(names)}
+        for shift in range(2)
+    ]
+    assume(in_names_of(key, answer) and differ(tree, answer, points))
+    assert not is_right(key, text(answer))
+
+
+@pytest.mark.parametrize("ask", ["hamiltonian", "lagrangian", "energy", "dH_dt"])
+@pytest.mark.parametrize("name", CONFIGS)
+def test_a_key_proves_itself(name: str, ask: str) -> None:
+    if (name, ask) == ("relativistic_oscillator", "energy"):
+        pytest.skip("L alone does not tell T from V")
+    key = pickle.loads(pickle.dumps(of_config(name, f"hamilton.{ask}")))
+    made = list(examples(key))
+    assert [example.what for example in made][:1] == ["the key"]
+    assert ask == "dH_dt" or {example.code for example in made} >= {None, "sign_error", "constant_factor"}
+    for example in made:
+        found = outcome(key, example.answer)
+        if example.code is None:
+            assert found.verdict == "correct", example
+        else:
+            assert found.verdict == "incorrect", example
+            assert [finding.code for finding in found.findings] == [example.code], example
+
+
+DOUBLE_PENDULUM = (
+    "(m2*l2^2*p_theta1^2 + (m1 + m2)*l1^2*p_theta2^2 - 2*m2*l1*l2*p_theta1*p_theta2*cos(theta1 - theta2))"
+    "/(2*m2*l1^2*l2^2*(m1 + m2*sin(theta1 - theta2)^2))"
+    " - (m1 + m2)*g*l1*cos(theta1) - m2*g*l2*cos(theta2)"
+)
+
+TEXTBOOK = [
+    ("double_pendulum", DOUBLE_PENDULUM),
+    (
+        "top_euler_angles",
+        "p_theta^2/(2*λ1) + (p_φ - p_ψ*cos(θ))^2/(2*λ1*(1 - cos(θ)^2)) + p_ψ^2/(2*λ3) + MR*g*cos(θ)",
+    ),
+    ("relativistic_oscillator", "sqrt(p^2*c^2 + m^2*c^4) + k*x^2/2"),
+    ("magnetic_particle", "((px + q*B*y/2)^2 + (py - q*B*x/2)^2 + pz^2)/(2*m)"),
+    (
+        "magnetic_particle",
+        "(p_x^2 + p_y^2 + p_z^2)/(2*m) - q*B/(2*m)*(x*p_y - y*p_x) + q^2*B^2*(x^2 + y^2)/(8*m)",
+    ),
+    ("kepler_polar", "(p_r^2 + p_phi^2/r^2)/(2*m) - gm*m/r"),
+    ("caldirola_kanai", "exp(-2*γ*t)*p_x^2/(2*m) + exp(2*γ*t)*k*x^2/2"),
+]
+
+
+@pytest.mark.parametrize(("name", "answer"), TEXTBOOK)
+def test_the_forms_of_textbooks(name: str, answer: str) -> None:
+    key = of_config(name)
+    assert is_right(key, answer)
+    for near, far in [("2", "3"), ("cos", "sin"), ("^2", ""), ("-", "+"), ("+", "-"), ("p_", "2*p_")]:
+        if near in answer:
+            assert not is_right(key, answer.replace(near, far, 1))
+
+
+def test_the_rest_energy_is_a_constant() -> None:
+    kinetic = "sqrt((p_x*c)^2 + (m*c^2)^2) - m*c^2 + k*x^2/2"
+    assert is_right(of_config("relativistic_oscillator"), kinetic)
+    assert codes(of_config("relativistic_oscillator", constant="forbidden"), kinetic) == ["additive_constant"]
+
+
+# --- named mistakes, worked by hand
+
+SPRING = """
+parameters: {m: 2 kg, k: 8 N/m, w: sqrt(k/m)}
+system: {coordinates: [x], kinetic: m*xdot^2/2, potential: k*x^2/2}
+"""
+
+H = "p_x^2/(2*m) + k*x^2/2"
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        H,
+        "H = p_x^2/(2*m) + k*x^2/2",
+        "p_x^2/(2*m) + m*w^2*x^2/2",
+        "(px^2 + (m*w*x)^2)/2/m",
+        "w*(p^2/(m*w) + m*w*x^2)/2",
+        "0.5*p_x*p_x/m + 0.5*k*x*x",
+        f"{H} + 3",
+        f"{H} - k/m",
+        f"{H} + w",
+        f"{H} + xdot - xdot",
+    ],
+)
+def test_the_hamiltonian_of_a_spring(answer: str) -> None:
+    assert is_right(of(SPRING, "hamilton.hamiltonian"), answer)
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        ("-p_x^2/(2*m) - k*x^2/2", "sign_error"),
+        ("p_x^2/(2*m) - k*x^2/2", "lagrangian_or_potential_sign"),
+        ("p_x^2/m + k*x^2/2", "kinetic_factor"),
+        ("p_x^2/(4*m) + k*x^2/2", "kinetic_factor"),
+        ("p_x^2/(2*m) + k*x^2", "potential_wrong"),
+        ("p_x^2/(2*m) + k*x/2", "potential_wrong"),
+        ("p_x^2/(2*m)", "potential_wrong"),
+        ("p_x^2/(2*m) + m*w*x^2/2", "potential_wrong"),
+        ("m*p_x^2/2 + k*x^2/2", "kinetic_term_wrong"),
+        ("p_x/(2*m) + k*x^2/2", "kinetic_term_wrong"),
+        ("k*x^2/2", "kinetic_term_wrong"),
+        ("p_x^2/(2*m) + k*x^2/2 + x*p_x", "kinetic_term_wrong"),
+        ("p_x^2/m + k*x^2", "constant_factor"),
+        ("p_x^2/4 + k*x^2/2", "number_for_symbol"),
+        ("p_x^2/4 + 4*x^2", "number_for_symbol"),
+        ("m*xdot^2/2 + k*x^2/2", "velocity_in_hamiltonian"),
+        ("p_x*xdot - m*xdot^2/2 + k*x^2/2", "velocity_in_hamiltonian"),
+        ("p_x^2/(2*k) + m*x^3", "outside_tolerance"),
+        ("p_x^2/m + k*x^3", "outside_tolerance"),
+        ("p_x^2*(m + k) + k/m", "dimension_mismatch"),
+        ("x^2*p_x^2", "outside_tolerance"),
+        ("0", "outside_tolerance"),
+        ("1/0", "outside_tolerance"),
+    ],
+)
+def test_mistakes_in_the_hamiltonian_of_a_spring(answer: str, code: str) -> None:
+    found = outcome(of(SPRING, "hamilton.hamiltonian"), answer)
+    assert found.verdict == "incorrect"
+    assert found.share == 0
+    assert [finding.code for finding in found.findings] == [code]
+
+
+def test_a_lagrangian_in_place_of_a_hamiltonian_is_seen() -> None:
+    assert codes(of(SPRING, "hamilton.hamiltonian"), "m*xdot^2/2 - k*x^2/2") == [
+        "velocity_in_hamiltonian",
+        "lagrangian_or_potential_sign",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        ("m*xdot^2/2 + k*x^2/2", "potential_sign"),
+        ("k*x^2/2 - m*xdot^2/2", "sign_error"),
+        ("m*xdot^2 - k*x^2/2", "kinetic_factor"),
+        ("m*xdot^2/2 - k*x^2", "potential_wrong"),
+        ("m*xdot/2 - k*x^2/2", "kinetic_term_wrong"),
+    ],
+)
+def test_mistakes_in_the_lagrangian_of_a_spring(answer: str, code: str) -> None:
+    assert codes(of(SPRING, "hamilton.lagrangian"), answer) == [code]
+
+
+@pytest.mark.parametrize(
+    ("ask", "right", "wrong"),
+    [
+        ("momentum_definitions.p_x", "p_x = m*x_dot", "xdot/m"),
+        ("velocity_solutions.xdot", "px/m", "px*m"),
+        ("equations.p_x", "-m*w^2*x", "k*x"),
+        ("dH_dt", "0", "-k*x*xdot"),
+        ("dH_dt", "k*x*p_x/m - p_x*k*x/m", "1e-12"),
+        ("energy", H, "p_x^2/(2*m)"),
+    ],
+)
+def test_other_results_of_a_document(ask: str, right: str, wrong: str) -> None:
+    key = of(SPRING, f"hamilton.{ask}")
+    assert is_right(key, right)
+    assert not is_right(key, wrong)
+    if ask != "energy":
+        assert not is_right(key, f"{right.removeprefix('p_x =')} + 1")
+
+
+COUPLED = """
+parameters: {m: null, k: null, kappa: null}
+system:
+  coordinates: [x, y]
+  kinetic: m*(xdot^2 + ydot^2)/2
+  potential: k*x^2/2 + kappa*(x - y)^2/2 + k*y^2/2
+"""
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        ("(p_x^2 + p_y^2)/(2*m) + (k + kappa)*(x^2 + y^2)/2", "coupling_term_missing"),
+        ("(p_x^2 + p_y^2)/(2*m) + k*(x^2 + y^2)/2 + kappa*(x + y)^2/2", "potential_wrong"),
+        ("(p_x^2 + p_y^2)/(2*m) + k*(x^2 + y^2)/2 + kappa*(x - y)^2/2 + 0*t", None),
+        ("(p_x^2 + p_y^2)/(2*m) + k*(x^2 + y^2)/2 + kappa*(x - y)^2/2 + t", "potential_wrong"),
+    ],
+)
+def test_coupled_oscillators(answer: str, code: str | None) -> None:
+    assert codes(of(COUPLED, "hamilton.hamiltonian"), answer) == ([] if code is None else [code])
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        ("((p_x + B*q*y/2)^2 + (p_y - B*q*x/2)^2 + p_z^2)/(2*m)", None),
+        ("((p_x + B*q*y/2)^2 + (p_y - B*q*x/2)^2)/(2*m)", "term_wrong"),
+        ("((p_x + B*q*y/2)^2 + (p_y - B*q*x/2)^2)/(2*m) - p_z^2/(2*m)", "term_wrong"),
+        ("((p_x - B*q*y/2)^2 + (p_y + B*q*x/2)^2 + p_z^2)/(2*m)", "outside_tolerance"),
+        ("(p_x^2 + p_y^2 + p_z^2)/(2*m)", "outside_tolerance"),
+    ],
+)
+def test_a_magnetic_hamiltonian_is_not_taken_apart(answer: str, code: str | None) -> None:
+    assert codes(of_config("magnetic_particle"), answer) == ([] if code is None else [code])
+
+
+# --- options
+
+
+def test_a_constant_may_be_forbidden() -> None:
+    key = of(SPRING, "hamilton.hamiltonian", constant="forbidden")
+    assert is_right(key, H)
+    assert codes(key, f"{H} + 3") == ["additive_constant"]
+    assert codes(key, f"{H} + k/w") == ["additive_constant"]
+    assert codes(of(SPRING, "hamilton.hamiltonian"), f"{H} + 3") == ["additive_constant"]
+    assert is_right(of(SPRING, "hamilton.hamiltonian"), f"{H} + 3")
+
+
+@pytest.mark.parametrize(
+    ("options", "right"),
+    [
+        ({}, False),
+        ({"symbols": SYMBOLS}, False),
+        ({"momenta": ["p_x"], "coordinates": ["x"]}, True),
+        ({"coordinates": ["x"]}, True),
+        ({"momenta": ["p_x"], "coordinates": ["x"], "constant": "forbidden"}, False),
+    ],
+)
+def test_a_literal_energy_needs_its_momenta_listed(options: dict[str, Any], right: bool) -> None:
+    key = literal(H, **options)
+    assert is_right(key, H)
+    assert is_right(key, f"{H} + m") == right
+    assert not is_right(key, f"{H} + x")
+    assert "additive_constant" in codes(key, f"{H} + 2")
+
+
+def test_domains_decide() -> None:
+    real, positive = ({"x": "real"}, {"x": "positive"})
+    for key, answer in [("log(x^2)", "2*log(x)"), ("sqrt(x^2)", "x"), ("abs(x)", "x"), ("x", "exp(log(x))")]:
+        assert not is_right(literal(key, symbols=real), answer)
+        assert is_right(literal(key, symbols=positive), answer)
+        assert is_right(literal(key), answer)
+    assert is_right(literal("sin(θ)*cos(θ)", symbols={"θ": "real"}), "sin(2*theta)/2")
+
+
+def test_the_sign_of_a_parameter_follows_from_its_value() -> None:
+    source = "parameters: {h: -2, k: 3}\nsystem: {coordinates: [x], hamiltonian: p_x^2/2 + sqrt(h^2*k^2)*x}"
+    key = of(source, "hamilton.hamiltonian")
+    assert is_right(key, "p_x^2/2 + abs(h)*k*x")
+    assert not is_right(key, "p_x^2/2 + h*k*x")
+
+
+@pytest.mark.parametrize(
+    ("tolerance", "right"),
+    [
+        ({}, False),
+        ({"relative": 1e-2}, True),
+        ({"relative": 1e-4}, False),
+        ({"significant_figures": 2}, True),
+        ({"significant_figures": 4}, False),
+    ],
+)
+def test_decimals_in_an_answer(tolerance: dict[str, Any], right: bool) -> None:
+    key = literal("m*x^2/3", tolerance=tolerance)
+    assert is_right(key, "0.333333333333*m*x^2")
+    assert is_right(key, "0.333*m*x^2") == right
+    assert not is_right(key, "0.3*m*x^2")
+
+
+def test_a_plain_number() -> None:
+    assert is_right(literal("2*pi/3"), "pi/1.5")
+    assert not is_right(literal("2*pi/3"), "2.094")
+    assert is_right(literal("2*pi/3", tolerance={"relative": 1e-3}), "2.094")
+    assert is_right(literal("2*pi/3", tolerance={"absolute": 1e-3}), "2.094")
+    assert not is_right(literal("2*pi/3", tolerance={"absolute": 1e-4}), "2.094")
+    assert codes(literal("2*pi/3"), "-2*pi/3") == ["sign_error"]
+    assert codes(literal("2*pi/3"), "2*pi/3 + 1") == ["outside_tolerance"]
+    assert is_right(literal("0"), "1 - 1")
+
+
+def test_exact_and_plain_results_of_other_commands() -> None:
+    cube = "parameters: {M: null, a: null}\nbody: {shape: cube, side: a, mass: M, anchor: corner}"
+    key = of(cube, "axes.moments.0", kind="expression")
+    assert is_right(key, "M*a^2/6")
+    assert codes(key, "M*a^2/3") == ["constant_factor"]
+    known = of("body: {shape: cube, side: 2, mass: 3, anchor: corner}", "inertia.mass", kind="expression")
+    assert is_right(known, "3")
+    assert is_right(known, "6/2")
+    assert not is_right(known, "3.01")
+
+
+@pytest.mark.parametrize(
+    ("answer", "options", "words"),
+    [
+        ("m*", {}, "cannot be read"),
+        ("log(-m)", {}, "value"),
+        ("m*x", {"tolerance": {"absolute": 0.1}}, "relative"),
+        ("m*x", {"tolerance": {"significant_figures": 3, "figures": "strict"}}, "figures"),
+        ("m*x", {"symbols": {"2m": "real"}}, "expected a name"),
+    ],
+)
+def test_a_bad_key_is_refused_without_telling_it(answer: str, options: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueProblem, match=words) as refused:
+        literal(answer, **options)
+    assert answer not in str(refused.value)
+
+
+@pytest.mark.parametrize("found", [True, "two words", [1, 2], {"a": 1}, float("nan")])
+def test_what_is_no_expression_cannot_be_asked(found: object) -> None:
+    document = loads(SPRING)
+    asked = asked_of(document, hamilton.run(document), "hamilton.hamiltonian")
+    with pytest.raises(ValueProblem, match="not one expression"):
+        read_key(Asked(asked.question, found, "", asked.path, asked.document, asked.report))
+
+
+# --- what is said
+
+
+def test_nothing_of_the_key_is_told_below_full() -> None:
+    key = of(SPRING, "hamilton.hamiltonian")
+    for answer in ["0", "p_x^2", "z", "2x", "p_x^2/4 + 4*x^2", f"-({H})", "m + k", "xdot", f"{H} + 1"]:
+        found = outcome(key, answer)
+        for finding in found.findings:
+            assert "p_x**2" not in json.dumps(finding.message())
+            if found.verdict == "incorrect":
+                assert "expected p_x**2/(2*m) + k*x**2/2" in finding.message(full=True)
+
+
+def test_symbols_are_told_unless_they_give_the_key_away() -> None:
+    detail = outcome(of(SPRING, "hamilton.hamiltonian"), "q").findings[0].detail
+    assert detail == "read `q`, the symbols are `m`, `k`, `x`, `p_x`, `t`, `w`"
+    assert outcome(literal("m*g*h"), "q").findings[0].detail == "read `q`"
+    assert (
+        "`h`"
+        in outcome(literal("m*g", symbols={"m": "positive", "g": "real", "h": "real"}), "q")
+        .findings[0]
+        .detail
+    )
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [("q", "unknown_symbol"), ("2x", "parse_error"), (["x"], "wrong_shape"), ("(" * 200, "too_deep"),
+     ("x" * 30_000, "too_large"), ("__import__('os').system('id')", "parse_error")],
+)  # fmt: skip
+def test_what_cannot_be_read_is_invalid(answer: object, code: str) -> None:
+    found = outcome(of(SPRING, "hamilton.hamiltonian"), answer)
+    assert found.verdict == "invalid"
+    assert [finding.code for finding in found.findings] == [code]

@@ -1,0 +1,290 @@
+"""Expressions in answers: what is read, and when two of them are the same function."""
+
+from __future__ import annotations
+
+import pickle
+import time
+
+import numpy as np
+import pytest
+
+from rigidcli.errors import ValueProblem
+from rigidcli.grading.agreement import Reference, factor, refer
+from rigidcli.grading.formula import Vocabulary, draw, names_in, read, replaced, size_of, spellings
+from rigidcli.grading.outcome import Unreadable
+from rigidcli.symbolic import parser
+from rigidcli.symbolic.tree import Name
+from rigidcli.symbolic.writing import text
+
+NAMES = Vocabulary(
+    {"m": "positive", "k": "positive", "c": "positive", "x": "real", "theta": "real", "p_x": "real"},
+    {"w": parser.read("sqrt(k/m)")[0], "T": parser.read("2*pi/w")[0]},
+    {"px": "p_x"},
+)
+
+
+def same(key: str, answer: str, *, relative: float | None = None, constant: bool = False) -> bool:
+    reference = refer(read(key, NAMES), NAMES, ("x", "theta", "p_x") if constant else (), relative)
+    return reference.holds(read(answer, NAMES), constant=constant)
+
+
+# --- reading
+
+
+@pytest.mark.parametrize(
+    ("typed", "meant"),
+    [
+        ("m*x^2", "m*x**2"),
+        ("  m * x**2 ", "m*x**2"),
+        ("px^2/(2*m)", "p_x**2/(2*m)"),
+        ("H = m*x", "m*x"),
+        ("p_x=m*x", "m*x"),
+        ("cos(θ) − 1", "cos(theta) - 1"),
+        ("m·x", "m*x"),
+        ("m*w^2*T", "m*w**2*T"),
+        ("2", "2"),
+    ],
+)
+def test_what_is_read(typed: str, meant: str) -> None:
+    assert text(read(typed, NAMES)) == meant
+
+
+@pytest.mark.parametrize(
+    ("typed", "code", "words"),
+    [
+        ("m*z", "unknown_symbol", "`z`"),
+        ("m*Theta", "unknown_symbol", "did you mean `theta`?"),
+        ("2x", "parse_error", "column 2"),
+        ("m*(x", "parse_error", "column 3"),
+        ("m x", "parse_error", "column 3"),
+        ("m = x = 2", "parse_error", "="),
+        ("m == x", "parse_error", "="),
+        ("x'", "parse_error", "xdot"),
+        ("m*", "parse_error", "column 3"),
+        ("   ", "parse_error", "empty"),
+        ("x\x1b[31m", "parse_error", "U+001B"),
+        ("(" * 101 + "x" + ")" * 101, "too_deep", "100"),
+        ("x+" * 10_000 + "x", "too_large", "20001"),
+        ("1" * 401, "too_large", "400"),
+        ("1e99999", "too_large", "power of ten"),
+        ("__import__('os')", "parse_error", "'"),
+        ("x.__class__", "parse_error", "."),
+        ("lambda x: x", "parse_error", ""),
+        ("import os", "parse_error", ""),
+        ("eval(x)", "parse_error", "`eval` is not a function"),
+    ],
+)
+def test_what_is_refused(typed: str, code: str, words: str) -> None:
+    with pytest.raises(Unreadable) as refused:
+        read(typed, NAMES, "left side")
+    finding = refused.value.finding
+    assert (finding.code, finding.place) == (code, "left side")
+    assert words in finding.detail
+    assert finding.detail.isprintable()
+
+
+@pytest.mark.parametrize("tree", [None, ["x"], {"H": "x"}, []])
+def test_only_a_text_is_an_expression(tree: object) -> None:
+    with pytest.raises(Unreadable) as refused:
+        read(tree, NAMES)
+    assert refused.value.finding.code == "wrong_shape"
+
+
+def test_names_are_told_only_where_they_may_be() -> None:
+    told = Vocabulary({"m": "positive", "xdot": "real"}, {}, {}, told=True, unlisted=frozenset(["xdot"]))
+    secret = Vocabulary({"m": "positive"}, {}, {}, told=False)
+    details = []
+    for names in (told, secret):
+        with pytest.raises(Unreadable) as refused:
+            read("q", names)
+        details.append(refused.value.finding.detail)
+    assert details == ["read `q`, the symbols are `m`", "read `q`"]
+    assert text(read("m*xdot", told)) == "m*xdot"
+
+
+def test_other_spellings_mean_one_thing_only() -> None:
+    assert spellings(["x", "p_x"], ["p_x"], ["xdot"]) == {"px": "p_x", "p": "p_x", "x_dot": "xdot"}
+    assert spellings(["px", "p"], ["p_x"], []) == {}
+    assert spellings([], ["p_x", "p_y"], []) == {"px": "p_x", "py": "p_y"}
+
+
+def test_trees_are_walked() -> None:
+    tree = parser.read("-a*atan2(b, c)**d/e + 2 - pi")[0]
+    assert names_in(tree) == set("abcde")
+    assert size_of(parser.read("a + b*c")[0]) == 5
+    swapped = replaced(tree, {name: Name(name.upper()) for name in "abcde"})
+    assert text(swapped) == "-A*atan2(B, C)**D/E + 2 - pi"
+
+
+# --- points
+
+
+def test_points_are_the_same_every_time_and_lie_where_they_may() -> None:
+    first, second = draw(NAMES, 200), draw(NAMES, 200)
+    for name, domain in NAMES.domains.items():
+        np.testing.assert_array_equal(first.values[name], second.values[name])
+        assert (first.values[name] > 0).all() == (domain == "positive")
+        assert np.abs(first.values[name]).min() < 0.2
+        assert np.abs(first.values[name]).max() > 5
+    assert not np.array_equal(draw(NAMES, 200, seed=2).values["x"], first.values["x"])
+
+
+def test_derived_names_have_their_values() -> None:
+    points = draw(NAMES, 20)
+    right = np.sqrt(points.values["k"] / points.values["m"])
+    np.testing.assert_allclose(points.at(Name("w")).value, right, rtol=1e-15)
+    np.testing.assert_allclose(points.at(Name("T")).value, 2 * np.pi / right, rtol=1e-15)
+    assert points.independent(["T", "x"]) == {"k", "m", "x"}
+    some = points.some([3, 5]).scaled("k", 4.0)
+    np.testing.assert_allclose(some.at(Name("w")).value, 2 * right[[3, 5]], rtol=1e-15)
+
+
+# --- the same function
+
+SAME = [
+    ("p_x^2/(2*m) + k*x^2/2", "(p_x^2 + m*k*x^2)/(2*m)"),
+    ("p_x^2/(2*m) + k*x^2/2", "0.5*p_x*p_x/m + 0.5*m*w^2*x^2"),
+    ("sqrt(k/m)", "w"),
+    ("sqrt(k/m)", "2*pi/T"),
+    ("sqrt(k/m)", "sqrt(k)/sqrt(m)"),
+    ("log(m^2)", "2*log(m)"),
+    ("sqrt(x^2)", "abs(x)"),
+    ("sin(2*theta)", "2*sin(theta)*cos(theta)"),
+    ("cos(theta)^2", "(1 + cos(2*theta))/2"),
+    ("1", "cosh(x)^2 - sinh(x)^2"),
+    ("(x^3 - 1)/(x - 1)", "x^2 + x + 1"),
+    ("x + 1", "(x^2 - 1)/(x - 1)"),
+    ("1/3", "0.333333333333"),
+    ("x/3 + 1000*k", "0.333333333333*x + 1e3*k"),
+    ("pi*m", "3.14159265358979*m"),
+    ("x", "x + 0*sin(1e300)"),
+    ("atan2(p_x, m)", "atan(p_x/m)"),
+    ("0", "x*p_x*k/m - p_x*x/m*k"),
+    ("x*p_x*k/m - p_x*x/m*k", "0"),
+    ("0", "k*(sin(x)^2 + cos(x)^2 - 1)"),
+    # Floats say nothing of these: all digits cancel.
+    ("p_x^2/(2*m) + k*x^2/2", "(1e16 + p_x^2/(2*m) + k*x^2/2) - 1e16"),
+    ("x", "(x + 1e40) - 1e40"),
+    ("cos(1e-9*x)", "sin(pi/2 - 1e-9*x)"),
+    ("c^2*(sqrt(1 + 1e-18*p_x^2/c^2) - 1)", "1e-18*p_x^2/(1 + sqrt(1 + 1e-18*p_x^2/c^2))"),
+    ("1e9 + x", "x + 1e9"),
+    ("sqrt(p_x^2*299792458^2 + m^2*299792458^4)", "299792458*sqrt(p_x^2 + m^2*299792458^2)"),
+    # A simpler form may have values where the key has none.
+    ("2*log(x)", "log(x^2)"),
+    ("sqrt(x)^2", "x"),
+    ("x^0.5*x^0.5", "x"),
+]  # fmt: skip
+
+DIFFERENT = [
+    ("p_x^2/(2*m) + k*x^2/2", "p_x^2/(2*m) - k*x^2/2"),
+    ("p_x^2/(2*m) + k*x^2/2", "p_x^2/(2*m) + k*x^2/2 + 1"),
+    ("p_x^2/(2*m) + k*x^2/2", "1.0000001*p_x^2/(2*m) + k*x^2/2"),
+    ("log(x^2)", "2*log(x)"),
+    ("sqrt(x^2)", "x"),
+    ("sin(theta)", "sqrt(1 - cos(theta)^2)"),
+    ("atan2(p_x, x)", "atan(p_x/x)"),
+    ("x", "x^3/x^2*abs(x)/x"),
+    ("1/3", "0.3333"),
+    ("pi*m", "3.14159*m"),
+    ("1e9 + x", "1e9"),
+    ("1e9 + x", "1e9 + 1.0001*x"),
+    ("1e12*k + x", "1e12*k"),
+    ("sqrt(p_x^2*299792458^2 + m^2*299792458^4)", "m*299792458^2"),
+    ("cos(1e-9*x)", "1"),
+    ("0", "1e-20*x"),
+    ("0", "(x + 1e16) - 1e16 - 2*x"),
+    ("x", "(x*1.0001 + 1e16) - 1e16"),
+    ("x", "1/0"),
+    ("x", "x + log(-1)*0"),
+    ("x", "10**10**10"),
+    ("x", "x + 1/(x + k - x - k)"),
+    ("m", "exp(exp(exp(exp(100*m))))"),
+]
+
+
+@pytest.mark.parametrize(("key", "answer"), SAME)
+def test_equal_functions_are_the_same(key: str, answer: str) -> None:
+    assert same(key, answer)
+
+
+@pytest.mark.parametrize(("key", "answer"), DIFFERENT)
+def test_other_functions_are_not(key: str, answer: str) -> None:
+    assert not same(key, answer)
+
+
+@pytest.mark.parametrize("constant", ["1", "-m*c^2", "1e6*k", "cos(m)"])
+def test_a_constant_is_told_from_what_changes(constant: str) -> None:
+    key = "p_x^2/(2*m) + k*x^2/2"
+    assert same(key, f"{key} + {constant}", constant=True)
+    for change in ("x", "theta", "1e-3*p_x", "k*sin(x)"):
+        assert not same(key, f"{key} + {constant} + {change}", constant=True)
+    assert not same(key, f"2*({key}) + {constant}", constant=True)
+
+
+def test_a_tolerance_is_relative_to_the_terms() -> None:
+    key = "p_x^2/(2*m) + k*x^2/3"
+    assert same(key, "p_x^2/(2*m) + 0.333*k*x^2", relative=2e-3)
+    assert not same(key, "p_x^2/(2*m) + 0.33*k*x^2", relative=2e-3)
+    assert not same(key, "p_x^2/(2*m)", relative=2e-3)
+
+
+@pytest.mark.parametrize("key", ["log(-m)", "1/0", "sqrt(-1 - x^2)", "exp(exp(exp(100*k)))", "asin(2 + m)"])
+def test_a_key_without_values_is_refused(key: str) -> None:
+    with pytest.raises(ValueProblem, match="value"):
+        refer(read(key, NAMES), NAMES)
+
+
+@pytest.mark.parametrize(
+    "key", ["sqrt(1 - x^2/c^2)", "acos((m^2 + k^2 - c^2)/(2*m*k))", "asin(x)", "log(x - m)"]
+)
+def test_a_key_with_values_on_a_part_of_the_domain_is_none(key: str) -> None:
+    reference = refer(read(key, NAMES), NAMES)
+    assert reference.holds(read(f"3*({key}) - 2*({key})", NAMES))
+    assert not reference.holds(read(f"({key})*1.001", NAMES))
+
+
+@pytest.mark.parametrize(
+    ("answer", "number"), [("3*x*k", 3.0), ("-x*k", -1.0), ("x*k", 1.0), ("pi*k*x", np.pi)]
+)
+def test_a_common_factor_is_found(answer: str, number: float) -> None:
+    points = draw(NAMES, 40)
+    found = factor(points.at(read(answer, NAMES)), points.at(read("x*k", NAMES)))
+    assert found == pytest.approx(number, rel=1e-12)
+
+
+@pytest.mark.parametrize("answer", ["x*k^2", "0", "x*k + 1", "1/0", "sqrt(x)*k", "(x*k + 1e30) - 1e30"])
+def test_there_need_not_be_one(answer: str) -> None:
+    points = draw(NAMES, 40)
+    assert factor(points.at(read(answer, NAMES)), points.at(read("x*k", NAMES))) is None
+
+
+def test_a_reference_goes_to_another_process() -> None:
+    reference = refer(read("k*x^2/2", NAMES), NAMES)
+    copy: Reference = pickle.loads(pickle.dumps(reference))
+    assert copy.holds(read("m*w^2*x^2/2", NAMES))
+    assert not copy.holds(read("m*w^2*x^2", NAMES))
+
+
+HOSTILE = {
+    "long": "x*" * 9_999 + "x",
+    "functions": "+".join(["sin(x)"] * 2_800),
+    "powers": "+".join(["(x+k)**99"] * 2_000),
+    "cancelling": "*".join(["(x+1e16-1e16)"] * 1_400),
+    "deep": "exp(" * 99 + "9" + ")" * 99,
+    "fractions": "+".join(f"1/{n}" for n in range(1_001, 3_800)),
+    "digits": "*".join(["9" * 390] * 50),
+    "nines": "(" * 99 + "9" + "**99)" * 99,
+    "tower": "9**" * 99 + "9",
+    "roots": "sqrt(" * 99 + "x^2" + ")" * 99,
+    "quotients": "x" + "/sqrt(x^2 + 0.1)" * 1_100,
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_no_answer_takes_long(name: str) -> None:
+    reference = refer(read("p_x^2/(2*m) + k*x^2/2", NAMES), NAMES, ("x", "p_x"))
+    start = time.perf_counter()
+    tree = read(HOSTILE[name], NAMES)
+    assert not reference.holds(tree)
+    assert not reference.holds(tree, constant=True)
+    assert time.perf_counter() - start < 5
