@@ -9,6 +9,7 @@ import typer
 
 from rigidcli import __version__
 from rigidcli.cli.axes import axes
+from rigidcli.cli.check import check
 from rigidcli.cli.euler import euler
 from rigidcli.cli.hamilton import hamilton
 from rigidcli.cli.inertia import inertia
@@ -19,7 +20,7 @@ from rigidcli.cli.schema import schema
 from rigidcli.cli.validate import validate
 from rigidcli.errors import ComputationError, printable
 
-COMMANDS = (inertia, axes, precess, euler, hamilton, validate, schema, new)
+COMMANDS = (inertia, axes, precess, euler, hamilton, check, validate, schema, new)
 
 app = typer.Typer(
     name="rigidcli",

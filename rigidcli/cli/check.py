@@ -1,0 +1,173 @@
+"""The command `check`."""
+
+# Annotations here are objects, not texts: typer reads them.
+
+from collections.abc import Callable, Iterator
+from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated, TypeAlias
+
+import typer
+
+from rigidcli.cli.computing import OutputPath, Quiet
+from rigidcli.cli.output import Failures, Output, complain, progress
+from rigidcli.errors import Problem
+from rigidcli.grading.feedback import Feedback
+
+if TYPE_CHECKING:
+    from rigidcli.grading.assignment import Prepared
+    from rigidcli.grading.judgement import Judgement
+    from rigidcli.grading.reports import Style
+    from rigidcli.model.document import Document
+    from rigidcli.report import Report
+
+    View: TypeAlias = Callable[[Iterator[Judgement], Style], Iterator[str]]
+
+NOT_CORRECT = 1
+"""The exit code where something is judged to be not correct."""
+
+STUDIES = ("inertia", "axes", "precess", "euler", "hamilton")
+"""The commands whose results an assignment may ask for."""
+
+TABULAR = ("table", "json", "csv")
+"""The formats that `--items` and `--regrade` have."""
+
+
+class CheckFormat(StrEnum):
+    """What to print of judgements."""
+
+    table = "table"
+    json = "json"
+    csv = "csv"
+    junit = "junit"
+    gradescope = "gradescope"
+
+
+def check(
+    assignment: Annotated[str, typer.Argument(metavar="ASSIGNMENT", help="The questions and their keys.")],
+    answers: Annotated[
+        list[str] | None, typer.Argument(metavar="ANSWERS", help="Answer files, or folders of them.")
+    ] = None,
+    format: Annotated[CheckFormat, typer.Option("-f", "--format", help="What to print.")] = CheckFormat.table,
+    output: OutputPath = None,
+    feedback: Annotated[
+        Feedback, typer.Option("--feedback", help="How much is told; reference values only by full.")
+    ] = Feedback.hint,
+    jobs: Annotated[
+        int | None,
+        typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Files judged at a time."),
+    ] = None,
+    items: Annotated[
+        bool, typer.Option("--items", help="What the class made of each question, instead of each student.")
+    ] = False,
+    regrade: Annotated[
+        str | None,
+        typer.Option(
+            "--regrade", metavar="OLD.json", help="What changes in a run that `-f json` has written."
+        ),
+    ] = None,
+    canvas: Annotated[
+        str | None,
+        typer.Option("--canvas", metavar="EXPORTED.csv", help="Fill a gradebook that Canvas has exported."),
+    ] = None,
+    column: Annotated[
+        str | None,
+        typer.Option("--column", metavar="NAME", help="Its column, if not named like the assignment."),
+    ] = None,
+    selftest: Annotated[
+        bool, typer.Option("--selftest", help="Judge the keys themselves, their forms and named mistakes.")
+    ] = False,
+    no_header: Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")] = False,
+    quiet: Quiet = False,
+) -> None:
+    """Judge answer files (homework)."""
+    chosen = {"--items": items, "--regrade": regrade, "--canvas": canvas, "--selftest": selftest}
+    views = [option for option, given in chosen.items() if given]
+    if len(views) > 1:
+        raise typer.BadParameter(f"{' and '.join(views)} exclude each other")
+    if bool(answers) == selftest:
+        wrong = "--selftest takes no ANSWERS" if selftest else "expected ANSWERS: files, or folders of them"
+        raise typer.BadParameter(wrong)
+    if (items or regrade) and format not in TABULAR:
+        raise typer.BadParameter(f"{views[0]} has the formats {', '.join(TABULAR)}")
+    failures = Failures()
+    with failures.of(assignment), Output(output) as target:
+        from rigidcli.grading import batch
+        from rigidcli.grading.assignment import prepare
+        from rigidcli.grading.reports import Style
+
+        prepared = prepare(assignment, {name: _study(name) for name in STUDIES})
+        if selftest:
+            _selftest(prepared, target, failures)
+        else:
+            width, colour = target.terminal()
+            style = Style(feedback, not no_header, width, colour)
+            view = _view(format, items, regrade, canvas, column or prepared.title, quiet)
+            with progress() as show:
+                files = batch.gather(answers or ())
+                # On a terminal, the results themselves show how far it is.
+                seen = (lambda fraction: None) if width else show
+                judgements = batch.run(prepared.items, files, jobs, seen)
+                for piece in view(_noted(judgements, failures), style):
+                    target.write(piece)
+    raise typer.Exit(failures.code)
+
+
+def _study(name: str) -> "Callable[[Document], Report]":
+    """The study behind a command, loaded when it is first asked."""
+
+    def run(document: "Document") -> "Report":
+        from importlib import import_module
+
+        report: Report = import_module(f"rigidcli.studies.{name}").run(document)
+        return report
+
+    return run
+
+
+def _noted(judgements: "Iterator[Judgement]", failures: Failures) -> "Iterator[Judgement]":
+    """The judgements; one that is not all correct is remembered for the exit code."""
+    for judgement in judgements:
+        if any(question.verdict != "correct" for question in judgement.questions):
+            failures.code = max(failures.code, NOT_CORRECT)
+        yield judgement
+
+
+def _view(
+    format: CheckFormat, items: bool, regrade: str | None, canvas: str | None, column: str, quiet: bool
+) -> "View":
+    """What makes text of judgements; the files that it needs besides are read at once."""
+    from rigidcli.grading import reports
+
+    if items:
+        from rigidcli.grading.reports import items as report
+
+        return lambda judgements, style: report.TEXTS[format](report.tally(judgements), style)
+    if regrade is not None:
+        from rigidcli.grading import regrade as again
+
+        old = again.read(regrade)
+        return lambda judgements, style: again.TEXTS[format](
+            again.changes(old, judgements, style.feedback), style
+        )
+    if canvas is not None:
+        from rigidcli.grading.reports import canvas as gradebook
+
+        text, source = gradebook.read(canvas), canvas
+
+        def fill(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
+            filled = gradebook.fill(text, judgements, column)
+            for note in () if quiet else filled.notes:
+                complain(str(Problem(source, f"note: {note}")))
+            yield filled.text
+
+        return fill
+    return reports.renderer(format)
+
+
+def _selftest(prepared: "Prepared", target: Output, failures: Failures) -> None:
+    from rigidcli.grading.selftest import told, trials
+
+    done = list(trials(prepared.items))
+    target.write(told(done))
+    if not all(trial.passed for trial in done):
+        failures.code = max(failures.code, NOT_CORRECT)

@@ -1,0 +1,58 @@
+"""An assignment held against itself: its keys, the same in other forms, and its own named mistakes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from rigidcli.grading.judge import Item, outcome
+from rigidcli.grading.kinds import Example
+from rigidcli.grading.outcome import Outcome
+
+REMARKS = ("chaotic_divergence_after_horizon", "second_order_form")
+"""Codes that are said of right answers, too."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """An example, made from the key of the question `id`, and what came of judging it."""
+
+    id: str
+    example: Example
+    outcome: Outcome
+
+    @property
+    def passed(self) -> bool:
+        """Whether the example is judged as what it was made to be."""
+        right, code = self.outcome.verdict == "correct", self.example.code
+        if code is None:
+            return right
+        return right == (code in REMARKS) and code in [finding.code for finding in self.outcome.findings]
+
+
+def trials(items: Mapping[str, Item]) -> Iterator[Trial]:
+    """Every example of every key, judged."""
+    for id, item in items.items():
+        for example in item.kind.examples(item.key):
+            yield Trial(id, example, outcome(item, example.answer, Path()))
+
+
+def told(trials: list[Trial]) -> str:
+    """What came of it: a line for each question, and one for each example that is not judged as made."""
+    lines = []
+    for id in dict.fromkeys(trial.id for trial in trials):
+        own = [trial for trial in trials if trial.id == id]
+        forms = sum(trial.example.code is None for trial in own)
+        lines.append(f"{id}: {forms} right answers and {len(own) - forms} mistakes, made from the key")
+        for trial in own:
+            if not trial.passed:
+                wanted = trial.example.code or "correct"
+                codes = " ".join(finding.code for finding in trial.outcome.findings)
+                got = " ".join(filter(None, [trial.outcome.verdict, codes]))
+                lines.append(f"  not judged as made: {trial.example.what}: expected {wanted}, read {got}")
+    failed = sum(not trial.passed for trial in trials)
+    lines.append(
+        f"{len(trials)} examples, " + (f"{failed} not judged as made" if failed else "all judged as made")
+    )
+    return "".join(f"{line}\n" for line in lines)
