@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import get_args
+from typing import TYPE_CHECKING
 
 from rigidcli.errors import printable
-from rigidcli.grading.judgement import Judged
-from rigidcli.grading.outcome import Verdict
 
-VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
-"""From the best to the worst, as they are told."""
+if TYPE_CHECKING:
+    from rigidcli.grading.judgement import Judged
 
 
 class Feedback(StrEnum):

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Literal, TypeAlias, get_args
 
 from rigidcli.grading.codes import CODES
 
 Verdict: TypeAlias = Literal["correct", "partial", "incorrect", "invalid", "missing"]
+
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+"""From the best to the worst, as they are told."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,9 +13,8 @@ from dataclasses import asdict, dataclass
 import orjson
 
 from rigidcli.errors import printable
-from rigidcli.grading.feedback import VERDICTS
 from rigidcli.grading.judgement import Judgement
-from rigidcli.grading.outcome import Verdict
+from rigidcli.grading.outcome import VERDICTS, Verdict
 from rigidcli.grading.reports import Style
 from rigidcli.grading.reports.csv import row
 from rigidcli.grading.reports.layout import beside, bold, painted, shortened

@@ -7,8 +7,9 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 from rigidcli.errors import printable
-from rigidcli.grading.feedback import VERDICTS, remarks
+from rigidcli.grading.feedback import remarks
 from rigidcli.grading.judgement import Judged, Judgement
+from rigidcli.grading.outcome import VERDICTS
 from rigidcli.grading.reports import Style
 from rigidcli.grading.reports.layout import beside, bold, columns, padded, painted, points, wrapped
 

@@ -1,0 +1,729 @@
+"""Equations of motion against textbooks: any equivalent set is right, and no other."""
+
+from __future__ import annotations
+
+import math
+import random
+import re
+from collections.abc import Callable, Mapping, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.grading.asked import Asked
+from rigidcli.grading.kinds import equations as kind
+from rigidcli.grading.kinds.equation_key import Key
+from rigidcli.grading.outcome import Outcome, Unreadable
+from rigidcli.grading.question import Question
+from rigidcli.model.load import load, loads
+from rigidcli.studies import hamilton
+from rigidcli.symbolic.expression import parse
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+Equation = tuple[str, str]
+
+many = settings(max_examples=300, deadline=None)
+some = settings(max_examples=120, deadline=None)
+
+
+@cache
+def of_document(name: str) -> Key:
+    """The key of Hamilton's equations of an example, whose orbit need not be followed."""
+    document = load(CONFIGS / f"{name}.yaml")
+    report = hamilton.run(document.model_copy(update={"orbit": None}))
+    question = Question.model_validate({"document": f"{name}.yaml", "ask": "hamilton.equations"})
+    return kind.read_key(
+        Asked(question, report["equations"], "", ("hamilton", "equations"), document, report)
+    )
+
+
+def literal(value: Any, **options: Any) -> Key:
+    question = Question.model_validate({"answer": value, "kind": "equations", **options})
+    return kind.read_key(Asked(question, value))
+
+
+def judged(key: Key, answer: Any) -> Outcome:
+    try:
+        return kind.judge(key, answer, Path())
+    except Unreadable as unreadable:
+        return unreadable.outcome
+
+
+def codes(outcome: Outcome) -> list[str]:
+    return [finding.code for finding in outcome.findings]
+
+
+def texts(equations: Sequence[Equation]) -> list[str]:
+    return [f"{left} = {right}" for left, right in equations]
+
+
+EULER: dict[str, Any] = {
+    "w1dot": "(I2 - I3)*w2*w3/I1",
+    "w2dot": "(I3 - I1)*w3*w1/I2",
+    "w3dot": "(I1 - I2)*w1*w2/I3",
+}
+"""Torque-free rotation: L. D. Landau, E. M. Lifshitz, Mechanics, equation 36.5."""
+
+KEYS: Mapping[str, Callable[[], Key]] = {
+    name: (lambda name=name: of_document(name))
+    for name in (
+        "notes_spring",
+        "double_pendulum",
+        "kepler_polar",
+        "henon_heiles",
+        "taylor_13_03",
+        "taylor_13_12",
+        "driven_oscillator",
+        "magnetic_particle",
+        "relativistic_oscillator",
+    )
+} | {"euler": cache(lambda: literal(EULER))}
+
+_MASS = "(m1 + m2*sin(theta1 - theta2)^2)"
+_C1 = f"p_theta1*p_theta2*sin(theta1 - theta2)/(l1*l2*{_MASS})"
+_C2 = (
+    "(m2*l2^2*p_theta1^2 + (m1 + m2)*l1^2*p_theta2^2 - 2*m2*l1*l2*p_theta1*p_theta2*cos(theta1 - theta2))"
+    f"*sin(2*(theta1 - theta2))/(2*l1^2*l2^2*{_MASS}^2)"
+)
+
+RIGHT: Mapping[str, Sequence[Sequence[Equation]]] = {
+    "notes_spring": [
+        [("xdot", "p_x/m"), ("p_xdot", "-k*x")],
+        [("p_x", "m*xdot"), ("p_xdot", "-k*x")],
+        [("m*xddot", "-k*x")],
+    ],
+    # Hamilton's equations of en.wikipedia.org/wiki/Double_pendulum; then those of Lagrange, which for small
+    # angles are equations 11.37 and 11.38 of J. R. Taylor, Classical Mechanics.
+    "double_pendulum": [
+        [
+            (
+                "theta1dot",
+                f"(l2*p_theta1 - l1*p_theta2*cos(theta1 - theta2))/(l1^2*l2*{_MASS})",
+            ),
+            (
+                "theta2dot",
+                f"(l1*(m1 + m2)*p_theta2 - l2*m2*p_theta1*cos(theta1 - theta2))/(m2*l1*l2^2*{_MASS})",
+            ),
+            ("p_theta1dot", f"-(m1 + m2)*g*l1*sin(theta1) - {_C1} + {_C2}"),
+            ("p_theta2dot", f"-m2*g*l2*sin(theta2) + {_C1} - {_C2}"),
+        ],
+        [
+            (
+                "(m1 + m2)*l1*theta1ddot + m2*l2*cos(theta1 - theta2)*theta2ddot",
+                "-m2*l2*theta2dot^2*sin(theta1 - theta2) - (m1 + m2)*g*sin(theta1)",
+            ),
+            (
+                "l2*theta2ddot + l1*cos(theta1 - theta2)*theta1ddot",
+                "l1*theta1dot^2*sin(theta1 - theta2) - g*sin(theta2)",
+            ),
+        ],
+    ],
+    "kepler_polar": [
+        [
+            ("rdot", "p_r/m"),
+            ("phidot", "p_phi/(m*r^2)"),
+            ("p_rdot", "p_phi^2/(m*r^3) - gm*m/r^2"),
+            ("p_phidot", "0"),
+        ],
+        [("rddot", "r*phidot^2 - gm/r^2"), ("r*phiddot", "-2*rdot*phidot")],
+        [("m*rddot", "p_phi^2/(m*r^3) - gm*m/r^2"), ("phidot", "p_phi/(m*r^2)"), ("p_phidot", "0")],
+    ],
+    "henon_heiles": [
+        [("xdot", "p_x"), ("ydot", "p_y"), ("p_xdot", "-x - 2*x*y"), ("p_ydot", "-y - x^2 + y^2")],
+        [("xddot", "-x - 2*x*y"), ("yddot", "-y - x^2 + y^2")],
+        [("xddot", "-x - 2*x*y"), ("ydot", "p_y"), ("p_ydot", "-y - x^2 + y^2")],
+    ],
+    "taylor_13_03": [
+        [("(m1 + m2 + M/2)*xdot", "p_x"), ("p_xdot", "(m1 - m2)*g")],
+        [("(m1 + m2 + M/2)*xddot", "(m1 - m2)*g")],
+    ],
+    "taylor_13_12": [[("rdot", "p_r/m"), ("p_rdot", "m*w^2*r")], [("rddot", "w^2*r")]],
+    "driven_oscillator": [
+        [("xdot", "p_x/m"), ("p_xdot", "-k*x + F*cos(w*t)")],
+        [("m*xddot + k*x", "F*cos(w*t)")],
+    ],
+    # With v = (p - q A)/m and A = (-B y/2, B x/2, 0); then the Lorentz force m dv/dt = q v x B.
+    "magnetic_particle": [
+        [
+            ("m*xdot", "p_x + q*B*y/2"),
+            ("m*ydot", "p_y - q*B*x/2"),
+            ("m*zdot", "p_z"),
+            ("p_xdot", "q*B/2*(p_y - q*B*x/2)/m"),
+            ("p_ydot", "-q*B/2*(p_x + q*B*y/2)/m"),
+            ("p_zdot", "0"),
+        ],
+        [("m*xddot", "q*B*ydot"), ("m*yddot", "-q*B*xdot"), ("zddot", "0")],
+        [
+            ("p_x", "m*xdot - q*B*y/2"),
+            ("p_y", "m*ydot + q*B*x/2"),
+            ("p_z", "m*zdot"),
+            ("p_xdot", "q*B*ydot/2"),
+            ("p_ydot", "-q*B*xdot/2"),
+            ("p_zdot", "0"),
+        ],
+    ],
+    "relativistic_oscillator": [
+        [("xdot", "p_x/sqrt(m^2 + p_x^2/c^2)"), ("p_xdot", "-k*x")],
+        [("m*xddot", "-k*x*(1 - xdot^2/c^2)^(3/2)")],
+    ],
+    "euler": [
+        [
+            ("I1*w1dot", "(I2 - I3)*w2*w3"),
+            ("I2*w2dot", "(I3 - I1)*w3*w1"),
+            ("I3*w3dot", "(I1 - I2)*w1*w2"),
+        ]
+    ],
+}
+"""Sets that textbooks have, none with an equation that follows from the others."""
+
+SETS = [(name, place) for name, sets in RIGHT.items() for place in range(len(sets))]
+
+
+@st.composite
+def rearranged(draw: st.DrawFn, key: Key, equations: Sequence[Equation]) -> list[str]:
+    """An equivalent set: in another order, added to each other, multiplied, and moved to one side."""
+    chance = random.Random(draw(st.integers(0, 2**32)))
+    names = sorted(key.motion.domains)
+    factors = [f"{n}" for n in ("2", "3/7", "-1", "pi")]
+    factors += [f"exp({name}/3)" for name in names] + [f"(1 + {name}^2)" for name in names]
+    factors += [f"{name}" for name in names] + [f"1/(2 + cos({name}))" for name in names]
+    order = chance.sample(range(len(equations)), len(equations))
+    rows = [{place: "1"} for place in order]
+    for _ in range(draw(st.integers(0, 3))):
+        # One row times something, added to another, can be taken back: the set says the same.
+        i, j = chance.randrange(len(rows)), chance.randrange(len(rows))
+        if i != j:
+            c = chance.choice(factors)
+            for place, other in rows[j].items():
+                rows[i][place] = f"{rows[i].get(place, '0')} + {c}*({other})"
+    result = []
+    for row in rows:
+        common = chance.choice(["1", *factors])
+        left: list[tuple[str, int]] = []
+        right: list[tuple[str, int]] = []
+        for place, coefficient in row.items():
+            a, b = equations[place]
+            (left if chance.random() < 0.7 else right).append((f"({coefficient})*({a})", 1))
+            (right if chance.random() < 0.7 else left).append((f"({coefficient})*({b})", -1))
+        # What is on the left counts +a - b = 0; what was moved to the right turns its sign.
+        one = " + ".join(f"{sign}*{text}" for text, sign in left) or "0"
+        two = " + ".join(f"{-sign}*{text}" for text, sign in right) or "0"
+        sign = chance.choice(["=", "=="])
+        text = f"({common})*({one}) {sign} ({common})*({two})"
+        result.append(text.replace("*", " * ") if chance.random() < 0.3 else text)
+    return result
+
+
+def value_at(text: str, point: Mapping[str, float]) -> float | None:
+    try:
+        return float(parse(text).evaluate(point))
+    except ExpressionError:
+        return None
+
+
+def differs(a: str, b: str, key: Key, seed: int) -> bool:
+    """Whether two expressions are different functions, by single values."""
+    chance = random.Random(seed)
+    names = {*key.motion.domains, *key.motion.known}
+    for _ in range(20):
+        point = {name: chance.uniform(0.3, 1.7) for name in names}
+        x, y = value_at(a, point), value_at(b, point)
+        if x is not None and y is not None and abs(x - y) > 1e-6 * (abs(x) + abs(y)):
+            return True
+    return False
+
+
+@st.composite
+def spoiled(draw: st.DrawFn, key: Key, equations: Sequence[Equation]) -> list[Equation]:
+    """A set with one thing wrong: a sign, a factor, a symbol, a term, or an equation that says nothing."""
+    chance = random.Random(draw(st.integers(0, 2**32)))
+    place = chance.randrange(len(equations))
+    left, right = equations[place]
+    names = sorted({*re.findall(r"[A-Za-z_]\w*", right)} & {*key.motion.domains, *key.motion.known})
+    changes = [
+        (left, f"-({right})"),
+        (left, f"{chance.choice(['2', '1/2', '(1 + 1e-5)', '0.99'])}*({right})"),
+        (left, f"{right} + {chance.choice(sorted(key.motion.domains))}/1000"),
+        (f"{left} + {chance.choice(key.motion.names)}", right),
+    ]
+    if names:
+        name = chance.choice(names)
+        other = chance.choice([*key.motion.domains, "2", "0"])
+        changes.append((left, re.sub(rf"\b{name}\b", other, right)))
+        changes.append((left, re.sub(rf"\b{name}\b", f"{name}^2", right)))
+    changes = [(a, b) for a, b in changes if differs(f"({a}) - ({b})", f"({left}) - ({right})", key, 1)]
+    result = list(equations)
+    kinds = draw(st.sampled_from(["change", "change", "change", "drop", "trivial", "repeat"]))
+    if kinds == "change":
+        result[place] = chance.choice(changes)
+    elif kinds == "trivial":
+        x = key.motion.names[0]
+        result[place] = chance.choice([("0", "0"), (left, left), (f"({left})*{x}", f"{x}*({left})")])
+    elif kinds == "repeat" and len(result) > 1:
+        a, b = result[place - 1]
+        result[place] = (f"2*({a})", f"2*({b})")
+    else:
+        result[place] = result.pop() if len(result) > place + 1 else ("1", "1")
+    return result
+
+
+@pytest.mark.parametrize(("name", "place"), SETS)
+def test_textbook_equations_are_right(name: str, place: int) -> None:
+    outcome = judged(KEYS[name](), texts(RIGHT[name][place]))
+    assert outcome.verdict == "correct", outcome
+    second = all("ddot" in left for left, _ in RIGHT[name][place])
+    assert codes(outcome) == (["second_order_form"] if second and name != "euler" else [])
+
+
+@many
+@given(st.data())
+def test_rearranged_equations_are_right(data: st.DataObject) -> None:
+    name, place = data.draw(st.sampled_from(SETS))
+    key = KEYS[name]()
+    answer = data.draw(rearranged(key, RIGHT[name][place]))
+    outcome = judged(key, answer)
+    assert outcome.verdict == "correct", (answer, outcome)
+
+
+@many
+@given(st.data())
+def test_spoiled_equations_are_not_right(data: st.DataObject) -> None:
+    name, place = data.draw(st.sampled_from(SETS))
+    key = KEYS[name]()
+    answer = data.draw(spoiled(key, RIGHT[name][place]))
+    outcome = judged(key, texts(answer))
+    assert outcome.verdict in ("incorrect", "partial"), (answer, outcome)
+    assert outcome.share < 1
+
+
+@some
+@given(st.data())
+def test_spoiled_equations_are_not_right_rearranged(data: st.DataObject) -> None:
+    name, place = data.draw(st.sampled_from(SETS))
+    key = KEYS[name]()
+    answer = data.draw(rearranged(key, data.draw(spoiled(key, RIGHT[name][place]))))
+    assert judged(key, answer).verdict in ("incorrect", "partial"), answer
+
+
+@some
+@given(st.data())
+def test_sets_of_equations_of_several_kinds_are_right_together(data: st.DataObject) -> None:
+    """What follows from the equations may stand beside them."""
+    name = data.draw(st.sampled_from(sorted(RIGHT)))
+    key = KEYS[name]()
+    whole = data.draw(st.sampled_from(RIGHT[name]))
+    every = [equation for equations in RIGHT[name] for equation in equations]
+    more = data.draw(st.lists(st.sampled_from(every), max_size=4))
+    outcome = judged(key, texts([*whole, *more]))
+    assert outcome.verdict == "correct", outcome
+
+
+SPRING = ("xdot = p_x/m", "p_xdot = -k*x")
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        {"x": "p_x/m", "p_x": "-k*x"},
+        {"xdot": "p_x/m", "p_xdot": "-k*x"},
+        {"p_x": "m*xdot", "p_xdot": "-k*x"},
+        [{"xdot": "p_x/m"}, {"p_xdot": "-k*x"}],
+        {"first": "xdot = p_x/m", "second": "p_xdot = -k*x"},
+        {"m*xdot": "p_x", "p_xdot": "-k*x"},
+        "xdot = p_x/m; p_xdot = -k*x",
+        "xdot = p_x/m\npdot_x = -k*x\n",
+        {"p": "m*x_dot", "pdot": "-k*x"},
+        ["m*xdot = p_x", "m*xddot = -k*x"],
+        ["p_xdot = -k*x", "m*xddot = -k*x"],
+        {"x_dot": "p_x/m", "p_x_dot": "\N{MINUS SIGN}k*x"},
+        ["xdotdot = -k*x/m"],
+        ["x_ddot = -k*x/m"],
+        ["xdot = p_x/(2*m) + xdot/2", "p_xdot = -k*x"],
+        ["x*xdot = x*p_x/m", "sin(x)*p_xdot = -k*x*sin(x)"],
+        ["1e-200*xdot = 1e-200*p_x/m", "1e200*p_xdot = -1e200*k*x"],
+        ["xdot + 1e16 = p_x/m + 1e16", "p_xdot = -k*x"],
+        ["xdot = (p_x + 1e16)/m - 1e16/m", "p_xdot = -k*x"],
+        ["(xdot - p_x/m)^2 = 0", "p_xdot = -k*x"],
+        ["(xdot - p_x/m)^2 + (p_xdot + k*x)^2 = 0"],
+        ["exp(xdot) = exp(p_x/m)", "p_xdot = -k*x"],
+        ["xdot^3 = (p_x/m)^3", "p_xdot = -k*x"],
+        ["m/p_x = 1/xdot", "p_xdot = -k*x"],
+        ["xdot = p_x/m", "xdot = p_x/m", "p_xdot = -k*x"],
+        ["p_xdot = m*xddot", "p_xdot = -k*x"],
+    ],
+)
+def test_every_way_to_write_the_equations_of_a_spring(answer: Any) -> None:
+    outcome = judged(of_document("notes_spring"), answer)
+    assert (outcome.verdict, outcome.share) == ("correct", 1.0), outcome
+
+
+@pytest.mark.parametrize(
+    ("answer", "code", "share"),
+    [
+        ([SPRING[0], "p_xdot = k*x"], "hamilton_sign", 0.5),
+        (["xdot = -p_x/m", "p_xdot = k*x"], "hamilton_sign", 0.0),
+        (["xddot = k*x/m"], "sign_error", 0.0),
+        ([SPRING[0], "p_xdot = -2*k*x"], "constant_factor", 0.5),
+        (["xddot = -k*x/(2*m)"], "constant_factor", 0.0),
+        ([SPRING[0], "p_xdot = -4*x"], "number_for_symbol", 0.5),
+        (["xddot = -4*x"], "number_for_symbol", 0.0),
+        ([SPRING[0], "p_xdot = -k*x^2"], "equation_wrong", 0.5),
+        ([SPRING[0], "p_xdot = -k*x + 1e-5*x"], "equation_wrong", 0.5),
+        ([*SPRING, "1 = 2"], "equation_wrong", 0.5),
+        ([*SPRING, "xdot = 2*p_x/m"], "equation_wrong", 0.5),
+        ([SPRING[0]], "missing_equation", 0.5),
+        (["p_x = m*xdot"], "missing_equation", 0.5),
+        ([SPRING[0], "p_xdot = m*xddot"], "missing_equation", 0.5),
+        (["0 = 0"], "missing_equation", 0.0),
+        (["0 = 0"], "trivial_equation", 0.0),
+        (["xdot = xdot", SPRING[1]], "trivial_equation", 0.5),
+        (["x*xdot = xdot*x", SPRING[1]], "trivial_equation", 0.5),
+        ([SPRING[1], "xdot*(sin(x)^2 + cos(x)^2 - 1) = 0"], "trivial_equation", 0.5),
+        ([SPRING[1], "(xdot - p_x/m)*(sin(x)^2 + cos(x)^2 - 1) = 0"], "trivial_equation", 0.5),
+        (["xdot^2 = (p_x/m)^2", SPRING[1]], "extra_solutions", 0.5),
+        (["(xdot - p_x/m)*(xdot - 2*p_x/m) = 0", SPRING[1]], "extra_solutions", 0.5),
+        (["abs(xdot) = abs(p_x)/m", SPRING[1]], "extra_solutions", 0.5),
+        (["sin(xdot) = sin(p_x/m)", SPRING[1]], "extra_solutions", 0.5),
+        (["xdot^2 = p_x*xdot/m", SPRING[1]], "extra_solutions", 0.5),
+        (["m*xddot^2 = -k*x*xddot"], "extra_solutions", 0.0),
+        (["m*xddot^2 = -k*x*xddot + 0*p_xdot"], "extra_solutions", 0.5),
+        (["(xdot - p_x/m)^2 = 0"], "missing_equation", 0.5),
+        (["(p_xdot + k*x)^2 = 0"], "missing_equation", 0.5),
+        (["(xdot - p_x/m)^2 = 0", "(xdot - p_x/m)*(p_xdot + k*x) = 0"], "extra_solutions", 0.5),
+        (["(x + abs(x))*(xdot - p_x/m) = 0", SPRING[1]], "missing_equation", 0.5),
+    ],
+)
+def test_wrong_equations_of_a_spring(answer: Any, code: str, share: float) -> None:
+    outcome = judged(of_document("notes_spring"), answer)
+    assert code in codes(outcome), outcome
+    assert outcome.share == pytest.approx(share)
+    assert outcome.verdict == ("partial" if share else "incorrect")
+
+
+@pytest.mark.parametrize("noise", ["1e12", "1e9", "1e6", "1e3"])
+def test_noise_makes_no_equation(noise: str) -> None:
+    """Terms that are zero but for rounding give no slope to solve by."""
+    answer = [
+        f"p_xdot + k*x + {noise}*(sin(x)^2 + cos(x)^2 - 1)*xdot = 0",
+        f"p_xdot + k*x + {noise}*(sin(t)^2 + cos(t)^2 - 1)*(xdot - p_x/m) = 0",
+    ]
+    assert codes(judged(of_document("notes_spring"), answer)) == ["missing_equation"]
+
+
+def test_a_trivial_equation_beside_a_right_set_does_no_harm() -> None:
+    outcome = judged(of_document("notes_spring"), [*SPRING, "0 = 0"])
+    assert (outcome.verdict, codes(outcome)) == ("correct", ["trivial_equation"])
+
+
+@pytest.mark.parametrize(
+    ("answer", "code", "words"),
+    [
+        ({"x'": "p_x/m"}, "parse_error", "a time derivative is spelled `xdot`"),
+        (["dx/dt = p_x/m", SPRING[1]], "unknown_symbol", "a time derivative is spelled `xdot`"),
+        (["xdot = p_x/M", SPRING[1]], "unknown_symbol", "`M`"),
+        (["xdot"], "parse_error", "no `=`"),
+        (["xdot = p_x/m = 3"], "parse_error", "more than one"),
+        (["xdot = "], "parse_error", "empty"),
+        (["= p_x/m"], "parse_error", "empty"),
+        (["xdot = p_x/m)"], "parse_error", "column 13"),
+        ({"xdot": ["p_x/m"]}, "wrong_shape", "a list of 1"),
+        ({"xdot": None}, "wrong_shape", "nothing"),
+        ([None], "wrong_shape", "nothing"),
+        ([["xdot = p_x/m"]], "wrong_shape", "a list of 1"),
+        ([], "wrong_shape", "expected equations"),
+        ({}, "wrong_shape", "expected equations"),
+        (None, "wrong_shape", "nothing"),
+        (["x = " + "(" * 101 + "x"], "too_deep", "deeper"),
+        (["x = " + "1+" * 10_000 + "1"], "too_large", "characters"),
+        (["0 = 0"] * 201, "too_large", "201 equations"),
+    ],
+)
+def test_what_cannot_be_read(answer: Any, code: str, words: str) -> None:
+    outcome = judged(of_document("notes_spring"), answer)
+    assert (outcome.verdict, codes(outcome)) == ("invalid", [code])
+    assert words in outcome.findings[0].message()
+
+
+@pytest.mark.parametrize(
+    "right",
+    [
+        "10**10**10",
+        "1/0",
+        "0^-1",
+        "log(-1)",
+        "sqrt(-x^2 - 1)",
+        "sin(1e300)",
+        "(x + 1e16) - 1e16",
+        "exp(exp(exp(9)))",
+    ],
+)
+def test_hostile_numbers_are_wrong_and_no_more(right: str) -> None:
+    outcome = judged(of_document("notes_spring"), {"xdot": "p_x/m", "p_xdot": right})
+    assert (outcome.verdict, outcome.share) == ("partial", 0.5)
+
+
+WORDS = [
+    "xdot",
+    "p_xdot",
+    "xddot",
+    "x",
+    "p_x",
+    "m",
+    "k",
+    "t",
+    "0",
+    "1",
+    "1e999",
+    "=",
+    "==",
+    "+",
+    "-",
+    "*",
+    "/",
+    "^",
+]
+WORDS += ["(", ")", "sin(", "sqrt(", "log(", "abs(", ";", "y", " "]
+
+
+@many
+@given(st.lists(st.lists(st.sampled_from(WORDS), max_size=9).map("".join), max_size=4))
+def test_any_text_has_an_outcome(answer: list[str]) -> None:
+    outcome = judged(of_document("notes_spring"), answer)
+    if outcome.verdict == "correct":
+        # By chance one of the few short ways to write the motion.
+        assert all(name in "".join(answer) for name in ("m", "k", "x"))
+
+
+@pytest.mark.parametrize(
+    ("changes", "share"),
+    [({0}, 2 / 3), ({1}, 2 / 3), ({0, 2}, 1 / 3), ({0, 1, 2}, 0.0)],
+)
+def test_signs_of_eulers_equations(changes: set[int], share: float) -> None:
+    answer = {
+        name: f"-({right})" if place in changes else right
+        for place, (name, right) in enumerate(EULER.items())
+    }
+    outcome = judged(KEYS["euler"](), answer)
+    assert set(codes(outcome)) == {"euler_sign"}
+    assert outcome.share == pytest.approx(share)
+
+
+def test_a_torque_keeps_its_sign_in_a_wrong_equation_of_euler() -> None:
+    torque = {f"w{i}dot": f"{EULER[f'w{i}dot']} + N{i}/I{i}" for i in (1, 2, 3)}
+    key = literal(torque)
+    answer = ["I1*w1dot - (I2 - I3)*w2*w3 = N1", "I2*w2dot - (I3 - I1)*w3*w1 = N2"]
+    assert judged(key, [*answer, "I3*w3dot - (I1 - I2)*w1*w2 = N3"]).verdict == "correct"
+    assert codes(judged(key, [*answer, "I3*w3dot + (I1 - I2)*w1*w2 = N3"])) == ["euler_sign"]
+
+
+POLAR = {"rdot": "p_r/m", "phidot": "p_phi/(m*r^2)", "p_rdot": "p_phi^2/(m*r^3) - gm*m/r^2", "p_phidot": "0"}
+LAGRANGE = {"rddot": "r*phidot^2 - gm/r^2", "phiddot": "-2*rdot*phidot/r"}
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        (POLAR | {"p_rdot": "-gm*m/r^2"}, "coupling_term_missing"),
+        (LAGRANGE | {"rddot": "-gm/r^2"}, "coupling_term_missing"),
+        (LAGRANGE | {"phiddot": "2*rdot*phidot/r"}, "sign_error"),
+        (POLAR | {"p_rdot": "gm*m/r^2 - p_phi^2/(m*r^3)"}, "hamilton_sign"),
+        # To turn the sign of gravity is to turn that of the potential, and of one term.
+        (POLAR | {"p_rdot": "p_phi^2/(m*r^3) + gm*m/r^2"}, "sign_error"),
+        (POLAR | {"phidot": "-p_phi/(m*r^2)"}, "sign_error"),
+        (POLAR | {"phidot": "2*p_phi/(m*r^2)"}, "constant_factor"),
+        (POLAR | {"phidot": "p_phi/m"}, "equation_wrong"),
+    ],
+)
+def test_mistakes_in_polar_coordinates(answer: dict[str, str], code: str) -> None:
+    assert codes(judged(of_document("kepler_polar"), answer)) == [code]
+
+
+def test_a_mistake_is_named_only_where_it_explains_all() -> None:
+    key = of_document("henon_heiles")
+    answer = ["xdot = p_x", "ydot = p_y", "p_xdot = x + 2*x*y", "p_ydot = -2*y - x^2 + y^2"]
+    outcome = judged(key, answer)
+    assert codes(outcome) == ["equation_wrong", "equation_wrong"]
+    assert [finding.place for finding in outcome.findings] == ["equation 3", "equation 4"]
+    assert outcome.share == pytest.approx(1 / 2)
+
+
+@pytest.mark.parametrize(
+    ("answer", "missing"),
+    [
+        ({"rdot": "p_r/m", "phidot": "p_phi/(m*r^2)", "p_rdot": "p_phi^2/(m*r^3) - gm*m/r^2"}, "p_phidot"),
+        ({"rddot": "r*phidot^2 - gm/r^2"}, "phiddot"),
+        (["m*rddot = p_phi^2/(m*r^3) - gm*m/r^2", "p_phi = m*r^2*phidot"], "phiddot"),
+        # That p_phi is conserved says nothing of phi, as long as p_phi is not told.
+        (["rddot = r*phidot^2 - gm/r^2", "p_phidot = 0"], "phiddot"),
+    ],
+)
+def test_the_variable_that_is_not_determined_is_named(answer: Any, missing: str) -> None:
+    outcome = judged(of_document("kepler_polar"), answer)
+    assert [(finding.code, finding.place) for finding in outcome.findings] == [("missing_equation", missing)]
+
+
+def test_mixed_orders_can_leave_a_constant_open() -> None:
+    """theta1 in second order, and theta2 by momenta of which one is told by nothing but its rate."""
+    first, second = RIGHT["double_pendulum"]
+    key = of_document("double_pendulum")
+    mixed = texts([second[0], first[1], first[2], first[3]])
+    assert codes(judged(key, mixed)) == ["missing_equation"]
+    assert judged(key, [*mixed, *texts([first[0]])]).verdict == "correct"
+
+
+def test_a_square_that_holds_a_momentum_leaves_it_open() -> None:
+    answer = ["(rddot - p_phi^2/(m^2*r^3) + gm/r^2)^2 = 0", "(r*phiddot + 2*rdot*phidot)^2 = 0"]
+    assert codes(judged(of_document("kepler_polar"), answer)) == ["missing_equation"]
+    free = ["(rddot - r*phidot^2 + gm/r^2)^2 = 0", answer[1]]
+    assert judged(of_document("kepler_polar"), free).verdict == "correct"
+
+
+def test_equations_of_first_and_second_order_may_not_be_traded_for_each_other() -> None:
+    """m x'' - p' with e = p' + k x left open: e' = -(1 - 1/m) e has solutions besides 0."""
+    answer = ["m*xdot - p_x + m*(p_xdot + k*x) = 0", "xddot + k*x/m - (p_xdot + k*x) = 0"]
+    assert codes(judged(of_document("notes_spring"), answer)) == ["missing_equation"]
+
+
+def test_a_literal_key_of_second_order() -> None:
+    key = literal({"xddot": "-k*x/m - b*xdot/m"})
+    for right in (
+        ["m*xddot + b*xdot + k*x = 0"],
+        {"xddot": "-(k*x + b*xdot)/m"},
+        {"m*xddot": "-k*x - b*xdot"},
+    ):
+        assert judged(key, right).verdict == "correct"
+    assert codes(judged(key, ["m*xddot + b*xdot - k*x = 0"])) == ["sign_error"]
+    assert codes(judged(key, ["m*xddot - b*xdot - k*x = 0"])) == ["sign_error"]
+    assert codes(judged(key, ["m*xddot + k*x = 0"])) == ["equation_wrong"]
+    assert codes(judged(key, ["xdot = xdot"])) == ["missing_equation", "trivial_equation"]
+
+
+def test_velocities_with_names_of_their_own() -> None:
+    options: dict[str, Any] = {"coordinates": ["x"], "velocities": ["v"]}
+    for key in (
+        literal({"xddot": "-k*x/m - b*v/m"}, **options),
+        literal({"xdot": "v", "vdot": "-(k*x + b*v)/m"}, **options),
+        literal({"xdot": "v", "vdot": "-(k*x + b*v)/m"}),
+    ):
+        assert judged(key, ["xdot = v", "m*vdot = -k*x - b*v"]).verdict == "correct"
+        assert judged(key, ["m*xddot = -k*x - b*xdot"]).verdict == "correct"
+        assert judged(key, ["xdot = v"]).verdict == "partial"
+        assert judged(key, ["xdot = -v", "m*vdot = -k*x - b*v"]).verdict == "partial"
+        assert judged(key, ["xdot = 2*v", "m*vdot = -k*x - b*xdot"]).verdict != "correct"
+
+
+def test_a_literal_key_of_mixed_order() -> None:
+    """The radius by its second derivative, the angle by the angular momentum."""
+    key = literal({"rddot": "L^2/(m^2*r^3) - k/(m*r^2)", "phidot": "L/(m*r^2)"})
+    assert judged(key, ["m*r^2*phidot = L", "m*rddot = m*r*phidot^2 - k/r^2"]).verdict == "correct"
+    assert codes(judged(key, ["m*r^2*phidot = L"])) == ["missing_equation"]
+    assert judged(key, ["m*r^2*phidot = L", "m*rddot = -m*r*phidot^2 - k/r^2"]).verdict == "partial"
+
+
+def test_a_literal_key_in_any_form() -> None:
+    key = literal(["p_x = m*xdot", "p_xdot + k*x = 0"], symbols={"m": "positive", "k": "positive"})
+    assert judged(key, ["m*xddot = -k*x"]).verdict == "correct"
+    assert codes(judged(key, ["xdot = p_x/m", "p_xdot = k*x"])) == ["hamilton_sign"]
+    assert "`m`" in judged(key, ["xdot = y"]).findings[0].message()
+    assert "`m`" not in judged(literal({"xdot": "v/m"}), ["xdot = y"]).findings[0].message()
+
+
+def test_a_domain_decides_what_is_equal() -> None:
+    answer = ["xdot = sqrt(x^2)"]
+    assert judged(literal({"xdot": "x"}), answer).verdict == "incorrect"
+    assert judged(literal({"xdot": "x"}, symbols={"x": "positive"}), answer).verdict == "correct"
+
+
+def test_derived_parameters_may_be_used() -> None:
+    document = loads(
+        "parameters: {m: 1 kg, k: 4 N/m, w: sqrt(k/m)}\n"
+        "system: {coordinates: [x], kinetic: m*xdot**2/2, potential: m*w**2*x**2/2}\n"
+    )
+    report = hamilton.run(document)
+    question = Question.model_validate({"document": "x.yaml", "ask": "hamilton.equations"})
+    key = kind.read_key(Asked(question, report["equations"], "", ("hamilton", "equations"), document, report))
+    for right in (["xddot = -w^2*x"], ["m*xddot = -k*x"], ["xdot = p_x/m", "p_xdot = -m*w^2*x"]):
+        assert judged(key, right).verdict == "correct"
+    assert codes(judged(key, ["xddot = -w*x"])) == ["equation_wrong"]
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        ["0 = 0"],
+        ["xdot^2 = 1"],
+        ["xdot = xdot"],
+        ["xdot = y", "xdot = 2"],
+        ["a = b"],
+        ["xdot = 1/0"],
+        ["xdot = (("],
+        ["xdot = secret(x)"],
+        {"xdot": "sqrt(-1 - secret^2)"},
+        [],
+        "secret",
+    ],
+)
+def test_bad_keys_are_refused(value: Any) -> None:
+    with pytest.raises(ValueProblem) as refused:
+        literal(value)
+    assert "secret" not in refused.value.message
+    assert refused.value.message[-1] != "."
+
+
+def test_a_key_with_a_symbol_that_is_not_declared_is_refused() -> None:
+    with pytest.raises(ValueProblem, match="not among the `symbols`") as refused:
+        literal({"xdot": "secret*x"}, symbols={"m": "positive"})
+    assert "secret" not in refused.value.message
+
+
+def test_results_that_are_no_equations_are_refused() -> None:
+    document = load(CONFIGS / "notes_spring.yaml")
+    report = hamilton.run(document)
+    question = Question.model_validate({"document": "x.yaml", "ask": "hamilton.momentum_definitions"})
+    path = ("hamilton", "momentum_definitions")
+    for value in (report["momentum_definitions"], None):
+        with pytest.raises(ValueProblem):
+            kind.read_key(Asked(question, value, "", path, document, report))
+
+
+def test_no_reference_is_told_below_full() -> None:
+    key = literal({"xdot": "secret*x", "ydot": "hidden*y"})
+    first = ["xdot = x", "ydot = y"]
+    for answer in (first, ["xdot = z"], ["xdot = 2*t"], ["ydot = x", "xdot = y", "0 = 1"], ["xdot"]):
+        outcome = judged(key, answer)
+        told = " ".join(finding.message() for finding in outcome.findings)
+        assert "secret" not in told
+        assert "hidden" not in told
+    full = judged(key, first).findings[0].message(full=True)
+    assert "secret*x" in full
+
+
+@pytest.mark.parametrize("name", [*sorted(KEYS), "top_euler_angles", "chain_20"])
+def test_examples_are_judged_as_they_were_made(name: str) -> None:
+    key = KEYS[name]() if name in KEYS else of_document(name)
+    seen = set()
+    for example in kind.examples(key):
+        outcome = judged(key, example.answer)
+        if example.code is None:
+            assert outcome.verdict == "correct", (example, outcome)
+        else:
+            assert example.code in codes(outcome), (example, outcome)
+            assert (outcome.verdict == "correct") == (example.code == "second_order_form")
+        seen.add(example.code)
+    assert {None, "trivial_equation", "constant_factor"} <= seen
+    assert ("euler_sign" if name == "euler" else "hamilton_sign") in seen
+
+
+@pytest.mark.parametrize("name", sorted(KEYS))
+def test_states_have_no_special_values(name: str) -> None:
+    """A quarter of a circle, or equal masses, would let wrong equations pass."""
+    points = KEYS[name]().points
+    for a, b in [(a, b) for a in points.values for b in points.values if a < b]:
+        assert all(abs(points.values[a] - points.values[b]) > 1e-4 * abs(points.values[a]))
+    assert all(math.isfinite(x) for ball in points.balls.values() for x in ball.value)
