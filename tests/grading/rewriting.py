@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from hypothesis import strategies as st
 
-from rigidcli.grading.formula import parts_of
+from rigidcli.grading.functions.formula import parts_of
 from rigidcli.symbolic.tree import (
     Call,
     Constant,

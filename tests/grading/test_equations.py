@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.kinds import equations as kind
-from rigidcli.grading.kinds.equation_key import Key
+from rigidcli.grading.motion.key import Key
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question
 from rigidcli.model.load import load, loads

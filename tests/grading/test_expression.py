@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
-from rigidcli.grading.formula import names_in
+from rigidcli.grading.functions.formula import names_in
 from rigidcli.grading.kinds.expression import Key, examples, judge, read_key
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question

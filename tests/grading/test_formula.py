@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.agreement import Reference, factor, refer
-from rigidcli.grading.formula import Vocabulary, draw, names_in, read, replaced, size_of, spellings
+from rigidcli.grading.functions.agreement import Reference, factor, refer
+from rigidcli.grading.functions.formula import Vocabulary, draw, names_in, read, replaced, size_of, spellings
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.symbolic import parser
 from rigidcli.symbolic.tree import Name

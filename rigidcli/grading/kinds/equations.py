@@ -11,11 +11,12 @@ from pathlib import Path
 
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.kinds import Example, equation_key
-from rigidcli.grading.kinds.determinacy import is_trivial, is_true, tried
-from rigidcli.grading.kinds.equation_key import Key
-from rigidcli.grading.kinds.equation_set import EquationSet
-from rigidcli.grading.kinds.equation_text import equations
+from rigidcli.grading.kinds import Example
+from rigidcli.grading.motion import key as equation_key
+from rigidcli.grading.motion.determinacy import is_trivial, is_true, tried
+from rigidcli.grading.motion.findings import EquationSet
+from rigidcli.grading.motion.key import Key
+from rigidcli.grading.motion.text import equations
 from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.algebra import symbol

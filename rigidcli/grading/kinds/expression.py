@@ -16,17 +16,17 @@ from typing import cast, get_args
 import numpy as np
 
 from rigidcli.errors import ExpressionError, ValueProblem
-from rigidcli.grading.agreement import Reference, factor, refer
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.estimate import Estimate
-from rigidcli.grading.formula import Points, names_in, read, replaced
+from rigidcli.grading.functions.agreement import Reference, factor, refer
+from rigidcli.grading.functions.energy import additive_terms, mistaken, split
+from rigidcli.grading.functions.estimate import Estimate
+from rigidcli.grading.functions.formula import Points, names_in, read, replaced
+from rigidcli.grading.functions.vocabulary import TIME, Names, mismatch, names_of
 from rigidcli.grading.kinds import Example
-from rigidcli.grading.kinds.energy import additive_terms, mistaken, split
 from rigidcli.grading.numbers import margin
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.question import Tolerance
-from rigidcli.grading.vocabulary import TIME, Names, mismatch, names_of
 from rigidcli.symbolic import evaluation
 from rigidcli.symbolic.calculus import expand
 from rigidcli.symbolic.growth import from_tree, to_tree

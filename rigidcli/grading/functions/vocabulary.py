@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
-from rigidcli.grading.formula import Domain, Vocabulary, parts_of, size_of, spellings
+from rigidcli.grading.functions.formula import Domain, Vocabulary, parts_of, size_of, spellings
 from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import Dimension, parse_unit, split_quantity

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from rigidcli.errors import shown
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.formula import Vocabulary, names_in, read
+from rigidcli.grading.functions.formula import Vocabulary, names_in, read
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.symbolic.tree import Name, Negative, Node, Sum
 

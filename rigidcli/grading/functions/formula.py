@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError, nearest, shown
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.estimate import Ball, Estimate, estimate
+from rigidcli.grading.functions.estimate import Ball, Estimate, estimate
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.symbolic import parser
 from rigidcli.symbolic.tokens import MAX_TEXT
@@ -207,7 +207,7 @@ class Points:
     @cached_property
     def decimals(self) -> Mapping[str, Ball]:
         """The same with 80 digits."""
-        from rigidcli.grading.digits import exactly, precisely
+        from rigidcli.grading.functions.digits import exactly, precisely
 
         known = exactly(self.values)
         for name, node in self.derived.items():
@@ -221,7 +221,7 @@ class Points:
 
     def precisely_at(self, node: Node) -> Estimate:
         """The values of a tree, with 80 digits."""
-        from rigidcli.grading.digits import precisely
+        from rigidcli.grading.functions.digits import precisely
 
         return precisely(node, self.decimals, self.count)
 

@@ -19,9 +19,9 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.digits import QUIET
-from rigidcli.grading.estimate import Estimate, Values
-from rigidcli.grading.formula import Points, Vocabulary, draw, names_in, size_of
+from rigidcli.grading.functions.digits import QUIET
+from rigidcli.grading.functions.estimate import Estimate, Values
+from rigidcli.grading.functions.formula import Points, Vocabulary, draw, names_in, size_of
 from rigidcli.symbolic.tree import Node, Sum
 
 STRICT = 1e-9

@@ -11,8 +11,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError
-from rigidcli.grading.formula import Points, names_in
-from rigidcli.grading.kinds.motion import Motion
+from rigidcli.grading.functions.formula import Points, names_in
+from rigidcli.grading.motion.states import Motion
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.algebra import Expr, scaled, total
 from rigidcli.symbolic.calculus import derivative, expand

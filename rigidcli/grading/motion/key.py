@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.formula import Domain, Points, Vocabulary, draw
-from rigidcli.grading.kinds.determinacy import Stencil, Tried, stencil, tried
-from rigidcli.grading.kinds.equation_mistakes import Mistake, mistakes
-from rigidcli.grading.kinds.equation_text import Equation, equations, texts
-from rigidcli.grading.kinds.motion import POSITIVE, REAL, STATES, Motion, paired, with_derivatives
+from rigidcli.grading.functions.formula import Domain, Points, Vocabulary, draw
+from rigidcli.grading.motion.determinacy import Stencil, Tried, stencil, tried
+from rigidcli.grading.motion.mistakes import Mistake, mistakes
+from rigidcli.grading.motion.states import POSITIVE, REAL, STATES, Motion, paired, with_derivatives
+from rigidcli.grading.motion.text import Equation, equations, texts
 from rigidcli.grading.outcome import Finding, Unreadable
 from rigidcli.grading.question import Question
 from rigidcli.model.variables import acceleration, momentum, velocity

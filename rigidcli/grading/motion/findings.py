@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats, Mask
-from rigidcli.grading.kinds import determinacy as d
-from rigidcli.grading.kinds.equation_key import Key
-from rigidcli.grading.kinds.motion import STATES
-from rigidcli.grading.kinds.roots import is_linear, others
 from rigidcli.grading.mistakes import explained
+from rigidcli.grading.motion import determinacy as d
+from rigidcli.grading.motion.key import Key
+from rigidcli.grading.motion.roots import is_linear, others
+from rigidcli.grading.motion.states import STATES
 from rigidcli.grading.outcome import Finding
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.evaluation import array

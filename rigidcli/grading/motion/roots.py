@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.grading.formula import Points
-from rigidcli.grading.kinds.determinacy import Tried, floats
+from rigidcli.grading.functions.formula import Points
+from rigidcli.grading.motion.determinacy import Tried, floats
 from rigidcli.symbolic.evaluation import array
 from rigidcli.symbolic.tree import Node
 

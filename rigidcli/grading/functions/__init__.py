@@ -1,0 +1,1 @@
+"""Expressions as functions: read, evaluated with a bound on rounding, and compared."""

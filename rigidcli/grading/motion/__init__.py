@@ -1,0 +1,1 @@
+"""Equations of motion: read, and judged by the motion that they determine."""
