@@ -6,12 +6,18 @@ import importlib
 import inspect
 import pkgutil
 from importlib import resources
+from typing import get_args
 
 import pytest
 
 import rigidcli
 from rigidcli.cli import app
+from rigidcli.cli.check import STUDIES, CheckFormat
 from rigidcli.cli.new import Kind
+from rigidcli.grading import reports
+from rigidcli.grading.kinds import KINDS, kind
+from rigidcli.grading.question import KindName
+from rigidcli.grading.reports import FORMATS
 from rigidcli.model import shapes, solid_shapes, thin_shapes
 from rigidcli.model.shape import Lamina, Shape, Shell, Solid, Wire
 from rigidcli.render import Format, renderer
@@ -49,6 +55,28 @@ def test_every_study_is_a_command() -> None:
     helpers = motion | {"given", "derivation", "start", "flow", "orbit", "change"}
     assert _names("rigidcli.studies") - helpers <= commands
     assert all(importlib.import_module(f"rigidcli.cli.{name}") for name in commands)
+
+
+def test_every_kind_of_answer_is_a_module_and_every_module_a_kind() -> None:
+    modules = {name.rpartition(".")[2] for name in KINDS.values()}
+    assert _names("rigidcli.grading.kinds") == modules
+    assert set(KINDS) == set(get_args(KindName))
+    for name in KINDS:
+        module = kind(name)
+        assert all(callable(function) for function in (module.read_key, module.judge, module.examples))
+
+
+def test_every_format_of_check_is_listed() -> None:
+    assert set(FORMATS) == set(CheckFormat)
+    assert all(callable(reports.renderer(name)) for name in FORMATS)
+
+
+def test_every_study_can_be_asked() -> None:
+    assert {f"rigidcli.studies.{name}" for name in STUDIES} == {
+        f"rigidcli.studies.{command.__name__}"
+        for command in app.COMMANDS
+        if command.__name__ in _names("rigidcli.studies")
+    }
 
 
 def test_every_starter_is_a_kind() -> None:

@@ -43,8 +43,8 @@ def told(trials: list[Trial]) -> str:
     lines = []
     for id in dict.fromkeys(trial.id for trial in trials):
         own = [trial for trial in trials if trial.id == id]
-        forms = sum(trial.example.code is None for trial in own)
-        lines.append(f"{id}: {forms} right answers and {len(own) - forms} mistakes, made from the key")
+        right = sum(trial.example.code is None for trial in own)
+        lines.append(f"{id}: {right} right and {len(own) - right} wrong answers, made from the key")
         for trial in own:
             if not trial.passed:
                 wanted = trial.example.code or "correct"

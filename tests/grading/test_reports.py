@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 
 from rigidcli.grading import reports
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.feedback import VERDICTS, Feedback, codes, remarks
+from rigidcli.grading.feedback import Feedback, codes, remarks
 from rigidcli.grading.judgement import Judged, Judgement
-from rigidcli.grading.outcome import Finding
+from rigidcli.grading.outcome import VERDICTS, Finding
 from rigidcli.grading.reports import FORMATS, Style, items, renderer
 from rigidcli.grading.reports.csv import harmless, row
 from rigidcli.grading.reports.layout import columns, points, shortened, wrapped

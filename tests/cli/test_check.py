@@ -1,0 +1,242 @@
+"""`rigidcli check` as graders run it: formats, views, exit codes, and what it refuses."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree as ET
+
+import pytest
+
+from tests.conftest import ROOT, Program
+
+ASSIGNMENT = "configs/homework/assignment.yaml"
+ANSWERS = "configs/homework/answers"
+FORMATS = ("table", "json", "csv", "junit", "gradescope")
+
+VERDICTS = {
+    "ada": ["correct"] * 7,
+    "bob": ["partial", "partial", "incorrect", "incorrect", "partial", "incorrect", "incorrect"],
+    "carol": ["correct", "partial", "correct", "incorrect", "partial", "missing", "missing"],
+    "dave": ["invalid", "missing", "invalid", "invalid", "missing", "invalid", "incorrect"],
+    "eve": ["invalid"] * 7,
+}
+
+CODES = {
+    ("bob", "10.35a"): "products_of_inertia_sign",
+    ("bob", "10.35b"): "moment_axis_pairing",
+    ("bob", "10.39"): "wrong_unit_right_number",
+    ("bob", "13.2"): "lagrangian_or_potential_sign",
+    ("bob", "spring"): "hamilton_sign",
+    ("bob", "orbit"): "time_range_short",
+    ("carol", "10.35b"): "missing_axis",
+    ("carol", "13.2"): "kinetic_factor",
+    ("carol", "spring"): "missing_equation",
+    ("dave", "10.39"): "not_a_finite_number",
+    ("dave", "13.2"): "parse_error",
+    ("dave", "orbit"): "path_outside",
+    ("eve", "13.2"): "not_allowed",
+}
+
+
+def objects(text: str) -> dict[str, Any]:
+    return {entry["student"]: entry for entry in map(json.loads, text.splitlines())}
+
+
+@pytest.fixture
+def small(tmp_path: Path) -> Path:
+    """An assignment of one question, and two answer files: 2 m is right."""
+    (tmp_path / "hw.yaml").write_text(
+        "assignment: Short\nquestions: {a: {answer: 2.000 m, kind: quantity, points: 4}}\n"
+    )
+    (tmp_path / "answers").mkdir()
+    (tmp_path / "answers" / "one.yaml").write_text("answers: {a: 200 cm}\n")
+    (tmp_path / "answers" / "two.yaml").write_text("answers: {a: 2 cm}\n")
+    return tmp_path
+
+
+def test_the_homework_of_the_readme(program: Program) -> None:
+    done = program("check", ASSIGNMENT, ANSWERS, "-f", "json")
+    assert (done.code, done.err) == (1, "")
+    found = objects(done.out)
+    verdicts = {name: [each["verdict"] for each in entry["questions"]] for name, entry in found.items()}
+    assert verdicts == VERDICTS
+    for (student, question), code in CODES.items():
+        told = {each["id"]: each["feedback"] for each in found[student]["questions"]}[question]
+        assert [remark["code"] for remark in told] == [code], (student, question)
+    assert (found["ada"]["score"], found["ada"]["max_score"]) == (17, 17)
+    assert {tuple(entry) for entry in found.values()} == {
+        ("schema", "student", "source", "score", "max_score", "questions")
+    }
+
+
+def test_nothing_is_written_beside_the_answers(program: Program) -> None:
+    before = sorted((ROOT / "configs").rglob("*"))
+    program("check", ASSIGNMENT, ANSWERS)
+    assert sorted((ROOT / "configs").rglob("*")) == before
+
+
+@pytest.mark.parametrize("format", FORMATS)
+def test_any_number_of_jobs_gives_the_same_bytes(format: str, program: Program) -> None:
+    alone, *others = (program("check", ASSIGNMENT, ANSWERS, "-f", format, "-j", str(n)) for n in (1, 2, 5))
+    assert alone.code == 1
+    assert all(other == alone for other in others)
+
+
+def test_the_keys_pass_their_own_test(program: Program) -> None:
+    done = program("check", "--selftest", ASSIGNMENT)
+    assert (done.code, done.err) == (0, "")
+    assert "all judged as made" in done.out
+
+
+def test_all_correct_is_success(small: Path, program: Program) -> None:
+    done = program("check", f"{small}/hw.yaml", f"{small}/answers/one.yaml")
+    assert (done.code, done.out, done.err) == (0, "one  4/4  all correct\n", "")
+
+
+def test_csv_has_the_columns_of_the_contract(small: Path, program: Program) -> None:
+    done = program("check", f"{small}/hw.yaml", f"{small}/answers", "-f", "csv")
+    header, first, second = csv.reader(io.StringIO(done.out))
+    assert header == ["student", "question", "verdict", "score", "max_score", "codes", "message"]
+    assert first == ["one", "a", "correct", "4.0", "4.0", "", ""]
+    assert second[:3] == ["two", "a", "incorrect"]
+    bare = program("check", f"{small}/hw.yaml", f"{small}/answers", "-f", "csv", "--no-header")
+    assert bare.out == done.out.partition("\n")[2]
+
+
+def test_junit_counts_its_cases(small: Path, program: Program) -> None:
+    done = program("check", f"{small}/hw.yaml", f"{small}/answers", "-f", "junit")
+    suites = list(ET.fromstring(done.out))
+    assert [(suite.get("tests"), suite.get("failures")) for suite in suites] == [("1", "0"), ("1", "1")]
+
+
+def test_gradescope_has_scores(small: Path, program: Program) -> None:
+    done = program("check", f"{small}/hw.yaml", f"{small}/answers/two.yaml", "-f", "gradescope")
+    result = json.loads(done.out)
+    assert result["score"] == 0
+    assert [(test["name"], test["score"], test["max_score"]) for test in result["tests"]] == [("a", 0, 4)]
+
+
+def test_a_gradebook_is_filled(small: Path, program: Program) -> None:
+    book = small / "book.csv"
+    book.write_text(
+        "Student,ID,SIS Login ID,Section,Short (77)\n    Points Possible,,,,4\nOne,1,one,A,\nTwo,2,two,A,\n"
+    )
+    done = program("check", f"{small}/hw.yaml", f"{small}/answers", "--canvas", str(book))
+    assert done.out.splitlines()[2:] == ["One,1,one,A,4", "Two,2,two,A,0"]
+    named = program("check", f"{small}/hw.yaml", f"{small}/answers", "--canvas", str(book), "--column", "77")
+    assert named.out == done.out
+    other = program("check", f"{small}/hw.yaml", f"{small}/answers", "--canvas", str(book), "--column", "x")
+    assert (other.code, other.out) == (2, "")
+
+
+def test_items_tell_what_the_class_made_of_it(small: Path, program: Program) -> None:
+    done = program("check", f"{small}/hw.yaml", f"{small}/answers", "--items", "-f", "json")
+    tally = json.loads(done.out)
+    assert (tally["question"], tally["correct"], tally["incorrect"]) == ("a", 1, 1)
+
+
+def test_regrade_tells_what_changes(small: Path, program: Program) -> None:
+    old = small / "old.json"
+    words = ("check", f"{small}/hw.yaml", f"{small}/answers")
+    assert program(*words, "-f", "json", "-o", str(old)).out == ""
+    assert "nothing has changed" in program(*words, "--regrade", str(old)).out
+    (small / "answers" / "two.yaml").write_text("answers: {a: 2 m}\n")
+    done = program(*words, "--regrade", str(old))
+    assert done.code == 0
+    assert "two" in done.out
+    assert "incorrect 0/4" in done.out
+    assert "correct 4/4" in done.out
+
+
+@pytest.mark.parametrize("level", ["none", "verdict", "hint", "full"])
+@pytest.mark.parametrize("format", FORMATS)
+def test_the_reference_is_told_at_full_only(
+    level: str, format: str, tmp_path: Path, program: Program
+) -> None:
+    (tmp_path / "hw.yaml").write_text(
+        "questions:\n  n: {answer: 8.7654 m, kind: quantity}\n  v: {answer: [0.3579, 8.7654], kind: vector}\n"
+        "  e: {answer: 8.7654*m, kind: expression}\n  c: {answer: oblate8.7654, kind: choice}\n"
+    )
+    (tmp_path / "x.yaml").write_text("answers: {n: 1 m, v: [2, 1], e: 3*m, c: prolate}\n")
+    done = program("check", f"{tmp_path}/hw.yaml", f"{tmp_path}/x.yaml", "-f", format, "--feedback", level)
+    assert done.code == 1
+    assert ("8.7654" in done.out) == (level == "full")
+    assert "8.7654" not in done.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        ([ASSIGNMENT], 2, "expected ANSWERS"),
+        (["--selftest", ASSIGNMENT, ANSWERS], 2, "takes no ANSWERS"),
+        ([ASSIGNMENT, ANSWERS, "--items", "--regrade", "x"], 2, "exclude each other"),
+        ([ASSIGNMENT, ANSWERS, "--items", "-f", "junit"], 2, "table, json, csv"),
+        ([ASSIGNMENT, "nowhere"], 2, "nowhere"),
+        ([ASSIGNMENT, ANSWERS, "--regrade", "nowhere.json"], 3, "nowhere.json"),
+        ([ASSIGNMENT, ANSWERS, "-j", "0"], 2, "--jobs"),
+        ([ASSIGNMENT, ANSWERS, "-f", "latex"], 2, "latex"),
+        (["nowhere.yaml", ANSWERS], 3, "nowhere.yaml"),
+    ],
+)
+def test_wrong_usage(arguments: list[str], code: int, said: str, program: Program) -> None:
+    done = program("check", *arguments)
+    assert (done.code, done.out) == (code, "")
+    assert said in done.err
+    assert "Traceback" not in done.err
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("", "expected an assignment"),
+        ("questions: {}", "hw.yaml:1: questions"),
+        ("questions:\n  a: {}", "hw.yaml:2: questions.a: neither of `ask` and `answer` given"),
+        ("questions:\n  a: {answer: 1}", "hw.yaml:2: questions.a.kind: missing"),
+        ("questions:\n  a: {answer: 1, kind: numbr}", "questions.a.kind"),
+        ("questions:\n  a: {answer: 1, kind: number, pints: 3}", "did you mean points?"),
+        ("questions:\n  a: {ask: axes}", "questions.a.document: missing"),
+        (f"questions:\n  a: {{document: {ROOT}/configs/water.yaml, ask: axis}}", "did you mean `axes`?"),
+        (
+            f"questions:\n  a: {{document: {ROOT}/configs/water.yaml, ask: inertia.tenser}}",
+            "hw.yaml:2: questions.a.ask: there is no `tenser` in this result\n  hint: did you mean `tensor`?",
+        ),
+        (f"questions:\n  a: {{document: {ROOT}/configs/water.yaml, ask: axes.omega}}", "questions.a.ask"),
+        (f"questions:\n  a: {{document: {ROOT}/configs/water.yaml, ask: hamilton.hamiltonian}}", "system"),
+        ("questions:\n  a: {document: nowhere.yaml, ask: axes}", "nowhere.yaml"),
+    ],
+)
+def test_a_bad_assignment_is_refused(text: str, said: str, tmp_path: Path, program: Program) -> None:
+    (tmp_path / "hw.yaml").write_text(text)
+    (tmp_path / "x.yaml").write_text("answers: {}")
+    done = program("check", f"{tmp_path}/hw.yaml", f"{tmp_path}/x.yaml")
+    assert (done.code, done.out) == (3, "")
+    assert said in done.err
+    assert "Traceback" not in done.err
+
+
+@pytest.mark.parametrize(
+    ("kind", "answer"),
+    [
+        ("number", "73737 7"),
+        ("quantity", "73737 rads/sss"),
+        ("vector", "[73737, x y]"),
+        ("tensor", "[[73737]]"),
+        ("axes", "[{moment: 73737}]"),
+        ("expression", "73737*("),
+        ("equations", "[73737*x]"),
+        ("trajectory", "{csv: 73737}"),
+    ],
+)
+def test_a_bad_key_is_refused_without_telling_it(
+    kind: str, answer: str, tmp_path: Path, program: Program
+) -> None:
+    (tmp_path / "hw.yaml").write_text(f"questions:\n  a:\n    kind: {kind}\n    answer: {answer}\n")
+    (tmp_path / "x.yaml").write_text("answers: {}")
+    done = program("check", f"{tmp_path}/hw.yaml", f"{tmp_path}/x.yaml")
+    assert (done.code, done.out) == (3, "")
+    assert "hw.yaml:4: questions.a.answer" in done.err
+    assert "73737" not in done.err
