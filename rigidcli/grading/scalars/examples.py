@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 from rigidcli.errors import ValueProblem
@@ -57,7 +58,10 @@ def _right(key: Key) -> Iterator[Example]:
 def _times_a_factor(key: Key) -> Iterator[Example]:
     own = key.unit.scale
     for code, factor in key.mistakes:
-        text = _joined(_typed(key, factor * (key.reference / own)), key.unit.text)
+        number = factor * (key.reference / own)
+        if not math.isfinite(number):
+            continue
+        text = _joined(_typed(key, number), key.unit.text)
         written = read_written(text)
         if explaining(key, written, own) == {code} and not is_near(key, written.value, own):
             yield Example(f"times {factor:.6g}", text, code)
@@ -65,9 +69,10 @@ def _times_a_factor(key: Key) -> Iterator[Example]:
 
 def _with_too_few_figures(key: Key) -> Iterator[Example]:
     own, code = key.unit.scale, "too_few_sig_figs"
-    if key.figures is None or key.figures == 1 or key.reference == 0:
+    number = key.reference / own
+    if key.figures is None or key.figures == 1 or number == 0:
         return
-    text = _joined(f"{key.reference / own:.{key.figures - 2}e}", key.unit.text)
+    text = _joined(f"{number:.{key.figures - 2}e}", key.unit.text)
     written = read_written(text)
     if is_near(key, written.value, own) or explaining(key, written, own) == {code}:
         yield Example("with a figure too few", text, code)

@@ -1,6 +1,7 @@
 """Mistakes that are factors: the reference times each of them is what comes of the mistake.
 
-Which there are depends on what is asked: nobody takes a mass for a frequency, or its sign for a sense.
+Which there are depends on the dimension of what is asked, and on what the result is: a sign is the sense of
+a precession in some, and just a sign in the others.
 """
 
 from __future__ import annotations
@@ -11,14 +12,22 @@ from collections.abc import Iterator
 from rigidcli.model.units import DIMENSIONLESS, Dimension
 
 TENS = tuple(10.0**power for power in range(1, 13))
+"""What a slip in a power of ten may come to."""
 
 CONSTANTS = (2, 3, 4, 5, 6, 8, 3 / 2, 4 / 3, 5 / 2, math.sqrt(2), math.sqrt(3), math.pi)
 """Numbers that get lost in a formula."""
 
 DEGREES = 180 / math.pi
+"""In a radian."""
+
 TURN = 2 * math.pi
+"""In radians."""
+
 TURNS_PER_MINUTE = 30 / math.pi
+"""In a radian per second."""
+
 KILOMETRES_PER_HOUR = 3.6
+"""In a metre per second."""
 
 WEIGHTS = (9.80665, 4.184)
 """A kilogram's weight in newtons, a calorie in joules."""
@@ -74,4 +83,5 @@ def _is_precession(path: tuple[str, ...]) -> bool:
     last = path[-1] if path else ""
     if any(part in last for part in NO_PRECESSION):
         return False
-    return any(part in last for part in (PRECESSIONS if path[:1] == ("precess",) else ANGLES_OF_PRECESSION))
+    names = PRECESSIONS if path[:1] == ("precess",) else ANGLES_OF_PRECESSION
+    return any(part in last for part in names)
