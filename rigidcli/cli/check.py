@@ -107,7 +107,7 @@ def check(
                 # On a terminal, the results themselves show how far it is.
                 seen = (lambda fraction: None) if width else show
                 judgements = batch.run(prepared.items, files, jobs, seen)
-                for piece in view(_noted(judgements, failures), style):
+                for piece in view(_noted(judgements, failures, quiet), style):
                     target.write(piece)
     raise typer.Exit(failures.code)
 
@@ -124,9 +124,11 @@ def _study(name: str) -> "Callable[[Document], Report]":
     return run
 
 
-def _noted(judgements: "Iterator[Judgement]", failures: Failures) -> "Iterator[Judgement]":
-    """The judgements; one that is not all correct is remembered for the exit code."""
+def _noted(judgements: "Iterator[Judgement]", failures: Failures, quiet: bool) -> "Iterator[Judgement]":
+    """The judgements, with their notes told; one that is not all correct is remembered for the exit code."""
     for judgement in judgements:
+        for note in () if quiet else judgement.notes:
+            complain(str(Problem(judgement.source, f"note: {note}")))
         if any(question.verdict != "correct" for question in judgement.questions):
             failures.code = max(failures.code, NOT_CORRECT)
         yield judgement

@@ -12,7 +12,7 @@ from pathlib import Path
 from rigidcli.errors import UsageError, printable
 from rigidcli.grading.files import read_file
 from rigidcli.grading.judge import Item, judge
-from rigidcli.grading.judgement import Judged, Judgement, from_bytes, same_for_all, to_bytes
+from rigidcli.grading.judgement import Judgement, Sheet, from_bytes, same_for_all, to_bytes
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.sandbox import LIMITS, Limits
 from rigidcli.grading.workers import Ended, each, usable_cores
@@ -82,24 +82,24 @@ def run(
     work = partial(judge_file, dict(items))
     results = each(work, files, jobs or usable_cores(), limits, progress)
     for file, result in zip(files, results, strict=True):
-        questions = _ended(items, result) if isinstance(result, Ended) else from_bytes(result)
-        yield Judgement(_name(file.stem), _name(os.fspath(file)), questions)
+        sheet = _ended(items, result) if isinstance(result, Ended) else from_bytes(result)
+        yield Judgement(_name(file.stem), _name(os.fspath(file)), sheet.questions, sheet.notes)
 
 
 def judge_file(items: Mapping[str, Item], path: Path) -> bytes:
-    """The questions of an answer file, judged; it runs in a process of its own."""
+    """An answer file, judged; it runs in a process of its own."""
     try:
-        questions = judge(read_file(path), _name(os.fspath(path)), path.parent, items)
+        sheet = judge(read_file(path), _name(os.fspath(path)), path.parent, items)
     except Unreadable as unreadable:
-        questions = _refused(items, unreadable)
-    return to_bytes(questions)
+        sheet = _refused(items, unreadable)
+    return to_bytes(sheet)
 
 
-def _ended(items: Mapping[str, Item], ended: Ended) -> tuple[Judged, ...]:
+def _ended(items: Mapping[str, Item], ended: Ended) -> Sheet:
     return _refused(items, Unreadable(ended.code, ended.detail))
 
 
-def _refused(items: Mapping[str, Item], unreadable: Unreadable) -> tuple[Judged, ...]:
+def _refused(items: Mapping[str, Item], unreadable: Unreadable) -> Sheet:
     return same_for_all({id: item.points for id, item in items.items()}, unreadable.outcome)
 
 

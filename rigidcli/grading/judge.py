@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
 from typing import Any, cast
 
-from rigidcli.errors import DocumentError
+from rigidcli.errors import DocumentError, nearest, shown
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.judgement import Judged, judged, same_for_all
+from rigidcli.grading.judgement import Sheet, judged, same_for_all
 from rigidcli.grading.kinds import Kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable
 from rigidcli.grading.sandbox import ForbiddenError
 from rigidcli.model.syntax import read_tree
 
 MISSING = Outcome("missing", 0.0)
+
+MOST_STRANGERS = 5
+"""Answers to no question that are told one by one."""
 
 LONGEST_ANSWER = 200
 """Characters of an answer that are kept, to tell one wrong answer from another."""
@@ -44,7 +47,7 @@ def _item(module: str, key: Any, points: float) -> Item:
     return Item(cast(Kind, import_module(module)), key, points)
 
 
-def judge(text: str, source: str, folder: Path, items: Mapping[str, Item]) -> tuple[Judged, ...]:
+def judge(text: str, source: str, folder: Path, items: Mapping[str, Item]) -> Sheet:
     """Judge the answer file `text`; files that it names are looked for in `folder`."""
     try:
         answers = _answers(read_tree(text, source, typed=True))
@@ -55,10 +58,32 @@ def judge(text: str, source: str, folder: Path, items: Mapping[str, Item]) -> tu
         return same_for_all(_points(items), Outcome("invalid", 0.0, (finding,)))
     except Unreadable as unreadable:
         return same_for_all(_points(items), unreadable.outcome)
-    return tuple(
-        judged(id, item.points, outcome(item, answers.get(id), folder), _fingerprint(answers.get(id)))
-        for id, item in items.items()
+    given = {_folded(id): answer for id, answer in answers.items()} | answers
+    found = {id: given.get(id, given.get(_folded(id))) for id in items}
+    return Sheet(
+        tuple(
+            judged(id, item.points, outcome(item, found[id], folder), _fingerprint(found[id]))
+            for id, item in items.items()
+        ),
+        tuple(_strangers(answers, items)),
     )
+
+
+def _folded(id: str) -> str:
+    """The name of a question, however it is spelled."""
+    return id.strip().casefold()
+
+
+def _strangers(answers: Mapping[str, Tree], items: Mapping[str, Item]) -> Iterator[str]:
+    """Notes on answers that no question asks for."""
+    known = {_folded(id) for id in items}
+    strange = [id for id in answers if _folded(id) not in known]
+    for id in strange[:MOST_STRANGERS]:
+        near = nearest(id, list(items))
+        guess = f" (did you mean {near}?)" if near else ""
+        yield f"there is no question {shown(id)}{guess}"
+    if len(strange) > MOST_STRANGERS:
+        yield f"there are {len(strange) - MOST_STRANGERS:,} more answers that no question asks for"
 
 
 def _points(items: Mapping[str, Item]) -> dict[str, float]:

@@ -32,12 +32,21 @@ class Judged:
 
 
 @dataclass(frozen=True, slots=True)
+class Sheet:
+    """What an answer file holds: its questions, and `notes` for the instructor on the rest of it."""
+
+    questions: tuple[Judged, ...]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Judgement:
     """One answer file; `student` is from its name, and `source` is its path."""
 
     student: str
     source: str
     questions: tuple[Judged, ...]
+    notes: tuple[str, ...] = ()
 
     @property
     def score(self) -> float:
@@ -57,19 +66,20 @@ def judged(id: str, points: float, outcome: Outcome, answer: str = "") -> Judged
     )
 
 
-def same_for_all(points: Mapping[str, float], outcome: Outcome) -> tuple[Judged, ...]:
-    """The questions of a file that could not be judged one by one."""
-    return tuple(judged(id, worth, outcome) for id, worth in points.items())
+def same_for_all(points: Mapping[str, float], outcome: Outcome) -> Sheet:
+    """A file whose questions could not be judged one by one."""
+    return Sheet(tuple(judged(id, worth, outcome) for id, worth in points.items()))
 
 
-def to_bytes(questions: tuple[Judged, ...]) -> bytes:
-    """Questions as a process hands them to another: plain JSON, never objects."""
-    return orjson.dumps(questions)
+def to_bytes(sheet: Sheet) -> bytes:
+    """A sheet as a process hands it to another: plain JSON, never objects."""
+    return orjson.dumps(sheet)
 
 
-def from_bytes(data: bytes) -> tuple[Judged, ...]:
-    """Questions from another process."""
-    return tuple(_judged(entry) for entry in orjson.loads(data))
+def from_bytes(data: bytes) -> Sheet:
+    """A sheet from another process."""
+    tree = orjson.loads(data)
+    return Sheet(tuple(map(_judged, tree["questions"])), tuple(tree["notes"]))
 
 
 def _judged(entry: dict[str, Any]) -> Judged:

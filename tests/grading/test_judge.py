@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.judge import Item, judge
-from rigidcli.grading.judgement import Judged, Judgement, from_bytes, to_bytes
+from rigidcli.grading.judgement import Judged, Judgement, Sheet, from_bytes, to_bytes
 from rigidcli.grading.kinds import Example, kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.sandbox import ForbiddenError
@@ -51,7 +51,7 @@ ITEMS = {id: Item(Same(), "42", 2.0) for id in ("10.35a", "b", "c")}
 
 
 def judged(text: str) -> dict[str, Judged]:
-    questions = judge(text, "a.yaml", Path(), ITEMS)
+    questions = judge(text, "a.yaml", Path(), ITEMS).questions
     assert [question.id for question in questions] == list(ITEMS)
     return {question.id: question for question in questions}
 
@@ -86,9 +86,9 @@ def test_scalars_are_judged_as_typed() -> None:
     item = Item(Same(), "1e-3", 1.0)
     texts = ["1e-3", "'1e-3'", '"1e-3"']
     for text in texts:
-        assert judge(f"answers: {{a: {text}}}", "a", Path(), {"a": item})[0].verdict == "correct"
+        assert judge(f"answers: {{a: {text}}}", "a", Path(), {"a": item}).questions[0].verdict == "correct"
     for text in ["0.001", "1.e-3", "1E-3"]:
-        assert judge(f"answers: {{a: {text}}}", "a", Path(), {"a": item})[0].verdict == "incorrect"
+        assert judge(f"answers: {{a: {text}}}", "a", Path(), {"a": item}).questions[0].verdict == "incorrect"
 
 
 @pytest.mark.parametrize("text", ["answers: {}", "answers:", "student: x", "{}", "answers: {b: , c: ''}"])
@@ -170,7 +170,9 @@ def test_answers_that_differ_in_blanks_and_last_digits_are_told_as_one() -> None
 def test_what_is_told_of_an_answer_is_short(answer: Tree) -> None:
     import json
 
-    questions = judge(json.dumps({"answers": {"b": answer}}, ensure_ascii=False), "a", Path(), ITEMS)
+    questions = judge(
+        json.dumps({"answers": {"b": answer}}, ensure_ascii=False), "a", Path(), ITEMS
+    ).questions
     assert all(len(question.answer) <= 400 for question in questions)
 
 
@@ -201,7 +203,7 @@ QUESTIONS = st.builds(
 @given(st.lists(QUESTIONS, max_size=5).map(tuple))
 @settings(max_examples=100, deadline=None)
 def test_what_goes_through_a_pipe_comes_out_the_same(questions: tuple[Judged, ...]) -> None:
-    assert from_bytes(to_bytes(questions)) == questions
+    assert from_bytes(to_bytes(Sheet(questions, ("a note",)))) == Sheet(questions, ("a note",))
 
 
 def test_scores_add_up() -> None:
@@ -216,3 +218,16 @@ def test_an_item_is_pickled_with_the_name_of_its_kind() -> None:
     assert copy.kind is sys.modules["rigidcli.grading.kinds.choice"]
     assert copy.points == item.points
     assert (copy.key["any"] == item.key["any"]).all()
+
+
+def test_a_question_has_its_name_in_any_spelling_and_others_are_told() -> None:
+    sheet = judge("answers: {' B ': 42, bb: 1, x: 2}", "a.yaml", Path(), ITEMS)
+    assert {question.id: question.verdict for question in sheet.questions}["b"] == "correct"
+    assert sheet.notes == ("there is no question `bb` (did you mean b?)", "there is no question `x`")
+
+
+def test_many_answers_to_no_question_are_counted() -> None:
+    text = "answers: {" + ", ".join(f"q{n}: 1" for n in range(1000)) + "}"
+    notes = judge(text, "a.yaml", Path(), ITEMS).notes
+    assert len(notes) == 6
+    assert "995 more" in notes[-1]
