@@ -28,8 +28,13 @@ NOT_CORRECT = 1
 STUDIES = ("inertia", "axes", "precess", "euler", "hamilton")
 """The commands whose results an assignment may ask for."""
 
-TABULAR = ("table", "json", "csv")
-"""The formats that `--items` and `--regrade` have."""
+TABULAR = {
+    "--items": ("table", "json", "csv"),
+    "--regrade": ("table", "json", "csv"),
+    "--canvas": ("table", "csv"),
+    "--selftest": ("table",),
+}
+"""The formats in which something else than judgements is told; a gradebook is as it was exported."""
 
 
 class CheckFormat(StrEnum):
@@ -87,8 +92,8 @@ def check(
     if bool(answers) == selftest:
         wrong = "--selftest takes no ANSWERS" if selftest else "expected ANSWERS: files, or folders of them"
         raise typer.BadParameter(wrong)
-    if (items or regrade) and format not in TABULAR:
-        raise typer.BadParameter(f"{views[0]} has the formats {', '.join(TABULAR)}")
+    if views and format not in TABULAR[views[0]]:
+        raise typer.BadParameter(f"{views[0]} has no other format than {', '.join(TABULAR[views[0]])}")
     failures = Failures()
     with failures.of(assignment), Output(output) as target:
         from rigidcli.grading import batch
@@ -96,6 +101,8 @@ def check(
         from rigidcli.grading.reports import Style
 
         prepared = prepare(assignment, {name: _study(name) for name in STUDIES})
+        for note in () if quiet else prepared.notes:
+            complain(str(note))
         if selftest:
             _selftest(prepared, target, failures)
         else:
@@ -103,7 +110,7 @@ def check(
             style = Style(feedback, not no_header, width, colour)
             view = _view(format, items, regrade, canvas, column or prepared.title, quiet)
             with progress() as show:
-                files = batch.gather(answers or ())
+                files = batch.gather(answers or (), assignment)
                 # On a terminal, the results themselves show how far it is.
                 seen = (lambda fraction: None) if width else show
                 judgements = batch.run(prepared.items, files, jobs, seen)

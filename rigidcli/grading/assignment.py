@@ -13,11 +13,11 @@ from pydantic import ValidationError
 
 from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, nearest, shown
 from rigidcli.errors import Path as Keys
-from rigidcli.grading.asked import Asked
+from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.infer import kind_of
 from rigidcli.grading.judge import Item
-from rigidcli.grading.kinds import kind
-from rigidcli.grading.question import Assignment, Question
+from rigidcli.grading.kinds import Kind, kind
+from rigidcli.grading.question import Assignment, Question, idle
 from rigidcli.model.load import STDIN, Lines, explain, load, read_text
 from rigidcli.model.sampling import DEFAULT_TOLERANCE
 from rigidcli.model.syntax import read_tree
@@ -34,17 +34,21 @@ DENSE = 20_001
 COARSER = 100
 """By how much the tolerance of the second run is larger, which shows how far the first can be trusted."""
 
+LONGEST_KEY = 500
+"""Characters of a key that is told to those who are told all."""
+
 AS_TYPED = ("answer", "modulo")
 """Keys of a question whose values are read by the rules of answers, digit by digit."""
 
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """An assignment with its keys worked out."""
+    """An assignment with its keys worked out, and `notes` on what in it does nothing."""
 
     title: str
     source: str
     items: dict[str, Item]
+    notes: tuple[Problem, ...] = ()
 
 
 def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study]) -> Prepared:
@@ -52,26 +56,34 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study]) -> Prepa
 
     Raises DocumentError with all that is wrong with it, or with the documents that it names.
     """
-    name = os.fspath(path)
-    source = os.fsencode(name).decode(errors="backslashreplace")
-    text = read_text(name, source)
+    file = os.fspath(path)
+    source = os.fsencode(file).decode(errors="backslashreplace")
+    text = read_text(file, source)
     assignment = _read(text, source)
-    folder = Path() if name == STDIN else Path(name).parent
-    lines, problems, items = Lines(text, source), list[Problem](), dict[str, Item]()
+    folder = Path() if file == STDIN else Path(file).parent
+    lines, items = Lines(text, source), dict[str, Item]()
+    problems, notes = list[Problem](), list[Problem]()
+
+    def placed(keys: Keys, message: str, hint: str | None = None) -> Problem:
+        return Problem(source, message, lines.of(keys), ".".join(map(str, keys)), hint)
+
     library = _Library(folder, studies)
     for id, question in assignment.questions.items():
         try:
-            items[id] = _item(question, library)
+            asked, name = _asked(question, library)
+            items[id] = _item(asked, name)
         except DocumentError as error:
+            problems.append(placed(("questions", id, "document"), f"{shown(question.document)} is refused"))
             problems += [each for each in error.problems if each not in problems]
         except RigidError as error:
             keys: Keys = ("questions", id, *getattr(error, "path", ()))
-            problems.append(
-                Problem(source, error.message, lines.of(keys), ".".join(map(str, keys)), error.hint)
-            )
+            problems.append(placed(keys, error.message, error.hint))
+        else:
+            message = f"note: this means nothing to the kind `{name}`"
+            notes += [placed(("questions", id, option), message) for option in idle(question, name)]
     if problems:
         raise DocumentError(problems)
-    return Prepared(assignment.assignment or Path(name).stem, source, items)
+    return Prepared(assignment.assignment or Path(file).stem, source, items, tuple(notes))
 
 
 def _read(text: str, source: str) -> Assignment:
@@ -143,12 +155,25 @@ def _trajectory(report: Report) -> Mapping[str, Value]:
     return found
 
 
-def _item(question: Question, library: _Library) -> Item:
-    asked, name = _asked(question, library)
+def _item(asked: Asked, name: str) -> Item:
     try:
-        return Item(kind(name), kind(name).read_key(asked), question.points)
+        key = kind(name).read_key(asked)
+        return Item(kind(name), key, asked.question.points, _in_words(kind(name), key))
     except ValueProblem as problem:
         raise problem if problem.path else problem.below("ask" if asked.path else "answer") from None
+
+
+def _in_words(kind: Kind, key: Any) -> str:
+    """The key as it would be typed, if that is short."""
+    first = next(kind.examples(key), None)
+    text = "" if first is None else _flow(first.answer)
+    return text if len(text) <= LONGEST_KEY else ""
+
+
+def _flow(answer: Tree) -> str:
+    if isinstance(answer, dict):
+        return f"{{{', '.join(f'{key}: {_flow(value)}' for key, value in answer.items())}}}"
+    return f"[{', '.join(map(_flow, answer))}]" if isinstance(answer, list) else str(answer)
 
 
 def _asked(question: Question, library: _Library) -> tuple[Asked, str]:

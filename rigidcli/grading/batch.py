@@ -21,18 +21,22 @@ SUFFIXES = frozenset([".yaml", ".yml", ".json"])
 """Ends of the names of answer files, in small letters or capitals."""
 
 
-def gather(paths: Sequence[str | os.PathLike[str]]) -> list[Path]:
+def gather(
+    paths: Sequence[str | os.PathLike[str]], assignment: str | os.PathLike[str] | None = None
+) -> list[Path]:
     """The answer files that are meant by files and folders, each once.
 
-    Of a folder, those directly in it, by name, hidden ones left out. Whatever has the name of an answer file
-    is one, and is judged as one: folders and pipes, too, and links, which are not followed. Raises
-    UsageError for what is not there.
+    Of a folder, those directly in it, by name; hidden ones, and the `assignment`, are left out. Whatever has
+    the name of an answer file is one, and is judged as one: folders and pipes, too, and links, which are
+    not followed. Raises UsageError for what is not there.
     """
     files: dict[Path, None] = {}
+    own = None if assignment is None else Path(assignment).absolute()
     for path in map(Path, paths):
         with _told(path):
             if path.is_dir() and not _is_answer(path.name):
-                files.update(dict.fromkeys(sorted(filter(_is_answer_file, path.iterdir()))))
+                inside = sorted(filter(_is_answer_file, path.iterdir()))
+                files.update(dict.fromkeys(file for file in inside if file.absolute() != own))
             else:
                 path.lstat()
                 files[path] = None

@@ -39,7 +39,8 @@ def read_beside(name: Tree, folder: Path) -> str:
     """
     if not isinstance(name, str) or not name.strip():
         raise Unreadable("wrong_shape", f"read {shown(name)}, expected the name of a file", place="file")
-    if name in (".", "..") or not ELSEWHERE.isdisjoint(name):
+    name = name.removeprefix("./")
+    if name in ("", ".", "..") or not ELSEWHERE.isdisjoint(name):
         message = f"read {shown(name)}, expected a name without a folder"
         raise Unreadable("path_outside", message, place="file")
     return read_file(folder / name, shown(name))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from hashlib import sha256
 from importlib import import_module
 from pathlib import Path
@@ -32,19 +32,23 @@ LONGEST_COMPARED = 2000
 
 @dataclass(frozen=True, slots=True)
 class Item:
-    """A question that is ready to judge answers: its kind, and the key that the kind has made."""
+    """A question that is ready to judge answers: its kind, and the key that the kind has made.
+
+    `reference` is the key in words, for those who are told all.
+    """
 
     kind: Kind
     key: Any
     points: float
+    reference: str = ""
 
     def __reduce__(self) -> tuple[Any, ...]:
         """A module cannot be pickled, and goes to another process by its name."""
-        return _item, (getattr(self.kind, "__name__", ""), self.key, self.points)
+        return _item, (getattr(self.kind, "__name__", ""), self.key, self.points, self.reference)
 
 
-def _item(module: str, key: Any, points: float) -> Item:
-    return Item(cast(Kind, import_module(module)), key, points)
+def _item(module: str, *rest: Any) -> Item:
+    return Item(cast(Kind, import_module(module)), *rest)
 
 
 def judge(text: str, source: str, folder: Path, items: Mapping[str, Item]) -> Sheet:
@@ -101,9 +105,18 @@ def _answers(tree: Tree) -> dict[str, Tree]:
 
 
 def outcome(item: Item, answer: Tree, folder: Path) -> Outcome:
-    """The outcome of one answer, whatever goes wrong in judging it."""
-    if answer is None or answer == "":
+    """The outcome of one answer, whatever goes wrong in judging it; the reference is in its findings."""
+    if answer is None or (isinstance(answer, str) and not answer.strip()):
         return MISSING
+    found = _outcome(item, answer, folder)
+    untold = not any(finding.reference for finding in found.findings)
+    if found.verdict == "correct" or not item.reference or not found.findings or not untold:
+        return found
+    first, *others = found.findings
+    return replace(found, findings=(replace(first, reference=f"expected {item.reference}"), *others))
+
+
+def _outcome(item: Item, answer: Tree, folder: Path) -> Outcome:
     try:
         return item.kind.judge(item.key, answer, folder)
     except Unreadable as unreadable:

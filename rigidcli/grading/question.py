@@ -6,10 +6,11 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from rigidcli.model.base import AsList, Section
+from rigidcli.model.base import AsList, Quantity, Section
+from rigidcli.model.units import ANGLE, DIMENSIONLESS
 
-Positive = Annotated[float, Field(gt=0, lt=1e100, strict=False, allow_inf_nan=False)]
-NotNegative = Annotated[float, Field(ge=0, lt=1e100, strict=False, allow_inf_nan=False)]
+Positive = Annotated[float, Quantity(DIMENSIONLESS, "positive")]
+NotNegative = Annotated[float, Quantity(DIMENSIONLESS, "nonnegative")]
 Names = Annotated[tuple[str, ...], AsList]
 
 KindName = Literal[
@@ -33,15 +34,15 @@ RELATIVE = 1e-3
 class Tolerance(Section):
     """How near an answer must be; with nothing given, RELATIVE.
 
-    `angle` (rad) is between axes; `conserved` is the drift of conserved quantities along a trajectory, in
-    units of their size.
+    `absolute` is in SI units, or has a unit; `angle` (rad) is between axes; `conserved` is the drift of
+    conserved quantities along a trajectory, in units of their size.
     """
 
     relative: NotNegative | None = None
-    absolute: NotNegative | None = None
+    absolute: Annotated[float, Quantity(None, "nonnegative")] | None = None
     significant_figures: Annotated[int, Field(ge=1, le=17)] | None = None
     figures: Literal["value", "written", "strict", "at_least"] = "value"
-    angle: Positive | None = None
+    angle: Annotated[float, Quantity(ANGLE, "positive")] | None = None
     conserved: Positive | None = None
 
 
@@ -71,6 +72,31 @@ class Question(Section):
     columns: Names = ()
     angles: Names = ()
     conserved: dict[str, str] | None = None
+
+
+_NAMES = frozenset({"symbols", "coordinates", "momenta", "velocities"})
+
+OPTIONS: dict[str, frozenset[str]] = {
+    "number": frozenset({"modulo", "unit"}),
+    "quantity": frozenset({"modulo", "unit"}),
+    "vector": frozenset({"direction", "symbols"}),
+    "moments": frozenset({"order", "symbols"}),
+    "matrix": frozenset({"symbols"}),
+    "tensor": frozenset({"symbols"}),
+    "axes": frozenset({"order", "normalized", "orthogonal", "handed", "symbols"}),
+    "expression": _NAMES | {"constant"},
+    "equations": _NAMES,
+    "trajectory": frozenset({"columns", "angles", "conserved", "modulo", "symbols"}),
+    "choice": frozenset(),
+}
+"""The options that mean something to a kind, besides those of every question."""
+
+EVERYWHERE = frozenset({"document", "ask", "answer", "kind", "points", "tolerance"})
+
+
+def idle(question: Question, name: str) -> list[str]:
+    """The options of a question that mean nothing to its kind."""
+    return sorted(question.model_fields_set - EVERYWHERE - OPTIONS[name])
 
 
 class Assignment(Section):

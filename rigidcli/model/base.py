@@ -97,16 +97,23 @@ def environment(info: ValidationInfo) -> Environment:
     return info.context if isinstance(info.context, Environment) else Environment()
 
 
-LIMITS = {units.LENGTH: 1e50, units.MASS: 1e100, units.MOMENT_OF_INERTIA: 1e200}
+LIMITS: dict[units.Dimension | None, float] = {
+    units.LENGTH: 1e50,
+    units.MASS: 1e100,
+    units.MOMENT_OF_INERTIA: 1e200,
+}
 DEFAULT_LIMIT = 1e160
 """The largest number accepted, and the inverse of the least: no formula overflows, or becomes zero."""
 
 
 @dataclass(frozen=True, slots=True)
 class Quantity:
-    """Marks a field as a number with a dimension, which becomes an SI value once, when it is read."""
+    """Marks a field as a number with a dimension, which becomes an SI value once, when it is read.
 
-    dimension: units.Dimension
+    A dimension of None is any.
+    """
+
+    dimension: units.Dimension | None
     sign: Literal["positive", "nonnegative"] | None = None
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:

@@ -28,8 +28,11 @@ _TYPES = {
     "model_type": "a mapping",
     "string_type": "a text",
     "bool_type": "true or false",
+    "int_type": "a whole number",
+    "greater_than_equal": "at least {ge}",
+    "less_than_equal": "at most {le}",
 }
-"""What pydantic's complaints about a type expect, in the words of a document."""
+"""What pydantic's complaints about a type or a bound expect, in the words of a document."""
 
 
 def load(
@@ -228,9 +231,10 @@ def explain(error: ValidationError) -> list[tuple[Path, str, str | None]]:
         elif kind in ("too_long", "too_short"):
             bound = context.get("max_length", context.get("min_length"))
             most = "at most" if kind == "too_long" else "at least"
-            explained[path] = f"read {shown(read)}, expected {most} {bound} entries", None
+            entries = "entry" if bound == 1 else "entries"
+            explained[path] = f"read {shown(read)}, expected {most} {bound} {entries}", None
         else:
-            expected = _TYPES.get(kind) or str(context.get("expected", complaint["msg"]))
+            expected = _TYPES.get(kind, str(context.get("expected", complaint["msg"]))).format(**context)
             quoted = kind == "string_type" and isinstance(read, int | float | Decimal)
             hint = f'write it in quotes: "{read}"' if quoted else None
             explained[path] = f"read {shown(read)}, expected {expected.replace(chr(39), '')}", hint

@@ -198,6 +198,7 @@ def test_wrong_usage(arguments: list[str], code: int, said: str, program: Progra
         ("questions:\n  a: {answer: 1}", "hw.yaml:2: questions.a.kind: missing"),
         ("questions:\n  a: {answer: 1, kind: numbr}", "questions.a.kind"),
         ("questions:\n  a: {answer: 1, kind: number, pints: 3}", "did you mean points?"),
+        ("questions:\n  a: {answer: 1, kind: number, points: -1}", "a.points: read `-1`, expected a nonneg"),
         ("questions:\n  a: {ask: axes}", "questions.a.document: missing"),
         (f"questions:\n  a: {{document: {ROOT}/configs/water.yaml, ask: axis}}", "did you mean `axes`?"),
         (
@@ -216,6 +217,32 @@ def test_a_bad_assignment_is_refused(text: str, said: str, tmp_path: Path, progr
     assert (done.code, done.out) == (3, "")
     assert said in done.err
     assert "Traceback" not in done.err
+
+
+def test_an_option_that_means_nothing_is_told(tmp_path: Path, program: Program) -> None:
+    (tmp_path / "hw.yaml").write_text("questions:\n  a: {answer: 1, kind: number, order: free}\n")
+    (tmp_path / "x.yaml").write_text("answers: {a: 1}")
+    words = ("check", f"{tmp_path}/hw.yaml", f"{tmp_path}/x.yaml")
+    done = program(*words)
+    assert done.code == 0
+    assert "hw.yaml:2: questions.a.order: note: this means nothing to the kind `number`" in done.err
+    assert program(*words, "-q").err == ""
+
+
+def test_the_assignment_among_the_answers_is_no_answer(tmp_path: Path, program: Program) -> None:
+    (tmp_path / "hw.yaml").write_text("questions:\n  a: {answer: 1, kind: number}\n")
+    (tmp_path / "x.yaml").write_text("answers: {a: 1}")
+    done = program("check", f"{tmp_path}/hw.yaml", str(tmp_path))
+    assert (done.code, done.out) == (0, "x  1/1  all correct\n")
+
+
+def test_a_tolerance_may_have_a_unit(tmp_path: Path, program: Program) -> None:
+    (tmp_path / "hw.yaml").write_text(
+        "questions:\n  a: {answer: 5 cm, kind: quantity, tolerance: {absolute: 1 mm}}\n"
+    )
+    for length, code in (("5.09 cm", 0), ("0.0491 m", 0), ("5.11 cm", 1)):
+        (tmp_path / "x.yaml").write_text(f"answers: {{a: {length}}}")
+        assert program("check", f"{tmp_path}/hw.yaml", f"{tmp_path}/x.yaml").code == code
 
 
 @pytest.mark.parametrize(
