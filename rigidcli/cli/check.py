@@ -10,7 +10,7 @@ import typer
 
 from rigidcli.cli.computing import OutputPath, Quiet
 from rigidcli.cli.output import Failures, Output, complain, progress
-from rigidcli.errors import Problem
+from rigidcli.errors import Problem, UsageError
 from rigidcli.grading.feedback import Feedback
 
 if TYPE_CHECKING:
@@ -94,6 +94,8 @@ def check(
         raise typer.BadParameter(wrong)
     if views and format not in TABULAR[views[0]]:
         raise typer.BadParameter(f"{views[0]} has no other format than {', '.join(TABULAR[views[0]])}")
+    if column is not None and canvas is None:
+        raise typer.BadParameter("--column is for --canvas")
     failures = Failures()
     with failures.of(assignment), Output(output) as target:
         from rigidcli.grading import batch
@@ -110,7 +112,10 @@ def check(
             style = Style(feedback, not no_header, width, colour)
             view = _view(format, items, regrade, canvas, column or prepared.title, quiet)
             with progress() as show:
-                files = batch.gather(answers or (), assignment)
+                files, missing = batch.gather(answers or (), assignment)
+                for problem in missing:
+                    complain(str(problem))
+                    failures.code = max(failures.code, UsageError.exit_code)
                 # On a terminal, the results themselves show how far it is.
                 seen = (lambda fraction: None) if width else show
                 judgements = batch.run(prepared.items, files, jobs, seen)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -37,6 +39,11 @@ COARSER = 100
 LONGEST_KEY = 500
 """Characters of a key that is told to those who are told all."""
 
+DIGITS = 6
+"""Of the numbers in it."""
+
+DECIMALS = re.compile(r"[0-9]*\.[0-9]{7,}(?:e[-+]?[0-9]+)?")
+
 AS_TYPED = ("answer", "modulo")
 """Keys of a question whose values are read by the rules of answers, digit by digit."""
 
@@ -59,16 +66,20 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study]) -> Prepa
     file = os.fspath(path)
     source = os.fsencode(file).decode(errors="backslashreplace")
     text = read_text(file, source)
-    assignment = _read(text, source)
-    folder = Path() if file == STDIN else Path(file).parent
-    lines, items = Lines(text, source), dict[str, Item]()
-    problems, notes = list[Problem](), list[Problem]()
+    tree, lines = _tree(text, source), Lines(text, source)
+    items, problems, notes = dict[str, Item](), list[Problem](), list[Problem]()
 
     def placed(keys: Keys, message: str, hint: str | None = None) -> Problem:
-        return Problem(source, message, lines.of(keys), ".".join(map(str, keys)), hint)
+        return Problem(source, message, lines.of(keys) or 1, ".".join(map(str, keys)), hint)
 
-    library = _Library(folder, studies)
-    for id, question in assignment.questions.items():
+    try:
+        assignment = Assignment.model_validate(tree)
+        title, questions = assignment.assignment, assignment.questions
+    except ValidationError as error:
+        problems += [placed(*each) for each in explain(error)]
+        title, questions = "", _sound(tree.get("questions"))
+    library = _Library(Path() if file == STDIN else Path(file).parent, studies)
+    for id, question in questions.items():
         try:
             asked, name = _asked(question, library)
             items[id] = _item(asked, name)
@@ -83,10 +94,11 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study]) -> Prepa
             notes += [placed(("questions", id, option), message) for option in idle(question, name)]
     if problems:
         raise DocumentError(problems)
-    return Prepared(assignment.assignment or Path(file).stem, source, items, tuple(notes))
+    return Prepared(title or Path(file).stem, source, items, tuple(notes))
 
 
-def _read(text: str, source: str) -> Assignment:
+def _tree(text: str, source: str) -> dict[str, Any]:
+    """The assignment as it is written; AS_TYPED are texts."""
     tree, typed = read_tree(text, source), read_tree(text, source, typed=True)
     if not isinstance(tree, dict):
         read = "an empty file" if tree is None else shown(tree)
@@ -95,16 +107,16 @@ def _read(text: str, source: str) -> Assignment:
     for id, question in questions.items() if isinstance(questions, dict) else ():
         if isinstance(question, dict):
             question.update({key: typed["questions"][id][key] for key in AS_TYPED if key in question})
-    try:
-        return Assignment.model_validate(tree)
-    except ValidationError as error:
-        lines = Lines(text, source)
-        raise DocumentError(
-            [
-                Problem(source, message, lines.of(keys) or 1, ".".join(map(str, keys)), hint)
-                for keys, message, hint in explain(error)
-            ]
-        ) from None
+    return tree
+
+
+def _sound(questions: object) -> dict[str, Question]:
+    """The questions that are well-formed, where others are not: what else is wrong is told at once."""
+    sound = {}
+    for id, question in questions.items() if isinstance(questions, dict) else ():
+        with contextlib.suppress(ValidationError):
+            sound[id] = Question.model_validate(question)
+    return sound
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,7 +145,8 @@ class _Library:
         document = self.document(name)
         own = getattr(getattr(document, section), "tolerance", None)
         given = min(own or DEFAULT_TOLERANCE, DEFAULT_TOLERANCE)
-        changes = {"duration": float(times[-1]), "samples": DENSE, "step": "null", "times": "null"}
+        samples = max(DENSE, len(times))
+        changes = {"duration": float(times[-1]), "samples": samples, "step": "null", "times": "null"}
         runs = []
         for tolerance in (given, COARSER * given):
             settings = [
@@ -173,7 +186,9 @@ def _in_words(kind: Kind, key: Any) -> str:
 def _flow(answer: Tree) -> str:
     if isinstance(answer, dict):
         return f"{{{', '.join(f'{key}: {_flow(value)}' for key, value in answer.items())}}}"
-    return f"[{', '.join(map(_flow, answer))}]" if isinstance(answer, list) else str(answer)
+    if isinstance(answer, list):
+        return f"[{', '.join(map(_flow, answer))}]"
+    return DECIMALS.sub(lambda number: f"{float(number[0]):.{DIGITS}g}", str(answer))
 
 
 def _asked(question: Question, library: _Library) -> tuple[Asked, str]:

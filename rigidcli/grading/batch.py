@@ -9,7 +9,7 @@ from functools import partial
 from itertools import islice
 from pathlib import Path
 
-from rigidcli.errors import UsageError, printable
+from rigidcli.errors import Problem, printable
 from rigidcli.grading.files import read_file
 from rigidcli.grading.judge import Item, judge
 from rigidcli.grading.judgement import Judgement, Sheet, from_bytes, same_for_all, to_bytes
@@ -23,29 +23,36 @@ SUFFIXES = frozenset([".yaml", ".yml", ".json"])
 
 def gather(
     paths: Sequence[str | os.PathLike[str]], assignment: str | os.PathLike[str] | None = None
-) -> list[Path]:
-    """The answer files that are meant by files and folders, each once.
+) -> tuple[list[Path], list[Problem]]:
+    """The answer files that are meant by files and folders, each once; and what is not there.
 
     Of a folder, those directly in it, by name; hidden ones, and the `assignment`, are left out. Whatever has
     the name of an answer file is one, and is judged as one: folders and pipes, too, and links, which are
-    not followed. Raises UsageError for what is not there.
+    not followed.
     """
     files: dict[Path, None] = {}
+    problems = []
     own = None if assignment is None else Path(assignment).absolute()
     for path in map(Path, paths):
-        with _told(path):
+        try:
+            found = [path]
             if path.is_dir() and not _is_answer(path.name):
-                inside = sorted(filter(_is_answer_file, path.iterdir()))
-                files.update(dict.fromkeys(file for file in inside if file.absolute() != own))
+                found = [file for file in sorted(path.iterdir()) if _is_answer_file(file)]
+                found = [file for file in found if file.absolute() != own]
+                if not found:
+                    endings = ", ".join(sorted(SUFFIXES))
+                    problems.append(_problem(path, f"no answer files: their names end in {endings}"))
             else:
                 path.lstat()
-                files[path] = None
-    if not files:
-        raise UsageError(
-            f"no answer files in {', '.join(_name(os.fspath(path)) for path in paths)}",
-            hint=f"their names end in {', '.join(sorted(SUFFIXES))}",
-        )
-    return list(files)
+            files.update(dict.fromkeys(found))
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or "no file has such a name"
+            problems.append(_problem(path, f"cannot be read: {reason}"))
+    return list(files), problems
+
+
+def _problem(path: Path, message: str) -> Problem:
+    return Problem(_name(os.fspath(path)), message)
 
 
 def _is_answer(name: str) -> bool:
@@ -54,16 +61,6 @@ def _is_answer(name: str) -> bool:
 
 def _is_answer_file(path: Path) -> bool:
     return _is_answer(path.name) and not path.name.startswith(".")
-
-
-@contextlib.contextmanager
-def _told(path: Path) -> Iterator[None]:
-    """A context in which what cannot be found or listed is wrong usage."""
-    try:
-        yield
-    except (OSError, ValueError) as error:
-        reason = getattr(error, "strerror", None) or "no file has such a name"
-        raise UsageError(f"{_name(os.fspath(path))}: cannot be read: {reason}") from None
 
 
 def _name(name: str) -> str:

@@ -14,17 +14,24 @@ BY_NAME = {
     "moments": "moments",
     "tensor": "tensor",
     "tensor_com": "tensor",
-    "orbit": "trajectory",
-    "trajectory": "trajectory",
+    "cyclic": "choice",
+    "conserved": "choice",
     "equations": "equations",
 }
 """Kinds of results by the last name of their path."""
+
+TRAJECTORIES = ("orbit", "trajectory")
+"""Results that are tables in time: they, and their columns."""
+
+SCALARS = (bool, int, float, str, np.generic)
 
 _TREES = get_args(Node)
 
 
 def kind_of(path: tuple[str, ...], value: Any, unit: str) -> str | None:
     """The kind of a result; None where it cannot be told, or is no single answer."""
+    if path[1:2] and path[1] in TRAJECTORIES and not isinstance(value, SCALARS):
+        return "trajectory"
     if path[-1] in BY_NAME:
         return BY_NAME[path[-1]]
     if isinstance(value, bool | np.bool_ | str):

@@ -62,15 +62,14 @@ def judge(text: str, source: str, folder: Path, items: Mapping[str, Item]) -> Sh
         return same_for_all(_points(items), Outcome("invalid", 0.0, (finding,)))
     except Unreadable as unreadable:
         return same_for_all(_points(items), unreadable.outcome)
-    given = {_folded(id): answer for id, answer in answers.items()} | answers
-    found = {id: given.get(id, given.get(_folded(id))) for id in items}
-    return Sheet(
-        tuple(
-            judged(id, item.points, outcome(item, found[id], folder), _fingerprint(found[id]))
-            for id, item in items.items()
-        ),
-        tuple(_strangers(answers, items)),
-    )
+    questions = []
+    for id, item in items.items():
+        # The name itself comes before other spellings of it.
+        names = [id] if id in answers else [name for name in answers if _folded(name) == _folded(id)]
+        answer = answers[names[0]] if names else None
+        found = outcome(item, answer, folder) if len(names) < 2 else Unreadable("duplicate_key").outcome
+        questions.append(judged(id, item.points, found, _fingerprint(answer)))
+    return Sheet(tuple(questions), tuple(_strangers(answers, items)))
 
 
 def _folded(id: str) -> str:

@@ -14,7 +14,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidcli.errors import ComputationError, UsageError
+from rigidcli.errors import ComputationError
 from rigidcli.grading import workers
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.batch import gather, run
@@ -78,8 +78,14 @@ def verdicts(judgement: Judgement) -> list[str]:
     return [question.verdict for question in judgement.questions]
 
 
+def found(paths: Iterable[str | Path]) -> list[Path]:
+    files, problems = gather(list(paths))
+    assert problems == []
+    return files
+
+
 def by_student(folder: Path, **options: Any) -> dict[str, Judgement]:
-    files = gather([folder])
+    files = found([folder])
     judgements = list(run(options.pop("items", ITEMS), files, **options))
     assert len(judgements) == len(files)
     return {judgement.student: judgement for judgement in judgements}
@@ -110,7 +116,7 @@ class TestGather:
             (tmp_path / name).write_text(HONEST)
         (tmp_path / "deeper").mkdir()
         (tmp_path / "deeper" / "f.yaml").write_text(HONEST)
-        assert [path.name for path in gather([tmp_path])] == sorted(names)
+        assert [path.name for path in found([tmp_path])] == sorted(names)
 
     def test_whatever_has_such_a_name_is_listed(self, tmp_path: Path) -> None:
         (tmp_path / "folder.yaml").mkdir()
@@ -119,32 +125,34 @@ class TestGather:
         (tmp_path / "link.yaml").symlink_to(tmp_path / "nowhere")
         (tmp_path / "home.yaml").symlink_to(tmp_path)
         names = ["folder.yaml", "home.yaml", "link.yaml", "pipe.yaml"]
-        assert [path.name for path in gather([tmp_path])] == names
-        assert gather(tmp_path / name for name in names) == [tmp_path / name for name in names]  # type: ignore[arg-type]
+        assert [path.name for path in found([tmp_path])] == names
+        assert found(tmp_path / name for name in names) == [tmp_path / name for name in names]
 
     def test_files_and_folders_each_once(self, tmp_path: Path) -> None:
         for name in ["a.yaml", "b.yaml", "odd.txt"]:
             (tmp_path / name).write_text(HONEST)
-        files = gather([tmp_path / "odd.txt", tmp_path / "b.yaml", tmp_path, str(tmp_path / "a.yaml")])
+        files = found([tmp_path / "odd.txt", tmp_path / "b.yaml", tmp_path, str(tmp_path / "a.yaml")])
         assert [path.name for path in files] == ["odd.txt", "b.yaml", "a.yaml"]
 
     @pytest.mark.parametrize("name", ["nothing.yaml", "no/such/folder", "a.yaml/b.yaml", "x" * 5000, "a\0b"])
-    def test_what_is_not_there_is_wrong_usage(self, tmp_path: Path, name: str) -> None:
+    def test_what_is_not_there_is_told_beside_the_others(self, tmp_path: Path, name: str) -> None:
         (tmp_path / "a.yaml").write_text(HONEST)
-        with pytest.raises(UsageError, match=r"cannot be read") as raised:
-            gather([tmp_path / "a.yaml", tmp_path / name])
-        assert raised.value.exit_code == 2
-        assert raised.value.message.isprintable()
+        files, (problem,) = gather([tmp_path / name, tmp_path / "a.yaml"])
+        assert files == [tmp_path / "a.yaml"]
+        assert "cannot be read" in problem.message
+        assert str(problem).isprintable()
 
-    def test_a_folder_without_answers_is_wrong_usage(self, tmp_path: Path) -> None:
-        with pytest.raises(UsageError, match="no answer files"):
-            gather([tmp_path])
+    def test_a_folder_without_answers_is_told(self, tmp_path: Path) -> None:
+        files, (problem,) = gather([tmp_path])
+        assert files == []
+        assert "no answer files" in problem.message
 
     @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
     def test_a_folder_that_is_closed(self, tmp_path: Path) -> None:
         (tmp_path / "closed").mkdir(mode=0)
-        with pytest.raises(UsageError, match="Permission denied"):
-            gather([tmp_path / "closed"])
+        files, (problem,) = gather([tmp_path / "closed"])
+        assert files == []
+        assert "Permission denied" in problem.message
 
 
 BAD_TEXTS: dict[str, tuple[str, str | bytes]] = {
@@ -248,7 +256,7 @@ def test_strange_names_are_harmless(hostile: Path) -> None:
 
 
 def test_any_number_of_jobs_gives_the_same_in_the_same_order(hostile: Path) -> None:
-    files = gather([hostile])
+    files = found([hostile])
     one = list(run(ITEMS, files, 1))
     assert list(run(ITEMS, files, 2)) == one
     assert list(run(ITEMS, files[::-1], 4)) == one[::-1]
@@ -260,7 +268,7 @@ def test_a_slow_file_holds_no_other_up(tmp_path: Path) -> None:
         (tmp_path / f"{name}.yaml").write_text("answers: {a: sleep}" if name == "a" else HONEST)
     shares: list[float] = []
     began = time.monotonic()
-    judgements = run({"a": Item(Doing(), actions, 1.0)}, gather([tmp_path]), 2, shares.append)
+    judgements = run({"a": Item(Doing(), actions, 1.0)}, found([tmp_path]), 2, shares.append)
     first = next(judgements)
     assert time.monotonic() - began >= 0.6
     assert first.student == "a"
@@ -274,14 +282,14 @@ def test_a_long_result_comes_through(tmp_path: Path) -> None:
     text = "\N{GREEK SMALL LETTER OMEGA}" * 300_000
     (tmp_path / "a.yaml").write_text(f"answers: {{a: {text}}}", encoding="utf-8")
     (tmp_path / "b.yaml").write_text(HONEST)
-    long, short = run(ITEMS, gather([tmp_path]))
+    long, short = run(ITEMS, found([tmp_path]))
     assert long.questions[0].findings[0].detail == f"read {text}"
     assert verdicts(short) == ["correct", "correct"]
 
 
 def test_a_result_that_is_too_long(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(f"answers: {{a: {'x' * 10_000}}}")
-    (judgement,) = run(ITEMS, gather([tmp_path]), limits=replace(SHORT, handed=5_000))
+    (judgement,) = run(ITEMS, found([tmp_path]), limits=replace(SHORT, handed=5_000))
     assert codes(judgement) == {"too_large"}
 
 
@@ -289,7 +297,7 @@ def test_a_result_waits_to_be_fetched(tmp_path: Path) -> None:
     # Whoever reads the rows may be slower than the limit allows work to be.
     (tmp_path / "a.yaml").write_text(HONEST)
     (tmp_path / "b.yaml").write_text(f"answers: {{a: 1, b: {'x' * 500_000}}}")
-    judgements = run(ITEMS, gather([tmp_path]), 2, limits=SHORT)
+    judgements = run(ITEMS, found([tmp_path]), 2, limits=SHORT)
     assert verdicts(next(judgements)) == ["correct", "correct"]
     time.sleep(SHORT.seconds + 0.7)
     assert verdicts(next(judgements)) == ["correct", "incorrect"]
@@ -390,7 +398,7 @@ def test_the_memory_of_a_process_is_bounded_besides_what_it_shares(tmp_path: Pat
 
     (tmp_path / "a.yaml").write_text("answers: {q: some}")
     shared = np.zeros(40_000_000)  # 320 MB, more than the limit
-    (judgement,) = run({"q": Item(Doing(), {"some": some}, 1.0)}, gather([tmp_path]), limits=SHORT)
+    (judgement,) = run({"q": Item(Doing(), {"some": some}, 1.0)}, found([tmp_path]), limits=SHORT)
     assert verdicts(judgement) == ["correct"]
     assert shared[0] == 0
 
@@ -503,7 +511,7 @@ def test_an_interrupt_ends_the_processes_and_goes_on(tmp_path: Path) -> None:
     try:
         signal.setitimer(signal.ITIMER_REAL, 0.4)
         with pytest.raises(KeyboardInterrupt):
-            list(run({"q": Item(Doing(), {"act": loop}, 1.0)}, gather([tmp_path]), 2))
+            list(run({"q": Item(Doing(), {"act": loop}, 1.0)}, found([tmp_path]), 2))
     finally:
         signal.signal(signal.SIGALRM, before)
         signal.signal(signal.SIGINT, handler)
@@ -529,7 +537,7 @@ class Loop:
 def told(fraction): pass
 try:
     print("begun", flush=True)
-    list(run({{"q": Item(Loop(), None, 1.0)}}, gather([Path({str(tmp_path)!r})]), 2))
+    list(run({{"q": Item(Loop(), None, 1.0)}}, gather([Path({str(tmp_path)!r})])[0], 2))
 except KeyboardInterrupt:
     print("interrupted")
 """
@@ -553,7 +561,7 @@ except KeyboardInterrupt:
 def test_rows_that_nobody_asks_for_any_more(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(HONEST)
     (tmp_path / "b.yaml").write_text("answers: {q: act}")
-    judgements = run({"q": Item(Doing(), {"act": loop}, 1.0)}, gather([tmp_path]), 2)
+    judgements = run({"q": Item(Doing(), {"act": loop}, 1.0)}, found([tmp_path]), 2)
     next(judgements)
     judgements.close()  # type: ignore[attr-defined]
     assert not children()
@@ -567,7 +575,7 @@ def descriptors() -> list[str]:
 def test_no_descriptor_is_left_open(tmp_path: Path) -> None:
     for name in "abc":
         (tmp_path / f"{name}.yaml").write_text(HONEST)
-    files = gather([tmp_path])
+    files = found([tmp_path])
     list(run(ITEMS, files))
     before = descriptors()
     for _ in range(5):
@@ -669,7 +677,7 @@ def test_bombs_for_every_kind(tmp_path: Path, form: str) -> None:
         answers = dict.fromkeys(items, forms[form](bomb))
         (tmp_path / f"{k:02}.json").write_text(json.dumps({"answers": answers}))
     before = snapshot(tmp_path)
-    for judgement in run(items, gather([tmp_path])):
+    for judgement in run(items, found([tmp_path])):
         assert set(verdicts(judgement)) <= {"incorrect", "invalid"}, judgement
         assert "timeout" not in codes(judgement), judgement
     assert snapshot(tmp_path) == before
@@ -681,7 +689,7 @@ def test_the_keys_of_every_kind_are_right_through_a_pipe(tmp_path: Path) -> None
     for id, item in items.items():
         answers[id] = next(iter(item.kind.examples(item.key))).answer
     (tmp_path / "a.json").write_text(json.dumps({"answers": answers}))
-    (judgement,) = run(items, gather([tmp_path]))
+    (judgement,) = run(items, found([tmp_path]))
     assert verdicts(judgement) == ["correct"] * len(items)
 
 
@@ -691,9 +699,9 @@ def test_processes_that_start_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     (tmp_path / "a.yaml").write_text("answers: {number: 20.8, choice: oblate}")
     (tmp_path / "b.yaml").write_text("[" * 1000)
     (tmp_path / "c.yaml").symlink_to("a.yaml")
-    forked = list(run(items, gather([tmp_path])))
+    forked = list(run(items, found([tmp_path])))
     monkeypatch.setattr(workers, "METHOD", "spawn")
-    assert list(run(items, gather([tmp_path]), 3)) == forked
+    assert list(run(items, found([tmp_path]), 3)) == forked
     assert not [child for child in children() if "resource_tracker" not in command(child)]
 
 

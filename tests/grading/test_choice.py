@@ -19,7 +19,8 @@ from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Question
 from rigidcli.model.load import load
 from rigidcli.report import Report
-from rigidcli.studies import precess
+from rigidcli.studies import hamilton, precess
+from tests.conftest import ROOT
 
 HERE = Path()
 
@@ -103,7 +104,7 @@ def test_a_truth_value(value: object) -> None:
 
 
 def test_a_key_from_a_document() -> None:
-    document = load("configs/top_looping.yaml")
+    document = load(ROOT / "configs/top_looping.yaml")
     report = precess.run(document)
     value = report["top"]["nutation_kind"]
     question = Question.model_validate({"document": "x", "ask": "precess.top.nutation_kind"})
@@ -132,11 +133,36 @@ def test_any_text_is_judged(text: str) -> None:
     assert told(literal("\N{SNOWMAN} stable"), text) in ("outside_tolerance", "parse_error")
 
 
-@pytest.mark.parametrize("value", [None, 3.5, np.float64(1), ["a"], {}, "", "  ", "x" * 1001])
+@pytest.mark.parametrize("value", [None, 3.5, np.float64(1), ["a", 1], {}, "", "  ", "x" * 1001])
 def test_what_is_no_text_makes_no_key(value: object) -> None:
     with pytest.raises(ValueProblem) as caught:
         computed(value)
     assert "3.5" not in caught.value.message
+
+
+@many
+@given(st.lists(st.sampled_from(["theta", "phi", "x", "the time"]), unique=True), st.data())
+def test_a_set_has_no_order(words: list[str], data: st.DataObject) -> None:
+    key = literal(words)
+    mixed = data.draw(st.permutations(words))
+    assert told(key, mixed) == "correct"
+    assert told(key, " , ".join(mixed).upper() or "None") == "correct"
+    others = data.draw(st.lists(st.sampled_from(["theta", "phi", "x", "the time", "t"]), unique=True))
+    assert (told(key, others) == "correct") == (set(others) == set(words))
+
+
+def test_the_cyclic_coordinates_are_a_set() -> None:
+    report = hamilton.run(load(ROOT / "configs/spherical_pendulum.yaml"))
+    key = choice.read_key(Asked(Question.model_validate({"ask": "hamilton.cyclic"}), report["cyclic"]))
+    assert told(key, "phi") == told(key, ["phi"]) == "correct"
+    assert told(key, "theta") == told(key, "phi, theta") == told(key, "none") == "outside_tolerance"
+    assert told(key, [["phi"]]) == "wrong_shape"
+
+
+@pytest.mark.parametrize("text", ["conserved: H, since L does not hold the time", "a - b_c, d", "no"])
+def test_every_example_is_judged_as_made(text: str) -> None:
+    for example in choice.examples(literal(text)):
+        assert told(literal(text), example.answer) == (example.code or "correct"), example.what
 
 
 def test_only_those_who_may_read_it_are_told_the_key() -> None:

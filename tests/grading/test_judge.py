@@ -231,3 +231,11 @@ def test_many_answers_to_no_question_are_counted() -> None:
     notes = judge(text, "a.yaml", Path(), ITEMS).notes
     assert len(notes) == 6
     assert "995 more" in notes[-1]
+
+
+def test_two_spellings_of_one_question_are_refused() -> None:
+    def b(text: str) -> Judged:
+        return next(each for each in judge(text, "a.yaml", Path(), ITEMS).questions if each.id == "b")
+
+    assert b("answers: {B: 42, ' b': 41}").codes == ("duplicate_key",)
+    assert b("answers: {B: 41, b: 42}").verdict == "correct"

@@ -29,6 +29,9 @@ LEAST_SHARED = 3
 LEAST_SHARE = 0.05
 """The share that they must be of those who answered: in a large class, a few always agree."""
 
+LEAST_BESIDE = 0.5
+"""And beside those who answered as the key has it: a key is not wrong because one slip is popular."""
+
 MOST_TOLD = 10
 """Wrong answers of a question that people are shown."""
 
@@ -93,7 +96,8 @@ def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
 def _tally(
     id: str, verdicts: Counter[Verdict], wrong: Counter[tuple[str, Verdict, tuple[str, ...]]]
 ) -> Tally:
-    least = max(LEAST_SHARED, LEAST_SHARE * (verdicts.total() - verdicts["missing"]))
+    given = verdicts.total() - verdicts["missing"]
+    least = max(LEAST_SHARED, LEAST_SHARE * given, LEAST_BESIDE * verdicts["correct"])
     answers = tuple(
         Taken(printable(answer), count, verdict, codes, count >= least and _is_unexplained(answer, codes))
         for (answer, verdict, codes), count in sorted(wrong.items(), key=lambda entry: (-entry[1], entry[0]))
