@@ -338,6 +338,14 @@ SPRING = ("xdot = p_x/m", "p_xdot = -k*x")
         {"m*xdot": "p_x", "p_xdot": "-k*x"},
         "xdot = p_x/m; p_xdot = -k*x",
         "xdot = p_x/m\npdot_x = -k*x\n",
+        "xdot = p_x/m, p_xdot = -k*x",
+        "xdot = p_x/m,\np_xdot = -k*x,\n",
+        "xdot = atan2(0, 1) + p_x/m, p_xdot + k*(x + atan2(0, 1)) == 0",
+        ["xdot = p_x/m, p_xdot = -k*x"],
+        ["xdot = p_x/m; p_xdot = -k*x"],
+        {"Hamilton": "xdot = p_x/m, p_xdot = -k*x"},
+        "m*xddot = -k*x;",
+        ["m*xddot\n  = -k*x"],
         {"p": "m*x_dot", "pdot": "-k*x"},
         ["m*xdot = p_x", "m*xddot = -k*x"],
         ["p_xdot = -k*x", "m*xddot = -k*x"],
@@ -426,6 +434,14 @@ def test_a_trivial_equation_beside_a_right_set_does_no_harm() -> None:
     [
         ({"x'": "p_x/m"}, "parse_error", "a time derivative is spelled `xdot`"),
         (["dx/dt = p_x/m", SPRING[1]], "unknown_symbol", "a time derivative is spelled `xdot`"),
+        (["d^2x/dt^2 = -k*x/m"], "parse_error", "a second one `xddot`"),
+        (["d\N{SUPERSCRIPT TWO}x/dt\N{SUPERSCRIPT TWO} = -k*x/m"], "parse_error", "a second one `xddot`"),
+        (["\\ddot{x} = -k*x/m"], "parse_error", "a second one `xddot`"),
+        (["\N{LATIN SMALL LETTER X WITH DOT ABOVE} = p_x/m"], "parse_error", "is spelled `xdot`"),
+        (["p\N{COMBINING DOT ABOVE} = -k*x"], "parse_error", "is spelled `xdot`"),
+        (["\N{LATIN SMALL LETTER X WITH DIAERESIS} = -k*x/m"], "parse_error", "a second one `xddot`"),
+        ("xdot = 0,5*p_x, p_xdot = -k*x", "parse_error", "the decimal sign is a point"),
+        ("xdot = p_x/m, p_xdot", "parse_error", "`,`"),
         (["xdot = p_x/M", SPRING[1]], "unknown_symbol", "`M`"),
         (["xdot"], "parse_error", "no `=`"),
         (["xdot = p_x/m = 3"], "parse_error", "more than one"),
@@ -533,8 +549,11 @@ LAGRANGE = {"rddot": "r*phidot^2 - gm/r^2", "phiddot": "-2*rdot*phidot/r"}
         (LAGRANGE | {"rddot": "-gm/r^2"}, "coupling_term_missing"),
         (LAGRANGE | {"phiddot": "2*rdot*phidot/r"}, "sign_error"),
         (POLAR | {"p_rdot": "gm*m/r^2 - p_phi^2/(m*r^3)"}, "hamilton_sign"),
-        # To turn the sign of gravity is to turn that of the potential, and of one term.
-        (POLAR | {"p_rdot": "p_phi^2/(m*r^3) + gm*m/r^2"}, "sign_error"),
+        # To turn the sign of gravity, one term of two, is to turn that of the potential.
+        (POLAR | {"p_rdot": "p_phi^2/(m*r^3) + gm*m/r^2"}, "potential_sign"),
+        (LAGRANGE | {"rddot": "r*phidot^2 + gm/r^2"}, "potential_sign"),
+        (LAGRANGE | {"rddot": "-r*phidot^2 - gm/r^2"}, "sign_error"),
+        ({"rddot": "gm/r^2 - r*phidot^2", "phiddot": "2*rdot*phidot/r"}, "sign_error"),
         (POLAR | {"phidot": "-p_phi/(m*r^2)"}, "sign_error"),
         (POLAR | {"phidot": "2*p_phi/(m*r^2)"}, "constant_factor"),
         (POLAR | {"phidot": "p_phi/m"}, "equation_wrong"),
@@ -542,6 +561,121 @@ LAGRANGE = {"rddot": "r*phidot^2 - gm/r^2", "phiddot": "-2*rdot*phidot/r"}
 )
 def test_mistakes_in_polar_coordinates(answer: dict[str, str], code: str) -> None:
     assert codes(judged(of_document("kepler_polar"), answer)) == [code]
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        {
+            "thetaddot": "sin(theta)*cos(theta)*phidot^2 + g/l*sin(theta)",
+            "phiddot": "-2*cos(theta)*thetadot*phidot/sin(theta)",
+        },
+        {
+            "thetadot": "p_theta/(m*l^2)",
+            "phidot": "p_phi/(m*l^2*sin(theta)^2)",
+            "p_thetadot": "p_phi^2*cos(theta)/(m*l^2*sin(theta)^3) + m*g*l*sin(theta)",
+            "p_phidot": "0",
+        },
+    ],
+)
+def test_a_pendulum_on_a_sphere_that_falls_upwards(answer: dict[str, str]) -> None:
+    assert codes(judged(of_document("spherical_pendulum"), answer)) == ["potential_sign"]
+
+
+def test_a_wrong_sign_says_whether_it_is_that_of_one_term() -> None:
+    key = of_document("kepler_polar")
+    for answer, one_term in (
+        (POLAR | {"p_rdot": "-p_phi^2/(m*r^3) - gm*m/r^2"}, True),
+        (LAGRANGE | {"rddot": "-r*phidot^2 - gm/r^2"}, True),
+        (POLAR | {"phidot": "-p_phi/(m*r^2)"}, False),
+        (LAGRANGE | {"phiddot": "2*rdot*phidot/r"}, False),
+    ):
+        (finding,) = judged(key, answer).findings
+        assert finding.code == "sign_error"
+        assert ("of one term" in finding.message()) == one_term
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        ["m*xddot = -q*B*ydot", "m*yddot = q*B*xdot", "m*zddot = 0"],
+        ["m*xddot = q*B*ydot", "m*yddot = q*B*xdot", "m*zddot = 0"],
+    ],
+)
+def test_a_wrong_sign_of_the_lorentz_force_is_none_of_hamiltons_equations(answer: list[str]) -> None:
+    assert codes(judged(of_document("magnetic_particle"), answer)) == ["sign_error"]
+
+
+@pytest.mark.parametrize(
+    ("name", "answer", "missing"),
+    [
+        ("notes_spring", ["xddot = -k*x"], "without `m`"),
+        ("notes_spring", ["xdot = p_x", "p_xdot = -k*x"], "without `m`"),
+        ("notes_spring", [SPRING[0], "p_xdot = -4*x"], "without `k`"),
+        ("notes_spring", ["xddot = -4*x"], "without `m`, `k`"),
+        # The mass is not there, nor is it in the right equations.
+        (
+            "spherical_pendulum",
+            [
+                "thetaddot = sin(theta)*cos(theta)*phidot^2 - 9.81/l*sin(theta)",
+                "sin(theta)*phiddot + 2*cos(theta)*thetadot*phidot = 0",
+            ],
+            "without `g`",
+        ),
+    ],
+)
+def test_a_number_tells_the_symbol_in_whose_place_it_stands(
+    name: str, answer: list[str], missing: str
+) -> None:
+    (finding,) = judged(of_document(name), answer).findings
+    assert finding.code == "number_for_symbol"
+    assert finding.message().endswith(f"; {missing}")
+
+
+def test_a_term_that_the_values_of_the_document_hide_is_no_number() -> None:
+    """A comet is so heavy that, for momenta of about 1, nothing is left of p_phi^2/(m^2 r^3)."""
+    answer = ["rddot = -2*r*phidot^2 - gm/r^2", "r*phiddot + 2*rdot*phidot = 0"]
+    assert codes(judged(of_document("kepler_polar"), answer)) == ["equation_wrong"]
+
+
+@pytest.mark.parametrize(
+    ("name", "answer", "factor"),
+    [
+        # d/dt of the energy: m x' x'' + k x x' = 0.
+        ("notes_spring", ["m*xdot*xddot + k*x*xdot = 0"], "xdot"),
+        ("notes_spring", ["xdot*(p_xdot + k*x) = 0", SPRING[0]], "xdot"),
+        ("notes_spring", ["x*xdot = x*p_x/m", SPRING[1]], "x"),
+        ("notes_spring", [SPRING[0], "p_x*p_xdot = -k*x*p_x"], "p_x"),
+        ("kepler_polar", [f"rdot*(rddot - ({LAGRANGE['rddot']})) = 0", "r*phiddot = -2*rdot*phidot"], "rdot"),
+        ("euler", ["I1*w1dot*w1 = (I2 - I3)*w1*w2*w3", *texts(RIGHT["euler"][0][1:])], "w1"),
+    ],
+)
+def test_a_factor_that_may_stay_zero_is_remarked(name: str, answer: list[str], factor: str) -> None:
+    """Where it is zero for ever there is a motion that is not of the system, but through few states."""
+    outcome = judged(KEYS[name](), answer)
+    assert outcome.verdict == "correct"
+    (finding,) = (each for each in outcome.findings if each.code == "extra_solutions")
+    assert f"`{factor}`" in finding.detail
+
+
+@pytest.mark.parametrize(
+    ("name", "answer"),
+    [
+        # The second equation does not let the factor of the first stay zero.
+        ("notes_spring", ["m*xdot*xddot + k*x*xdot = 0", "m*xddot = -k*x"]),
+        # Where x is zero its rate is p_x/m.
+        ("notes_spring", ["x*(p_xdot + k*x) = 0", SPRING[0]]),
+        ("notes_spring", ["(1 + x^2)*xdot = (1 + x^2)*p_x/m", SPRING[1]]),
+        # That phi is constant is a motion: a fall to the centre.
+        ("kepler_polar", [f"rddot = {LAGRANGE['rddot']}", "phidot*(r*phiddot + 2*rdot*phidot) = 0"]),
+        ("kepler_polar", [*texts([*POLAR.items()][:3]), "p_phi*p_phidot = 0"]),
+        ("kepler_polar", ["r^3*rddot = r^4*phidot^2 - gm*r", "r^2*phiddot + 2*r*rdot*phidot = 0"]),
+    ],
+)
+def test_a_factor_that_adds_no_solution_is_not_remarked(name: str, answer: list[str]) -> None:
+    outcome = judged(KEYS[name](), answer)
+    assert outcome.verdict == "correct"
+    assert "extra_solutions" not in codes(outcome)
 
 
 def test_a_mistake_is_named_only_where_it_explains_all() -> None:

@@ -1,7 +1,10 @@
 """Equations of motion, in any form: a set is right if each is true, and together they determine the motion.
 
 They may be of first order, Hamilton's or others, or of second order; solved for derivatives or not,
-multiplied, added to each other, and mixed.
+multiplied, added to each other, and mixed. To determine the motion is to leave one motion only through almost
+every state. So x' (x' - p/m) = 0 is wrong, as x may stay where it is in every state (x, p); and
+m x' x'' + k x x' = 0 is right, which the conservation of energy gives, as it tells x'' in every state (x, x')
+but those of rest. That rest solves it as well is remarked.
 """
 
 from __future__ import annotations
@@ -47,6 +50,7 @@ def judge(key: Key, answer: Tree, folder: Path) -> Outcome:
     problems = whole.problems()
     if problems:
         return wrong(*_with_reference(key, problems), *remarks, share=whole.share())
+    remarks += whole.remarks()
     if key.hamiltonian and whole.is_of_second_order:
         remarks.insert(0, Finding("second_order_form"))
     return correct(*remarks)

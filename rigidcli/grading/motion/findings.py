@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import compress
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +12,9 @@ from numpy.typing import NDArray
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.grading.mistakes import explained
 from rigidcli.grading.motion import determinacy as d
+from rigidcli.grading.motion.factors import lasting_zeros
 from rigidcli.grading.motion.key import Key
+from rigidcli.grading.motion.mistakes import Mistake
 from rigidcli.grading.motion.roots import is_linear, others
 from rigidcli.grading.motion.states import STATES
 from rigidcli.grading.outcome import Finding
@@ -26,6 +29,9 @@ SEARCHED = 2
 
 AGREEING = 3
 """Searches that must lead to the motion for it to be the only solution."""
+
+OTHER = 3.0
+"""Times its value in the document, a parameter has another."""
 
 MOST_NAMED = 8
 """Derivatives that a finding names."""
@@ -80,6 +86,17 @@ class EquationSet:
             [self.tried[k] for k in kept],
             [self.true[k] for k in kept],
         )
+
+    def remarks(self) -> list[Finding]:
+        """What is to be said of a set that is right: where else it can hold."""
+        found = [lasting_zeros(each, self.key.motion, self.key.elsewhere) for each in self.tried]
+        if not any(found) or not self.only([not names for names in found]).problems():
+            return []
+        return [
+            Finding("extra_solutions", place, f"where the factor `{name}` is zero for ever")
+            for place, names in zip(self.places, found, strict=True)
+            for name in names[:1]
+        ]
 
     def problems(self) -> list[Finding]:
         """What is wrong with the set; nothing with one that is right."""
@@ -185,16 +202,20 @@ class EquationSet:
     def _wrong_ones(self) -> list[Finding]:
         """The mistake that was made, or else the equations that are wrong."""
         places = [place for place, true in zip(self.places, self.true, strict=True) if not true]
-        matches = self._matches()
-        codes = [(mistake.code, place) for place, mistake in enumerate(self.key.mistakes)]
-        found = explained(
-            [*codes, ("number_for_symbol", -1)],
-            lambda place: self._has_numbers() if place < 0 else bool(matches[place]),
-            "equation_wrong",
-        )
-        if found.code != "equation_wrong":
-            return [Finding(found.code, places[0] if len(places) == 1 else "")]
-        return [Finding(found.code, place) for place in places]
+        fitting = compress(self.key.mistakes, self._matches())
+        details = [(self._code(mistake), mistake.detail) for mistake in fitting]
+        if numbers := self._numbers():
+            details.append(("number_for_symbol", f"without {', '.join(f'`{name}`' for name in numbers)}"))
+        code = explained(details, lambda _: True, "equation_wrong").code
+        if code == "equation_wrong":
+            return [Finding(code, place) for place in places]
+        told = {detail for each, detail in details if each == code}
+        return [Finding(code, places[0] if len(places) == 1 else "", told.pop() if len(told) == 1 else "")]
+
+    def _code(self, mistake: Mistake) -> str:
+        """What a mistake is called in these equations: those of second order are not Hamilton's."""
+        is_plain = mistake.code == "hamilton_sign" and self.second_derivatives
+        return "sign_error" if is_plain else mistake.code
 
     def _matches(self) -> Mask:
         """Which mistakes make all equations true (k)."""
@@ -213,14 +234,21 @@ class EquationSet:
                 fits &= (np.abs(found) <= key.tolerance * each.scale[states]).all(axis=1)
         return fits
 
-    def _has_numbers(self) -> bool:
-        """Whether all are true where the parameters that they lack have their values, and not elsewhere."""
+    def _numbers(self) -> list[str]:
+        """The parameters that are lacking, if all is true where just these have their values."""
         key = self.key
-        lacking = key.points.independent(key.motion.known) & key.given.keys()
-        lacking -= key.points.independent(self.names - key.motion.known.keys())
-        values = {name: key.given[name] for name in sorted(lacking)}
-        others = {name: value * (2 + place / 3) for place, (name, value) in enumerate(values.items())}
-        return bool(lacking) and self._are_true_with(values) and not self._are_true_with(others)
+        used = key.points.independent(key.motion.known)
+        used -= key.points.independent(self.names - key.motion.known.keys())
+        values = {name: value for name, value in key.given.items() if name in used}
+        if not values or not self._are_true_with(values):
+            return []
+        # Others cancel, or their values hide a term that is wrong.
+        needed = {
+            name: value
+            for name, value in values.items()
+            if not self._are_true_with({**values, name: OTHER * value})
+        }
+        return list(needed) if needed and self._are_true_with(needed) else []
 
     def _are_true_with(self, values: Mapping[str, float]) -> bool:
         """Whether all equations are true where parameters have these values."""

@@ -34,6 +34,9 @@ SAME = 1e-9
 DIGITS = 6
 """After the point, by which mistakes are told from each other."""
 
+ONE_TERM = "the sign of one term"
+"""What a mistake in a sign says where the other terms of the equation are right."""
+
 Rates = Mapping[str, Expr]
 """Derivatives as functions of the state; those that a mistake leaves alone are not there."""
 
@@ -43,20 +46,22 @@ class Mistake:
     """What derivatives are under a mistake, at the states of the key (n).
 
     `rates` has them as expressions, where the mistake is made in the equations that the key tells.
+    `detail` says more of the mistake than its code.
     """
 
     code: str
     values: Mapping[str, Floats]
     rates: Rates | None = None
+    detail: str = ""
 
 
 def mistakes(motion: Motion, potential: Expr | None, points: Points) -> tuple[Mistake, ...]:
     """Every mistake that changes the motion, in a way that no mistake before it does."""
     known = {name: np.asarray(ball.value) + np.zeros(points.count) for name, ball in points.balls.items()}
     found: list[Mistake] = []
-    for code, rates in _mistaken(motion, potential):
+    for code, rates, detail in _mistaken(motion, potential):
         values = {name: _at(e, known) for name, e in rates.items()}
-        found.append(Mistake(code, values, rates))
+        found.append(Mistake(code, values, rates, detail))
     found += list(_of_second_order(motion, known, found))
     kept: dict[tuple[object, ...], Mistake] = {}
     for mistake in found[:MOST_MISTAKES]:
@@ -83,8 +88,25 @@ def _mark(values: Mapping[str, Floats], known: Mapping[str, Floats]) -> tuple[ob
     return tuple(parts)
 
 
-def _mistaken(motion: Motion, potential: Expr | None) -> Iterator[tuple[str, Rates]]:
-    """Mistakes in the equations that the key tells; those that are more likely come first."""
+def _mistaken(motion: Motion, potential: Expr | None) -> Iterator[tuple[str, Rates, str]]:
+    """Mistakes in the equations that the key tells, with details; the first of equal ones is the one told."""
+    rates = motion.rates
+    parts = {name: _terms(e) for name, e in rates.items()}
+    for code, changed in _of_signs(motion, potential):
+        yield code, changed, ""
+    for name, terms in parts.items():
+        for term in terms if len(terms) > 1 else ():
+            yield "sign_error", {name: rates[name] - scaled(term, 2)}, ONE_TERM
+    for code, changed in _uncoupled(motion, parts):
+        yield code, changed, ""
+    for factor in FACTORS:
+        for name, e in rates.items():
+            yield "constant_factor", {name: scaled(e, factor)}, ""
+        yield "constant_factor", {name: scaled(e, factor) for name, e in rates.items()}, ""
+
+
+def _of_signs(motion: Motion, potential: Expr | None) -> Iterator[tuple[str, Rates]]:
+    """Signs of whole equations, and those of terms that belong together."""
     rates = motion.rates
     if motion.momenta and motion.second:
         forward = {name: -rates[name] for name in map(velocity, motion.functions)}
@@ -94,15 +116,7 @@ def _mistaken(motion: Motion, potential: Expr | None) -> Iterator[tuple[str, Rat
     yield from _euler(motion)
     for name, e in rates.items():
         yield "sign_error", {name: -e}
-    parts = {name: _terms(e) for name, e in rates.items()}
-    for name, terms in parts.items():
-        for term in terms if len(terms) > 1 else ():
-            yield "sign_error", {name: rates[name] - scaled(term, 2)}
-    yield from _uncoupled(motion, parts)
-    for factor in FACTORS:
-        for name, e in rates.items():
-            yield "constant_factor", {name: scaled(e, factor)}
-        yield "constant_factor", {name: scaled(e, factor) for name, e in rates.items()}
+    yield "sign_error", {name: -e for name, e in rates.items()}
     if potential is not None and motion.momenta and motion.second:
         pairs = zip(motion.functions, motion.auxiliary, strict=True)
         forces = {velocity(p): derivative(potential, q) for q, p in pairs}
@@ -173,12 +187,12 @@ def _of_second_order(
         return
     for name in motion.tops:
         yield Mistake("sign_error", {name: -known[name]})
+    yield Mistake("sign_error", {name: -known[name] for name in motion.tops})
     for mistake in found:
         if mistake.values.keys() <= set(motion.auxiliary_rates):
             states = {**known, **mistake.values}
             values = {name: _tree_at(motion, name, states) for name in motion.tops}
-            code = "sign_error" if mistake.code == "hamilton_sign" else mistake.code
-            yield Mistake(code, values)
+            yield Mistake(mistake.code, values, detail=mistake.detail)
     for factor in FACTORS:
         for name in motion.tops:
             yield Mistake("constant_factor", {name: float(factor) * known[name]})

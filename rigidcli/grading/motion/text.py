@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -21,8 +22,13 @@ MOST_TEXT = 40_000
 LONGEST_PLACE = 40
 """Characters of a key that names its equation as it stands."""
 
+DERIVATIVES = "a time derivative is spelled `xdot`, a second one `xddot`"
+"""What is said where a derivative is spelled as it cannot be read."""
+
 _EQUALS = re.compile(r"==?")
-_DIFFERENTIAL = re.compile(r"\bd2?[A-Za-z_]\w*/\(?dt\b")
+_BETWEEN = " \t\r\n;,"
+_DERIVATIVE = re.compile(r"\\d?dot\b|\bd2?\w*/\(?dt2?\b")
+"""In TeX, or of differentials, where blanks and `^` are left out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,17 +77,51 @@ def _texts(answer: Tree) -> Iterator[Text]:
     if isinstance(answer, dict):
         yield from _of_mapping(answer)
     elif isinstance(answer, list):
-        for place, entry in enumerate(answer, 1):
-            if isinstance(entry, dict):
-                yield from _of_mapping(entry)
+        pieces = [piece for entry in answer for piece in _pieces(entry) or [entry]]
+        for place, piece in enumerate(pieces, 1):
+            if isinstance(piece, dict):
+                yield from _of_mapping(piece)
             else:
-                yield _sides(entry, f"equation {place}")
+                yield _sides(piece, f"equation {place}")
     elif isinstance(answer, str):
-        lines = [line for line in re.split(r"[\n;]", answer) if line.strip()]
-        for place, line in enumerate(lines, 1):
-            yield _sides(line, f"equation {place}" if len(lines) > 1 else "")
+        pieces = _pieces(answer)
+        for place, piece in enumerate(pieces, 1):
+            yield _sides(piece, f"equation {place}" if len(pieces) > 1 else "")
     else:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected equations")
+
+
+def _pieces(text: Tree) -> list[Tree]:
+    """The equations of one text: between the ends of lines, semicolons, and commas outside of parentheses.
+
+    Only one equation is as long as the text. At a comma one ends only if another follows: not the one in
+    `xdot = 0,5*x`.
+    """
+    if not isinstance(text, str):
+        return []
+    if len(_EQUALS.findall(text)) < 2:
+        only = text.rstrip(_BETWEEN)
+        return [only] if only else []
+    found: list[Tree] = []
+    for line in re.split(r"[\n;]", text):
+        whole: list[str] = []
+        for part in _between_commas(line):
+            if whole and part.strip() and "=" not in part:
+                whole[-1] += f",{part}"
+            elif part.strip():
+                whole.append(part)
+        found += whole
+    return found
+
+
+def _between_commas(line: str) -> Iterator[str]:
+    depth, start = 0, 0
+    for place, sign in enumerate(line):
+        depth += (sign == "(") - (sign == ")")
+        if sign == "," and depth <= 0:
+            yield line[start:place]
+            start = place + 1
+    yield line[start:]
 
 
 def _of_mapping(answer: dict[str, Tree]) -> Iterator[Text]:
@@ -89,7 +129,11 @@ def _of_mapping(answer: dict[str, Tree]) -> Iterator[Text]:
         place = key if key.isidentifier() and len(key) <= LONGEST_PLACE else shown(key)
         if not isinstance(value, str):
             raise Unreadable("wrong_shape", f"read {shown(value)}, expected an expression", place=place)
-        yield _sides(value, place) if "=" in value else Text(place, key, value, label=True)
+        pieces = _pieces(value) if "=" in value else []
+        for number, piece in enumerate(pieces, 1):
+            yield _sides(piece, place if len(pieces) == 1 else f"{place}, equation {number}")
+        if not pieces:
+            yield Text(place, key, value, label=True)
 
 
 def _sides(text: Tree, place: str) -> Text:
@@ -124,7 +168,9 @@ def _side(text: str, vocabulary: Vocabulary, place: str) -> Node:
         return read(text, vocabulary, place, label=False)
     except Unreadable as unreadable:
         finding = unreadable.finding
-        if finding.code == "unknown_symbol" and _DIFFERENTIAL.search(text.replace(" ", "")):
-            detail = f"{finding.detail}; a time derivative is spelled `xdot`, a second one `xddot`"
-            raise Unreadable(finding.code, detail, place=place) from None
+        # A superscript has a digit as its compatible form.
+        plain = re.sub(r"[\s^]", "", unicodedata.normalize("NFKD", text))
+        is_open = finding.code in ("parse_error", "unknown_symbol") and DERIVATIVES not in finding.detail
+        if is_open and _DERIVATIVE.search(plain):
+            raise Unreadable(finding.code, f"{finding.detail}; {DERIVATIVES}", place=place) from None
         raise
