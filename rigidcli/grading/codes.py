@@ -9,7 +9,7 @@ CODES: dict[str, str] = {
     "additive_constant": "differs from what was expected by a constant",
     "axes_dependent": "the axes do not span the space: some of them depend on each other",
     "axes_not_orthogonal": "the axes are not at right angles to each other",
-    "axes_permuted": "the components of the axes are in another order",
+    "axes_permuted": "the coordinate axes are in another order",
     "axis_not_normalised": "the axis is right, but its length is not 1",
     "chaotic_divergence_after_horizon": "judged point by point only as long as the motion can be predicted",
     "component_wrong": "is not right, where others are",

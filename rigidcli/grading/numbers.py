@@ -2,10 +2,9 @@
 
     number = decimal | an expression without names, such as `2*pi` or `sqrt(2)/3`
     decimal = digits, then perhaps a power of ten: `20.8`, `2.08e1`, `2.08*10^1`, `2.08 x 10^1`
-    answer = number [unit]      a blank before the unit may be left out after a decimal: `5cm`
+    answer = number [unit]      a blank before the unit may be left out after a decimal: `5cm`, `20.8/s`
 
-Units are those of documents, and a few spellings besides that are seen in homework. A name that the table
-of units lacks is not looked for elsewhere.
+An uncertainty (`20.8 +- 0.1`) is no arithmetic, and is refused. Units are read in `units`.
 """
 
 from __future__ import annotations
@@ -13,7 +12,6 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
 
@@ -22,16 +20,8 @@ from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import RELATIVE, Tolerance
-from rigidcli.model.units import (
-    ANGLE,
-    DIMENSIONLESS,
-    MAX_TEXT,
-    Dimension,
-    Unit,
-    check_dimension,
-    known_names,
-    parse_unit,
-)
+from rigidcli.grading.units import read_unit, scale_in, with_hint
+from rigidcli.model.units import DIMENSIONLESS, Unit, parse_unit
 from rigidcli.symbolic.expression import RESERVED, parse
 
 LONGEST = 400
@@ -48,19 +38,23 @@ ROUNDING = 1e-9
 
 # Possessive, so that a long text is read or refused in one pass.
 _TEN = r"[eE](?P<e>[-+]?[0-9]++)|\s*[*×·⋅xX]\s*10\s*(?:\^|\*\*)\s*(?P<open>\()?(?P<p>[-+]?[0-9]++)(?(open)\))"
+_PER = rf"/\s*(?!(?:{'|'.join(sorted(RESERVED))}|π)\b)[^\W\d_]"
+"""One over a unit, and not over a function or a constant."""
+
 _DECIMAL = re.compile(
     rf"(?P<sign>[-+]?)\s*(?P<mantissa>(?>[0-9]++\.?+[0-9]*+|\.[0-9]++))(?:{_TEN})?+"
-    r"(?:(?:\s*(?=[^\W\d_]|[°′″%])|\s+(?=1/))(?P<unit>.+))?",
+    rf"(?:(?:\s*(?=[^\W\d_]|[°′″%]|{_PER})|\s+(?=1/))(?P<unit>.+))?",
     re.DOTALL,
 )
-_UNIT_AFTER = re.compile(r"(?<=[\w.)])\s+(?=[^\W\d_]|[°′″%]|1/)")
+_UNIT_AFTER = re.compile(rf"(?<=[\w.)])\s+(?=[^\W\d_]|[°′″%]|1/|{_PER})")
+_UNCERTAIN = re.compile(r"[\w.)°′″%]\s*(?:\+/?-|-/?\+|[±∓])")
 _BASED = re.compile(r"[-+]?0[xXoO][0-9a-fA-F]")
 _SLIPS = (
     (re.compile(r"[-+.0-9]+,[.,0-9]+"), "the decimal sign is a point, and no comma stands between digits"),
     (re.compile(r"[-+.0-9]+[_'][._'0-9]+"), "nothing stands between digits"),
     (re.compile(r"[-+.0-9]+\s[.\s0-9]+"), "no blank stands between digits"),
 )
-_NOT_FINITE = re.compile(r"[-+]?\.?(inf|infinity|nan)", re.IGNORECASE)
+_NOT_FINITE = re.compile(r"[-+]?\s*(?:\.?(?:inf|infinity|nan)|∞)(?:\s.*)?", re.IGNORECASE | re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +101,9 @@ class Written:
 
 def read_written(answer: Tree, place: str = "") -> Written:
     """A decimal number or an expression of numbers, with or without a unit. Raises Unreadable."""
+    if isinstance(answer, list | dict):
+        message = f"read {shown(answer)}, expected one number, with its unit as in `5 cm`"
+        raise Unreadable("wrong_shape", message, place=place)
     if not isinstance(answer, str):
         raise Unreadable("not_a_number", f"read {shown(answer)}", place=place)
     if len(answer) > LONGEST:
@@ -115,6 +112,9 @@ def read_written(answer: Tree, place: str = "") -> Written:
     if _BASED.match(text):
         message = f"read {shown(answer)}, expected decimal digits"
         raise Unreadable("not_a_number", message, place=place)
+    if _UNCERTAIN.search(text):
+        message = f"read {shown(answer)}: an uncertainty is not read: give the value"
+        raise Unreadable("not_a_number", message, place=place)
     if (decimal := _DECIMAL.fullmatch(text)) is not None:
         return _decimal(decimal, place)
     if _NOT_FINITE.fullmatch(text):
@@ -122,7 +122,7 @@ def read_written(answer: Tree, place: str = "") -> Written:
     value, unit = text, None
     if (blank := _UNIT_AFTER.search(text)) is not None:
         value, unit = text[: blank.start()], text[blank.end() :]
-    return Written(_expression(value, answer, place), unit=unit)
+    return Written(_expression(value, answer, place), unit=_unit(unit))
 
 
 def _decimal(match: re.Match[str], place: str) -> Written:
@@ -130,14 +130,19 @@ def _decimal(match: re.Match[str], place: str) -> Written:
     value = _finite(float(f"{match['sign']}{mantissa}e{power or 0}"), place)
     if value == 0 and mantissa.strip("0."):
         raise Unreadable("not_a_finite_number", "it is too small to be told from zero", place=place)
-    return Written(value, mantissa, unit, None if power is None else int(power))
+    return Written(value, mantissa, _unit(unit), None if power is None else int(power))
+
+
+def _unit(text: str | None) -> str | None:
+    """A unit as it is read alone."""
+    return f"1{text}" if text is not None and text.startswith("/") else text
 
 
 def _expression(text: str, answer: str, place: str) -> float:
     try:
         expression = parse(text)
     except ExpressionError as error:
-        advice = next((advice for slip, advice in _SLIPS if slip.match(text)), _told(error))
+        advice = next((advice for slip, advice in _SLIPS if slip.match(text)), with_hint(error))
         raise Unreadable("not_a_number", f"read {shown(answer)}: {advice}", place=place) from None
     if expression.names:
         name = shown(min(expression.names))
@@ -149,97 +154,13 @@ def _expression(text: str, answer: str, place: str) -> float:
         raise Unreadable("not_a_finite_number", message, place=place) from None
 
 
-def _told(problem: ValueProblem) -> str:
-    return problem.message if problem.hint is None else f"{problem.message}: {problem.hint}"
-
-
 def _finite(value: float, place: str) -> float:
     if not math.isfinite(value):
         raise Unreadable("not_a_finite_number", "it is beyond the range of numbers", place=place)
     return value
 
 
-# --- units
-
-SCALES = (1e-100, 1e100)
-"""Units in SI units: no answer needs one beyond these."""
-
-PERCENT = Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)
-
-SPELLINGS = {
-    "sec": "s", "secs": "s", "mins": "min", "hrs": "h", "rads": "rad", "degs": "deg", "revs": "rev",
-    "kgs": "kg", "Kg": "kg", "KG": "kg", "lbs": "lb", "cms": "cm", "Km": "km", "KM": "km", "hz": "Hz",
-    "Nm": "(N m)",
-}  # fmt: skip
-"""Names of homework that the table of units lacks, and what is meant."""
-
-_NAME = re.compile(r"(?![⁰¹²³⁴-⁹])[^\W\d_](?:(?![⁰¹²³⁴-⁹])\w)*(?P<power>-[0-9]+)?")
-_KNOWN = frozenset([*known_names(), *"μÅ\u212b"])
-_TOUCHING = re.compile("[^\\W⁰¹²³⁴-⁹][°′″]|[°′″][^\\W⁰¹²³⁴-⁹]")
-
-
-def read_unit(text: str, expected: Unit | None = None, place: str = "") -> Unit:
-    """A unit as typed in an answer; names of the `expected` one are known besides. Raises Unreadable."""
-    if text.strip() == PERCENT.text:
-        return PERCENT
-    if len(text) > MAX_TEXT:
-        raise Unreadable("unit_incompatible", f"read a unit of {len(text)} characters", place=place)
-    if _TOUCHING.search(text):  # `°C` would become the name `degC`
-        raise Unreadable("unit_incompatible", f"unknown unit {shown(text)}", place=place)
-    own = [] if expected is None else [found[0] for found in _NAME.finditer(expected.text)]
-    known = _KNOWN.union(own)
-
-    def spelled(found: re.Match[str]) -> str:
-        power = found["power"] or ""
-        name = found[0].removesuffix(power)
-        if (meant := _meant(name, known)) is not None:
-            return meant if not power else f"{meant}^{power}"
-        stem = name.rstrip("0123456789")
-        if stem != name and not power and (meant := _meant(stem, known)) is not None:
-            return f"{meant}^{name.removeprefix(stem)}"
-        if name in RESERVED:
-            message = f"read {shown(text)}: a product is written with `*`"
-            raise Unreadable("not_a_number", message, place=place)
-        raise Unreadable("unit_incompatible", f"unknown unit {shown(name)}", place=place)
-
-    try:
-        unit = parse_unit(_NAME.sub(spelled, text))
-    except ValueProblem as problem:
-        raise Unreadable("unit_incompatible", f"read {shown(text)}: {_told(problem)}", place=place) from None
-    if not SCALES[0] < unit.scale < SCALES[1]:
-        raise Unreadable("unit_incompatible", f"{shown(text)} is no unit of this world", place=place)
-    return unit
-
-
-def _meant(name: str, known: frozenset[str]) -> str | None:
-    """The name of a unit in the spelling of documents; None for one that is not known."""
-    if name in known or name.replace("μ", "µ") in known:
-        return name
-    small = name.lower()
-    return (
-        SPELLINGS.get(name) or SPELLINGS.get(small) or (small if len(name) > 2 and small in known else None)
-    )
-
-
-def scale_in(unit: Unit, expected: Dimension) -> float:
-    """One of the unit in SI units, where a quantity of dimension `expected` is asked.
-
-    Beyond what documents accept, an angle is a pure number, a hertz is 1/s, and turns (`rev/s`, `rpm`, and
-    degrees, but not radians) are what a frequency counts.
-
-    Raises:
-        ValueProblem: the unit does not fit.
-    """
-    given = unit.dimension
-    if expected == DIMENSIONLESS and given == ANGLE:
-        return unit.scale
-    if expected.cycle and given == expected._replace(cycle=0):
-        return unit.scale
-    turns = expected.cycle and given == expected._replace(cycle=0, angle=expected.cycle)
-    if turns and unit.pi_power == given.angle:
-        return unit.scale / (2 * math.pi) ** given.angle
-    check_dimension(unit.text, given, expected)
-    return unit.scale
+# --- in SI units
 
 
 def unit_of(text: str) -> Unit | None:
@@ -247,24 +168,30 @@ def unit_of(text: str) -> Unit | None:
     return parse_unit(text) if text else None
 
 
-def in_si(written: Written, unit: Unit | None, place: str = "") -> float:
-    """The SI value of a number that has a unit, which must fit. Raises Unreadable."""
-    assert written.unit is not None
+def scale_of(written: Written, unit: Unit | None, place: str = "") -> float:
+    """The unit of a number, which must fit, in SI units; 1 where it has none. Raises Unreadable."""
+    if written.unit is None:
+        return 1.0
     own = read_unit(written.unit, unit, place)
     try:
-        scale = scale_in(own, DIMENSIONLESS if unit is None else unit.dimension)
+        return scale_in(own, DIMENSIONLESS if unit is None else unit.dimension)
     except ValueProblem as problem:
-        raise Unreadable("unit_incompatible", _told(problem), place=place) from None
-    return _finite(written.value * scale, place)
+        raise Unreadable("unit_incompatible", with_hint(problem), place=place) from None
+
+
+def read_rounded(answer: Tree, unit: Unit | None = None, place: str = "") -> tuple[float, float]:
+    """A number and half of one in its last digit, in SI units, in which it is unless it has its own.
+
+    A unit must fit `unit`; where that is None, a pure number is expected. Raises Unreadable.
+    """
+    written = read_written(answer, place)
+    scale = scale_of(written, unit, place)
+    return _finite(written.value * scale, place), written.half_a_digit * scale
 
 
 def read_number(answer: Tree, unit: Unit | None = None, place: str = "") -> float:
-    """The SI value of a number; one without a unit of its own is in SI units. Raises Unreadable.
-
-    A unit must fit `unit`; where that is None, a pure number is expected.
-    """
-    written = read_written(answer, place)
-    return written.value if written.unit is None else in_si(written, unit, place)
+    """The SI value of a number, as in `read_rounded`. Raises Unreadable."""
+    return read_rounded(answer, unit, place)[0]
 
 
 def read_list(answer: Tree, unit: Unit | None = None, length: int | None = None, place: str = "") -> Floats:

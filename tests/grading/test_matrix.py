@@ -100,6 +100,26 @@ def test_one_entry_off_is_never_right(values: Floats, relative: float | None, da
         assert finding.code != "component_wrong" or finding.place == f"row {i + 1}, column {j + 1}"
 
 
+def test_too_few_digits() -> None:
+    key = literal([["1/6", "2"], ["-1/3", "0"], ["7", "5/7"]])
+    outcome = judged(key, [["0.17", "2"], ["-0.33", "0"], ["7", "0.714"]])
+    assert codes(outcome) == ["precision_insufficient"]
+    assert outcome.findings[0].place == "row 1, column 1; row 2, column 1"
+    assert outcome.share == pytest.approx(2 / 3)
+    for wrong in (
+        [["0.17", "2"], ["-0.34", "0"], ["7", "0.714"]],
+        [["0.17", "2"], ["-0.33", "0.1"], ["7", "1"]],
+    ):
+        assert codes(judged(key, wrong)) == ["component_wrong"]
+
+
+def test_numbers_for_symbols_of_a_question() -> None:
+    key = literal([["0", "1/m"], ["-k", "0"]], symbols={"k": "positive", "m": "positive"})
+    assert codes(judged(key, rows([[0, 1], [-4, 0]]))) == ["number_for_symbol"]
+    outcome = judged(key, [["0", "0.5"], ["-k", "0"]])
+    assert (codes(outcome), outcome.findings[0].place) == (["number_for_symbol"], "row 1, column 2")
+
+
 MATRIX = rows([[1, 2, 0], [-3, 4, 5], [6, 7, 9]])
 
 

@@ -185,6 +185,28 @@ def test_a_cube_about_its_corner(answer: list[str], code: str) -> None:
     assert outcome.verdict != "correct"
 
 
+def test_too_few_digits() -> None:
+    key = literal(["1/12", "1/3", "5/12"])
+    # 0.42 is more than 0.08 + 0.33, but by no more than was rounded away.
+    for answer in itertools.permutations(["0.08", "0.33", "0.42"]):
+        assert codes(judged(key, list(answer))) == ["precision_insufficient"]
+    outcome = judged(key, ["0.33", "0.0833", "0.4167"])
+    assert (codes(outcome), outcome.findings[0].place) == (["precision_insufficient"], "moment 1")
+    assert outcome.share == pytest.approx(2 / 3)
+    for wrong in (["0.08", "0.34", "0.42"], ["0.33", "0.33", "0.42"], ["8/100", "0.33", "0.42"]):
+        assert "precision_insufficient" not in codes(judged(key, wrong))
+    key = literal(["1/12", "1/3", "5/12"], order="ascending")
+    assert codes(judged(key, ["0.08", "0.33", "0.42"])) == ["precision_insufficient"]
+    assert "precision_insufficient" not in codes(judged(key, ["0.33", "0.08", "0.42"]))
+
+
+def test_numbers_for_symbols_of_a_question() -> None:
+    key = literal(["sqrt(k/m)", "k"], symbols={"k": "positive", "m": "positive"})
+    assert codes(judged(key, ["2", "3"])) == ["number_for_symbol"]
+    outcome = judged(key, ["2", "k"])
+    assert (codes(outcome), outcome.findings[0].place) == (["number_for_symbol"], "moment 1")
+
+
 def test_what_is_said_of_other_numbers() -> None:
     """Frequencies may be negative, and need no triangle."""
     key = literal(["1", "2", "30"])

@@ -20,10 +20,11 @@ from rigidcli.grading import numbers
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.kinds import number
-from rigidcli.grading.numbers import read_list, read_number, read_unit, read_written
+from rigidcli.grading.numbers import read_list, read_number, read_written
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question, Tolerance
 from rigidcli.grading.scalars.key import Key
+from rigidcli.grading.units import read_unit
 from rigidcli.model import units
 from rigidcli.model.load import load
 from rigidcli.report import Report
@@ -72,6 +73,13 @@ def figures(n: int, how: str = "value") -> dict[str, Any]:
         ("20.8", 20.8, "20.8", None),
         (" +20.8 ", 20.8, "20.8", None),
         ("- 5", -5.0, "5", None),
+        ("-- 5", 5.0, "", None),
+        ("20 + -5", 15.0, "", None),
+        ("20.8 /s", 20.8, "20.8", "1/s"),
+        ("20.8/s^2", 20.8, "20.8", "1/s^2"),
+        ("104/5 / min", 20.8, "", "1/ min"),
+        ("8/π", 8 / math.pi, "", None),
+        ("6/sqrt(4)", 3.0, "", None),
         ("−5.0e−3", -0.005, "5.0", None),
         (".5", 0.5, ".5", None),
         ("5.", 5.0, "5.", None),
@@ -140,11 +148,24 @@ def test_figures_are_counted(text: str, figures: int, least: int, ambiguous: boo
         ("2pi", "not_a_number", "a product is written with `*`"),
         ("2 pi rad", "not_a_number", "a product is written with `*`"),
         ("omega = 20.8 rad/s", "not_a_number", "one side of an equation"),
-        ("20.8 ± 0.1", "not_a_number", "PLUS-MINUS"),
+        ("20.8 ± 0.1", "not_a_number", "an uncertainty is not read"),
+        ("20.8+-0.1 kg m^2", "not_a_number", "an uncertainty is not read"),
+        ("20.8 +− 0.1", "not_a_number", "an uncertainty is not read"),
+        ("20.8 -+ 0.1", "not_a_number", "an uncertainty is not read"),
+        ("20.8 +/- 0.1 kg m^2", "not_a_number", "an uncertainty is not read"),
+        ("20.8 kg m^2 ± 1 %", "not_a_number", "an uncertainty is not read"),
+        ("(20.8 +- 0.1) kg m^2", "not_a_number", "an uncertainty is not read"),
+        ("2π/3", "not_a_number", "a product is written with `*`"),
+        ("2π", "not_a_number", "a product is written with `*`"),
+        ("6.62π kg m^2", "not_a_number", "a product is written with `*`"),
+        ("20 /t", "not_a_number", "`t` has no value"),
         ("(" * 200, "not_a_number", "nested"),
         ("true", "not_a_number", "`true` has no value"),
         ("inf", "not_a_finite_number", ""),
         ("-.nan", "not_a_finite_number", ""),
+        ("NaN kg m^2", "not_a_finite_number", ""),
+        ("inf kg m^2", "not_a_finite_number", ""),
+        ("-∞", "not_a_finite_number", ""),
         ("1e400", "not_a_finite_number", "range"),
         ("1e999999999", "not_a_finite_number", "range"),
         ("1e-400", "not_a_finite_number", "too small"),
@@ -153,6 +174,7 @@ def test_figures_are_counted(text: str, figures: int, least: int, ambiguous: boo
         ("sqrt(-1)", "not_a_finite_number", "real value"),
         ("1" * 401, "too_large", "401 characters"),
         ("20 furlongs", "unit_incompatible", "unknown unit `furlongs`"),
+        ("20 kgms", "unit_incompatible", "unknown unit `kgms`: units stand apart"),
         ("20 kg m^99", "unit_incompatible", "out of bounds"),
         ("20 kg + 1 g", "unit_incompatible", "unexpected `+`"),
     ],
@@ -165,9 +187,15 @@ def test_what_is_no_number_is_invalid_and_told_why(text: str, code: str, hint: s
     assert hint in finding.detail
 
 
-@pytest.mark.parametrize("answer", [None, [], ["20.8"], {"value": "20.8"}])
-def test_lists_and_mappings_are_no_numbers(answer: Any) -> None:
-    assert told(literal("20.8"), answer) == "not_a_number"
+def test_lists_and_mappings_are_no_numbers() -> None:
+    for answer in ([], ["20.8"], {"value": "20.8", "unit": "rad/s"}):
+        assert told(literal("20.8"), answer) == "wrong_shape"
+    assert told(literal("20.8"), None) == "not_a_number"
+
+
+def test_a_key_has_no_uncertainty() -> None:
+    with pytest.raises(ValueProblem, match="cannot be read"):
+        literal("20.8 +- 0.1 rad/s")
 
 
 @settings(max_examples=400, deadline=None)
@@ -224,6 +252,13 @@ def test_numbers_and_units_of_any_size_are_judged(
         ("Kg m2", "kg m^2"),
         ("Nm", "N m"),
         ("Nm/rad", "N m/rad"),
+        ("Nm^2/kg^2", "N m^2/kg^2"),
+        ("kgm^2", "kg m^2"),
+        ("kgm²/s", "kg m^2/s"),
+        ("kgm2", "kg m^2"),
+        ("gcm**2", "g cm^2"),
+        ("J/kgm^2", "J/(kg m^2)"),
+        ("1/Nm", "1/(N m)"),
         ("μm", "um"),
         ("sec²", "s^2"),
         ("Newtons", "N"),
@@ -235,7 +270,9 @@ def test_units_of_homework(text: str, same: str) -> None:
     assert (one.factor, one.pi_power, one.dimension) == (other.factor, other.pi_power, other.dimension)
 
 
-@pytest.mark.parametrize("text", ["mM", "parsnip", "м", "_pint", "__class__", "x10", "degC", "e", "K" * 300])
+@pytest.mark.parametrize(
+    "text", ["mM", "mil", "gss", "parsnip", "м", "_pint", "__class__", "x10", "degC", "e", "K" * 300]
+)
 def test_other_units_are_unknown(text: str) -> None:
     with pytest.raises(Unreadable) as caught:
         read_unit(text)
@@ -344,7 +381,7 @@ def test_an_absolute_tolerance_is_in_si_units(
 ) -> None:
     assume(abs(ratio - 1) > 1e-3)
     absolute = abs(float(value)) / 7
-    assume(absolute < 1e90)
+    assume(1e-160 < absolute < 1e90)
     key = literal(f"{value:e} m", tolerance={"absolute": absolute})
     name, scale = unit
     answer = f"{(float(value) + sign * ratio * absolute) / scale:.16e} {name}"
@@ -548,6 +585,9 @@ def test_an_angular_velocity(answer: str, expected: str) -> None:
         ("30 deg", "0.523599", "correct"),
         ("30 deg", "30", "degrees_radians"),
         ("30 deg", "30 rad", "wrong_unit_right_number"),
+        ("30 deg", "1718.873 rad", "degrees_radians"),
+        ("30 deg/s", "1718.873 rad/s", "degrees_radians"),
+        ("0.523599 rad", "0.00913852 deg", "degrees_radians"),
         ("30 deg", "pi/6", "correct"),
         ("30 deg", "30°", "correct"),
         ("0.523599 rad", "30 deg", "correct"),

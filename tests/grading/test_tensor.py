@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 from pathlib import Path
@@ -194,6 +195,9 @@ def candidates(points: list[tuple[float, ...]], origin: Floats, turn: Floats) ->
         "power_of_ten": right / 100,
         "constant_factor": right * 2.7,
     }
+    for order in itertools.permutations(range(3)):
+        if order != (0, 1, 2):
+            found[f"axes_permuted {order}"] = np.array([[right[i, j] for j in order] for i in order])
     if not np.allclose(turn, np.eye(3)):
         found["other_frame"] = turn @ right @ turn.T
     return found
@@ -230,21 +234,26 @@ def test_named_mistakes(
             "parallel_axis_off_diagonal_missing": away[""] - np.diag(np.diag(steiner)),
             "products_of_inertia_missing": np.diag(np.diag(central)),
             "products_of_inertia_sign": 2 * np.diag(np.diag(central)) - central,
+            "axes_permuted (2, 0, 1)": np.roll(central, (1, 1), (0, 1)),
         }
     assert judged(key, rows(tensors[""])).verdict == "correct"
     assume(apart(tensors))
     for code, mistaken in tensors.items():
         outcome = judged(key, rows(mistaken))
-        assert codes(outcome) == ([code] if code else [])
+        assert codes(outcome) == code.split()[:1]
         assert judged(key, named(mistaken)) == outcome
 
 
 def test_a_mistake_that_changes_nothing_is_not_named() -> None:
     """About the centre of mass, and with no products, there is nothing to get wrong."""
     key = computed("{body: {shape: box, size: [1, 2, 3], mass: 12}}")
+    assert {code for code, _ in key.causes} == {"axes_permuted"}
+    key = computed("{body: {shape: cube, side: 1, mass: 12}}")
     assert {code for code, _ in key.causes} == set()
     key = computed("{body: {shape: box, size: [1, 2, 3], mass: 12}, about: [0, 0, 5]}")
-    assert {code for code, _ in key.causes} == {"parallel_axis_missing", "parallel_axis_sign"}
+    assert {code for code, _ in key.causes} == {
+        *("axes_permuted", "parallel_axis_missing", "parallel_axis_sign"),
+    }
 
 
 def test_two_mistakes_that_explain_an_answer_are_not_named() -> None:
@@ -255,6 +264,31 @@ def test_two_mistakes_that_explain_an_answer_are_not_named() -> None:
     assert codes(outcome) == ["component_wrong"]
     assert outcome.findings[0].place == "Ixy"
     assert outcome.share == pytest.approx(5 / 6)
+
+
+def test_axes_that_change_places() -> None:
+    key = computed("body: {points: [[1, 1, 0, 0], [2, 0, 1, 1], [3, 0, 1, -1]]}")
+    for swapped in ([[6, 1, 0], [1, 6, 0], [0, 0, 10]], [[6, 0, 1], [0, 10, 0], [1, 0, 6]]):
+        outcome = judged(key, rows(swapped))
+        assert codes(outcome) == ["axes_permuted"]
+        assert outcome.share == pytest.approx(1 / 3)
+    # A frame that does no more than this is no other mistake.
+    box = "body: {shape: box, size: [1, 2, 3], mass: 12}"
+    key = computed(f"{{{box}, frame: {{axis: [0, 0, 1], angle: 90 deg}}}}")
+    assert judged(key, rows(np.diag([10.0, 13, 5]))).verdict == "correct"
+    assert codes(judged(key, rows(np.diag([13.0, 10, 5])))) == ["axes_permuted"]
+
+
+def test_too_few_digits() -> None:
+    key = literal([["2/3", "-1/4", "0"], ["-1/4", "2/3", "0"], ["0", "0", "4/3"]])
+    rounded = {"Ixx": "0.67", "Iyy": "0.67", "Izz": "1.33", "Ixy": "-0.25", "Ixz": "0", "Iyz": "0"}
+    outcome = judged(key, rounded)
+    assert (codes(outcome), outcome.findings[0].place) == (["precision_insufficient"], "Ixx, Iyy, Izz")
+    assert outcome.share == pytest.approx(1 / 2)
+    assert codes(judged(key, rounded | {"Ixy": "-0.3"})) == ["precision_insufficient"]
+    assert judged(key, rounded | {"Ixy": "-0.3"}).findings[0].place == ""
+    for wrong in ({"Ixx": "0.66"}, {"Ixy": "0.3"}, {"Ixz": "0.02"}):
+        assert "precision_insufficient" not in codes(judged(key, rounded | {"Ixy": "-0.3"} | wrong))
 
 
 CUBE = rows([[8, -3, -3], [-3, 8, -3], [-3, -3, 8]])
@@ -318,6 +352,18 @@ def test_a_tensor_with_symbols() -> None:
     assert codes(judged(key, others | {"Ixx": "2*m*a^2/3"})) == ["unknown_symbol"]
 
 
+def test_numbers_for_symbols_of_a_question() -> None:
+    key = literal(
+        [["2*m", "sqrt(k)", "0"], ["sqrt(k)", "3*m", "0"], ["0", "0", "5*m"]],
+        symbols={"m": "positive", "k": "positive"},
+    )
+    outcome = judged(key, rows([[2, 1, 0], [1, 3, 0], [0, 0, 5]]))
+    assert (codes(outcome), outcome.share) == (["number_for_symbol"], 0.0)
+    assert outcome.findings[0].place == "Ixx, Ixy, Iyy, Izz"
+    swapped = [["3*m", "sqrt(k)", "0"], ["sqrt(k)", "2*m", "0"], ["0", "0", "5*m"]]
+    assert codes(judged(key, swapped)) == ["axes_permuted"]
+
+
 # --- what cannot be read
 
 
@@ -331,7 +377,7 @@ def test_a_tensor_with_symbols() -> None:
         ({"Ixx": "8", "Iyy": "8", "Izz": "8"}, "wrong_shape"),
         ({"Ixx": "8", "Iyy": "8", "Izz": "8", "Ixy": "-3", "Ixz": "-3", "Iyw": "-3"}, "wrong_shape"),
         ({"Ixx": "8", "ixx": "8"}, "duplicate_key"),
-        ([["8", "3", "3"], ["3", "8", "3"], ["3", "3", {}]], "not_a_number"),
+        ([["8", "3", "3"], ["3", "8", "3"], ["3", "3", {}]], "wrong_shape"),
         ([["8", "3", "3"], ["3", "8", "3"], ["3", "3", "inf"]], "not_a_finite_number"),
     ],
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -216,6 +217,40 @@ def test_a_factor_of_a_single_number_must_be_a_likely_one() -> None:
     assert codes(judged(key, ["0", "0", "2.2"])) == ["outside_tolerance"]
 
 
+def test_too_few_digits() -> None:
+    key = literal(["1/6 m", "5/6 m", "0 m"])
+    outcome = judged(key, ["0.17", "0.83", "0"])
+    assert (codes(outcome), outcome.findings[0].place) == (["precision_insufficient"], "")
+    outcome = judged(key, ["16.7 cm", "0.8333", "0"])
+    assert (codes(outcome), outcome.findings[0].place) == (["precision_insufficient"], "component 1")
+    assert outcome.share == pytest.approx(2 / 3)
+    for answer in (["0.16", "0.83", "0"], ["0.17", "0.83", "0.01"], ["17/100", "83/100", "0"]):
+        assert "precision_insufficient" not in codes(judged(key, answer))
+    # To one digit it may as well be a factor of 4/3.
+    assert codes(judged(literal(["0", "0.75"]), ["0", "1"])) == ["outside_tolerance"]
+    key = literal(["1/6", "5/6"], direction="sign_free")
+    assert codes(judged(key, ["-0.17", "-0.83"])) == ["precision_insufficient"]
+
+
+@many
+@given(VECTORS, st.integers(1, 3), st.data())
+def test_rounded_to_few_digits(sizes: list[float], figures: int, data: st.DataObject) -> None:
+    """What rounds to the digits typed is never called wrong otherwise; what does not is never called so."""
+    key, answer = literal(typed(sizes)), [f"{size:.{figures - 1}e}" for size in sizes]
+    assert set(codes(judged(key, answer))) <= {
+        *("precision_insufficient", "constant_factor"),
+        *("component_wrong", "outside_tolerance"),  # where both explain it
+    }
+    if all(
+        abs(float(text) - size) <= DEFAULT / 2 * abs(size) for text, size in zip(answer, sizes, strict=True)
+    ):
+        assert judged(key, answer).verdict == "correct"
+    place = data.draw(st.sampled_from([k for k, size in enumerate(sizes) if size]))
+    unit = Decimal(1).scaleb(Decimal(answer[place]).adjusted() - figures + 1)
+    answer[place] = f"{Decimal(answer[place]) + data.draw(st.sampled_from([2, -2, 7])) * unit:e}"
+    assert "precision_insufficient" not in codes(judged(key, answer))
+
+
 def test_zeros_earn_nothing() -> None:
     outcome = judged(literal(["0", "0", "4"]), ["0", "0", "17"])
     assert (outcome.verdict, outcome.share) == ("incorrect", 0.0)
@@ -268,6 +303,18 @@ def test_symbols() -> None:
     assert judged(key, ["log(-a)", "a/2", "a/2"]).verdict == "partial"
 
 
+def test_numbers_for_symbols_of_a_question() -> None:
+    key = literal(["sqrt(k/m)", "0", "-2*k"], symbols={"k": "positive", "m": "positive"})
+    for answer, place in (
+        (["2", "0", "-3"], "component 1, component 3"),
+        (["2", "0", "-2*k"], "component 1"),
+    ):
+        outcome = judged(key, answer)
+        assert codes(outcome) == ["number_for_symbol"]
+        assert outcome.findings[0].place == place
+    assert codes(judged(key, ["20 +- 1", "0", "-2*k"])) == ["not_a_number"]
+
+
 def test_symbols_of_a_question() -> None:
     key = literal(
         ["m*g*sin(theta)", "0", "-m*g"], symbols={"m": "positive", "g": "positive", "theta": "real"}
@@ -288,7 +335,8 @@ def test_symbols_of_a_question() -> None:
         ([], "wrong_shape"),
         ({"x": "1"}, "wrong_shape"),
         (["1", "2", None], "not_a_number"),
-        (["1", "2", ["3"]], "not_a_number"),
+        (["1", "2", ["3"]], "wrong_shape"),
+        (["1", "2 +- 0.1", "3"], "not_a_number"),
         (["1", "2", "three"], "not_a_number"),
         (["1", "2", "nan"], "not_a_finite_number"),
         (["1", "2", "1e999"], "not_a_finite_number"),

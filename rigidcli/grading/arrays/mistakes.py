@@ -9,7 +9,8 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Mask
-from rigidcli.grading.arrays.entries import Entry, Reference, Typed, filled
+from rigidcli.grading.arrays.entries import Entry, filled
+from rigidcli.grading.arrays.reference import Reference, Typed
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.outcome import Finding
 from rigidcli.symbolic.expression import Expression, parse
@@ -91,6 +92,14 @@ def flipped(key: Reference, answer: Typed, right: Mask) -> Mask:
     return signs if bool((right | signs).all()) else np.zeros_like(signs)
 
 
+def too_few_digits(key: Reference, answer: Typed, right: Mask, places: Callable[[Mask], str]) -> Explanation:
+    """That the entries which are not right are so to the digits that were typed, and which they are."""
+    short = ~right & key.rounded(answer, key.values)
+    others = bool((right & key.nonzero).any())
+    finding = Finding("precision_insufficient", places(short) if others else "")
+    return finding, bool(short.any()) and bool((right | short).all())
+
+
 # --- what is said
 
 
@@ -108,14 +117,15 @@ def wrong_entries(
     """What is said of wrong entries that nothing explains: which they are, if the others earn a share."""
     numbers = ~right & key.varies & (answer.values == answer.values[0]).all(axis=0)
     if numbers.any():
-        return (Finding("number_for_symbol", listed(_named(numbers, name)), reference=told(key)),)
+        return (Finding("number_for_symbol", places_in(numbers, name), reference=told(key)),)
     if not share:
         return (Finding("outside_tolerance", reference=told(key)),)
-    return (Finding("component_wrong", listed(_named(~right, name)), reference=told(key)),)
+    return (Finding("component_wrong", places_in(~right, name), reference=told(key)),)
 
 
-def _named(mask: Mask, name: Callable[..., str]) -> list[str]:
-    return [name(*place) for place in np.argwhere(mask).tolist()]
+def places_in(mask: Mask, name: Callable[..., str]) -> str:
+    """The places in a mask, named by their indices."""
+    return listed(name(*place) for place in np.argwhere(mask).tolist())
 
 
 def earned(key: Reference, right: Mask) -> float:
@@ -155,11 +165,19 @@ def _times(entry: Entry, factor: float) -> Entry:
     return entry * factor
 
 
-def as_typed(entries: Any) -> Tree:
-    """Entries (arrays of them) as a student types them, with all digits."""
+def as_typed(entries: Any, form: str = ".17g") -> Tree:
+    """Entries (arrays of them) as a student types them, numbers with all digits or in another form."""
     if isinstance(entries, np.ndarray):
-        return [as_typed(entry) for entry in entries]
-    return entries.text if isinstance(entries, Expression) else f"{entries:.17g}"
+        return [as_typed(entry, form) for entry in entries]
+    return entries.text if isinstance(entries, Expression) else f"{entries:{form}}"
+
+
+def wrong_forms(
+    key: Reference, mistaken: Iterable[tuple[str, str, Array]]
+) -> Iterator[tuple[str, str, Tree]]:
+    """Mistaken entries as a student types them, after what they are and the code; and too few digits."""
+    yield from ((what, code, as_typed(entries)) for what, code, entries in mistaken)
+    yield "to two figures", "precision_insufficient", as_typed(key.entries, ".1e")
 
 
 def forms(key: Reference) -> Iterator[tuple[str, Tree]]:

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from itertools import permutations
 from typing import Any
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import point_tensor, rotate
-from rigidcli.grading.arrays.entries import Reference, computed, worked
+from rigidcli.grading.arrays.entries import worked
+from rigidcli.grading.arrays.keys import computed
+from rigidcli.grading.arrays.reference import Reference, exactly
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.numbers import margin
 
@@ -28,11 +31,15 @@ def mistaken_tensors(asked: Asked, values: Floats, key: Reference) -> Iterator[t
     diagonal = values * np.eye(3)
     yield "products_of_inertia_sign", 2 * diagonal - values
     yield "products_of_inertia_missing", diagonal
+    permuted = [values[:, order][:, :, order] for order in permutations(range(3))]
+    yield from (("axes_permuted", each) for each in permuted[1:])
     if asked.document is None:
         return
     if asked.document.frame is not None:
         axes = worked(computed(asked.document.axes), key.points)
-        yield "other_frame", np.array([rotate(*each) for each in zip(values, axes, strict=True)])
+        unturned = exactly(np.array([rotate(*each) for each in zip(values, axes, strict=True)]))
+        if not any(key.same(unturned, each) for each in permuted):
+            yield "other_frame", unturned.values
     report = asked.report.tree() if asked.report is not None else {}
     if all(report.get(name) is not None for name in NEEDED):
         yield from _shifted(report, key, about_com=asked.path[-1] == "tensor_com")

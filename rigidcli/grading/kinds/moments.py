@@ -10,16 +10,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.grading.arrays.entries import (
-    Reference,
-    Typed,
-    computed,
-    exactly,
-    filled,
-    read_entry,
-    reference,
-    worked,
-)
+from rigidcli.grading.arrays.entries import Cell, filled, worked
+from rigidcli.grading.arrays.keys import computed, reference
 from rigidcli.grading.arrays.mistakes import (
     Explanation,
     as_typed,
@@ -27,17 +19,18 @@ from rigidcli.grading.arrays.mistakes import (
     forms,
     listed,
     one_of,
+    places_in,
     power_of_ten,
     times,
     told,
     wrong_entries,
+    wrong_forms,
 )
+from rigidcli.grading.arrays.reference import Reference, Typed, exactly
 from rigidcli.grading.arrays.tensors import impossible, mistaken_tensors, moments_of
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds import Example
-from rigidcli.grading.numbers import are_near
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
-from rigidcli.model.units import Unit
 
 MOST = 100
 """Moments in one list."""
@@ -57,7 +50,7 @@ class Key:
 
 def read_key(asked: Asked) -> Key:
     """The key of a question for moments. Raises ValueProblem."""
-    found = reference(asked, _read)
+    found = reference(asked, _listed)
     if len(found.shape) != 1 or not 0 < found.shape[0] <= MOST:
         raise ValueProblem("this is not a list of moments")
     order = np.argsort(found.values, axis=1, kind="stable")
@@ -78,11 +71,11 @@ def _mistaken_tensors(asked: Asked, key: Reference) -> Iterator[tuple[str, Float
     yield from mistaken_tensors(asked, tensor, key)
 
 
-def _read(answer: Tree, unit: Unit | None, names: frozenset[str]) -> Array:
+def _listed(answer: Tree) -> Array:
+    """The cells of a list."""
     if not isinstance(answer, list) or not 0 < len(answer) <= MOST:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list of moments")
-    entries = [read_entry(entry, unit, names, _place(k)) for k, entry in enumerate(answer)]
-    return filled(entries, (len(entries),))
+    return filled([Cell(entry, _place(k)) for k, entry in enumerate(answer)], (len(answer),))
 
 
 def _place(index: int) -> str:
@@ -92,7 +85,7 @@ def _place(index: int) -> str:
 def judge(key: Key, answer: Tree, folder: Path) -> Outcome:
     """The outcome of a list of moments. Raises Unreadable."""
     ours = key.reference
-    typed = ours.read(answer, _read)
+    typed = ours.read(answer, _listed)
     fits = _fits(ours, typed, ours.values)
     count, expected = fits.shape
     pairs = matched(fits)
@@ -107,16 +100,20 @@ def judge(key: Key, answer: Tree, folder: Path) -> Outcome:
         return wrong(Finding("wrong_order", reference=told(ours)), share=share)
     else:
         return correct()
-    return wrong(*_findings(key, typed, pairs, share), share=share)
+    return wrong(*_findings(key, typed, fits, share), share=share)
 
 
 def _fits(key: Reference, answer: Typed, values: Floats) -> Mask:
     """Which moments of the answer (rows) are which of these (k by n; columns)."""
-    mine, own = np.broadcast_arrays(answer.values[:, :, np.newaxis], values[:, np.newaxis])
-    with np.errstate(all="ignore"):
-        near = [are_near(*each, key.tolerance) for each in zip(mine, own, strict=True)]
-    fits: Mask = np.all(np.array(near) | ~answer.counts[:, :, np.newaxis], axis=0)
-    return fits
+    table, own = _table(answer, values)
+    return key.agree(table, own)
+
+
+def _table(answer: Typed, values: Floats) -> tuple[Typed, Floats]:
+    """Every moment of the answer (rows) against each of these (k by n; columns)."""
+    size = (*answer.values.shape, values.shape[1])
+    own = np.broadcast_to(values[:, np.newaxis], size)
+    return answer.each(lambda array: np.broadcast_to(array[:, :, np.newaxis], size)), own
 
 
 def matched(fits: Mask) -> dict[int, int]:
@@ -154,12 +151,14 @@ def _is(key: Reference, answer: Typed, values: Floats) -> bool:
 # --- what is said
 
 
-def _findings(key: Key, answer: Typed, pairs: dict[int, int], share: float) -> Sequence[Finding]:
-    ours = key.reference
-    found = one_of(_causes(key, answer), _impossible(ours, answer), _descriptions(ours, answer))
+def _findings(key: Key, answer: Typed, fits: Mask, share: float) -> Sequence[Finding]:
+    ours, right = key.reference, np.isin(np.arange(len(fits)), list(matched(fits)))
+    short = _too_few_digits(key, answer, fits, right)
+    # What is rounded away may cost a triangle its inequality.
+    laws = () if short[1] else _impossible(ours, answer)
+    found = one_of(_causes(key, answer), laws, [short, *_descriptions(ours, answer)])
     if found is not None:
         return (replace(found, reference=told(ours)),)
-    right = np.isin(np.arange(answer.values.shape[1]), list(pairs))
     return wrong_entries(ours, answer, right, _place, share)
 
 
@@ -184,11 +183,18 @@ def _descriptions(key: Reference, answer: Typed) -> Iterator[Explanation]:
         yield Finding("sign_error", listed(_place(k) for k in sorted(sizes) if k not in right)), True
 
 
+def _too_few_digits(key: Key, answer: Typed, fits: Mask, right: Mask) -> Explanation:
+    """That the moments which are not right are so to the digits that were typed, and which they are."""
+    fits = fits | key.reference.rounded(*_table(answer, key.reference.values))
+    holds = np.diag(fits).all() if key.in_order else len(matched(fits)) == len(fits)
+    places = places_in(~right, _place) if right.any() else ""
+    return Finding("precision_insufficient", places), bool(holds)
+
+
 def _sorted(key: Reference, answer: Typed) -> tuple[Reference, Typed]:
     """The moments of both in ascending order at each point."""
     order = np.argsort(answer.values, axis=1)
-    values = np.take_along_axis(answer.values, order, axis=1)
-    typed = Typed(values, np.take_along_axis(answer.counts, order, axis=1))
+    typed = answer.each(lambda array: np.take_along_axis(array, order, axis=1))
     return replace(key, values=np.sort(key.values, axis=1)), typed
 
 
@@ -207,12 +213,12 @@ def examples(key: Key) -> Iterator[Example]:
         yield Example("the other way round", as_typed(ours.entries[::-1]), "wrong_order")
     for k in np.flatnonzero(fits.sum(axis=1) > 1)[:1]:
         yield Example("an equal moment left out", as_typed(np.delete(ours.entries, k)), "multiplicity")
-    for what, code, mistaken in _mistaken(key):
-        typed = ours.typed(mistaken)
+    for what, code, wrong_answer in wrong_forms(ours, _mistaken(key)):
+        typed = ours.read(wrong_answer, _listed)
         if not _is_right(key, typed):
-            findings = _findings(key, typed, {}, 0.0)
+            findings = _findings(key, typed, _fits(ours, typed, ours.values), 0.0)
             if [finding.code for finding in findings] == [code]:
-                yield Example(what, as_typed(mistaken), code)
+                yield Example(what, wrong_answer, code)
 
 
 def _mistaken(key: Key) -> Iterator[tuple[str, str, Array]]:

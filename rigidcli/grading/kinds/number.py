@@ -11,12 +11,13 @@ from pathlib import Path
 
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.numbers import Written, read_unit, read_written, scale_in
+from rigidcli.grading.numbers import Written, read_written
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.scalars.examples import examples
 from rigidcli.grading.scalars.key import Key, read_key
 from rigidcli.grading.scalars.mistakes import explaining, misfit
 from rigidcli.grading.scalars.near import is_near
+from rigidcli.grading.units import read_unit, scale_in
 
 __all__ = ["examples", "judge", "read_key"]
 

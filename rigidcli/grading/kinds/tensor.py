@@ -14,10 +14,10 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.grading.arrays.entries import Reference, Typed, exactly, filled, read_entry, reference
+from rigidcli.grading.arrays.entries import Cell, filled
+from rigidcli.grading.arrays.keys import reference
 from rigidcli.grading.arrays.mistakes import (
     Explanation,
-    as_typed,
     constant_factor,
     flipped,
     forms,
@@ -26,18 +26,23 @@ from rigidcli.grading.arrays.mistakes import (
     power_of_ten,
     times,
     told,
+    too_few_digits,
     wrong_entries,
+    wrong_forms,
 )
+from rigidcli.grading.arrays.reference import Reference, Typed, exactly
 from rigidcli.grading.arrays.tensors import impossible, mistaken_tensors, moments_of
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds import Example
-from rigidcli.grading.kinds.matrix import read_rows
+from rigidcli.grading.kinds.matrix import rows
 from rigidcli.grading.numbers import are_near
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
-from rigidcli.model.units import Unit
 
 COMPONENTS = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
 """The six components, by their usual names."""
+
+BELOW = np.tri(3, k=-1, dtype=bool)
+"""Entries that mirror the components."""
 
 UPPER = tuple(np.array(list(COMPONENTS.values())).T)
 
@@ -61,7 +66,7 @@ class Key:
 
 def read_key(asked: Asked) -> Key:
     """The key of a question for an inertia tensor. Raises ValueProblem."""
-    found = reference(asked, read_tensor)
+    found = reference(asked, components)
     if found.shape != (3, 3):
         raise ValueProblem("this is not a tensor, which has 3 rows of 3")
     if not found.same(exactly(found.values.swapaxes(1, 2)), found.values):
@@ -70,34 +75,34 @@ def read_key(asked: Asked) -> Key:
     return Key(found, tuple((code, values) for code, values in causes if found.differs(values)))
 
 
-# --- reading
+# --- the form of an answer
 
 
-def read_tensor(answer: Tree, unit: Unit | None, names: frozenset[str]) -> Array:
-    """The 3 by 3 entries of a list of rows, or of a mapping from names. Raises Unreadable."""
+def components(answer: Tree) -> Array:
+    """The 3 by 3 cells of a list of rows, or of a mapping from names. Raises Unreadable."""
     if isinstance(answer, dict):
-        return _by_names(answer, unit, names)
-    entries = read_rows(answer, unit, names)
-    if entries.shape != (3, 3):
-        rows, columns = entries.shape
-        raise Unreadable("wrong_shape", f"read {rows} rows of {columns}, expected 3 rows of 3")
-    return entries
+        return _by_names(answer)
+    cells = rows(answer)
+    if cells.shape != (3, 3):
+        height, width = cells.shape
+        raise Unreadable("wrong_shape", f"read {height} rows of {width}, expected 3 rows of 3")
+    return cells
 
 
-def _by_names(answer: dict[str, Tree], unit: Unit | None, names: frozenset[str]) -> Array:
-    entries = np.full((3, 3), None, dtype=object)
+def _by_names(answer: dict[str, Tree]) -> Array:
+    cells = np.full((3, 3), None, dtype=object)
     for name, entry in answer.items():
         place = _NAMES.get(name.replace("_", "").strip().lower())
         if place is None:
             raise Unreadable("wrong_shape", f"read {shown(name)}, expected {', '.join(COMPONENTS)}")
-        if entries[place] is not None:
+        if cells[place] is not None:
             raise Unreadable("duplicate_key", f"read {shown(name)}")
-        entries[place] = read_entry(entry, unit, names, shown(name))
-    missing = [name for name, (i, j) in COMPONENTS.items() if entries[i, j] is None and entries[j, i] is None]
+        cells[place] = Cell(entry, shown(name))
+    missing = [name for name, (i, j) in COMPONENTS.items() if cells[i, j] is None and cells[j, i] is None]
     if missing:
         raise Unreadable("wrong_shape", f"{', '.join(missing)} missing")
-    mirrored = zip(entries.flat, entries.T.flat, strict=True)
-    return filled([other if entry is None else entry for entry, other in mirrored], (3, 3))
+    mirrored = zip(cells.flat, cells.T.flat, strict=True)
+    return filled([other if cell is None else cell for cell, other in mirrored], (3, 3))
 
 
 # --- judging
@@ -106,7 +111,7 @@ def _by_names(answer: dict[str, Tree], unit: Unit | None, names: frozenset[str])
 def judge(key: Key, answer: Tree, folder: Path) -> Outcome:
     """The outcome of a tensor. Raises Unreadable."""
     ours = key.reference
-    typed = ours.read(answer, read_tensor)
+    typed = ours.read(answer, components)
     right = ours.agree(typed, ours.values)
     if right.all():
         return correct()
@@ -147,8 +152,7 @@ def _remarks(key: Reference, answer: Typed, right: Mask, share: float) -> tuple[
     """What is said where no mistake explains a tensor: that no body has it, and which entries are wrong."""
     if right.all():
         return ()
-    below = np.tri(3, k=-1, dtype=bool)
-    entries = wrong_entries(key, answer, right | below, _place, share)
+    entries = wrong_entries(key, answer, right | BELOW, _place, share)
     codes = {impossible(moments_of(answer.values[k]), key) for k in answer.rows}
     code = codes.pop() if len(codes) == 1 else None
     if code is None or entries[0].code == "number_for_symbol":
@@ -166,6 +170,7 @@ def _causes(key: Key, answer: Typed) -> Iterator[Explanation]:
 def _descriptions(key: Reference, answer: Typed, right: Mask) -> Iterator[Explanation]:
     yield Finding("constant_factor"), constant_factor(key, answer)
     yield Finding("other_frame"), _is_turned(key, answer)
+    yield too_few_digits(key, answer, right, _places)
     signs = flipped(key, answer, right)
     if signs.any():
         every = signs.sum() == key.nonzero.sum() > 1
@@ -198,8 +203,8 @@ def examples(key: Key) -> Iterator[Example]:
         yield Example(what, answer)
         named = {name: answer[i][j] for name, (i, j) in COMPONENTS.items()}
         yield Example(f"{what}, by the names of the components", named)
-    for what, code, mistaken in _mistaken(key):
-        typed = ours.typed(mistaken)
+    for what, code, answer in wrong_forms(ours, _mistaken(key)):
+        typed = ours.read(answer, components)
         right = ours.agree(typed, ours.values)
         if right.all():
             continue
@@ -208,7 +213,7 @@ def examples(key: Key) -> Iterator[Example]:
         else:
             found = one_of(_causes(key, typed), _descriptions(ours, typed, right))
         if found is not None and found.code == code:
-            yield Example(what, as_typed(mistaken), code)
+            yield Example(what, answer, code)
 
 
 def _mistaken(key: Key) -> Iterator[tuple[str, str, Array]]:

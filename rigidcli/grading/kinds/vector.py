@@ -12,16 +12,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.grading.arrays.entries import (
-    Reference,
-    Typed,
-    computed,
-    exactly,
-    filled,
-    read_entry,
-    reference,
-    worked,
-)
+from rigidcli.grading.arrays.entries import Cell, filled
+from rigidcli.grading.arrays.keys import reference
 from rigidcli.grading.arrays.mistakes import (
     MOST_PLACES,
     Explanation,
@@ -31,28 +23,30 @@ from rigidcli.grading.arrays.mistakes import (
     flipped,
     forms,
     is_factor,
-    listed,
     one_of,
+    places_in,
     power_of_ten,
     times,
     told,
+    too_few_digits,
     wrong_entries,
+    wrong_forms,
+)
+from rigidcli.grading.arrays.reference import Reference, Typed, exactly
+from rigidcli.grading.arrays.vectors import (
+    RATE_FACTORS,
+    angle_between,
+    in_other_frames,
+    length,
+    rate_codes,
+    without_noise,
 )
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds import Example
-from rigidcli.grading.numbers import MOST_ENTRIES, NOISE, are_near, margin
+from rigidcli.grading.numbers import MOST_ENTRIES, are_near, margin
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
-from rigidcli.model.units import Unit
 
 Direction: TypeAlias = Literal["exact", "sense", "sign_free", "parallel"]
-
-DEGREE = math.radians(1)
-
-RATE_FACTORS = {
-    "degrees_radians": (DEGREE, 1 / DEGREE),
-    "frequency_vs_angular_frequency": (2 * math.pi, 1 / (2 * math.pi)),
-}
-"""By what a rate is wrong when the angles in it are counted in another unit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,16 +71,16 @@ class Key:
 
 def read_key(asked: Asked) -> Key:
     """The key of a question for a vector. Raises ValueProblem."""
-    found = reference(asked, _read)
+    found = reference(asked, _listed)
     if len(found.shape) != 1 or not found.shape[0]:
         raise ValueProblem("this is not a list of numbers", hint="a matrix has a kind of its own")
-    found = _without_noise(found, asked)
+    found = without_noise(found, asked)
     direction = asked.question.direction
     if direction in ("sense", "parallel") and not np.abs(found.values).max(axis=1).all():
         raise ValueProblem("a vector of length zero has no direction", path=("direction",))
     angle = asked.question.tolerance.angle or _angle(found)
-    key = Key(found, direction, angle, (), _codes(found, asked))
-    turned_frames = [("other_frame", values) for values in _in_other_frames(found, asked)]
+    key = Key(found, direction, angle, (), rate_codes(found, asked))
+    turned_frames = [("other_frame", values) for values in in_other_frames(found, asked)]
     return replace(
         key, causes=tuple((code, v) for code, v in turned_frames if not _is_right(key, exactly(v)))
     )
@@ -94,59 +88,15 @@ def read_key(asked: Asked) -> Key:
 
 def _angle(key: Reference) -> float:
     """The angle (rad) by which a vector turns when it changes by the tolerance."""
-    length = min(_length(row) for row in key.values)
-    return margin(length, key.tolerance) / length if length else 0.0
+    shortest = min(length(row) for row in key.values)
+    return margin(shortest, key.tolerance) / shortest if shortest else 0.0
 
 
-def _without_noise(key: Reference, asked: Asked) -> Reference:
-    """The key of a centre of mass at the origin as zeros: rounding leaves something of them."""
-    size = _size(asked) if asked.path[-1:] == ("center_of_mass",) and not key.names else 0.0
-    if not size or np.abs(key.values).max() > NOISE * size:
-        return key
-    tolerance = key.tolerance.model_copy(update={"absolute": margin(size, key.tolerance)})
-    zeros = np.zeros_like(key.values)
-    return replace(key, entries=zeros[0].astype(object), values=zeros, tolerance=tolerance)
-
-
-def _size(asked: Asked) -> float:
-    """The radius of gyration (m) of the body of a report; 0 where it is not known as a number."""
-    report = asked.report
-    if report is None or report.get("mass") is None:
-        return 0.0
-    numbers = worked(computed([*np.ravel(report["tensor"]), report["mass"]]), [{}])[0]
-    *tensor, mass = np.abs(numbers).tolist()
-    return math.sqrt(max(tensor) / mass) if np.isfinite(numbers).all() and mass else 0.0
-
-
-def _codes(key: Reference, asked: Asked) -> tuple[str, ...]:
-    """The factors of rates that a vector may be wrong by: none where no angle and no time is in its unit."""
-    if key.unit is None:
-        return () if asked.report is not None else tuple(RATE_FACTORS)
-    dimension = key.unit.dimension
-    if dimension.angle and dimension.time:
-        return tuple(RATE_FACTORS)
-    return ("degrees_radians",) if dimension.angle or dimension.time else ()
-
-
-def _in_other_frames(key: Reference, asked: Asked) -> Iterator[Floats]:
-    """The same vector along the axes of the document, and along the principal axes."""
-    if asked.document is None or key.shape != (3,):
-        return
-    frames = [asked.document.axes] if asked.document.frame is not None else []
-    principal = asked.report.get("axes") if asked.report is not None else None
-    if isinstance(principal, np.ndarray):
-        frames.append(principal)
-    for frame in frames:
-        yield np.einsum("kij,kj->ki", worked(computed(frame), key.points), key.values)
-
-
-def _read(answer: Tree, unit: Unit | None, names: frozenset[str]) -> Array:
+def _listed(answer: Tree) -> Array:
+    """The cells of a list."""
     if not isinstance(answer, list) or len(answer) > MOST_ENTRIES:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list of numbers")
-    return filled(
-        [read_entry(entry, unit, names, f"component {k + 1}") for k, entry in enumerate(answer)],
-        (len(answer),),
-    )
+    return filled([Cell(entry, _place(k)) for k, entry in enumerate(answer)], (len(answer),))
 
 
 def judge(key: Key, answer: Tree, folder: Path) -> Outcome:
@@ -154,7 +104,7 @@ def judge(key: Key, answer: Tree, folder: Path) -> Outcome:
     expected = key.reference.shape[0]
     if isinstance(answer, list) and len(answer) != expected:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected {expected} numbers")
-    typed = key.reference.read(answer, _read)
+    typed = key.reference.read(answer, _listed)
     if _is_right(key, typed):
         return correct()
     if not typed.values.any() and key.reference.nonzero.any():
@@ -171,6 +121,10 @@ def judge(key: Key, answer: Tree, folder: Path) -> Outcome:
 
 def _place(index: int) -> str:
     return f"component {index + 1}"
+
+
+def _places(mask: Mask) -> str:
+    return places_in(mask, _place)
 
 
 # --- comparison
@@ -200,22 +154,6 @@ def _right(key: Key, answer: Typed) -> Mask:
     return max(masks, key=lambda mask: int(mask.sum()))
 
 
-def _length(vector: Floats) -> float:
-    return math.hypot(*vector.tolist())
-
-
-def angle_between(one: Floats, other: Floats) -> float:
-    """The angle (0 to pi, rad) between two vectors of any size and dimension; NaN where one is zero.
-
-    2 atan2(|u - v|, |u + v|) of the unit vectors is accurate at all angles (W. Kahan, How Futile are Mindless
-    Assessments of Roundoff, section 12).
-    """
-    with np.errstate(all="ignore"):
-        u, v = one / np.abs(one).max(), other / np.abs(other).max()
-        u, v = u / _length(u), v / _length(v)
-    return 2 * math.atan2(_length(u - v), _length(u + v))
-
-
 # --- mistakes
 
 
@@ -239,16 +177,20 @@ def _descriptions(key: Key, answer: Typed) -> Iterator[Explanation]:
     else:
         yield Finding("constant_factor"), constant_factor(ours, answer)
     for sign in _signs(key):
-        signs = flipped(ours, answer.times(sign), ours.agree(answer.times(sign), ours.values))
+        signed = answer.times(sign)
+        right = ours.agree(signed, ours.values)
+        if not key.is_direction:
+            yield too_few_digits(ours, signed, right, _places)
+        signs = flipped(ours, signed, right)
         if 0 < signs.sum() < max(2, ours.nonzero.sum()):
-            yield Finding("sign_error", listed(map(_place, np.flatnonzero(signs).tolist()))), True
+            yield Finding("sign_error", _places(signs)), True
 
 
 def _resized(key: Key, answer: Typed) -> Typed:
     """The answer with the length of the right vector."""
     with np.errstate(all="ignore"):
         pairs = zip(answer.values, key.reference.values, strict=True)
-        rows = [mine / _length(mine) * _length(own) for mine, own in pairs]
+        rows = [mine / length(mine) * length(own) for mine, own in pairs]
     return replace(answer, values=np.array(rows))
 
 
@@ -279,12 +221,12 @@ def examples(key: Key) -> Iterator[Example]:
     yield from (Example(what, answer) for what, answer in forms(ours))
     for factor in LENGTHS[key.direction]:
         yield Example(f"the key, {factor:g} times as long", as_typed(times(ours.entries, factor)))
-    for what, code, mistaken in _mistaken(key):
-        typed = ours.typed(mistaken)
+    for what, code, answer in wrong_forms(ours, _mistaken(key)):
+        typed = ours.read(answer, _listed)
         if not _is_right(key, typed):
             found = one_of(_causes(key, typed), _descriptions(key, typed))
             if found is not None and found.code == code:
-                yield Example(what, as_typed(mistaken), code)
+                yield Example(what, answer, code)
 
 
 def _mistaken(key: Key) -> Iterator[tuple[str, str, Array]]:

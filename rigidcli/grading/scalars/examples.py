@@ -7,10 +7,11 @@ from collections.abc import Iterator
 
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.kinds import Example
-from rigidcli.grading.numbers import NOISE, read_unit, read_written, scale_in
+from rigidcli.grading.numbers import NOISE, read_written
 from rigidcli.grading.scalars.key import Key
 from rigidcli.grading.scalars.mistakes import explaining
 from rigidcli.grading.scalars.near import is_near
+from rigidcli.grading.units import read_unit, scale_in
 from rigidcli.model.units import MASS
 
 UNITS = (

@@ -15,10 +15,11 @@ import numpy as np
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.numbers import NOISE, PERCENT, read_unit, read_written, scale_in
+from rigidcli.grading.numbers import NOISE, read_written
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Tolerance
 from rigidcli.grading.scalars.factors import factors
+from rigidcli.grading.units import PERCENT, read_unit, scale_in
 from rigidcli.model.units import ANGLE, DIMENSIONLESS, Unit, parse_unit
 
 MOST_PERIODS = 1e6

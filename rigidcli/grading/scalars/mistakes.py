@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from rigidcli.grading.numbers import NOISE, Written, margin
-from rigidcli.grading.scalars.factors import TURN
+from rigidcli.grading.scalars.factors import DEGREES, TURN
 from rigidcli.grading.scalars.key import Key
 from rigidcli.grading.scalars.near import is_near, is_rounded
 from rigidcli.model.units import ANGLE, Unit
@@ -39,7 +39,7 @@ def explaining(key: Key, written: Written, scale: float) -> set[str]:
     least = _least_change(key, scale)
     codes = {
         code
-        for code, factor in (*key.mistakes, *_wrong_way(scale / key.plain))
+        for code, factor in (*key.mistakes, *_wrong_way(key, scale))
         if abs(factor - 1) > least and is_near(key, written.value, scale, factor)
     }
     if is_rounded(key, written, scale):
@@ -56,9 +56,12 @@ def _least_change(key: Key, scale: float) -> float:
     return 2 * margin(reference, key.tolerance, scale / key.plain) / abs(reference)
 
 
-def _wrong_way(ratio: float) -> Iterator[tuple[str, float]]:
-    """Multiplying by a unit where one divides, unless that is off by a power of ten."""
-    squared = ratio * ratio
-    tens = math.log10(squared) if 0 < squared < math.inf else 0.0
-    if abs(tens - round(tens)) > NOISE:
-        yield "unit_conversion", squared
+def _wrong_way(key: Key, scale: float) -> Iterator[tuple[str, float]]:
+    """Codes and factors of multiplying by a unit where one divides, unless that is a power of ten."""
+    for own in (key.unit.scale, key.plain):
+        ratio = scale / own
+        squared = ratio * ratio
+        tens = math.log10(squared) if 0 < squared < math.inf else 0.0
+        if abs(tens - round(tens)) > NOISE:
+            angle = any(abs(ratio / degrees - 1) <= NOISE for degrees in (DEGREES, 1 / DEGREES))
+            yield ("degrees_radians" if angle else "unit_conversion"), squared

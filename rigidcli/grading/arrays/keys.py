@@ -1,0 +1,176 @@
+"""The keys of questions for many numbers: entries, and the points at which they are worked out."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Mapping
+from typing import Any, get_args
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Array
+from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.grading.arrays.entries import Cell, Entry, Layout, Point, filled, read_entries, value_at, worked
+from rigidcli.grading.arrays.reference import Reference
+from rigidcli.grading.asked import Asked, Tree
+from rigidcli.grading.codes import CODES
+from rigidcli.grading.numbers import read_written, unit_of
+from rigidcli.grading.outcome import Unreadable
+from rigidcli.grading.question import Question
+from rigidcli.grading.units import read_unit
+from rigidcli.model.units import Unit
+from rigidcli.symbolic.expression import Expression, parse
+from rigidcli.symbolic.tree import Node
+from rigidcli.symbolic.writing import text
+
+POINTS = 5
+"""Points at which entries with symbols are compared."""
+
+TRIES = 50
+"""Random points among which those are looked for where the key has values."""
+
+LOW, HIGH = 0.3, 1.7
+"""Between what sizes random values lie."""
+
+_TREES = get_args(Node)
+
+
+def reference(asked: Asked, layout: Layout) -> Reference:
+    """The key of a question, literal (laid out as answers are) or computed. Raises ValueProblem."""
+    question = asked.question
+    _require_fit(question)
+    if asked.report is None:
+        try:
+            unit, entries = _literal(layout(asked.value), frozenset(question.symbols or ()))
+        except Unreadable as unreadable:
+            place, code = unreadable.finding.place, unreadable.finding.code
+            raise ValueProblem(f"{place}: {CODES[code]}" if place else CODES[code]) from None
+    else:
+        unit, entries = unit_of(asked.unit), computed(asked.value)
+    points, given, known = _points(asked, entries)
+    values = worked(entries, points)
+    return Reference(entries, values, points, given, known, unit, question.tolerance)
+
+
+def _literal(cells: Array, names: frozenset[str]) -> tuple[Unit | None, Array]:
+    """The unit of the first entry that has one, and the entries. Raises Unreadable."""
+    units = (_unit_of(cell, names) for cell in cells.flat)
+    unit = next((unit for unit in units if unit is not None), None)
+    return unit, read_entries(cells, unit, names)[0]
+
+
+def _require_fit(question: Question) -> None:
+    if question.tolerance.figures != "value":
+        raise ValueProblem("written figures are judged of a number or a quantity", path=("tolerance",))
+    if question.modulo is not None:
+        raise ValueProblem("a period is for a number or a quantity", path=("modulo",))
+
+
+def computed(value: Any) -> Array:
+    """The entries of a result: an array of floats, exact numbers or trees. Raises ValueProblem."""
+    array = np.asarray(value, dtype=object)
+    return filled([_entry(entry) for entry in array.flat], array.shape)
+
+
+def _entry(value: Any) -> Entry:
+    if isinstance(value, float | int | np.number) and not isinstance(value, bool):
+        number = float(value)
+        if not math.isfinite(number):
+            raise ValueProblem("this result is not finite")
+        return number
+    if isinstance(value, _TREES):
+        written = text(value)
+    elif hasattr(type(value), "free_symbols"):
+        from rigidcli.symbolic.exact import text as exact_text
+
+        written = exact_text(value)
+    else:
+        raise ValueProblem("this result is not made of numbers")
+    try:
+        expression = parse(written)
+        return expression if expression.names else expression.evaluate({})
+    except ExpressionError:
+        raise ValueProblem("this result is too long, or has no value, and cannot be compared") from None
+
+
+def _is_exact(value: Any) -> bool:
+    """Whether results are exact numbers, in which parameters with a value do not appear."""
+    return any(hasattr(type(entry), "free_symbols") for entry in np.asarray(value, dtype=object).flat)
+
+
+def _unit_of(cell: Cell, names: frozenset[str]) -> Unit | None:
+    """The unit of an entry of a literal key, if it has one. Raises Unreadable."""
+    if names and _is_expression(cell.answer):
+        return None
+    written = read_written(cell.answer, cell.place)
+    return None if written.unit is None else read_unit(written.unit, place=cell.place)
+
+
+def _is_expression(answer: Tree) -> bool:
+    try:
+        return isinstance(answer, str) and bool(parse(answer).names)
+    except ExpressionError:
+        return False
+
+
+# --- symbols
+
+
+def _points(asked: Asked, entries: Array) -> tuple[tuple[Point, ...], frozenset[str], int]:
+    """Where a key is worked out, the names with values from the document, and at how many points they are so.
+
+    Other values are random, and always the same. Raises ValueProblem where the key has hardly any values.
+    """
+    names = frozenset[str]().union(*(e.names for e in entries.flat if isinstance(e, Expression)))
+    if not names:
+        return ({},), frozenset(), 1
+    chance = random.Random(1)  # noqa: S311 - a probe needs no secrecy
+    if asked.document is None:
+        points = _with_values(entries, lambda: _in_question(asked, chance))
+        return points, frozenset(), len(points)
+    values = {} if _is_exact(asked.value) else asked.document.values
+    given = {name: float(value) for name, value in values.items()}
+    free = _with_values(entries, lambda: _in_document(asked, names, {}, chance))
+    if names.isdisjoint(given):
+        return free, frozenset(), len(free)
+    known = _with_values(entries, lambda: _in_document(asked, names, given, chance))
+    if names <= given.keys():
+        known = known[:1]
+    return (*known, *free), frozenset(given), len(known)
+
+
+def _with_values(entries: Array, draw: Callable[[], Point]) -> tuple[Point, ...]:
+    """Points at which all entries have values."""
+    found: list[Point] = []
+    for _ in range(TRIES):
+        point = draw()
+        if np.isfinite(worked(entries, [point])).all():
+            found.append(point)
+        if len(found) == POINTS:
+            return tuple(found)
+    raise ValueProblem("this has no value for most values of its symbols")
+
+
+def _in_question(asked: Asked, chance: random.Random) -> Point:
+    """Random values for the symbols of a question."""
+    return {
+        name: chance.uniform(LOW, HIGH) * (1 if sign == "positive" else chance.choice((-1, 1)))
+        for name, sign in (asked.question.symbols or {}).items()
+    }
+
+
+def _in_document(
+    asked: Asked, names: frozenset[str], given: Mapping[str, float], chance: random.Random
+) -> Point:
+    """Random values for the parameters of a document, and for what else a key has, but for those `given`.
+
+    Parameters that hang on others follow them. In exact results those that have a value appear with it.
+    """
+    assert asked.document is not None
+    definitions, fixed = asked.document.definitions, _is_exact(asked.value)
+    point = {name: chance.uniform(LOW, HIGH) for name in sorted(names | definitions.keys())} | dict(given)
+    for name, definition in definitions.items():
+        if definition is not None and name not in given and (definition.names or fixed):
+            point[name] = value_at(definition, point)
+    return point

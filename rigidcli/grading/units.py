@@ -1,0 +1,139 @@
+"""Units in answers: those of documents, and the other spellings that are seen in homework.
+
+A name that the table of units lacks is not looked for elsewhere.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from fractions import Fraction
+
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.grading.outcome import Unreadable
+from rigidcli.model.units import (
+    ANGLE,
+    DIMENSIONLESS,
+    MAX_TEXT,
+    Dimension,
+    Unit,
+    check_dimension,
+    known_names,
+    parse_unit,
+)
+from rigidcli.symbolic.expression import RESERVED
+
+SCALES = (1e-100, 1e100)
+"""Units in SI units: no answer needs one beyond these."""
+
+PERCENT = Unit("%", Fraction(1, 100), 0, DIMENSIONLESS)
+
+SPELLINGS = {
+    "sec": "s", "secs": "s", "mins": "min", "hrs": "h", "rads": "rad", "degs": "deg", "revs": "rev",
+    "kgs": "kg", "Kg": "kg", "KG": "kg", "lbs": "lb", "cms": "cm", "Km": "km", "KM": "km", "hz": "Hz",
+}  # fmt: skip
+"""Names of homework that the table of units lacks, and what is meant."""
+
+PRODUCTS = {
+    pair.replace(" ", ""): pair
+    for pair in (
+        *("N m", "kN m", "N cm", "N mm", "N s", "J s"),
+        *("kg m", "kg cm", "kg mm", "g cm", "g mm"),
+    )
+}
+"""Two units that homework runs together; a power belongs to the second, as in `kgm^2`."""
+
+_RAISED = "⁰¹²³⁴-⁹"
+_NAME = re.compile(
+    rf"(?P<name>(?![{_RAISED}])[^\W\d_](?:(?![{_RAISED}])\w)*)"
+    rf"(?P<power>-[0-9]+|\s*(?:\^|\*\*)\s*[-+]?[0-9]+|⁻?[{_RAISED}]+)?"
+)
+_KNOWN = frozenset([*known_names(), *"μÅ\u212b"])
+_TOUCHING = re.compile(f"[^\\W{_RAISED}][°′″]|[°′″][^\\W{_RAISED}]")
+
+
+def read_unit(text: str, expected: Unit | None = None, place: str = "") -> Unit:
+    """A unit as typed in an answer; names of the `expected` one are known besides. Raises Unreadable."""
+    if text.strip() == PERCENT.text:
+        return PERCENT
+    if len(text) > MAX_TEXT:
+        raise Unreadable("unit_incompatible", f"read a unit of {len(text)} characters", place=place)
+    if _TOUCHING.search(text):  # `°C` would become the name `degC`
+        raise Unreadable("unit_incompatible", f"unknown unit {shown(text)}", place=place)
+    own = [] if expected is None else [found["name"] for found in _NAME.finditer(expected.text)]
+    known = _KNOWN.union(own)
+
+    def spelled(found: re.Match[str]) -> str:
+        name, power = found["name"], found["power"] or ""
+        unit = _spelled(name, f"^{power}" if power.startswith("-") else power, known)
+        if unit is None and (name in RESERVED or name.startswith("π")):
+            message = f"read {shown(text)}: a product is written with `*`"
+            raise Unreadable("not_a_number", message, place=place)
+        if unit is None:
+            hint = ": units stand apart, as in `kg m^2`" if _runs_together(name, known) else ""
+            raise Unreadable("unit_incompatible", f"unknown unit {shown(name)}{hint}", place=place)
+        return unit
+
+    try:
+        unit = parse_unit(_NAME.sub(spelled, text))
+    except ValueProblem as problem:
+        message = f"read {shown(text)}: {with_hint(problem)}"
+        raise Unreadable("unit_incompatible", message, place=place) from None
+    if not SCALES[0] < unit.scale < SCALES[1]:
+        raise Unreadable("unit_incompatible", f"{shown(text)} is no unit of this world", place=place)
+    return unit
+
+
+def with_hint(problem: ValueProblem) -> str:
+    """What a problem says, in one line."""
+    return problem.message if problem.hint is None else f"{problem.message}: {problem.hint}"
+
+
+def _spelled(name: str, power: str, known: frozenset[str]) -> str | None:
+    """A name with its power, or the digits at its end as one, in the spelling of documents."""
+    stem = name.rstrip("0123456789")
+    for part, raised in ((name, power), (stem, power or f"^{name.removeprefix(stem)}")):
+        if (meant := _meant(part, known)) is not None:
+            return f"{meant}{raised}"
+        if part in PRODUCTS:
+            return f"({PRODUCTS[part]}{raised})"
+        if power:
+            break
+    return None
+
+
+def _meant(name: str, known: frozenset[str]) -> str | None:
+    """The name of a unit in the spelling of documents; None for one that is not known."""
+    if name in known or name.replace("μ", "µ") in known:
+        return name
+    small = name.lower()
+    return (
+        SPELLINGS.get(name) or SPELLINGS.get(small) or (small if len(name) > 2 and small in known else None)
+    )
+
+
+def _runs_together(name: str, known: frozenset[str]) -> bool:
+    """Whether a name is those of two units, the first of them one that begins a product."""
+    begins = (pair.split()[0] for pair in PRODUCTS.values())
+    return any(name.startswith(first) and _meant(name.removeprefix(first), known) for first in begins)
+
+
+def scale_in(unit: Unit, expected: Dimension) -> float:
+    """One of the unit in SI units, where a quantity of dimension `expected` is asked.
+
+    Beyond what documents accept, an angle is a pure number, a hertz is 1/s, and turns (`rev/s`, `rpm`, and
+    degrees, but not radians) are what a frequency counts.
+
+    Raises:
+        ValueProblem: the unit does not fit.
+    """
+    given = unit.dimension
+    if expected == DIMENSIONLESS and given == ANGLE:
+        return unit.scale
+    if expected.cycle and given == expected._replace(cycle=0):
+        return unit.scale
+    turns = expected.cycle and given == expected._replace(cycle=0, angle=expected.cycle)
+    if turns and unit.pi_power == given.angle:
+        return unit.scale / (2 * math.pi) ** given.angle
+    check_dimension(unit.text, given, expected)
+    return unit.scale
