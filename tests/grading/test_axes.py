@@ -7,9 +7,11 @@ tolerance allows, and in other units; what is turned, scaled or paired otherwise
 from __future__ import annotations
 
 import math
+import pickle
 import random
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +31,9 @@ from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.principal import eigen
 from rigidcli.grading.principal.key import Key
 from rigidcli.grading.question import Question, Tolerance
+from rigidcli.model.document import Document
 from rigidcli.model.load import load
+from rigidcli.report import Report
 from rigidcli.studies import axes as study
 
 Floats = NDArray[np.float64]
@@ -52,11 +56,21 @@ def key_of(answer: Tree, **options: Any) -> Key:
     return axes.read_key(Asked(question, answer))
 
 
-def key_from(name: str, **options: Any) -> Key:
-    document = load(str(CONFIGS / f"{name}.yaml"))
-    report = study.run(document)
-    question = Question.model_validate({"document": f"{name}.yaml", "ask": "axes", **options})
-    return axes.read_key(Asked(question, report.tree(), "", ("axes",), document, report))
+@cache
+def worked(path: Path, settings: tuple[str, ...]) -> tuple[Document, Report]:
+    document = load(str(path), settings=settings)
+    return document, study.run(document)
+
+
+def key_from(
+    name: str, *, ask: str = "axes", settings: tuple[str, ...] = (), folder: Path = CONFIGS, **options: Any
+) -> Key:
+    document, report = worked(folder / f"{name}.yaml", settings)
+    value: Any = report.tree()
+    for step in ask.split(".")[1:]:
+        value = value[step]
+    question = Question.model_validate({"document": f"{name}.yaml", "ask": ask, **options})
+    return axes.read_key(Asked(question, value, "", tuple(ask.split(".")), document, report))
 
 
 def outcome(key: Key, answer: Tree) -> Outcome:
@@ -571,9 +585,242 @@ def test_mistakes_on_the_way_to_the_tensor() -> None:
         assert codes(outcome(key, solutions(tensor))) == {code}
 
 
-def test_what_a_report_does_not_have() -> None:
+# --- symbols
+
+NO_VALUES = ("parameters.m=null", "parameters.a=null")
+MASSES_ROWS = [["0", HALF, f"-{HALF}"], ["0", HALF, HALF], ["1", "0", "0"]]
+ABC = dict.fromkeys("abc", "positive")
+
+
+def symbolic(moments: Sequence[str], rows: Sequence[Sequence[str]]) -> Tree:
+    return [{"moment": moment, "axis": list(row)} for moment, row in zip(moments, rows, strict=True)]
+
+
+@pytest.fixture(scope="module")
+def masses() -> Key:
+    """J. R. Taylor, Classical Mechanics, problem 10.35 as printed: 5, 7 and 10 m a^2."""
+    return key_from("three_masses", settings=NO_VALUES)
+
+
+@pytest.mark.parametrize(
+    "moments",
+    [
+        ["5*m*a^2", "7*m*a^2", "10*m*a^2"],
+        ["5*a**2*m", "(6 + 1)*m*a*a", "(3*a)^2*m + m*a^2"],
+        ["5.00*m*a^2", "sqrt(49)*m*a^2", "10*m*abs(a)^2"],
+        ["4.998*m*a^2", "7.003*m*a^2", "10.005*m*a^2"],
+    ],
+)
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 0, 2)])
+def test_moments_in_symbols(masses: Key, moments: list[str], order: tuple[int, ...]) -> None:
+    answer = symbolic(moments, MASSES_ROWS)
+    assert outcome(masses, [answer[k] for k in order]).verdict == "correct"
+    assert outcome(pickle.loads(pickle.dumps(masses)), answer).verdict == "correct"
+
+
+@pytest.mark.parametrize(
+    ("moments", "expected", "share"),
+    [
+        (["5", "7", "10"], {"number_for_symbol"}, 1 / 2),
+        (["5 kg m^2", "7*m*a^2", "10*m*a^2"], {"number_for_symbol"}, 5 / 6),
+        (["5*m*a", "7*m*a", "10*m*a"], {"outside_tolerance"}, 1 / 2),
+        (["5*m*a^2", "7*m*a^2", "10*m*a^3"], {"outside_tolerance"}, 5 / 6),
+        (["5*m*a^2", "7*m*a^2", "10*sqrt(-m)*a^2"], {"outside_tolerance"}, 5 / 6),
+        (["5*m*a^2", "7*m*a^2", "10.02*m*a^2"], {"outside_tolerance"}, 5 / 6),
+        (["7*m*a^2", "5*m*a^2", "10*m*a^2"], {"moment_axis_pairing"}, 2 / 3),
+        (["10*m*a^2", "14*m*a^2", "20*m*a^2"], {"constant_factor"}, 1 / 2),
+        (["-5*m*a^2", "-7*m*a^2", "-10*m*a^2"], {"sign_error"}, 1 / 2),
+        (["5*m*a^2 + abs(a-1) + a - 1", "7*m*a^2", "10*m*a^2"], {"outside_tolerance"}, 5 / 6),
+    ],
+)
+def test_wrong_moments_in_symbols(masses: Key, moments: list[str], expected: set[str], share: float) -> None:
+    judged = outcome(masses, symbolic(moments, MASSES_ROWS))
+    assert codes(judged) == expected
+    assert judged.share == pytest.approx(share)
+
+
+def test_wrong_axes_to_moments_in_symbols(masses: Key) -> None:
+    right = ["5*m*a^2", "7*m*a^2", "10*m*a^2"]
+    judged = outcome(masses, symbolic(right, [["0", "1", "-1"], *MASSES_ROWS[1:]]))
+    assert codes(judged) == {"axis_not_normalised"}
+    rows = [["0", "cos(pi/3)", "-sin(pi/3)"], ["0", "sin(pi/3)", "cos(pi/3)"], ["1", "0", "0"]]
+    judged = outcome(masses, symbolic(right, rows))
+    assert codes(judged) == {"not_an_eigenvector"}
+    assert "off by 15 degrees" in judged.findings[0].message()
+    assert codes(outcome(masses, symbolic(right[:2], MASSES_ROWS[:2]))) == {"missing_axis"}
+    judged = outcome(masses, symbolic(right, [*MASSES_ROWS[:2], ["sqrt(-a)", "0", "0"]]))
+    assert codes(judged) == {"not_an_eigenvector"}
+
+
+@pytest.mark.parametrize(
+    ("moment", "code"),
+    [("5*M*a^2", "unknown_symbol"), ("5*m*", "parse_error"), ("5 m", "unit_incompatible")],
+)
+def test_symbols_that_cannot_be_read(masses: Key, moment: str, code: str) -> None:
+    with pytest.raises(Unreadable) as refused:
+        outcome(masses, symbolic([moment, "7*m*a^2", "10*m*a^2"], MASSES_ROWS))
+    assert (refused.value.finding.code, refused.value.finding.place) == (code, "moment 1")
+
+
+def test_any_basis_of_equal_moments_in_symbols() -> None:
+    key = key_from("cube_symbolic")
+    moments = ["M*a^2/6", "11*M*a^2/12", "11*M*a^2/12"]
+    for angle in (0.0, 0.7, 2.0):
+        rows = np.array([DIAGONAL, turned(ACROSS, THIRD, angle), turned(THIRD, -ACROSS, angle)]).astype(str)
+        assert outcome(key, symbolic(moments, rows.tolist())).verdict == "correct"
+        assert codes(outcome(key, symbolic(moments[:1] * 2 + moments[2:], rows.tolist()))) == {"multiplicity"}
+        # About the centre of mass every direction is an axis.
+        central = outcome(key, symbolic(moments[:1] * 3, rows.tolist()))
+        assert codes(central) == {"parallel_axis_missing"}
+
+
+def test_a_frame_turned_by_an_angle_without_a_value(tmp_path: Path) -> None:
+    points = "points: [[1, 1, 0, 0], [1, -1, 0, 0], [1, 0, 2, 0], [1, 0, -2, 0]]"
+    text = f"parameters: {{beta: null}}\nbody: {{{points}}}\nframe: {{axis: [0, 0, 1], angle: beta}}\n"
+    (tmp_path / "turned.yaml").write_text(text)
+    key = key_from("turned", folder=tmp_path)
+    c, s = "cos(beta)", "sin(beta)"
+    rows = [[c, f"-{s}", "0"], [s, c, "0"], ["0", "0", "1"]]
+    assert outcome(key, symbolic(["8", "2", "10"], rows)).verdict == "correct"
+    assert codes(outcome(key, symbolic(["2", "8", "10"], rows))) == {"moment_axis_pairing"}
+    unturned = outcome(key, symbolic(["8", "2", "10"], np.eye(3).astype(str).tolist()))
+    assert codes(unturned) == {"other_frame"}
+    # Turned the other way, which the other sign of Ixy explains as well.
+    opposite = [[c, s, "0"], [f"-{s}", c, "0"], ["0", "0", "1"]]
+    assert codes(outcome(key, symbolic(["8", "2", "10"], opposite))) == {"not_an_eigenvector"}
+    numbers = outcome(key, symbolic(["8", "2", "10"], [["0.6", "0.8", "0"], ["0.8", "-0.6", "0"], rows[2]]))
+    assert codes(numbers) == {"number_for_symbol"}
+    assert numbers.share == pytest.approx(2 / 3)
+
+
+@cache
+def between_x_and_y() -> Key:
+    return key_of({"tensor": [["a", "b", "0"], ["b", "a", "0"], ["0", "0", "c"]]}, symbols=ABC)
+
+
+@some
+@given(SEEDS)
+def test_a_literal_tensor_in_symbols(seed: int) -> None:
+    # The axes of [[a, b], [b, a]] lie between x and y, whatever a and b are; a + b and a - b may cross c.
+    chance = random.Random(seed)
+    key = between_x_and_y()
+    moments = [
+        chance.choice(["a+b", "b+a", "(a^2-b^2)/(a-b)"]),
+        chance.choice(["a-b", "-(b-a)"]),
+        chance.choice(["c", "sqrt(c^2)"]),
+    ]
+    rows = [["1/sqrt(2)", HALF, "0"], [HALF, "-sqrt(2)/2", "0"], ["0", "0", "-1"]]
+    answer = symbolic(moments, rows)
+    chance.shuffle(answer)
+    assert outcome(key, answer).verdict == "correct"
+    k = chance.randrange(3)
+    wrong = [dict(pair) for pair in answer]
+    wrong[k]["moment"] = chance.choice(["a", "2*b", "1", f"1.01*({wrong[k]['moment']})", "a+b+c"])
+    assert outcome(key, wrong).share == pytest.approx(5 / 6)
+    wrong = [dict(pair) for pair in answer]
+    wrong[k]["axis"] = [["0.6", "0.8", "0"], ["0.6", "0", "0.8"], ["a", "b", "c"]][chance.randrange(3)]
+    assert outcome(key, wrong).verdict == "partial"
+
+
+def test_axes_that_depend_on_symbols() -> None:
+    # [[3, 4], [4, -3]] over 5, with 3 = u^2 - v^2 and 4 = 2 u v, has the axes (u, v) and (-v, u).
+    size = "(a^2+b^2)"
+    tensor = [["a^2-b^2", "2*a*b", "0"], ["2*a*b", "b^2-a^2", "0"], ["0", "0", "c"]]
+    key = key_of({"tensor": tensor}, symbols=ABC, normalized="optional")
+    rows = [["a", "b", "0"], ["-b", "a", "0"], ["0", "0", "1"]]
+    assert outcome(key, symbolic([size, f"-{size}", "c"], rows)).verdict == "correct"
+    assert codes(outcome(key, symbolic([f"-{size}", size, "c"], rows))) == {"moment_axis_pairing"}
+    judged = outcome(key, symbolic([size, f"-{size}", "c"], [["1", "2", "0"], ["-2", "1", "0"], rows[2]]))
+    assert codes(judged) == {"number_for_symbol"}
+    assert "a^2-b^2" in judged.findings[0].message(full=True)
+    strict = key_of({"tensor": tensor}, symbols=ABC)
+    assert codes(outcome(strict, symbolic([size, f"-{size}", "c"], rows))) == {"axis_not_normalised"}
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        np.eye(3).astype(int).astype(str).tolist(),
+        [["0.6", "0.8", "0"], ["0.8", "-0.6", "0"], ["0", "0", "1"]],
+    ],
+)
+def test_pairs_in_symbols_are_a_key_too(rows: list[list[str]]) -> None:
+    key = key_of(symbolic(["a", "b", "a+b"], rows), symbols=ABC)
+    assert outcome(key, symbolic(["b", "a+b", "a"], [rows[1], rows[2], rows[0]])).verdict == "correct"
+    assert codes(outcome(key, symbolic(["b", "a", "a+b"], rows))) == {"moment_axis_pairing"}
     with pytest.raises(ValueProblem):
-        key_from("cube_symbolic")
+        key_of(symbolic(["a", "b", "a+b"], rows), symbols=ABC, order="ascending")
+    ordered = key_of(symbolic(["a", "2*a", "2.5*a"], rows), symbols=ABC, order="ascending")
+    answer = symbolic(["a", "2*a", "5*a/2"], rows)
+    assert outcome(ordered, answer).verdict == "correct"
+    assert codes(outcome(ordered, answer[::-1])) == {"wrong_order"}
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        {"tensor": [["a", "b", "0"], ["c", "a", "0"], ["0", "0", "c"]]},
+        {"tensor": [["a", "0", "0"], ["0", "q", "0"], ["0", "0", "c"]]},
+        {"tensor": [["a-a", "0", "0"], ["0", "0", "0"], ["0", "0", "0"]]},
+        symbolic(["a", "b", "c"], [["1", "0", "0"], ["0", "1", "0"], ["0", "1", "0"]]),
+    ],
+)
+def test_a_bad_key_in_symbols_is_refused(key: Tree) -> None:
+    with pytest.raises(ValueProblem):
+        key_of(key, symbols=ABC)
+
+
+# --- axes alone
+
+
+def test_axes_alone_where_they_are_asked() -> None:
+    key = key_from("three_masses", ask="axes.axes")
+    assert outcome(key, MASSES_ROWS).verdict == "correct"
+    assert outcome(key, [["-1", "0", "0"], *MASSES_ROWS[1::-1]]).verdict == "correct"
+    assert outcome(key, symbolic(["5", "7", "10"], MASSES_ROWS)).verdict == "correct"
+    assert codes(outcome(key, symbolic(["5", "7", "11"], MASSES_ROWS))) == {"outside_tolerance"}
+    for answer, code, share in (
+        (MASSES_ROWS[:2], "missing_axis", 2 / 3),
+        ([MASSES_ROWS[0], *MASSES_ROWS[:2]], "axes_dependent", 2 / 3),
+        ([["0", "2", "2"], *MASSES_ROWS[::2]], "axis_not_normalised", 2 / 3),
+        ([["0", "0", "0"], *MASSES_ROWS[1:]], "zero_vector", 2 / 3),
+        ([MASSES_ROWS[2], ["0", "0.8", "0.6"], ["0", "0.6", "-0.8"]], "not_an_eigenvector", 1 / 3),
+    ):
+        judged = outcome(key, answer)
+        assert codes(judged) == {code}
+        assert judged.share == pytest.approx(share)
+        assert "along (0, 0.707107, -0.707107)" in judged.findings[0].message(full=True)
+        assert "707" not in judged.findings[0].message()
+    with pytest.raises(Unreadable):
+        outcome(key, [*MASSES_ROWS, MASSES_ROWS[0]])
+    with pytest.raises(Unreadable):
+        outcome(key_from("three_masses"), MASSES_ROWS)
+
+
+def test_axes_alone_of_equal_moments() -> None:
+    key = key_from("cube_symbolic", ask="axes.axes")
+    rows = np.array([turned(ACROSS, THIRD, 0.4), DIAGONAL, turned(THIRD, -ACROSS, 0.4)])
+    assert outcome(key, rows.astype(str).tolist()).verdict == "correct"
+    rows[2] = rows[0]
+    assert codes(outcome(key, rows.astype(str).tolist())) == {"axes_dependent"}
+    rows[2] = turned(ACROSS, THIRD, 1.4)
+    assert codes(outcome(key, rows.astype(str).tolist())) == {"axes_not_orthogonal"}
+    # Without products of inertia every direction would be an axis: this explains nothing.
+    assert codes(outcome(key, np.eye(3).astype(str).tolist())) == {"not_an_eigenvector"}
+
+
+def test_axes_alone_in_order() -> None:
+    key = key_from("three_masses", ask="axes.axes", settings=NO_VALUES, order="ascending", handed="right")
+    assert outcome(key, MASSES_ROWS).verdict == "correct"
+    assert "wrong_order" in codes(outcome(key, MASSES_ROWS[::-1]))
+    assert codes(outcome(key, [["0", f"-{HALF}", HALF], *MASSES_ROWS[1:]])) == {"left_handed"}
+
+
+def test_a_tensor_that_is_asked_for_is_the_one_that_is_judged() -> None:
+    # The cube about its centre has any axes, and moments 2; about its corner 2, 11, 11.
+    key = key_from("cube_corner", ask="axes.tensor_com", kind="axes")
+    assert outcome(key, pairs([2, 2, 2], SKEW)).verdict == "correct"
+    assert outcome(key, pairs([2, 11, 11], [DIAGONAL, ACROSS, THIRD])).verdict != "correct"
 
 
 # --- literal keys
@@ -752,6 +999,28 @@ def test_the_reference_is_told_at_full() -> None:
     assert "expected at right angles to" in told
 
 
+@pytest.mark.parametrize(
+    "pairs_told", [RIGHT[:2], [dict(RIGHT[0], moment="3"), dict(RIGHT[1], moment="1"), RIGHT[2]]]
+)
+def test_the_first_finding_tells_all(pairs_told: Tree) -> None:
+    first = outcome(key_of(PLATE), pairs_told).findings[0]
+    assert first.code in ("missing_axis", "moment_axis_pairing")
+    told = first.message(full=True)
+    assert all(f"{moment} kg m^2 along (" in told for moment in ("1", "3", "4"))
+    assert "kg" not in first.message()
+
+
+@pytest.mark.parametrize("factor", [2, 10, -1])
+def test_a_named_mistake_tells_the_reference(factor: int, masses: Key) -> None:
+    judged = outcome(key_of(CUBE), pairs([2 * factor, 11 * factor, 11 * factor], [DIAGONAL, ACROSS, THIRD]))
+    told = judged.findings[0].message(full=True)
+    assert "2 kg m^2 along (" in told
+    assert "11 kg m^2 at right angles to (" in told
+    moments = [f"{factor * size}*m*a^2" for size in (5, 7, 10)]
+    told = outcome(masses, symbolic(moments, MASSES_ROWS)).findings[0].message(full=True)
+    assert "10*a**2*m along (1, 0, 0)" in told
+
+
 # --- examples
 
 OPTIONS = st.fixed_dictionaries(
@@ -801,3 +1070,34 @@ def test_examples_of_documents(name: str, options: dict[str, Any]) -> None:
     assert seen >= {"missing_axis", "moment_axis_pairing", "not_an_eigenvector", "constant_factor"}
     if name == "known_tensor":
         assert seen >= {"other_frame", "parallel_axis_missing", "products_of_inertia_sign", "axes_permuted"}
+
+
+@pytest.mark.parametrize("ask", ["axes", "axes.axes"])
+@pytest.mark.parametrize(
+    "options", [{}, {"order": "ascending", "handed": "right"}, {"normalized": "optional"}]
+)
+@pytest.mark.parametrize(("name", "settings"), [("three_masses", NO_VALUES), ("cube_symbolic", ())])
+def test_examples_in_symbols(ask: str, options: dict[str, Any], name: str, settings: tuple[str, ...]) -> None:
+    seen = require_examples(key_from(name, ask=ask, settings=settings, **options))
+    assert seen >= {"missing_axis", "not_an_eigenvector"}
+    assert ("constant_factor" in seen) == (ask == "axes")
+
+
+@pytest.mark.parametrize("name", ["cube_corner", "three_masses", "known_tensor"])
+def test_examples_of_axes_alone(name: str) -> None:
+    assert require_examples(key_from(name, ask="axes.axes")) >= {"missing_axis", "axis_not_normalised"}
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        {"tensor": [["a", "0", "0"], ["0", "b", "0"], ["0", "0", "c"]]},
+        {"tensor": [["a", "b", "0"], ["b", "a", "0"], ["0", "0", "2*a"]]},
+        symbolic(["c", "b", "a"], [["1", "1", "0"], ["1", "-1", "0"], ["0", "0", "1"]]),
+    ],
+)
+@pytest.mark.parametrize(
+    "options", [{}, {"handed": "right"}, {"normalized": "optional", "orthogonal": "optional"}]
+)
+def test_examples_of_literal_keys_in_symbols(key: Tree, options: dict[str, Any]) -> None:
+    assert require_examples(key_of(key, symbols=ABC, **options)) >= {"missing_axis", "constant_factor"}

@@ -1,12 +1,15 @@
 """The eigen-problem I e = lambda e of an inertia tensor, and which answers solve it within a tolerance.
 
 Moments that the tolerance cannot tell apart share their axes: every direction in the space that they span
-is then as good as another, because |I e - lambda e| stays below the tolerance there.
+is then as good as another, because |I e - lambda e| stays below the tolerance there. With symbols there is a
+problem for each point at which they are given values, and what is right is so at every point.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
 from itertools import combinations, permutations
 from typing import TypeAlias
 
@@ -15,6 +18,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.core.principal import EQUAL_MOMENTS, ZERO_MOMENT
 from rigidcli.grading.numbers import NOISE, ROUNDING, margin
+from rigidcli.grading.principal.pairs import Pairs
 from rigidcli.grading.question import RELATIVE, Tolerance
 
 NEARLY_EQUAL = 1e-2
@@ -31,6 +35,9 @@ Space: TypeAlias = tuple[int, ...]
 
 Places: TypeAlias = tuple[tuple[int, int], ...]
 """Which pair of an answer stands for which of the three solutions."""
+
+ORDERS = tuple(permutations(range(3)))
+"""All orders of three, the first of which leaves them as they are."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +122,10 @@ def angles_off(eigen: Eigen, units: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Match:
-    """Which `moments` and `axes` of an answer are right for which solution (n by 3), and which is which."""
+    """Which `moments` and `axes` of an answer are right for which solution (n by 3), and which is which.
+
+    Solutions have the order that they have at the first point.
+    """
 
     moments: Mask
     axes: Mask
@@ -152,37 +162,77 @@ class Match:
 
 def _one_to_one(right: Mask) -> bool:
     """Whether each row of `right` (n by 3) has a column of its own."""
-    rows = np.arange(len(right))
-    return any(bool(right[rows, list(slots)].all()) for slots in permutations(range(3), len(right)))
+    table = right.tolist()
+    return any(all(map(list.__getitem__, table, slots)) for slots in permutations(range(3), len(table)))
 
 
-def match(eigen: Eigen, moments: Floats, units: Floats, *, ordered: bool = False) -> Match:
-    """Pair an answer, moments (n) and unit vectors (n by 3), with the solutions: as much as can be is right.
+def match(eigens: Sequence[Eigen], answers: Sequence[Pairs], *, ordered: bool = False) -> Match:
+    """Pair an answer with the solutions, both at each point: as much as can be is right, at every point.
 
-    An answer that is `ordered` keeps its order.
+    An answer that is `ordered` keeps its order. Axes without moments stand for moments, too.
     """
-    right_moments = _right_moments(eigen, moments)
-    near = angles_off(eigen, units) <= eigen.angles * (1 + ROUNDING)
-    right_axes = near @ eigen.members > 0
-    worth = right_moments * 1 + right_axes
-    if eigen.isotropic:
-        # Where every direction is an axis, one is worth nothing without its moment.
-        worth[~right_moments] = 0
-    return Match(right_moments, right_axes, _best(worth, ordered))
+    isotropic = all(eigen.isotropic for eigen in eigens)
+
+    def joined(found: Mask, more: Mask) -> Mask:
+        # What is right at both points; solutions may change their places from one to the other.
+        if ordered or bool((found <= more).all()):
+            return found & more
+        options = [found & more[:, :, order] for order in ORDERS]
+        return max(options, key=lambda option: (_best(_worth(option, isotropic), ordered)[1], option.sum()))
+
+    found = reduce(joined, (_right(eigen, told) for eigen, told in zip(eigens, answers, strict=True)))
+    return Match(found[0], found[1], _best(_worth(found, isotropic), ordered)[0])
 
 
-def is_solved(eigen: Eigen, moments: Floats, units: Floats) -> bool:
-    """Whether an answer is complete; told soon where its moments alone are wrong."""
-    return _one_to_one(_right_moments(eigen, moments)) and match(eigen, moments, units).complete
+def is_solved(eigens: Sequence[Eigen], answers: Sequence[Pairs]) -> bool:
+    """Whether an answer is complete at every point; told soon where its moments alone are wrong."""
+    return all(_is_solved(eigen, told) for eigen, told in zip(eigens, answers, strict=True))
 
 
-def _right_moments(eigen: Eigen, moments: Floats) -> Mask:
+def _is_solved(eigen: Eigen, told: Pairs) -> bool:
+    if told.moments is None:
+        # Where directions are free, axes by themselves tell little.
+        return len(eigen.spaces) == 3 and match((eigen,), (told,)).complete
+    return _one_to_one(_are_moments(eigen, told.moments)) and match((eigen,), (told,)).complete
+
+
+def varying(eigens: Sequence[Eigen]) -> Mask:
+    """Which moments of the first point are none at another, and which of its axes (2 by 3)."""
+    first = eigens[0]
+    moments = [_are_moments(eigen, first.moments).any(axis=1) for eigen in eigens]
+    axes = [_are_axes(eigen, first.axes).any(axis=1) for eigen in eigens]
+    varies: Mask = ~np.all([moments, axes], axis=1)
+    return varies
+
+
+def _right(eigen: Eigen, told: Pairs) -> Mask:
+    """Which moments, and which axes, are right for which solution (2 by n by 3)."""
+    axes = _are_axes(eigen, told.units)
+    return np.array([axes if told.moments is None else _are_moments(eigen, told.moments), axes])
+
+
+def _are_moments(eigen: Eigen, moments: Floats) -> Mask:
     right: Mask = np.abs(moments[:, None] - eigen.moments) <= eigen.allowed
     return right
 
 
-def _best(worth: np.ndarray, ordered: bool) -> Places:
-    """The places with the largest sum of `worth` (n by 3), and among them with most that are worth 2."""
+def _are_axes(eigen: Eigen, units: Floats) -> Mask:
+    near = angles_off(eigen, units) <= eigen.angles * (1 + ROUNDING)
+    right: Mask = near @ eigen.members > 0
+    return right
+
+
+def _worth(right: Mask, isotropic: bool) -> np.ndarray:
+    """How much of a pair (n by 3) is right, of moment and axis (2 by n by 3)."""
+    worth: np.ndarray = right.sum(axis=0)
+    if isotropic:
+        # Where every direction is an axis, one is worth nothing without its moment.
+        worth[~right[0]] = 0
+    return worth
+
+
+def _best(worth: np.ndarray, ordered: bool) -> tuple[Places, float]:
+    """The places with the largest sum of `worth` (n by 3), in which a 2 counts a little more, and the sum."""
     count = len(worth)
     choose = combinations if ordered else permutations
     if count <= 3:
@@ -190,4 +240,6 @@ def _best(worth: np.ndarray, ordered: bool) -> Places:
     else:
         every = [tuple(zip(chosen, range(3), strict=True)) for chosen in choose(range(count), 3)]
     table = worth.tolist()
-    return max(every, key=lambda places: sum(table[i][k] + (table[i][k] == 2) / 8 for i, k in places))
+    sums = [sum(table[i][k] + (table[i][k] == 2) / 8 for i, k in places) for places in every]
+    best = max(range(len(every)), key=sums.__getitem__)
+    return every[best], sums[best]
