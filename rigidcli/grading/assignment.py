@@ -44,6 +44,8 @@ DIGITS = 6
 
 DECIMALS = re.compile(r"[0-9]*\.[0-9]{7,}(?:e[-+]?[0-9]+)?")
 
+_READ = re.compile(r"read `.*`,? (expected|(?=\())", re.DOTALL)
+
 AS_TYPED = ("answer", "modulo")
 """Keys of a question whose values are read by the rules of answers, digit by digit."""
 
@@ -76,7 +78,7 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study]) -> Prepa
         assignment = Assignment.model_validate(tree)
         title, questions = assignment.assignment, assignment.questions
     except ValidationError as error:
-        problems += [placed(*each) for each in explain(error)]
+        problems += [placed(keys, _discreet(keys, message), hint) for keys, message, hint in explain(error)]
         title, questions = "", _sound(tree.get("questions"))
     library = _Library(Path() if file == STDIN else Path(file).parent, studies)
     for id, question in questions.items():
@@ -108,6 +110,12 @@ def _tree(text: str, source: str) -> dict[str, Any]:
         if isinstance(question, dict):
             question.update({key: typed["questions"][id][key] for key in AS_TYPED if key in question})
     return tree
+
+
+def _discreet(keys: Keys, message: str) -> str:
+    """A message without what was read where that may be a key, put in the wrong place."""
+    option = keys[2:3] and keys[2] in Question.model_fields and keys[2] not in ("answer", "kind")
+    return message if option or keys[:1] != ("questions",) else _READ.sub("expected", message)
 
 
 def _sound(questions: object) -> dict[str, Question]:

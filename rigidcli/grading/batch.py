@@ -33,8 +33,11 @@ def gather(
     files: dict[Path, None] = {}
     problems = []
     own = None if assignment is None else Path(assignment).absolute()
-    for path in map(Path, paths):
+    for given in paths:
+        path = Path(given)
         try:
+            if not os.fspath(given):
+                raise ValueError
             found = [path]
             if path.is_dir() and not _is_answer(path.name):
                 found = [file for file in sorted(path.iterdir()) if _is_answer_file(file)]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from importlib import import_module
@@ -15,10 +16,13 @@ from rigidcli.grading.asked import Tree
 from rigidcli.grading.judgement import Sheet, judged, same_for_all
 from rigidcli.grading.kinds import Kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable
-from rigidcli.grading.sandbox import ForbiddenError
+from rigidcli.grading.sandbox import ForbiddenError, LateError, timed
 from rigidcli.model.syntax import read_tree
 
 MISSING = Outcome("missing", 0.0)
+
+SECONDS = 2.0
+"""Of the processor, that one answer may take: it must not use up those of the others."""
 
 MOST_STRANGERS = 5
 """Answers to no question that are told one by one."""
@@ -68,7 +72,8 @@ def judge(text: str, source: str, folder: Path, items: Mapping[str, Item]) -> Sh
         names = [id] if id in answers else [name for name in answers if _folded(name) == _folded(id)]
         answer = answers[names[0]] if names else None
         found = outcome(item, answer, folder) if len(names) < 2 else Unreadable("duplicate_key").outcome
-        questions.append(judged(id, item.points, found, _fingerprint(answer)))
+        text = "" if found.verdict in ("correct", "missing") else _fingerprint(answer)
+        questions.append(judged(id, item.points, found, text))
     return Sheet(tuple(questions), tuple(_strangers(answers, items)))
 
 
@@ -107,7 +112,14 @@ def outcome(item: Item, answer: Tree, folder: Path) -> Outcome:
     """The outcome of one answer, whatever goes wrong in judging it; the reference is in its findings."""
     if answer is None or (isinstance(answer, str) and not answer.strip()):
         return MISSING
-    found = _outcome(item, answer, folder)
+    with suppress(LateError):
+        with timed(SECONDS):
+            found = _outcome(item, answer, folder)
+        return _with_reference(found, item)
+    return Unreadable("timeout").outcome
+
+
+def _with_reference(found: Outcome, item: Item) -> Outcome:
     untold = not any(finding.reference for finding in found.findings)
     if found.verdict == "correct" or not item.reference or not found.findings or not untold:
         return found
@@ -130,7 +142,10 @@ def _outcome(item: Item, answer: Tree, folder: Path) -> Outcome:
         return Unreadable("parse_error", f"it cannot be judged ({type(error).__name__})").outcome
 
 
-_NUMBER = re.compile(r"(?<![A-Za-z_0-9.])[0-9]*\.?[0-9]+(?:[eE][-+]?[0-9]{1,3})?(?![A-Za-z_0-9.])")
+# Possessive, so that long digits are passed over once.
+_NUMBER = re.compile(
+    r"(?<![A-Za-z_0-9.])(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][-+]?[0-9]{1,3}+)?+(?![A-Za-z_0-9.])"
+)
 _BLANKS = re.compile(r"\s*([-+*/^=(),])\s*")
 
 

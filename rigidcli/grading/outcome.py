@@ -13,6 +13,10 @@ VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 """From the best to the worst, as they are told."""
 
 
+LONGEST_DETAIL = 500
+"""Characters of what more is said of an answer."""
+
+
 @dataclass(frozen=True, slots=True)
 class Finding:
     """One thing to say of an answer.
@@ -32,7 +36,7 @@ class Finding:
     def message(self, *, full: bool = False) -> str:
         """The sentence for a student."""
         text = f"{self.place}: {CODES[self.code]}" if self.place else CODES[self.code]
-        text = f"{text}; {self.detail}" if self.detail else text
+        text = f"{text}; {self.detail[:LONGEST_DETAIL]}" if self.detail else text
         return f"{text}; {self.reference}" if full and self.reference else text
 
 

@@ -12,8 +12,10 @@ import math
 import os
 import signal
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
+from threading import current_thread, main_thread
 
 if sys.platform != "win32":
     import resource
@@ -34,6 +36,9 @@ class Limits:
 
 
 LIMITS = Limits()
+
+MOST_FILES = 65_536
+"""Where the system sets no bound to how many files a process may have open."""
 
 
 class ForbiddenError(PermissionError):
@@ -97,6 +102,32 @@ def confine(limits: Limits, keep: int) -> None:
     sys.addaudithook(_audit)
 
 
+class LateError(BaseException):
+    """Some work has taken its time. No handler of mere errors on the way may catch it."""
+
+
+@contextlib.contextmanager
+def timed(seconds: float) -> Iterator[None]:
+    """A context in which work may take so many seconds of the processor; then LateError ends it.
+
+    Only between two steps of Python, and not on Windows: what hangs elsewhere is ended with its process.
+    """
+    if sys.platform == "win32" or current_thread() is not main_thread():
+        yield
+        return
+
+    def end(number: int, frame: object) -> None:
+        raise LateError
+
+    before = signal.signal(signal.SIGVTALRM, end)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
 def stop_clock() -> None:
     """Let the time count no more: the work is done, and may wait to be fetched."""
     if sys.platform != "win32":
@@ -104,15 +135,21 @@ def stop_clock() -> None:
 
 
 def _close_all_but(keep: int) -> None:
+    # Closed before anything is opened: whoever started this process may have used all that there are.
+    for first, end in ((3, keep), (max(3, keep + 1), _most_files())):
+        os.closerange(first, end)
     nothing = os.open(os.devnull, os.O_RDWR)
     for standard in {0, 1, 2} - {keep}:
         os.dup2(nothing, standard)
-    with contextlib.suppress(OSError):
-        for descriptor in [int(entry.name) for entry in Path("/dev/fd").iterdir()]:
-            if descriptor > 2 and descriptor != keep:
-                # The one by which this list was read is closed already.
-                with contextlib.suppress(OSError):
-                    os.close(descriptor)
+    if nothing > 2:
+        os.close(nothing)
+
+
+def _most_files() -> int:
+    """One more than the largest number of an open file that is thinkable."""
+    if sys.platform == "win32":
+        return 2048
+    return min(MOST_FILES, resource.getrlimit(resource.RLIMIT_NOFILE)[0])
 
 
 def _bind(limits: Limits) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
+from rigidcli.errors import printable
 from rigidcli.grading.judge import Item, outcome
 from rigidcli.grading.kinds import Example
 from rigidcli.grading.outcome import Outcome
@@ -44,13 +45,17 @@ def told(trials: list[Trial]) -> str:
     for id in dict.fromkeys(trial.id for trial in trials):
         own = [trial for trial in trials if trial.id == id]
         right = sum(trial.example.code is None for trial in own)
-        lines.append(f"{id}: {right} right and {len(own) - right} wrong answers, made from the key")
+        lines.append(
+            f"{printable(id)}: {right} right and {len(own) - right} wrong answers, made from the key"
+        )
         for trial in own:
             if not trial.passed:
                 wanted = trial.example.code or "correct"
                 codes = " ".join(finding.code for finding in trial.outcome.findings)
                 got = " ".join(filter(None, [trial.outcome.verdict, codes]))
-                lines.append(f"  not judged as made: {trial.example.what}: expected {wanted}, read {got}")
+                lines.append(
+                    f"  not judged as made: {printable(trial.example.what)}: expected {wanted}, read {got}"
+                )
     failed = sum(not trial.passed for trial in trials)
     lines.append(
         f"{len(trials)} examples, " + (f"{failed} not judged as made" if failed else "all judged as made")

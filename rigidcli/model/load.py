@@ -101,6 +101,8 @@ def read_text(name: str, source: str) -> str:
         raise DocumentError(
             [Problem(source, f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}")]
         ) from None
+    except ValueError:  # there is a NUL in it
+        raise DocumentError([Problem(source, "cannot be read: no file has such a name")]) from None
 
 
 def _changes(

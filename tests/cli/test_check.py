@@ -208,6 +208,8 @@ def test_wrong_usage(arguments: list[str], code: int, said: str, program: Progra
         (f"questions:\n  a: {{document: {ROOT}/configs/water.yaml, ask: axes.omega}}", "questions.a.ask"),
         (f"questions:\n  a: {{document: {ROOT}/configs/water.yaml, ask: hamilton.hamiltonian}}", "system"),
         ("questions:\n  a: {document: nowhere.yaml, ask: axes}", "nowhere.yaml"),
+        ('questions:\n  a: {document: "\\0", ask: axes}', "no file has such a name"),
+        ("questions:\n  a: {kind: numbr, answer: 1}\n  b: {answer: 2}", "questions.b.kind: missing"),
     ],
 )
 def test_a_bad_assignment_is_refused(text: str, said: str, tmp_path: Path, program: Program) -> None:
@@ -243,6 +245,33 @@ def test_a_tolerance_may_have_a_unit(tmp_path: Path, program: Program) -> None:
     for length, code in (("5.09 cm", 0), ("0.0491 m", 0), ("5.11 cm", 1)):
         (tmp_path / "x.yaml").write_text(f"answers: {{a: {length}}}")
         assert program("check", f"{tmp_path}/hw.yaml", f"{tmp_path}/x.yaml").code == code
+
+
+@pytest.mark.parametrize(
+    "question", ["a: 73737 m", "a: {kind: 73737, answer: number}", "a: [73737]", "a: {kind: {73737: 1}}"]
+)
+def test_a_key_in_the_wrong_place_is_not_told(question: str, tmp_path: Path, program: Program) -> None:
+    (tmp_path / "hw.yaml").write_text(f"questions:\n  {question}\n")
+    done = program("check", f"{tmp_path}/hw.yaml", str(tmp_path))
+    assert (done.code, done.out) == (3, "")
+    assert "73737" not in done.err
+
+
+def test_names_of_questions_are_harmless(tmp_path: Path, program: Program) -> None:
+    (tmp_path / "hw.yaml").write_text('questions: {"\\e[31mq\\n\\a": {answer: 1, kind: number}}')
+    (tmp_path / "x.yaml").write_text("answers: {}")
+    for words in (["--selftest"], [str(tmp_path)], [str(tmp_path), "--items"]):
+        done = program("check", f"{tmp_path}/hw.yaml", *words)
+        assert "\x1b" not in done.out + done.err
+        assert "\a" not in done.out + done.err
+
+
+def test_what_is_missing_stops_nothing(small: Path, program: Program) -> None:
+    done = program("check", f"{small}/hw.yaml", f"{small}/nowhere.yaml", f"{small}/answers/one.yaml")
+    assert done.code == 2
+    assert done.out == "one  4/4  all correct\n"
+    assert "nowhere.yaml: cannot be read: No such file" in done.err
+    assert program("check", f"{small}/hw.yaml", "").code == 2
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pickle
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -231,6 +232,30 @@ def test_many_answers_to_no_question_are_counted() -> None:
     notes = judge(text, "a.yaml", Path(), ITEMS).notes
     assert len(notes) == 6
     assert "995 more" in notes[-1]
+
+
+class Endless(Same):
+    """A kind that never comes to an end with one answer."""
+
+    def judge(self, key: Any, answer: Tree, folder: Path) -> Outcome:
+        while answer == "loop":
+            pass
+        return super().judge(key, answer, folder)
+
+
+def test_an_answer_that_takes_too_long_is_no_harm_to_others(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rigidcli.grading.judge.SECONDS", 0.1)
+    items = {id: Item(Endless(), "42", 1.0) for id in ("a", "b", "c")}
+    found = judge("answers: {a: 42, b: loop, c: 42}", "a.yaml", Path(), items).questions
+    assert [question.verdict for question in found] == ["correct", "invalid", "correct"]
+    assert found[1].codes == ("timeout",)
+
+
+def test_long_digits_that_are_no_number_are_told_apart_at_once() -> None:
+    text = ", ".join(["1" * 1990 + "a"] * 490)
+    begin = time.process_time()
+    judge(f"answers: {{b: [{text}]}}", "a.yaml", Path(), ITEMS)
+    assert time.process_time() - begin < 3
 
 
 def test_two_spellings_of_one_question_are_refused() -> None:
