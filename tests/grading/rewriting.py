@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterator, Sequence
 
 from hypothesis import strategies as st
@@ -235,6 +236,14 @@ MISTAKES: Sequence[Rule] = (
     _another_coefficient(2.0), _another_coefficient(0.5), _another_coefficient(1.001), _another_sign,
     _another_name, _another_exponent, _another_trig, _without_a_term,
 )  # fmt: skip
+
+
+_DECIMAL = re.compile(r"([0-9]+)\.([0-9]+)")
+
+
+def in_fractions(written: str) -> str:
+    """The text with fractions in place of decimals, which cannot pass for rounded ones."""
+    return _DECIMAL.sub(lambda found: f"({found[1]}{found[2]}/1{'0' * len(found[2])})", written)
 
 
 # --- anywhere in a tree

@@ -39,6 +39,8 @@ def same(key: str, answer: str, *, relative: float | None = None, constant: bool
         ("px^2/(2*m)", "p_x**2/(2*m)"),
         ("H = m*x", "m*x"),
         ("p_x=m*x", "m*x"),
+        ("\N{LATIN SMALL LETTER X WITH DOT ABOVE} = p_x/m", "p_x/m"),
+        ("x\N{COMBINING DOT ABOVE} = p_x/m", "p_x/m"),
         ("cos(θ) − 1", "cos(theta) - 1"),
         ("m·x", "m*x"),
         ("m*w^2*T", "m*w**2*T"),
@@ -60,6 +62,9 @@ def test_what_is_read(typed: str, meant: str) -> None:
         ("m = x = 2", "parse_error", "="),
         ("m == x", "parse_error", "="),
         ("x'", "parse_error", "xdot"),
+        ("m*\N{LATIN SMALL LETTER X WITH DOT ABOVE}", "parse_error", "a time derivative is spelled `xdot`"),
+        ("m*x\N{COMBINING DOT ABOVE}", "parse_error", "a time derivative is spelled `xdot`"),
+        ("θ\N{COMBINING DIAERESIS}", "parse_error", "a second one `xddot`"),
         ("m*", "parse_error", "column 3"),
         ("   ", "parse_error", "empty"),
         ("x\x1b[31m", "parse_error", "U+001B"),
@@ -106,6 +111,15 @@ def test_other_spellings_mean_one_thing_only() -> None:
     assert spellings(["x", "p_x"], ["p_x"], ["xdot"]) == {"px": "p_x", "p": "p_x", "x_dot": "xdot"}
     assert spellings(["px", "p"], ["p_x"], []) == {}
     assert spellings([], ["p_x", "p_y"], []) == {"px": "p_x", "py": "p_y"}
+    assert spellings(["m1", "k_2", "x1y"], [], []) == {"m_1": "m1", "k2": "k_2"}
+    taken = spellings(["m1", "m_1", "p_1", "p_q1"], ["p_q1"], [])
+    assert taken == dict.fromkeys(["p", "pq1", "pq_1", "p_q_1"], "p_q1")
+    momenta, velocities = ["p_q1", "p_q2"], ["q1dot", "q2dot"]
+    moving = spellings(["q1", "q2", *momenta, *velocities], momenta, velocities)
+    assert {moving[each] for each in ("p1", "p_1", "pq1", "p_q_1")} == {"p_q1"}
+    assert {moving[each] for each in ("q2_dot", "q_2dot", "q_2_dot")} == {"q2dot"}
+    assert "p1" not in spellings(["x1", "y1"], ["p_x1", "p_y1"], [])
+    assert "v_dot" not in spellings(["x", "v"], [], ["v"])
 
 
 def test_trees_are_walked() -> None:

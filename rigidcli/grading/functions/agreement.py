@@ -88,7 +88,7 @@ class Probe:
         """
         with _context(precise=self.precise), np.errstate(all="ignore"):
             if constant:
-                return _verdict(_change(answer), _change(reference), self.steps, relative)
+                return _verdict(answer.changes, reference.changes, self.steps, relative)
             return _verdict(answer, reference, self.scale, relative)
 
 
@@ -109,12 +109,6 @@ def _verdict(answer: Estimate, reference: Estimate, scale: Scale, relative: floa
     if relative is not None:
         clear |= noise <= VISIBLE * allowed
     return True if np.count_nonzero(both & clear) >= min(NEEDED, len(gap)) else None
-
-
-def _change(e: Estimate) -> Estimate:
-    """The values at the first points of the pairs less those at the second."""
-    half = len(e.value) // 2
-    return e.some(slice(half)).minus(e.some(slice(half, None)))
 
 
 def _floats(values: Values) -> Floats:
@@ -241,7 +235,7 @@ def _effect(before: Estimate, after: Estimate) -> Floats:
 def _scales(found: Estimate, terms: Iterable[Estimate], effects: Sequence[Floats]) -> tuple[Scale, Scale]:
     """The scale of values at all points, and that of what changes within a pair."""
     n = len(found.value) // 2
-    value, step = _floats(abs(found.value)), _floats(abs(_change(found).value))
+    value, step = _floats(abs(found.value)), _floats(abs(found.changes.value))
     if np.all(value <= SURE * _floats(found.error)):
         nothing, zero = np.zeros(2 * n), np.full(2 * n, ZERO)
         return Scale(nothing, zero), Scale(nothing[:n], zero[:n])

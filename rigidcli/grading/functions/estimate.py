@@ -90,6 +90,12 @@ class Estimate:
         with np.errstate(invalid="ignore"):
             return Estimate(self.value - other.value, self.error + other.error, undefined, doubtful)
 
+    @property
+    def changes(self) -> Estimate:
+        """The values at the first half of the points less those at the second, each with its partner."""
+        half = len(self.value) // 2
+        return self.some(slice(half)).minus(self.some(slice(half, None)))
+
     def some(self, places: slice) -> Estimate:
         """The values at some of the points."""
         return Estimate(self.value[places], self.error[places], self.undefined[places], self.doubtful[places])

@@ -13,7 +13,8 @@ from __future__ import annotations
 import math
 import random
 import re
-from collections.abc import Iterable, Mapping, Sequence
+import unicodedata
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, TypeAlias
@@ -70,20 +71,46 @@ class Vocabulary:
         return (*self.domains, *self.derived)
 
 
+_NUMBERED = re.compile(r"(?P<letters>.*[A-Za-z])_?(?P<digits>[0-9]+)")
+
+
 def spellings(names: Iterable[str], momenta: Sequence[str], velocities: Sequence[str]) -> dict[str, str]:
-    """Other spellings that can mean one thing only: `px` or, of one momentum, `p` for `p_x`; `x_dot`."""
-    known = set(names)
-    found: dict[str, list[str]] = {}
+    """Other spellings that can mean one thing only, and what they mean.
+
+    `px` or, of one momentum, `p` for `p_x`; `p1` or `p_1` for `p_theta1`; `x_dot` for `xdot`; and with or
+    without an underscore before the last digits, `theta_1` for `theta1`.
+    """
+    names = tuple(names)
+    pairs = [(other, name) for name in names for other in _numbered(name)]
     for name in momenta:
-        found.setdefault(name.replace("_", "", 1), []).append(name)
-        if len(momenta) == 1:
-            found.setdefault("p", []).append(name)
+        sign, _, coordinate = name.partition("_")
+        number = _NUMBERED.fullmatch(coordinate)
+        pairs += [(f"{sign}{each}", name) for each in (coordinate, *_numbered(coordinate))]
+        pairs += [] if number is None else [(f"p{dash}{number['digits']}", name) for dash in ("", "_")]
+        pairs += [("p", name)] if len(momenta) == 1 else []
     for name in velocities:
-        found.setdefault(f"{name.removesuffix('dot')}_dot", []).append(name)
-    return {other: meant[0] for other, meant in found.items() if len(meant) == 1 and other not in known}
+        coordinate = name.removesuffix("dot")
+        if coordinate == name:
+            continue
+        pairs += [(f"{each}{dot}", name) for each in _numbered(coordinate) for dot in ("dot", "_dot")]
+        pairs.append((f"{coordinate}_dot", name))
+    found: dict[str, set[str]] = {}
+    for other, name in pairs:
+        found.setdefault(other, set()).add(name)
+    return {other: meant.pop() for other, meant in found.items() if len(meant) == 1 and other not in names}
 
 
-_LABEL = re.compile(r"\s*[^\W\d]\w*\s*=(?!=)")
+def _numbered(name: str) -> tuple[str, ...]:
+    """A name that ends with a number, with an underscore before that or without it: the other of the two."""
+    match = _NUMBERED.fullmatch(name)
+    both = () if match is None else tuple(f"{match['letters']}{dash}{match['digits']}" for dash in ("", "_"))
+    return tuple(each for each in both if each != name)
+
+
+_DOTS = "\N{COMBINING DOT ABOVE}\N{COMBINING DIAERESIS}"
+"""Over a letter, as blackboards have them for time derivatives."""
+
+_LABEL = re.compile(rf"\s*[^\W\d][\w{_DOTS}]*\s*=(?!=)")
 """What may stand before an expression: `H =`."""
 
 _BOUNDS = (("nested deeper", "too_deep"), ("at most", "too_large"))
@@ -105,8 +132,9 @@ def read(answer: Tree, vocabulary: Vocabulary | None, place: str = "", *, label:
         node, names = parser.read(text)
     except ExpressionError as error:
         code = next((code for words, code in _BOUNDS if words in error.message), "parse_error")
-        hint = "" if error.hint is None else f" ({error.hint})"
-        raise Unreadable(code, f"{error.message}{hint}", place=place) from None
+        hint = error.hint or _hint(text, error.column)
+        told = f"{error.message} ({hint})" if hint else error.message
+        raise Unreadable(code, told, place=place) from None
     if vocabulary is None:
         return node
     respelled: dict[str, Node] = {
@@ -116,6 +144,14 @@ def read(answer: Tree, vocabulary: Vocabulary | None, place: str = "", *, label:
     for name in sorted(names - known - respelled.keys()):
         raise Unreadable("unknown_symbol", _unknown(name, vocabulary), place=place)
     return replaced(node, respelled) if respelled else node
+
+
+def _hint(text: str, column: int | None) -> str:
+    """What to type in place of a letter with dots at a column."""
+    letter = "" if column is None else unicodedata.normalize("NFD", text[column - 1 : column])
+    if set(letter).isdisjoint(_DOTS):
+        return ""
+    return "a time derivative is spelled `xdot`, a second one `xddot`"
 
 
 def _unknown(name: str, vocabulary: Vocabulary) -> str:
@@ -131,13 +167,14 @@ def _unknown(name: str, vocabulary: Vocabulary) -> str:
 
 def replaced(node: Node, values: Mapping[str, Node]) -> Node:
     """The tree with other trees in place of some names."""
+    if isinstance(node, Name):
+        return values.get(node.name, node)
+    return rebuilt(node, lambda inner: replaced(inner, values))
 
-    def change(inner: Node) -> Node:
-        return replaced(inner, values)
 
+def rebuilt(node: Node, change: Callable[[Node], Node]) -> Node:
+    """The same operation on changed operands."""
     match node:
-        case Name(name):
-            return values.get(name, node)
         case Negative(operand):
             return Negative(change(operand))
         case Reciprocal(operand):
@@ -233,6 +270,11 @@ class Points:
         """These points, and others in the same names."""
         values = {name: np.append(value, other.values[name]) for name, value in self.values.items()}
         return Points(values, self.derived, self.count + other.count)
+
+    def repeated(self, times: int) -> Points:
+        """The points again and again."""
+        values = {name: np.tile(value, times) for name, value in self.values.items()}
+        return Points(values, self.derived, self.count * times)
 
     def but(self, changes: Mapping[str, float | Floats]) -> Points:
         """The same points with other values of some independent names."""

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, get_args
 
-from rigidcli.errors import ValueProblem
+import numpy as np
+
 from rigidcli.grading.asked import Asked
-from rigidcli.grading.functions.formula import Domain, Vocabulary, parts_of, size_of, spellings
-from rigidcli.model.dimensions import dimension_of
+from rigidcli.grading.functions.dimensions import declared, followed
+from rigidcli.grading.functions.formula import Domain, Vocabulary, draw, spellings
 from rigidcli.model.parameters import read_name
-from rigidcli.model.units import Dimension, parse_unit, split_quantity
+from rigidcli.model.units import Dimension
 from rigidcli.model.variables import momentum, velocity
 from rigidcli.symbolic.tree import Node
 
@@ -21,15 +22,22 @@ if TYPE_CHECKING:
 
 TIME = "t"
 
-MOST_NODES = 400
-"""Of an expression whose dimensions are looked at."""
+POSITIVE: Domain = "positive"
+
+ENERGIES = ("hamiltonian", "lagrangian")
+"""Results that tell the dimensions of what they hold."""
+
+TRIED = 100
+"""Random points that tell what a change of variables leaves out."""
+
+_TREES = get_args(Node)
 
 
 @dataclass(frozen=True, eq=False)
 class Names:
-    """The names of a question, and the values and dimensions of parameters, as far as they are known.
+    """The names of a question, and the values and dimensions of some of them, as far as they are known.
 
-    `further` has names of the key that a document does not tell: new variables.
+    `further` are new variables of a transformation, and names of the key that a document does not tell.
     """
 
     vocabulary: Vocabulary
@@ -51,7 +59,7 @@ def names_of(asked: Asked, used: Iterable[str]) -> Names:
 
     Parameters of a document are positive, unless they have another value; coordinates, momenta, velocities
     and the time are real. Of a literal key, what is not listed is positive. What the `symbols` of the
-    question say goes first.
+    question say goes first. Which names a student is told does not depend on what the key holds.
 
     Raises ValueProblem for a name in the question that is none.
     """
@@ -64,13 +72,13 @@ def names_of(asked: Asked, used: Iterable[str]) -> Names:
         for names in (question.coordinates, question.momenta, question.velocities)
     )
     values: dict[str, float] = {}
-    dimensions: dict[str, Dimension] = {}
     domains: dict[str, Domain] = {}
     if document is not None:
-        values, dimensions = _values(document), _dimensions(document)
+        values = _values(document)
         domains |= {name: "positive" if values.get(name, 1) > 0 else "real" for name in document.definitions}
         if document.system is not None:
             coordinates = coordinates or document.system.coordinates
+    of_momenta = asked.path[-1:] == ("hamiltonian",) or (bool(momenta) and not velocities)
     momenta = momenta or tuple(map(momentum, coordinates))
     velocities = velocities or tuple(map(velocity, coordinates))
     derived = {
@@ -78,24 +86,54 @@ def names_of(asked: Asked, used: Iterable[str]) -> Names:
         for name, definition in ({} if document is None else document.definitions).items()
         if definition is not None and definition.names and name not in listed
     }
-    moving = (*coordinates, *momenta, *velocities)
+    further = _new_variables(asked)
+    moving = (*coordinates, *momenta, *velocities, *further)
     told = document is not None or all(name in listed or name in moving for name in used)
     unlisted: Domain = "positive" if document is None else "real"
-    new = [name for name in used if name not in (*domains, *listed, *moving, TIME)]
+    new = tuple(name for name in used if name not in (*domains, *listed, *moving, TIME))
     domains |= dict.fromkeys(new, unlisted)
     domains |= dict.fromkeys((*moving, TIME), "real")
     domains |= listed
-    independent = {name: domain for name, domain in domains.items() if name not in derived}
-    other = spellings(domains, momenta, velocities)
+    vocabulary = Vocabulary(
+        {name: domain for name, domain in domains.items() if name not in derived},
+        derived,
+        spellings(domains, momenta, velocities),
+        told,
+        frozenset((*new, *(velocities if of_momenta else ()))),
+    )
+    positive = _never_negative(asked, further, vocabulary) if further else frozenset()
     return Names(
-        Vocabulary(independent, derived, other, told),
+        replace(
+            vocabulary, domains={**vocabulary.domains, **dict.fromkeys(positive - listed.keys(), POSITIVE)}
+        ),
         coordinates,
         momenta,
         velocities,
-        () if document is None else tuple(new),
+        (*further, *(() if document is None else new)),
         values,
-        dimensions,
+        _dimensions(asked, tuple(zip(coordinates, momenta, velocities, strict=False))),
     )
+
+
+def _new_variables(asked: Asked) -> tuple[str, ...]:
+    """Those of the transformation of a document, where its results are asked for."""
+    transform = None if asked.document is None else asked.document.transform
+    return transform.new_variables if transform is not None and "transform" in asked.path else ()
+
+
+def _never_negative(asked: Asked, further: tuple[str, ...], vocabulary: Vocabulary) -> frozenset[str]:
+    """New variables that are not negative wherever the old and the new ones belong together, as an action."""
+    transform = None if asked.document is None else asked.document.transform
+    if transform is None:
+        return frozenset()
+    points = draw(vocabulary, TRIED)
+    known = {**(transform.old or {}), **(transform.new or {})}
+    found = {name: points.at(expression.root) for name, expression in known.items()}
+    has_values = ~np.any([each.undefined | each.doubtful for each in found.values()], axis=0)
+    if not has_values.any():
+        return frozenset()
+    new = {name: found[name].value if transform.old is None else points.values[name] for name in further}
+    return frozenset(name for name, value in new.items() if np.all(value[has_values] >= 0))
 
 
 def _values(document: Document) -> dict[str, float]:
@@ -104,35 +142,11 @@ def _values(document: Document) -> dict[str, float]:
     return {name: float(value) for name, value in found.items() if value is not None}
 
 
-def _dimensions(document: Document) -> dict[str, Dimension]:
-    """The parameters that have a unit, or follow from such."""
-    raw = {read_name(name): value for name, value in (document.parameters or {}).items()}
-    known: dict[str, Dimension] = {}
-    for name, definition in document.definitions.items():
-        value = raw.get(name)
-        quantity = split_quantity(value) if isinstance(value, str) else None
-        if quantity is not None:
-            known[name] = parse_unit(quantity[1]).dimension
-        elif definition is not None and definition.names:
-            dimension = dimension_of(definition.root, known)
-            if dimension is not None:
-                known[name] = dimension
-    return known
-
-
-def mismatch(node: Node, names: Names) -> str | None:
-    """What is wrong with the dimensions in an expression, as far as they are known."""
-    if not names.dimensions or size_of(node) > MOST_NODES:
-        return None
-    try:
-        _require_dimensions(node, names.dimensions)
-    except ValueProblem as problem:
-        return problem.message
-    return None
-
-
-def _require_dimensions(node: Node, known: Mapping[str, Dimension]) -> None:
-    """Raise ValueProblem for different dimensions in any part of an expression."""
-    dimension_of(node, known)
-    for part in parts_of(node):
-        _require_dimensions(part, known)
+def _dimensions(asked: Asked, motion: tuple[tuple[str, str, str], ...]) -> dict[str, Dimension]:
+    """The dimensions of parameters, and of what moves where these follow from the energies of a system."""
+    if asked.document is None or asked.report is None:
+        return {}
+    energies = (asked.report.get(name) for name in ENERGIES)
+    return followed(
+        declared(asked.document), [node for node in energies if isinstance(node, _TREES)], TIME, motion
+    )
