@@ -237,6 +237,66 @@ def test_the_period_may_be_in_degrees() -> None:
     assert judged(key, {"t": t, "phi": np.radians(40 * t)}).verdict == "incorrect"
 
 
+# --- names of columns
+
+
+@pytest.mark.parametrize(
+    "heads",
+    [
+        ("time", "x", "px"),
+        ("t (s)", "x (m)", "p (kg m/s)"),
+        ("T", "X", "P_X"),
+        ("t/s", "x/m", "p_x/(kg m/s)"),
+        ("t [s]", "x [m]", "px [N s]"),
+    ],
+)
+def test_names_may_be_spelled_in_the_usual_ways(heads: tuple[str, str, str]) -> None:
+    key = computed(SPRING, "hamilton.orbit")
+    t = np.linspace(0, 7, 123)
+    values = [t, 0.4 * np.cos(3 * t), -2.4 * np.sin(3 * t)]
+    for separator in (";", "\t"):
+        answer = table(dict(zip(heads, values, strict=True)), separator)
+        assert trajectory.judge(key, answer, HERE).verdict == "correct"
+
+
+def test_units_may_stand_in_heads_that_are_parted_by_blanks() -> None:
+    key = computed(SPRING, "hamilton.orbit")
+    t = np.linspace(0, 7, 123)
+    answer = table({"t (s)": t, "x [m]": 0.4 * np.cos(3 * t), "p (kg m/s)": -2.4 * np.sin(3 * t)}, " ")
+    assert trajectory.judge(key, answer, HERE).verdict == "correct"
+
+
+def test_units_in_heads_are_converted() -> None:
+    key = computed(SPRING, "hamilton.orbit")
+    t = np.linspace(0, 7, 123)
+    x, p = 0.4 * np.cos(3 * t), -2.4 * np.sin(3 * t)
+    assert judged(key, {"t (ms)": 1000 * t, "x (cm)": 100 * x, "p_x": p}).verdict == "correct"
+    assert judged(key, {"t (ms)": t, "x": x, "p_x": p}).verdict == "incorrect"
+    assert judged(key, {"t": t, "x (cm)": x, "p_x": p}).verdict == "partial"
+    assert judged(key, {"t": t, "x (parsecs of mine)": x, "p_x": p}).verdict == "correct"
+
+
+def test_spellings_that_could_mean_two_columns_mean_none() -> None:
+    key = formulas(10, {"x": "cos(t)", "p_x": "sin(t)", "p_y": "cos(2*t)", "y": "sin(3*t)"})
+    right = {"t": T, "x": np.cos(T), "y": np.sin(3 * T)}
+    assert judged(key, right | {"px": np.sin(T), "py": np.cos(2 * T)}).verdict == "correct"
+    assert codes(judged(key, right | {"p": np.sin(T), "py": np.cos(2 * T)})) == ["missing_column"]
+    two = right | {"px": np.sin(T), "P_X": np.sin(T), "py": np.cos(2 * T)}
+    assert judged(key, two).verdict == "correct"  # `px` is nearer than `P_X`
+    two = right | {"PX": np.sin(T), "P_X": np.sin(T), "py": np.cos(2 * T)}
+    assert codes(judged(key, two)) == ["missing_column"]
+
+
+@pytest.mark.parametrize("head", ["w_{}", "omega{}", "omega_{}", "ω{}", "ω_{}", "W{}", "w{} (rad/s)"])
+def test_angular_velocities_have_many_names(head: str) -> None:
+    key = computed(TOP, "euler.trajectory")
+    t = np.linspace(0, 12, 211)
+    omega, _ = free_top(t)
+    named = {head.format(k + 1): omega[:, k] for k in range(3)}
+    assert judged(key, {"time": t} | named).verdict == "correct"
+    assert judged(key, {"T": t} | named).verdict == "correct"
+
+
 # --- named mistakes
 
 
@@ -272,6 +332,11 @@ MISTAKES: list[tuple[str, dict[str, Floats]]] = [
     ("time_range_short", damped(np.linspace(0, 10, 9))),
     ("time_range_short", damped(np.append(np.linspace(0, 7, 300), 10.0))),
     ("missing_column", {"t": T, "x": damped()["x"]}),
+    ("frequency_wrong", damped(2 * T) | {"t": T}),
+    ("frequency_wrong", scaled(damped(T / 3), v=1 / 3) | {"t": T}),
+    ("frequency_vs_angular_frequency", damped(2 * math.pi * T) | {"t": T}),
+    ("frequency_vs_angular_frequency", scaled(damped(T / (2 * math.pi)), v=1 / (2 * math.pi)) | {"t": T}),
+    ("degrees_radians", damped(T * math.pi / 180) | {"t": T}),
     ("wrong_initial_condition", scaled(damped(), x=1.07, v=1.07)),
     ("outside_tolerance", {**damped(), "x": damped()["x"] + 0.01 * T}),
 ]
@@ -283,6 +348,24 @@ def test_mistakes_are_named(code: str, columns: dict[str, Floats]) -> None:
     assert codes(outcome)[0] == code
     assert outcome.verdict in ("incorrect", "partial")
     assert outcome.share in (0, 0.5)
+
+
+@pytest.mark.parametrize("rows", [None, 201])
+@pytest.mark.parametrize("tolerance", [1e-2, 3e-3, 1e-3])
+def test_a_coarse_integration_lacks_precision(tolerance: float, rows: int | None) -> None:
+    key = formulas(10, {"x": "cos(2*t)", "p": "-2*sin(2*t)"})
+    t = None if rows is None else np.linspace(0, 10, rows)
+    solved = solve_ivp(lambda _, y: [y[1], -4 * y[0]], (0, 10), [1, 0], rtol=tolerance, t_eval=t)
+    outcome = judged(key, {"t": solved.t, "x": solved.y[0], "p": solved.y[1]})
+    assert (codes(outcome), outcome.share) == (["precision_insufficient"], 0)
+    assert "finer tolerance" in outcome.findings[0].detail
+
+
+def test_friction_is_no_lack_of_precision() -> None:
+    key = formulas(10, {"x": "cos(2*t)", "p": "-2*sin(2*t)"})
+    fall = np.exp(-T / 20)
+    outcome = judged(key, {"t": T, "x": fall * np.cos(2 * T), "p": -2 * fall * np.sin(2 * T)})
+    assert codes(outcome) == ["outside_tolerance"]
 
 
 def test_columns_that_are_right_earn_their_share() -> None:
@@ -490,6 +573,78 @@ def test_chaotic_motion_must_be_right_before_the_horizon(chaotic: Key) -> None:
     assert judged(chaotic, double_pendulum(25, 1e-9, g=9.8)).verdict == "incorrect"
 
 
+@pytest.mark.parametrize("rows", [800, 2000])
+@pytest.mark.parametrize("cut", [16.5, 19.0, 23.0])
+def test_chaotic_motion_goes_on_after_its_horizon(chaotic: Key, cut: float, rows: int) -> None:
+    right = double_pendulum(25, 1e-10, rows)
+    t = right["t"]
+    late = t > cut
+    last, count = int(np.argmax(late)) - 1, int(late.sum())
+    back = np.arange(last, -1, -1)[np.arange(count) % (last + 1)]
+    chance = np.random.default_rng(7).integers(0, last, count)
+
+    def going_on(rows_after: NDArray[np.intp], turn: float = 1.0) -> dict[str, Floats]:
+        changed = {name: values.copy() for name, values in right.items()}
+        for name in ("theta1", "theta2", "p_theta1", "p_theta2"):
+            changed[name][late] = right[name][rows_after] * (turn if name.startswith("p") else 1.0)
+        return changed
+
+    frozen = going_on(np.full(count, last))
+    rubbish = [frozen, going_on(back, -1.0), going_on(back), going_on(chance), going_on(np.arange(count))]
+    for columns in rubbish:
+        outcome = judged(chaotic, columns)
+        assert codes(outcome)[-1] == "outside_tolerance"
+        assert "do not follow the motion" in outcome.findings[-1].detail
+        assert 0 < outcome.share < 1
+        seen = float(outcome.findings[-1].detail.split("t = ")[1].split(" ")[0])
+        assert cut - 0.2 < seen < cut + 0.5
+    assert judged(chaotic, right).verdict == "correct"
+    assert judged(chaotic, right | {"theta2": frozen["theta2"]}).verdict == "partial"
+
+
+@pytest.mark.parametrize("columns", [("theta1", "theta2"), ("p_theta2",)])
+def test_columns_without_the_whole_state_must_not_stand_still(columns: tuple[str, ...]) -> None:
+    key = computed(PENDULUM.replace("DURATION", "25"), "hamilton.orbit", columns=list(columns))
+    for rows in (200, 1000):
+        right = double_pendulum(25, 1e-10, rows)
+        late = right["t"] > 19
+        assert judged(key, right).verdict == "correct"
+        assert judged(key, double_pendulum(25, 1e-8, rows)).verdict == "correct"
+        frozen = {name: np.where(late, values[~late][-1], values) for name, values in right.items()}
+        assert codes(judged(key, frozen | {"t": right["t"]})) == ["outside_tolerance"]
+
+
+@pytest.mark.parametrize("method", ["RK45", "DOP853", "Radau"])
+def test_chaotic_motion_driven_from_outside_is_right_by_any_integrator(driven: Key, method: Any) -> None:
+    solved = solve_ivp(
+        lambda t, y: [y[1], -(1 + 0.9 * math.cos(1.7 * t)) * math.sin(y[0])],
+        (0, 80),
+        [1.5, 0.2],
+        method=method,
+        dense_output=True,
+        rtol=1e-8,
+        atol=1e-10,
+    )
+    assert solved.sol is not None
+    for rows in (100, 300, 1000, 3000):
+        t = np.linspace(0, 80, rows)
+        phi, p = solved.sol(t)
+        for shown in (phi, (phi + math.pi) % (2 * math.pi) - math.pi):
+            answer = table({"t": t, "phi": shown, "p": p}, ",", "{:.7g}".format)
+            assert trajectory.judge(driven, answer, HERE).verdict == "correct"
+
+
+@pytest.fixture(scope="module")
+def driven() -> Key:
+    text = """
+    system: {coordinates: [phi], lagrangian: phidot^2/2 + (1 + 0.9*cos(1.7*t))*cos(phi)}
+    orbit: {initial: {phi: 1.5, p_phi: 0.2}, duration: 80}
+    """
+    key = computed(text, "hamilton.orbit", samples=20001)
+    assert key.horizon < 70
+    return key
+
+
 def test_motion_that_parts_too_soon_is_no_question() -> None:
     with pytest.raises(ValueProblem, match="only a small part"):
         computed(PENDULUM.replace("DURATION", "1000"), "hamilton.orbit", samples=20001)
@@ -520,7 +675,7 @@ def test_what_is_asked_of_an_orbit(ask: str, columns: Sequence[str]) -> None:
             computed(SPRING, ask)
         return
     key = computed(SPRING, ask)
-    assert key.columns == columns
+    assert key.columns[: key.required] == columns
     t = np.linspace(0, 7, 123)
     x, p = 0.4 * np.cos(3 * t), -2.4 * np.sin(3 * t)
     answer = {"t": t, "x": x, "p_x": p, "H": p**2 / 4 + 9 * x**2}
@@ -563,12 +718,92 @@ def free_top(t: Floats) -> tuple[Floats, list[Rotation]]:
 
 def test_a_free_top_by_closed_form() -> None:
     key = computed(TOP, "euler.trajectory")
-    assert key.columns == ("w1", "w2", "w3")
+    assert key.columns[: key.required] == ("w1", "w2", "w3")
     t = np.linspace(0, 12, 211)
     omega, _ = free_top(t)
     assert judged(key, {"t": t, "w1": omega[:, 0], "w2": omega[:, 1], "w3": omega[:, 2]}).verdict == "correct"
     backward = judged(key, {"t": t, "w1": omega[:, 0], "w2": -omega[:, 1], "w3": omega[:, 2]})
     assert backward.verdict == "partial"
+
+
+def test_what_is_handed_in_besides_must_be_right() -> None:
+    key = computed(TOP, "euler.trajectory")
+    t = np.linspace(0, 12, 211)
+    omega, turns = free_top(t)
+    moment, space = omega * [2, 2, 3], np.array([2 * 0.6, 0, 6.0])
+    quaternion = np.array([turn.as_quat() for turn in turns])[:, [3, 0, 1, 2]]
+    right = {"t": t}
+    right |= {f"w{k + 1}": omega[:, k] for k in range(3)}
+    right |= {f"q{k}": quaternion[:, k] for k in range(4)}
+    right |= {f"L{k + 1}": moment[:, k] for k in range(3)}
+    right |= {f"L{axis}": np.full_like(t, space[k]) for k, axis in enumerate("xyz")}
+    right |= {"T": (moment * omega).sum(axis=1) / 2, "by me": t**2}
+    assert judged(key, right).verdict == "correct"
+    conjugate = scaled(right, q1=-1, q2=-1, q3=-1)
+    doubled = scaled(right, q0=2, q1=2, q2=2, q3=2)
+    rolled = right | {f"q{k}": right[f"q{(k + 1) % 4}"] for k in range(4)}
+    exchanged = right | {"L1": right["Lx"], "Lx": right["L1"]}
+    for columns, wrong in ((conjugate, 3), (doubled, 4), (rolled, 4), (exchanged, 2)):
+        outcome = judged(key, columns)
+        assert outcome.verdict == "partial"
+        assert 3 / 7 <= outcome.share <= 3 / (3 + wrong)
+    assert codes(judged(key, doubled)) == ["constant_factor"]
+    assert codes(judged(key, exchanged)) == ["components_permuted"]
+    # What is not asked for earns nothing.
+    assert judged(key, scaled(right, w1=1.1, w2=1.1, w3=1.1)).share == 0
+    assert codes(judged(key, {name: right[name] for name in right if name != "w1"})) == ["missing_column"]
+    only = computed(TOP, "euler.trajectory", columns=["w1", "w2", "w3"])
+    assert judged(only, doubled).verdict == "correct"
+
+
+def test_turns_in_a_second_are_not_radians() -> None:
+    key = computed(TOP, "euler.trajectory")
+    t = np.linspace(0, 12, 211)
+    omega, _ = free_top(t)
+    for factor in (2 * math.pi, 1 / (2 * math.pi)):
+        outcome = judged(key, {"t": t} | {f"w{k + 1}": factor * omega[:, k] for k in range(3)})
+        assert (codes(outcome), outcome.share) == (["frequency_vs_angular_frequency"], 0)
+    turns = {f"w{k + 1} (rev/s)": omega[:, k] / (2 * math.pi) for k in range(3)}
+    assert judged(key, {"t": t} | turns).verdict == "correct"
+
+
+def test_the_energy_that_is_handed_in_is_judged() -> None:
+    key = computed(SPRING, "hamilton.orbit")
+    t = np.linspace(0, 7, 123)
+    right = {"t": t, "x": 0.4 * np.cos(3 * t), "p_x": -2.4 * np.sin(3 * t)}
+    assert judged(key, right | {"H": np.full_like(t, 1.44)}).verdict == "correct"
+    assert judged(key, right | {"H": np.full_like(t, 1.5)}).verdict == "partial"
+    # Of an energy that is zero, an error is told by the sizes of its terms.
+    key = computed(PENDULUM.replace("DURATION", "5"), "hamilton.orbit")
+    columns = double_pendulum(5, 1e-9)
+    assert judged(key, columns | {"H": np.full(500, 1e-7)}).verdict == "correct"
+    assert judged(key, columns | {"H": np.full(500, 0.5)}).verdict == "partial"
+
+
+def test_coordinates_that_only_turn_are_angles(chaotic: Key) -> None:
+    key, right = chaotic, double_pendulum(25, 1e-10)
+    assert np.ptp(right["theta2"]) > 2 * math.pi
+    for turns in (np.rint(right["theta2"] / (2 * math.pi)), 3, np.arange(500) % 4):
+        wound = right["theta2"] - 2 * math.pi * turns
+        assert judged(key, right | {"theta2": wound}).verdict == "correct"
+        assert judged(key, right | {"theta2": wound + 0.05}).verdict == "partial"
+    assert judged(key, right | {"p_theta2": right["p_theta2"] + 2 * math.pi}).verdict == "partial"
+
+
+@pytest.mark.parametrize("potential", ["0", "9.81*x", "cos(2*sqrt(2)*x)", "x^2/1000 - cos(x)", "1/(4 + x^2)"])
+def test_coordinates_that_are_no_angles_are_not_judged_modulo_turns(potential: str) -> None:
+    text = f"""
+    system: {{coordinates: [x], lagrangian: xdot^2/2 - ({potential})}}
+    orbit: {{initial: {{x: 1, p_x: 0.7}}, duration: 5}}
+    """
+    t = np.linspace(0, 5, 101)
+    key = computed(text, "hamilton.orbit")
+    x, p = key.of(()).at(t).T
+    assert judged(key, {"t": t, "x": x, "p_x": p}).verdict == "correct"
+    turned = {"t": t, "x": x + 2 * math.pi, "p_x": p}
+    assert judged(key, turned).verdict != "correct"
+    if potential == "0":  # so that it may be an angle, if the question says so
+        assert judged(computed(text, "hamilton.orbit", angles=["x"]), turned).verdict == "correct"
 
 
 def test_quaternions_have_no_sign() -> None:
@@ -819,7 +1054,6 @@ def test_a_file_beside_the_answer(folder: Path) -> None:
     "name",
     [
         "../orbit.csv",
-        "./orbit.csv",
         "/etc/passwd",
         "sub/orbit.csv",
         "..",

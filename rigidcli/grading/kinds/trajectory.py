@@ -1,9 +1,13 @@
 """Trajectories: a table of the time and of columns, judged at its own times.
 
-A question may list `columns`, `angles` (modulo 2 pi, or `modulo`) and what is `conserved`. An answer must
-have at least LEAST_ROWS rows in ascending order of the time, cover the span but for a hundredth, leave no gap
-of a quarter of it, and show how the columns move. Where the motion is chaotic, it is judged point by point up
-to the horizon, and beyond by what it conserves.
+A question may list `columns`, `angles` (modulo 2 pi, or `modulo`) and what is `conserved`. Without `columns`,
+those that the result is asked for must be there, and any other column of it that is handed in under its own
+name must be right, too. A coordinate on which the Hamiltonian depends, but not on its turns, is an angle by
+itself; of a cyclic one nothing tells whether it is an angle or a length, so that `angles` must list it.
+
+An answer must have at least LEAST_ROWS rows in ascending order of the time, cover the span but for a
+hundredth, leave no gap of a quarter of it, and show how the columns move. Where the motion is chaotic, it is
+judged point by point up to the horizon, and beyond by what it conserves and by how one row follows another.
 """
 
 from __future__ import annotations
@@ -20,11 +24,13 @@ from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.files import read_beside
 from rigidcli.grading.kinds import Example
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
+from rigidcli.grading.trajectories.building import key_of
 from rigidcli.grading.trajectories.columns import read_columns
-from rigidcli.grading.trajectories.key import Key, Rows, key_of
-from rigidcli.grading.trajectories.mistakes import DEGREES, code_of, explaining
+from rigidcli.grading.trajectories.heads import TIME
+from rigidcli.grading.trajectories.key import Key, Rows, without_flips
+from rigidcli.grading.trajectories.mistakes import DEGREES, code_of, explaining, grows
 from rigidcli.grading.trajectories.retiming import OSCILLATING
-from rigidcli.grading.trajectories.source import TIME, source_of
+from rigidcli.grading.trajectories.source import source_of
 
 LEAST_ROWS = 10
 
@@ -43,6 +49,8 @@ SLACK = 1e-9
 OF_TIME = frozenset({"time_unit", "time_shift", "time_reversed", "frequency_wrong"})
 """Mistakes of the whole motion, not of some columns."""
 
+GROWS = "the error grows with time: try a finer tolerance of the integration, or more exact constants"
+
 MOST_NAMED = 6
 """Columns that one message names."""
 
@@ -57,7 +65,9 @@ def read_key(asked: Asked) -> Key:
 @np.errstate(all="ignore")
 def judge(key: Key, answer: Tree, folder: Path) -> Outcome:
     """The outcome of an answer. Raises Unreadable."""
-    table = read_columns(_text(answer, folder), (TIME, *key.columns, *key.further))
+    required = key.columns[: key.required]
+    needed = tuple(dict.fromkeys((*required, *key.further)))
+    table = read_columns(_text(answer, folder), (TIME, *needed), key.columns[key.required :], in_si=key.in_si)
     if TIME not in table:
         raise Unreadable("missing_column", "there is no column of times", place=shown(TIME))
     times = table[TIME]
@@ -65,10 +75,9 @@ def judge(key: Key, answer: Tree, folder: Path) -> Outcome:
     if not later.all():
         row = int(np.argmin(later)) + 2
         return wrong(Finding("wrong_order", shown(TIME), f"row {row} is not later than the one before"))
+    key = key.of(table.keys())
     values = np.column_stack([table.get(name, np.full(len(times), np.nan)) for name in key.columns])
-    missing = tuple(
-        Finding("missing_column", shown(name)) for name in (*key.columns, *key.further) if name not in table
-    )
+    missing = tuple(Finding("missing_column", shown(name)) for name in needed if name not in table)
     short = _too_short(key, times)
     if short is not None:
         code = code_of(key, Rows(times, values, None), short.code)
@@ -105,7 +114,7 @@ def _too_short(key: Key, times: Floats) -> Finding | None:
     if np.diff(own).max() > LONGEST_GAP * key.span:
         return Finding("time_range_short", detail="there are gaps between its rows")
     seen = np.ptp(key.roughly_at(own[own <= key.horizon]), axis=0)
-    if (seen < SHOWN * key.ranges)[key.moving].any():
+    if (key.moving & (seen < SHOWN * key.ranges))[: key.required].any():
         return Finding("time_range_short", detail="it has too few rows to show the motion")
     return None
 
@@ -125,13 +134,33 @@ def _compared(key: Key, table: Mapping[str, Floats], answer: Rows, missing: Sequ
     if not right.all():
         failing = tuple(place for place in answer.present if not right[place])
         findings = _wrong(key, replace(answer, failing=failing), near) if failing else []
-        # A column that does not move is right without any work.
-        earned = not key.moving.any() or (right & key.moving).any()
-        return wrong(*missing, *findings, share=float(right.mean()) if earned else 0.0)
-    if missing or drifting:
-        parts = len(right) + len(kept) + len(missing)
-        return wrong(*missing, *drifting, share=(len(right) + sum(kept)) / parts)
+        return wrong(*missing, *findings, share=_earned(key, right))
+    astray = [] if drifting else _astray(key, answer)
+    if missing or drifting or astray:
+        parts = key.required + len(kept) + len(missing) + len(astray)
+        return wrong(*missing, *drifting, *astray, share=(key.required + sum(kept)) / parts)
     return correct(*([] if near.all() else [Finding("chaotic_divergence_after_horizon")]))
+
+
+def _earned(key: Key, right: Mask) -> float:
+    """The share of required columns that are right (m); the others only cost, where they are wrong."""
+    own, moving = right[: key.required], key.moving[: key.required]
+    # A column that does not move is right without any work.
+    if moving.any() and not (own & moving).any():
+        return 0.0
+    return float(own.sum()) / (key.required + int((~right[key.required :]).sum()))
+
+
+def _astray(key: Key, answer: Rows) -> list[Finding]:
+    """What to say of rows beyond the horizon that do not follow the motion."""
+    late = _inside(key, answer.times) & (answer.times > key.horizon)
+    if key.following is None or answer.present != list(range(len(key.columns))) or not late.any():
+        return []
+    first = max(int(np.argmax(late)) - 1, 0)
+    rows = slice(first, first + 1 + int(late.sum()))
+    since = key.following.strays(answer.times[rows], without_flips(answer.values[rows], key.quaternion))
+    detail = "" if since is None else f"after t = {since:.6g} the rows do not follow the motion"
+    return [Finding("outside_tolerance", detail=detail)] if detail else []
 
 
 def _near(key: Key, answer: Rows) -> Mask:
@@ -155,6 +184,8 @@ def _wrong(key: Key, answer: Rows, near: Mask) -> list[Finding]:
         return [Finding(code)]
     if code != "outside_tolerance":
         return [Finding(code, _names(key, failing))]
+    if grows(key, answer):
+        return [Finding("precision_insufficient", _names(key, failing), GROWS)]
     times = answer.times[_inside(key, answer.times)]
     rows = np.argmin(near, axis=0)
     begin = [place for place in failing if rows[place] == 0]
@@ -189,8 +220,11 @@ def _told(key: Key, places: Sequence[int], time: Floats) -> str:
 def examples(key: Key) -> Iterator[Example]:
     """The key itself, at other times, in other forms, and under each named mistake that changes it."""
     times = np.linspace(key.start, key.stop, EXAMPLE_ROWS)
+    whole, key = key, key.of(())
     columns = key.all_at(times)
     yield Example("the key itself", _table(key, times, columns))
+    if whole is not key:
+        yield Example("with all columns that are known", _table(whole, times, whole.all_at(times)))
     between = times.copy()
     between[1:-1] += 0.3 * (times[1] - times[0]) * np.sin(np.arange(1, EXAMPLE_ROWS - 1))
     yield Example("at other times", _table(key, between, key.all_at(between)))
@@ -242,6 +276,7 @@ def _mistaken(key: Key, times: Floats, columns: Floats) -> list[Example]:
 
 def _table(key: Key, times: Floats, columns: Floats) -> dict[str, str]:
     """An answer with these columns (k by m and more) to 17 digits."""
-    lines = [",".join((TIME, *key.columns, *key.further))]
-    lines += [",".join(map(repr, row)) for row in np.column_stack([times, columns]).tolist()]
+    by_name = {TIME: times, **dict(zip((*key.columns, *key.further), columns.T, strict=True))}
+    lines = [",".join(by_name)]
+    lines += [",".join(map(repr, row)) for row in np.column_stack(list(by_name.values())).tolist()]
     return {"csv": "\n".join(lines)}

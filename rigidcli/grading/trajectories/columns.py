@@ -13,11 +13,10 @@ from collections.abc import Collection, Sequence
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.errors import ExpressionError, shown
+from rigidcli.errors import shown
 from rigidcli.grading.numbers import read_written
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.symbolic.expression import parse
-from rigidcli.symbolic.tree import Name
+from rigidcli.grading.trajectories.heads import TIME, places, read_head, split
 
 MOST_CHARACTERS = 1_000_000
 """Of a table."""
@@ -25,19 +24,19 @@ MOST_CHARACTERS = 1_000_000
 MOST_EXPRESSIONS = 1_000
 """Cells that are no decimal numbers, but expressions such as `pi/6`."""
 
-MOST_NAMES = 200
-"""Columns among which one is looked for that is spelled differently."""
-
 SEPARATORS = ",;\t"
 
 # All that decimal numbers consist of: of such characters, float() accepts nothing else.
 _DECIMALS = re.compile(r"[0-9eE+\-.\s]*")
 
 
-def read_columns(text: str, wanted: Collection[str] | None = None) -> dict[str, Floats]:
-    """The columns of a table (n each) that are `wanted`, as far as it has them; or all.
+def read_columns(
+    text: str, wanted: Collection[str] | None = None, further: Collection[str] = (), *, in_si: bool = False
+) -> dict[str, Floats]:
+    """The columns of a table (n each) that are `wanted`, in any spelling, as far as it has them; or all.
 
-    Names that the table lacks may stand in it in Greek, or in other case. Raises Unreadable.
+    Those `further` ones are read that go by their own name. Of a unit in its head, the time is converted to
+    seconds, and to be `in_si` units other columns are, too. Raises Unreadable.
     """
     if len(text) > MOST_CHARACTERS:
         raise Unreadable("too_large", f"expected at most {MOST_CHARACTERS:,} characters")
@@ -52,8 +51,13 @@ def read_columns(text: str, wanted: Collection[str] | None = None) -> dict[str, 
             raise Unreadable(
                 "wrong_shape", f"{len(row)} cells, expected {len(names)}", place=f"line {number}"
             )
-    places = _places(names, wanted if wanted is not None else dict.fromkeys(names))
-    return {name: _column([row[place] for row in rows], name, numbers) for name, place in places.items()}
+    if wanted is None:
+        wanted = dict.fromkeys(read_head(name).name for name in names)
+    columns = {}
+    for name, (place, head) in places(names, wanted, further).items():
+        column = _column([row[place] for row in rows], name, numbers)
+        columns[name] = column * head.scale(any_unit=in_si) if in_si or name == TIME else column
+    return columns
 
 
 def _lines(text: str) -> tuple[list[int], list[str]]:
@@ -73,42 +77,13 @@ def _header(lines: Sequence[str]) -> tuple[list[str], str | None, int]:
         raise Unreadable("wrong_shape", "read an empty table, expected a line of names and lines of numbers")
     line = lines[begin]
     separator = next((each for each in SEPARATORS if each in line), None)
-    names = [name.strip() for name in line.split(separator)]
+    names = split(line, separator)
     if not _DECIMALS.fullmatch("".join(names)):
         return names, separator, begin + 1
-    above = [name.strip() for name in lines[begin - 1].lstrip(" #").split(separator)] if begin else []
+    above = split(lines[begin - 1].lstrip(" #"), separator) if begin else []
     if len(above) != len(names):
         raise Unreadable("missing_column", "the first line has no names of columns", place="t")
     return above, separator, begin
-
-
-def _places(names: list[str], wanted: Collection[str]) -> dict[str, int]:
-    """Where the columns stand."""
-    first = {name: place for place, name in reversed(list(enumerate(names)))}
-    last = {name: place for place, name in enumerate(names)}
-    places = {name: first[name] for name in wanted if name in first}
-    for name, place in places.items():
-        if last[name] != place:
-            raise Unreadable("duplicate_key", "there are several columns of this name", place=shown(name))
-    if len(places) < len(wanted):
-        spelled = {
-            k: _spelled(names[k]) for k in range(min(len(names), MOST_NAMES)) if names[k] not in places
-        }
-        for name in wanted:
-            alike = [k for k, other in spelled.items() if other == name.casefold()]
-            if name not in places and len(alike) == 1:
-                places[name] = alike[0]
-                del spelled[alike[0]]
-    return places
-
-
-def _spelled(name: str) -> str:
-    """A name in ASCII and lower case."""
-    try:
-        root = parse(name).root if len(name) < MOST_NAMES else None
-    except ExpressionError:
-        root = None
-    return (root.name if isinstance(root, Name) else name).casefold()
 
 
 def _column(cells: list[str], name: str, numbers: Sequence[int]) -> Floats:

@@ -9,11 +9,14 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
+from rigidcli.grading.functions.formula import names_in
 from rigidcli.grading.question import RELATIVE, Question, Tolerance
-from rigidcli.grading.trajectories.source import TIME, Source
+from rigidcli.grading.trajectories.field import size_of_terms
+from rigidcli.grading.trajectories.heads import TIME
+from rigidcli.grading.trajectories.source import Source
 from rigidcli.symbolic import evaluation
 from rigidcli.symbolic.expression import parse
-from rigidcli.symbolic.tree import Name, Node, Sum
+from rigidcli.symbolic.tree import Name, Node
 
 DRIFT = 10
 """The drift that is allowed by default, in units of the relative tolerance and of the sum of all terms."""
@@ -100,22 +103,11 @@ def _law(name: str, root: Node, source: Source, *, required: bool) -> Conserved 
     return Conserved(name, root, columns, constants, required)
 
 
-def names_in(root: Node) -> frozenset[str]:
-    """The symbols of a tree."""
-    if isinstance(root, Name):
-        return frozenset([root.name])
-    parts = [getattr(root, each) for each in root.__dataclass_fields__]
-    children = [child for part in parts for child in (part if isinstance(part, tuple) else (part,))]
-    return frozenset[str]().union(*(names_in(child) for child in children if isinstance(child, Node)))
-
-
 def _allowed(
     law: Conserved, columns: Mapping[str, Floats], tolerance: Tolerance, margins: Mapping[str, float]
 ) -> float:
     """The drift that is allowed; by default not less than that of an answer that is just right."""
-    terms = law.root.terms if isinstance(law.root, Sum) else (law.root,)
-    sizes = [np.abs(replace(law, root=term).values(columns)) for term in terms]
-    size = float(np.sum(sizes, axis=0).max())
+    size = size_of_terms(law.root, {**law.constants, **columns})
     if tolerance.conserved is not None:
         return tolerance.conserved * size
     return max(DRIFT * (tolerance.relative or RELATIVE) * size, 2 * _spread(law, columns, margins))

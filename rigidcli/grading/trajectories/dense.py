@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Self, TypeAlias
 
 import numpy as np
@@ -20,6 +21,10 @@ class Formulas:
     """A trajectory by a tree for each of its columns, in which `t` is the only name."""
 
     trees: tuple[Node, ...]
+
+    def some(self, places: Sequence[int]) -> Formulas:
+        """Some of the columns."""
+        return Formulas(tuple(self.trees[place] for place in places))
 
     def at(self, times: Floats) -> Floats:
         """The columns (k by m) at `times` (k); infinite or NaN where a formula has no value."""
@@ -49,6 +54,10 @@ class Samples:
         near = np.lib.stride_tricks.sliding_window_view(knots, min(stencil, len(times)))
         gaps = near[:, :, None] - near[:, None, :]
         return cls(times, values, 1 / np.where(gaps == 0, 1, gaps).prod(axis=2))
+
+    def some(self, places: Sequence[int]) -> Samples:
+        """Some of the columns."""
+        return replace(self, values=self.values[:, list(places)])
 
     def at(self, times: Floats) -> Floats:
         """The columns (k by m) at `times` (k) inside the span of the samples."""
@@ -83,10 +92,7 @@ def interpolated(times: Floats, values: Floats, margins: Floats, end: float) -> 
     """
     best: tuple[Samples, Floats] | None = None
     for stencil in STENCILS:
-        half = Samples.through(times[::2], values[::2], stencil)
-        left_out = times[1:-1:2][times[1:-1:2] <= end]
-        miss = np.abs(half.at(left_out) - values[1:-1:2][: len(left_out)])
-        off: Floats = miss.max(axis=0, initial=0.0) / margins
+        off = missed(times, values, end, stencil) / margins
         if best is None or off.max() < best[1].max():
             best = Samples.through(times, values, stencil), off
         if off.max() < 1e-3:  # as good as exact: others need not be tried
@@ -95,7 +101,16 @@ def interpolated(times: Floats, values: Floats, margins: Floats, end: float) -> 
     return best
 
 
-def parting(times: Floats, one: Floats, other: Floats, allowed: Floats) -> float:
-    """The time until which two runs (n by m) differ by no more than is `allowed` (m); at most the last."""
-    apart = (np.abs(one - other) > allowed).any(axis=1)
-    return float(times[max(0, int(np.argmax(apart)) - 1)] if apart.any() else times[-1])
+def missed(times: Floats, values: Floats, end: float, stencil: int) -> Floats:
+    """By how much every second sample misses the others (m), up to the time `end`."""
+    half = Samples.through(times[::2], values[::2], stencil)
+    left_out = times[1:-1:2][times[1:-1:2] <= end]
+    miss: Floats = np.abs(half.at(left_out) - values[1:-1:2][: len(left_out)]).max(axis=0, initial=0.0)
+    return miss
+
+
+def parting(times: Floats, one: Floats, other: Floats, allowed: Floats) -> Floats:
+    """The times until which columns of two runs (n by m) differ by no more than is `allowed` (m)."""
+    apart = np.abs(one - other) > allowed
+    last: Floats = times[np.maximum(0, np.argmax(apart, axis=0) - 1)]
+    return np.where(apart.any(axis=0), last, times[-1])

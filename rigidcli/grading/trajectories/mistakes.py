@@ -13,8 +13,10 @@ from rigidcli.grading.mistakes import explained
 from rigidcli.grading.trajectories.key import Key, Rows
 from rigidcli.grading.trajectories.retiming import (
     OSCILLATING,
+    RATIOS,
     at_other_frequency,
     backwards,
+    by_ratio,
     in_other_unit,
     probed,
     shifted,
@@ -25,6 +27,8 @@ FACTORS = (2.0, 3.0, 4.0, 1.5, math.sqrt(2))
 """Factors, and their inverses, that are told from other wrong numbers."""
 
 DEGREES = 180 / math.pi
+
+TURN = 2 * math.pi
 
 POWERS = range(1, 10)
 """Of ten."""
@@ -37,6 +41,16 @@ WHOLE = 1e-6
 
 COARSEST = 0.1
 """The largest such unit that still shows how a column moves, in units of its range."""
+
+QUARTERS = 4
+GROWING = 2.0
+"""How much larger an error must be in the last of so many parts of the time than it is in the first."""
+
+SMALL = 0.05
+"""How large it may become, in units of a column's range."""
+
+BARELY = 0.1
+"""The least that it must become, in margins."""
 
 LEAST_SEEN = 10.0
 """How large a column must be, in margins, to show a factor."""
@@ -60,6 +74,10 @@ def _checks(key: Key, rows: Rows) -> Iterator[tuple[str, Callable[[], bool]]]:
     yield "time_reversed", partial(backwards, key, rows)
     if key.crossings >= OSCILLATING:
         yield "frequency_wrong", partial(at_other_frequency, key, rows)
+        for code, ratios in RATIOS.items():
+            yield code, partial(by_ratio, key, rows, ratios)
+    if key.rates:
+        yield "frequency_vs_angular_frequency", partial(_in_turns, key, rows)
     yield "sign_error", partial(_by_factors, key, rows, (-1.0,))
     yield "degrees_radians", partial(_by_factors, key, rows, (DEGREES, 1 / DEGREES))
     yield "constant_factor", partial(_by_factors, key, rows, with_inverses(FACTORS))
@@ -74,15 +92,44 @@ def _predicted(key: Key, rows: Rows) -> tuple[Floats, Floats]:
     return rows.values[inside], key.at(rows.times[inside])
 
 
-def _by_factors(key: Key, rows: Rows, factors: Sequence[float]) -> bool:
-    """Whether each wrong column is right but for one of the factors, which is then seen in it."""
+def grows(key: Key, rows: Rows) -> bool:
+    """Whether the error of every column that moves grows from nothing and stays small.
+
+    That is what too coarse an integration does; so does a constant that is not quite right.
+    """
+    moving = [place for place in rows.present if key.moving[place]]
+    values, expected = _predicted(key, rows)
+    off = key.misses(values, expected)
+    times = rows.times[(rows.times >= key.start) & (rows.times <= key.horizon)]
+    part = (QUARTERS * (times - key.start) / (key.horizon - key.start)).astype(int).clip(0, QUARTERS - 1)
+    if not moving or not np.isin(np.arange(QUARTERS), part).all():
+        return False
+    worst = np.array([off[part == quarter].max(axis=0) for quarter in range(QUARTERS)])[:, moving]
+    is_growing = (worst[-1] > np.maximum(GROWING * worst[0], BARELY)) & (worst[-1] >= worst[1])
+    is_small = (worst * key.margins[moving] <= SMALL * key.ranges[moving]).all(axis=0)
+    return bool((is_growing & is_small & (off[0, moving] <= 1)).all())
+
+
+def _by_factors(key: Key, rows: Rows, factors: Sequence[float], among: Sequence[int] | None = None) -> bool:
+    """Whether each wrong column is right but for one of the factors, which is then seen in it.
+
+    Wrong columns must be `among` these places, if any are given.
+    """
+    failing = list(rows.failing or ())
     values, expected = _predicted(key, rows)
     found = np.zeros(values.shape[1], dtype=bool)
     for factor in factors:
-        misses = np.abs(key.wrapped(values / factor - expected)) / key.margins
-        found |= (misses <= 1).all(axis=0)
+        scaled = values.copy()
+        scaled[:, failing] /= factor
+        found |= (key.misses(scaled, expected) <= 1).all(axis=0)
     seen = np.abs(expected).max(axis=0) > LEAST_SEEN * key.margins
-    return bool((found & seen)[list(rows.failing or ())].all())
+    fit = among is None or set(failing) <= set(among)
+    return fit and bool((found & seen)[failing].all())
+
+
+def _in_turns(key: Key, rows: Rows) -> bool:
+    """Whether angular velocities are in turns instead of radians, or the other way round."""
+    return _by_factors(key, rows, (TURN, 1 / TURN), key.rates)
 
 
 def _rounded(key: Key, rows: Rows) -> bool:

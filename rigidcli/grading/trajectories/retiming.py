@@ -35,6 +35,25 @@ PER_CROSSING = 10
 LOWEST_RATIO = 0.3
 """Of frequencies; the highest is its inverse."""
 
+RATIOS = {
+    "frequency_wrong": (2.0, 3.0),
+    "frequency_vs_angular_frequency": (2 * math.pi,),
+    "degrees_radians": (180 / math.pi,),
+}
+"""Ratios of frequencies that are tried by themselves, as are their inverses, by the mistake that each is."""
+
+FEW = 8
+"""Rows that are enough for these."""
+
+SEEN = 10.0
+"""What a column that moves must change by in these rows, in margins."""
+
+CLEARLY = 0.05
+"""The part of an answer's deviation that another frequency leaves."""
+
+FAINT = 0.01
+"""A deviation, in units of a column's range, that may as well be that of a coarse integration."""
+
 ROUNDS, NARROWER = 12, 4
 """How often finer ones about the best are tried, each time in a range so much narrower."""
 
@@ -92,18 +111,49 @@ def shifted(key: Key, rows: Rows) -> bool:
     return times is not None and _agrees(key, rows, times) and not _agrees(key, rows, rows.times)
 
 
+def by_ratio(key: Key, rows: Rows, ratios: Sequence[float]) -> bool:
+    """Whether it is x(a t) with one of the ratios a, as far as its rows can be compared."""
+    for ratio in with_inverses(ratios):
+        times = key.start + ratio * (rows.times - key.start)
+        inside = (times >= key.start) & (times <= key.horizon)
+        if inside.sum() < FEW:
+            continue
+        expected = key.at(times[inside])
+        seen = np.ptp(expected, axis=0) > SEEN * key.margins
+        misses = _misses(key, rows.values[inside], expected, (1.0, ratio, 1 / ratio))
+        if seen[key.moving].all() and (misses <= 1)[rows.present].all():
+            return True
+    return False
+
+
 def at_other_frequency(key: Key, rows: Rows) -> bool:
-    """Whether it is x(a t); rates may then have a factor a, and amplitudes 1/a."""
-
-    def retimed(ratio: Floats, times: Floats) -> Floats:
-        return key.start + ratio * (times - key.start)
-
+    """Whether it is x(a t), and clearly so; rates may then have a factor a, and amplitudes 1/a."""
+    if by_ratio(key, rows, RATIOS["frequency_wrong"]):
+        return True
     ratios = np.geomspace(LOWEST_RATIO, 1 / LOWEST_RATIO, _guesses(key))
-    times = _found(key, rows, ratios, retimed, rates=True)
+    times = _found(key, rows, ratios, lambda ratio, t: key.start + ratio * (t - key.start), rates=True)
     if times is None:
         return False
     ratio = float((times[-1] - key.start) / (rows.times[-1] - key.start))
-    return _agrees(key, rows, times, (1.0, ratio, 1 / ratio))
+    factors = (1.0, ratio, 1 / ratio)
+    return _agrees(key, rows, times, factors) and _is_clear(key, rows, times, factors)
+
+
+def _is_clear(key: Key, rows: Rows, times: Floats, factors: Sequence[float]) -> bool:
+    """Whether the answer is much nearer to the reference at other times (k) than as it stands."""
+    inside = (times >= key.start) & (times <= key.horizon) & (rows.times <= key.horizon)
+    values = rows.values[inside]
+    left = _misses(key, values, key.at(times[inside]), factors)
+    whole = _misses(key, values, key.at(rows.times[inside]), (1.0,))
+    moving = [place for place in rows.present if key.moving[place]]
+    is_seen = whole * key.margins > FAINT * key.ranges
+    return bool((left < CLEARLY * whole)[moving].all() and is_seen[moving].any())
+
+
+def _misses(key: Key, values: Floats, expected: Floats, factors: Sequence[float]) -> Floats:
+    """The most that columns of an answer (k by m) are off by, each by the best of the factors, in margins."""
+    found: Floats = np.min([key.misses(values / each, expected).max(axis=0) for each in factors], axis=0)
+    return found
 
 
 def _fitting(key: Key, rows: Rows, times: Floats, factors: Sequence[float] = (1.0,)) -> Mask:
@@ -111,17 +161,16 @@ def _fitting(key: Key, rows: Rows, times: Floats, factors: Sequence[float] = (1.
 
     None is where too few of the rows can be compared, or these do not show the motion.
     """
-    found = np.zeros(rows.values.shape[1], dtype=bool)
+    nothing = np.zeros(rows.values.shape[1], dtype=bool)
     inside = (times >= key.start) & (times <= key.horizon)
     if inside.sum() < _least_rows(key, times):
-        return found
+        return nothing
     expected, values = key.at(times[inside]), rows.values[inside]
     moving = [place for place in rows.present if key.moving[place]]
     if moving and not (np.ptp(expected, axis=0) > 2 * key.margins)[moving].any():
-        return found
-    for factor in factors:
-        found |= (key.misses(values / factor, expected) <= 1).all(axis=0)
-    return found
+        return nothing
+    fitting: Mask = _misses(key, values, expected, factors) <= 1
+    return fitting
 
 
 def _agrees(key: Key, rows: Rows, times: Floats, factors: Sequence[float] = (1.0,)) -> bool:

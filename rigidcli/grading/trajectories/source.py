@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import get_args
 
 import numpy as np
@@ -12,17 +12,18 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
+from rigidcli.grading.functions.formula import names_in
 from rigidcli.grading.numbers import read_number
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.trajectories.columns import read_columns
+from rigidcli.grading.trajectories.field import Equations, angles_in, equations_of, size_of_terms
+from rigidcli.grading.trajectories.heads import TIME
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import parse_unit
 from rigidcli.report import Report, Table, cells
 from rigidcli.symbolic import evaluation
 from rigidcli.symbolic.expression import parse
 from rigidcli.symbolic.tree import Name, Node
-
-TIME = "t"
 
 ANGLES = ("phi", "psi")
 """Columns of a motion that are angles without being listed; theta goes from 0 to pi and back."""
@@ -42,23 +43,36 @@ FORMULA_SAMPLES = 4001
 class Source:
     """The right `columns` by name (n each) at `times` (n), which are ascending; perhaps by `formulas` of t.
 
+    Where a question lists none, the `default` ones are judged, and `known` ones if they are handed in.
     `families` are names of columns whose sizes can be compared; in those of `vectors`, small components are
-    rounding noise. `other` has the columns of a second, coarser run (n each, by name, `t` among them). `laws`
-    are what is conserved, by name, with `constants` for the names that are no columns. `remedy` tells how
-    to get more samples.
+    rounding noise; `sizes` are those of others that are not told by their values. `angles` are such by their
+    meaning, `turning` coordinates by the equations alone; `modular` are the columns that a `modulo` is of
+    without a list of angles. `rates` are angular velocities.
     """
 
     times: Floats
     columns: Mapping[str, Floats]
     default: tuple[str, ...]
     families: tuple[tuple[str, ...], ...]
-    remedy: str = ""
+    known: tuple[str, ...] = ()
     vectors: bool = False
+    sizes: Mapping[str, float] = field(default_factory=dict)
     angles: tuple[str, ...] = ()
+    turning: tuple[str, ...] = ()
+    modular: tuple[str, ...] = ()
+    rates: tuple[str, ...] = ()
+    remedy: str = ""
+    """How to get more samples."""
     formulas: Mapping[str, Node] | None = None
     other: Mapping[str, Floats] | None = None
+    """The columns of a second, coarser run (n each, by name, `t` among them)."""
+    in_si: bool = False
+    """Whether they are in SI units."""
     laws: Mapping[str, Node] = field(default_factory=dict)
+    """What is conserved, by name."""
     constants: Mapping[str, float] = field(default_factory=dict)
+    """The values of names that are no columns."""
+    equations: Equations | None = None
 
 
 def source_of(asked: Asked) -> Source:
@@ -85,7 +99,7 @@ def _of_table(text: Tree) -> Source:
             f"expected a column `t` of at least {LEAST_SAMPLES} ascending times", path=("answer", "csv")
         )
     names = tuple(columns)
-    return Source(times, columns, names, (names,), remedy="give more rows, with more digits")
+    return Source(times, columns, names, (names,), modular=names, remedy="give more rows, with more digits")
 
 
 def _of_formulas(span: Tree, texts: Tree) -> Source:
@@ -107,7 +121,7 @@ def _of_formulas(span: Tree, texts: Tree) -> Source:
         if not np.isfinite(values).all():
             raise ValueProblem("has no finite real value at some of the times", path=place)
     names = tuple(columns)
-    return Source(times, columns, names, (names,), formulas=formulas)
+    return Source(times, columns, names, (names,), modular=names, formulas=formulas)
 
 
 def _times(span: Tree) -> Floats:
@@ -130,19 +144,48 @@ def _of_report(asked: Asked, report: Report) -> Source:
     if len(times) < LEAST_SAMPLES:
         raise ValueProblem(f"expected at least {LEAST_SAMPLES} samples of the trajectory", path=("document",))
     keys = (".".join(asked.path[2:]),) if len(asked.path) > 2 else BY_DEFAULT[table.key]
-    orbit = table.key == "orbit"
+    default = tuple(name for key in keys for name in _below(table, key))
     document = asked.document
-    return Source(
+    source = Source(
         times,
         columns,
-        tuple(name for key in keys for name in _below(table, key)),
-        tuple(_below(table, key) for key in ("q", "p")) if orbit else tuple(c.cells for c in table.columns),
-        f"raise `{SECTIONS[table.key]}.samples`",
-        vectors=not orbit,
-        angles=() if orbit else tuple(name for name in ANGLES if name in columns),
+        default,
+        tuple(column.cells for column in table.columns),
+        () if len(asked.path) > 2 else tuple(name for name in columns if name not in default),
+        remedy=f"raise `{SECTIONS[table.key]}.samples`",
         other=None if asked.second is None else _columns(_table(asked.second, table.key)),
-        laws=_laws(report) if orbit else {},
+        in_si=True,
         constants={name: float(value) for name, value in document.values.items()} if document else {},
+    )
+    return _orbit(source, table, report) if table.key == "orbit" else _turning(source, table)
+
+
+def _turning(source: Source, table: Table) -> Source:
+    """The turning of a body."""
+    angles = tuple(name for name in ANGLES if name in source.columns)
+    return replace(source, vectors=True, angles=angles, modular=angles, rates=_below(table, "omega"))
+
+
+def _orbit(source: Source, table: Table, report: Report) -> Source:
+    """An orbit: with its equations, what it conserves, and the angles among its coordinates."""
+    tree = report.tree()
+    coordinates, momenta = (_below(table, key) for key in ("q", "p"))
+    energy = tree.get("hamiltonian")
+    known: dict[str, float | Floats] = {**source.constants, **source.columns, TIME: source.times}
+    sizes: dict[str, float] = {}
+    turning: tuple[str, ...] = ()
+    if isinstance(energy, get_args(Node)) and names_in(energy) <= known.keys():
+        sizes = {"H": size_of_terms(energy, known)}
+        turning = angles_in(energy, coordinates, source.times, known)
+    laws = {name: Name(name) if name != "H" else energy for name in tree["conserved"]}
+    return replace(
+        source,
+        families=(coordinates, momenta),
+        sizes=sizes,
+        turning=turning,
+        modular=coordinates,
+        laws={name: root for name, root in laws.items() if isinstance(root, get_args(Node))},
+        equations=equations_of(tree["equations"], (*coordinates, *momenta), source.constants),
     )
 
 
@@ -166,10 +209,3 @@ def _below(table: Table, key: str) -> tuple[str, ...]:
         if column.key == key or column.key.startswith(f"{key}.")
         for name in column.cells
     )
-
-
-def _laws(report: Report) -> dict[str, Node]:
-    """What the study says is conserved: H where it has one form, and momenta."""
-    tree = report.tree()
-    trees = {name: Name(name) if name != "H" else tree["hamiltonian"] for name in tree["conserved"]}
-    return {name: root for name, root in trees.items() if isinstance(root, get_args(Node))}
