@@ -194,16 +194,6 @@ def read_number(answer: Tree, unit: Unit | None = None, place: str = "") -> floa
     return read_rounded(answer, unit, place)[0]
 
 
-def read_list(answer: Tree, unit: Unit | None = None, length: int | None = None, place: str = "") -> Floats:
-    """A list of numbers in SI units. Raises Unreadable."""
-    if not isinstance(answer, list) or len(answer) > MOST_ENTRIES:
-        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list of numbers", place=place)
-    if length is not None and len(answer) != length:
-        raise Unreadable("wrong_shape", f"read {len(answer)} numbers, expected {length}", place=place)
-    prefix = f"{place} " if place else ""
-    return np.array([read_number(each, unit, f"{prefix}entry {k + 1}") for k, each in enumerate(answer)])
-
-
 # --- comparing
 
 

@@ -20,7 +20,7 @@ from rigidcli.grading import numbers
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.kinds import number
-from rigidcli.grading.numbers import read_list, read_number, read_written
+from rigidcli.grading.numbers import read_number, read_written
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question, Tolerance
 from rigidcli.grading.scalars.key import Key
@@ -279,15 +279,16 @@ def test_other_units_are_unknown(text: str) -> None:
     assert caught.value.finding.code == "unit_incompatible"
 
 
-def test_a_list_has_quantities_and_plain_numbers() -> None:
-    got = read_list(["1 cm", "2*pi", "-3", "5 in"], units.parse_unit("m"))
+def test_numbers_have_units_or_are_plain() -> None:
+    metre = units.parse_unit("m")
+    got = [read_number(text, metre) for text in ("1 cm", "2*pi", "-3", "5 in")]
     assert got == pytest.approx([0.01, 2 * math.pi, -3, 0.127], rel=1e-15)
     assert read_number("12 %") == pytest.approx(0.12)
     assert read_number("180 deg") == pytest.approx(math.pi)
-    for entry, code in (("1 kg", "unit_incompatible"), ("x", "not_a_number")):
+    for text, code in (("1 kg", "unit_incompatible"), ("x", "not_a_number")):
         with pytest.raises(Unreadable) as caught:
-            read_list(["1", entry], units.parse_unit("m"), place="axis 1")
-        assert (caught.value.finding.code, caught.value.finding.place) == (code, "axis 1 entry 2")
+            read_number(text, metre, place="entry 2")
+        assert (caught.value.finding.code, caught.value.finding.place) == (code, "entry 2")
 
 
 # --- right in every form, and wrong when off

@@ -29,6 +29,7 @@ from rigidcli.grading.trajectories.columns import MOST_CHARACTERS, read_columns
 from rigidcli.grading.trajectories.key import Key
 from rigidcli.model.load import loads
 from rigidcli.studies import euler, hamilton
+from tests.conftest import ROOT
 
 Floats = NDArray[np.float64]
 Columns = Mapping[str, Floats]
@@ -1122,3 +1123,20 @@ def test_messages_on_files_are_harmless(folder: Path) -> None:
             trajectory.judge(OSCILLATOR, {"file": name}, folder)
         assert refusal.value.finding.message().isprintable()
         assert len(refusal.value.finding.message()) < 200
+
+
+def test_energy_that_grows_is_told() -> None:
+    columns = {"x": "1.5*cos(2*t + 0.3)", "p": "-3*sin(2*t + 0.3)"}
+    key = formulas(10, columns, conserved={"E": "p**2/2 + 2*x**2"})
+    x, p, step, rows = 1.5 * math.cos(0.3), -3 * math.sin(0.3), 0.02, []
+    for index in range(501):
+        rows.append((index * step, x, p))
+        x, p = x + step * p, p - step * 4 * x  # Euler's method, by which the energy grows
+    t, xs, ps = np.array(rows).T
+    assert codes(judged(key, {"t": t, "x": xs, "p": ps})) == ["outside_tolerance", "conserved_quantity_drift"]
+
+
+def test_the_times_themselves_cannot_be_asked() -> None:
+    text = (ROOT / "configs/notes_spring.yaml").read_text()
+    with pytest.raises(ValueProblem, match="the student's own"):
+        computed(text, "hamilton.orbit.t")

@@ -134,7 +134,9 @@ def _compared(key: Key, table: Mapping[str, Floats], answer: Rows, missing: Sequ
     if not right.all():
         failing = tuple(place for place in answer.present if not right[place])
         findings = _wrong(key, replace(answer, failing=failing), near) if failing else []
-        return wrong(*missing, *findings, share=_earned(key, right))
+        # Where no mistake is named, energy that grows tells more than rows that are off.
+        unnamed = all(finding.code == "outside_tolerance" for finding in findings)
+        return wrong(*missing, *findings, *(drifting if unnamed else ()), share=_earned(key, right))
     astray = [] if drifting else _astray(key, answer)
     if missing or drifting or astray:
         parts = key.required + len(kept) + len(missing) + len(astray)

@@ -138,6 +138,8 @@ def _times(span: Tree) -> Floats:
 
 
 def _of_report(asked: Asked, report: Report) -> Source:
+    if asked.path[2:] == (TIME,):
+        raise ValueProblem("the times are the student's own", path=("ask",))
     table = _table(report, asked.path[1])
     columns = _columns(table)
     times = columns.pop(TIME)
