@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,13 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-import rigidcli
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.asked import Asked
 from rigidcli.grading.kinds import matrix
 from rigidcli.grading.kinds.matrix import Key
-from rigidcli.grading.outcome import Outcome, Unreadable
-from rigidcli.grading.question import Question
+from tests.grading.asking import Asking, codes, rows, tolerance
 
 Floats = NDArray[np.float64]
 
@@ -28,36 +24,13 @@ TOLERANCES = st.sampled_from([None, 1e-6, 0.02])
 SCALES = st.sampled_from([1e-100, 1.0, 37.0, 1e20])
 
 
-def literal(answer: Any, **options: Any) -> Key:
-    question = Question.model_validate({"kind": "matrix", "answer": answer, **options})
-    return matrix.read_key(Asked(question, answer))
+asking = Asking("matrix")
+literal, judged = asking.literal, asking.judged
 
 
 def computed(text: str, ask: str = "hamilton.matrix", **options: Any) -> Key:
-    question = Question.model_validate({"kind": "matrix", "document": "x.yaml", "ask": ask, **options})
-    document = rigidcli.loads(text)
-    study, name = ask.split(".")
-    report = getattr(rigidcli, study)(document)
-    return matrix.read_key(Asked(question, report[name], "", (study, name), document, report))
-
-
-def judged(key: Key, answer: Any) -> Outcome:
-    try:
-        return matrix.judge(key, answer, Path())
-    except Unreadable as unreadable:
-        return unreadable.outcome
-
-
-def codes(outcome: Outcome) -> list[str]:
-    return [finding.code for finding in outcome.findings]
-
-
-def rows(values: Any) -> list[list[str]]:
-    return [[repr(float(value)) for value in row] for row in values]
-
-
-def tolerance(relative: float | None) -> dict[str, Any]:
-    return {} if relative is None else {"tolerance": {"relative": relative}}
+    key: Key = asking.computed(text, ask, **options)
+    return key
 
 
 @st.composite

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,13 +12,10 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-import rigidcli
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.asked import Asked
 from rigidcli.grading.kinds import moments
 from rigidcli.grading.kinds.moments import Key
-from rigidcli.grading.outcome import Outcome, Unreadable
-from rigidcli.grading.question import Question
+from tests.grading.asking import Asking, codes, tolerance
 
 Floats = NDArray[np.float64]
 
@@ -30,39 +26,17 @@ TOLERANCES = st.sampled_from([None, 1e-6, 0.02])
 SCALES = st.sampled_from([1e-47, 1.0, 12.5, 1e37])
 
 
-def literal(answer: Any, **options: Any) -> Key:
-    question = Question.model_validate({"kind": "moments", "answer": answer, **options})
-    return moments.read_key(Asked(question, answer))
+asking = Asking("moments")
+literal, judged = asking.literal, asking.judged
 
 
 def computed(text: str, **options: Any) -> Key:
-    question = Question.model_validate(
-        {"kind": "moments", "document": "x.yaml", "ask": "axes.moments", **options}
-    )
-    document = rigidcli.loads(text)
-    report = rigidcli.axes(document)
-    return moments.read_key(
-        Asked(question, report["moments"], "kg m^2", ("axes", "moments"), document, report)
-    )
-
-
-def judged(key: Key, answer: Any) -> Outcome:
-    try:
-        return moments.judge(key, answer, Path())
-    except Unreadable as unreadable:
-        return unreadable.outcome
-
-
-def codes(outcome: Outcome) -> list[str]:
-    return [finding.code for finding in outcome.findings]
+    key: Key = asking.computed(text, "axes.moments", "kg m^2", **options)
+    return key
 
 
 def typed(values: Any) -> list[str]:
     return [repr(float(value)) for value in values]
-
-
-def tolerance(relative: float | None) -> dict[str, Any]:
-    return {} if relative is None else {"tolerance": {"relative": relative}}
 
 
 @st.composite

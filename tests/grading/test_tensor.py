@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,13 +14,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-import rigidcli
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.asked import Asked
 from rigidcli.grading.kinds import tensor
 from rigidcli.grading.kinds.tensor import Key
-from rigidcli.grading.outcome import Outcome, Unreadable
-from rigidcli.grading.question import Question
+from tests.grading.asking import Asking, codes, rows, tolerance
 
 Floats = NDArray[np.float64]
 
@@ -35,32 +31,13 @@ SCALES = st.sampled_from([1e-47, 1.0, 12.5, 1e37])
 TOLERANCES = st.sampled_from([None, 1e-6, 0.02])
 
 
-def literal(answer: Any, **options: Any) -> Key:
-    question = Question.model_validate({"kind": "tensor", "answer": answer, **options})
-    return tensor.read_key(Asked(question, answer))
+asking = Asking("tensor")
+literal, judged = asking.literal, asking.judged
 
 
 def computed(text: str, ask: str = "inertia.tensor", **options: Any) -> Key:
-    question = Question.model_validate({"kind": "tensor", "document": "x.yaml", "ask": ask, **options})
-    document = rigidcli.loads(text)
-    study, name = ask.split(".")
-    report = getattr(rigidcli, study)(document)
-    return tensor.read_key(Asked(question, report[name], "kg m^2", (study, name), document, report))
-
-
-def judged(key: Key, answer: Any) -> Outcome:
-    try:
-        return tensor.judge(key, answer, Path())
-    except Unreadable as unreadable:
-        return unreadable.outcome
-
-
-def codes(outcome: Outcome) -> list[str]:
-    return [finding.code for finding in outcome.findings]
-
-
-def rows(values: Any) -> list[list[str]]:
-    return [[repr(float(value)) for value in row] for row in values]
+    key: Key = asking.computed(text, ask, "kg m^2", **options)
+    return key
 
 
 def named(values: Any, names: list[str] | None = None) -> dict[str, str]:
@@ -79,10 +56,6 @@ def about(points: list[tuple[float, ...]], origin: Any) -> Floats:
 def centre(points: list[tuple[float, ...]]) -> Floats:
     masses = np.array([point[0] for point in points])
     return np.array(masses @ np.array([point[1:] for point in points]) / masses.sum())
-
-
-def tolerance(relative: float | None) -> dict[str, Any]:
-    return {} if relative is None else {"tolerance": {"relative": relative}}
 
 
 # --- right answers

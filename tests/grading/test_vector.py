@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from decimal import Decimal
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -14,13 +13,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-import rigidcli
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.asked import Asked
 from rigidcli.grading.kinds import vector
 from rigidcli.grading.kinds.vector import Key
-from rigidcli.grading.outcome import Outcome, Unreadable
-from rigidcli.grading.question import Question
+from tests.grading.asking import Asking, codes, tolerance
 
 Floats = NDArray[np.float64]
 
@@ -37,31 +33,8 @@ SPELLINGS = st.sampled_from(
 )
 
 
-def literal(answer: Any, **options: Any) -> Key:
-    question = Question.model_validate({"kind": "vector", "answer": answer, **options})
-    return vector.read_key(Asked(question, answer))
-
-
-def computed(text: str, ask: str, unit: str = "", **options: Any) -> Key:
-    question = Question.model_validate({"kind": "vector", "document": "x.yaml", "ask": ask, **options})
-    document = rigidcli.loads(text)
-    study, *way = ask.split(".")
-    report = getattr(rigidcli, study)(document)
-    value = report.tree()
-    for step in way:
-        value = value[step]
-    return vector.read_key(Asked(question, value, unit, (study, *way), document, report))
-
-
-def judged(key: Key, answer: Any) -> Outcome:
-    try:
-        return vector.judge(key, answer, Path())
-    except Unreadable as unreadable:
-        return unreadable.outcome
-
-
-def codes(outcome: Outcome) -> list[str]:
-    return [finding.code for finding in outcome.findings]
+asking = Asking("vector")
+literal, computed, judged = asking.literal, asking.computed, asking.judged
 
 
 def typed(values: Any) -> list[str]:
@@ -73,10 +46,6 @@ def spelled(value: float, style: str) -> str:
     if ":a" in style and value < 0:
         style = "{:r}"
     return style.replace(":r", "0!r").replace(":a", "0!r").replace(":e", "0:.17e").format(value)
-
-
-def tolerance(relative: float | None) -> dict[str, Any]:
-    return {} if relative is None else {"tolerance": {"relative": relative}}
 
 
 # --- right answers
