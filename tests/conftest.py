@@ -9,10 +9,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from rigidcli.__main__ import main
 
 ROOT = Path(__file__).parent.parent
+
+# The gate tries the same examples every time. To search for others: `--hypothesis-profile search`.
+settings.register_profile("gate", derandomize=True)
+settings.register_profile("search", derandomize=False)
+settings.load_profile("gate")
 
 
 @dataclass(frozen=True)
