@@ -42,9 +42,9 @@ Tree = Any
 FOLDER = Path()
 CONFIGS = Path(__file__).parents[2] / "configs"
 
-many = settings(max_examples=200, deadline=None)
-some = settings(max_examples=100, deadline=None)
-few = settings(max_examples=40, deadline=None)
+many = settings(max_examples=100, deadline=None)
+some = settings(max_examples=50, deadline=None)
+few = settings(max_examples=25, deadline=None)
 
 SCALES = st.sampled_from([1e-47, 1e-30, 1e-3, 1.0, 7.3, 1e20, 1e59])
 QUATERNIONS = st.lists(st.floats(-1, 1), min_size=4, max_size=4).filter(lambda q: math.hypot(*q) > 0.1)

@@ -24,7 +24,7 @@ from tests.conftest import ROOT
 
 HERE = Path()
 
-many = settings(max_examples=300, deadline=None)
+many = settings(max_examples=150, deadline=None)
 
 WORDS = st.lists(
     st.text("abcdefghijklmnopqrstuvwxyz0123456789", min_size=1, max_size=8), min_size=1, max_size=4

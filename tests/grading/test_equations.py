@@ -28,8 +28,8 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 
 Equation = tuple[str, str]
 
-many = settings(max_examples=300, deadline=None)
-some = settings(max_examples=120, deadline=None)
+many = settings(max_examples=150, deadline=None)
+some = settings(max_examples=60, deadline=None)
 
 
 @cache

@@ -18,7 +18,7 @@ from rigidcli.symbolic.parser import read
 from rigidcli.symbolic.tree import FUNCTIONS, Call, Name, Node
 from tests.symbolic.trees import CONTEXT, NAMES, TREES, NoValueError, value
 
-thorough = settings(max_examples=250, deadline=None)
+thorough = settings(max_examples=120, deadline=None)
 
 FLOATS = st.floats(-4, 4, allow_subnormal=False).filter(lambda x: x == 0 or abs(x) > 1e-6)
 STATES = st.fixed_dictionaries(dict.fromkeys(NAMES, FLOATS))

@@ -33,11 +33,11 @@ from tests.grading.rewriting import EXPRESSIONS, POSITIVE, REAL, in_fractions, m
 from tests.symbolic.trees import NoValueError, value
 
 generated = settings(
-    max_examples=100,
+    max_examples=60,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.data_too_large],
 )
-fewer = settings(generated, max_examples=40)
+fewer = settings(generated, max_examples=25)
 
 LONGEST = 15_000
 """Characters of a generated answer: the language has a bound."""

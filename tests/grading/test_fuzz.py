@@ -35,7 +35,7 @@ SLOW = 5.0
 """Seconds that no answer file may take, with much room for a machine that is busy."""
 
 many = settings(
-    max_examples=300,
+    max_examples=200,
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
 )
@@ -149,7 +149,7 @@ questions:
 """
 
 
-@settings(many, max_examples=150)
+@settings(many, max_examples=100)
 @given(st.integers(0, 2**32))
 def test_changed_assignments(tmp_path: Path, seed: int) -> None:
     path = tmp_path / "hw.yaml"

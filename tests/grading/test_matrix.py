@@ -17,7 +17,7 @@ from tests.grading.asking import Asking, codes, rows, tolerance
 
 Floats = NDArray[np.float64]
 
-many = settings(max_examples=200, deadline=None)
+many = settings(max_examples=100, deadline=None)
 
 DEFAULT = 1e-3
 TOLERANCES = st.sampled_from([None, 1e-6, 0.02])

@@ -32,8 +32,8 @@ from rigidcli.studies import precess
 
 HERE = Path()
 
-many = settings(max_examples=200, deadline=None)
-some = settings(max_examples=100, deadline=None)  # where each example judges dozens of answers
+many = settings(max_examples=100, deadline=None)
+some = settings(max_examples=60, deadline=None)  # where each example judges dozens of answers
 
 
 def literal(answer: str, **options: Any) -> Key:
@@ -198,7 +198,7 @@ def test_a_key_has_no_uncertainty() -> None:
         literal("20.8 +- 0.1 rad/s")
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(st.one_of(st.text(max_size=60), st.text("0123456789.,eE+-*/^()_ xπ×·°%mskgradpiN⁻²³", max_size=450)))
 def test_any_text_is_judged_or_refused(text: str) -> None:
     key = literal("20.8 rad/s")

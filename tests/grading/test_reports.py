@@ -24,7 +24,7 @@ from rigidcli.grading.reports import FORMATS, Style, items, renderer
 from rigidcli.grading.reports.csv import harmless, row
 from rigidcli.grading.reports.layout import columns, points, shortened, wrapped
 
-few = settings(max_examples=150, deadline=None)
+few = settings(max_examples=100, deadline=None)
 
 SECRET = "expected 6.28318"
 

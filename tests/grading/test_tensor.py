@@ -21,7 +21,7 @@ from tests.grading.asking import Asking, codes, rows, tolerance
 
 Floats = NDArray[np.float64]
 
-many = settings(max_examples=120, deadline=None)
+many = settings(max_examples=60, deadline=None)
 
 DEFAULT = 1e-3
 NAMES = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
@@ -182,7 +182,7 @@ def apart(tensors: dict[str, Floats]) -> bool:
     return all(np.abs(a - b).max() > 0.02 * scale for k, a in enumerate(values) for b in values[:k])
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(POINTS, st.tuples(*[COORDINATES] * 3), st.sampled_from([None, (0, 0, 1), (1, 2, 3)]), st.booleans())
 def test_named_mistakes(
     points: list[tuple[float, ...]],

@@ -34,8 +34,8 @@ from tests.conftest import ROOT
 Floats = NDArray[np.float64]
 Columns = Mapping[str, Floats]
 
-few = settings(max_examples=30, deadline=None)
-many = settings(max_examples=60, deadline=None)
+few = settings(max_examples=15, deadline=None)
+many = settings(max_examples=30, deadline=None)
 
 HERE = Path()
 
@@ -977,7 +977,7 @@ def test_numbers_may_be_written_as_expressions() -> None:
     assert trajectory.judge(OSCILLATOR, {"csv": "\n".join(lines)}, HERE).verdict == "correct"
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=80, deadline=None)
 @given(
     st.recursive(
         st.one_of(st.none(), st.text(), st.text("0123456789.,-+eE\n tx")),
@@ -998,7 +998,7 @@ def test_nothing_else_is_ever_raised(answer: object) -> None:
         assert outcome.findings[0].message()
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=50, deadline=None)
 @given(
     st.lists(
         st.tuples(*[st.one_of(st.floats(-20, 20), st.floats(allow_nan=False, allow_infinity=False))] * 3),

@@ -20,7 +20,7 @@ from tests.grading.asking import Asking, codes, tolerance
 
 Floats = NDArray[np.float64]
 
-many = settings(max_examples=250, deadline=None)
+many = settings(max_examples=120, deadline=None)
 
 DEFAULT = 1e-3
 TOLERANCES = st.sampled_from([None, 1e-6, 0.02])
