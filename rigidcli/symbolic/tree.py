@@ -82,6 +82,25 @@ class Call:
 Node = Number | Constant | Name | Negative | Reciprocal | Sum | Product | Power | Call
 
 
+def rebuilt(node: Node, change: Callable[[Node], Node]) -> Node:
+    """The same operation on changed operands."""
+    match node:
+        case Negative(operand):
+            return Negative(change(operand))
+        case Reciprocal(operand):
+            return Reciprocal(change(operand))
+        case Sum(terms):
+            return Sum(tuple(map(change, terms)))
+        case Product(factors):
+            return Product(tuple(map(change, factors)))
+        case Power(base, exponent):
+            return Power(change(base), change(exponent))
+        case Call(function, arguments):
+            return Call(function, tuple(map(change, arguments)))
+        case _:
+            return node
+
+
 def _sign(x: float) -> float:
     return math.copysign(1.0, x) if x else 0.0
 

@@ -19,8 +19,8 @@ from rigidcli.symbolic.tree import (
     Product,
     Reciprocal,
     Sum,
+    rebuilt,
 )
-from tests.symbolic.trees import rebuilt
 
 POSITIVE = ("m", "k")
 REAL = ("x", "y", "p_x")

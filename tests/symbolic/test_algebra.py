@@ -21,9 +21,9 @@ from rigidcli.symbolic.calculus import coefficients, derivative, expand, substit
 from rigidcli.symbolic.elementary import apply
 from rigidcli.symbolic.growth import from_tree, to_tree
 from rigidcli.symbolic.parser import read
-from rigidcli.symbolic.tree import Name, Node, Product, Sum
+from rigidcli.symbolic.tree import Name, Node, Product, Sum, rebuilt
 from rigidcli.symbolic.writing import text
-from tests.symbolic.trees import CONTEXT, POINTS, TREES, NoValueError, rebuilt, value
+from tests.symbolic.trees import CONTEXT, POINTS, TREES, NoValueError, value
 
 a, b, c, m, x, y = map(symbol, "abcmxy")
 HALF = Fraction(1, 2)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from fractions import Fraction
 from typing import Any
 
@@ -166,22 +166,3 @@ def _grown(children: st.SearchStrategy[Node]) -> st.SearchStrategy[Node]:
 
 
 TREES: st.SearchStrategy[Node] = st.recursive(LEAVES, _grown, max_leaves=9)
-
-
-def rebuilt(node: Node, change: Callable[[Node], Node]) -> Node:
-    """The same operation on changed operands."""
-    match node:
-        case Negative(operand):
-            return Negative(change(operand))
-        case Reciprocal(operand):
-            return Reciprocal(change(operand))
-        case Sum(terms):
-            return Sum(tuple(map(change, terms)))
-        case Product(factors):
-            return Product(tuple(map(change, factors)))
-        case Power(base, exponent):
-            return Power(change(base), change(exponent))
-        case Call(function, arguments):
-            return Call(function, tuple(map(change, arguments)))
-        case _:
-            return node

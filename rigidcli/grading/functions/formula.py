@@ -14,7 +14,7 @@ import math
 import random
 import re
 import unicodedata
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, TypeAlias
@@ -38,6 +38,7 @@ from rigidcli.symbolic.tree import (
     Product,
     Reciprocal,
     Sum,
+    rebuilt,
 )
 
 Integers: TypeAlias = NDArray[np.intp]
@@ -170,25 +171,6 @@ def replaced(node: Node, values: Mapping[str, Node]) -> Node:
     if isinstance(node, Name):
         return values.get(node.name, node)
     return rebuilt(node, lambda inner: replaced(inner, values))
-
-
-def rebuilt(node: Node, change: Callable[[Node], Node]) -> Node:
-    """The same operation on changed operands."""
-    match node:
-        case Negative(operand):
-            return Negative(change(operand))
-        case Reciprocal(operand):
-            return Reciprocal(change(operand))
-        case Sum(terms):
-            return Sum(tuple(map(change, terms)))
-        case Product(factors):
-            return Product(tuple(map(change, factors)))
-        case Power(base, exponent):
-            return Power(change(base), change(exponent))
-        case Call(function, arguments):
-            return Call(function, tuple(map(change, arguments)))
-        case _:
-            return node
 
 
 def parts_of(node: Node) -> tuple[Node, ...]:
