@@ -8,7 +8,8 @@
 
 `load` and `loads` read documents, `inertia`, `axes`, `precess`, `euler` and `hamilton` answer them with a
 report, which maps the fields of the JSON output to floats, numpy arrays, texts and trees of expressions
-(`rigidcli.symbolic.writing.text` makes texts of these). Problems are raised as `rigidcli.errors.RigidError`.
+(`rigidcli.symbolic.language.text.text` makes texts of these). Problems are raised as
+`rigidcli.errors.RigidError`.
 """
 
 from __future__ import annotations

@@ -31,8 +31,8 @@ from scipy.special import ellipj
 import rigidcli
 from rigidcli.render import Format, Look, renderer
 from rigidcli.studies import hamilton
-from rigidcli.symbolic.evaluation import real
-from rigidcli.symbolic.parser import read
+from rigidcli.symbolic.language.evaluation import real
+from rigidcli.symbolic.language.parser import read
 from tests.conftest import ROOT, Program
 
 Floats = NDArray[np.float64]

@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from rigidcli.symbolic.tree import Node
+from rigidcli.symbolic.language.tree import Node
 
 BY_NAME = {
     "axes": "axes",

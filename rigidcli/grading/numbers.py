@@ -22,7 +22,7 @@ from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import RELATIVE, Tolerance
 from rigidcli.grading.units import read_unit, scale_in, with_hint
 from rigidcli.model.units import DIMENSIONLESS, Unit, parse_unit
-from rigidcli.symbolic.expression import RESERVED, parse
+from rigidcli.symbolic.language.expression import RESERVED, parse
 
 LONGEST = 400
 """Characters of a number."""

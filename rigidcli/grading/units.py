@@ -21,7 +21,7 @@ from rigidcli.model.units import (
     known_names,
     parse_unit,
 )
-from rigidcli.symbolic.expression import RESERVED
+from rigidcli.symbolic.language.expression import RESERVED
 
 SCALES = (1e-100, 1e100)
 """Units in SI units: no answer needs one beyond these."""

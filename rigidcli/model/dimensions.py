@@ -10,7 +10,7 @@ from collections.abc import Mapping
 
 from rigidcli.errors import ValueProblem
 from rigidcli.model.units import DIMENSIONLESS, Dimension, described
-from rigidcli.symbolic.tree import (
+from rigidcli.symbolic.language.tree import (
     Call,
     Constant,
     Name,

@@ -19,7 +19,7 @@ from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import definitions
 from rigidcli.model.principal import principal_frame
 from rigidcli.model.rotations import Rotation
-from rigidcli.symbolic.expression import Expression
+from rigidcli.symbolic.language.expression import Expression
 
 if TYPE_CHECKING:
     from rigidcli.model.bodies import Body

@@ -22,7 +22,7 @@ from rigidcli.model.units import (
     parse_unit,
     split_quantity,
 )
-from rigidcli.symbolic.expression import Expression, parse
+from rigidcli.symbolic.language.expression import Expression, parse
 
 LONGEST_LIST = 20
 """Names that a message lists."""

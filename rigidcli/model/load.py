@@ -209,7 +209,7 @@ def _is_symbolic(tree: Mapping[str, object]) -> bool:
 def _arithmetic(exact: bool) -> Arithmetic:
     if not exact:
         return FLOAT
-    from rigidcli.symbolic.arithmetic import EXACT
+    from rigidcli.symbolic.algebra.arithmetic import EXACT
 
     return EXACT
 

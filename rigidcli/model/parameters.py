@@ -10,8 +10,8 @@ from typing import Any
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.model.environment import Environment
 from rigidcli.model.units import split_quantity
-from rigidcli.symbolic.expression import FUNCTIONS, RESERVED, Expression, parse
-from rigidcli.symbolic.tree import CONSTANTS, Constant, Name
+from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, Expression, parse
+from rigidcli.symbolic.language.tree import CONSTANTS, Constant, Name
 
 _RESERVED_FOR = {"t": "the time", **dict.fromkeys(CONSTANTS, "a constant")}
 

@@ -10,7 +10,7 @@ def principal_frame(tensor: Array, n: Arithmetic) -> principal.PrincipalFrame:
     """The principal frame of a symmetric tensor (3 by 3), floating or exact."""
     if not n.exact:
         return principal.principal_frame(tensor)
-    from rigidcli.symbolic.principal import principal_frame as exact_frame
+    from rigidcli.symbolic.mechanics.principal_axes import principal_frame as exact_frame
 
     frame: principal.PrincipalFrame = exact_frame(tensor)
     return frame

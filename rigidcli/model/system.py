@@ -28,7 +28,7 @@ from rigidcli.model.variables import (
     read_expression,
     velocity,
 )
-from rigidcli.symbolic.expression import Expression
+from rigidcli.symbolic.language.expression import Expression
 
 MOST_PARTICLES = 200
 

@@ -20,7 +20,7 @@ from rigidcli.model.variables import (
     read_expression,
     velocity,
 )
-from rigidcli.symbolic.expression import Expression
+from rigidcli.symbolic.language.expression import Expression
 
 
 def _described(coordinates: tuple[str, ...]) -> dict[str, str]:

@@ -14,7 +14,7 @@ from rigidcli.model.base import refusal
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import Dimension
-from rigidcli.symbolic.expression import Expression
+from rigidcli.symbolic.language.expression import Expression
 
 MOST_COORDINATES = 40
 

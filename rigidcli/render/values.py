@@ -12,7 +12,7 @@ import numpy as np
 from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.report import Cell, Field, Table, Value, cells
-from rigidcli.symbolic.tree import Node
+from rigidcli.symbolic.language.tree import Node
 
 NOISE = 4 * float(np.finfo(np.float64).eps)
 """Entries of an array below this, in units of its largest, are shown to people as zero."""
@@ -32,7 +32,7 @@ def is_exact(value: Value) -> bool:
 
 def written(value: Value, style: Literal["text", "reading", "latex"]) -> str:
     """An exact number, or the tree of an expression, in one of the three ways to write it."""
-    writer = "writing" if isinstance(value, NODES) else "exact"
+    writer = "language.text" if isinstance(value, NODES) else "algebra.exact"
     words: str = getattr(import_module(f"rigidcli.symbolic.{writer}"), style)(value)
     return words
 
@@ -118,7 +118,7 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any]:
 
 def _exact_entries(value: Any, notation: Notation) -> tuple[str, Any]:
     if value.ndim == 2 and not isinstance(value.flat[0], NODES):
-        from rigidcli.symbolic.exact import common_factor
+        from rigidcli.symbolic.algebra.exact import common_factor
 
         factor, rest = common_factor(value)
         # A factor in front is easier to read when it takes the symbols along, or leaves plain numbers.

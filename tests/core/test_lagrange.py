@@ -24,8 +24,9 @@ from numpy.typing import NDArray
 from rigidcli.core import rotation
 from rigidcli.core.integrate import integrate
 from rigidcli.core.lagrange import at, heavy_motion, sensitivity
-from rigidcli.symbolic import code, rigid
-from rigidcli.symbolic.tree import Name
+from rigidcli.symbolic.language import code
+from rigidcli.symbolic.language.tree import ONE, ZERO, Name, minus, number
+from rigidcli.symbolic.mechanics import rigid_body
 
 Floats = NDArray[np.float64]
 
@@ -352,11 +353,11 @@ def test_many_nutations(name: str) -> None:
 
 
 def integrated(case: Case, times: Floats) -> tuple[Floats, Floats]:
-    q = [Name(name) for name in rigid.STATE[1:5]]
-    down = [rigid.minus(part) for part in rigid.rotated(q, (rigid.ZERO, rigid.ZERO, rigid.ONE), back=True)]
-    torque = rigid.cross([rigid.ZERO, rigid.ZERO, rigid.number(case.weight)], down)
+    q = [Name(name) for name in rigid_body.STATE[1:5]]
+    down = [minus(part) for part in rigid_body.rotated(q, (ZERO, ZERO, ONE), back=True)]
+    torque = rigid_body.cross([ZERO, ZERO, number(case.weight)], down)
     moments = np.array([case.lambda1, case.lambda1, case.lambda3])
-    flow = code.function(rigid.equations(moments, torque), rigid.STATE, {})
+    flow = code.function(rigid_body.equations(moments, torque), rigid_body.STATE, {})
     start = np.array(case.orientation) / np.linalg.norm(case.orientation)
     solution = integrate(
         flow,

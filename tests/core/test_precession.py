@@ -19,7 +19,7 @@ from rigidcli.core import precession
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.core.precession import Free, free, tidal_rate
 from rigidcli.errors import ComputationError
-from rigidcli.symbolic.arithmetic import EXACT
+from rigidcli.symbolic.algebra.arithmetic import EXACT
 
 Floats = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from rigidcli.core import top
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.core.top import Nutation, nutation, sleeping, steady
-from rigidcli.symbolic.arithmetic import EXACT
+from rigidcli.symbolic.algebra.arithmetic import EXACT
 
 fewest = settings(max_examples=15, deadline=None)
 few = settings(max_examples=30, deadline=None)

@@ -22,7 +22,7 @@ from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question
 from rigidcli.model.load import load, loads
 from rigidcli.studies import hamilton
-from rigidcli.symbolic.expression import parse
+from rigidcli.symbolic.language.expression import parse
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 

@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from rigidcli.grading.functions.digits import exactly, precisely
 from rigidcli.grading.functions.estimate import Ball, Estimate, estimate
-from rigidcli.symbolic.parser import read
-from rigidcli.symbolic.tree import FUNCTIONS, Call, Name, Node
+from rigidcli.symbolic.language.parser import read
+from rigidcli.symbolic.language.tree import FUNCTIONS, Call, Name, Node
 from tests.symbolic.trees import CONTEXT, NAMES, TREES, NoValueError, value
 
 thorough = settings(max_examples=120, deadline=None)

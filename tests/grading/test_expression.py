@@ -25,9 +25,9 @@ from rigidcli.model.document import Document
 from rigidcli.model.load import load, loads
 from rigidcli.report import Report
 from rigidcli.studies import axes, hamilton, inertia
-from rigidcli.symbolic.parser import read as parse
-from rigidcli.symbolic.tree import Node
-from rigidcli.symbolic.writing import text
+from rigidcli.symbolic.language.parser import read as parse
+from rigidcli.symbolic.language.text import text
+from rigidcli.symbolic.language.tree import Node
 from tests.conftest import ROOT
 from tests.grading.rewriting import EXPRESSIONS, POSITIVE, REAL, in_fractions, mistaken, rewritten
 from tests.symbolic.trees import NoValueError, value

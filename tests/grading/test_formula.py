@@ -12,9 +12,9 @@ from rigidcli.errors import ValueProblem
 from rigidcli.grading.functions.agreement import Reference, factor, refer
 from rigidcli.grading.functions.formula import Vocabulary, draw, names_in, read, replaced, size_of, spellings
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.symbolic import parser
-from rigidcli.symbolic.tree import Name
-from rigidcli.symbolic.writing import text
+from rigidcli.symbolic.language import parser
+from rigidcli.symbolic.language.text import text
+from rigidcli.symbolic.language.tree import Name
 
 NAMES = Vocabulary(
     {"m": "positive", "k": "positive", "c": "positive", "x": "real", "theta": "real", "p_x": "real"},

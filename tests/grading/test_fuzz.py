@@ -20,7 +20,7 @@ from rigidcli.errors import DocumentError, ExpressionError
 from rigidcli.grading.assignment import prepare
 from rigidcli.grading.judge import Item, judge
 from rigidcli.studies import axes, euler, hamilton, inertia, precess
-from rigidcli.symbolic.expression import parse
+from rigidcli.symbolic.language.expression import parse
 from tests.conftest import ROOT
 
 STUDIES = {

@@ -8,7 +8,7 @@ import rigidcli
 from rigidcli.errors import DocumentError
 from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.units import ANGLE, LENGTH, MASS, MOMENT_OF_INERTIA, Dimension
-from rigidcli.symbolic.expression import parse
+from rigidcli.symbolic.language.expression import parse
 
 KNOWN = {"a": LENGTH, "b": LENGTH, "m": MASS, "theta": ANGLE}
 AREA = Dimension(length=2)

@@ -22,7 +22,7 @@ from rigidcli.model.orbit import Orbit, require_values
 from rigidcli.model.schema import json_schema
 from rigidcli.model.system import System
 from rigidcli.model.transform import Transform
-from rigidcli.symbolic.expression import Expression
+from rigidcli.symbolic.language.expression import Expression
 
 SPRING = "system: {coordinates: [x], lagrangian: m*xdot**2/2 - k*x**2/2}\n"
 FREE = "system: {coordinates: [x, y], kinetic: xdot**2/2 + ydot**2/2}\n"

@@ -16,9 +16,9 @@ import numpy as np
 import pytest
 
 from rigidcli.model.load import loads
-from rigidcli.studies.derivation import derive
-from rigidcli.studies.flow import motion_of
-from rigidcli.studies.start import begin
+from rigidcli.studies.hamilton.derivation import derive
+from rigidcli.studies.hamilton.initial import begin
+from rigidcli.studies.hamilton.motion import motion_of
 
 MANY = mpmath.mp.clone()
 MANY.dps = 50

@@ -449,7 +449,7 @@ def test_digits_are_trusted_that_a_finer_integration_confirms(torque: str, toler
 
 
 def test_a_miss_that_stays_is_noted(monkeypatch: pytest.MonkeyPatch) -> None:
-    from rigidcli.studies import driving
+    from rigidcli.studies.euler import driven as driving
 
     monkeypatch.setattr(driving, "ROUNDS", 0)
     report = driven(BODY, f'{{body: [0, 0, "{PULSE % 5}"]}}')

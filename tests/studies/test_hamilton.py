@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 import rigidcli
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.report import Report
-from rigidcli.symbolic.writing import text
+from rigidcli.symbolic.language.text import text
 from tests.conftest import Program
 
 SPRING = "system: {coordinates: [x], kinetic: m*xdot**2/2, potential: k*x**2/2}\n"

@@ -10,7 +10,7 @@ from typing import Any
 import mpmath
 from hypothesis import strategies as st
 
-from rigidcli.symbolic.tree import (
+from rigidcli.symbolic.language.tree import (
     FUNCTIONS,
     Call,
     Constant,

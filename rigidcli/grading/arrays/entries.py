@@ -18,7 +18,7 @@ from rigidcli.grading.asked import Tree
 from rigidcli.grading.numbers import read_rounded
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.model.units import Unit, split_quantity
-from rigidcli.symbolic.expression import Expression, parse
+from rigidcli.symbolic.language.expression import Expression, parse
 
 Entry: TypeAlias = float | Expression
 """A number in SI units, or an expression in symbols."""

@@ -20,9 +20,9 @@ from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Question
 from rigidcli.grading.units import read_unit
 from rigidcli.model.units import Unit
-from rigidcli.symbolic.expression import Expression, parse
-from rigidcli.symbolic.tree import Node
-from rigidcli.symbolic.writing import text
+from rigidcli.symbolic.language.expression import Expression, parse
+from rigidcli.symbolic.language.text import text
+from rigidcli.symbolic.language.tree import Node
 
 POINTS = 5
 """Points at which entries with symbols are compared."""
@@ -82,7 +82,7 @@ def _entry(value: Any) -> Entry:
     if isinstance(value, _TREES):
         written = text(value)
     elif hasattr(type(value), "free_symbols"):
-        from rigidcli.symbolic.exact import text as exact_text
+        from rigidcli.symbolic.algebra.exact import text as exact_text
 
         written = exact_text(value)
     else:

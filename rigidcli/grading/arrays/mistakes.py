@@ -13,7 +13,7 @@ from rigidcli.grading.arrays.entries import Entry, filled
 from rigidcli.grading.arrays.reference import Reference, Typed
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.outcome import Finding
-from rigidcli.symbolic.expression import Expression, parse
+from rigidcli.symbolic.language.expression import Expression, parse
 
 _SIZES = (2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 1.5, 4 / 3, 2.5, math.sqrt(2), math.pi)
 FACTORS = tuple(sign * factor for size in _SIZES for factor in (size, 1 / size) for sign in (1, -1))

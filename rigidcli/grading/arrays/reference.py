@@ -17,7 +17,7 @@ from rigidcli.grading.asked import Tree
 from rigidcli.grading.numbers import NOISE, ROUNDING, are_near, margin
 from rigidcli.grading.question import Tolerance
 from rigidcli.model.units import Unit
-from rigidcli.symbolic.expression import Expression
+from rigidcli.symbolic.language.expression import Expression
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,7 +22,7 @@ from rigidcli.errors import ValueProblem
 from rigidcli.grading.functions.digits import QUIET
 from rigidcli.grading.functions.estimate import Estimate, Values
 from rigidcli.grading.functions.formula import Points, Vocabulary, draw, names_in, size_of
-from rigidcli.symbolic.tree import Node, Sum
+from rigidcli.symbolic.language.tree import Node, Sum
 
 STRICT = 1e-9
 """Relative to the sizes of all terms together, what decimals such as 0.333333333333 may be off."""

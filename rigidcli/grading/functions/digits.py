@@ -11,7 +11,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.core.extended import CONTEXT, PI
 from rigidcli.grading.functions.estimate import Ball, Estimate, Numbers, Values, estimate
-from rigidcli.symbolic.tree import FUNCTIONS, Node
+from rigidcli.symbolic.language.tree import FUNCTIONS, Node
 
 QUIET = Context(prec=CONTEXT.prec, Emax=CONTEXT.Emax, Emin=CONTEXT.Emin, traps=[])
 """Where there is no value, the result is NaN or infinite."""

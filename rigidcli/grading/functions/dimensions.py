@@ -19,7 +19,7 @@ from rigidcli.grading.functions.formula import names_in, parts_of, size_of
 from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import DIMENSIONLESS, ENERGY, TIME, Dimension, parse_unit, split_quantity
-from rigidcli.symbolic.tree import (
+from rigidcli.symbolic.language.tree import (
     Call,
     Constant,
     Name,

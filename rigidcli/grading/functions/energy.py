@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.algebra import ZERO, Expr, symbol
-from rigidcli.symbolic.atoms import Monomial, Symbol
-from rigidcli.symbolic.calculus import expand, substitute
-from rigidcli.symbolic.growth import from_tree, to_tree
-from rigidcli.symbolic.simplify import is_zero
-from rigidcli.symbolic.tree import Node, Sum
+from rigidcli.symbolic.algebra.atoms import Monomial, Symbol
+from rigidcli.symbolic.algebra.calculus import expand, substitute
+from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
+from rigidcli.symbolic.algebra.simplification import is_zero
+from rigidcli.symbolic.algebra.trees import from_tree, to_tree
+from rigidcli.symbolic.language.tree import Node, Sum
 
 MOST_TERMS = 60
 """Of an expression of which each may be the one that is wrong."""

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Mask
-from rigidcli.symbolic.tree import (
+from rigidcli.symbolic.language.tree import (
     FUNCTIONS,
     Call,
     Constant,

@@ -16,7 +16,7 @@ from rigidcli.grading.functions.formula import names_in
 from rigidcli.grading.functions.key import Key
 from rigidcli.grading.functions.vocabulary import TIME
 from rigidcli.grading.outcome import Finding
-from rigidcli.symbolic.tree import Name, Node
+from rigidcli.symbolic.language.tree import Name, Node
 
 TURN = 2 * math.pi
 

@@ -9,7 +9,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.grading.functions.estimate import Estimate
 from rigidcli.grading.functions.formula import Points
-from rigidcli.symbolic.tree import Node
+from rigidcli.symbolic.language.tree import Node
 
 MOST_UNKNOWN = 12
 

@@ -27,9 +27,9 @@ from rigidcli.errors import ExpressionError, nearest, shown
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.functions.estimate import Ball, Estimate, estimate
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.symbolic import parser
-from rigidcli.symbolic.tokens import MAX_TEXT
-from rigidcli.symbolic.tree import (
+from rigidcli.symbolic.language import parser
+from rigidcli.symbolic.language.tokens import MAX_TEXT
+from rigidcli.symbolic.language.tree import (
     Call,
     Name,
     Negative,

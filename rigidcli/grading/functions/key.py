@@ -23,10 +23,10 @@ from rigidcli.grading.question import Tolerance
 from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.units import DIMENSIONLESS
 from rigidcli.model.variables import velocity
-from rigidcli.symbolic import evaluation
-from rigidcli.symbolic.growth import from_tree
-from rigidcli.symbolic.tree import Node
-from rigidcli.symbolic.writing import text
+from rigidcli.symbolic.algebra.trees import from_tree
+from rigidcli.symbolic.language import evaluation
+from rigidcli.symbolic.language.text import text
+from rigidcli.symbolic.language.tree import Node
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""
@@ -134,7 +134,7 @@ def _tree(asked: Asked) -> Node:
     if isinstance(value, _TREES):
         return cast(Node, value)
     if hasattr(type(value), "free_symbols"):
-        from rigidcli.symbolic import exact
+        from rigidcli.symbolic.algebra import exact
 
         value = exact.text(value)
     elif isinstance(value, int | float | np.number) and not isinstance(value, bool):

@@ -22,8 +22,8 @@ from rigidcli.grading.functions.estimate import Estimate
 from rigidcli.grading.functions.fitting import fitted
 from rigidcli.grading.functions.formula import names_in, parts_of, replaced, size_of
 from rigidcli.grading.question import RELATIVE
-from rigidcli.symbolic import evaluation
-from rigidcli.symbolic.tree import Name, Node, Number, Power, rebuilt
+from rigidcli.symbolic.language import evaluation
+from rigidcli.symbolic.language.tree import Name, Node, Number, Power, rebuilt
 
 FIGURES = 3
 """Significant figures of a decimal that may pass for what it was rounded from."""

@@ -15,7 +15,7 @@ from rigidcli.grading.functions.formula import Domain, Vocabulary, draw, spellin
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import Dimension
 from rigidcli.model.variables import momentum, velocity
-from rigidcli.symbolic.tree import Node
+from rigidcli.symbolic.language.tree import Node
 
 if TYPE_CHECKING:
     from rigidcli.model.document import Document

@@ -22,12 +22,12 @@ from rigidcli.grading.motion.key import Key
 from rigidcli.grading.motion.text import equations
 from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
 from rigidcli.model.variables import acceleration, velocity
-from rigidcli.symbolic.algebra import symbol
-from rigidcli.symbolic.calculus import derivative, substitute
-from rigidcli.symbolic.growth import to_tree
-from rigidcli.symbolic.mechanics import TIME
-from rigidcli.symbolic.simplify import tidy
-from rigidcli.symbolic.writing import text
+from rigidcli.symbolic.algebra.calculus import derivative, substitute
+from rigidcli.symbolic.algebra.expressions import symbol
+from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.language.text import text
+from rigidcli.symbolic.mechanics.energies import TIME
 
 LONGEST_EXAMPLE = 4000
 """Characters of an equation of an example."""

@@ -22,11 +22,11 @@ from rigidcli.grading.functions.key import Key
 from rigidcli.grading.functions.rounding import rounded
 from rigidcli.grading.kinds import Example
 from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
-from rigidcli.symbolic.calculus import expand
-from rigidcli.symbolic.growth import from_tree, to_tree
-from rigidcli.symbolic.simplify import tidy
-from rigidcli.symbolic.tree import Constant, Name, Negative, Node, Number, Product, Sum
-from rigidcli.symbolic.writing import text
+from rigidcli.symbolic.algebra.calculus import expand
+from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.trees import from_tree, to_tree
+from rigidcli.symbolic.language.text import text
+from rigidcli.symbolic.language.tree import Constant, Name, Negative, Node, Number, Product, Sum
 
 
 def read_key(asked: Asked) -> Key:

@@ -18,8 +18,8 @@ from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.grading.functions.estimate import Estimate
 from rigidcli.grading.functions.formula import Points, names_in, size_of
 from rigidcli.grading.motion.states import SINGULAR, Motion
-from rigidcli.symbolic.evaluation import array
-from rigidcli.symbolic.tree import Node
+from rigidcli.symbolic.language.evaluation import array
+from rigidcli.symbolic.language.tree import Node
 
 STEP = 1e-3
 """Of a difference, in units of the size of what changes."""

@@ -14,7 +14,7 @@ from rigidcli.grading.functions.formula import Points
 from rigidcli.grading.motion.determinacy import Tried
 from rigidcli.grading.motion.states import POSITIVE, Motion
 from rigidcli.model.variables import acceleration, velocity
-from rigidcli.symbolic.evaluation import array
+from rigidcli.symbolic.language.evaluation import array
 
 NEAR = np.array([0.0, 1e-6, 1e-3])
 """Values of a factor: zero, and close to it."""

@@ -19,7 +19,7 @@ from rigidcli.grading.motion.roots import is_linear, others
 from rigidcli.grading.motion.states import STATES
 from rigidcli.grading.outcome import Finding
 from rigidcli.model.variables import acceleration, velocity
-from rigidcli.symbolic.evaluation import array
+from rigidcli.symbolic.language.evaluation import array
 
 NARROW = STATES - 3
 """States, the first, whose values are of about one size: where ranks are told."""

@@ -21,13 +21,13 @@ from rigidcli.grading.motion.text import Equation, equations, texts
 from rigidcli.grading.outcome import Finding, Unreadable
 from rigidcli.grading.question import Question
 from rigidcli.model.variables import acceleration, momentum, velocity
-from rigidcli.symbolic import parser
-from rigidcli.symbolic.algebra import ZERO, Expr, symbol
-from rigidcli.symbolic.calculus import coefficients, substitute
-from rigidcli.symbolic.growth import from_tree
-from rigidcli.symbolic.masses import null_vectors
-from rigidcli.symbolic.mechanics import TIME
-from rigidcli.symbolic.tree import Name, Negative, Node, Sum
+from rigidcli.symbolic.algebra.calculus import coefficients, substitute
+from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
+from rigidcli.symbolic.algebra.trees import from_tree
+from rigidcli.symbolic.language import parser
+from rigidcli.symbolic.language.tree import Name, Negative, Node, Sum
+from rigidcli.symbolic.mechanics.energies import TIME
+from rigidcli.symbolic.mechanics.mass_matrix import null_vectors
 
 if TYPE_CHECKING:
     from rigidcli.report import Report

@@ -14,10 +14,10 @@ from rigidcli.errors import ExpressionError
 from rigidcli.grading.functions.formula import Points, names_in
 from rigidcli.grading.motion.states import Motion
 from rigidcli.model.variables import acceleration, velocity
-from rigidcli.symbolic.algebra import Expr, scaled, total
-from rigidcli.symbolic.calculus import derivative, expand
-from rigidcli.symbolic.evaluation import array
-from rigidcli.symbolic.growth import to_tree
+from rigidcli.symbolic.algebra.calculus import derivative, expand
+from rigidcli.symbolic.algebra.expressions import Expr, scaled, total
+from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.language.evaluation import array
 
 FACTORS = tuple(Fraction(*each) for each in ((2, 1), (1, 2), (3, 1), (1, 3), (4, 1), (1, 4), (3, 2), (2, 3)))
 """By which an equation is often wrong."""

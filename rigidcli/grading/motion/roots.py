@@ -14,8 +14,8 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.grading.functions.formula import Points
 from rigidcli.grading.motion.determinacy import Tried, floats
-from rigidcli.symbolic.evaluation import array
-from rigidcli.symbolic.tree import Node
+from rigidcli.symbolic.language.evaluation import array
+from rigidcli.symbolic.language.tree import Node
 
 STARTS = 12
 """Of the search at each state."""

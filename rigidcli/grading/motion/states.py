@@ -15,11 +15,11 @@ import numpy as np
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.functions.formula import Domain, Points, Vocabulary, draw, spellings
 from rigidcli.model.variables import acceleration, momentum, velocity
-from rigidcli.symbolic.algebra import Expr, symbol
-from rigidcli.symbolic.calculus import derivative
-from rigidcli.symbolic.growth import to_tree
-from rigidcli.symbolic.mechanics import TIME
-from rigidcli.symbolic.tree import Name, Node, Product, Sum
+from rigidcli.symbolic.algebra.calculus import derivative
+from rigidcli.symbolic.algebra.expressions import Expr, symbol
+from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.language.tree import Name, Node, Product, Sum
+from rigidcli.symbolic.mechanics.energies import TIME
 
 STATES = 12
 """At which equations are tried."""

@@ -11,7 +11,7 @@ from rigidcli.errors import shown
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.functions.formula import Vocabulary, names_in, read
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.symbolic.tree import Name, Negative, Node, Sum
+from rigidcli.symbolic.language.tree import Name, Negative, Node, Sum
 
 MOST_EQUATIONS = 200
 """In one answer."""

@@ -7,7 +7,7 @@ from rigidcli.grading.arrays.entries import Entry, filled
 from rigidcli.grading.arrays.mistakes import as_typed
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.numbers import NOISE
-from rigidcli.symbolic.expression import Expression, parse
+from rigidcli.symbolic.language.expression import Expression, parse
 
 PLACES = {1: "along", 2: "at right angles to", 3: "in any direction"}
 """Where axes are, by the dimension of their space."""

@@ -14,9 +14,9 @@ from rigidcli.grading.question import RELATIVE, Question, Tolerance
 from rigidcli.grading.trajectories.field import size_of_terms
 from rigidcli.grading.trajectories.heads import TIME
 from rigidcli.grading.trajectories.source import Source
-from rigidcli.symbolic import evaluation
-from rigidcli.symbolic.expression import parse
-from rigidcli.symbolic.tree import Name, Node
+from rigidcli.symbolic.language import evaluation
+from rigidcli.symbolic.language.expression import parse
+from rigidcli.symbolic.language.tree import Name, Node
 
 DRIFT = 10
 """The drift that is allowed by default, in units of the relative tolerance and of the sum of all terms."""

@@ -9,8 +9,8 @@ from typing import Self, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.symbolic import evaluation
-from rigidcli.symbolic.tree import Node
+from rigidcli.symbolic.language import evaluation
+from rigidcli.symbolic.language.tree import Node
 
 STENCILS = (8, 4, 2)
 """Samples from which a value between them is interpolated: fewer are better where a motion is not smooth."""

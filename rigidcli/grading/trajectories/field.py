@@ -11,8 +11,8 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.grading.functions.formula import names_in
 from rigidcli.grading.trajectories.heads import TIME
-from rigidcli.symbolic import evaluation
-from rigidcli.symbolic.tree import Node, Sum
+from rigidcli.symbolic.language import evaluation
+from rigidcli.symbolic.language.tree import Node, Sum
 
 SHIFTS = (0.5, 1.7, 2.9, 4.1, 5.3)
 """By which an angle is changed to see that a function depends on it at all (rad)."""

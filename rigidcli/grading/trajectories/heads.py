@@ -19,8 +19,8 @@ from rigidcli.grading.functions.formula import spellings
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.units import read_unit
 from rigidcli.model.units import TIME as OF_TIME
-from rigidcli.symbolic.expression import parse
-from rigidcli.symbolic.tree import Name
+from rigidcli.symbolic.language.expression import parse
+from rigidcli.symbolic.language.tree import Name
 
 TIME = "t"
 

@@ -21,9 +21,9 @@ from rigidcli.grading.trajectories.heads import TIME
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import parse_unit
 from rigidcli.report import Report, Table, cells
-from rigidcli.symbolic import evaluation
-from rigidcli.symbolic.expression import parse
-from rigidcli.symbolic.tree import Name, Node
+from rigidcli.symbolic.language import evaluation
+from rigidcli.symbolic.language.expression import parse
+from rigidcli.symbolic.language.tree import Name, Node
 
 ANGLES = ("phi", "psi")
 """Columns of a motion that are angles without being listed; theta goes from 0 to pi and back."""

@@ -1,0 +1,211 @@
+"""Trees to code: many expressions at once as one fast function of floats, arrays or Taylor series.
+
+    flow = function([parse("v"), parse("-k*x/m")], ["t", "x", "v"], {"k": 4.0, "m": 1.0})
+    flow(math)(0.0, 1.0, 0.0)         # (0.0, -4.0)
+
+The text that is run is written here from the nodes of the trees: arguments become v0, v1, ..., numbers are
+written by `repr`, and no text of a document gets into it. Each statement is one operation, so that
+code is never nested, and an operation that comes more than once is done once.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from types import ModuleType
+from typing import Any, TypeAlias
+
+from rigidcli.core.solution import Flow
+from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.symbolic.language import evaluation
+from rigidcli.symbolic.language.expression import Expression
+from rigidcli.symbolic.language.tree import (
+    FUNCTIONS,
+    Call,
+    Constant,
+    Name,
+    Negative,
+    Node,
+    Number,
+    Power,
+    Product,
+    Reciprocal,
+    Sum,
+)
+
+MOST_MULTIPLIED = 16
+"""Powers up to this one are products: faster, and without the trouble that heyoka has with them at 0."""
+
+Value: TypeAlias = str | float
+"""The name of a variable, or a number where it depends on constants alone."""
+
+
+def function(
+    expressions: Sequence[Expression | Node],
+    arguments: Sequence[str],
+    constants: Mapping[str, float],
+    steps: Sequence[tuple[str, Node]] = (),
+) -> Flow:
+    """A flow: of `math`, `numpy` or `heyoka` it makes a function of the `arguments`, in order.
+
+    `steps` are names with their values, each worked out after those before and known to all that follow.
+
+    That gives a tuple with the value of each expression; where an expression holds none of the
+    arguments, a float. With `math` and `numpy` it agrees to rounding with `Expression.evaluate`, but for
+    intermediate values that are too large: they are infinite, and 1/x may still be 0.
+
+    Without a finite real value, the function for floats raises an ArithmeticError or a ValueError, or gives
+    inf or NaN; that for arrays always does the latter. A module that lacks a function makes the
+    flow raise a ComputationError.
+
+    Raises:
+        ExpressionError: a name has no value, or a part without arguments has no finite real value.
+    """
+    writer = _Writer({name: f"v{i}" for i, name in enumerate(arguments)}, constants)
+    head = f"def f({', '.join(map(str, writer.values.values()))}):"
+    for name, node in steps:
+        writer.values[name] = writer.write(node)
+    roots = [writer.write(e.root if isinstance(e, Expression) else e) for e in expressions]
+    result = f"return ({''.join(f'{_text(root)}, ' for root in roots)})"
+    code = compile("\n ".join([head, *writer.lines, result]), "<expressions>", "exec")
+
+    def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+        names: dict[str, Any] = {"__builtins__": {}}
+        names |= {name: _operation(name, module) for name in sorted(writer.functions)}
+        exec(code, names)  # noqa: S102 - written above, from numbers and the names v0, s0 and so on
+        made: Callable[..., tuple[Any, ...]] = names["f"]
+        return made
+
+    return flow
+
+
+def _operation(name: str, module: ModuleType) -> Callable[..., Any]:
+    """What a function, or `pow`, is for the numbers of a module."""
+    operation: Callable[..., Any]
+    match module.__name__, name:
+        case "math", "pow":
+            return math.pow
+        case "numpy", "pow":
+            operation = module.power
+        case _, "pow":
+            # Of the two, heyoka wants the base to be one of its own expressions.
+            return lambda base, exponent: module.expression(1.0) * base**exponent
+        case "math", _:
+            return FUNCTIONS[name].real
+        case kind, _:
+            known = FUNCTIONS[name].numpy if kind == "numpy" else FUNCTIONS[name].heyoka
+            if known is None:
+                raise ComputationError(f"`{name}` has no Taylor series")
+            operation = getattr(module, known)
+    return operation
+
+
+class _Writer:
+    """The statements so far, and what they use."""
+
+    __slots__ = ("constants", "functions", "known", "lines", "values")
+
+    def __init__(self, arguments: Mapping[str, str], constants: Mapping[str, float]) -> None:
+        self.values: dict[str, Value] = dict(arguments)
+        self.constants = constants
+        self.functions: set[str] = set()
+        self.known: dict[str, str] = {}
+        self.lines: list[str] = []
+
+    def let(self, text: str) -> str:
+        """A variable with the value of this operation."""
+        name = self.known.get(text)
+        if name is None:
+            name = self.known[text] = f"s{len(self.known)}"
+            self.lines.append(f"{name} = {text}")
+        return name
+
+    def write(self, node: Node) -> Value:
+        """The value of a tree, after statements that make it."""
+        match node:
+            case Name(name) if name in self.values:
+                return self.values[name]
+            case Name(name) if name not in self.constants:
+                raise ExpressionError(f"no value for `{name}`")
+            case Name() | Number() | Constant():
+                return evaluation.real(node, self.constants)
+            case Negative(operand):
+                value = self.write(operand)
+                return -value if isinstance(value, float) else self.let(f"-{value}")
+            case Sum(terms):
+                return self.joined(
+                    0.0, [("-", n.operand) if isinstance(n, Negative) else ("+", n) for n in terms]
+                )
+            case Reciprocal(operand):
+                return self.joined(1.0, [("/", operand)])
+            case Product(factors):
+                return self.joined(
+                    1.0, [("/", n.operand) if isinstance(n, Reciprocal) else ("*", n) for n in factors]
+                )
+            case Power(base, exponent):
+                return self.power(self.write(base), self.write(exponent))
+            case Call(name, arguments):
+                return self.called(name, [self.write(argument) for argument in arguments])
+
+    def joined(self, start: float, operands: Sequence[tuple[str, Node]]) -> Value:
+        """`start` and then, from left to right, each operator with its operand."""
+        total: Value = start
+        for operator, node in operands:
+            value = self.write(node)
+            if isinstance(total, float) and isinstance(value, float):
+                total = _folded(total, operator, value)
+            elif total == start and operator in "+*":
+                total = value
+            else:
+                total = self.let(f"{_text(total)} {operator} {_text(value)}")
+        return total
+
+    def power(self, base: Value, exponent: Value) -> Value:
+        if isinstance(base, float) and isinstance(exponent, float):
+            return evaluation.real(Power(_number(base), _number(exponent)), {})
+        if isinstance(exponent, float) and exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED:
+            return self.multiplied(_text(base), int(exponent))
+        self.functions.add("pow")
+        return self.let(f"pow({_text(base)}, {_text(exponent)})")
+
+    def multiplied(self, base: str, exponent: int) -> Value:
+        """An integer power, from repeated squares."""
+        product, square, left = "", base, abs(exponent)
+        while left:
+            if left % 2:
+                product = self.let(f"{product} * {square}") if product else square
+            left //= 2
+            if left:
+                square = self.let(f"{square} * {square}")
+        if not product:
+            return 1.0
+        return product if exponent > 0 else self.let(f"1.0 / {product}")
+
+    def called(self, name: str, values: Sequence[Value]) -> Value:
+        numbers = tuple(_number(value) for value in values if isinstance(value, float))
+        if len(numbers) == len(values):
+            return evaluation.real(Call(name, numbers), {})
+        self.functions.add(name)
+        return self.let(f"{name}({', '.join(map(_text, values))})")
+
+
+def _text(value: Value) -> str:
+    if isinstance(value, str):
+        return value
+    return f"({value!r})" if math.copysign(1.0, value) < 0 else repr(value)
+
+
+def _number(value: float) -> Number:
+    return Number(repr(value), value)
+
+
+def _folded(left: float, operator: str, right: float) -> float:
+    """The value of an operation on two numbers, which must be finite."""
+    a, b = _number(left), _number(right)
+    nodes: dict[str, Node] = {
+        "+": Sum((a, b)),
+        "-": Sum((a, Negative(b))),
+        "*": Product((a, b)),
+        "/": Product((a, Reciprocal(b))),
+    }
+    return evaluation.real(nodes[operator], {})

@@ -1,0 +1,56 @@
+"""Linear equations between trees, solved by elimination as steps of code: a x = b without pivots.
+
+The factors are those of L D L^T, as a symmetric and positive definite matrix has them: a mass matrix is that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from rigidcli.symbolic.language.tree import ONE, ZERO, Name, Node, Reciprocal, minus, plus, times
+
+Step = tuple[str, Node]
+"""A name, and its value from names before."""
+
+
+def solved(matrix: Sequence[Sequence[Node]], right: Sequence[Node]) -> tuple[list[Step], list[Node]]:
+    """Steps, and then x: of a symmetric matrix (n by n) and b (n), for `code.function`.
+
+    With zeros in the matrix there are fewer steps. Names of steps begin with an underscore.
+    """
+    size = len(matrix)
+    steps: list[Step] = []
+
+    def named(kind: str, value: Node) -> Node:
+        if value in (ZERO, ONE) or isinstance(value, Name):
+            return value
+        steps.append((f"_{kind}{len(steps)}", value))
+        return Name(steps[-1][0])
+
+    rows = [[_plain(entry) for entry in row] for row in matrix]
+    factors: list[list[Node]] = [[ZERO] * size for _ in rows]
+    pivots: list[Node] = []
+    for j in range(size):
+        # D_j = A_jj - sum_k L_jk^2 D_k,  L_ij = (A_ij - sum_k L_ik L_jk D_k)/D_j
+        carried = [times(factors[j][k], pivots[k]) for k in range(j)]
+        pivot = plus(rows[j][j], *(minus(times(factors[j][k], carried[k])) for k in range(j)))
+        pivots.append(named("d", pivot))
+        for i in range(j + 1, size):
+            entry = plus(rows[i][j], *(minus(times(factors[i][k], carried[k])) for k in range(j)))
+            if entry != ZERO:
+                factors[i][j] = named("l", times(entry, Reciprocal(pivots[j])))
+    ahead: list[Node] = []
+    for i in range(size):
+        ahead.append(named("y", plus(right[i], *(minus(times(factors[i][k], ahead[k])) for k in range(i)))))
+    answers: list[Node] = [ZERO] * size
+    for i in reversed(range(size)):
+        own = times(ahead[i], Reciprocal(pivots[i]))
+        answers[i] = named(
+            "x", plus(own, *(minus(times(factors[k][i], answers[k])) for k in range(i + 1, size)))
+        )
+    return steps, answers
+
+
+def _plain(entry: Node) -> Node:
+    """The entry, zero as the one tree that stands for it."""
+    return ZERO if getattr(entry, "value", None) == 0 else entry

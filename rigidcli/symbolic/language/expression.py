@@ -1,0 +1,86 @@
+"""The expressions of documents and answers: read once and safely, worth a number in many ways.
+
+    energy = parse("m*v^2/2")
+    energy.names                                  # {'m', 'v'}
+    energy.evaluate({"m": 2.0, "v": 3.0})         # 9.0
+    energy.exact({"m": Symbol("m"), "v": Integer(3)})   # 9*m/2
+
+`read` in `parser` holds the grammar, `tree` the nodes and the table of functions.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, TypeVar, overload
+
+from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.language import evaluation
+from rigidcli.symbolic.language.parser import read
+from rigidcli.symbolic.language.tree import FUNCTIONS, RESERVED, Node
+
+if TYPE_CHECKING:
+    import numpy as np
+    import sympy
+    from numpy.typing import NDArray
+
+__all__ = ["FUNCTIONS", "RESERVED", "Expression", "parse"]
+
+_Value = TypeVar("_Value")
+
+
+@dataclass(frozen=True, slots=True)
+class Expression:
+    """An expression that has been read; two are equal when their texts are."""
+
+    text: str
+    """As it was typed."""
+    root: Node = field(compare=False, repr=False)
+    names: frozenset[str] = field(compare=False)
+    """The symbols in it, `t` included, in ASCII spelling."""
+
+    @overload
+    def evaluate(self, values: Mapping[str, float]) -> float: ...
+    @overload
+    def evaluate(self, values: Mapping[str, float | NDArray[np.float64]]) -> float | NDArray[np.float64]: ...
+    def evaluate(self, values: Mapping[str, float | NDArray[np.float64]]) -> float | NDArray[np.float64]:
+        """The value where the names have these values.
+
+        From floats comes a float. As soon as one of the names used is an array, all is done
+        element by element, and an element without a finite real value is infinite or NaN.
+
+        Raises:
+            ExpressionError: a name has no value, or floats lead to no finite real value.
+        """
+        used = self._used(values)
+        scalars = {name: value for name, value in used.items() if isinstance(value, (float, int))}
+        if len(scalars) == len(used):
+            return evaluation.real(self.root, scalars)
+        return evaluation.array(self.root, used)
+
+    def exact(self, values: Mapping[str, sympy.Expr]) -> sympy.Expr:
+        """The exact value where the names have these values; a decimal is the fraction it spells.
+
+        Raises:
+            ExpressionError: a name has no value, there is no finite real value, or the numbers
+                grow too large to be worked with exactly.
+        """
+        from rigidcli.symbolic.algebra.conversion import exact
+
+        return exact(self.root, self._used(values))
+
+    def _used(self, values: Mapping[str, _Value]) -> dict[str, _Value]:
+        missing = sorted(name for name in self.names if name not in values)
+        if missing:
+            raise ExpressionError(f"no value for {', '.join(f'`{name}`' for name in missing[:5])}")
+        return {name: values[name] for name in self.names}
+
+
+def parse(text: str) -> Expression:
+    """Read a text in the expression language.
+
+    Raises:
+        ExpressionError: the text is not in the language or beyond its bounds.
+    """
+    root, names = read(text)
+    return Expression(text, root, names)

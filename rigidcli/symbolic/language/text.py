@@ -1,0 +1,326 @@
+r"""Trees as text: for programs, for people in a terminal, and for LaTeX.
+
+    root, _ = read("p_x^2/(2*m) - k*cos(theta)^2")
+    text(root)        # p_x**2/(2*m) - k*cos(theta)**2
+    reading(root)     # p_x^2/(2 m) - k cos(theta)^2
+    latex(root)       # \frac{p_{x}^{2}}{2 m} - k \cos^{2}\theta
+
+A tree is written from its leaves upwards and without recursion: what is derived from a text may be
+deeper than any text that can be read.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+from enum import IntEnum
+from functools import partial
+from typing import NamedTuple
+
+from rigidcli.symbolic.language.latex_names import latex_name
+from rigidcli.symbolic.language.tree import (
+    Call,
+    Constant,
+    Name,
+    Negative,
+    Node,
+    Number,
+    Power,
+    Product,
+    Reciprocal,
+    Sum,
+)
+
+
+def text(node: Node) -> str:
+    """A tree in the expression language: `parser.read` reads it back as a tree with the same value.
+
+    Operations keep their order, so that the values agree to the last bit. There are no parentheses that
+    could be left out, but for those of `x**(-2)`. A tree beyond the bounds of `parser.read` is written
+    all the same.
+    """
+    return _signed(_folded(node, _operands, partial(_plain, times="*", power="**")))
+
+
+def reading(node: Node) -> str:
+    """A tree as a person would write it: `M a^2/12`, `x/(2 m)`, `a (b + c)`, `10*2^(1/3)`."""
+    return _signed(_folded(node, _operands, partial(_plain, times=" ", power="^")))
+
+
+def latex(node: Node) -> str:
+    r"""A tree as LaTeX for math mode; it needs the package amsmath.
+
+    A function of a single name or number goes without parentheses, at the end of its product:
+    `x \sin\theta`.
+    """
+    written = _signed(_folded(node, _latex_operands, _latex))
+    return written.replace("(", r"\left(").replace(")", r"\right)")
+
+
+class _Strength(IntEnum):
+    """How tightly a written expression holds together."""
+
+    SUM = 0
+    PRODUCT = 1
+    POWER = 2
+    ATOM = 3
+
+
+class _Piece(NamedTuple):
+    """A part of the tree, written."""
+
+    text: str
+    """Without its sign."""
+    strength: _Strength
+    negative: bool = False
+    is_open: bool = False
+    """Whether it ends in what a further factor would seem to belong to: a divisor, a bare argument."""
+
+
+def _folded(
+    root: Node,
+    operands: Callable[[Node], Sequence[Node]],
+    write: Callable[[Node, Sequence[_Piece]], _Piece],
+) -> _Piece:
+    """The root, written by `write` from its written operands, as these are from theirs."""
+    pending: list[tuple[Node, int]] = [(root, 0)]
+    done: list[_Piece] = []
+    while pending:
+        node, count = pending.pop()
+        if count:
+            done[-count:] = [write(node, done[-count:])]
+        elif below := operands(node):
+            pending.append((node, len(below)))
+            pending.extend([(operand, 0) for operand in reversed(below)])
+        else:
+            done.append(write(node, ()))
+    return done.pop()
+
+
+def _signed(piece: _Piece) -> str:
+    if not piece.negative:
+        return piece.text
+    return f"-{_within(piece, _Strength.PRODUCT)}"
+
+
+def _within(piece: _Piece, least: _Strength) -> str:
+    """A piece without its sign, in parentheses if it is weaker than `least`."""
+    return piece.text if piece.strength >= least else f"({piece.text})"
+
+
+def _whole(piece: _Piece, least: _Strength) -> str:
+    """A piece with its sign, in parentheses if it has one or is weaker than `least`."""
+    return f"({_signed(piece)})" if piece.negative else _within(piece, least)
+
+
+def _sum(terms: Sequence[_Piece]) -> _Piece:
+    written = [_signed(terms[0])]
+    for term in terms[1:]:
+        written.append("-" if term.negative else "+")
+        written.append(_within(term, _Strength.PRODUCT))
+    return _Piece(" ".join(written), _Strength.SUM)
+
+
+def _sign(factors: Sequence[_Piece]) -> bool:
+    """Whether a product is negative by the signs of its factors, which it takes over."""
+    return sum(factor.negative for factor in factors) % 2 == 1
+
+
+def _operands(node: Node) -> Sequence[Node]:
+    """What a node is written from; in a product a divisor stands for its reciprocal."""
+    match node:
+        case Name() | Number() | Constant():
+            return ()
+        case Negative(operand) | Reciprocal(operand):
+            return (operand,)
+        case Sum(terms):
+            return terms
+        case Product(factors):
+            return [factor.operand if isinstance(factor, Reciprocal) else factor for factor in factors]
+        case Power(base, exponent):
+            return (base, exponent)
+        case Call(_, arguments):
+            return arguments
+
+
+def _plain(node: Node, parts: Sequence[_Piece], *, times: str, power: str) -> _Piece:
+    """A node in one line of plain text."""
+    match node:
+        case Name(word) | Number(word, _) | Constant(word):
+            return _Piece(word, _Strength.ATOM)
+        case Negative():
+            return parts[0]._replace(negative=not parts[0].negative)
+        case Sum():
+            return _sum(parts)
+        case Reciprocal():
+            return _line([node], parts, times)
+        case Product(factors):
+            return _line(factors, parts, times)
+        case Power():
+            base, exponent = parts
+            # Powers group from the right: a**b**c is a**(b**c).
+            word = f"{_whole(base, _Strength.ATOM)}{power}{_whole(exponent, _Strength.POWER)}"
+            return _Piece(word, _Strength.POWER)
+        case Call(function, _):
+            return _Piece(f"{function}({', '.join(map(_signed, parts))})", _Strength.ATOM)
+
+
+def _line(factors: Sequence[Node], parts: Sequence[_Piece], times: str) -> _Piece:
+    """A product from left to right, its reciprocals as divisions."""
+    written, is_open = "", False
+    for factor, part in zip(factors, parts, strict=True):
+        if isinstance(factor, Reciprocal):
+            written = f"{written or '1'}/{_within(part, _Strength.POWER)}"
+            is_open = True
+        elif written:
+            right = _within(part, _Strength.POWER)
+            # `a/b c` would be taken for a/(b c), and `2 3` for a number.
+            written += ("*" if is_open or _starts_with_number(right) else times) + right
+        else:
+            written, is_open = _within(part, _Strength.PRODUCT), part.is_open
+    return _Piece(written, _Strength.PRODUCT, _sign(parts), is_open)
+
+
+def _starts_with_number(written: str) -> bool:
+    return written[0].isdigit() or written[0] == "."
+
+
+_LATEX_FUNCTIONS = {
+    "sin": r"\sin",
+    "cos": r"\cos",
+    "tan": r"\tan",
+    "asin": r"\arcsin",
+    "acos": r"\arccos",
+    "atan": r"\arctan",
+    "atan2": r"\operatorname{atan2}",
+    "sinh": r"\sinh",
+    "cosh": r"\cosh",
+    "tanh": r"\tanh",
+    "asinh": r"\operatorname{arsinh}",
+    "acosh": r"\operatorname{arcosh}",
+    "atanh": r"\operatorname{artanh}",
+    "log": r"\ln",
+    "sign": r"\operatorname{sgn}",
+}
+"""Functions that stand before their arguments, all but the three of `_LATEX_SHAPES`."""
+
+_LATEX_SHAPES = {
+    "abs": (r"\left|{}\right|", _Strength.ATOM),
+    "sqrt": (r"\sqrt{{{}}}", _Strength.POWER),
+    "exp": (r"\mathrm{{e}}^{{{}}}", _Strength.POWER),
+}
+"""Functions with a notation of their own. An upright e is no name of a document."""
+
+_WORD_AT_END = re.compile(r"(?<!_\{)\\mathrm\{\w{2,}\}+$")
+_WORD_AT_START = re.compile(r"(?:\\d?dot\{)?\\mathrm\{\w{2,}\}")
+_SMALL_FRACTION = re.compile(r"(-?)\\frac\{(\w+)\}\{(\w+)\}")
+
+
+def _latex_operands(node: Node) -> Sequence[Node]:
+    match node:
+        case Negative() | Product() | Reciprocal():
+            over, under, _ = _fraction(node)
+            return [*over, *under]
+        case Power(Call(function, (argument,)), Number(digits, _)) if _is_raised(function, digits):
+            return (argument,)
+        case _:
+            return _operands(node)
+
+
+def _latex(node: Node, parts: Sequence[_Piece]) -> _Piece:
+    """A node as LaTeX, but with plain parentheses."""
+    match node:
+        case Number(word, _):
+            return _latex_number(word)
+        case Constant(name) | Name(name):
+            return _Piece(latex_name(name), _Strength.ATOM)
+        case Negative() | Product() | Reciprocal():
+            over, _, negative = _fraction(node)
+            product = _latex_fraction(parts[: len(over)], parts[len(over) :])
+            return product._replace(negative=negative != _sign(parts))
+        case Sum():
+            return _sum(parts)
+        case Power(Call(function, (_,)), Number(digits, _)) if _is_raised(function, digits):
+            return _latex_call(f"{_LATEX_FUNCTIONS[function]}^{{{digits}}}", parts)
+        case Power():
+            base, exponent = parts
+            # A fraction in small type is hard to read.
+            small = _SMALL_FRACTION.fullmatch(_signed(exponent))
+            raised = "{}{}/{}".format(*small.groups()) if small else _signed(exponent)
+            return _Piece(f"{_whole(base, _Strength.ATOM)}^{{{raised}}}", _Strength.POWER)
+        case Call(function, _) if function in _LATEX_SHAPES:
+            shape, strength = _LATEX_SHAPES[function]
+            return _Piece(shape.format(_signed(parts[0])), strength)
+        case Call(function, _):
+            return _latex_call(_LATEX_FUNCTIONS[function], parts)
+
+
+def _latex_number(word: str) -> _Piece:
+    digits, e, exponent = word.lower().partition("e")
+    if not e:
+        return _Piece(digits, _Strength.ATOM)
+    return _Piece(rf"{digits} \times 10^{{{int(exponent)}}}", _Strength.PRODUCT)
+
+
+def _fraction(node: Node) -> tuple[list[Node], list[Node], bool]:
+    """The factors of the numerator and of the denominator, and whether minus stands before them.
+
+    A fraction in the denominator stays one.
+    """
+    over: list[Node] = []
+    under: list[Node] = []
+    negative = False
+    pending = [(node, over)]
+    while pending:
+        factor, side = pending.pop()
+        match factor:
+            case Negative(operand):
+                negative = not negative
+                pending.append((operand, side))
+            case Product(factors) if side is over or not any(isinstance(f, Reciprocal) for f in factors):
+                pending.extend((inner, side) for inner in reversed(factors))
+            case Reciprocal(operand) if side is over:
+                pending.append((operand, under))
+            case _:
+                side.append(factor)
+    return over, under, negative
+
+
+def _latex_fraction(over: Sequence[_Piece], under: Sequence[_Piece]) -> _Piece:
+    if not under:
+        return _latex_product(over)
+    numerator, denominator = _latex_product(over), _latex_product(under)
+    return _Piece(rf"\frac{{{numerator.text}}}{{{denominator.text}}}", _Strength.PRODUCT)
+
+
+def _latex_product(factors: Sequence[_Piece]) -> _Piece:
+    """The factors side by side, those that end in a bare argument last."""
+    needed = [factor for factor in factors if factor.text != "1"] or [_Piece("1", _Strength.ATOM)]
+    if len(needed) == 1:
+        return needed[0]
+    needed.sort(key=lambda factor: factor.is_open)
+    written = _within(needed[0], _Strength.PRODUCT)
+    for factor in needed[1:]:
+        right = _within(factor, _Strength.PRODUCT)
+        written += _latex_times(written, right) + right
+    return _Piece(written, _Strength.PRODUCT, is_open=needed[-1].is_open)
+
+
+def _latex_times(left: str, right: str) -> str:
+    """What keeps two factors apart: LaTeX would run two words into one."""
+    if _starts_with_number(right):
+        return r" \cdot "
+    return r" \, " if _WORD_AT_END.search(left) or _WORD_AT_START.match(right) else " "
+
+
+def _is_raised(function: str, exponent: str) -> bool:
+    r"""Whether a power is written on the name of its function; `\sin^{-1}` would be the inverse."""
+    return function in _LATEX_FUNCTIONS and exponent.isdigit() and exponent not in ("0", "1")
+
+
+def _latex_call(head: str, arguments: Sequence[_Piece]) -> _Piece:
+    first = arguments[0]
+    if len(arguments) > 1 or first.negative or first.strength < _Strength.ATOM:
+        return _Piece(f"{head}({', '.join(map(_signed, arguments))})", _Strength.POWER)
+    blank = " " if head[-1].isalpha() and not first.text.startswith("\\") else ""
+    return _Piece(f"{head}{blank}{first.text}", _Strength.POWER, is_open=True)

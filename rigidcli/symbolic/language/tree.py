@@ -1,0 +1,180 @@
+"""The tree of an expression, and the tables of what it may call.
+
+The parser builds these nodes; evaluation, exact arithmetic, code generation and the checking of
+dimensions walk them with `match`. Sums and products hold all their members side by side, so that
+a tree is only as deep as the parentheses of its text.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A decimal number: the digits as typed, and the nearest float (infinite beyond the range of floats)."""
+
+    text: str
+    value: float
+
+
+@dataclass(frozen=True, slots=True)
+class Constant:
+    """A number with a name of its own, one of `CONSTANTS`."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Name:
+    """A symbol, in its ASCII spelling."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Negative:
+    """The operand with its sign turned: `-x`, and the second term of `a - x`."""
+
+    operand: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Reciprocal:
+    """One over the operand: the second factor of `a/x`."""
+
+    operand: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Sum:
+    """Two or more terms, to be added from left to right."""
+
+    terms: tuple[Node, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Product:
+    """Two or more factors, to be multiplied (by a `Reciprocal`: divided) from left to right."""
+
+    factors: tuple[Node, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Power:
+    """`base ** exponent`."""
+
+    base: Node
+    exponent: Node
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """One of `FUNCTIONS`, with as many arguments as its arity."""
+
+    function: str
+    arguments: tuple[Node, ...]
+
+
+Node = Number | Constant | Name | Negative | Reciprocal | Sum | Product | Power | Call
+
+
+def rebuilt(node: Node, change: Callable[[Node], Node]) -> Node:
+    """The same operation on changed operands."""
+    match node:
+        case Negative(operand):
+            return Negative(change(operand))
+        case Reciprocal(operand):
+            return Reciprocal(change(operand))
+        case Sum(terms):
+            return Sum(tuple(map(change, terms)))
+        case Product(factors):
+            return Product(tuple(map(change, factors)))
+        case Power(base, exponent):
+            return Power(change(base), change(exponent))
+        case Call(function, arguments):
+            return Call(function, tuple(map(change, arguments)))
+        case _:
+            return node
+
+
+def number(value: float) -> Node:
+    """A number as a tree."""
+    positive = Number(repr(abs(float(value))), abs(float(value)))
+    return Negative(positive) if value < 0 else positive
+
+
+ZERO, ONE = number(0.0), number(1.0)
+
+
+def plus(*terms: Node) -> Node:
+    """The sum, without zeros."""
+    left = tuple(term for term in terms if term != ZERO)
+    return left[0] if len(left) == 1 else Sum(left) if left else ZERO
+
+
+def minus(term: Node) -> Node:
+    """The negative."""
+    return term if term == ZERO else term.operand if isinstance(term, Negative) else Negative(term)
+
+
+def times(*factors: Node) -> Node:
+    """The product, without ones, and zero with a zero."""
+    if ZERO in factors:
+        return ZERO
+    left = tuple(factor for factor in factors if factor != ONE)
+    return left[0] if len(left) == 1 else Product(left) if left else ONE
+
+
+def bound(node: Node, values: Mapping[str, Node]) -> Node:
+    """The tree with trees in the place of names."""
+    if isinstance(node, Name):
+        return values.get(node.name, node)
+    return rebuilt(node, lambda operand: bound(operand, values))
+
+
+def _sign(x: float) -> float:
+    return math.copysign(1.0, x) if x else 0.0
+
+
+class Function(NamedTuple):
+    """What a function is for each kind of number: a callable for floats, names in numpy, sympy and heyoka.
+
+    heyoka has none for what is not smooth: a Taylor series does not see a corner ahead.
+    """
+
+    arity: int
+    real: Callable[..., float]
+    numpy: str
+    sympy: str
+    heyoka: str | None
+
+
+FUNCTIONS: dict[str, Function] = {
+    "sin": Function(1, math.sin, "sin", "sin", "sin"),
+    "cos": Function(1, math.cos, "cos", "cos", "cos"),
+    "tan": Function(1, math.tan, "tan", "tan", "tan"),
+    "asin": Function(1, math.asin, "arcsin", "asin", "asin"),
+    "acos": Function(1, math.acos, "arccos", "acos", "acos"),
+    "atan": Function(1, math.atan, "arctan", "atan", "atan"),
+    "atan2": Function(2, math.atan2, "arctan2", "atan2", "atan2"),
+    "sinh": Function(1, math.sinh, "sinh", "sinh", "sinh"),
+    "cosh": Function(1, math.cosh, "cosh", "cosh", "cosh"),
+    "tanh": Function(1, math.tanh, "tanh", "tanh", "tanh"),
+    "asinh": Function(1, math.asinh, "arcsinh", "asinh", "asinh"),
+    "acosh": Function(1, math.acosh, "arccosh", "acosh", "acosh"),
+    "atanh": Function(1, math.atanh, "arctanh", "atanh", "atanh"),
+    "exp": Function(1, math.exp, "exp", "exp", "exp"),
+    "log": Function(1, math.log, "log", "log", "log"),
+    "sqrt": Function(1, math.sqrt, "sqrt", "sqrt", "sqrt"),
+    "abs": Function(1, math.fabs, "fabs", "Abs", None),
+    "sign": Function(1, _sign, "sign", "sign", None),
+}
+
+CONSTANTS: dict[str, float] = {"pi": math.pi}
+
+RESERVED: frozenset[str] = frozenset(FUNCTIONS) | frozenset(CONSTANTS) | {"t"}
+"""Names that a document cannot give to a parameter of its own; `t` is time."""

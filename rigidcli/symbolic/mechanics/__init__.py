@@ -1,0 +1,1 @@
+"""Mechanics by algebra: Legendre transform, Hamilton's equations, canonical changes, principal axes."""

@@ -1,0 +1,75 @@
+"""Whether the velocities follow from the momenta: the rank of the mass matrix, and what its lack means.
+
+Where the rank r is less than n, the momenta obey n - r primary constraints: combinations of them that hold
+no velocity. Source: P. A. M. Dirac, Lectures on Quantum Mechanics, lecture 1.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.symbolic.algebra import samples
+from rigidcli.symbolic.algebra.calculus import substitute
+from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
+from rigidcli.symbolic.algebra.simplification import is_zero, tidy
+from rigidcli.symbolic.mechanics import mass_matrix
+
+NONE = 1e-13
+"""A singular value below this, of a large matrix with entries of the order of 1, is rounding."""
+
+
+def rank(matrix: mass_matrix.Matrix, fixed: Mapping[str, Expr]) -> int | None:
+    """The rank of a symmetric matrix (n by n) of expressions almost everywhere; None where it has no value.
+
+    Names have their `fixed` values, others any.
+    """
+    count = 0
+    for block in mass_matrix.blocks(matrix):
+        found = _of_block(mass_matrix.part(matrix, block, block), fixed)
+        if found is None:
+            return None
+        count += found
+    return count
+
+
+def _of_block(matrix: mass_matrix.Matrix, fixed: Mapping[str, Expr]) -> int | None:
+    size = len(matrix)
+    exact = [[substitute(entry, fixed) for entry in row] for row in matrix]
+    if size <= mass_matrix.LARGEST:
+        return size if not is_zero(mass_matrix.minor(exact)) else size - len(mass_matrix.null_vectors(exact))
+    found = samples.values([entry for row in exact for entry in row], {})
+    if found is None:
+        return None
+    ranks = [
+        (np.linalg.svd(_balanced(values), compute_uv=False) > NONE).sum()
+        for values in found.reshape(-1, size, size)
+    ]
+    return int(max(ranks))
+
+
+def _balanced(values: Floats) -> Floats:
+    """The matrix with rows and columns divided by the square roots of their sizes."""
+    sizes = np.sqrt(np.abs(values).max(axis=1, initial=0.0))
+    sizes[sizes == 0] = 1.0
+    return values / np.outer(sizes, sizes)
+
+
+def primary_constraints(
+    matrix: mass_matrix.Matrix, definitions: Sequence[Expr], velocities: Sequence[str], names: Sequence[str]
+) -> list[Expr]:
+    """Primary constraints: expressions in the momenta, called `names`, and coordinates that vanish.
+
+    Only those that are linear in the momenta are found.
+    """
+    at_rest = dict.fromkeys(velocities, ZERO)
+    found = []
+    for vector in mass_matrix.null_vectors(matrix):
+        if any(not entry.names.isdisjoint(velocities) for entry in vector):
+            continue
+        still = total(entry * substitute(p, at_rest) for entry, p in zip(vector, definitions, strict=True))
+        moving = total(entry * symbol(name) for entry, name in zip(vector, names, strict=True))
+        found.append(tidy(moving - still))
+    return found

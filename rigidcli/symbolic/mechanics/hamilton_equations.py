@@ -1,0 +1,61 @@
+"""What follows from a Hamiltonian: equations of motion, Poisson brackets, the matrix of linear ones."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from rigidcli.symbolic.algebra.calculus import coefficients, derivative
+from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
+from rigidcli.symbolic.algebra.simplification import tidy
+
+
+@dataclass(frozen=True, slots=True)
+class Phase:
+    """The names of coordinates and, in the same order, of their momenta."""
+
+    coordinates: tuple[str, ...]
+    momenta: tuple[str, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """All of them, coordinates first."""
+        return self.coordinates + self.momenta
+
+
+def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None = None) -> tuple[Expr, ...]:
+    """Hamilton's equations: the derivatives by time of the coordinates, dH/dp, and of the momenta, -dH/dq.
+
+    Where the `velocities` are known as functions of the momenta, they are dH/dp.
+    """
+    if velocities is None:
+        velocities = [tidy(derivative(hamiltonian, name)) for name in phase.momenta]
+    return (
+        *velocities,
+        *(tidy(-derivative(hamiltonian, name)) for name in phase.coordinates),
+    )
+
+
+def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:
+    """The Poisson bracket {f, g} = sum_i df/dq_i dg/dp_i - df/dp_i dg/dq_i."""
+    return total(
+        derivative(f, q) * derivative(g, p) - derivative(f, p) * derivative(g, q)
+        for q, p in zip(phase.coordinates, phase.momenta, strict=True)
+    )
+
+
+def linear(expressions: Sequence[Expr], names: Sequence[str]) -> tuple[list[list[Expr]], list[Expr]] | None:
+    """A and b of expressions that are A z + b, z being the names; None if they are not linear in them."""
+    matrix, offset = [], []
+    for expression in expressions:
+        found = coefficients(expression, names)
+        if found is None or any(sum(powers) > 1 for powers in found):
+            return None
+        offset.append(found.get((0,) * len(names), ZERO))
+        matrix.append(
+            [
+                tidy(found.get(tuple(int(i == place) for i in range(len(names))), ZERO))
+                for place in range(len(names))
+            ]
+        )
+    return matrix, offset

@@ -1,0 +1,181 @@
+"""Velocities from momenta in closed form, where a Lagrangian is not quadratic in them.
+
+Each of the forms below is one term K of the Lagrangian, in velocities v; A, B, Q, c and d are free of
+velocities. With P = dK/dv,
+
+    K = A sqrt(B + v.Q.v)    v = S Q^-1 P/A,  H = -A S R^2,  R^2 = 1 - P.Q^-1 P/A^2,  S^2 = B/R^2
+    K = A (v.Q.v)^k          v = Q^-1 P/(2 k A s^(k-1)),  H = (2 k - 1) A s^k,
+                             s^(2k-1) = P.Q^-1 P/(2 k A)^2
+    K = A v^n                v = (P/(n A))^(1/(n-1)),  H = (1 - 1/n) P v
+    K = A exp(c v + d)       v = (log(P/(A c)) - d)/c,  H = P v - P/c
+    K = A cosh(c v + d)      v = (asinh(P/(A c)) - d)/c,  H = P v - A sqrt(1 + P^2/(A c)^2)
+    K = A sinh(c v + d)      v = (+-acosh(P/(A c)) - d)/c,  H = P v -+ A sqrt(P^2/(A c)^2 - 1)
+    K = A log(c v + d)       v = A/P - d/c,  H = P v - A log(A c/P)
+
+The roots are real, and positive where they are square roots: signs are carried outside. The formulas are
+derived here from dK/dv = P and H = P v - K.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Symbol
+from rigidcli.symbolic.algebra.calculus import coefficients, expand
+from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, number, total
+from rigidcli.symbolic.algebra.functions import apply
+from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.mechanics import mass_matrix
+
+
+@dataclass(frozen=True, slots=True)
+class Inverse:
+    """Velocities, and H = P v - K, from the P = dK/dv; where `positive` is positive, if that is not None."""
+
+    velocities: tuple[Expr, ...]
+    energy: Expr
+    positive: Expr | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class _Term:
+    """A factor without velocities times a power of the one atom that has them."""
+
+    factor: Expr
+    atom: Atom
+    exponent: Fraction
+
+
+def inverses(kernel: Expr, names: Sequence[str], momenta: Sequence[Expr]) -> list[Inverse]:
+    """All real inverses of one term of a Lagrangian; none if it has no form that is known here."""
+    term = _term(kernel, names)
+    if term is None:
+        return []
+    if isinstance(term.atom, Applied):
+        if len(names) == 1 and (term.exponent == 1 or term.atom.function == "abs"):
+            return _of_function(term, names[0], momenta[0])
+        return []
+    if isinstance(term.atom, Symbol):
+        return _of_power(term.factor, term.exponent, momenta[0])
+    assert isinstance(term.atom, Group)
+    return _of_quadratic(term, term.atom.inner, names, momenta)
+
+
+def _term(kernel: Expr, names: Sequence[str]) -> _Term | None:
+    if len(kernel.terms) != 1:
+        return None
+    ((monomial, coefficient),) = kernel.terms.items()
+    moving = [(atom, exponent) for atom, exponent in monomial if not atom.names.isdisjoint(names)]
+    if len(moving) != 1:
+        return None
+    atom, exponent = moving[0]
+    rest = Expr({tuple(pair for pair in monomial if pair[0] is not atom): coefficient})
+    return _Term(rest, atom, Fraction(exponent))
+
+
+def _of_quadratic(term: _Term, inner: Expr, names: Sequence[str], momenta: Sequence[Expr]) -> list[Inverse]:
+    found = coefficients(inner, names)
+    if found is None or any(sum(powers) not in (0, 2) for powers in found):
+        return []
+    form = quadratic_form(found, len(names))
+    inverse = mass_matrix.inverse(form)
+    if inverse is None or any(row.is_zero for row in [mass_matrix.minor(form)]):
+        return []
+    constant = found.get((0,) * len(names), ZERO)
+    raised = [total(a * P for a, P in zip(row, momenta, strict=True)) for row in inverse]
+    square = tidy(total(w * P for w, P in zip(raised, momenta, strict=True)))
+    A, k = term.factor, term.exponent
+    if k == Fraction(1, 2) and not constant.is_zero:
+        return [_of_root(A, constant, raised, square)]
+    if not constant.is_zero or k == Fraction(1, 2):
+        return []
+    if len(names) == 1:
+        # v^2 under a power is |v|, and Q may stand outside if it is positive.
+        return _of_absolute(A * form[0][0] ** k, 2 * k, momenta[0]) if k.denominator == 1 else []
+    s = square / (2 * k * A) ** 2
+    down, up = ((k - 1) / (2 * k - 1), k / (2 * k - 1))
+    velocities = tuple(tidy(w / (2 * k * A * s**down)) for w in raised)
+    return [Inverse(velocities, (2 * k - 1) * A * s**up)]
+
+
+def quadratic_form(found: dict[tuple[int, ...], Expr], size: int) -> list[list[Expr]]:
+    """The symmetric matrix Q of the terms v.Q.v among the coefficients of a polynomial in v."""
+    half = number(Fraction(1, 2))
+
+    def entry(i: int, j: int) -> Expr:
+        powers = [0] * size
+        powers[i] += 1
+        powers[j] += 1
+        return found.get(tuple(powers), ZERO) * (ONE if i == j else half)
+
+    return [[entry(i, j) for j in range(size)] for i in range(size)]
+
+
+def _of_root(A: Expr, B: Expr, raised: Sequence[Expr], square: Expr) -> Inverse:
+    """K = A sqrt(B + v.Q.v)."""
+    half = Fraction(1, 2)
+    if _is_positive(B):
+        root = tidy(expand(B * (1 - square / A**2))) ** half
+        return Inverse(tuple(w * B / (A * root) for w in raised), -A * root)
+    R2 = tidy(1 - square / A**2)
+    S = (B / R2) ** half
+    return Inverse(tuple(w * S / A for w in raised), -A * S * R2)
+
+
+def _is_positive(e: Expr) -> bool:
+    """Whether it is a positive number times even powers."""
+    if len(e.terms) != 1:
+        return False
+    ((monomial, coefficient),) = e.terms.items()
+    return coefficient > 0 and all(exponent % 2 == 0 for _, exponent in monomial)
+
+
+def _of_power(A: Expr, n: Fraction, P: Expr) -> list[Inverse]:
+    """K = A v^n."""
+    if n.denominator == 1 and n % 2 == 0:
+        return _of_absolute(A, n, P)
+    base = P / (n * A)
+    v = base ** (1 / (n - 1))
+    roots = (v, -v) if n.denominator == 1 else (v,)
+    return [Inverse((root,), (1 - 1 / n) * P * root, tidy(base)) for root in roots]
+
+
+def _of_absolute(A: Expr, n: Fraction, P: Expr) -> list[Inverse]:
+    """K = A |v|^n: v has the sign of P/(n A)."""
+    base = tidy(P / (n * A))
+    size = apply("abs", base)
+    v = apply("sign", base) * size ** (1 / (n - 1))
+    return [Inverse((v,), (n - 1) * A * size ** (n / (n - 1)))]
+
+
+def _of_function(term: _Term, name: str, P: Expr) -> list[Inverse]:
+    atom, A = term.atom, term.factor
+    assert isinstance(atom, Applied)
+    found = coefficients(atom.arguments[0], [name])
+    if found is None or set(found) - {(0,), (1,)}:
+        return []
+    c, d = found[(1,)], found.get((0,), ZERO)
+    if atom.function == "abs":
+        straight = d.is_zero and c == ONE and term.exponent != 1
+        return _of_absolute(A, term.exponent, P) if straight else []
+    ratio = tidy(P / (A * c))
+    match atom.function:
+        case "exp":
+            v = (apply("log", ratio) - d) / c
+            return [Inverse((v,), P * v - P / c, ratio)]
+        case "cosh":
+            v = (apply("asinh", ratio) - d) / c
+            return [Inverse((v,), P * v - A * (1 + ratio**2) ** Fraction(1, 2))]
+        case "sinh":
+            size, root = apply("acosh", ratio), A * (ratio**2 - 1) ** Fraction(1, 2)
+            return [
+                Inverse((v,), P * v - sign * root, ratio - 1)
+                for sign in (1, -1)
+                for v in [(sign * size - d) / c]
+            ]
+        case "log":
+            v = A / P - d / c
+            return [Inverse((v,), P * v - A * apply("log", A * c / P), tidy(A * c / P))]
+    return []

@@ -1,0 +1,178 @@
+"""The Legendre transform: from a Lagrangian L(q, v, t) to momenta, velocities and the Hamiltonian.
+
+    p_i = dL/dv_i,   H(q, p, t) = sum_i p_i v_i - L
+
+Where L is quadratic in the velocities, L = v.M.v/2 + b.v - V, nothing is solved but M v = p - b, block by
+block, and H = (p - b).M^-1.(p - b)/2 + V. Other terms are turned over by the closed forms of `inverses`.
+What has none is left implicit: it can be evaluated, but not written.
+
+Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, section 8.1; in its matrix form
+there T = v.T.v/2 and a = b. Here no velocity is eliminated by a general solver, and H is not simplified as a
+whole: each coefficient is, by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from itertools import product as combinations
+
+from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative
+from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
+from rigidcli.symbolic.algebra.simplification import shortest, tidy
+from rigidcli.symbolic.mechanics import mass_matrix
+from rigidcli.symbolic.mechanics.inverses import Inverse, inverses, quadratic_form
+
+MOST_BRANCHES = 16
+
+
+@dataclass(frozen=True, slots=True)
+class Branch:
+    """One way to go back from momenta to velocities; `conditions` are expressions that must be positive."""
+
+    velocities: tuple[Expr, ...]
+    hamiltonian: Expr
+    conditions: tuple[Expr, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Momenta:
+    """The momenta p_i = dL/dv_i (n), and the matrix of their derivatives by the velocities (n by n)."""
+
+    definitions: tuple[Expr, ...]
+    mass_matrix: tuple[tuple[Expr, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """Terms of a Lagrangian, and the places of the velocities in them."""
+
+    expr: Expr
+    places: tuple[int, ...]
+
+
+def momenta(lagrangian: Expr, velocities: Sequence[str]) -> Momenta:
+    """The momenta of a Lagrangian with these velocities."""
+    definitions = tuple(tidy(derivative(lagrangian, name)) for name in velocities)
+    size = range(len(velocities))
+    upper = [[tidy(derivative(definitions[i], velocities[j])) for j in size[i:]] for i in size]
+    matrix = tuple(tuple(upper[min(i, j)][abs(i - j)] for j in size) for i in size)
+    return Momenta(definitions, matrix)
+
+
+def branches(lagrangian: Expr, velocities: Sequence[str], names: Sequence[str]) -> tuple[Branch, ...]:
+    """All ways back from the momenta, called `names`; none where the velocities have no closed form.
+
+    The mass matrix must be regular.
+    """
+    still, parts = _parts(lagrangian, velocities)
+    p = [symbol(name) for name in names]
+    options = [_inverted(part, velocities, p) for part in parts]
+    count = math.prod(map(len, options))
+    chosen = combinations(*options) if count <= MOST_BRANCHES else ()
+    return tuple(_joined(choice, parts, still, len(p)) for choice in chosen)
+
+
+def _joined(chosen: Sequence[Inverse], parts: Sequence[_Part], still: Expr, size: int) -> Branch:
+    velocities = [ZERO] * size
+    for inverse, part in zip(chosen, parts, strict=True):
+        for place, velocity in zip(part.places, inverse.velocities, strict=True):
+            velocities[place] = velocity
+    return Branch(
+        tuple(velocities),
+        total([*(inverse.energy for inverse in chosen), -still]),
+        tuple(inverse.positive for inverse in chosen if inverse.positive is not None),
+    )
+
+
+def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Part]]:
+    """The terms without velocities, and the others: all, if they are quadratic, or those that share some."""
+    every = range(len(velocities))
+    found = coefficients(lagrangian, velocities)
+    if found is not None and _is_quadratic(found):
+        still = found.get((0,) * len(velocities), ZERO)
+        return still, [_Part(lagrangian - still, tuple(every))]
+    terms = [Expr({monomial: factor}) for monomial, factor in lagrangian.terms.items()]
+    parts: list[_Part] = []
+    for term in terms:
+        places = {place for place in every if velocities[place] in term.names}
+        near = [part for part in parts if places & set(part.places)]
+        if places:
+            parts = [part for part in parts if part not in near]
+            joined = sorted(places.union(*(part.places for part in near)))
+            parts.append(_Part(total([term, *(part.expr for part in near)]), tuple(joined)))
+    still = total(term for term in terms if term.names.isdisjoint(velocities))
+    return still, sorted(parts, key=lambda part: part.places)
+
+
+def _is_quadratic(polynomial: Polynomial) -> bool:
+    return all(sum(powers) <= 2 for powers in polynomial)
+
+
+def _inverted(part: _Part, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Inverse]:
+    """All that is known of going back from the momenta of a part to its velocities."""
+    names = [velocities[place] for place in part.places]
+    found = coefficients(part.expr, names)
+    size = len(names)
+    if found is not None and _is_quadratic(found):
+        linear = [found.get(tuple(int(i == j) for j in range(size)), ZERO) for i in range(size)]
+        shifted = [momenta[place] - b for place, b in zip(part.places, linear, strict=True)]
+        return _of_masses([[2 * entry for entry in row] for row in quadratic_form(found, size)], shifted)
+    kernels, linear = [], [ZERO] * size
+    for monomial, factor in part.expr.terms.items():
+        term = Expr({monomial: factor})
+        powers = coefficients(term, names)
+        if powers is not None and all(sum(degrees) == 1 for degrees in powers):
+            for degrees, value in powers.items():
+                place = degrees.index(1)
+                linear[place] = linear[place] + value
+        else:
+            kernels.append(term)
+    shifted = [momenta[place] - b for place, b in zip(part.places, linear, strict=True)]
+    return inverses(kernels[0], names, shifted) if len(kernels) == 1 else []
+
+
+def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Inverse]:
+    """The inverse for L = v.M.v/2, block by block."""
+    inverse = mass_matrix.inverse(matrix)
+    if inverse is None:
+        return []
+    size = range(len(momenta))
+    velocities = tuple(tidy(total(inverse[i][j] * momenta[j] for j in size)) for i in size)
+    energy = []
+    alone: dict[Expr, list[Expr]] = {}
+    for block in mass_matrix.blocks(inverse):
+        if len(block) == 1 and len(momenta[block[0]].terms) == 1:
+            alone.setdefault(inverse[block[0]][block[0]] / 2, []).append(momenta[block[0]] ** 2)
+        else:
+            own, back = mass_matrix.part(matrix, block, block), mass_matrix.part(inverse, block, block)
+            energy.append(_energy(back, own, [momenta[i] for i in block]))
+    energy += [factor * total(squares) for factor, squares in alone.items()]
+    return [Inverse(velocities, total(energy))]
+
+
+def _energy(inverse: mass_matrix.Matrix, matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> Expr:
+    """P.M^-1.P/2 of one block: of two momenta as squares, of more coefficient by coefficient."""
+    size = range(len(momenta))
+    half = Fraction(1, 2)
+    if len(momenta) == 2:
+        # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
+        return shortest(
+            [
+                inverse[i][i] * half * (momenta[i] - tidy(matrix[i][j] / matrix[j][j]) * momenta[j]) ** 2
+                + tidy(half / matrix[j][j]) * momenta[j] ** 2
+                for i, j in ((0, 1), (1, 0))
+                if not matrix[j][j].is_zero
+            ]
+            or [inverse[0][1] * momenta[0] * momenta[1]]
+        )
+    return tidy(
+        total(
+            inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j]
+            for i in size
+            for j in size
+            if i <= j
+        )
+    )

@@ -1,0 +1,144 @@
+"""Shorter forms keep their values; what vanishes is told from what does not."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.algebra.simplification import is_zero, tidy
+from rigidcli.symbolic.algebra.trees import from_tree, to_tree
+from rigidcli.symbolic.language.parser import read
+from rigidcli.symbolic.language.text import text
+from rigidcli.symbolic.language.tree import Node
+from tests.symbolic.algebra.test_expressions import kept
+from tests.symbolic.trees import TREES
+
+thorough = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+
+
+@thorough
+@given(TREES)
+def test_a_tidy_form_keeps_the_value(node: Node) -> None:
+    kept(node, tidy)
+
+
+@thorough
+@given(TREES)
+def test_a_tidy_form_is_not_longer(node: Node) -> None:
+    try:
+        e = from_tree(node)
+    except ExpressionError:
+        return
+    assert len(text(to_tree(tidy(e)))) <= len(text(to_tree(e)))
+
+
+def tidied(source: str) -> str:
+    return text(to_tree(tidy(from_tree(read(source)[0]))))
+
+
+@pytest.mark.parametrize(
+    ("source", "short"),
+    [
+        ("a*cos(x)**2 + a*sin(x)**2", "a"),
+        ("a + b - b*cos(x)**2", "a + b*sin(x)**2"),
+        ("cosh(x)**2 - sinh(x)**2", "1"),
+        ("sin(x)**4 + 2*sin(x)**2*cos(x)**2 + cos(x)**4", "1"),
+        ("cos(a)*cos(b) + sin(a)*sin(b)", "cos(a - b)"),
+        ("cos(a)*cos(b) - sin(a)*sin(b)", "cos(a + b)"),
+        ("sin(a)*cos(b) - cos(a)*sin(b)", "sin(a - b)"),
+        ("cosh(a)*cosh(b) - sinh(a)*sinh(b)", "cosh(a - b)"),
+        ("(x**2 - y**2)/(x - y)", "x + y"),
+        ("(x - y)/(x**2 - y**2)", "1/(x + y)"),
+        ("a/b + c/b", "(a + c)/b"),
+        ("a*b + a*c", "a*(b + c)"),
+        ("x*(a + b) - x*a", "b*x"),
+        ("exp(x)*exp(-x)", "1"),
+        ("(1 - cos(x)**2)/sin(x)", "sin(x)"),
+        ("k*(x - y)**2/2", "k*(x - y)**2/2"),
+        ("p_x**2/(2*m) + k*x**2/2", "p_x**2/(2*m) + k*x**2/2"),
+        ("m*g*l*(1 - cos(theta))", "m*g*l*(1 - cos(theta))"),
+        ("p_r**2/(2*m) + p_phi**2/(2*m*r**2) - G*M*m/r", "p_phi**2/(2*m*r**2) + p_r**2/(2*m) - G*M*m/r"),
+    ],
+)
+def test_short_forms(source: str, short: str) -> None:
+    assert tidied(source) == short
+
+
+def test_a_double_pendulum_becomes_that_of_the_textbook() -> None:
+    """From the velocities of its bobs; L. D. Landau, E. M. Lifshitz, Mechanics, 3rd edition, section 5."""
+    velocities = {
+        "v1": "((l1*th1dot*cos(th1))**2 + (l1*th1dot*sin(th1))**2)",
+        "v2": "((l1*th1dot*cos(th1) + l2*th2dot*cos(th2))**2 + (l1*th1dot*sin(th1) + l2*th2dot*sin(th2))**2)",
+    }
+    lagrangian = f"m1*{velocities['v1']}/2 + m2*{velocities['v2']}/2"
+    assert tidied(lagrangian) == (
+        "(m1 + m2)*l1**2*th1dot**2/2 + m2*l2**2*th2dot**2/2 + m2*l1*l2*th1dot*th2dot*cos(th1 - th2)"
+    )
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "sin(x)**2 + cos(x)**2 - 1",
+        "sin(2*x) - 2*sin(x)*cos(x)",
+        "tan(x) - sin(x)/cos(x)",
+        "sqrt(x**2) - abs(x)",
+        "log(a**2*b**2) - 2*log(abs(a)) - 2*log(abs(b))",
+        "exp(x)*exp(-x) - 1",
+        "1/(1/a + 1/b) - a*b/(a + b)",
+        "sqrt(2 + sqrt(3)) - (sqrt(6) + sqrt(2))/2",
+        "sin(1e9*x)**2 + cos(1e9*x)**2 - 1",
+        "sin(2e9*x) - 2*sin(1e9*x)*cos(1e9*x)",
+        "cosh(2*x) - cosh(x)**2 - sinh(x)**2",
+        "asin(x) + acos(x) - pi/2",
+        "(x + y)**5 - x**5 - 5*x**4*y - 10*x**3*y**2 - 10*x**2*y**3 - 5*x*y**4 - y**5",
+    ],
+)
+def test_what_vanishes(source: str) -> None:
+    assert is_zero(from_tree(read(source)[0]))
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "1e-30",
+        "1e-30 + sin(x)**2 + cos(x)**2 - 1",
+        "x - (1 - 1e-15)*x",
+        "sqrt(x**2) - x",
+        "abs(x) - x",
+        "sin(x) - x",
+        "pi - 3.14159265358979323846",
+        "log(x - 1000)",
+        "sqrt(-1 - x**2) + x",
+        "exp(-x**2)",
+    ],
+)
+def test_what_does_not_vanish(source: str) -> None:
+    assert not is_zero(from_tree(read(source)[0]))
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "((a+b)**50)**50",
+        "*".join(f"(x{i}+1)" for i in range(1500)),
+        "(sin(x)+cos(x))**60",
+        "+".join(f"sin(x)**{i}*cos(x)**{100 - i}" for i in range(100)),
+        "+".join(f"1/(x{i}+y{i})" for i in range(60)),
+        "+".join(f"sin((a+x{i})**12)" for i in range(200)),
+        "+".join(f"sin(x{i})*cos(x{i + 1})" for i in range(200)),
+        "cos(" + "+".join(f"x{i}" for i in range(300)) + ")",
+        "1/(1+" * 90 + "x" + ")" * 90,
+        "exp(" * 30 + "x+y" + ")" * 30,
+        "sin(" * 90 + "x+y" + ")" * 90,
+    ],
+)
+def test_the_work_is_bounded(source: str) -> None:
+    e = from_tree(read(source)[0])
+    start = time.process_time()
+    tidy(e)
+    is_zero(e)
+    assert time.process_time() - start < 4.0

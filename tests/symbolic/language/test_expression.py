@@ -1,0 +1,443 @@
+"""Reading expressions, and their values in floats and arrays."""
+
+from __future__ import annotations
+
+import inspect
+import math
+import subprocess
+import sys
+import time
+import timeit
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, Expression, parse
+from rigidcli.symbolic.language.tree import (
+    Call,
+    Constant,
+    Name,
+    Negative,
+    Number,
+    Power,
+    Product,
+    Reciprocal,
+    Sum,
+)
+
+
+def value(text: str, **values: float) -> float:
+    return parse(text).evaluate(values)
+
+
+def refusal(text: str) -> ExpressionError:
+    with pytest.raises(ExpressionError) as caught:
+        parse(text)
+    return caught.value
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("12.5", 12.5),
+        (".5", 0.5),
+        ("2.", 2.0),
+        ("1e-3", 0.001),
+        ("1E5", 1e5),
+        ("1e+2", 100.0),
+        (" 1 + 2\t*\n3 ", 7.0),
+        ("1 - 2 - 3", -4.0),
+        ("8/4/2", 1.0),
+        ("8/4*2", 4.0),
+        ("2*-3", -6.0),
+        ("2 - -3", 5.0),
+        ("+3", 3.0),
+        ("--3", 3.0),
+        ("2^3^2", 512.0),
+        ("2**3**2", 512.0),
+        ("-2^2", -4.0),
+        ("(-2)^2", 4.0),
+        ("2^-1", 0.5),
+        ("2**-2^2", 0.0625),
+        ("-2^-2", -0.25),
+        ("0^0", 1.0),
+        ("pi", math.pi),
+        ("π/6", math.pi / 6),
+        ("sin(pi/6)", 0.5),
+        ("atan2(1, -1)", 3 * math.pi / 4),
+        ("sqrt(2)^2", 2.0),
+        ("abs(-3) + sign(-2) + sign(0)", 2.0),
+        ("log(exp(2))", 2.0),
+        ("2·3⋅4 − 1", 23.0),
+    ],
+)
+def test_values(text: str, expected: float) -> None:
+    assert value(text) == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize("name", sorted(FUNCTIONS))
+def test_every_function_agrees_with_math_and_numpy(name: str) -> None:
+    arguments = (0.3, 0.7)[: FUNCTIONS[name].arity]
+    if name == "acosh":
+        arguments = (1.3,)
+    names = ("x", "y")[: len(arguments)]
+    expression = parse(f"{name}({', '.join(names)})")
+    scalars = dict(zip(names, arguments, strict=True))
+    expected = FUNCTIONS[name].real(*arguments)
+    assert expression.evaluate(scalars) == expected
+    arrays = {key: np.full(3, number) for key, number in scalars.items()}
+    np.testing.assert_allclose(expression.evaluate(arrays), np.full(3, expected), rtol=1e-14)
+
+
+def test_the_tree() -> None:
+    assert parse("a - b").root == Sum((Name("a"), Negative(Name("b"))))
+    assert parse("2*a/b").root == Product((Number("2", 2.0), Name("a"), Reciprocal(Name("b"))))
+    assert parse("-x^2").root == Negative(Power(Name("x"), Number("2", 2.0)))
+    assert parse("atan2(y, pi)").root == Call("atan2", (Name("y"), Constant("pi")))
+    assert parse("(a + b) + c").root == Sum((Sum((Name("a"), Name("b"))), Name("c")))
+
+
+def test_an_expression_is_a_value() -> None:
+    assert parse("a + 1") == parse("a + 1")
+    assert parse("a + 1") != parse("1 + a")
+    assert len({parse("a"), parse("a"), parse("b")}) == 2
+    assert parse(" a ").text == " a "
+    with pytest.raises(AttributeError):
+        parse("a").text = "b"  # type: ignore[misc]  # the point of the test
+
+
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("2*pi", set()),
+        ("E + I*S - N/Q", {"E", "I", "S", "N", "Q"}),
+        ("beta*gamma*lambda", {"beta", "gamma", "lambda"}),
+        ("oo + zoo + nan + inf", {"oo", "zoo", "nan", "inf"}),
+        ("Symbol + __import__ + _", {"Symbol", "__import__", "_"}),
+        ("cos(omega*t)", {"omega", "t"}),
+        ("ω_0*t + Δx1", {"omega_0", "t", "Deltax1"}),
+        ("ϑ + ϕ + ϵ + ϱ + ς", {"theta", "phi", "epsilon", "rho", "sigma"}),
+        ("\N{MICRO SIGN} + \N{GREEK SMALL LETTER MU}", {"mu"}),
+    ],
+)
+def test_names(text: str, names: set[str]) -> None:
+    assert parse(text).names == names
+
+
+def test_reserved_names() -> None:
+    assert {"t", "pi", "sin", "sign"} <= RESERVED
+    assert "E" not in RESERVED
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "message", "hint"),
+    [
+        ("", 1, "empty", ""),
+        ("  ", 1, "empty", ""),
+        ("2x", 2, "no operator", "`2*x`"),
+        ("2 x", 3, "no operator", "`2*x`"),
+        ("a b", 3, "no operator", "`a*b`"),
+        ("(a)(b)", 4, "no operator", "`(...)*(...)`"),
+        ("2(a)", 2, "no operator", "`2*(...)`"),
+        ("ω 2", 3, "no operator", "`omega*2`"),
+        ("a(b)", 1, "`a` is not a function", "`a*(...)`"),
+        ("pi(2)", 1, "`pi` is not a function", "`pi*(...)`"),
+        ("arcsin(x)", 1, "`arcsin` is not a function", "`asin`"),
+        ("foo(x)", 1, "`foo` is not a function", "sinh"),
+        ("sin x", 1, "parentheses", "`sin(...)`"),
+        ("2*sin", 3, "parentheses", "`sin(...)`"),
+        ("sin()", 1, "takes 1 argument, not 0", ""),
+        ("sin(1, 2)", 1, "takes 1 argument, not 2", ""),
+        ("1 + atan2(1)", 5, "takes 2 arguments, not 1", ""),
+        ("(a + b", 1, "never closed", ""),
+        ("a + b)", 6, "closes nothing", ""),
+        ("a +", 4, "ends too early", ""),
+        ("*a", 1, "unexpected `*`", ""),
+        ("()", 2, "unexpected `)`", ""),
+        ("1,5", 2, "unexpected `,`", "point"),
+        ("1 000", 3, "no operator", ""),
+        ("1.2.3", 4, "no operator", ""),
+        ("1:30", 2, "unexpected `:`", "`/`"),
+        ("a.b", 2, "unexpected `.`", "name"),
+        ("a[0]", 2, "unexpected `[`", "`a_1`"),
+        ("'a'", 1, "unexpected `'`", "quotes"),
+        ("x = 1", 3, "unexpected `=`", "equation"),
+        ("7 % 2", 3, "unexpected `%`", "`/100`"),
+        ("7//2", 3, "unexpected `/`", "one `/`"),
+        ("a < b", 3, "unexpected `<`", "comparisons"),
+        ("x²", 2, "U+00B2 SUPERSCRIPT TWO", "`^2`"),
+        ("2×x", 2, "U+00D7 MULTIPLICATION SIGN", "`*`"),
+        ("a\xa0b", 2, "U+00A0 NO-BREAK SPACE", "blank"),
+        ("é", 1, "U+00E9 LATIN SMALL LETTER E WITH ACUTE", ""),
+        ("a \u202e b", 3, "U+202E RIGHT-TO-LEFT OVERRIDE", ""),
+        ("\x1b[31m", 1, "U+001B", ""),
+        ("\ud800", 1, "U+D800", ""),
+        ("__import__('os')", 12, "unexpected `'`", ""),
+        ("lambda: 0", 7, "unexpected `:`", ""),
+        ("1" * 401, 1, "at most 400 digits", ""),
+        ("1 + 1e10000", 5, "at most 4 digits", ""),
+        ("(" * 101 + "x" + ")" * 101, 101, "deeper than 100", ""),
+        ("-" * 101 + "x", 101, "deeper than 100", ""),
+        ("abs(" * 101 + "x" + ")" * 101, 404, "deeper than 100", ""),
+        ("x^" * 101 + "x", 202, "deeper than 100", ""),
+    ],
+)
+def test_refusals(text: str, column: int, message: str, hint: str) -> None:
+    error = refusal(text)
+    assert error.column == column
+    assert message in error.message
+    assert hint in (error.hint or "")
+    assert error.message.isascii()
+
+
+def test_errors_do_not_repeat_a_whole_name() -> None:
+    assert len(refusal("x" * 9000 + "(1)").message) < 100
+    assert len(refusal("a " + "x" * 9000).message) < 100
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("1/0", "division by zero"),
+        ("1/(a - a)", "division by zero"),
+        ("0^-1", "division by zero"),
+        ("log(0)", "`log(0)` has no finite real value"),
+        ("sqrt(-4)", "`sqrt(-4)` has no finite real value"),
+        ("acos(2)", "no finite real value"),
+        ("atanh(1)", "no finite real value"),
+        ("(-8)^(1/3)", "no real value"),
+        ("(-8)^a", "no real value"),
+        ("9**9**9", "too large"),
+        ("9**9**9**9", "too large"),
+        ("exp(1000)", "too large"),
+        ("1e400", "too large"),
+        ("1e308*10", "too large"),
+        ("1e308 + 1e308", "too large"),
+        ("1/1e-320", "too large"),
+        ("1/(1e308*10)", "too large"),
+    ],
+)
+def test_no_finite_real_value(text: str, message: str) -> None:
+    expression = parse(text)
+    with pytest.raises(ExpressionError, match=message.replace("(", r"\(").replace(")", r"\)")):
+        expression.evaluate({"a": 0.5})
+
+
+def test_values_of_names() -> None:
+    assert value("a*b", a=2, b=0.5, unused=3.0) == 1.0
+    with pytest.raises(ExpressionError, match="no value for `b`, `c`"):
+        value("a + b + c", a=1.0)
+    with pytest.raises(ExpressionError, match="`a` is not a finite number"):
+        value("a", a=math.nan)
+    with pytest.raises(ExpressionError, match="`a` is not a finite number"):
+        value("a", a=10**400)
+    with pytest.raises(ExpressionError, match="too large"):
+        value("a^a", a=10**6)
+
+
+def test_arrays_element_by_element() -> None:
+    x = np.array([-1.0, 0.0, 4.0])
+    assert isinstance(parse("2*x").evaluate({"x": x}), np.ndarray)
+    np.testing.assert_array_equal(parse("a*x^2 - 1").evaluate({"x": x, "a": 2.0}), [1.0, -1.0, 31.0])
+    np.testing.assert_array_equal(parse("1/x").evaluate({"x": x}), [-1.0, math.inf, 0.25])
+    np.testing.assert_array_equal(parse("sqrt(x)").evaluate({"x": x}), [math.nan, 0.0, 2.0])
+    np.testing.assert_array_equal(parse("x^x").evaluate({"x": x}), [-1.0, 1.0, 256.0])
+    np.testing.assert_array_equal(parse("x*(1/0)").evaluate({"x": x}), [-math.inf, math.nan, math.inf])
+    whole = {"n": np.array([1, 2])}
+    np.testing.assert_array_equal(parse("n^-1").evaluate(whole), [1.0, 0.5])
+
+
+def test_an_array_that_is_not_used_does_not_matter() -> None:
+    assert parse("a + 1").evaluate({"a": 1.0, "x": np.zeros(3)}) == 2.0
+
+
+def test_broadcasting() -> None:
+    result = parse("x + y").evaluate({"x": np.zeros((2, 1)), "y": np.arange(3.0)})
+    assert isinstance(result, np.ndarray)
+    assert result.shape == (2, 3)
+
+
+def test_reading_needs_neither_numpy_nor_sympy() -> None:
+    code = (
+        "import sys; from rigidcli.symbolic.language.expression import parse;"
+        "parse('2*a').evaluate({'a': 1.0});"
+        "sys.exit(bool({'numpy', 'sympy'} & set(sys.modules)))"
+    )
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_short_expressions_are_read_in_microseconds() -> None:
+    runs = 2000
+    values = {"a": 1.5, "b": 2.5}
+    seconds = min(timeit.repeat(lambda: parse("2*a + b/3").evaluate(values), number=runs, repeat=3))
+    assert seconds / runs < 250e-6  # about 25e-6 in truth: only a tenfold loss is to be seen here
+
+
+HOSTILE_TEXTS = {
+    "long": "x" * 100_000,
+    "long sum": "+".join(["x"] * 10_000),
+    "long difference": "-".join(["x"] * 10_000),
+    "long product": "*".join(["x"] * 10_000),
+    "long quotient": "/".join(["x"] * 10_000),
+    "parentheses": "(" * 10_000,
+    "closed parentheses": "(" * 10_000 + ")" * 10_000,
+    "minuses": "-" * 10_000 + "x",
+    "pluses": "+" * 10_000 + "x",
+    "powers": "x^" * 9_999 + "x",
+    "calls": "sin(" * 5_000,
+    "commas": "atan2(" + "1," * 9_000 + "1)",
+    "digits": "1" * 20_000,
+    "points": "." * 20_000,
+    "exponents": "1e" * 9_999,
+    "blanks": " " * 19_999 + "x",
+    "only blanks": " " * 20_000,
+    "blanks before nonsense": " " * 19_999 + "\x00",
+    "tower": "9**9**9**9**9",
+    "factorial growth": "(10**400)**400",
+    "deepest": "1+2/sin(" * 50 + "(" * 50 + "x" + ")" * 100,
+}
+
+
+@pytest.mark.parametrize("text", HOSTILE_TEXTS.values(), ids=HOSTILE_TEXTS.keys())
+def test_any_text_is_accepted_or_refused_within_a_second(text: str) -> None:
+    start = time.process_time()
+    try:
+        expression = parse(text)
+        expression.evaluate(dict.fromkeys(expression.names, 1.0))
+    except ExpressionError:
+        pass
+    assert time.process_time() - start < 1.0
+
+
+def test_the_deepest_text_leaves_room_on_the_stack() -> None:
+    text = "1+2/sin(" * 100 + "x" + ")" * 100
+    depth = len(inspect.stack())
+    limit = sys.getrecursionlimit()
+    sys.setrecursionlimit(depth + 600)
+    try:
+        assert math.isfinite(value(text, x=1.0))
+    finally:
+        sys.setrecursionlimit(limit)
+
+
+SOUP = st.one_of(
+    st.text(max_size=40),
+    st.text(alphabet="0123456789.eE+-*/^(), xytpiπΩ_−·'\"[]=:", max_size=40),
+    st.lists(
+        st.sampled_from([*FUNCTIONS, "pi", "x", "y", "(", ")", "+", "-", "*", "/", "^", ",", "2", "0", ".5"]),
+        max_size=20,
+    ).map(" ".join),
+)
+
+
+@settings(max_examples=400, deadline=None)
+@given(SOUP)
+def test_soup_is_an_expression_or_an_expression_error(text: str) -> None:
+    error = None
+    result = 0.0
+    try:
+        expression = parse(text)
+        result = expression.evaluate(dict.fromkeys(expression.names, 1.5))
+    except ExpressionError as caught:
+        error = caught
+    assert math.isfinite(result)
+    assert error is None or error.column is None or 1 <= error.column <= len(text) + 1
+
+
+# Random trees as (text, strength of its outermost operation, value). The values are worked out by
+# Python's own arithmetic while the tree is built, the text has only the parentheses it needs.
+
+_SUM, _PRODUCT, _SIGN, _POWER, _ATOM = range(5)
+Tree = tuple[str, int, "float | None"]
+
+NAMED = {"x": 0.75, "y": -1.25, "m_1": 3.0}
+
+
+def _wrap(tree: Tree, strength: int) -> str:
+    return tree[0] if tree[1] >= strength else f"({tree[0]})"
+
+
+def _apply(function: Callable[..., float], *arguments: Tree) -> float | None:
+    numbers = [number for _, _, number in arguments]
+    if None in numbers:
+        return None
+    try:
+        result = function(*numbers)
+    except (ValueError, ArithmeticError):
+        return None
+    return result if math.isfinite(result) else None
+
+
+def _binary(left: Tree, symbol: str, right: Tree) -> Tree:
+    if symbol in "+-":
+        text = f"{_wrap(left, _SUM)} {symbol} {_wrap(right, _PRODUCT)}"
+        return text, _SUM, _apply(lambda a, b: a + b if symbol == "+" else a - b, left, right)
+    if symbol in "*/":
+        text = f"{_wrap(left, _PRODUCT)}{symbol}{_wrap(right, _SIGN)}"
+        return text, _PRODUCT, _apply(lambda a, b: a * b if symbol == "*" else a / b, left, right)
+    text = f"{_wrap(left, _ATOM)}{symbol}{_wrap(right, _SIGN)}"
+    return text, _POWER, _apply(math.pow, left, right)
+
+
+def _unary(operand: Tree) -> Tree:
+    return f"-{_wrap(operand, _SIGN)}", _SIGN, _apply(lambda a: -a, operand)
+
+
+def _call(name: str, arguments: tuple[Tree, Tree]) -> Tree:
+    used = arguments[: FUNCTIONS[name].arity]
+    return f"{name}({', '.join(text for text, _, _ in used)})", _ATOM, _apply(FUNCTIONS[name].real, *used)
+
+
+LEAVES = st.one_of(
+    st.sampled_from([(name, _ATOM, number) for name, number in NAMED.items()]),
+    st.sampled_from([(text, _ATOM, float(text)) for text in ("0", "1", "2", "3", ".5", "2.5", "1e-3", "40")]),
+    st.just(("pi", _ATOM, math.pi)),
+)
+TREES = st.recursive(
+    LEAVES,
+    lambda trees: st.one_of(
+        st.builds(_binary, trees, st.sampled_from(["+", "-", "*", "/", "^", "**"]), trees),
+        st.builds(_unary, trees),
+        st.builds(_call, st.sampled_from(sorted(FUNCTIONS)), st.tuples(trees, trees)),
+    ),
+    max_leaves=12,
+)
+
+
+@settings(max_examples=300, deadline=None)
+@given(TREES)
+def test_random_trees_have_the_value_python_gives_them(tree: Tree) -> None:
+    text, _, expected = tree
+    expression = parse(text)
+    if expected is None:
+        with pytest.raises(ExpressionError):
+            expression.evaluate(NAMED)
+    else:
+        assert expression.evaluate(NAMED) == expected
+
+
+ARITHMETIC = st.recursive(
+    LEAVES,
+    lambda trees: st.one_of(
+        st.builds(_binary, trees, st.sampled_from(["+", "-", "*", "/"]), trees), st.builds(_unary, trees)
+    ),
+    max_leaves=12,
+)
+
+
+@settings(max_examples=200, deadline=None)
+@given(ARITHMETIC, st.lists(st.floats(-10, 10), min_size=1, max_size=4))
+def test_arrays_agree_with_floats(tree: Tree, numbers: list[float]) -> None:
+    expression: Expression = parse(f"x + ({tree[0]})")
+    results = expression.evaluate({**NAMED, "x": np.array(numbers)})
+    assert isinstance(results, np.ndarray)
+    for number, result in zip(numbers, results, strict=True):
+        try:
+            expected = expression.evaluate({**NAMED, "x": number})
+        except ExpressionError:
+            continue
+        assert result == expected

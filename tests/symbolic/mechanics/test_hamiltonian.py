@@ -1,0 +1,158 @@
+"""Equations of motion, brackets, canonical changes and spectra against their laws and numpy."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from rigidcli.symbolic.algebra.expressions import ONE, Expr
+from rigidcli.symbolic.algebra.simplification import is_zero, tidy
+from rigidcli.symbolic.algebra.trees import from_tree, to_tree
+from rigidcli.symbolic.language.parser import read
+from rigidcli.symbolic.language.text import text
+from rigidcli.symbolic.mechanics import canonical, energies, spectrum
+from rigidcli.symbolic.mechanics.hamilton_equations import Phase, bracket, equations, linear
+
+ONE_FREEDOM = Phase(("x",), ("p_x",))
+SPACE = Phase(("x", "y", "z"), ("p_x", "p_y", "p_z"))
+L = ("y*p_z - z*p_y", "z*p_x - x*p_z", "x*p_y - y*p_x")
+
+
+def expression(words: str) -> Expr:
+    return from_tree(read(words)[0])
+
+
+def written(e: Expr) -> str:
+    return text(to_tree(e))
+
+
+def test_hamiltons_equations() -> None:
+    found = equations(expression("p_x^2/(2*m) + k*x^2/2"), ONE_FREEDOM)
+    assert [written(e) for e in found] == ["p_x/m", "-k*x"]
+
+
+def test_angular_momentum_is_an_algebra() -> None:
+    first, second, third = map(expression, L)
+    assert is_zero(bracket(first, second, SPACE) - third)
+    assert is_zero(bracket(second, third, SPACE) - first)
+    size = first**2 + second**2 + third**2
+    assert is_zero(bracket(size, first, SPACE))
+
+
+def test_the_bracket_is_odd_and_obeys_jacobi() -> None:
+    f, g, h = (expression(words) for words in ("x^2*p_y", "sin(x*p_z) + y", "p_x^2/r + z"))
+    assert is_zero(bracket(f, g, SPACE) + bracket(g, f, SPACE))
+    cyclic = [(f, g, h), (g, h, f), (h, f, g)]
+    assert is_zero(sum((bracket(a, bracket(b, c, SPACE), SPACE) for a, b, c in cyclic), expression("0")))
+
+
+def test_linear_equations() -> None:
+    found = linear([expression("a*x + b*p_x + c"), expression("-x")], ONE_FREEDOM.names)
+    assert found is not None
+    matrix, offset = found
+    assert [[written(e) for e in row] for row in matrix] == [["a", "b"], ["-1", "0"]]
+    assert [written(e) for e in offset] == ["c", "0"]
+    assert linear([expression("x^2"), expression("x")], ONE_FREEDOM.names) is None
+    assert linear([expression("sin(x)"), expression("x")], ONE_FREEDOM.names) is None
+
+
+@pytest.mark.parametrize(
+    ("values", "wrong"),
+    [
+        ({"x": "sqrt(2*P)*sin(Q)", "p_x": "sqrt(2*P)*cos(Q)"}, []),
+        ({"x": "Q", "p_x": "P + Q^3"}, []),
+        ({"x": "2*Q", "p_x": "P"}, [("x", "p_x")]),
+        ({"x": "P", "p_x": "Q"}, [("x", "p_x")]),
+    ],
+)
+def test_canonical_changes(values: dict[str, str], wrong: list[tuple[str, str]]) -> None:
+    given = {name: expression(words) for name, words in values.items()}
+    found = canonical.brackets(given, ONE_FREEDOM, Phase(("Q",), ("P",)))
+    assert list(canonical.wrong(found, ONE_FREEDOM)) == wrong
+
+
+def test_a_rotation_of_the_plane_is_canonical_and_turned_round() -> None:
+    old, new = Phase(("x", "y"), ("p_x", "p_y")), Phase(("X", "Y"), ("PX", "PY"))
+    values = {
+        name: expression(f"cos(a)*{first} {sign} sin(a)*{second}")
+        for name, first, sign, second in (
+            ("X", "x", "+", "y"),
+            ("Y", "y", "-", "x"),
+            ("PX", "p_x", "+", "p_y"),
+            ("PY", "p_y", "-", "p_x"),
+        )
+    }
+    assert list(canonical.wrong(canonical.brackets(values, new, old), new)) == []
+    back = canonical.turned_round(values, new, old)
+    assert back is not None
+    assert is_zero(back["x"] - expression("cos(a)*X - sin(a)*Y"))
+    assert canonical.expected("X", "PX", new) == ONE
+
+
+def test_a_spectrum_of_numbers() -> None:
+    # Two masses between three springs: frequencies 1 and sqrt(3).
+    stiffness = np.array([[2.0, -1.0], [-1.0, 2.0]])
+    found = spectrum.of_numbers(np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, np.zeros((2, 2))]]))
+    assert found.frequencies == pytest.approx([1.0, math.sqrt(3)], rel=1e-12)
+    assert found.stability == "stable"
+    assert all(re == 0 for re, _ in found.eigenvalues)
+
+
+@pytest.mark.parametrize(
+    ("matrix", "stability"),
+    [
+        ([[0, 1], [0, 0]], "marginal"),
+        ([[0, 0], [0, 0]], "stable"),
+        ([[0, 1], [4, 0]], "unstable"),
+        ([[0, 1e-30], [-4e30, 0]], "stable"),
+    ],
+)
+def test_stability(matrix: list[list[float]], stability: str) -> None:
+    assert spectrum.of_numbers(np.array(matrix, dtype=float)).stability == stability
+
+
+def test_a_spectrum_of_symbols() -> None:
+    oscillator = linear(equations(expression("p_x^2/(2*m) + k*x^2/2"), ONE_FREEDOM), ONE_FREEDOM.names)
+    assert oscillator is not None
+    found = spectrum.of_symbols(oscillator[0], {})
+    assert found is not None
+    assert [written(e) for e in found.frequencies if isinstance(e, Expr)] == ["sqrt(k/m)"]
+    assert found.stability == "stable"
+    found = spectrum.of_symbols(oscillator[0], {"k": -4.0})
+    assert found is not None
+    assert found.stability == "unstable"
+    rod = linear(equations(expression("p_x^2/(2*m) - m*w^2*x^2/2"), ONE_FREEDOM), ONE_FREEDOM.names)
+    assert rod is not None
+    found = spectrum.of_symbols(rod[0], {})
+    assert found is not None
+    assert found.stability == "unstable"
+    assert found.frequencies == ()
+
+
+@pytest.mark.parametrize("coupling", ["x*y", "-x*y", "k*x*y", "p_x*y", "-p_x*p_y"])
+def test_freedoms_that_are_coupled_have_no_spectrum_of_their_own(coupling: str) -> None:
+    plane = Phase(("x", "y"), ("p_x", "p_y"))
+    found = linear(equations(expression(f"(p_x^2 + p_y^2)/2 + k*x^2 + {coupling}"), plane), plane.names)
+    assert found is not None
+    assert spectrum.of_symbols(found[0], {}) is None
+
+
+def test_the_kinetic_energy_of_particles() -> None:
+    length, theta = expression("l"), expression("theta")
+    particle = energies.Particle(
+        expression("m"), (expression("l*sin(theta)"), expression("-l*cos(theta)")), None, None
+    )
+    assert written(energies.kinetic([particle], {"theta": "thetadot"})) == "m*l**2*thetadot**2/2"
+    turning = energies.Particle(None, (), expression("I"), theta / length)
+    assert written(energies.kinetic([turning], {"theta": "thetadot"})) == "I*thetadot**2/(2*l**2)"
+
+
+def test_what_natural_coordinates_do_not_have() -> None:
+    assert energies.unnatural(expression("m*xdot^2/2"), ["xdot"]) is None
+    wrong = energies.unnatural(expression("m*(xdot^2 + x^2*w^2)/2"), ["xdot"])
+    assert wrong is not None
+    assert written(tidy(wrong)) == "m*w**2*x**2/2"
+    wrong = energies.unnatural(expression("m*exp(t)*xdot^2/2"), ["xdot"])
+    assert wrong is not None

@@ -1,0 +1,212 @@
+"""The equations of motion as trees against the same laws in arrays of numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from rigidcli.symbolic.language import code
+from rigidcli.symbolic.language.evaluation import real
+from rigidcli.symbolic.language.tree import (
+    ONE,
+    ZERO,
+    Call,
+    Constant,
+    Name,
+    Negative,
+    Node,
+    Number,
+    Power,
+    Product,
+    Reciprocal,
+    Sum,
+    bound,
+    minus,
+    number,
+    plus,
+    times,
+)
+from rigidcli.symbolic.mechanics import rigid_body
+
+Floats = NDArray[np.float64]
+
+few = settings(max_examples=50, deadline=None)
+
+NUMBERS = st.floats(-5, 5)
+THREE = st.tuples(NUMBERS, NUMBERS, NUMBERS)
+FOUR = st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS)
+
+X, Y, Z = Name("x"), Name("y"), Name("z")
+
+
+def names(letter: str, count: int) -> list[Node]:
+    return [Name(f"{letter}{k}") for k in range(count)]
+
+
+def values(**vectors: Sequence[float]) -> dict[str, float]:
+    return {f"{letter}{k}": float(x) for letter, vector in vectors.items() for k, x in enumerate(vector)}
+
+
+def evaluated(trees: Sequence[Node], known: Mapping[str, float]) -> Floats:
+    return np.array([real(tree, known) for tree in trees])
+
+
+# --- the small change
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_numbers_keep_their_value(value: float) -> None:
+    tree = number(value)
+    assert real(tree, {}) == value
+    # A tree has no negative numbers, as a text has none.
+    assert isinstance(tree, Negative) == (value < 0)
+    inner = tree.operand if isinstance(tree, Negative) else tree
+    assert isinstance(inner, Number)
+    assert float(inner.text) == inner.value == abs(value)
+
+
+def test_numpy_numbers_are_written_as_python_does() -> None:
+    assert number(np.float64(0.1)) == Number("0.1", 0.1)
+    assert number(-0.0) == ZERO
+
+
+def test_sums_leave_out_zeros() -> None:
+    assert plus() == plus(ZERO) == plus(ZERO, ZERO) == ZERO
+    assert plus(X) == plus(ZERO, X, ZERO) == X
+    assert plus(X, ZERO, Y) == Sum((X, Y))
+
+
+def test_products_leave_out_ones_and_vanish_with_a_zero() -> None:
+    assert times() == times(ONE, ONE) == ONE
+    assert times(X, ONE) == X
+    assert times(X, ONE, Y) == Product((X, Y))
+    assert times(X, ZERO, Y) == ZERO
+
+
+def test_the_negative_of_a_negative() -> None:
+    assert minus(ZERO) == ZERO
+    assert minus(X) == Negative(X)
+    assert minus(minus(X)) == X
+    assert minus(number(-3.0)) == number(3.0)
+
+
+# --- vectors and quaternions
+
+
+@few
+@given(THREE, THREE)
+def test_cross_products(a: Sequence[float], b: Sequence[float]) -> None:
+    found = evaluated(rigid_body.cross(names("a", 3), names("b", 3)), values(a=a, b=b))
+    assert found == pytest.approx(np.cross(a, b), abs=1e-14)
+
+
+@few
+@given(st.lists(THREE, min_size=1, max_size=4), THREE)
+def test_products_with_a_matrix(rows: list[Sequence[float]], v: Sequence[float]) -> None:
+    matrix = np.array(rows)
+    assert evaluated(rigid_body.scaled(matrix, names("v", 3)), values(v=v)) == pytest.approx(
+        matrix @ v, abs=1e-13
+    )
+
+
+def test_the_unit_matrix_leaves_no_trace() -> None:
+    assert rigid_body.scaled(np.eye(3), [X, Y, Z]) == [X, Y, Z]
+    assert rigid_body.scaled(np.zeros((2, 3)), [X, Y, Z]) == [ZERO, ZERO]
+
+
+@few
+@given(FOUR, FOUR)
+def test_quaternion_products(p: Sequence[float], q: Sequence[float]) -> None:
+    # Hamilton's product by matrices of complex numbers: i, j, k are -i times Pauli's.
+    def matrix(quaternion: Sequence[float]) -> NDArray[np.complex128]:
+        a, b, c, d = quaternion
+        return np.array([[a - 1j * d, -c - 1j * b], [c - 1j * b, a + 1j * d]])
+
+    found = evaluated(rigid_body.compose(names("p", 4), names("q", 4)), values(p=p, q=q))
+    assert np.abs(matrix(found.tolist()) - matrix(p) @ matrix(q)).max() < 1e-13
+
+
+@few
+@given(FOUR.filter(lambda q: math.hypot(*q) > 0.1), THREE)
+def test_turns(q: Sequence[float], v: Sequence[float]) -> None:
+    unit = np.array(q) / math.hypot(*q)
+    turn = Rotation.from_quat(np.roll(unit, -1))
+    known = values(q=unit.tolist(), v=v)
+    there, back = (rigid_body.rotated(names("q", 4), names("v", 3), back=way) for way in (False, True))
+    assert evaluated(there, known) == pytest.approx(turn.apply(v), abs=1e-13)
+    assert evaluated(back, known) == pytest.approx(turn.inv().apply(v), abs=1e-13)
+
+
+# --- the equations
+
+
+@few
+@given(st.tuples(*[st.floats(0.1, 10)] * 3), FOUR, THREE, THREE)
+def test_the_laws_of_motion(
+    moments: Sequence[float], q: Sequence[float], L: Sequence[float], torque: Sequence[float]
+) -> None:
+    trees = rigid_body.equations(np.array(moments), [number(part) for part in torque])
+    flow = code.function(trees, rigid_body.STATE, {})
+    found = np.array(flow(math)(0.0, *q, *L))
+    omega = np.array(L) / moments
+    # The derivative of R(q) r by q' is R (omega x r): here as the product of q and (0, omega)/2 by its parts.
+    vector, half = np.array(q[1:]), omega / 2
+    assert found[0] == pytest.approx(-vector @ half, abs=1e-12)
+    assert found[1:4] == pytest.approx(q[0] * half + np.cross(vector, half), abs=1e-12)
+    assert found[4:] == pytest.approx(np.cross(L, omega) + torque, abs=1e-11)
+
+
+def test_a_torque_of_names() -> None:
+    # A torque that depends on the time and the state, such as a brake about the third axis.
+    trees = rigid_body.equations(np.array([1.0, 2.0, 4.0]), [Name("t"), ZERO, minus(Name("L3"))])
+    found = code.function(trees, rigid_body.STATE, {})(math)(7.0, 1.0, 0.0, 0.0, 0.0, 3.0, 5.0, 8.0)
+    # L x omega = (5*2 - 8*2.5, 8*3 - 3*2, 3*2.5 - 5*3).
+    assert found == (0.0, 1.5, 1.25, 1.0, 7 - 10.0, 18.0, -7.5 - 8)
+
+
+def test_a_free_sphere_has_a_constant_momentum() -> None:
+    assert rigid_body.equations(np.full(3, 0.3), [ZERO] * 3)[4:] == [ZERO] * 3
+
+
+@pytest.mark.parametrize("ulps", [1, 3, 1000])
+def test_moments_that_are_almost_equal_keep_their_difference(ulps: int) -> None:
+    near = 0.3 + ulps * math.ulp(0.3)
+    trees = rigid_body.equations(np.array([0.3, near, 0.7]), [ZERO] * 3)
+    found = code.function(trees, rigid_body.STATE, {})(math)(0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0)
+    exact = 1 / Fraction(near) - 1 / Fraction(0.3)
+    assert found[6] == pytest.approx(float(exact), rel=1e-15, abs=0)
+
+
+# --- names
+
+
+def test_names_are_bound_everywhere() -> None:
+    tree = Sum(
+        (
+            Negative(X),
+            Product((Y, Reciprocal(X))),
+            Power(X, Y),
+            Call("atan2", (Y, X)),
+            Constant("pi"),
+            number(2.0),
+            Z,
+        )
+    )
+    found = bound(tree, {"x": Sum((Z, ONE)), "y": number(3.0)})
+    assert real(found, {"z": 0.5}) == pytest.approx(
+        -1.5 + 3 / 1.5 + 1.5**3 + math.atan2(3, 1.5) + math.pi + 2 + 0.5, rel=1e-15
+    )
+    assert bound(tree, {}) == tree
+
+
+def test_names_are_bound_once() -> None:
+    # Not again in what takes their place: x and y change places.
+    assert bound(Sum((X, Y)), {"x": Y, "y": X}) == Sum((Y, X))
