@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
-from rigidcli.symbolic.language.tree import Node
+from rigidcli.symbolic.algebra.expressions import Expr
 
 BY_NAME = {
     "axes": "axes",
@@ -25,8 +25,6 @@ TRAJECTORIES = ("orbit", "trajectory")
 
 SCALARS = (bool, int, float, str, np.generic)
 
-_TREES = get_args(Node)
-
 
 def kind_of(path: tuple[str, ...], value: Any, unit: str) -> str | None:
     """The kind of a result; None where it cannot be told, or is no single answer."""
@@ -38,7 +36,7 @@ def kind_of(path: tuple[str, ...], value: Any, unit: str) -> str | None:
         return "choice"
     if isinstance(value, int | float | np.number):
         return "quantity" if unit else "number"
-    if isinstance(value, _TREES) or hasattr(type(value), "free_symbols"):
+    if isinstance(value, Expr):
         return "expression"
     if isinstance(value, Mapping):
         return None

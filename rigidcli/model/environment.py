@@ -71,15 +71,14 @@ class Environment:
         """
         scalar = _number_or_text(raw, number_of(dimension))
         if not isinstance(scalar, str):
-            return parse(str(scalar)).exact({}) if self.arithmetic.exact else _finite(scalar)
+            return _exact(parse(str(scalar)), {}) if self.arithmetic.exact else _finite(scalar)
         quantity = split_quantity(scalar)
         if quantity is None:
             return self._value(self.parse(scalar), dimension)
         digits, unit_text = quantity
         unit = self._unit(digits, unit_text, dimension)
         if self.arithmetic.exact:
-            factor = parse(f"{unit.factor.numerator}/{unit.factor.denominator}").exact({})
-            return parse(digits).exact({}) * factor * self.arithmetic.pi**unit.pi_power
+            return _exact(parse(digits), {}) * unit.factor * self.arithmetic.pi**unit.pi_power
         # Through the shortest decimal, so that 120 g cm^2 is the float nearest to 1.2e-5.
         return unit.si(Fraction(repr(_finite(digits))))
 
@@ -180,7 +179,7 @@ class Environment:
             return 1.0
         self._check_dimension(expression, dimension)
         if self.arithmetic.exact:
-            return expression.exact(self.parameters)
+            return _exact(expression, self.parameters)
         return expression.evaluate(self.parameters)
 
     def _without_value(self, names: frozenset[str]) -> frozenset[str]:
@@ -201,8 +200,9 @@ class Environment:
 
     def assume_positive(self, value: Any) -> None:
         """Note that the document makes sense only if `value`, whose sign is open, is positive."""
-        if value.is_Symbol:
-            self.positive.add(value.name)
+        name = str(value)
+        if name in value.names:
+            self.positive.add(name)
 
     @cached_property
     def _declared_in_order(self) -> list[str]:
@@ -217,6 +217,13 @@ class Environment:
             f"{f' (did you mean {near}?)' if near else ''}",
             hint=f"declared parameters: {_listed(self._declared_in_order)}{also}",
         )
+
+
+def _exact(expression: Expression, values: Mapping[str, Any]) -> Any:
+    """The exact value of an expression, from exact ones."""
+    from rigidcli.symbolic.algebra.reading import from_tree
+
+    return from_tree(expression.root, values)
 
 
 def _listed(names: list[str]) -> str:

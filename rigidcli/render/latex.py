@@ -102,7 +102,9 @@ def _floating(number: float, digits: int) -> str:
 
 
 def _exact(number: object) -> str:
-    return written(number, "latex")
+    from rigidcli.symbolic.language.text import latex
+
+    return written(number, latex)
 
 
 _NOTATION = Notation(_floating, _exact)

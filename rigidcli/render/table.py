@@ -158,7 +158,9 @@ def _floating(number: float, digits: int) -> str:
 
 
 def _exact(number: object) -> str:
-    return written(number, "reading")
+    from rigidcli.symbolic.language.text import reading
+
+    return written(number, reading)
 
 
 _NOTATION = Notation(_floating, _exact)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from importlib import import_module
-from typing import Any, Literal, get_args
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -17,24 +16,24 @@ from rigidcli.symbolic.language.tree import Node
 NOISE = 4 * float(np.finfo(np.float64).eps)
 """Entries of an array below this, in units of its largest, are shown to people as zero."""
 
-NODES = get_args(Node)
-"""The classes of trees."""
-
 _PLAIN = (float, int, str, bool, type(None))
+
+Writer: TypeAlias = Callable[[Node], str]
+"""One of `text`, `reading` and `latex` of `symbolic.language.text`."""
 
 
 def is_exact(value: Value) -> bool:
-    """Whether a value is an exact number, an expression, or an array of them."""
+    """Whether a value is an exact expression, or an array of them."""
     if isinstance(value, np.ndarray):
         return bool(value.dtype == object)
-    return isinstance(value, NODES) or hasattr(type(value), "free_symbols")
+    return hasattr(type(value), "to_sympy")
 
 
-def written(value: Value, style: Literal["text", "reading", "latex"]) -> str:
-    """An exact number, or the tree of an expression, in one of the three ways to write it."""
-    writer = "language.text" if isinstance(value, NODES) else "algebra.exact"
-    words: str = getattr(import_module(f"rigidcli.symbolic.{writer}"), style)(value)
-    return words
+def written(value: Value, write: Writer) -> str:
+    """An exact expression in one of the ways to write it."""
+    from rigidcli.symbolic.algebra.trees import to_tree
+
+    return write(to_tree(value))
 
 
 def plain(value: Value) -> Value:
@@ -45,15 +44,14 @@ def plain(value: Value) -> Value:
         return [plain(entry) for entry in value]
     if isinstance(value, _PLAIN) or not is_exact(value):
         return value
-    return [plain(entry) for entry in value] if isinstance(value, np.ndarray) else written(value, "text")
+    return [plain(entry) for entry in value] if isinstance(value, np.ndarray) else str(value)
 
 
 def has_symbols(value: Value) -> bool:
     """Whether an exact value depends on symbols, which then bring units of their own."""
     if not is_exact(value):
         return False
-    entries = np.ravel(np.array(value, dtype=object))
-    return any(isinstance(entry, NODES) or entry.free_symbols for entry in entries)
+    return any(entry.names for entry in np.ravel(np.array(value, dtype=object)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,12 +115,12 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any]:
 
 
 def _exact_entries(value: Any, notation: Notation) -> tuple[str, Any]:
-    if value.ndim == 2 and not isinstance(value.flat[0], NODES):
-        from rigidcli.symbolic.algebra.exact import common_factor
+    if value.ndim == 2:
+        from rigidcli.symbolic.algebra.arithmetic import common_factor
 
         factor, rest = common_factor(value)
         # A factor in front is easier to read when it takes the symbols along, or leaves plain numbers.
-        if factor != 1 and (factor.free_symbols or all(number.is_Rational for number in rest.flat)):
+        if factor != 1 and (factor.names or all(entry.as_number is not None for entry in rest.flat)):
             return notation.exact(factor), _each(rest, notation.exact)
     return "", _each(value, notation.exact)
 

@@ -22,6 +22,8 @@ from rigidcli.model.orbit import Orbit, require_values
 from rigidcli.model.schema import json_schema
 from rigidcli.model.system import System
 from rigidcli.model.transform import Transform
+from rigidcli.symbolic.algebra.arithmetic import EXACT
+from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.language.expression import Expression
 
 SPRING = "system: {coordinates: [x], lagrangian: m*xdot**2/2 - k*x**2/2}\n"
@@ -167,7 +169,7 @@ def test_a_definition_is_worth_the_value(text: str) -> None:
 def test_a_definition_may_have_parts_beyond_the_range_of_floats(text: str) -> None:
     """As fractions they are exact; the product is within the range."""
     document, definition = defined(text)
-    assert float(definition.exact({}).evalf(30)) == document.values["v"]
+    assert EXACT.value(from_tree(definition.root)) == document.values["v"]
 
 
 def test_names_may_be_greek() -> None:

@@ -6,18 +6,19 @@ After a wanted change: RIGIDCLI_GOLDEN=write python -m pytest tests/render, then
 from __future__ import annotations
 
 import os
+from fractions import Fraction
 from pathlib import Path
 
 import numpy as np
 import pytest
-import sympy
 
 from rigidcli.render import Format, Look, renderer
 from rigidcli.report import Column, Field, Report, Table
+from rigidcli.symbolic.algebra.expressions import number, symbol
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 
-M, a = sympy.symbols("M a", positive=True)
+M, a = symbol("M", True), symbol("a", True)
 TENSOR = M * a**2 / 12 * np.array([[8, -3, -3], [-3, 8, -3], [-3, -3, 8]], dtype=object)
 
 NUMBERS = Report(
@@ -61,7 +62,7 @@ SYMBOLS = Report(
     "exact numbers",
     (
         Field("mass", M, "mass", "M", "kg", {"mass": ()}),
-        Field("third", sympy.Rational(1, 3), "a third", "t", "m", {"third": ()}),
+        Field("third", number(Fraction(1, 3)), "a third", "t", "m", {"third": ()}),
         Field("com", np.array([a / 2, a / 2, 0 * a]), "centre", r"\mathbf{R}", "m", {"com_x": (0,)}),
         Field("tensor", TENSOR, "tensor", r"\mathbf{I}", "kg m^2", {"Ixx": (0, 0), "Ixy": (0, 1)}),
     ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Mapping
-from typing import Any, get_args
+from typing import Any
 
 import numpy as np
 
@@ -20,9 +20,8 @@ from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Question
 from rigidcli.grading.units import read_unit
 from rigidcli.model.units import Unit
+from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.language.expression import Expression, parse
-from rigidcli.symbolic.language.text import text
-from rigidcli.symbolic.language.tree import Node
 
 POINTS = 5
 """Points at which entries with symbols are compared."""
@@ -32,8 +31,6 @@ TRIES = 50
 
 LOW, HIGH = 0.3, 1.7
 """Between what sizes random values lie."""
-
-_TREES = get_args(Node)
 
 
 def reference(asked: Asked, layout: Layout) -> Reference:
@@ -79,24 +76,18 @@ def _entry(value: Any) -> Entry:
         if not math.isfinite(number):
             raise ValueProblem("this result is not finite")
         return number
-    if isinstance(value, _TREES):
-        written = text(value)
-    elif hasattr(type(value), "free_symbols"):
-        from rigidcli.symbolic.algebra.exact import text as exact_text
-
-        written = exact_text(value)
-    else:
+    if not isinstance(value, Expr):
         raise ValueProblem("this result is not made of numbers")
     try:
-        expression = parse(written)
+        expression = parse(str(value))
         return expression if expression.names else expression.evaluate({})
     except ExpressionError:
         raise ValueProblem("this result is too long, or has no value, and cannot be compared") from None
 
 
-def _is_exact(value: Any) -> bool:
+def _is_exact(asked: Asked) -> bool:
     """Whether results are exact numbers, in which parameters with a value do not appear."""
-    return any(hasattr(type(entry), "free_symbols") for entry in np.asarray(value, dtype=object).flat)
+    return asked.document is not None and asked.document.arithmetic.exact and asked.path[0] != "hamilton"
 
 
 def _unit_of(cell: Cell, names: frozenset[str]) -> Unit | None:
@@ -129,7 +120,7 @@ def _points(asked: Asked, entries: Array) -> tuple[tuple[Point, ...], frozenset[
     if asked.document is None:
         points = _with_values(entries, lambda: _in_question(asked, chance))
         return points, frozenset(), len(points)
-    values = {} if _is_exact(asked.value) else asked.document.values
+    values = {} if _is_exact(asked) else asked.document.values
     given = {name: float(value) for name, value in values.items()}
     free = _with_values(entries, lambda: _in_document(asked, names, {}, chance))
     if names.isdisjoint(given):
@@ -168,7 +159,7 @@ def _in_document(
     Parameters that hang on others follow them. In exact results those that have a value appear with it.
     """
     assert asked.document is not None
-    definitions, fixed = asked.document.definitions, _is_exact(asked.value)
+    definitions, fixed = asked.document.definitions, _is_exact(asked)
     point = {name: chance.uniform(LOW, HIGH) for name in sorted(names | definitions.keys())} | dict(given)
     for name, definition in definitions.items():
         if definition is not None and name not in given and (definition.names or fixed):

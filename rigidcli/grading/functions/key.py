@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import cast, get_args
 
 import numpy as np
 
@@ -23,7 +22,9 @@ from rigidcli.grading.question import Tolerance
 from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.units import DIMENSIONLESS
 from rigidcli.model.variables import velocity
-from rigidcli.symbolic.algebra.trees import from_tree
+from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.algebra.reading import from_tree
+from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import Node
@@ -79,9 +80,6 @@ class Key:
         return floats.verdict(answer, other, constant=self.constant, relative=relative) is True
 
 
-_TREES = get_args(Node)
-
-
 def read_key(asked: Asked) -> Key:
     """The expression that is asked for. Raises ValueProblem where there is none, or an option is unfit."""
     tree = _tree(asked)
@@ -111,7 +109,7 @@ def read_key(asked: Asked) -> Key:
         is_energy and bool(moving) and asked.question.constant == "allowed",
         misplaced,
         is_hamiltonian,
-        points.at(lagrangian) if isinstance(lagrangian, _TREES) else None,
+        None if lagrangian is None else points.at(to_tree(lagrangian)),
         velocity(last) if asked.path[-2:-1] == ("equations",) else last,
         not used & names.states and _may_be_periodic(tree, names),
         tuple(mistake(code, node) for code, node in found),
@@ -131,13 +129,9 @@ def _tree(asked: Asked) -> Node:
             return read(value, None)
         except Unreadable as unreadable:
             raise ValueProblem(f"the key {CODES[unreadable.finding.code]}") from None
-    if isinstance(value, _TREES):
-        return cast(Node, value)
-    if hasattr(type(value), "free_symbols"):
-        from rigidcli.symbolic.algebra import exact
-
-        value = exact.text(value)
-    elif isinstance(value, int | float | np.number) and not isinstance(value, bool):
+    if isinstance(value, Expr):
+        return to_tree(value)
+    if isinstance(value, int | float | np.number) and not isinstance(value, bool):
         value = repr(float(value)) if np.isfinite(value) else None
     try:
         return read(value, None, label=False)

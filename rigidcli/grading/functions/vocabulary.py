@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from rigidcli.grading.functions.formula import Domain, Vocabulary, draw, spellin
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import Dimension
 from rigidcli.model.variables import momentum, velocity
-from rigidcli.symbolic.language.tree import Node
+from rigidcli.symbolic.algebra.trees import to_tree
 
 if TYPE_CHECKING:
     from rigidcli.model.document import Document
@@ -29,8 +29,6 @@ ENERGIES = ("hamiltonian", "lagrangian")
 
 TRIED = 100
 """Random points that tell what a change of variables leaves out."""
-
-_TREES = get_args(Node)
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,5 +146,5 @@ def _dimensions(asked: Asked, motion: tuple[tuple[str, str, str], ...]) -> dict[
         return {}
     energies = (asked.report.get(name) for name in ENERGIES)
     return followed(
-        declared(asked.document), [node for node in energies if isinstance(node, _TREES)], TIME, motion
+        declared(asked.document), [to_tree(energy) for energy in energies if energy is not None], TIME, motion
     )

@@ -23,8 +23,9 @@ from rigidcli.grading.functions.rounding import rounded
 from rigidcli.grading.kinds import Example
 from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
 from rigidcli.symbolic.algebra.calculus import expand
+from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.algebra.trees import from_tree, to_tree
+from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import Constant, Name, Negative, Node, Number, Product, Sum
 

@@ -23,7 +23,7 @@ from rigidcli.grading.question import Question
 from rigidcli.model.variables import acceleration, momentum, velocity
 from rigidcli.symbolic.algebra.calculus import coefficients, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
-from rigidcli.symbolic.algebra.trees import from_tree
+from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.language import parser
 from rigidcli.symbolic.language.tree import Name, Negative, Node, Sum
 from rigidcli.symbolic.mechanics.energies import TIME
@@ -74,12 +74,11 @@ def read(asked: Asked) -> Key:
         given = {
             name: float(value)
             for name, value in asked.document.values.items()
-            if name in motion.domains and not getattr(value, "free_symbols", None)
+            if name in motion.domains and asked.document.arithmetic.value(value) is not None
         }
         if motion.momenta == tuple(told["momenta"]):
             potential = _potential(motion, told)
-            momenta: Mapping[str, Node] = told["momentum_definitions"] or {}
-            definitions = {name: from_tree(node) for name, node in momenta.items()}
+            definitions = told["momentum_definitions"] or {}
     vocabulary = motion.vocabulary(told is not None or question.symbols is not None)
     points = motion.states()
     around = stencil(motion, points)
@@ -105,7 +104,7 @@ def _potential(motion: Motion, told: Report) -> Expr | None:
     of_rates = told["lagrangian"] is not None
     energy, moving = ("lagrangian", motion.middles) if of_rates else ("hamiltonian", motion.momenta)
     try:
-        at_rest = substitute(from_tree(told[energy]), dict.fromkeys(moving, ZERO))
+        at_rest = substitute(told[energy], dict.fromkeys(moving, ZERO))
     except ExpressionError:
         return None
     return -at_rest if of_rates else at_rest
@@ -114,7 +113,7 @@ def _potential(motion: Motion, told: Report) -> Expr | None:
 def of_document(asked: Asked) -> Motion:
     """The motion by the equations in a report. Raises ValueProblem."""
     assert asked.document is not None
-    told: Mapping[str, Node] | None = asked.value
+    told: Mapping[str, Expr] | None = asked.value
     if told is None:
         raise ValueProblem("the document has no equations in closed form")
     if asked.path[-1] != "equations" or len(told) % 2:
@@ -126,7 +125,7 @@ def of_document(asked: Asked) -> Motion:
         name: definition.root for name, definition in definitions.items() if definition and definition.names
     }
     domains = _domains(asked.question, names, [name for name in definitions if name not in parameters])
-    rates = {velocity(name): from_tree(node) for name, node in told.items()}
+    rates = {velocity(name): rate for name, rate in told.items()}
     momenta = names[half:]
     return with_derivatives(Motion(names[:half], (), momenta, rates, domains, parameters, momenta=momenta))
 

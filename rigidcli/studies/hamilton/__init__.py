@@ -18,7 +18,7 @@ from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.latex_names import latex_name
-from rigidcli.symbolic.language.text import reading, text
+from rigidcli.symbolic.language.text import reading
 from rigidcli.symbolic.mechanics.hamilton_equations import linear
 
 if TYPE_CHECKING:
@@ -117,7 +117,7 @@ def _invariants(found: Derivation, asked: bool) -> tuple[Expr, ...] | None:
 
 def _further(kept: tuple[Expr, ...] | None) -> list[Field]:
     """The conserved quantities that were found by searching."""
-    trees = None if kept is None else [to_tree(e) for e in kept]
+    trees = None if kept is None else list(kept)
     return [
         Field("invariants", trees),
         *(Field("", tree, "conserved, too" if place == 0 else " ") for place, tree in enumerate(trees or ())),
@@ -130,7 +130,7 @@ def _written(key: str, e: Expr | None, title: str, sign: str) -> Field:
 
 
 def _tree(e: Expr | float | None) -> Value:
-    return to_tree(e) if isinstance(e, Expr) else e
+    return e
 
 
 def _each(
@@ -142,7 +142,7 @@ def _each(
     return [
         Field(
             f"{key}.{name}",
-            to_tree(e),
+            e,
             name + change if title or change else "",
             latex_name(name + change),
             cells={f"{key}.{name}": ()},
@@ -203,14 +203,13 @@ def _array(entries: Sequence[object]) -> Value:
 
 def _spectrum(matrix: Sequence[Sequence[Expr]], document: Document) -> Spectrum | None:
     """Of numbers where all parameters have values, else of what symbols allow."""
-    from rigidcli.symbolic.language.expression import Expression
     from rigidcli.symbolic.mechanics import spectrum
 
     values = {name: float(value) for name, value in document.values.items()}
     used = {name for row in matrix for e in row for name in e.names}
     if used <= values.keys() and not document.exact_results:
         try:
-            rows = [[Expression("", to_tree(e), e.names).evaluate(values) for e in row] for row in matrix]
+            rows = [[e.evaluate(**values) for e in row] for row in matrix]
         except ExpressionError:
             return None
         return spectrum.of_numbers(np.array(rows))
@@ -249,11 +248,11 @@ def _verdicts(found: Derivation) -> list[Field]:
 def _branches(found: Derivation) -> Table:
     """The ways back from the momenta, where there are several."""
     columns = [
-        Column(name, [to_tree(b.velocities[place]) for b in found.branches], (name,), "")
+        Column(name, [b.velocities[place] for b in found.branches], (name,), "")
         for place, name in enumerate(found.velocity_names)
     ]
-    columns.append(Column("hamiltonian", [to_tree(b.hamiltonian) for b in found.branches], ("H",), ""))
-    ranges = [" and ".join(f"{text(to_tree(e))} > 0" for e in b.conditions) for b in found.branches]
+    columns.append(Column("hamiltonian", [b.hamiltonian for b in found.branches], ("H",), ""))
+    ranges = [" and ".join(f"{e!s} > 0" for e in b.conditions) for b in found.branches]
     columns.append(Column("range", ranges, ("where",), ""))
     return Table("branches", "several velocities have the same momenta", tuple(columns), records=True)
 
@@ -269,7 +268,7 @@ def _change(change: Change) -> list[Field]:
             words=f"no: of {wrong} the bracket is wrong" if wrong else "yes",
         ),
         *(
-            Field(f"transform.brackets.{name}", to_tree(value), name, rf"\{name[:-1]}\}}")
+            Field(f"transform.brackets.{name}", value, name, rf"\{name[:-1]}\}}")
             for name, value in change.brackets.items()
         ),
         Field(

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
+from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.simplification import is_zero
-from rigidcli.symbolic.algebra.trees import from_tree, to_tree
+from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.mechanics import energies
 

@@ -1,66 +1,231 @@
-"""Exact numbers as an `Arithmetic`: rationals, roots, pi, and symbols without a value."""
+"""Exact numbers as an `Arithmetic`: rationals, roots, pi, and symbols without a value.
+
+Nothing here is decided by the clock: what is tried depends on the size of an expression alone, so that the
+same expression always comes out the same.
+"""
 
 from __future__ import annotations
 
 import math
 import zlib
-from typing import Any
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any, cast
 
-import sympy
+import numpy as np
 
-from rigidcli.core.arithmetic import Arithmetic
-from rigidcli.symbolic.algebra.exact import tidy, tidy_array
+from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.algebra import simplification
+from rigidcli.symbolic.algebra.allowance import Allowance
+from rigidcli.symbolic.algebra.atoms import Atom, Group
+from rigidcli.symbolic.algebra.expressions import ONE, PI, ZERO, Expr, expr, factored, gathered, power, symbol
+from rigidcli.symbolic.algebra.fractions import cancelled, factors, in_factors
+from rigidcli.symbolic.algebra.functions import apply
+from rigidcli.symbolic.algebra.roots import Rational, magnitude
 
-ZERO_DIGITS = 60
-"""A number without symbols that is below 10^-50 when worked to so many digits is zero."""
+MAX_STEPS = 60_000
+"""Steps that the search for common factors of one expression may take: a few tenths of a second."""
+
+LONGEST_KEY = 20_000
+"""Length of the key of the longest expression that is brought into a shorter form at all."""
+
+PRECISIONS = (64, 256, 1100)
+"""Bits with which the sign of a number is looked for. Below 10^-300 it is taken for zero."""
+
+_HALF = Fraction(1, 2)
 
 
-def _symbol(name: str, positive: bool) -> Any:
-    """A parameter without a value: real, or known to be positive."""
-    return sympy.Symbol(name, positive=True) if positive else sympy.Symbol(name, real=True)
+@lru_cache(maxsize=4096)
+def tidy(e: Expr) -> Expr:
+    """The shortest of the forms that cheap rearrangements find; 0 for a hidden zero."""
+    if len(e.key) > LONGEST_KEY:
+        return e
+    short = simplification.tidy(e)
+    if _is_product(short):
+        return short
+    forms = [short]
+    for form in (cancelled, in_factors):
+        with suppress(ExpressionError):
+            forms.append(form(short, Allowance(MAX_STEPS)))
+    shorter = simplification.shortest(forms)
+    if not shorter.names and shorter and _number_sign(shorter) == 0:
+        return ZERO
+    return shorter if shorter == short else simplification.tidy(shorter)
+
+
+def _is_product(e: Expr) -> bool:
+    """Whether it has at most one term, and no sum in it."""
+    return len(e.terms) < 2 and not any(isinstance(atom, Group) for atom in e.atoms)
+
+
+def tidy_array(array: Array) -> Array:
+    """An array of exact numbers, each one tidied."""
+    result = np.empty(array.shape, dtype=object)
+    for index, entry in np.ndenumerate(array):
+        result[index] = tidy(expr(entry))
+    return result
+
+
+def common_factor(array: Array) -> tuple[Expr, Array]:
+    """The factor that leaves an array of exact numbers shortest, and what it leaves.
+
+    The numbers that remain are integers without a common divisor where all were rational. The factor is 1
+    and the array as given where nothing gets shorter.
+    """
+    entries = [factored(entry) for entry in array.flat if entry]
+    if not entries:
+        return ONE, array
+    numbers = [Fraction(coefficient) for coefficient, _ in entries]
+    content = Fraction(
+        math.gcd(*(number.numerator for number in numbers)),
+        math.lcm(*(number.denominator for number in numbers)),
+    )
+    shared: dict[Atom, Rational] = dict(entries[0][1])
+    for _, monomial in entries[1:]:
+        powers = dict(monomial)
+        shared = {a: min(n, powers[a], key=magnitude) for a, n in shared.items() if n * powers.get(a, 0) > 0}
+    factor = gathered(content, shared)
+    rest = np.array([entry / factor for entry in array.flat], dtype=object).reshape(array.shape)
+    before, after = (sum(len(str(entry)) for entry in entries.flat) for entries in (array, rest))
+    return (factor, rest) if after + len(str(factor)) < before else (ONE, array)
+
+
+def _enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
+    try:
+        return simplification.enclosed(e, point, bits)
+    except (ArithmeticError, ValueError) as error:
+        raise ExpressionError("the expression has no finite real value") from error
+
+
+def _number_sign(e: Expr) -> int:
+    """The sign of an expression without symbols."""
+    for bits in PRECISIONS:
+        ball = _enclosed(e, {}, bits)
+        if not ball.contains(0):
+            return 1 if ball > 0 else -1
+    return 0
+
+
+def _float(e: Expr, point: Mapping[str, Fraction]) -> float:
+    for bits in PRECISIONS:
+        ball = _enclosed(e, point, bits)
+        if ball.rel_accuracy_bits() > np.finfo(np.float64).nmant + 1:
+            return float(ball.mid())
+    return 0.0
 
 
 def _value(x: Any) -> float | None:
-    x = sympy.sympify(x, strict=True)
-    return None if x.free_symbols else float(x.evalf(20))
+    e = expr(x)
+    return None if e.names else _float(e, {})
 
 
-def _sign(x: Any) -> int | None:
-    x = tidy(sympy.sympify(x, strict=True))
-    if x.is_zero:
-        return 0
-    if x.free_symbols:
-        return 1 if x.is_positive else -1 if x.is_negative else None
-    number = x.evalf(ZERO_DIGITS, maxn=2 * ZERO_DIGITS)
-    if abs(number) < sympy.Float(10) ** -50:
-        return 0
-    return 1 if number > 0 else -1
-
-
-def _size(x: Any) -> float:
+def size(x: Any) -> float:
     """The number, or its value where every symbol has a value of its own between 1 and 2."""
-    x = sympy.sympify(x, strict=True)
-    sample = {s: 1 + sympy.Float(zlib.crc32(s.name.encode())) / 2**32 for s in x.free_symbols}
-    # Rounding may leave an imaginary part where the root of a square is not seen as one.
-    number = complex(x.xreplace(sample).evalf(20))
-    return number.real if abs(number.imag) <= 1e-12 * abs(number.real) else math.nan
+    e = expr(x)
+    try:
+        return _float(e, {name: 1 + Fraction(zlib.crc32(name.encode()), 2**32) for name in e.names})
+    except ExpressionError:
+        return math.nan
 
 
-def _hypot(*components: Any) -> Any:
-    return sympy.sqrt(tidy(sympy.Add(*(sympy.sympify(c, strict=True) ** 2 for c in components))))
+def sign(x: Any) -> int | None:
+    """-1, 0 or 1; None where that depends on symbols."""
+    found = weak_sign(expr(x))
+    return None if found is None or not found[1] else found[0]
 
 
-EXACT = Arithmetic(
+def weak_sign(x: Expr) -> tuple[int, bool] | None:
+    """The sign that an expression has unless it is zero, and whether it never is; None where it has both."""
+    e = tidy(x)
+    if not e.names:
+        return _number_sign(e), True
+    known = e.sign()
+    if known is not None:
+        return known, e.is_strict()
+    try:
+        parts = factors(e, Allowance(MAX_STEPS))
+    except ExpressionError:
+        return None
+    product, strict = 1, True
+    for factor, exponent in parts:
+        known = factor.sign() if factor.names else _number_sign(factor)
+        if exponent % 2:
+            if known is None:
+                return None
+            product *= known
+        strict = strict and known is not None and (factor.is_strict() or not factor.names)
+    return product, strict
+
+
+def sqrt(x: Any) -> Expr:
+    """The square root, of squares of known sign without a root.
+
+    Raises ExpressionError for a number that is negative.
+    """
+    return root_of_either_sign(x, abs)
+
+
+def root_of_either_sign(x: Any, of_square: Callable[[Expr], Expr] = lambda x: x) -> Expr:
+    """A square root whose sign is free: of x^2 simply x, or what `of_square` makes of x."""
+    e = tidy(expr(x))
+    if _is_product(e):
+        return power(e, _HALF)
+    try:
+        parts = factors(e, Allowance(MAX_STEPS))
+    except ExpressionError:
+        return power(e, _HALF)
+    outside, inside = ONE, ONE
+    for factor, exponent in parts:
+        outside *= of_square(factor) ** (exponent // 2)
+        inside *= factor ** (exponent % 2)
+    return outside * _denested(tidy(inside))
+
+
+def _denested(e: Expr) -> Expr:
+    """The square root of a number a + b, in two roots where a^2 - b^2 is the square of a rational.
+
+    So sqrt(3 + 2 sqrt(2)) is 1 + sqrt(2).
+    """
+    if len(e.terms) == 2 and not e.names:
+        a, b = (Expr({monomial: coefficient}) for monomial, coefficient in e.ordered)
+        rest = power(tidy(a**2 - b**2), _HALF).as_number if _number_sign(a**2 - b**2) > 0 else None
+        if rest is not None and _number_sign(a) > 0:
+            return power((a + rest) / 2, _HALF) + _number_sign(b) * power((a - rest) / 2, _HALF)
+    return power(e, _HALF)
+
+
+def _hypot(*components: Any) -> Expr:
+    return sqrt(sum((expr(c) ** 2 for c in components), ZERO))
+
+
+def _atan2(y: Any, x: Any) -> Expr:
+    above, right = tidy(expr(y)), tidy(expr(x))
+    side = sign(right)
+    if side == 1:
+        return apply("atan", tidy(above / right))
+    height = sign(above) if side is not None else None
+    if side == 0 and height:
+        return PI * Fraction(height, 2)
+    if side == -1 and height is not None:
+        return apply("atan", tidy(above / right)) + (PI if height >= 0 else -PI)
+    return apply("atan2", above, right)
+
+
+# An `Expr` stands where `Arithmetic` says `Scalar`.
+EXACT: Arithmetic = cast(Any, Arithmetic)(
     exact=True,
-    pi=sympy.pi,
-    sqrt=sympy.sqrt,
-    sin=sympy.sin,
-    cos=sympy.cos,
-    atan2=sympy.atan2,
+    pi=PI,
+    sqrt=sqrt,
+    sin=lambda x: apply("sin", x),
+    cos=lambda x: apply("cos", x),
+    atan2=_atan2,
     hypot=_hypot,
     value=_value,
-    sign=_sign,
-    size=_size,
+    sign=sign,
+    size=size,
     tidy=tidy_array,
-    symbol=_symbol,
+    symbol=symbol,
 )

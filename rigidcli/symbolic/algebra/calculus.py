@@ -88,7 +88,8 @@ class _Derivative:
             case Group(inner=inner):
                 return self.of(inner)
             case Applied(function="atan2", arguments=(y, x)):
-                return (x * self.of(y) - y * self.of(x)) / (x**2 + y**2)
+                turned: Expr = (x * self.of(y) - y * self.of(x)) / (x**2 + y**2)
+                return turned
             case Applied(function="pow", arguments=(base, exponent)):
                 return self.of_power(base, exponent)
             case Applied(function=function, arguments=(argument,)):

@@ -16,10 +16,11 @@ the first one has a value. So x*y/x is y, but sqrt(x**2) is not x.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
 from functools import lru_cache
-from typing import TypeAlias
+from numbers import Integral
+from typing import Any, TypeAlias, cast
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.atoms import (
@@ -30,148 +31,116 @@ from rigidcli.symbolic.algebra.atoms import (
     Pi,
     Surd,
     Symbol,
+    Terms,
     interned,
     is_nonnegative,
     is_positive,
     key_of_atom,
 )
 from rigidcli.symbolic.algebra.roots import Rational, bounded, magnitude, root, surd
+from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.language.expression import Expression
+from rigidcli.symbolic.language.text import latex, text
+from rigidcli.symbolic.language.tree import FUNCTIONS
 
 MAX_TERMS = 10_000
-"""Of a sum."""
+"""Largest number of terms of a sum."""
 
 Number: TypeAlias = "Expr | int | Fraction"
 
 
-class Expr:
-    """An immutable expression."""
+def _operator(combine: Callable[[Expr, Expr], Expr]) -> Callable[[Expr, Number], Expr]:
+    """A method for an operator; what is no exact number, such as an array, is left to do it by itself."""
 
-    __slots__ = ("_depth", "_factored", "_hash", "_key", "_names", "_ordered", "terms")
+    def method(self: Expr, other: Number) -> Expr:
+        if not isinstance(other, Expr):
+            if not isinstance(other, Integral | Fraction):
+                return cast(Expr, NotImplemented)
+            other = expr(other)
+        return combine(self, other)
+
+    return method
+
+
+class Expr(Terms):
+    """An immutable exact expression, and the type in which results are exact.
+
+    H = rigidcli.hamilton(document)["hamiltonian"]
+    str(H)                          # 'p_x**2/(2*m) + k*x**2/2', in the expression language
+    H.evaluate(m=1, k=4, p_x=0, x=[0.0, 0.5])
+    """
+
+    __slots__ = ("_factored",)
 
     def __init__(self, terms: Mapping[Monomial, Rational]) -> None:
         """`terms` is in canonical form already; use `number`, `symbol` and the operators to make one."""
-        self.terms = terms
-        self._depth: int | None = None
+        super().__init__(terms)
         self._factored: tuple[Rational, Monomial] | None = None
-        self._hash: int | None = None
-        self._key: str | None = None
-        self._names: frozenset[str] | None = None
-        self._ordered: tuple[tuple[Monomial, Rational], ...] | None = None
 
-    @property
-    def is_zero(self) -> bool:
-        """Whether nothing is left; `simplification.is_zero` looks deeper."""
-        return not self.terms
+    def __str__(self) -> str:
+        return text(to_tree(self))
 
-    @property
-    def as_number(self) -> Rational | None:
-        """The rational number that it is."""
-        if not self.terms:
-            return 0
-        return self.terms.get(()) if len(self.terms) == 1 else None
+    __repr__ = __str__
 
-    @property
-    def names(self) -> frozenset[str]:
-        """The symbols in it, at any depth."""
-        if self._names is None:
-            self._names = frozenset().union(*(atom.names for atom in self.atoms))
-        return self._names
+    def _repr_latex_(self) -> str:
+        return f"${latex(to_tree(self))}$"
 
-    @property
-    def atoms(self) -> list[Atom]:
-        """The atoms of its terms, each once."""
-        return list(dict.fromkeys(atom for monomial in self.terms for atom, _ in monomial))
+    def __float__(self) -> float:
+        """Raises ExpressionError where a symbol is in it."""
+        return float(self.evaluate())
 
-    @property
-    def depth(self) -> int:
-        """How deep its atoms are nested."""
-        if self._depth is None:
-            self._depth = max((atom.depth for atom in self.atoms), default=0)
-        return self._depth
+    def evaluate(self, **values: Any) -> Any:
+        """The value where the symbols have these values: a float, or an array as soon as one of these is.
 
-    @property
-    def ordered(self) -> tuple[tuple[Monomial, Rational], ...]:
-        """The terms in canonical order."""
-        if self._ordered is None:
-            self._ordered = tuple(sorted(self.terms.items(), key=_place))
-        return self._ordered
+        Raises:
+            ExpressionError: a symbol has no value, or numbers lead to no finite real value.
+        """
+        import numpy as np
 
-    @property
-    def key(self) -> str:
-        """A text that equal expressions share."""
-        if self._key is None:
-            self._key = ",".join(
-                "*".join([str(coefficient), *(f"{atom.key}^{exponent}" for atom, exponent in monomial)])
-                for monomial, coefficient in self.ordered
-            )
-        return self._key
+        arrays = {name: np.asarray(value) if np.ndim(value) else value for name, value in values.items()}
+        return Expression("", to_tree(self), self.names).evaluate(arrays)
 
-    def __repr__(self) -> str:
-        return f"Expr({self.key})"
+    def to_sympy(self) -> Any:
+        """The same as an expression of sympy, which must be installed. Its symbols are real or positive."""
+        return to_sympy(self)
+
+    _sympy_ = to_sympy  # by this name sympy's own functions take it
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, Expr):
             return self.terms == other.terms
-        return self.as_number == other if isinstance(other, (int, Fraction)) else NotImplemented
+        return self.as_number == other if isinstance(other, Integral | Fraction) else NotImplemented
 
-    def __hash__(self) -> int:
-        if self._hash is None:
-            self._hash = hash(frozenset(self.terms.items()))
-        return self._hash
+    __hash__ = Terms.__hash__
+
+    def __bool__(self) -> bool:
+        return bool(self.terms)
 
     def __neg__(self) -> Expr:
         return scaled(self, -1)
 
-    def __add__(self, other: Number) -> Expr:
-        return total((self, _expr(other)))
+    __add__ = _operator(lambda a, b: total((a, b)))
+    __radd__ = _operator(lambda a, b: total((b, a)))
+    __sub__ = _operator(lambda a, b: total((a, -b)))
+    __rsub__ = _operator(lambda a, b: total((b, -a)))
+    __mul__ = _operator(lambda a, b: product((a, b)))
+    __rmul__ = _operator(lambda a, b: product((b, a)))
+    __truediv__ = _operator(lambda a, b: product((a, power(b, -1))))
+    __rtruediv__ = _operator(lambda a, b: product((b, power(a, -1))))
 
-    def __radd__(self, other: Number) -> Expr:
-        return total((_expr(other), self))
-
-    def __sub__(self, other: Number) -> Expr:
-        return total((self, -_expr(other)))
-
-    def __rsub__(self, other: Number) -> Expr:
-        return total((_expr(other), -self))
-
-    def __mul__(self, other: Number) -> Expr:
-        return product((self, _expr(other)))
-
-    def __rmul__(self, other: Number) -> Expr:
-        return product((_expr(other), self))
-
-    def __truediv__(self, other: Number) -> Expr:
-        return product((self, power(_expr(other), -1)))
-
-    def __rtruediv__(self, other: Number) -> Expr:
-        return product((_expr(other), power(self, -1)))
+    def __abs__(self) -> Expr:
+        """|x|: without bars where the sign is known."""
+        return _absolute(self)
 
     def __pow__(self, exponent: Number) -> Expr:
         """The power; where the exponent is no rational number, `elementary.apply` knows the laws."""
-        exponent = _expr(exponent)
+        exponent = expr(exponent)
         known = exponent.as_number
         if known is not None:
             return power(self, known)
         if self == 1:
             return ONE
         return atomic(Applied("pow", (self, exponent)))
-
-
-def _place(term: tuple[Monomial, Rational]) -> tuple[object, ...]:
-    """Where a term stands in a sum: kinetic energy first, functions last, otherwise by falling degree."""
-    rates: Rational = 0
-    degree: Rational = 0
-    functions = 0
-    for atom, exponent in term[0]:
-        if isinstance(atom, Symbol):
-            rates += exponent if atom.is_rate else 0
-            degree += max(exponent, 0)
-        elif isinstance(atom, Applied):
-            functions += 1
-        elif isinstance(atom, Group):
-            rates += 2 if atom.has_rates and exponent > 0 else 0
-            degree += max(exponent, 0)
-    return -rates, functions, -degree, [(atom.key, -exponent) for atom, exponent in term[0]]
 
 
 ZERO = Expr({})
@@ -189,16 +158,25 @@ def atomic(atom: Atom) -> Expr:
 
 
 @lru_cache(1000)
-def symbol(name: str) -> Expr:
-    """A symbol for any real number."""
-    return atomic(Symbol(name))
+def symbol(name: str, positive: bool = False) -> Expr:
+    """A symbol for any real number, or for any positive one."""
+    return atomic(Symbol(name, positive))
 
 
 PI = atomic(Pi())
 
 
-def _expr(value: Number) -> Expr:
-    return value if isinstance(value, Expr) else number(value)
+def expr(value: Any) -> Expr:
+    """The expression itself, or the one that is this integer or fraction.
+
+    Raises:
+        TypeError: it is something else, such as a float, which is no exact number.
+    """
+    if isinstance(value, Expr):
+        return value
+    if isinstance(value, Integral | Fraction):
+        return number(value if isinstance(value, Fraction) else int(value))
+    raise TypeError(f"{value!r} is no exact number")
 
 
 def scaled(e: Expr, factor: Rational) -> Expr:
@@ -349,6 +327,19 @@ def divided(e: Expr, content: Rational, common: Mapping[Atom, Rational]) -> Expr
     return total(parts)
 
 
+def _absolute(e: Expr) -> Expr:
+    """What is never negative comes out of the bars: numbers, even powers, what is known to be positive."""
+    coefficient, monomial = factored(e)
+    outside, inside = number(magnitude(coefficient)), ONE
+    for atom, exponent in monomial:
+        factor = power(atomic(atom), exponent)
+        if exponent.denominator != 1 or exponent.numerator % 2 == 0 or is_nonnegative(atom):
+            outside *= factor
+        else:
+            inside *= factor
+    return outside if inside == ONE else outside * atomic(Applied("abs", (inside,)))
+
+
 def power(base: Expr, exponent: Rational) -> Expr:
     """A rational power.
 
@@ -416,6 +407,36 @@ def _root_of_monomial(sign: int, monomial: Monomial, exponent: Fraction) -> Expr
     return gathered(1, {_group(Expr({monomial: sign})): exponent})
 
 
-def _group(inner: Expr) -> Group:
+def _group(inner: Expr) -> Group[Expr]:
     plain = len(inner.terms) > 1 and inner.ordered[0][1] > 0 and not _common(inner)
     return interned(Group(inner, plain))
+
+
+def to_sympy(e: Expr) -> Any:
+    """An expression as one of sympy, which is imported here."""
+    import sympy
+
+    def of_atom(atom: Atom) -> Any:
+        match atom:
+            case Symbol(name=name, positive=positive):
+                return sympy.Symbol(name, positive=True) if positive else sympy.Symbol(name, real=True)
+            case Surd(value=value):
+                return sympy.Integer(value)
+            case Group(inner=inner):
+                return to_sympy(inner)
+            case Applied(function="pow", arguments=(base, exponent)):
+                return to_sympy(base) ** to_sympy(exponent)
+            case Applied(function=function, arguments=arguments):
+                return getattr(sympy, FUNCTIONS[function].sympy)(*map(to_sympy, arguments))
+            case _:
+                return sympy.pi
+
+    def rational(value: Rational) -> Any:
+        return sympy.Rational(value.numerator, value.denominator)
+
+    return sympy.Add(
+        *(
+            sympy.Mul(rational(coefficient), *(of_atom(atom) ** rational(n) for atom, n in monomial))
+            for monomial, coefficient in e.ordered
+        )
+    )

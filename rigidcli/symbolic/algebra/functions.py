@@ -5,10 +5,11 @@ Signs go in and out of odd and even functions, and a few arguments have values t
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from fractions import Fraction
 
 from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.algebra.atoms import Applied
+from rigidcli.symbolic.algebra.atoms import Applied, Atom, is_positive
 from rigidcli.symbolic.algebra.expressions import (
     ONE,
     PI,
@@ -16,52 +17,83 @@ from rigidcli.symbolic.algebra.expressions import (
     Expr,
     Number,
     atomic,
+    expr,
     factored,
     number,
     power,
+    product,
     scaled,
 )
 from rigidcli.symbolic.algebra.roots import Rational, magnitude
 
 _SHOWN = 24
+"""Most digits of a number that a message repeats."""
 
 _HALF = Fraction(1, 2)
 
 _ODD = frozenset(["sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "sign"])
 _EVEN = frozenset(["cos", "cosh", "abs"])
 
-_AT_NUMBERS: dict[tuple[str, Rational], Expr] = {
-    ("sin", 0): ZERO,
-    ("cos", 0): ONE,
-    ("tan", 0): ZERO,
-    ("asin", 0): ZERO,
-    ("asin", 1): PI / 2,
-    ("asin", _HALF): PI / 6,
-    ("acos", -1): PI,
-    ("acos", -_HALF): 2 * PI / 3,
-    ("acos", 0): PI / 2,
-    ("acos", _HALF): PI / 3,
-    ("acos", 1): ZERO,
-    ("atan", 0): ZERO,
-    ("atan", 1): PI / 4,
-    ("sinh", 0): ZERO,
-    ("cosh", 0): ONE,
-    ("tanh", 0): ZERO,
-    ("asinh", 0): ZERO,
-    ("acosh", 1): ZERO,
-    ("atanh", 0): ZERO,
-    ("exp", 0): ONE,
-    ("log", 1): ZERO,
-}
+
+def _root(value: Number) -> Expr:
+    return power(expr(value), _HALF)
+
 
 _SINES: dict[Fraction, Expr] = {
     Fraction(0): ZERO,
+    Fraction(1, 12): (_root(6) - _root(2)) / 4,
+    Fraction(1, 10): (_root(5) - 1) / 4,
+    Fraction(1, 8): _root(2 - _root(2)) / 2,
     Fraction(1, 6): number(_HALF),
-    Fraction(1, 4): power(number(2), _HALF) / 2,
-    Fraction(1, 3): power(number(3), _HALF) / 2,
+    Fraction(1, 5): _root(10 - 2 * _root(5)) / 4,
+    Fraction(1, 4): _root(2) / 2,
+    Fraction(3, 10): (_root(5) + 1) / 4,
+    Fraction(1, 3): _root(3) / 2,
+    Fraction(3, 8): _root(2 + _root(2)) / 2,
+    Fraction(2, 5): _root(10 + 2 * _root(5)) / 4,
+    Fraction(5, 12): (_root(6) + _root(2)) / 4,
     Fraction(1, 2): ONE,
 }
-"""Of multiples of pi up to a right angle."""
+"""The sines of multiples of pi up to a right angle that have a short form in square roots."""
+
+_TANGENTS: dict[Fraction, Expr] = {
+    Fraction(0): ZERO,
+    Fraction(1, 12): 2 - _root(3),
+    Fraction(1, 8): _root(2) - 1,
+    Fraction(1, 6): _root(3) / 3,
+    Fraction(1, 4): ONE,
+    Fraction(1, 3): _root(3),
+    Fraction(3, 8): _root(2) + 1,
+    Fraction(5, 12): 2 + _root(3),
+}
+
+_KNOWN: dict[tuple[str, Expr], Expr] = {
+    **{("asin", sine): PI * part for part, sine in _SINES.items()},
+    **{("acos", sine): PI * (_HALF - part) for part, sine in _SINES.items()},
+    **{("acos", -sine): PI * (_HALF + part) for part, sine in _SINES.items()},
+    **{("atan", tangent): PI * part for part, tangent in _TANGENTS.items()},
+    ("sinh", ZERO): ZERO,
+    ("cosh", ZERO): ONE,
+    ("tanh", ZERO): ZERO,
+    ("asinh", ZERO): ZERO,
+    ("acosh", ONE): ZERO,
+    ("atanh", ZERO): ZERO,
+    ("exp", ZERO): ONE,
+    ("log", ONE): ZERO,
+}
+"""Values at arguments where they are known."""
+
+_COMPOSED: dict[tuple[str, str], Callable[[Expr], Expr]] = {
+    ("sin", "asin"): lambda x: x,
+    ("sin", "acos"): lambda x: _root(1 - x**2),
+    ("sin", "atan"): lambda x: x / _root(1 + x**2),
+    ("cos", "asin"): lambda x: _root(1 - x**2),
+    ("cos", "acos"): lambda x: x,
+    ("cos", "atan"): lambda x: 1 / _root(1 + x**2),
+    ("tan", "atan"): lambda x: x,
+    ("log", "exp"): lambda x: x,
+}
+"""Functions of functions that are simpler wherever they have a value."""
 
 
 def apply(function: str, *arguments: Number) -> Expr:
@@ -70,7 +102,7 @@ def apply(function: str, *arguments: Number) -> Expr:
     Raises:
         ExpressionError: it has no finite real value there.
     """
-    exprs = [e if isinstance(e, Expr) else number(e) for e in arguments]
+    exprs = [expr(e) for e in arguments]
     if function == "sqrt":
         return power(exprs[0], _HALF)
     if function == "pow":
@@ -87,28 +119,27 @@ def apply(function: str, *arguments: Number) -> Expr:
 
 def _applied(function: str, argument: Expr) -> Expr:
     """A function of one argument, whose sign is canonical."""
-    known = argument.as_number
+    rational = argument.as_number
+    if rational is not None:
+        _require_value(function, rational)
+    known = _KNOWN.get((function, argument))
     if known is not None:
-        value = _at_number(function, known)
-        if value is not None:
-            return value
+        return known
     if function in ("sin", "cos", "tan"):
         turns = _half_turns(argument)
         value = None if turns is None else _at_angle(function, turns)
         if value is not None:
             return value
-    if function == "log" and (exponent := _inside(argument, "exp")) is not None:
-        return exponent
+    inner = _only_atom(argument)
+    if isinstance(inner, Applied) and (function, inner.function) in _COMPOSED:
+        return _COMPOSED[function, inner.function](inner.arguments[0])
     if function in ("abs", "sign"):
-        return _absolute(argument) if function == "abs" else _signum(argument)
+        return abs(argument) if function == "abs" else _signum(argument)
     return atomic(Applied(function, (argument,)))
 
 
-def _at_number(function: str, value: Rational) -> Expr | None:
-    if function == "abs":
-        return number(magnitude(value))
-    if function == "sign":
-        return number((value > 0) - (value < 0))
+def _require_value(function: str, value: Rational) -> None:
+    """Raise ExpressionError where a function has no finite real value at a number."""
     if (
         (function == "log" and value <= 0)
         or (function in ("asin", "acos") and magnitude(value) > 1)
@@ -117,7 +148,6 @@ def _at_number(function: str, value: Rational) -> Expr | None:
     ):
         shown = str(value) if len(str(value)) <= _SHOWN else f"{str(value)[:_SHOWN]}..."
         raise ExpressionError(f"`{function}({shown})` has no finite real value")
-    return _AT_NUMBERS.get((function, value))
 
 
 def _half_turns(argument: Expr) -> Fraction | None:
@@ -131,12 +161,11 @@ def _at_angle(function: str, half_turns: Fraction) -> Expr | None:
     if function == "cos":
         return _at_angle("sin", half_turns + _HALF)
     if function == "tan":
-        sine, cosine = _at_angle("sin", half_turns), _at_angle("cos", half_turns)
-        if sine is None or cosine is None:
-            return None
-        if cosine.is_zero:
+        part = half_turns % 1
+        if part == _HALF:
             raise ExpressionError("`tan` of an odd multiple of pi/2 has no finite real value")
-        return sine / cosine
+        tangent = _TANGENTS.get(min(part, 1 - part))
+        return None if tangent is None else scaled(tangent, 1 if part < _HALF else -1)
     part = half_turns % 2
     sign = 1
     if part >= 1:
@@ -145,57 +174,31 @@ def _at_angle(function: str, half_turns: Fraction) -> Expr | None:
     return None if value is None else scaled(value, sign)
 
 
-def _inside(e: Expr, function: str) -> Expr | None:
-    """The argument, where an expression is just this function of it."""
+def _only_atom(e: Expr) -> Atom | None:
+    """The atom, where an expression is one and nothing else."""
     if len(e.terms) == 1:
         ((monomial, coefficient),) = e.terms.items()
         if coefficient == 1 and len(monomial) == 1 and monomial[0][1] == 1:
-            atom = monomial[0][0]
-            if isinstance(atom, Applied) and atom.function == function:
-                return atom.arguments[0]
+            return monomial[0][0]
     return None
 
 
-def _absolute(argument: Expr) -> Expr:
-    """What is never negative comes out: numbers, even powers, exponentials."""
-    coefficient, monomial = factored(argument)
-    outside, inside = number(magnitude(coefficient)), ONE
-    for atom, exponent in monomial:
-        factor = power(atomic(atom), exponent)
-        positive = exponent.denominator != 1 or exponent.numerator % 2 == 0
-        if not positive and isinstance(atom, Applied):
-            positive = atom.function in ("exp", "cosh", "abs", "acosh", "acos")
-        if positive or atom is _PI:
-            outside *= factor
-        else:
-            inside *= factor
-    if inside == ONE:
-        return outside
-    return outside * atomic(Applied("abs", (inside,)))
-
-
 def _signum(argument: Expr) -> Expr:
+    """What is known to be positive goes."""
     coefficient, monomial = factored(argument)
+    kept = product(power(atomic(atom), n) for atom, n in monomial if not is_positive(atom))
     sign = 1 if coefficient > 0 else -1
-    kept = ONE
-    for atom, exponent in monomial:
-        positive = isinstance(atom, Applied) and atom.function in ("exp", "cosh")
-        if not positive and atom is not _PI:
-            kept *= power(atomic(atom), exponent)
-    if kept == ONE:
-        return number(sign)
-    return scaled(atomic(Applied("sign", (kept,))), sign)
+    return number(sign) if kept == ONE else scaled(atomic(Applied("sign", (kept,))), sign)
 
 
 def _atan2(y: Expr, x: Expr) -> Expr:
-    first, second = y.as_number, x.as_number
-    if first == 0 and second == 0:
+    """By the arc tangent where the signs are known; those of sums of square roots are not."""
+    above, right = y.sign(), x.sign()
+    if above == 0 and right == 0:
         raise ExpressionError("`atan2(0, 0)` has no value")
-    if first == 0 and second is not None:
-        return ZERO if second > 0 else PI
-    if second == 0 and first is not None:
-        return scaled(PI, Fraction(1 if first > 0 else -1, 2))
-    return atomic(Applied("atan2", (y, x)))
-
-
-_PI = next(iter(PI.terms))[0][0]
+    if right == 0 and above is not None and y.is_strict():
+        return scaled(PI, Fraction(above, 2))
+    if right is None or not x.is_strict() or (right < 0 and above is None):
+        return atomic(Applied("atan2", (y, x)))
+    angle = apply("atan", y / x)
+    return angle if right > 0 else angle + PI if above != -1 else angle - PI

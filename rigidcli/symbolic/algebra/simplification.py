@@ -38,9 +38,9 @@ MAX_DEPTH_TO_TIDY = 12
 
 _POINTS = 3
 _TRIALS = 40
-_DIGITS = 60
+_BITS = 200
 _DOUBT = 1e-3
-_MULTIPRECISION_DOUBT = 1e-35
+_BALLS_DOUBT = 1e-35
 
 _LARGEST_ARGUMENT = 1e15
 """Of a function: exp(exp(...)) would need more digits than there is memory for."""
@@ -181,7 +181,8 @@ def is_zero(e: Expr) -> bool:
     """Whether an expression vanishes wherever it has a value.
 
     Values at random points tell it from zero, or laws prove it to be zero; where neither is sure, values
-    with 60 digits decide. An expression for which no point with a value is found is not zero unless proven.
+    of 200 bits with a proved bound of their error decide. An expression for which no point with a value is
+    found is not zero unless that is proved.
     """
     if not e.terms:
         return True
@@ -196,7 +197,10 @@ def is_zero(e: Expr) -> bool:
         return True
     if _seems_zero(reduced, _FLOATS, _DOUBT) is False:
         return False
-    return _seems_zero(e, _multiprecision(), _MULTIPRECISION_DOUBT) is True
+    from flint import ctx
+
+    with ctx.workprec(_BITS):
+        return _seems_zero(e, _balls(), _BALLS_DOUBT) is True
 
 
 def _numerator(e: Expr, allowance: Allowance) -> Expr:
@@ -216,18 +220,33 @@ _FLOATS: _Functions = {
 }
 
 
-def _multiprecision() -> _Functions:
-    import mpmath
+def _balls() -> _Functions:
+    """The functions of python-flint's balls: numbers with a proved bound of their error."""
+    from flint import arb, fmpq
 
-    context = mpmath.mp.clone()
-    context.dps = _DIGITS
-    spelled = {"abs": "fabs"}
+    def method(name: str) -> Callable[[Any], Any]:
+        return lambda x: getattr(x, name)()
+
     return {
-        **{name: getattr(context, spelled.get(name, name)) for name in FUNCTIONS},
-        "power": context.power,
-        "number": lambda value: context.mpf(value.numerator) / value.denominator,
-        "pi": lambda: +context.pi,
+        **{name: method(name) for name in FUNCTIONS},
+        "abs": abs,
+        "sign": method("sgn"),
+        "atan2": arb.atan2,
+        "power": pow,
+        "number": lambda value: arb(fmpq(value.numerator, value.denominator)),
+        "pi": arb.pi,
     }
+
+
+def enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
+    """The value of an expression as a ball of so many bits; its names have values in `point`.
+
+    Raises ValueError or ArithmeticError where it has no finite real value.
+    """
+    from flint import ctx
+
+    with ctx.workprec(bits):
+        return _value(e, point, _balls())
 
 
 def _seems_zero(e: Expr, functions: _Functions, doubt: float) -> bool | None:
@@ -261,7 +280,7 @@ def _value(e: Expr, point: Mapping[str, Fraction], functions: _Functions) -> Any
             if exponent != 1:
                 whole = exponent.denominator == 1
                 base = functions["power"](base, int(exponent) if whole else number(Fraction(exponent)))
-            if isinstance(base, complex) or hasattr(base, "_mpc_"):
+            if isinstance(base, complex) or not (isinstance(base, float) or base.is_finite()):
                 raise ValueError("no real value")
             part *= base
         value += part
@@ -270,8 +289,8 @@ def _value(e: Expr, point: Mapping[str, Fraction], functions: _Functions) -> Any
 
 def _value_of_atom(atom: Atom, point: Mapping[str, Fraction], functions: _Functions) -> Any:
     match atom:
-        case Symbol(name=name):
-            return functions["number"](point[name])
+        case Symbol(name=name, positive=positive):
+            return functions["number"](abs(point[name]) if positive else point[name])
         case Surd(value=value):
             return functions["number"](Fraction(value))
         case Group(inner=inner):

@@ -1,16 +1,13 @@
-"""Trees to exact expressions, and back to trees in the order in which people write them."""
+"""Exact expressions as trees of the expression language, in the order in which people write them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from fractions import Fraction
 
-from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol
-from rigidcli.symbolic.algebra.expressions import PI, Expr, number, power, product, symbol, total
-from rigidcli.symbolic.algebra.functions import apply
-from rigidcli.symbolic.algebra.roots import MAX_BITS, Rational, bounded, magnitude
+from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms
+from rigidcli.symbolic.algebra.roots import Rational, magnitude
 from rigidcli.symbolic.language.tree import (
     Call,
     Constant,
@@ -24,48 +21,8 @@ from rigidcli.symbolic.language.tree import (
     Sum,
 )
 
-_NOTHING: Mapping[str, Expr] = {}
 
-
-def from_tree(node: Node, values: Mapping[str, Expr] = _NOTHING) -> Expr:
-    """The expression of a tree; names without a value become symbols.
-
-    Decimal numbers are the fractions that they spell.
-
-    Raises:
-        ExpressionError: it has no real value, or is too large.
-    """
-    match node:
-        case Name(name):
-            return values[name] if name in values else symbol(name)
-        case Number(text, value):
-            return number(_spelled(text, value))
-        case Constant():
-            return PI
-        case Negative(operand):
-            return -from_tree(operand, values)
-        case Sum(terms):
-            return total([from_tree(term, values) for term in terms])
-        case Product(factors):
-            return product([from_tree(factor, values) for factor in factors])
-        case Reciprocal(operand):
-            return power(from_tree(operand, values), -1)
-        case Power(base, exponent):
-            return from_tree(base, values) ** from_tree(exponent, values)
-        case Call(function, arguments):
-            return apply(function, *[from_tree(argument, values) for argument in arguments])
-
-
-def _spelled(text: str, value: float) -> Fraction:
-    _, _, exponent = text.lower().partition("e")
-    if abs(int(exponent or 0)) > MAX_BITS:
-        raise ExpressionError("the value is too large")
-    fraction = Fraction(text)
-    bounded(fraction)
-    return fraction
-
-
-def to_tree(e: Expr) -> Node:
+def to_tree(e: Terms) -> Node:
     """The tree of an expression: positive terms first, denominators gathered in one."""
     if not e.terms:
         return _number(0)
@@ -97,13 +54,13 @@ def _term(monomial: Monomial, coefficient: Rational) -> Node:
         share = _share(atom) if exponent.denominator == 1 else 1
         coefficient *= Fraction(share) ** int(exponent) if share != 1 else 1
         if isinstance(atom, Group) and not atom.plain and exponent in surds:
-            base = to_tree(atom.inner * surds.pop(exponent))  # sqrt(2)*sqrt(x/y) is sqrt(2*x/y)
+            base = to_tree(_times(atom.inner, surds.pop(exponent)))  # sqrt(2)*sqrt(x/y) is sqrt(2*x/y)
         elif isinstance(atom, Group) and share != 1:
-            base = to_tree(atom.inner / share)
+            base = to_tree(_times(atom.inner, 1 / Fraction(share)))
         else:
             base = _atom(atom)
         if negative and exponent > 0 and exponent % 2 == 1 and isinstance(atom, Group) and _is_mixed(atom):
-            base, negative = to_tree(-atom.inner / share), False
+            base, negative = to_tree(_times(atom.inner, -1 / Fraction(share))), False
         (above if exponent > 0 else below).append(_power(base, magnitude(exponent)))
     above[:0] = [_power(_number(value), exponent) for exponent, value in surds.items()]
     numerator, denominator = abs(coefficient.numerator), coefficient.denominator
@@ -115,6 +72,10 @@ def _term(monomial: Monomial, coefficient: Rational) -> Node:
         above.append(Reciprocal(_product(below)))
     term = _product(above)
     return Negative(term) if negative else term
+
+
+def _times(e: Terms, factor: Rational) -> Terms:
+    return Terms({monomial: coefficient * factor for monomial, coefficient in e.terms.items()})
 
 
 def _share(atom: Atom) -> Rational:
@@ -131,7 +92,7 @@ def _share(atom: Atom) -> Rational:
     return 1
 
 
-def _is_mixed(group: Group) -> bool:
+def _is_mixed(group: Group[Terms]) -> bool:
     """Whether a sum has terms of both signs: -(a - b) is written b - a, but -(a + b) stays."""
     return group.plain and any(coefficient < 0 for coefficient in group.inner.terms.values())
 

@@ -3,7 +3,6 @@
     energy = parse("m*v^2/2")
     energy.names                                  # {'m', 'v'}
     energy.evaluate({"m": 2.0, "v": 3.0})         # 9.0
-    energy.exact({"m": Symbol("m"), "v": Integer(3)})   # 9*m/2
 
 `read` in `parser` holds the grammar, `tree` the nodes and the table of functions.
 """
@@ -21,7 +20,6 @@ from rigidcli.symbolic.language.tree import FUNCTIONS, RESERVED, Node
 
 if TYPE_CHECKING:
     import numpy as np
-    import sympy
     from numpy.typing import NDArray
 
 __all__ = ["FUNCTIONS", "RESERVED", "Expression", "parse"]
@@ -57,17 +55,6 @@ class Expression:
         if len(scalars) == len(used):
             return evaluation.real(self.root, scalars)
         return evaluation.array(self.root, used)
-
-    def exact(self, values: Mapping[str, sympy.Expr]) -> sympy.Expr:
-        """The exact value where the names have these values; a decimal is the fraction it spells.
-
-        Raises:
-            ExpressionError: a name has no value, there is no finite real value, or the numbers
-                grow too large to be worked with exactly.
-        """
-        from rigidcli.symbolic.algebra.conversion import exact
-
-        return exact(self.root, self._used(values))
 
     def _used(self, values: Mapping[str, _Value]) -> dict[str, _Value]:
         missing = sorted(name for name in self.names if name not in values)

@@ -1,112 +1,143 @@
-"""Exact principal moments and axes: the characteristic polynomial factored, never solved by iteration."""
+"""Exact principal moments and axes: the characteristic polynomial factored, never solved by iteration.
+
+A tensor that has been turned keeps its moments, and its axes turn with it. So the moments are those of the
+tensor in the body's own axes, where its entries are short.
+
+Source of the roots of an irreducible cubic, which are real as the tensor is symmetric: O. K. Smith,
+Communications of the ACM 4 (1961) 168. With t = tr I, p = tr((I - t/3)^2)/6 and d = det(I - t/3)/2 they are
+t/3 + 2 sqrt(p) cos((acos(d/p^(3/2)) + 2 pi j)/3), ascending for j = 1, 2, 0.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
 from functools import cmp_to_key
 from itertools import combinations
-from typing import Any
 
 import numpy as np
-import sympy
-from sympy.functions.elementary.trigonometric import TrigonometricFunction
 
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import PrincipalFrame, canonical_axes
 from rigidcli.errors import ComputationError
-from rigidcli.symbolic.algebra.arithmetic import EXACT
-from rigidcli.symbolic.algebra.exact import tidy, tidy_array
+from rigidcli.symbolic.algebra.allowance import Allowance
+from rigidcli.symbolic.algebra.arithmetic import (
+    EXACT,
+    MAX_STEPS,
+    root_of_either_sign,
+    sign,
+    size,
+    sqrt,
+    tidy,
+    tidy_array,
+    weak_sign,
+)
+from rigidcli.symbolic.algebra.calculus import coefficients
+from rigidcli.symbolic.algebra.expressions import ONE, PI, ZERO, Expr, symbol
+from rigidcli.symbolic.algebra.fractions import factors
+from rigidcli.symbolic.algebra.functions import apply
 
-MAX_OPERATIONS_WITH_ANGLES = 200
-"""Of a discriminant in which sines and cosines are still to cancel."""
+UNKNOWN = "lambda "
+"""The unknown of the characteristic polynomial. The blank keeps it apart from the names of documents."""
+
+LONGEST = 1_000
+"""Length of the longest component of an axis that is told: about ten lines of a terminal."""
+
+_ONE = EXACT.array(np.eye(3, dtype=int))
 
 
-def principal_frame(tensor: Array) -> PrincipalFrame:
-    """The exact principal frame of a symmetric tensor (3 by 3, sympy expressions, kg m^2).
+def principal_frame(tensor: Array, turn: Array = _ONE) -> PrincipalFrame:
+    """The exact principal frame of a symmetric tensor (3 by 3, kg m^2), with axes turned by `turn` (3 by 3).
 
-    Raises ComputationError when the moments are roots of an irreducible cubic: their closed form takes cube
-    roots of complex numbers, which is no answer to a question about a body.
+    Raises:
+        ComputationError: the moments are roots of an irreducible cubic with symbols, or axes are too long.
     """
-    moments = _moments(tensor)
-    order, ordered = _ascending(moments)
-    distinct: list[Any] = []
+    tensor = tidy_array(tensor)
+    moments, ordered = _ascending(_moments(tensor))
     groups: list[tuple[int, ...]] = []
-    for index, moment in enumerate(order):
-        if distinct and EXACT.sign(moment - distinct[-1]) == 0:
+    for index, moment in enumerate(moments):
+        if groups and sign(moment - moments[index - 1]) == 0:
             groups[-1] = (*groups[-1], index)
         else:
-            distinct.append(moment)
             groups.append((index,))
-    one = np.array(sympy.eye(3).tolist(), dtype=object)
-    projectors = []
-    for moment in distinct:
-        projector = one
-        for other in distinct:
-            if other is not moment:
-                projector = tidy_array(projector @ (tensor - other * one) / (moment - other))
-        projectors.append(projector)
-    axes = tidy_array(canonical_axes(projectors, groups, _SIGN_FREE))
-    return PrincipalFrame(np.array(order, dtype=object), axes, tuple(groups), ordered)
+    alone = {group[0]: turn @ _eigenvector(tensor, moments[group[0]]) for group in groups if len(group) == 1}
+    around = sum((np.outer(axis, axis) for axis in alone.values()), 0 * _ONE)
+    spans = [tidy_array(alone[group[0]] if len(group) == 1 else _ONE - around) for group in groups]
+    axes = tidy_array(canonical_axes(spans, groups, EXACT))
+    if max(len(component.key) for component in axes.flat) > LONGEST:
+        raise ComputationError("the exact principal axes are too long to print")
+    return PrincipalFrame(np.array(moments, dtype=object), axes, tuple(groups), ordered)
 
 
-def _moments(tensor: Array) -> list[Any]:
+def _moments(tensor: Array) -> list[Expr]:
     """The three roots of the characteristic polynomial."""
-    coupled = [pair for pair in combinations(range(3), 2) if tidy(tensor[pair]) != 0]
+    coupled = [pair for pair in combinations(range(3), 2) if tensor[pair] != 0]
     if not coupled:
-        return [tidy(tensor[k, k]) for k in range(3)]
+        return [tensor[k, k] for k in range(3)]
     if len(coupled) == 1:
         ((i, j),) = coupled
         (alone,) = {0, 1, 2} - {i, j}
-        trace = tensor[i, i] + tensor[j, j]
-        product = tensor[i, i] * tensor[j, j] - tensor[i, j] ** 2
-        return [tidy(tensor[alone, alone]), *_quadratic(1, -trace, product)]
-    unknown = sympy.Dummy("lambda")
-    matrix = sympy.Matrix(tensor.tolist())
-    trace, minors = matrix.trace(), (matrix.trace() ** 2 - (matrix * matrix).trace()) / 2
-    polynomial = sympy.expand(unknown**3 - trace * unknown**2 + minors * unknown - matrix.det())
-    roots: list[Any] = []
-    for factor, multiplicity in sympy.factor_list(polynomial, unknown)[1]:
-        coefficients = sympy.Poly(factor, unknown).all_coeffs()
-        if len(coefficients) == 4:
-            raise ComputationError(
-                "the principal moments have no exact form in square roots",
-                hint="leave out `--exact` and give every parameter a value",
-            )
-        found = [-coefficients[1] / coefficients[0]] if len(coefficients) == 2 else _quadratic(*coefficients)
-        roots += [tidy(root) for root in found] * multiplicity
+        sum_, product = tensor[i, i] + tensor[j, j], tensor[i, i] * tensor[j, j] - tensor[i, j] ** 2
+        return [tensor[alone, alone], *_quadratic(ONE, -sum_, product)]
+    x = symbol(UNKNOWN)
+    shifted = tensor - x * _ONE
+    roots: list[Expr] = []
+    for factor, multiplicity in factors(shifted[0] @ np.cross(shifted[1], shifted[2]), Allowance(MAX_STEPS)):
+        found = coefficients(factor, [UNKNOWN]) or {}
+        degree = max((power for (power,) in found), default=0)
+        parts = [found.get((power,), ZERO) for power in range(degree, -1, -1)]
+        if degree == 1:
+            roots += [tidy(-parts[1] / parts[0])] * multiplicity
+        elif degree == 2:
+            roots += _quadratic(*parts) * multiplicity
+        elif degree == 3:
+            roots += _cubic(tensor)
     return roots
 
 
-def _quadratic(a: Any, b: Any, c: Any) -> list[Any]:
-    discriminant = sympy.factor(tidy(b**2 - 4 * a * c))
-    if discriminant.has(TrigonometricFunction) and discriminant.count_ops() < MAX_OPERATIONS_WITH_ANGLES:
-        discriminant = sympy.trigsimp(discriminant)
-    root = _root_of_either_sign(discriminant)
+def _quadratic(a: Expr, b: Expr, c: Expr) -> list[Expr]:
+    root = root_of_either_sign(b**2 - 4 * a * c)
     return [tidy((-b - root) / (2 * a)), tidy((-b + root) / (2 * a))]
 
 
-def _root_of_either_sign(x: Any) -> Any:
-    """A square root whose sign is free: of x^2 simply x, where sympy's own root is |x|."""
-    return sympy.sqrt(x).replace(sympy.Abs, lambda inner: inner)
+def _cubic(tensor: Array) -> list[Expr]:
+    """The three roots, ascending, where the characteristic polynomial has no factor."""
+    mean = tidy(tensor.trace() / 3)
+    rest = tidy_array(tensor - mean * _ONE)
+    p, d = tidy((rest * rest).sum() / 6), tidy(rest[0] @ np.cross(rest[1], rest[2]) / 2)
+    if p.names or d.names:
+        raise ComputationError("the principal moments are roots of a cubic, too long to print with symbols")
+    if sign(p) == 0:
+        return [mean] * 3
+    radius, cosine = sqrt(p), tidy(d / sqrt(p) ** 3)
+    if sign(1 - cosine**2) == 0:
+        pair, single = mean - d / p, mean + 2 * d / p
+        return [tidy(pair), tidy(pair), tidy(single)]
+    angle = apply("acos", cosine) / 3
+    return [mean + 2 * radius * apply("cos", angle + 2 * PI * j / 3) for j in (1, 2, 0)]
 
 
-_SIGN_FREE = replace(EXACT, sqrt=_root_of_either_sign)
-
-
-def _ascending(moments: list[Any]) -> tuple[list[Any], bool]:
+def _ascending(moments: Sequence[Expr]) -> tuple[list[Expr], bool]:
     """The moments in ascending order, and whether that is their order for all values of the symbols."""
     doubtful = []
 
-    def compare(first: Any, second: Any) -> int:
-        difference = tidy(first - second)
-        if difference.is_nonnegative or difference.is_nonpositive:
-            # Nought at most where a symbol is nought, like 8 m a^2: the order holds all the same.
-            return int(difference != 0) * (1 if difference.is_nonnegative else -1)
-        sign = EXACT.sign(difference)
-        if sign is None:
-            doubtful.append(difference)
-            sign = 1 if EXACT.size(difference) > 0 else -1
-        return sign
+    def compare(first: Expr, second: Expr) -> int:
+        found = weak_sign(first - second)
+        if found is None:
+            doubtful.append(first)
+            return 1 if size(first - second) > 0 else -1
+        return found[0]
 
     ordered = sorted(moments, key=cmp_to_key(compare))
     return ordered, not doubtful
+
+
+def _eigenvector(tensor: Array, moment: Expr) -> Array:
+    """The unit vector along the axis of a moment that no other one equals; its sign is free.
+
+    The adjugate of I - lambda is a multiple of e e^T, and its trace is that multiple.
+    """
+    rows = tidy_array(tensor - moment * _ONE)
+    adjugate = tidy_array(np.array([np.cross(rows[k - 2], rows[k - 1]) for k in range(3)]))
+    pivot = max(range(3), key=lambda k: abs(size(adjugate[k, k])))
+    length = root_of_either_sign(adjugate[pivot, pivot] * adjugate.trace())
+    return tidy_array(adjugate[pivot] / length)

@@ -19,7 +19,8 @@ from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative, expand, substitute
 from rigidcli.symbolic.algebra.expressions import ONE, PI, ZERO, Expr, number, symbol
 from rigidcli.symbolic.algebra.functions import apply
-from rigidcli.symbolic.algebra.trees import from_tree, to_tree
+from rigidcli.symbolic.algebra.reading import from_tree
+from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.parser import read
 from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import Name, Node, Product, Sum, rebuilt
@@ -348,7 +349,8 @@ def test_operators_take_numbers() -> None:
 def test_texts_do_not_depend_on_hashes() -> None:
     program = (
         "from rigidcli.symbolic.language.parser import read\n"
-        "from rigidcli.symbolic.algebra.trees import from_tree, to_tree\n"
+        "from rigidcli.symbolic.algebra.reading import from_tree\n"
+        "from rigidcli.symbolic.algebra.trees import to_tree\n"
         "from rigidcli.symbolic.algebra.calculus import derivative, expand\n"
         "from rigidcli.symbolic.algebra.simplification import tidy\n"
         "from rigidcli.symbolic.language.text import text\n"

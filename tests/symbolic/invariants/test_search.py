@@ -16,7 +16,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.algebra.trees import from_tree, to_tree
+from rigidcli.symbolic.algebra.reading import from_tree
+from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.invariants.search import Search, search
 from rigidcli.symbolic.language.parser import read
 from rigidcli.symbolic.language.text import text

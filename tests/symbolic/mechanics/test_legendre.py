@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 
 from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.algebra.trees import from_tree, to_tree
+from rigidcli.symbolic.algebra.reading import from_tree
+from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.evaluation import real
 from rigidcli.symbolic.language.parser import read
 from rigidcli.symbolic.language.text import text

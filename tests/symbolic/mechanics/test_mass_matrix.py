@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr
-from rigidcli.symbolic.algebra.trees import from_tree, to_tree
+from rigidcli.symbolic.algebra.reading import from_tree
+from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.language.elimination import solved
 from rigidcli.symbolic.language.evaluation import real

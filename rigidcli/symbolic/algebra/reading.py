@@ -1,0 +1,63 @@
+"""Trees of the expression language, worked out as exact expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.algebra.expressions import PI, Expr, number, power, product, symbol, total
+from rigidcli.symbolic.algebra.functions import apply
+from rigidcli.symbolic.algebra.roots import MAX_BITS, bounded
+from rigidcli.symbolic.language.tree import (
+    Call,
+    Constant,
+    Name,
+    Negative,
+    Node,
+    Number,
+    Power,
+    Product,
+    Reciprocal,
+    Sum,
+)
+
+_NOTHING: Mapping[str, Expr] = {}
+
+
+def from_tree(node: Node, values: Mapping[str, Expr] = _NOTHING) -> Expr:
+    """The expression of a tree; names without a value become symbols.
+
+    Decimal numbers are the fractions that they spell.
+
+    Raises:
+        ExpressionError: it has no real value, or is too large.
+    """
+    match node:
+        case Name(name):
+            return values[name] if name in values else symbol(name)
+        case Number(text, value):
+            return number(_spelled(text, value))
+        case Constant():
+            return PI
+        case Negative(operand):
+            return -from_tree(operand, values)
+        case Sum(terms):
+            return total([from_tree(term, values) for term in terms])
+        case Product(factors):
+            return product([from_tree(factor, values) for factor in factors])
+        case Reciprocal(operand):
+            return power(from_tree(operand, values), -1)
+        case Power(base, exponent):
+            return from_tree(base, values) ** from_tree(exponent, values)
+        case Call(function, arguments):
+            return apply(function, *[from_tree(argument, values) for argument in arguments])
+
+
+def _spelled(text: str, value: float) -> Fraction:
+    _, _, exponent = text.lower().partition("e")
+    if abs(int(exponent or 0)) > MAX_BITS:
+        raise ExpressionError("the value is too large")
+    fraction = Fraction(text)
+    bounded(fraction)
+    return fraction
