@@ -147,6 +147,10 @@ class KnownTensor(Form):
         _require_physical(central, arithmetic)
         return tensor.MassProperties(self.mass, com, central)
 
+    def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
+        """As given, without a mass: then `point` is the one that it is given about."""
+        return self.local(n).tensor if self.mass is None else super().local_tensor_about(point, n)
+
     def _given(self, n: Arithmetic) -> Array:
         if self.moments is not None:
             return np.diag(n.array(self.moments))
@@ -197,8 +201,24 @@ class Composite(Form):
 
     def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
         """Summed over the parts."""
-        tensors = [part.tensor_about(point, n) * (-1 if part.hole else 1) for part in self.parts]
-        return np.asarray(np.sum(tensors, axis=0))
+        turn, own = self._together(point, n)
+        return tensor.rotate(own, turn)
+
+    def in_own_axes(self, point: Array, n: Arithmetic) -> tuple[Array, Array]:
+        """Along the axes of the parts, where they all have the same."""
+        turn, shift = self.motion(n)
+        inner, own = self._together(n.tidy(turn.T @ (point - shift)), n)
+        return n.tidy(turn @ inner), n.tidy(own)
+
+    def _together(self, point: Array, n: Arithmetic) -> tuple[Array, Array]:
+        """Axes that all parts have in common, if they have, and the sum of their tensors along these."""
+        signs = [-1 if part.hole else 1 for part in self.parts]
+        pairs = [part.in_own_axes(point, n) for part in self.parts]
+        first = pairs[0][0]
+        if any((turn != first).any() for turn, _ in pairs):
+            first = n.array(np.eye(3, dtype=int))
+            pairs = [(first, tensor.rotate(own, turn)) for turn, own in pairs]
+        return first, np.asarray(sum(sign * own for sign, (_, own) in zip(signs, pairs, strict=True)))
 
     def leaves(self, arithmetic: Arithmetic) -> Iterator[holes.Leaf]:
         """The shapes of which the composite is made, however deep, each with sign and place."""

@@ -205,7 +205,12 @@ class Document(Section):
     @cached_property
     def principal(self) -> PrincipalFrame:
         """The principal frame of that tensor, e1, e2 and e3 being along the axes of the results."""
-        return principal_frame(self.axes.T @ self.tensor @ self.axes, self.arithmetic)
+        if not self.arithmetic.exact or self.body is None:
+            return principal_frame(self.axes.T @ self.tensor @ self.axes, self.arithmetic)
+        from rigidcli.symbolic.mechanics import principal_axes
+
+        turn, own = self.body.in_own_axes(self.point, self.arithmetic)
+        return principal_axes.principal_frame(own, self.axes.T @ turn)
 
     @cached_property
     def turning(self) -> Array:

@@ -221,9 +221,9 @@ class Environment:
 
 def _exact(expression: Expression, values: Mapping[str, Any]) -> Any:
     """The exact value of an expression, from exact ones."""
-    from rigidcli.symbolic.algebra.reading import from_tree
+    from rigidcli.symbolic.algebra.arithmetic import worked_out
 
-    return from_tree(expression.root, values)
+    return worked_out(expression.root, values)
 
 
 def _listed(names: list[str]) -> str:

@@ -68,9 +68,13 @@ class Form(Section):
 
         It is summed about that point itself, and so free of the rounding of a centre of mass between.
         """
+        turn, own = self.in_own_axes(point, n)
+        return n.tidy(tensor.rotate(own, turn))
+
+    def in_own_axes(self, point: Array, n: Arithmetic) -> tuple[Array, Array]:
+        """Axes of the form's own, as columns (3 by 3), and its tensor about `point` along these (3 by 3)."""
         turn, shift = self.motion(n)
-        local = n.tidy(self.local_tensor_about(n.tidy(turn.T @ (point - shift)), n))
-        return n.tidy(tensor.rotate(local, turn))
+        return turn, n.tidy(self.local_tensor_about(n.tidy(turn.T @ (point - shift)), n))
 
     def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
         """Inertia tensor about `point` (3, m), both in the form's own axes."""

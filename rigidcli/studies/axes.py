@@ -10,7 +10,6 @@ from rigidcli.core import principal
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
 from rigidcli.errors import ComputationError
 from rigidcli.model.document import Document
-from rigidcli.model.principal import principal_frame
 from rigidcli.report import Field, Report
 from rigidcli.studies import inertia
 
@@ -37,7 +36,7 @@ def run(document: Document) -> Report:
     """Find the principal axes of the document's body about its point O, and what its motion is there."""
     n = document.arithmetic
     body = inertia.inertia(document)
-    frame = principal_frame(body.tensor, n)
+    frame = document.principal
     kind = principal.body_class(frame)
     notes = () if frame.ordered else ("the order of the moments depends on the parameters",)
     fields = (

@@ -169,7 +169,8 @@ def test_a_definition_is_worth_the_value(text: str) -> None:
 def test_a_definition_may_have_parts_beyond_the_range_of_floats(text: str) -> None:
     """As fractions they are exact; the product is within the range."""
     document, definition = defined(text)
-    assert EXACT.value(from_tree(definition.root)) == document.values["v"]
+    exact: Any = from_tree(definition.root)
+    assert EXACT.value(exact) == document.values["v"]
 
 
 def test_names_may_be_greek() -> None:

@@ -16,8 +16,8 @@ from rigidcli.symbolic.algebra.atoms import Monomial, Symbol
 from rigidcli.symbolic.algebra.calculus import expand, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
 from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.simplification import is_zero
 from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language.tree import Node, Sum
 
 MOST_TERMS = 60

@@ -18,8 +18,9 @@ from rigidcli.studies.hamilton.system import Given, known_values, stated
 from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
 from rigidcli.symbolic.algebra.expressions import PI, ZERO, Expr, symbol, total
-from rigidcli.symbolic.algebra.simplification import is_zero, tidy
+from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.mechanics import constraints, energies, mass_matrix

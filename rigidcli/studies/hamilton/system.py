@@ -10,8 +10,8 @@ from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
 from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.simplification import is_zero
 from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.mechanics import energies
 

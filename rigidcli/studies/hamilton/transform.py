@@ -10,7 +10,8 @@ from rigidcli.studies.hamilton.system import derived_parameters, known_values
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
 from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.simplification import is_zero, tidy
+from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.mechanics import canonical
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
 

@@ -18,22 +18,21 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.algebra import simplification
+from rigidcli.symbolic.algebra import simplification, values
 from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.atoms import Atom, Group
+from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group
 from rigidcli.symbolic.algebra.expressions import ONE, PI, ZERO, Expr, expr, factored, gathered, power, symbol
 from rigidcli.symbolic.algebra.fractions import cancelled, factors, in_factors
 from rigidcli.symbolic.algebra.functions import apply
+from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.roots import Rational, magnitude
+from rigidcli.symbolic.language.tree import Node
 
 MAX_STEPS = 60_000
 """Steps that the search for common factors of one expression may take: a few tenths of a second."""
 
-LONGEST_KEY = 20_000
+LONGEST_KEY = 6_000
 """Length of the key of the longest expression that is brought into a shorter form at all."""
-
-PRECISIONS = (64, 256, 1100)
-"""Bits with which the sign of a number is looked for. Below 10^-300 it is taken for zero."""
 
 _HALF = Fraction(1, 2)
 
@@ -51,9 +50,21 @@ def tidy(e: Expr) -> Expr:
         with suppress(ExpressionError):
             forms.append(form(short, Allowance(MAX_STEPS)))
     shorter = simplification.shortest(forms)
-    if not shorter.names and shorter and _number_sign(shorter) == 0:
+    if values.is_zero(shorter):
         return ZERO
     return shorter if shorter == short else simplification.tidy(shorter)
+
+
+def worked_out(node: Node, known: Mapping[str, Expr]) -> Expr:
+    """The exact value of a tree of the expression language whose names have these values.
+
+    Raises:
+        ExpressionError: it has no finite real value, or is too large.
+    """
+    e = from_tree(node, known)
+    if any(isinstance(atom, Applied | Group) for atom in e.atoms) and not values.has_value(e):
+        raise ExpressionError("there is no finite real value, or it cannot be told")
+    return e
 
 
 def _is_product(e: Expr) -> bool:
@@ -95,14 +106,14 @@ def common_factor(array: Array) -> tuple[Expr, Array]:
 
 def _enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
     try:
-        return simplification.enclosed(e, point, bits)
+        return values.enclosed(e, point, bits)
     except (ArithmeticError, ValueError) as error:
         raise ExpressionError("the expression has no finite real value") from error
 
 
 def _number_sign(e: Expr) -> int:
     """The sign of an expression without symbols."""
-    for bits in PRECISIONS:
+    for bits in values.PRECISIONS:
         ball = _enclosed(e, {}, bits)
         if not ball.contains(0):
             return 1 if ball > 0 else -1
@@ -110,7 +121,7 @@ def _number_sign(e: Expr) -> int:
 
 
 def _float(e: Expr, point: Mapping[str, Fraction]) -> float:
-    for bits in PRECISIONS:
+    for bits in values.PRECISIONS:
         ball = _enclosed(e, point, bits)
         if ball.rel_accuracy_bits() > np.finfo(np.float64).nmant + 1:
             return float(ball.mid())
@@ -181,20 +192,7 @@ def root_of_either_sign(x: Any, of_square: Callable[[Expr], Expr] = lambda x: x)
     for factor, exponent in parts:
         outside *= of_square(factor) ** (exponent // 2)
         inside *= factor ** (exponent % 2)
-    return outside * _denested(tidy(inside))
-
-
-def _denested(e: Expr) -> Expr:
-    """The square root of a number a + b, in two roots where a^2 - b^2 is the square of a rational.
-
-    So sqrt(3 + 2 sqrt(2)) is 1 + sqrt(2).
-    """
-    if len(e.terms) == 2 and not e.names:
-        a, b = (Expr({monomial: coefficient}) for monomial, coefficient in e.ordered)
-        rest = power(tidy(a**2 - b**2), _HALF).as_number if _number_sign(a**2 - b**2) > 0 else None
-        if rest is not None and _number_sign(a) > 0:
-            return power((a + rest) / 2, _HALF) + _number_sign(b) * power((a - rest) / 2, _HALF)
-    return power(e, _HALF)
+    return outside * power(tidy(inside), _HALF)
 
 
 def _hypot(*components: Any) -> Expr:

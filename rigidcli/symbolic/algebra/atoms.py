@@ -54,7 +54,7 @@ class Terms:
 
     @property
     def is_zero(self) -> bool:
-        """Whether there are no terms; `simplification.is_zero` looks deeper."""
+        """Whether there are no terms; `values.is_zero` looks deeper."""
         return not self.terms
 
     @property

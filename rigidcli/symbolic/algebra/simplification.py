@@ -1,29 +1,24 @@
-"""Shorter forms of exact expressions, and whether one vanishes."""
+"""Shorter forms of exact expressions."""
 
 from __future__ import annotations
 
-import random
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from fractions import Fraction
-from typing import Any
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol
+from rigidcli.symbolic.algebra.atoms import Atom, Group, Monomial, Pi, Surd, Symbol
 from rigidcli.symbolic.algebra.calculus import expand, mapped, rebuilt
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, factored, gathered, product, total
 from rigidcli.symbolic.algebra.polynomials import quotient
 from rigidcli.symbolic.algebra.roots import Rational
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.trigonometry import (
-    elementary_angles,
     exponentials_merged,
     has_functions,
     shortened,
 )
 from rigidcli.symbolic.language.text import text
-from rigidcli.symbolic.language.tree import FUNCTIONS
 
 MAX_TERMS_TO_TIDY = 300
 """A sum of more terms is left as it is."""
@@ -35,21 +30,6 @@ _STEPS_TO_WRITE = 50
 
 MAX_DEPTH_TO_TIDY = 12
 """Of functions and groups inside each other, beyond which only the outermost are made shorter."""
-
-_POINTS = 3
-_TRIALS = 40
-_BITS = 200
-_DOUBT = 1e-3
-_BALLS_DOUBT = 1e-35
-
-_LARGEST_ARGUMENT = 1e15
-"""Of a function: exp(exp(...)) would need more digits than there is memory for."""
-
-_RANGES = tuple(
-    (Fraction(low), Fraction(width))
-    for low, width in (("1/4", 2), (-2, 2), (-1, 2), ("1/50", "1/10"), (10, 100), (-100, 200))
-)
-"""Of the points where expressions are compared: the least value, and how far up they go."""
 
 
 def tidy(e: Expr) -> Expr:
@@ -175,130 +155,3 @@ def _over_one_denominator(e: Expr, allowance: Allowance) -> Expr:
         denominators.extend([divisor] * left)
     fraction = product([numerator, *(divisor**-1 for divisor in denominators)])
     return product([gathered(coefficient * outside, rest), fraction])
-
-
-def is_zero(e: Expr) -> bool:
-    """Whether an expression vanishes wherever it has a value.
-
-    Values at random points tell it from zero, or laws prove it to be zero; where neither is sure, values
-    of 200 bits with a proved bound of their error decide. An expression for which no point with a value is
-    found is not zero unless that is proved.
-    """
-    if not e.terms:
-        return True
-    if _seems_zero(e, _FLOATS, _DOUBT) is False:
-        return False
-    try:
-        allowance = Allowance(MAX_STEPS_TO_TIDY)
-        reduced = _numerator(elementary_angles(e, allowance), allowance)
-    except ExpressionError:
-        reduced = e
-    if not reduced.terms:
-        return True
-    if _seems_zero(reduced, _FLOATS, _DOUBT) is False:
-        return False
-    from flint import ctx
-
-    with ctx.workprec(_BITS):
-        return _seems_zero(e, _balls(), _BALLS_DOUBT) is True
-
-
-def _numerator(e: Expr, allowance: Allowance) -> Expr:
-    """What vanishes where the expression does, multiplied out."""
-    coefficient, monomial = factored(e)
-    above = [gathered(coefficient, {atom: n}) for atom, n in monomial if n > 0 and isinstance(atom, Group)]
-    return elementary_angles(product(above), allowance) if above else e
-
-
-_Functions = Mapping[str, Callable[..., Any]]
-
-_FLOATS: _Functions = {
-    **{name: function.real for name, function in FUNCTIONS.items()},
-    "power": pow,
-    "number": float,
-    "pi": lambda: FUNCTIONS["acos"].real(-1.0),
-}
-
-
-def _balls() -> _Functions:
-    """The functions of python-flint's balls: numbers with a proved bound of their error."""
-    from flint import arb, fmpq
-
-    def method(name: str) -> Callable[[Any], Any]:
-        return lambda x: getattr(x, name)()
-
-    return {
-        **{name: method(name) for name in FUNCTIONS},
-        "abs": abs,
-        "sign": method("sgn"),
-        "atan2": arb.atan2,
-        "power": pow,
-        "number": lambda value: arb(fmpq(value.numerator, value.denominator)),
-        "pi": arb.pi,
-    }
-
-
-def enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
-    """The value of an expression as a ball of so many bits; its names have values in `point`.
-
-    Raises ValueError or ArithmeticError where it has no finite real value.
-    """
-    from flint import ctx
-
-    with ctx.workprec(bits):
-        return _value(e, point, _balls())
-
-
-def _seems_zero(e: Expr, functions: _Functions, doubt: float) -> bool | None:
-    """Whether its values are lost in the rounding of its terms; None if it has none at any point tried."""
-    source = random.Random(20)  # noqa: S311 - points that are the same every time
-    names = sorted(e.names)
-    found = 0
-    for trial in range(_TRIALS):
-        low, width = _RANGES[trial % len(_RANGES)]
-        point = {name: low + width * Fraction(source.randrange(1, 1009), 1009) for name in names}
-        try:
-            values = [_value(Expr({m: c}), point, functions) for m, c in e.ordered]
-            different = abs(sum(values)) > doubt * sum(map(abs, values))
-        except (ArithmeticError, ValueError):
-            continue
-        if different:
-            return False
-        found += 1
-        if found == _POINTS:
-            break
-    return True if found else None
-
-
-def _value(e: Expr, point: Mapping[str, Fraction], functions: _Functions) -> Any:
-    number = functions["number"]
-    value = number(Fraction(0))
-    for monomial, coefficient in e.ordered:
-        part = number(Fraction(coefficient))
-        for atom, exponent in monomial:
-            base = _value_of_atom(atom, point, functions)
-            if exponent != 1:
-                whole = exponent.denominator == 1
-                base = functions["power"](base, int(exponent) if whole else number(Fraction(exponent)))
-            if isinstance(base, complex) or not (isinstance(base, float) or base.is_finite()):
-                raise ValueError("no real value")
-            part *= base
-        value += part
-    return value
-
-
-def _value_of_atom(atom: Atom, point: Mapping[str, Fraction], functions: _Functions) -> Any:
-    match atom:
-        case Symbol(name=name, positive=positive):
-            return functions["number"](abs(point[name]) if positive else point[name])
-        case Surd(value=value):
-            return functions["number"](Fraction(value))
-        case Group(inner=inner):
-            return _value(inner, point, functions)
-        case Applied(function=function, arguments=arguments):
-            values = [_value(argument, point, functions) for argument in arguments]
-            if any(abs(argument) > _LARGEST_ARGUMENT for argument in values):
-                raise OverflowError
-            return functions["power" if function == "pow" else function](*values)
-        case _:
-            return functions["pi"]()

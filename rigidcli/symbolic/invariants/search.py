@@ -5,7 +5,7 @@ and cosines, and what stands in H (`trial_terms`). The rates {f, H} of all terms
 space make a matrix whose null space holds the sums that are conserved (`nullspace`). Their coefficients may
 depend on the parameters, as in x*p_y**2 - y*p_x*p_y - k*m*x/r: from values for several sets of parameters
 they are recognized as sums of ratios of the coefficients in H. What is returned has passed
-`simplification.is_zero` as an exact expression, {F, H} = 0.
+`values.is_zero` as an exact expression, {F, H} = 0.
 
 Source: J. Hietarinta, Direct methods for the search of the second invariant, Physics Reports 147 (1987) 87.
 There the functions of the coordinates are free and solve differential equations; here they come from a
@@ -27,8 +27,9 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra.atoms import Monomial
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, factored, gathered, symbol, total
-from rigidcli.symbolic.algebra.simplification import is_zero, tidy
+from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.invariants import trial_terms
 from rigidcli.symbolic.invariants.nullspace import (
     ABSENT,

@@ -12,7 +12,8 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol
-from rigidcli.symbolic.algebra.simplification import is_zero, tidy
+from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, bracket, linear
 

@@ -14,7 +14,8 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.calculus import substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
-from rigidcli.symbolic.algebra.simplification import is_zero, tidy
+from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.mechanics import mass_matrix
 
 NONE = 1e-13

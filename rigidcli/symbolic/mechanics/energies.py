@@ -13,7 +13,8 @@ from fractions import Fraction
 
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, symbol, total
-from rigidcli.symbolic.algebra.simplification import is_zero, tidy
+from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.values import is_zero
 
 TIME = "t"
 

@@ -9,7 +9,8 @@ from typing import TypeAlias
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.calculus import expand
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, total
-from rigidcli.symbolic.algebra.simplification import is_zero, tidy
+from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.values import is_zero
 
 Matrix: TypeAlias = Sequence[Sequence[Expr]]
 

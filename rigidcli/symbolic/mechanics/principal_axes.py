@@ -18,7 +18,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import PrincipalFrame, canonical_axes
-from rigidcli.errors import ComputationError
+from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.arithmetic import (
     EXACT,
@@ -40,7 +40,7 @@ UNKNOWN = "lambda "
 """The unknown of the characteristic polynomial. The blank keeps it apart from the names of documents."""
 
 LONGEST = 1_000
-"""Length of the longest component of an axis that is told: about ten lines of a terminal."""
+"""Length of the longest moment, or component of an axis, that is told: a dozen lines of a terminal."""
 
 _ONE = EXACT.array(np.eye(3, dtype=int))
 
@@ -51,21 +51,39 @@ def principal_frame(tensor: Array, turn: Array = _ONE) -> PrincipalFrame:
     Raises:
         ComputationError: the moments are roots of an irreducible cubic with symbols, or axes are too long.
     """
+    try:
+        return _principal_frame(tensor, turn)
+    except ExpressionError as error:
+        raise ComputationError("the exact principal moments and axes are too long to print") from error
+
+
+def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
     tensor = tidy_array(tensor)
+    _require_short(tensor, "moments")
     moments, ordered = _ascending(_moments(tensor))
+    _require_short(np.array(moments), "moments")
     groups: list[tuple[int, ...]] = []
     for index, moment in enumerate(moments):
         if groups and sign(moment - moments[index - 1]) == 0:
             groups[-1] = (*groups[-1], index)
         else:
             groups.append((index,))
-    alone = {group[0]: turn @ _eigenvector(tensor, moments[group[0]]) for group in groups if len(group) == 1}
+    alone = {group[0]: turn @ _eigenvector(tensor, moments, group[0]) for group in groups if len(group) == 1}
     around = sum((np.outer(axis, axis) for axis in alone.values()), 0 * _ONE)
     spans = [tidy_array(alone[group[0]] if len(group) == 1 else _ONE - around) for group in groups]
-    axes = tidy_array(canonical_axes(spans, groups, EXACT))
-    if max(len(component.key) for component in axes.flat) > LONGEST:
-        raise ComputationError("the exact principal axes are too long to print")
+    axes = canonical_axes(spans, groups, EXACT)
+    if 2 in alone:
+        # The vector product of the other two is this one, and longer.
+        axes[2] = alone[2] if size(axes[2] @ alone[2]) > 0 else -alone[2]
+    axes = tidy_array(axes)
+    _require_short(axes, "axes")
     return PrincipalFrame(np.array(moments, dtype=object), axes, tuple(groups), ordered)
+
+
+def _require_short(array: Array, what: str) -> None:
+    """Raise ComputationError for an entry that is too long."""
+    if max(len(str(entry)) for entry in array.flat) > LONGEST:
+        raise ComputationError(f"the exact principal {what} are too long to print")
 
 
 def _moments(tensor: Array) -> list[Expr]:
@@ -131,13 +149,17 @@ def _ascending(moments: Sequence[Expr]) -> tuple[list[Expr], bool]:
     return ordered, not doubtful
 
 
-def _eigenvector(tensor: Array, moment: Expr) -> Array:
+def _eigenvector(tensor: Array, moments: Sequence[Expr], index: int) -> Array:
     """The unit vector along the axis of a moment that no other one equals; its sign is free.
 
-    The adjugate of I - lambda is a multiple of e e^T, and its trace is that multiple.
+    The adjugate of I - lambda is a multiple of e e^T. That multiple, its trace, is the product of the
+    distances to the other two moments.
     """
+    moment = moments[index]
     rows = tidy_array(tensor - moment * _ONE)
-    adjugate = tidy_array(np.array([np.cross(rows[k - 2], rows[k - 1]) for k in range(3)]))
+    adjugate = np.array([np.cross(rows[k - 2], rows[k - 1]) for k in range(3)])
     pivot = max(range(3), key=lambda k: abs(size(adjugate[k, k])))
-    length = root_of_either_sign(adjugate[pivot, pivot] * adjugate.trace())
-    return tidy_array(adjugate[pivot] / length)
+    row = tidy_array(adjugate[pivot])
+    _require_short(row, "axes")
+    first, second = (other - moment for k, other in enumerate(moments) if k != index)
+    return tidy_array(row / root_of_either_sign(row[pivot] * first * second))

@@ -9,8 +9,9 @@ from hypothesis import HealthCheck, given, settings
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.simplification import is_zero, tidy
+from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language.parser import read
 from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import Node
