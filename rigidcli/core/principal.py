@@ -68,10 +68,10 @@ def _groups(values: Array) -> tuple[tuple[int, ...], ...]:
     return tuple(map(tuple, groups))
 
 
-def canonical_axes(spans: Sequence[Array], groups: Sequence[Sequence[int]], arithmetic: Arithmetic) -> Array:
+def canonical_axes(
+    projectors: Sequence[Array], groups: Sequence[Sequence[int]], arithmetic: Arithmetic
+) -> Array:
     """Rows e1, e2, e3 from the projector (3 by 3) on the space of each group of equal moments.
-
-    For a single moment a unit vector (3) of either sign will do as well.
 
     In a group, the coordinate axis that lies nearest to the space is projected on it and
     normalised, and so on with what is left of the space; of coordinate axes that lie equally near, the
@@ -79,18 +79,16 @@ def canonical_axes(spans: Sequence[Array], groups: Sequence[Sequence[int]], arit
     frame right-handed, and e3 yields.
     """
     axes = []
-    for span, group in zip(spans, groups, strict=True):
-        left = span
+    for projector, group in zip(projectors, groups, strict=True):
         for _ in group:
-            nearness = [arithmetic.size(left[k] ** 2 if left.ndim == 1 else left[k, k]) for k in range(3)]
+            nearness = [arithmetic.size(projector[k, k]) for k in range(3)]
             if not np.isfinite(nearness).all():
                 raise ComputationError("the principal axes cannot be told")
             pivot = next(k for k in range(3) if nearness[k] >= max(nearness) - PIVOT_TIE)
-            axis = left if left.ndim == 1 else left[:, pivot] / arithmetic.sqrt(left[pivot, pivot])
-            if arithmetic.size(axis[pivot]) < 0:
+            axis = projector[:, pivot] / arithmetic.sqrt(projector[pivot, pivot])
+            if arithmetic.size(axis[pivot]) < 0:  # an exact root of either sign
                 axis = -axis
-            if len(group) > 1:
-                left = arithmetic.tidy(left - np.outer(axis, axis))
+            projector = arithmetic.tidy(projector - np.outer(axis, axis))
             axes.append(axis)
     e1, e2, _ = axes
     return np.array([e1, e2, np.cross(e1, e2)])

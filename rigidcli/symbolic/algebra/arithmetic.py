@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import lru_cache
@@ -22,7 +22,7 @@ from rigidcli.symbolic.algebra import simplification, values
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group
 from rigidcli.symbolic.algebra.expressions import ONE, PI, ZERO, Expr, expr, factored, gathered, power, symbol
-from rigidcli.symbolic.algebra.fractions import cancelled, factors, in_factors
+from rigidcli.symbolic.algebra.fractions import factors, lowest_terms
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.roots import Rational, magnitude
@@ -31,8 +31,11 @@ from rigidcli.symbolic.language.tree import Node
 MAX_STEPS = 60_000
 """Steps that the search for common factors of one expression may take: a few tenths of a second."""
 
-LONGEST_KEY = 6_000
-"""Length of the key of the longest expression that is brought into a shorter form at all."""
+SHORT_KEY = 600
+"""Length of the key of an expression that is rearranged by all rules, which takes milliseconds."""
+
+LONG_KEY = 4_000
+"""Length of the key of the longest fraction in lowest terms that is: the text would be a page long."""
 
 _HALF = Fraction(1, 2)
 
@@ -40,19 +43,24 @@ _HALF = Fraction(1, 2)
 @lru_cache(maxsize=4096)
 def tidy(e: Expr) -> Expr:
     """The shortest of the forms that cheap rearrangements find; 0 for a hidden zero."""
-    if len(e.key) > LONGEST_KEY:
-        return e
+    if len(e.key) > SHORT_KEY:
+        e = simplification.shortest([e, *_fractions(e)])
+        if len(e.key) > LONG_KEY:
+            return ZERO if values.is_zero(e) else e
     short = simplification.tidy(e)
     if _is_product(short):
         return short
-    forms = [short]
-    for form in (cancelled, in_factors):
-        with suppress(ExpressionError):
-            forms.append(form(short, Allowance(MAX_STEPS)))
-    shorter = simplification.shortest(forms)
+    shorter = simplification.shortest([short, *_fractions(short)])
     if values.is_zero(shorter):
         return ZERO
     return shorter if shorter == short else simplification.tidy(shorter)
+
+
+def _fractions(e: Expr) -> Sequence[Expr]:
+    """The fraction in lowest terms that it is, multiplied out and in factors; none if it is too large."""
+    with suppress(ExpressionError):
+        return lowest_terms(e, Allowance(MAX_STEPS))
+    return ()
 
 
 def worked_out(node: Node, known: Mapping[str, Expr]) -> Expr:

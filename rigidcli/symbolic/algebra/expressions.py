@@ -364,6 +364,7 @@ def power(base: Expr, exponent: Rational) -> Expr:
     return gathered(surd(coefficient, int(exponent)), raised)
 
 
+@lru_cache(4096)
 def _rooted(base: Expr, exponent: Fraction) -> Expr:
     """A power that is not an integer: positive numbers are taken out, nothing else is."""
     if len(base.terms) > 1:

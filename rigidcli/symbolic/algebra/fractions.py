@@ -207,13 +207,14 @@ def _filled(e: Expr, lowest: dict[Atom, Rational]) -> Iterable[tuple[Monomial, R
         yield (*monomial, *((atom, 0) for atom in lowest if atom not in present)), coefficient
 
 
-def cancelled(e: Expr, allowance: Allowance) -> Expr:
-    """A fraction in lowest terms, multiplied out above and below, with no square root below.
+def lowest_terms(e: Expr, allowance: Allowance) -> tuple[Expr, Expr]:
+    """The fraction in lowest terms that an expression is: multiplied out above and below, and in factors.
 
-    Raises ExpressionError where it is too large, or the denominator vanishes.
+    No square root is below. Raises ExpressionError where it is too large, or the denominator vanishes.
     """
     found = _quotient(e, allowance)
-    return found.outside * found.ring.expr(found.above) / found.ring.expr(found.below)
+    multiplied_out = found.outside * found.ring.expr(found.above) / found.ring.expr(found.below)
+    return multiplied_out, product([factor**power for factor, power in _factors(found)])
 
 
 def factors(e: Expr, allowance: Allowance) -> list[tuple[Expr, int]]:
@@ -221,15 +222,13 @@ def factors(e: Expr, allowance: Allowance) -> list[tuple[Expr, int]]:
 
     Raises ExpressionError where it is too large, or the denominator vanishes.
     """
-    found = _quotient(e, allowance)
+    return _factors(_quotient(e, allowance))
+
+
+def _factors(found: _Quotient) -> list[tuple[Expr, int]]:
     parts = [(found.outside, 1)]
     for polynomial, sign in ((found.above, 1), (found.below, -1)):
         content, irreducible = polynomial.factor()
         parts.append((_rational(content) ** sign * ONE, 1))
         parts += [(found.ring.expr(factor), sign * int(power)) for factor, power in irreducible]
     return parts
-
-
-def in_factors(e: Expr, allowance: Allowance) -> Expr:
-    """The product of its factors."""
-    return product([factor**power for factor, power in factors(e, allowance)])

@@ -17,7 +17,7 @@ from itertools import combinations
 import numpy as np
 
 from rigidcli.core.arithmetic import Array
-from rigidcli.core.principal import PrincipalFrame, canonical_axes
+from rigidcli.core.principal import PIVOT_TIE, PrincipalFrame
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.arithmetic import (
@@ -40,9 +40,12 @@ UNKNOWN = "lambda "
 """The unknown of the characteristic polynomial. The blank keeps it apart from the names of documents."""
 
 LONGEST = 1_000
-"""Length of the longest moment, or component of an axis, that is told: a dozen lines of a terminal."""
+"""Length of the longest component of an axis, along the body's own axes: a dozen lines of a terminal."""
 
-_ONE = EXACT.array(np.eye(3, dtype=int))
+LONGEST_MOMENT = LONGEST // 5
+"""Length of the longest moment: it stands several times in each component of its axis."""
+
+_ONE = tidy_array(np.eye(3, dtype=object))
 
 
 def principal_frame(tensor: Array, turn: Array = _ONE) -> PrincipalFrame:
@@ -61,28 +64,20 @@ def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
     tensor = tidy_array(tensor)
     _require_short(tensor, "moments")
     moments, ordered = _ascending(_moments(tensor))
-    _require_short(np.array(moments), "moments")
+    _require_short(np.array(moments), "moments", LONGEST_MOMENT)
     groups: list[tuple[int, ...]] = []
     for index, moment in enumerate(moments):
         if groups and sign(moment - moments[index - 1]) == 0:
             groups[-1] = (*groups[-1], index)
         else:
             groups.append((index,))
-    alone = {group[0]: turn @ _eigenvector(tensor, moments, group[0]) for group in groups if len(group) == 1}
-    around = sum((np.outer(axis, axis) for axis in alone.values()), 0 * _ONE)
-    spans = [tidy_array(alone[group[0]] if len(group) == 1 else _ONE - around) for group in groups]
-    axes = canonical_axes(spans, groups, EXACT)
-    if 2 in alone:
-        # The vector product of the other two is this one, and longer.
-        axes[2] = alone[2] if size(axes[2] @ alone[2]) > 0 else -alone[2]
-    axes = tidy_array(axes)
-    _require_short(axes, "axes")
+    axes = _axes(tensor, moments, groups, turn)
     return PrincipalFrame(np.array(moments, dtype=object), axes, tuple(groups), ordered)
 
 
-def _require_short(array: Array, what: str) -> None:
+def _require_short(array: Array, what: str, most: int = LONGEST) -> None:
     """Raise ComputationError for an entry that is too long."""
-    if max(len(str(entry)) for entry in array.flat) > LONGEST:
+    if max(len(str(entry)) for entry in array.flat) > most:
         raise ComputationError(f"the exact principal {what} are too long to print")
 
 
@@ -149,17 +144,52 @@ def _ascending(moments: Sequence[Expr]) -> tuple[list[Expr], bool]:
     return ordered, not doubtful
 
 
-def _eigenvector(tensor: Array, moments: Sequence[Expr], index: int) -> Array:
+def _axes(tensor: Array, moments: Sequence[Expr], groups: Sequence[Sequence[int]], turn: Array) -> Array:
+    """Rows e1, e2, e3 by the rule of `core.principal.canonical_axes`, which says it for floats."""
+    if len(groups) == 1:
+        return _ONE
+    alone = {
+        group[0]: _oriented(tidy_array(turn @ _eigenvector(tensor, moments[group[0]])))
+        for group in groups
+        if len(group) == 1
+    }
+    if len(groups) == 2:
+        ((index, axis),) = alone.items()
+        pivot = _first_largest([1 - size(component) ** 2 for component in axis])
+        across = _ONE[pivot] - axis[pivot] * axis
+        first = tidy_array(across / sqrt(across[pivot]))
+        second = _oriented(tidy_array(np.cross(axis, first)))
+        rows = [axis, first, second] if index == 0 else [first, second, axis]
+    else:
+        rows = [alone[k] for k in range(3)]
+    if size(rows[2] @ np.cross(rows[0], rows[1])) < 0:
+        rows[2] = -rows[2]
+    return np.array(rows)
+
+
+def _oriented(axis: Array) -> Array:
+    """A unit vector (3) or its negative: the largest component is positive."""
+    return axis if size(axis[_first_largest([size(c) ** 2 for c in axis])]) > 0 else -axis
+
+
+def _first_largest(values: Sequence[float]) -> int:
+    """The index of the largest value, of those that are about equally large the first."""
+    return next(k for k, value in enumerate(values) if value >= max(values) - PIVOT_TIE)
+
+
+def _eigenvector(tensor: Array, moment: Expr) -> Array:
     """The unit vector along the axis of a moment that no other one equals; its sign is free.
 
-    The adjugate of I - lambda is a multiple of e e^T. That multiple, its trace, is the product of the
-    distances to the other two moments.
+    With B = I - t/3, mu = lambda - t/3 and q = tr(B^2)/2 the adjugate of I - lambda is
+    B^2 + mu B + mu^2 - q. It is (3 mu^2 - q) e e^T.
     """
-    moment = moments[index]
-    rows = tidy_array(tensor - moment * _ONE)
-    adjugate = np.array([np.cross(rows[k - 2], rows[k - 1]) for k in range(3)])
+    mean = tensor.trace() / 3
+    rest, offset = tidy_array(tensor - mean * _ONE), tidy(moment - mean)
+    half = tidy((rest * rest).sum() / 2)
+    adjugate = rest @ rest + offset * rest + (offset**2 - half) * _ONE
     pivot = max(range(3), key=lambda k: abs(size(adjugate[k, k])))
     row = tidy_array(adjugate[pivot])
     _require_short(row, "axes")
-    first, second = (other - moment for k, other in enumerate(moments) if k != index)
-    return tidy_array(row / root_of_either_sign(row[pivot] * first * second))
+    axis = tidy_array(row / root_of_either_sign(row[pivot] * tidy(3 * offset**2 - half)))
+    _require_short(axis, "axes")
+    return axis
