@@ -110,9 +110,9 @@ def _invariants(found: Derivation, asked: bool) -> tuple[Expr, ...] | None:
         return ()
     if hamiltonian is None or not (asked or len(hamiltonian.key) <= QUICK):
         return None
-    from rigidcli.symbolic.invariants.search import search
+    from rigidcli.symbolic.invariants.search import conserved_quantities
 
-    return search(hamiltonian, found.phase, [symbol(f"p_{name}") for name in found.cyclic]).found
+    return conserved_quantities(hamiltonian, found.phase, [symbol(f"p_{name}") for name in found.cyclic])
 
 
 def _further(kept: tuple[Expr, ...] | None) -> list[Field]:
