@@ -19,6 +19,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product as combinations
+from typing import TypeAlias
 
 from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
@@ -38,12 +39,8 @@ class Momenta:
     mass_matrix: tuple[tuple[Expr, ...], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class _Part:
-    """Terms of a Lagrangian, and the places of the velocities in them."""
-
-    expr: Expr
-    places: tuple[int, ...]
+_Part: TypeAlias = tuple[Expr, list[int]]
+"""Terms of a Lagrangian, and the places of the velocities in them."""
 
 
 def canonical_momenta(lagrangian: Expr, velocities: Sequence[str]) -> Momenta:
@@ -70,8 +67,8 @@ def legendre_transform(lagrangian: Expr, velocities: Sequence[str], names: Seque
 def _joined(chosen: Sequence[Branch], parts: Sequence[_Part], still: Expr, size: int) -> Branch:
     """The branch of the whole Lagrangian, from one branch of each part."""
     velocities = [ZERO] * size
-    for branch, part in zip(chosen, parts, strict=True):
-        for place, velocity in zip(part.places, branch.velocities, strict=True):
+    for branch, (_, places) in zip(chosen, parts, strict=True):
+        for place, velocity in zip(places, branch.velocities, strict=True):
             velocities[place] = velocity
     hamiltonian = total([*(branch.hamiltonian for branch in chosen), -still])
     return Branch(tuple(velocities), hamiltonian, tuple(e for branch in chosen for e in branch.conditions))
@@ -83,18 +80,14 @@ def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Par
     found = coefficients(lagrangian, velocities)
     if found is not None and _is_quadratic(found):
         still = found.get((0,) * len(velocities), ZERO)
-        return still, [_Part(lagrangian - still, tuple(every))]
-    terms = [Expr({monomial: factor}) for monomial, factor in lagrangian.terms.items()]
-    shared = [{i for i in every if velocities[i] in term.names} for term in terms]
-    groups = mass_matrix.connected(len(velocities), lambda i, j: any({i, j} <= places for places in shared))
-    parts = [
-        _Part(
-            total(term for term, places in zip(terms, shared, strict=True) if places & set(group)),
-            tuple(group),
-        )
-        for group in groups
+        return still, [(lagrangian - still, list(every))]
+    terms = [
+        (term, {i for i in every if velocities[i] in term.names})
+        for term in (Expr({monomial: factor}) for monomial, factor in lagrangian.terms.items())
     ]
-    return total(term for term, places in zip(terms, shared, strict=True) if not places), parts
+    groups = mass_matrix.connected(len(velocities), lambda i, j: any({i, j} <= places for _, places in terms))
+    parts = [(total(term for term, places in terms if places & {*group}), group) for group in groups]
+    return total(term for term, places in terms if not places), parts
 
 
 def _is_quadratic(polynomial: Polynomial) -> bool:
@@ -103,25 +96,22 @@ def _is_quadratic(polynomial: Polynomial) -> bool:
 
 def _inverted(part: _Part, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """All that is known of going back from the momenta of a part to its velocities."""
-    names = [velocities[place] for place in part.places]
-    found = coefficients(part.expr, names)
-    size = len(names)
-    if found is not None and _is_quadratic(found):
-        linear = [found.get(tuple(int(i == j) for j in range(size)), ZERO) for i in range(size)]
-        shifted = [momenta[place] - b for place, b in zip(part.places, linear, strict=True)]
+    e, places = part
+    names, size = [velocities[place] for place in places], len(places)
+    found, others = coefficients(e, names), []
+    if found is None or not _is_quadratic(found):
+        terms = [Expr({monomial: factor}) for monomial, factor in e.terms.items()]
+        others = [term for term in terms if not _is_linear(coefficients(term, names))]
+        found = coefficients(e - total(others), names) or {}
+    linear = [found.get(tuple(int(i == j) for j in range(size)), ZERO) for i in range(size)]
+    shifted = [momenta[place] - b for place, b in zip(places, linear, strict=True)]
+    if not others:
         return _of_masses([[2 * entry for entry in row] for row in quadratic_form(found, size)], shifted)
-    kernels, linear = [], [ZERO] * size
-    for monomial, factor in part.expr.terms.items():
-        term = Expr({monomial: factor})
-        powers = coefficients(term, names)
-        if powers is not None and all(sum(degrees) == 1 for degrees in powers):
-            for degrees, value in powers.items():
-                place = degrees.index(1)
-                linear[place] = linear[place] + value
-        else:
-            kernels.append(term)
-    shifted = [momenta[place] - b for place, b in zip(part.places, linear, strict=True)]
-    return inverted_velocities(kernels[0], names, shifted) if len(kernels) == 1 else []
+    return inverted_velocities(others[0], names, shifted) if len(others) == 1 else []
+
+
+def _is_linear(polynomial: Polynomial | None) -> bool:
+    return polynomial is not None and all(sum(powers) == 1 for powers in polynomial)
 
 
 def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
@@ -158,11 +148,5 @@ def _energy(inverse: mass_matrix.Matrix, matrix: mass_matrix.Matrix, momenta: Se
             ]
             or [inverse[0][1] * momenta[0] * momenta[1]]
         )
-    return tidy(
-        total(
-            inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j]
-            for i in size
-            for j in size
-            if i <= j
-        )
-    )
+    pairs = [(i, j) for i in size for j in size[i:]]
+    return tidy(total(inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j] for i, j in pairs))

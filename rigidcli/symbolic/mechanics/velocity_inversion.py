@@ -80,10 +80,10 @@ def _of_quadratic(
     constant = found.get((0,) * len(names), ZERO)
     raised = [total(a * P for a, P in zip(row, momenta, strict=True)) for row in inverse]
     square = tidy(total(w * P for w, P in zip(raised, momenta, strict=True)))
-    if k == Fraction(1, 2) and not constant.is_zero:
-        return [_of_root(A, constant, raised, square)]
-    if not constant.is_zero or k == Fraction(1, 2):
+    if (k == Fraction(1, 2)) is constant.is_zero:
         return []
+    if not constant.is_zero:
+        return [_of_root(A, constant, raised, square)]
     if len(names) == 1:
         # v^2 under a power is |v|, and Q may stand outside if it is positive.
         return _of_absolute(A * form[0][0] ** k, 2 * k, momenta[0]) if k.denominator == 1 else []
@@ -95,25 +95,21 @@ def _of_quadratic(
 
 def quadratic_form(found: dict[tuple[int, ...], Expr], size: int) -> list[list[Expr]]:
     """The symmetric matrix Q of the terms v.Q.v among the coefficients of a polynomial in v."""
-    half = number(Fraction(1, 2))
 
     def entry(i: int, j: int) -> Expr:
-        powers = [0] * size
-        powers[i] += 1
-        powers[j] += 1
-        return found.get(tuple(powers), ZERO) * (ONE if i == j else half)
+        powers = tuple(int(i == k) + int(j == k) for k in range(size))
+        return found.get(powers, ZERO) * (1 if i == j else Fraction(1, 2))
 
     return [[entry(i, j) for j in range(size)] for i in range(size)]
 
 
 def _of_root(A: Expr, B: Expr, raised: Sequence[Expr], square: Expr) -> Branch:
     """K = A sqrt(B + v.Q.v)."""
-    half = Fraction(1, 2)
     if _is_positive(B):
-        root = tidy(expand(B * (1 - square / A**2))) ** half
+        root = _root(tidy(expand(B * (1 - square / A**2))))
         return Branch(tuple(w * B / (A * root) for w in raised), -A * root)
     R2 = tidy(1 - square / A**2)
-    S = (B / R2) ** half
+    S = _root(B / R2)
     return Branch(tuple(w * S / A for w in raised), -A * S * R2)
 
 
@@ -171,6 +167,6 @@ INVERSE_SLOPES: dict[str, Callable[[Expr], list[tuple[Expr, Expr, tuple[Expr, ..
     "sinh": lambda r: [
         (sign * apply("acosh", r), sign * _root(r**2 - 1), (r - 1,)) for sign in (number(1), number(-1))
     ],
-    "log": lambda r: [(1 / r, -apply("log", r), (r,))],
+    "log": lambda r: [(1 / r, apply("log", 1 / r), (1 / r,))],
 }
 """For each function f all u with f'(u) = r, each with f(u) and with what must be positive."""
