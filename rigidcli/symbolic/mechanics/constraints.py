@@ -25,13 +25,10 @@ def rank(matrix: mass_matrix.Matrix, fixed: Mapping[str, Expr]) -> int | None:
 
     Names have their `fixed` values, others any.
     """
-    count = 0
-    for block in mass_matrix.blocks(matrix):
-        found = _of_block(mass_matrix.part(matrix, block, block), fixed)
-        if found is None:
-            return None
-        count += found
-    return count
+    blocks = mass_matrix.blocks(matrix)
+    ranks = [_of_block(mass_matrix.part(matrix, block, block), fixed) for block in blocks]
+    known = [found for found in ranks if found is not None]
+    return sum(known) if len(known) == len(ranks) else None
 
 
 def _of_block(matrix: mass_matrix.Matrix, fixed: Mapping[str, Expr]) -> int | None:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
-from fractions import Fraction
-from typing import TypeAlias, TypeVar
+from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.calculus import expand
@@ -98,37 +97,29 @@ def _of_numbers(matrix: Matrix) -> list[list[Expr]] | None:
     """The inverse of numbers times one expression; None if it is not that."""
     size = range(len(matrix))
     unit = next(entry for row in matrix for entry in row if not entry.is_zero)
-    ratios = [[(entry / unit).as_number for entry in row] for row in matrix]
     rows = [
-        [*(Fraction(ratio) for ratio in row if ratio is not None), *(Fraction(i == j) for j in size)]
-        for i, row in zip(size, ratios, strict=True)
+        [*(entry / unit for entry in row), *(ONE if i == j else ZERO for j in size)]
+        for i, row in enumerate(matrix)
     ]
-    if any(None in row for row in ratios) or eliminated(rows, size, lambda x: not x, lambda x: x) != [*size]:
+    if any(entry.as_number is None for row in rows for entry in row) or len(_eliminate(rows)) < len(matrix):
         return None
     return [[entry / unit for entry in row[len(matrix) :]] for row in rows]
 
 
-Entry = TypeVar("Entry", Fraction, Expr)
-
-
-def eliminated(
-    rows: list[list[Entry]],
-    columns: Iterable[int],
-    vanishes: Callable[[Entry], bool],
-    simplified: Callable[[Entry], Entry],
-) -> list[int]:
-    """Bring rows to the reduced echelon form in these columns; the columns that have pivots."""
+def _eliminate(rows: list[list[Expr]]) -> list[int]:
+    """Bring rows to the reduced echelon form, in as many columns; the columns that have pivots."""
     pivots: list[int] = []
-    for column in columns:
+    for column in range(len(rows)):
         place = len(pivots)
-        found = next((k for k in range(place, len(rows)) if not vanishes(rows[k][column])), None)
+        found = next((k for k in range(place, len(rows)) if not is_zero(rows[k][column])), None)
         if found is None:
             continue
         rows[place], rows[found] = rows[found], rows[place]
-        head = rows[place] = [simplified(entry / rows[place][column]) for entry in rows[place]]
+        head = rows[place] = [tidy(entry / rows[place][column]) for entry in rows[place]]
         for k, row in enumerate(rows):
-            if k != place and not vanishes(row[column]):
-                rows[k] = [simplified(a - row[column] * b) for a, b in zip(row, head, strict=True)]
+            c = row[column]
+            if k != place and not c.is_zero:
+                rows[k] = [a if b.is_zero else tidy(a - c * b) for a, b in zip(row, head, strict=True)]
         pivots.append(column)
     return pivots
 
@@ -136,7 +127,7 @@ def eliminated(
 def null_vectors(matrix: Matrix) -> list[list[Expr]]:
     """Vectors that span what the matrix (n by n) takes to zero, by elimination; entries are tidied."""
     rows, size = [list(row) for row in matrix], len(matrix)
-    pivots = eliminated(rows, range(size), is_zero, tidy)
+    pivots = _eliminate(rows)
     vectors = []
     for free in (column for column in range(size) if column not in pivots):
         vector = [ONE if column == free else ZERO for column in range(size)]
