@@ -15,7 +15,6 @@ from rigidcli.report import Column, Field, Report, Table, Value
 from rigidcli.studies import inertia
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
-from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.latex_names import latex_name
 from rigidcli.symbolic.language.text import reading
@@ -70,6 +69,8 @@ def run(
     derivation, system = found.derivation, found.derivation.system
     phase = derivation.phase
     definitions = None if derivation.momenta is None else derivation.momenta.definitions
+    natural, residual = f"{TRUTH[system.natural]}: {system.reason}", derivation.residual
+    cyclic, conserved = derivation.cyclic, derivation.conserved
     dots = [f"{name}dot" for name in phase.names]
     fields = [
         Field("coordinates", list(phase.coordinates)),
@@ -81,15 +82,15 @@ def run(
         _expression("hamiltonian", derivation.hamiltonian, "Hamiltonian", "H"),
         *_expressions("equations", phase.names, derivation.equations, dots),
         *_linear_equations(found),
-        _names("cyclic", derivation.cyclic, "cyclic coordinates", "none"),
-        _names("conserved", _conserved(derivation), "conserved", "nothing found"),
+        Field("cyclic", list(cyclic), "cyclic coordinates", words=", ".join(cyclic) or "none"),
+        Field("conserved", conserved, "conserved", words=", ".join(conserved) or "nothing found"),
         Field("explicit_time", derivation.explicit_time),
-        _expression("dH_dt", _energy_rate(derivation), "dH/dt", r"\frac{\mathrm{d}H}{\mathrm{d}t}"),
-        Field("natural", system.natural, "natural coordinates", words=_natural(derivation)),
+        _expression("dH_dt", derivation.energy_rate, "dH/dt", r"\frac{\mathrm{d}H}{\mathrm{d}t}"),
+        Field("natural", system.natural, "natural coordinates", words=natural),
         Field("natural_reason", system.reason),
         _expression("energy", derivation.energy, "", "T + V"),
         _is_energy(derivation),
-        _residual(derivation),
+        Field("verified", residual, "" if residual is None else "residual of the equations of motion"),
         *_invariants(found),
         *([Field("branches", [])] if len(found.branches) < 2 else []),
         *_transform(found),
@@ -166,11 +167,6 @@ def _expressions(
     ]
 
 
-def _names(key: str, names: Sequence[str], title: str, none: str) -> Field:
-    """A list of names."""
-    return Field(key, list(names), title, words=", ".join(names) or none)
-
-
 def _linear_equations(found: _Results) -> list[Field]:
     """The matrix of linear equations, and its eigenvalues."""
     equations, names = found.derivation.equations, found.derivation.phase.names
@@ -217,33 +213,12 @@ def _spectrum(matrix: Sequence[Sequence[Expr]], document: Document) -> Spectrum 
     return None if TIME in used else symbolic_spectrum(matrix, values)
 
 
-def _conserved(derivation: Derivation) -> list[str]:
-    """The names of conserved momenta, and of H."""
-    return [f"p_{name}" for name in derivation.cyclic] + ([] if derivation.explicit_time else ["H"])
-
-
-def _energy_rate(derivation: Derivation) -> Expr | None:
-    """dH/dt where H is known."""
-    return None if derivation.hamiltonian is None else tidy(derivation.power)
-
-
-def _natural(derivation: Derivation) -> str:
-    """Whether the coordinates are natural, and why."""
-    return f"{TRUTH[derivation.system.natural]}: {derivation.system.reason}"
-
-
 def _is_energy(derivation: Derivation) -> Field:
     """Whether H is T + V, and else by how much it is not."""
     excess = derivation.energy_excess
     same = None if excess is None else excess.is_zero
     differ = f": T + V - H = {reading(to_tree(excess))}" if excess is not None and not same else ""
     return Field("h_equals_energy", same, "H = T + V", words=f"{TRUTH[same]}{differ}")
-
-
-def _residual(derivation: Derivation) -> Field:
-    """How well H was checked against the Lagrangian."""
-    title = "residual of the equations of motion" if derivation.residual is not None else ""
-    return Field("verified", derivation.residual, title)
 
 
 def _invariants(found: _Results) -> list[Field]:
@@ -262,17 +237,12 @@ def _transform(found: _Results) -> list[Field]:
     wrong = ", ".join(transform.wrong)
     words = f"no: of {wrong} the bracket is wrong" if wrong else "yes"
     title = "new Hamiltonian" if transform.hamiltonian is not None else ""
-    brackets = transform.brackets.items()
+    brackets, dots = transform.brackets.items(), [f"{name}dot" for name in transform.names]
     return [
         Field("transform.canonical", not wrong, "canonical change of variables", words=words),
         *(Field(f"transform.brackets.{name}", e, name, rf"\{name[:-1]}\}}") for name, e in brackets),
         Field("transform.hamiltonian", transform.hamiltonian, title, "K"),
-        *_expressions(
-            "transform.equations",
-            transform.names,
-            transform.equations,
-            [f"{name}dot" for name in transform.names],
-        ),
+        *_expressions("transform.equations", transform.names, transform.equations, dots),
     ]
 
 
@@ -315,17 +285,19 @@ def _orbit_table(found: _Results) -> list[Table]:
     orbit, phase = found.orbit, found.derivation.phase
     if orbit is None:
         return []
-    columns = [Column("t", orbit.times, ("t",), "s", ("t",))]
-    for key, names, values in (
-        ("q", phase.coordinates, orbit.coordinates),
-        ("p", phase.momenta, orbit.momenta),
-    ):
-        columns += [
-            Column(f"{key}.{name}", column, (name,), "", (latex_name(name),))
-            for name, column in zip(names, values.T, strict=True)
-        ]
-    columns.append(Column("H", orbit.energy, ("H",), "", ("H",)))
-    return [Table("orbit", "the orbit", tuple(columns), data=True)]
+    columns = [
+        Column(f"{key}.{name}", column, (name,), "", (latex_name(name),))
+        for key, names, values in (
+            ("q", phase.coordinates, orbit.coordinates),
+            ("p", phase.momenta, orbit.momenta),
+        )
+        for name, column in zip(names, values.T, strict=True)
+    ]
+    time, energy = (
+        Column("t", orbit.times, ("t",), "s", ("t",)),
+        Column("H", orbit.energy, ("H",), "", ("H",)),
+    )
+    return [Table("orbit", "the orbit", (time, *columns, energy), data=True)]
 
 
 def _notes(found: _Results) -> list[str]:

@@ -96,6 +96,16 @@ class Derivation:
         """dH/dt, which is the partial derivative of H, and that of -L, by the time."""
         return derivative(self.generator, TIME)
 
+    @property
+    def energy_rate(self) -> Expr | None:
+        """dH/dt where H is known."""
+        return None if self.hamiltonian is None else tidy(self.power)
+
+    @property
+    def conserved(self) -> list[str]:
+        """The names of conserved momenta, and of H if that is conserved."""
+        return [f"p_{name}" for name in self.cyclic] + ([] if self.explicit_time else ["H"])
+
     @cached_property
     def explicit_time(self) -> bool:
         """Whether H depends on the time by itself."""
