@@ -16,12 +16,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.algebra.trees import from_tree, to_tree
 from rigidcli.symbolic.invariants.search import conserved_quantities
 from rigidcli.symbolic.language.parser import read
-from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
-from tests.symbolic.trees import CONTEXT, value
+from tests.symbolic.trees import CONTEXT, expression, value, written
 
 FREE = "(p_x**2 + p_y**2)/(2*m)"
 FREE_3 = "(p_x**2 + p_y**2 + p_z**2)/(2*m)"
@@ -220,27 +218,21 @@ CASES = {
 }
 
 
-def expr(source: str) -> Expr:
-    return from_tree(read(source)[0])
-
-
-def written(e: Expr) -> str:
-    return text(to_tree(e))
-
-
 def phase_of(coordinates: str) -> Phase:
     names = tuple(coordinates.split())
     return Phase(names, tuple(f"p_{name}" for name in names))
 
 
 def found(coordinates: str, hamiltonian: str, known: Sequence[str] = ()) -> tuple[Expr, ...]:
-    return conserved_quantities(expr(hamiltonian), phase_of(coordinates), [expr(e) for e in known])
+    return conserved_quantities(
+        expression(hamiltonian), phase_of(coordinates), [expression(e) for e in known]
+    )
 
 
 def gradients(sources: Sequence[str], phase: Phase, seed: int) -> mpmath.matrix:
     """The gradients of texts at a point (texts by 2n), from differences with many digits."""
     trees = [read(source)[0] for source in sources]
-    names = sorted(set().union(*(expr(source).names for source in sources)) | set(phase.names))
+    names = sorted(set().union(*(expression(source).names for source in sources)) | set(phase.names))
     point = {name: CONTEXT.mpf((37 * i + 61 * seed) % 89 + 31) / 71 for i, name in enumerate(names)}
     return CONTEXT.matrix(
         [
@@ -340,7 +332,7 @@ def test_total_momentum_of_a_chain_is_found_though_the_whole_list_is_too_long() 
     kinetic = " + ".join(f"p_{name}**2/(2*m{i % 3})" for i, name in enumerate(names))
     springs = " + ".join(f"k*({a} - {b})**4" for a, b in itertools.pairwise(names))
     result = found(" ".join(names), f"{kinetic} + {springs}")
-    assert list(result) == [expr(" + ".join(f"p_{name}" for name in names))]
+    assert list(result) == [expression(" + ".join(f"p_{name}" for name in names))]
 
 
 def test_a_coefficient_that_is_not_recognized_is_admitted() -> None:

@@ -9,28 +9,13 @@ import pytest
 
 from rigidcli.symbolic.algebra.expressions import ONE, Expr
 from rigidcli.symbolic.algebra.simplification import is_zero, tidy
-from rigidcli.symbolic.algebra.trees import from_tree, to_tree
-from rigidcli.symbolic.language.parser import read
-from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.mechanics import canonical, energies, spectrum
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, bracket, equations, linear
+from tests.symbolic.trees import expression, written
 
 ONE_FREEDOM = Phase(("x",), ("p_x",))
 SPACE = Phase(("x", "y", "z"), ("p_x", "p_y", "p_z"))
 L = ("y*p_z - z*p_y", "z*p_x - x*p_z", "x*p_y - y*p_x")
-
-
-def expression(words: str) -> Expr:
-    return from_tree(read(words)[0])
-
-
-def written(e: Expr) -> str:
-    return text(to_tree(e))
-
-
-def test_hamiltons_equations() -> None:
-    found = equations(expression("p_x^2/(2*m) + k*x^2/2"), ONE_FREEDOM)
-    assert [written(e) for e in found] == ["p_x/m", "-k*x"]
 
 
 def test_angular_momentum_is_an_algebra() -> None:

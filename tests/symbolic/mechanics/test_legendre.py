@@ -11,25 +11,15 @@ from hypothesis import Phase, given, settings
 from hypothesis import strategies as st
 
 from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.algebra.trees import from_tree, to_tree
+from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.evaluation import real
 from rigidcli.symbolic.language.parser import read
-from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import Node
 from rigidcli.symbolic.mechanics.legendre import canonical_momenta, legendre_transform
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch
-from tests.symbolic.trees import CONTEXT, value
+from tests.symbolic.trees import CONTEXT, expression, value, written
 
 few = settings(max_examples=25, deadline=None, phases=[Phase.explicit, Phase.reuse, Phase.generate])
-
-
-def expression(words: str) -> Expr:
-    return from_tree(read(words)[0])
-
-
-def written(e: Expr) -> str:
-    return text(to_tree(e))
 
 
 def slope(node: Node, point: Mapping[str, Any], name: str) -> Any:
