@@ -35,7 +35,7 @@ from rigidcli.symbolic.language.tree import (
 )
 
 MOST_MULTIPLIED = 16
-"""Powers up to this one are products: faster, and without the trouble that heyoka has with them at 0."""
+"""The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
 
 _OPERATIONS: dict[str, Callable[[float, float], float]] = {
     "+": operator.add,
@@ -141,28 +141,27 @@ class _Writer:
                 value = self.write(operand)
                 return -value if isinstance(value, float) else self.let(f"-{value}")
             case Sum(terms):
-                return self.joined(
-                    0.0, [("-", n.operand) if isinstance(n, Negative) else ("+", n) for n in terms]
-                )
-            case Reciprocal(operand):
-                return self.joined(1.0, [("/", operand)])
+                return self.joined(0.0, "+-", Negative, terms)
             case Product(factors):
-                return self.joined(
-                    1.0, [("/", n.operand) if isinstance(n, Reciprocal) else ("*", n) for n in factors]
-                )
+                return self.joined(1.0, "*/", Reciprocal, factors)
+            case Reciprocal():
+                return self.joined(1.0, "*/", Reciprocal, (node,))
             case Power(base, exponent):
                 return self.power(self.write(base), self.write(exponent))
             case Call(name, arguments):
                 return self.called(name, [self.write(argument) for argument in arguments])
 
-    def joined(self, start: float, operands: Sequence[tuple[str, Node]]) -> Value:
-        """`start` and then, from left to right, each operator with its operand."""
+    def joined(
+        self, start: float, signs: str, inverse: type[Negative | Reciprocal], operands: Sequence[Node]
+    ) -> Value:
+        """`start` and then, from left to right, each operand with its sign; an inverse has the second one."""
         total: Value = start
-        for sign, node in operands:
-            value = self.write(node)
+        for node in operands:
+            sign, inner = (signs[1], node.operand) if isinstance(node, inverse) else (signs[0], node)
+            value = self.write(inner)
             if isinstance(total, float) and isinstance(value, float):
                 total = evaluation.finite(_OPERATIONS[sign](total, value))
-            elif total == start and sign in "+*":
+            elif total == start and sign == signs[0]:
                 total = value
             else:
                 total = self.let(f"{_text(total)} {sign} {_text(value)}")

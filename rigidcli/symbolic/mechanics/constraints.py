@@ -17,7 +17,7 @@ from rigidcli.symbolic.algebra.simplification import is_zero, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 
 NONE = 1e-13
-"""A singular value below this, of a large matrix with entries of the order of 1, is rounding."""
+"""A singular value below this is rounding: it belongs to a matrix with entries of the order of 1."""
 
 
 def rank(matrix: mass_matrix.Matrix, fixed: Mapping[str, Expr]) -> int | None:
