@@ -31,7 +31,7 @@ SCHEMA = "rigidcli.hamilton/1"
 TRUTH = {True: "yes", False: "no", None: "not known"}
 
 QUICK = 160
-"""The length of the key of an H up to which conserved quantities are searched for unasked: within 0.1 s."""
+"""The longest key of an H whose conserved quantities are searched for unasked, as that takes little time."""
 
 MOST_COLUMNS = 8
 """The widest matrix that people are shown: a terminal has room for no more."""

@@ -33,7 +33,7 @@ MOST_RESIDUAL = 1e-6
 """A residual of the equations of motion beyond this, in units of their size, is no rounding error."""
 
 CHECKS = 3
-"""Random points at which the equations of motion are compared: a wrong branch fails at the first."""
+"""The number of random points at which the equations of motion are compared."""
 
 SPECIAL_VALUES = {"0": ZERO, "pi/2": PI / 2, "pi": PI}
 """Values of coordinates at which it is looked whether the mass matrix is singular, as at poles of angles."""

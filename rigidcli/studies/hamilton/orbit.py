@@ -38,7 +38,7 @@ LOST = 0.1
 """An error of a variable, in units of its size, with which it has no digits left."""
 
 EARLY = 0.8
-"""The part of the span before whose end the coarse orbit is lost, if the fine one is lost before its own."""
+"""If the coarse orbit is lost before this part of the span, the fine one is lost before its end."""
 
 ORDER = 7 / 8
 """The power of the tolerance to which the error of an orbit is proportional: steps h have errors of h^8."""

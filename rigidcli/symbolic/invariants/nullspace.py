@@ -30,16 +30,16 @@ BATCH = 16
 """Points are made in multiples of this number, so that sums of few terms share a sample."""
 
 DEPENDENT = 1e-11
-"""A column of unit length is a combination of others if no more of it is left: rounding is about 1e-14."""
+"""What is left of a column of unit length that is a combination of others is rounding, below this."""
 
 ABSENT = 1e-6
-"""Entries below this, beside the largest of a vector, are zero: coefficients differ by less."""
+"""Entries below this, beside the largest of a vector, are taken for rounding."""
 
 SAME = 1e-8
-"""Relative difference of coefficients that are equal: they come from matrices with conditions up to 1e7."""
+"""The relative difference up to which coefficients are taken for equal."""
 
 LARGE = 1e100
-"""Points with values beyond this are passed over, as their squares would be beyond floats."""
+"""Points with values beyond this are passed over, so that products of three are within floats."""
 
 RANGES = [(-2.0, 2.0), (0.3, 1.7), (0.02, 0.5)]
 """Ranges of coordinates and momenta; the next is taken where H has too few values in one."""
@@ -151,10 +151,6 @@ def null_sums(sample: Sample, terms: Sequence[Term]) -> list[tuple[list[Term], F
     return [(chosen, coefficients) for _, chosen, coefficients in sums]
 
 
-SAME = 1e-8
-"""Relative difference of coefficients that are equal: they come from matrices with conditions up to 1e7."""
-
-
 def _sparse_null_vectors(matrix: Floats) -> list[Floats]:
     """Vectors of the null space with few entries, from several orders of the columns.
 
@@ -180,7 +176,7 @@ def _sparse_null_vectors(matrix: Floats) -> list[Floats]:
 
 
 def is_combination(vectors: Floats, others: Floats) -> bool:
-    """Whether at every point the vector (points by 2n) is one of the others (points by any by 2n)."""
+    """Whether at every point the vector (points by 2n) is a combination of others (points by any by 2n)."""
     units = others / _units(np.linalg.norm(others, axis=2, keepdims=True))
     projections = np.linalg.pinv(units, rcond=ABSENT) @ units
     rest = vectors - np.einsum("pi,pij->pj", vectors, projections)

@@ -18,13 +18,13 @@ from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
 
 MOST_TERMS = 400
-"""The most terms of one sum: the singular values of a matrix of this size take about a tenth of a second."""
+"""The most terms of one sum: n of them make a matrix of about n by n, which takes n^3 steps."""
 
 MOST_WITH_PRODUCTS = 160
-"""Products of listed functions are added to a sum up to so many terms: that takes no time."""
+"""The most terms of a sum to which products of listed functions are added."""
 
 MOST_PIECES = 60
-"""The most products of factors of H that are taken as functions; an H with more has no simple law."""
+"""The most products of factors of H that are taken as functions; these are the simplest ones."""
 
 Term: TypeAlias = tuple[Expr, Expr]
 """A function of the coordinates, and the product of momenta by which it is multiplied."""

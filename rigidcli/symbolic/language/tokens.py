@@ -16,10 +16,10 @@ MAX_TEXT = 20_000
 """The most characters of an expression, so that it is read in well under a second."""
 
 MAX_DIGITS = 400
-"""The most digits of one number, before its power of ten: more than any float or exact result needs."""
+"""The most digits of one number, before its power of ten, so that its exact fraction stays small."""
 
 MAX_EXPONENT_DIGITS = 4
-"""The most digits of the power of ten of one number, so that its exact fraction stays small."""
+"""The most digits of the power of ten of one number, for the same reason."""
 
 _GREEK = str.maketrans(
     {

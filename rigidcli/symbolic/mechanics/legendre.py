@@ -28,7 +28,7 @@ from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch, inverted_velocities, quadratic_form
 
 MOST_BRANCHES = 16
-"""Several velocities of several coordinates have more combinations than anyone would read."""
+"""The most branches that are listed: more of them nobody would read."""
 
 
 @dataclass(frozen=True, slots=True)

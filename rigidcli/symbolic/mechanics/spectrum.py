@@ -26,7 +26,7 @@ Stability: TypeAlias = Literal["stable", "unstable", "marginal"]
 _WORSE: tuple[Stability, ...] = ("stable", "marginal", "unstable")
 
 BALANCING = 8
-"""Rounds of balancing, each of which halves the logarithms of what is left to do."""
+"""Rounds of balancing, after which units change no more."""
 
 ROUNDING = 1e-7
 """Real parts below this, in units of the largest eigenvalue, are rounding: of a double one it is its root."""
