@@ -17,8 +17,8 @@ import pytest
 
 from rigidcli.model.load import loads
 from rigidcli.studies.hamilton.derivation import derive
-from rigidcli.studies.hamilton.initial import begin
-from rigidcli.studies.hamilton.motion import motion_of
+from rigidcli.studies.hamilton.equations_of_motion import equations_of_motion
+from rigidcli.studies.hamilton.initial import initial_state
 
 MANY = mpmath.mp.clone()
 MANY.dps = 50
@@ -110,14 +110,13 @@ def test_the_motion_is_that_of_the_inverted_momenta(size: int, reach: int, magne
     ]
     document = loads(system.document(*states[0]))
     assert document.orbit is not None
-    found, start = begin(document, document.orbit, derive(document))
-    motion = motion_of(found, start)
+    motion = equations_of_motion(*initial_state(document, document.orbit, derive(document)))
     flow = motion.flow(math)
     for q, p in states:
         energy, v, forces = system.truth(q, p)
         state = np.array([q + p])
         slopes = flow(0.0, *state[0])
-        _, _, told, _ = motion.seen(np.zeros(1), state)
+        _, _, told, _ = motion.observed(np.zeros(1), state)
         speed, force = (max(abs(float(each)) for each in many) for many in (v, forces))
         assert told[0] == pytest.approx(float(energy), rel=1e-12, abs=1e-12 * speed * max(map(abs, p)))
         assert slopes[:size] == pytest.approx([float(each) for each in v], rel=1e-12, abs=1e-12 * speed)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import json
 import math
 from typing import Any
 
@@ -30,11 +29,6 @@ def words(value: Any) -> Any:
     if isinstance(value, dict):
         return {key: words(entry) for key, entry in value.items()}
     return text(value) if value is not None else None
-
-
-def titled(report: Report, title: str) -> str:
-    """What people are told under this title."""
-    return next(field.words for field in report.fields if field.title == title)
 
 
 def orbit(report: Report) -> tuple[Any, Any, Any]:
@@ -72,61 +66,7 @@ def test_the_mass_on_a_spring() -> None:
     assert found["verified"] < 1e-14
 
 
-def test_values_make_the_eigenvalues_numbers() -> None:
-    found = hamilton(SPRING + "parameters: {m: 1, k: 4}\n")
-    assert [pair["re"] for pair in found["eigenvalues"]] == [0, 0]
-    assert [pair["im"] for pair in found["eigenvalues"]] == pytest.approx([-2, 2], rel=1e-15)
-    assert found["frequencies"] == pytest.approx([2], rel=1e-15)
-
-
 # --- three questions that are not one
-
-
-def test_a_bead_on_a_turning_rod_conserves_h_which_is_not_the_energy() -> None:
-    found = hamilton(
-        "system: {coordinates: [r], particles: [{mass: m, position: [r*cos(w*t), r*sin(w*t)]}]}\n"
-        "parameters: {m: null, w: null}\n"
-    )
-    assert words(found["hamiltonian"]) == "p_r**2/(2*m) - m*r**2*w**2/2"
-    assert found["conserved"] == ["H"]
-    assert found["h_equals_energy"] is False
-    assert found["natural"] is False
-    assert found["natural_reason"] == "the time is in the position r*cos(w*t)"
-    assert titled(found, "H = T + V") == "no: T + V - H = m r^2 w^2"
-
-
-def test_a_lagrangian_alone_does_not_tell_the_energy() -> None:
-    found = hamilton(
-        "system: {coordinates: [r], lagrangian: m*(rdot^2 + r^2*w^2)/2}\nparameters: {m: 1, w: 1}"
-    )
-    assert found["h_equals_energy"] is None
-    assert found["energy"] is None
-    assert found["natural"] is None
-    assert "kinetic" in found["natural_reason"]
-    assert found["conserved"] == ["H"]
-
-
-def test_a_magnetic_term_leaves_the_energy_alone() -> None:
-    found = hamilton(
-        "system:\n  coordinates: [x, y]\n  lagrangian: m*(xdot^2 + ydot^2)/2 + q*B*(x*ydot - y*xdot)/2\n"
-        "  kinetic: m*(xdot^2 + ydot^2)/2\n  potential: 0\nparameters: {m: null, q: null, B: null}\n"
-    )
-    assert found["h_equals_energy"] is True
-    assert found["natural"] is True
-    assert found["conserved"] == ["H"]
-
-
-def test_an_accelerated_support_is_not_natural_and_changes_h() -> None:
-    found = hamilton(
-        "system:\n  coordinates: [theta]\n"
-        "  particles: [{mass: m, position: [l*sin(theta) + a*t^2/2, -l*cos(theta)]}]\n"
-        "  potential: -m*g*l*cos(theta)\nparameters: {m: null, l: null, a: null, g: null}\n"
-    )
-    assert found["natural"] is False
-    assert "a*t^2/2" in found["natural_reason"]
-    assert found["explicit_time"] is True
-    assert found["conserved"] == []
-    assert found["h_equals_energy"] is False
 
 
 def test_cyclic_coordinates_keep_their_momenta() -> None:
@@ -362,18 +302,6 @@ def test_a_chain_of_pendulums_is_integrated_without_printing_h() -> None:
     assert found["orbit"]["drift"]["H"] < 1e-11
 
 
-def test_the_balance_of_h_where_it_changes() -> None:
-    # A driven oscillator: H changes, but its balance is kept.
-    found = hamilton(
-        "system: {coordinates: [x], kinetic: xdot^2/2, potential: x^2/2 - x*cos(2*t)}\n"
-        "orbit: {initial: {x: 0, p_x: 0}, duration: 20, samples: 21}\n"
-    )
-    t, q, _ = orbit(found)
-    assert q["x"] == pytest.approx((np.cos(t) - np.cos(2 * t)) / 3, abs=1e-10)
-    assert np.ptp(found["orbit"]["H"]) > 0.1
-    assert found["orbit"]["drift"]["H"] < 1e-10
-
-
 def test_an_orbit_that_ends_names_the_time() -> None:
     # From rest at distance 1, it falls into the centre at t = pi/(2 sqrt 2).
     with pytest.raises(ComputationError, match=r"the orbit .* t = 1\.1107"):
@@ -433,18 +361,6 @@ def test_parameters_may_make_a_change_canonical(parameters: str, new: str, momen
         f"transform: {{new_variables: [Q, P], new: {{Q: {new}, P: {momentum}}}}}\n"
     )
     assert found["transform"]["canonical"] is True
-
-
-def test_a_canonical_change() -> None:
-    found = hamilton(
-        "system: {coordinates: [x], kinetic: m*xdot^2/2, potential: m*w^2*x^2/2}\n"
-        "parameters: {m: null, w: null}\n"
-        "transform: {old: {x: sqrt(2*P/(m*w))*sin(Q), p_x: sqrt(2*P*m*w)*cos(Q)}, new_variables: [Q, P]}\n"
-    )
-    assert found["transform"]["canonical"] is True
-    assert words(found["transform"]["brackets"]) == {"{x, p_x}": "1"}
-    assert words(found["transform"]["hamiltonian"]) in ("P*w", "w*P")
-    assert words(found["transform"]["equations"]) == {"Q": "w", "P": "0"}
 
 
 def test_a_change_that_is_not_canonical() -> None:
@@ -513,13 +429,3 @@ def test_refusals(program: Program, document: str, code: int, message: str) -> N
         assert ended.out == ""
         assert message in ended.err
         assert "Traceback" not in ended.err
-
-
-def test_json_is_one_line_of_text_expressions(program: Program) -> None:
-    ended = program("hamilton", "-f", "json", "-", stdin=SPRING + "parameters: {m: 1, k: 4}\n")
-    assert ended.out.count("\n") == 1
-    found = json.loads(ended.out)
-    assert found["schema"] == "rigidcli.hamilton/1"
-    assert found["matrix"] == [["0", "1/m"], ["-k", "0"]]
-    assert found["equations"] == {"x": "p_x/m", "p_x": "-k*x"}
-    assert found["natural_reason"]

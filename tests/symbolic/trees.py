@@ -10,6 +10,11 @@ from typing import Any
 import mpmath
 from hypothesis import strategies as st
 
+from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.algebra.reading import from_tree
+from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.language.parser import read
+from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import (
     FUNCTIONS,
     Call,
@@ -123,27 +128,28 @@ def call(function: str, arguments: list[Any], edge: float) -> Any:
     return certain(getattr(CONTEXT, found)(*arguments), edge)
 
 
-def _numbers(text: str) -> Number:
+def number(text: str) -> Number:
+    """A number as it is written."""
     return Number(text, float(text))
 
 
 LEAVES = st.one_of(
     st.sampled_from(NAMES).map(Name),
-    st.sampled_from(["0", "1", "2", "3", "4", "8", "0.5", "1.5", "12"]).map(_numbers),
+    st.sampled_from(["0", "1", "2", "3", "4", "8", "0.5", "1.5", "12"]).map(number),
     st.just(Constant("pi")),
 )
 
 EXPONENTS = st.sampled_from(
     [
-        _numbers("2"),
-        _numbers("3"),
-        _numbers("4"),
-        _numbers("0.5"),
-        Negative(_numbers("1")),
-        Negative(_numbers("2")),
-        Negative(_numbers("0.5")),
-        Product((_numbers("3"), Reciprocal(_numbers("2")))),
-        Product((_numbers("1"), Reciprocal(_numbers("3")))),
+        number("2"),
+        number("3"),
+        number("4"),
+        number("0.5"),
+        Negative(number("1")),
+        Negative(number("2")),
+        Negative(number("0.5")),
+        Product((number("3"), Reciprocal(number("2")))),
+        Product((number("1"), Reciprocal(number("3")))),
         Name("a"),
         Negative(Name("b")),
     ]
@@ -166,3 +172,42 @@ def _grown(children: st.SearchStrategy[Node]) -> st.SearchStrategy[Node]:
 
 
 TREES: st.SearchStrategy[Node] = st.recursive(LEAVES, _grown, max_leaves=9)
+
+
+POWERS = st.sampled_from(["2", "3", "0.5", "1.5", "2.25", "17", "40"]).map(number)
+
+
+def trees(
+    leaves: st.SearchStrategy[Node], exponents: st.SearchStrategy[Node] | None = None
+) -> st.SearchStrategy[Node]:
+    """Trees of all operations; of powers, those with these exponents only, if there are some."""
+
+    def grown(nodes: st.SearchStrategy[Node]) -> st.SearchStrategy[Node]:
+        powers = st.one_of(POWERS, POWERS.map(Negative), nodes) if exponents is None else exponents
+        signed = st.one_of(nodes, nodes.map(Negative))
+        terms, factors = (
+            st.lists(members, min_size=2, max_size=4).map(tuple)
+            for members in (signed, st.one_of(signed, nodes.map(Reciprocal)))
+        )
+        unary = [name for name, function in FUNCTIONS.items() if function.arity == 1]
+        return st.one_of(
+            nodes.map(Negative),
+            nodes.map(Reciprocal),
+            terms.map(Sum),
+            factors.map(Product),
+            st.builds(Power, nodes, powers),
+            st.builds(lambda name, node: Call(name, (node,)), st.sampled_from(unary), nodes),
+            st.tuples(nodes, nodes).map(lambda both: Call("atan2", both)),
+        )
+
+    return st.recursive(leaves, grown, max_leaves=12)
+
+
+def expression(words: str) -> Expr:
+    """The exact expression of a text."""
+    return from_tree(read(words)[0])
+
+
+def written(e: Expr) -> str:
+    """The text of an exact expression."""
+    return text(to_tree(e))

@@ -4,26 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
-from rigidcli.report import Column, Field, Report, Table, Value
+from rigidcli.report import Column, Field, Report, Table
 from rigidcli.studies import inertia
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
-from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
-from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.latex_names import latex_name
 from rigidcli.symbolic.language.text import reading
 from rigidcli.symbolic.mechanics.hamilton_equations import linear
+from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 if TYPE_CHECKING:
-    from rigidcli.studies.hamilton.orbit import Path
-    from rigidcli.studies.hamilton.transform import Change
+    from rigidcli.studies.hamilton.orbit import OrbitSolution
+    from rigidcli.studies.hamilton.transform import TransformedSystem
     from rigidcli.symbolic.mechanics.spectrum import Spectrum
 
 SCHEMA = "rigidcli.hamilton/1"
@@ -31,16 +31,31 @@ SCHEMA = "rigidcli.hamilton/1"
 TRUTH = {True: "yes", False: "no", None: "not known"}
 
 QUICK = 160
-"""Length of the key of an H whose conserved quantities are searched for unasked: that takes little time."""
+"""The longest key of an H whose conserved quantities are searched for unasked, as that takes little time."""
 
 MOST_COLUMNS = 8
-"""Of a matrix that people are shown."""
+"""The widest matrix that people are shown: a terminal has room for no more."""
 
 STABILITY = {
     "stable": "stable: motion stays bounded",
     "marginal": "marginal: motion grows by powers of the time",
     "unstable": "unstable: motion grows exponentially",
 }
+
+
+@dataclass(frozen=True, slots=True)
+class _Results:
+    """What was found of the system of a document; None for what was not asked, or not searched for.
+
+    The derivation is on the branch of the velocities that the orbit is on, if there is one.
+    """
+
+    document: Document
+    branches: Sequence[Branch]
+    derivation: Derivation
+    invariants: tuple[Expr, ...] | None
+    orbit: OrbitSolution | None
+    transform: TransformedSystem | None
 
 
 def run(
@@ -50,267 +65,240 @@ def run(
 
     Further conserved quantities are searched for where that is quick, or `invariants` are asked for.
     """
-    found = derive(document)
-    notes = list(found.notes)
-    tables = [_branches(found)] if len(found.branches) > 1 else []
-    fields: list[Field] = []
-    if document.orbit is not None:
-        from rigidcli.model.orbit import require_values
-        from rigidcli.studies.hamilton.initial import begin
-        from rigidcli.studies.hamilton.orbit import follow
-
-        require_values(document)
-        found, start = begin(document, document.orbit, found)
-        if document.exact_results:
-            notes.append("the orbit is followed in floating-point numbers")
-    kept = _invariants(found, invariants)
-    if document.orbit is not None:
-        path = follow(document.orbit, found, start, kept or (), progress)
-        fields += _quality(path)
-        if path.lost is not None:
-            notes.append(
-                f"chaotic, or too long: errors grow so fast that by t = {path.lost:.4g} little is left of a "
-                "somewhat coarser orbit, and beyond this one is only typical"
-            )
-        tables.append(_orbit(path, found))
-    if document.transform is not None:
-        from rigidcli.studies.hamilton.transform import changed
-
-        change = changed(document, document.transform, found)
-        fields = _change(change) + fields
-        if not change.wrong and change.hamiltonian is None:
-            notes.append(
-                "H in the new variables is told where H has one form, the change does not hold the time, and "
-                "the old variables are given, or follow from linear equations"
-            )
+    found = _results(document, invariants, progress)
+    derivation, system = found.derivation, found.derivation.system
+    phase = derivation.phase
+    definitions = None if derivation.momenta is None else derivation.momenta.definitions
+    natural, residual = f"{TRUTH[system.natural]}: {system.reason}", derivation.residual
+    cyclic, conserved = derivation.cyclic, derivation.conserved
+    dots = [f"{name}dot" for name in phase.names]
     fields = [
-        Field("coordinates", list(found.phase.coordinates)),
-        Field("velocities", list(found.velocity_names)),
-        Field("momenta", list(found.phase.momenta)),
-        _written("lagrangian", found.given.lagrangian, "Lagrangian", "L"),
-        *_momentum_definitions(found),
-        *_each("velocity_solutions", found.velocity_names, found.velocities),
-        _written("hamiltonian", found.hamiltonian, "Hamiltonian", "H"),
-        *_equations(found),
-        *_linear(found, document),
-        *_verdicts(found),
-        *_further(kept),
-        *([] if tables and tables[0].key == "branches" else [Field("branches", [])]),
-        *fields,
+        Field("coordinates", list(phase.coordinates)),
+        Field("velocities", list(derivation.velocity_names)),
+        Field("momenta", list(phase.momenta)),
+        _expression("lagrangian", system.lagrangian, "Lagrangian", "L"),
+        *_expressions("momentum_definitions", phase.momenta, definitions, phase.momenta),
+        *_expressions("velocity_solutions", derivation.velocity_names, derivation.velocities),
+        _expression("hamiltonian", derivation.hamiltonian, "Hamiltonian", "H"),
+        *_expressions("equations", phase.names, derivation.equations, dots),
+        *_linear_equations(found),
+        Field("cyclic", list(cyclic), "cyclic coordinates", words=", ".join(cyclic) or "none"),
+        Field("conserved", conserved, "conserved", words=", ".join(conserved) or "nothing found"),
+        Field("explicit_time", derivation.explicit_time),
+        _expression("dH_dt", derivation.energy_rate, "dH/dt", r"\frac{\mathrm{d}H}{\mathrm{d}t}"),
+        Field("natural", system.natural, "natural coordinates", words=natural),
+        Field("natural_reason", system.reason),
+        _expression("energy", derivation.energy, "", "T + V"),
+        _is_energy(derivation),
+        Field("verified", residual, "" if residual is None else "residual of the equations of motion"),
+        *_invariants(found),
+        *([Field("branches", [])] if len(found.branches) < 2 else []),
+        *_transform(found),
+        *_orbit_quality(found),
     ]
+    tables = [*_branch_table(found), *_orbit_table(found)]
     return inertia.report(
-        document, SCHEMA, "Hamilton's equations", tuple(fields), tuple(notes), tuple(tables)
+        document, SCHEMA, "Hamilton's equations", tuple(fields), tuple(_notes(found)), tuple(tables)
     )
 
 
-def _invariants(found: Derivation, asked: bool) -> tuple[Expr, ...] | None:
+def _results(document: Document, invariants: bool, progress: Callable[[float], None] | None) -> _Results:
+    """Everything that the report tells; what the document does not ask is not imported."""
+    derivation = derive(document)
+    branches, orbit, transform = derivation.branches, None, None
+    if document.orbit is None:
+        searched = _searched(derivation, invariants)
+    else:
+        from rigidcli.model.orbit import require_values
+        from rigidcli.studies.hamilton.initial import initial_state
+        from rigidcli.studies.hamilton.orbit import solve_orbit
+
+        require_values(document)
+        derivation, initial = initial_state(document, document.orbit, derivation)
+        searched = _searched(derivation, invariants)
+        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress)
+    if document.transform is not None:
+        from rigidcli.studies.hamilton.transform import transformed
+
+        transform = transformed(document, document.transform, derivation)
+    return _Results(document, branches, derivation, searched, orbit, transform)
+
+
+def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
     """Conserved quantities besides H and the momenta of cyclic coordinates; None if not searched for."""
-    hamiltonian = found.hamiltonian
-    if len(found.phase.coordinates) == 1:
+    hamiltonian = derivation.hamiltonian
+    if len(derivation.phase.coordinates) == 1:
         return ()
     if hamiltonian is None or not (asked or len(hamiltonian.key) <= QUICK):
         return None
-    from rigidcli.symbolic.invariants.search import search
+    from rigidcli.symbolic.invariants.search import conserved_quantities
 
-    return search(hamiltonian, found.phase, [symbol(f"p_{name}") for name in found.cyclic]).found
-
-
-def _further(kept: tuple[Expr, ...] | None) -> list[Field]:
-    """The conserved quantities that were found by searching."""
-    trees = None if kept is None else list(kept)
-    return [
-        Field("invariants", trees),
-        *(Field("", tree, "conserved, too" if place == 0 else " ") for place, tree in enumerate(trees or ())),
-    ]
+    return conserved_quantities(hamiltonian, derivation.phase, [symbol(f"p_{q}") for q in derivation.cyclic])
 
 
-def _written(key: str, e: Expr | None, title: str, sign: str) -> Field:
+def _expression(key: str, e: Expr | None, title: str, sign: str) -> Field:
     """An expression; people are not shown one that is not known."""
-    return Field(key, _tree(e), title if e is not None else "", sign, cells={key: ()})
+    return Field(key, e, title if e is not None else "", sign, cells={key: ()})
 
 
-def _tree(e: Expr | float | None) -> Value:
-    return e
-
-
-def _each(
-    key: str, names: Sequence[str], values: Sequence[Expr] | None, title: str = "", change: str = ""
+def _expressions(
+    key: str, names: Sequence[str], values: Sequence[Expr] | None, titles: Sequence[str] = ()
 ) -> list[Field]:
-    """An object of expressions; people are shown them under a name each: `title` is what ends it."""
+    """An object of expressions, which people are shown under their titles, if they have some."""
     if values is None:
         return [Field(key, None)]
     return [
-        Field(
-            f"{key}.{name}",
-            e,
-            name + change if title or change else "",
-            latex_name(name + change),
-            cells={f"{key}.{name}": ()},
-        )
-        for name, e in zip(names, values, strict=True)
+        Field(f"{key}.{name}", e, title, latex_name(title), cells={f"{key}.{name}": ()})
+        for name, e, title in zip(names, values, titles or [""] * len(names), strict=True)
     ]
 
 
-def _momentum_definitions(found: Derivation) -> list[Field]:
-    definitions = None if found.momenta is None else found.momenta.definitions
-    return _each("momentum_definitions", found.phase.momenta, definitions, title="shown")
-
-
-def _equations(found: Derivation) -> list[Field]:
-    return _each("equations", found.phase.names, found.equations, change="dot")
-
-
-def _linear(found: Derivation, document: Document) -> list[Field]:
+def _linear_equations(found: _Results) -> list[Field]:
     """The matrix of linear equations, and its eigenvalues."""
-    names = found.phase.names
-    parts = None
+    equations, names = found.derivation.equations, found.derivation.phase.names
+    parts = spectrum = None
     with suppress(ExpressionError):
-        parts = None if found.equations is None else linear(found.equations, names)
+        parts = None if equations is None else linear(equations, names)
     if parts is None:
-        return [Field(key, None) for key in ("matrix", "offset", "eigenvalues", "frequencies", "stability")]
-    matrix, offset = parts
-    spectrum = _spectrum(matrix, document)
-    z = ", ".join(names)
-    shift = " + b" if any(not e.is_zero for e in offset) else ""
-    readable = len(names) <= MOST_COLUMNS
-    fields = [
-        Field("matrix", _array(matrix), f"A of z' = A z{shift}, z = ({z})" if readable else "", "A"),
-        Field("offset", _array(offset), "b" if shift and readable else "", r"\mathbf{b}"),
-    ]
+        fields = [Field("matrix", None), Field("offset", None)]
+    else:
+        matrix, offset = parts
+        spectrum = _spectrum(matrix, found.document)
+        shift = " + b" if any(not e.is_zero for e in offset) else ""
+        title = f"A of z' = A z{shift}, z = ({', '.join(names)})"
+        is_small = len(names) <= MOST_COLUMNS
+        fields = [
+            Field("matrix", np.array(matrix, dtype=object), title if is_small else "", "A"),
+            Field("offset", np.array(offset, dtype=object), "b" if shift and is_small else "", r"\mathbf{b}"),
+        ]
     if spectrum is None:
         return [*fields, *(Field(key, None) for key in ("eigenvalues", "frequencies", "stability"))]
     numeric = all(isinstance(f, float) for f in spectrum.frequencies)
-    frequencies = np.array([_tree(f) for f in spectrum.frequencies], dtype=float if numeric else object)
+    frequencies = np.array(spectrum.frequencies, dtype=float if numeric else object)
+    title, unit = "frequencies" if len(frequencies) else "", "rad/s" if numeric else ""
     return [
         *fields,
-        Field("eigenvalues", [{"re": _tree(re), "im": _tree(im)} for re, im in spectrum.eigenvalues]),
-        Field(
-            "frequencies",
-            frequencies,
-            "frequencies" if len(frequencies) else "",
-            r"\omega",
-            "rad/s" if numeric else "",
-        ),
+        Field("eigenvalues", [{"re": re, "im": im} for re, im in spectrum.eigenvalues]),
+        Field("frequencies", frequencies, title, r"\omega", unit),
         Field("stability", spectrum.stability, "stability", words=STABILITY[spectrum.stability]),
     ]
 
 
-def _array(entries: Sequence[object]) -> Value:
-    """Expressions as an array of trees."""
-    array = np.array(entries, dtype=object)
-    return np.array([_tree(e) for e in array.flat], dtype=object).reshape(array.shape)
-
-
 def _spectrum(matrix: Sequence[Sequence[Expr]], document: Document) -> Spectrum | None:
     """Of numbers where all parameters have values, else of what symbols allow."""
-    from rigidcli.symbolic.mechanics import spectrum
+    from rigidcli.symbolic.mechanics.spectrum import numeric_spectrum, symbolic_spectrum
 
     values = {name: float(value) for name, value in document.values.items()}
     used = {name for row in matrix for e in row for name in e.names}
     if used <= values.keys() and not document.exact_results:
         try:
-            rows = [[e.evaluate(**values) for e in row] for row in matrix]
+            return numeric_spectrum(np.array([[e.evaluate(**values) for e in row] for row in matrix]))
         except ExpressionError:
             return None
-        return spectrum.of_numbers(np.array(rows))
-    return None if TIME in used else spectrum.of_symbols(matrix, values)
+    return None if TIME in used else symbolic_spectrum(matrix, values)
 
 
-def _verdicts(found: Derivation) -> list[Field]:
-    """What is conserved, whether H is T + V, and whether the coordinates are natural; with reasons."""
-    conserved = [f"p_{name}" for name in found.cyclic] + ([] if found.explicit_time else ["H"])
-    change = None if found.hamiltonian is None else tidy(derivative(found.hamiltonian, TIME))
-    same = None if found.excess is None else found.excess.is_zero
-    differ = "" if found.excess is None or same else f": T + V - H = {reading(to_tree(found.excess))}"
-    given = found.given
+def _is_energy(derivation: Derivation) -> Field:
+    """Whether H is T + V, and else by how much it is not."""
+    excess = derivation.energy_excess
+    same = None if excess is None else excess.is_zero
+    differ = f": T + V - H = {reading(to_tree(excess))}" if excess is not None and not same else ""
+    return Field("h_equals_energy", same, "H = T + V", words=f"{TRUTH[same]}{differ}")
+
+
+def _invariants(found: _Results) -> list[Field]:
+    """The conserved quantities that were found by searching."""
+    invariants = None if found.invariants is None else list(found.invariants)
+    lines = enumerate(invariants or ())
+    shown = [Field("", e, " " if place else "conserved, too") for place, e in lines]
+    return [Field("invariants", invariants), *shown]
+
+
+def _transform(found: _Results) -> list[Field]:
+    """Whether a change of variables is canonical, and H and its equations in the new ones."""
+    transform = found.transform
+    if transform is None:
+        return []
+    wrong = ", ".join(transform.wrong)
+    words = f"no: of {wrong} the bracket is wrong" if wrong else "yes"
+    title = "new Hamiltonian" if transform.hamiltonian is not None else ""
+    brackets, dots = transform.brackets.items(), [f"{name}dot" for name in transform.names]
     return [
-        Field("cyclic", list(found.cyclic), "cyclic coordinates", words=", ".join(found.cyclic) or "none"),
-        Field("conserved", conserved, "conserved", words=", ".join(conserved) or "nothing found"),
-        Field("explicit_time", found.explicit_time),
-        _written("dH_dt", change, "dH/dt", r"\frac{\mathrm{d}H}{\mathrm{d}t}"),
-        Field(
-            "natural",
-            given.natural,
-            "natural coordinates",
-            words=f"{TRUTH[given.natural]}: {given.reason}",
-        ),
-        Field("natural_reason", given.reason),
-        _written("energy", found.energy, "", "T + V"),
-        Field("h_equals_energy", same, "H = T + V", words=f"{TRUTH[same]}{differ}"),
-        Field(
-            "verified",
-            found.residual,
-            "residual of the equations of motion" if found.residual is not None else "",
-        ),
+        Field("transform.canonical", not wrong, "canonical change of variables", words=words),
+        *(Field(f"transform.brackets.{name}", e, name, rf"\{name[:-1]}\}}") for name, e in brackets),
+        Field("transform.hamiltonian", transform.hamiltonian, title, "K"),
+        *_expressions("transform.equations", transform.names, transform.equations, dots),
     ]
 
 
-def _branches(found: Derivation) -> Table:
-    """The ways back from the momenta, where there are several."""
-    columns = [
-        Column(name, [b.velocities[place] for b in found.branches], (name,), "")
-        for place, name in enumerate(found.velocity_names)
-    ]
-    columns.append(Column("hamiltonian", [b.hamiltonian for b in found.branches], ("H",), ""))
-    ranges = [" and ".join(f"{e!s} > 0" for e in b.conditions) for b in found.branches]
-    columns.append(Column("range", ranges, ("where",), ""))
-    return Table("branches", "several velocities have the same momenta", tuple(columns), records=True)
-
-
-def _change(change: Change) -> list[Field]:
-    """New variables, and what they are good for."""
-    wrong = ", ".join(change.wrong)
-    return [
-        Field(
-            "transform.canonical",
-            not wrong,
-            "canonical change of variables",
-            words=f"no: of {wrong} the bracket is wrong" if wrong else "yes",
-        ),
-        *(
-            Field(f"transform.brackets.{name}", value, name, rf"\{name[:-1]}\}}")
-            for name, value in change.brackets.items()
-        ),
-        Field(
-            "transform.hamiltonian",
-            _tree(change.hamiltonian),
-            "new Hamiltonian" if change.hamiltonian is not None else "",
-            "K",
-        ),
-        *_each("transform.equations", change.names, change.equations, change="dot"),
-    ]
-
-
-def _quality(path: Path) -> list[Field]:
+def _orbit_quality(found: _Results) -> list[Field]:
     """How well the orbit was followed."""
+    orbit = found.orbit
+    if orbit is None:
+        return []
+    further = [orbit.drift[name] for name in orbit.invariants]
     return [
-        Field("orbit.method", path.method, "method", words=path.method),
-        Field("orbit.steps", path.steps),
-        Field("orbit.trusted_digits", path.trusted_digits, "digits of the orbit to trust"),
-        Field("orbit.drift", path.drift),
+        Field("orbit.method", orbit.method, "method", words=orbit.method),
+        Field("orbit.steps", orbit.steps),
+        Field("orbit.trusted_digits", orbit.trusted_digits, "digits of the orbit to trust"),
+        Field("orbit.drift", orbit.drift),
         *(
-            Field("", path.drift[name], f"drift of {name}", rf"\text{{drift of }}{latex_name(name)}")
-            for name in path.plain
+            Field("", drift, f"drift of {name}", rf"\text{{drift of }}{latex_name(name)}")
+            for name, drift in orbit.drift.items()
+            if name not in orbit.invariants
         ),
-        *(
-            [Field("", max(further), "largest drift of the others")]
-            if (further := [drift for name, drift in path.drift.items() if name not in path.plain])
-            else []
-        ),
+        *([Field("", max(further), "largest drift of the others")] if further else []),
     ]
 
 
-def _orbit(path: Path, found: Derivation) -> Table:
-    """The samples."""
-    phase = found.phase
-    columns = [Column("t", path.times, ("t",), "s", ("t",))]
-    for key, names, values in (
-        ("q", phase.coordinates, path.coordinates),
-        ("p", phase.momenta, path.momenta),
-    ):
-        columns += [
-            Column(f"{key}.{name}", values[:, place], (name,), "", (latex_name(name),))
-            for place, name in enumerate(names)
-        ]
-    columns.append(Column("H", path.energy, ("H",), "", ("H",)))
-    return Table("orbit", "the orbit", tuple(columns), data=True)
+def _branch_table(found: _Results) -> list[Table]:
+    """The ways back from the momenta, where there are several."""
+    branches = found.branches
+    if len(branches) < 2:
+        return []
+    columns = [
+        Column(name, [branch.velocities[place] for branch in branches], (name,), "")
+        for place, name in enumerate(found.derivation.velocity_names)
+    ]
+    columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",), ""))
+    columns.append(Column("range", [branch.validity for branch in branches], ("where",), ""))
+    return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
+
+
+def _orbit_table(found: _Results) -> list[Table]:
+    """The samples of the orbit."""
+    orbit, phase = found.orbit, found.derivation.phase
+    if orbit is None:
+        return []
+    columns = [
+        Column(f"{key}.{name}", column, (name,), "", (latex_name(name),))
+        for key, names, values in (
+            ("q", phase.coordinates, orbit.coordinates),
+            ("p", phase.momenta, orbit.momenta),
+        )
+        for name, column in zip(names, values.T, strict=True)
+    ]
+    time, energy = (
+        Column("t", orbit.times, ("t",), "s", ("t",)),
+        Column("H", orbit.energy, ("H",), "", ("H",)),
+    )
+    return [Table("orbit", "the orbit", (time, *columns, energy), data=True)]
+
+
+def _notes(found: _Results) -> list[str]:
+    """Remarks on the results."""
+    notes = list(found.derivation.notes)
+    if found.orbit is not None and found.document.exact_results:
+        notes.append("the orbit is followed in floating-point numbers")
+    if found.orbit is not None and found.orbit.lost is not None:
+        notes.append(
+            f"chaotic, or too long: errors grow so fast that by t = {found.orbit.lost:.4g} little is left "
+            "of a somewhat coarser orbit, and beyond this one is only typical"
+        )
+    transform = found.transform
+    if transform is not None and not transform.wrong and transform.hamiltonian is None:
+        notes.append(
+            "H in the new variables is told where H has one form, the change does not hold the time, and "
+            "the old variables are given, or follow from linear equations"
+        )
+    return notes

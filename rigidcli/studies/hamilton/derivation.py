@@ -7,14 +7,14 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.errors import ComputationError, ExpressionError
-from rigidcli.studies.hamilton.system import Given, known_values, stated
+from rigidcli.model.document import Document
+from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
 from rigidcli.symbolic.algebra.expressions import PI, ZERO, Expr, symbol, total
@@ -22,26 +22,21 @@ from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language import code
-from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.mechanics import constraints, energies, mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
-from rigidcli.symbolic.mechanics.legendre import Branch, Momenta, branches, momenta
-
-if TYPE_CHECKING:
-    from rigidcli.model.document import Document
-    from rigidcli.model.system import System
+from rigidcli.symbolic.mechanics.legendre import Momenta, canonical_momenta, legendre_transform
+from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 TIME = energies.TIME
 
-FALSE = 1e-6
+MOST_RESIDUAL = 1e-6
 """A residual of the equations of motion beyond this, in units of their size, is no rounding error."""
 
 CHECKS = 3
-"""Random points at which the equations of motion are compared."""
+"""The number of random points at which the equations of motion are compared."""
 
-
-PLAIN = {"0": ZERO, "pi/2": PI / 2, "pi": PI}
-"""Values of coordinates at which a mass matrix is looked at."""
+SPECIAL_VALUES = {"0": ZERO, "pi/2": PI / 2, "pi": PI}
+"""Values of coordinates at which it is looked whether the mass matrix is singular, as at poles of angles."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,10 +49,10 @@ class Derivation:
 
     phase: Phase
     velocity_names: tuple[str, ...]
-    given: Given
-    momenta: Momenta | None
-    branches: tuple[Branch, ...]
-    residual: float | None
+    system: SystemFunctions
+    momenta: Momenta | None = None
+    branches: tuple[Branch, ...] = ()
+    residual: float | None = None
     notes: tuple[str, ...] = ()
 
     @property
@@ -68,7 +63,7 @@ class Derivation:
     @property
     def hamiltonian(self) -> Expr | None:
         """H(q, p, t), if it is given or has one closed form."""
-        return self.given.hamiltonian if self.branch is None else self.branch.hamiltonian
+        return self.system.hamiltonian if self.branch is None else self.branch.hamiltonian
 
     @cached_property
     def equations(self) -> tuple[Expr, ...] | None:
@@ -78,58 +73,63 @@ class Derivation:
         solved = None if self.branch is None else self.branch.velocities
         return equations(self.hamiltonian, self.phase, solved)
 
-    @cached_property
+    @property
     def velocities(self) -> tuple[Expr, ...] | None:
         """The velocities as functions of the momenta."""
-        if self.equations is None:
-            return None
-        return self.equations[: len(self.phase.coordinates)]
+        return None if self.equations is None else self.equations[: len(self.phase.coordinates)]
 
     @property
-    def mover(self) -> Expr:
-        """H, or L where H is not known: coordinates and the time are missing in both or in none."""
-        known = self.hamiltonian if self.hamiltonian is not None else self.given.lagrangian
-        assert known is not None
-        return known
+    def generator(self) -> Expr:
+        """H, or -L where H is not known: their derivatives by coordinates and by the time are the same."""
+        if self.hamiltonian is not None:
+            return self.hamiltonian
+        assert self.system.lagrangian is not None
+        return -self.system.lagrangian
 
     @cached_property
     def cyclic(self) -> tuple[str, ...]:
         """Coordinates on which nothing depends: their momenta are conserved."""
-        return tuple(q for q in self.phase.coordinates if is_zero(derivative(self.mover, q)))
+        return tuple(q for q in self.phase.coordinates if is_zero(derivative(self.generator, q)))
+
+    @cached_property
+    def power(self) -> Expr:
+        """dH/dt, which is the partial derivative of H, and that of -L, by the time."""
+        return derivative(self.generator, TIME)
+
+    @property
+    def energy_rate(self) -> Expr | None:
+        """dH/dt where H is known."""
+        return None if self.hamiltonian is None else tidy(self.power)
+
+    @property
+    def conserved(self) -> list[str]:
+        """The names of conserved momenta, and of H if that is conserved."""
+        return [f"p_{name}" for name in self.cyclic] + ([] if self.explicit_time else ["H"])
 
     @cached_property
     def explicit_time(self) -> bool:
         """Whether H depends on the time by itself."""
-        return not is_zero(derivative(self.mover, TIME))
+        return not is_zero(self.power)
 
     @cached_property
-    def excess(self) -> Expr | None:
+    def energy_excess(self) -> Expr | None:
         """T + V - H as a function of coordinates and velocities; None where T and V are not known."""
-        given, definitions = self.given, self.momenta
-        if (
-            given.kinetic is None
-            or given.potential is None
-            or given.lagrangian is None
-            or definitions is None
-        ):
+        system = self.system
+        known = system.kinetic, system.potential, system.lagrangian
+        if self.momenta is None or any(e is None for e in known):
             return None
-        carried = total(
-            p * symbol(v) for p, v in zip(definitions.definitions, self.velocity_names, strict=True)
-        )
-        excess = tidy(given.kinetic + given.potential + given.lagrangian - carried)
+        pairs = zip(self.momenta.definitions, self.velocity_names, strict=True)
+        excess = tidy(total([*(e for e in known if e is not None), *(-p * symbol(v) for p, v in pairs)]))
         return ZERO if is_zero(excess) else excess
 
     @cached_property
     def energy(self) -> Expr | None:
         """T + V as a function of coordinates and momenta."""
-        if self.excess is None or self.hamiltonian is None or self.velocities is None:
-            return None
+        excess, hamiltonian = self.energy_excess, self.hamiltonian
+        if excess is None or hamiltonian is None or self.velocities is None or excess.is_zero:
+            return None if excess is None else hamiltonian
         solved = dict(zip(self.velocity_names, self.velocities, strict=True))
-        return (
-            self.hamiltonian
-            if self.excess.is_zero
-            else tidy(self.hamiltonian + substitute(self.excess, solved))
-        )
+        return tidy(hamiltonian + substitute(excess, solved))
 
 
 def derive(document: Document) -> Derivation:
@@ -137,117 +137,108 @@ def derive(document: Document) -> Derivation:
 
     Raises DocumentError where there is no system, ComputationError where its Lagrangian is degenerate.
     """
-    given = stated(document)
+    given = system_functions(document)
     system = document.system
     assert system is not None
+    derivation = Derivation(Phase(system.coordinates, system.momenta), system.velocities, given)
+    if given.lagrangian is None:
+        return derivation
     try:
-        return _derived(system, given, known_values(document))
+        return _transformed(derivation, given.lagrangian, known_values(document))
     except ExpressionError as error:
         raise ComputationError(f"the momenta cannot be worked out: {error.message}") from error
 
 
-def _derived(system: System, given: Given, values: Mapping[str, Expr]) -> Derivation:
-    phase = Phase(system.coordinates, system.momenta)
-    if given.lagrangian is None:
-        return Derivation(phase, system.velocities, given, None, (), None)
-    found = momenta(given.lagrangian, system.velocities)
-    _require_regular(system, found, values)
-    ways = branches(given.lagrangian, system.velocities, system.momenta)
-    checked = [(branch, _residual(given.lagrangian, found, branch, phase, system)) for branch in ways]
-    good = [(branch, residual) for branch, residual in checked if residual is None or residual < FALSE]
-    residuals = [residual for _, residual in good if residual is not None]
-    notes = tuple(_singular_points(found, phase))
+def _transformed(derivation: Derivation, lagrangian: Expr, values: Mapping[str, Expr]) -> Derivation:
+    """The derivation with momenta and the branches that pass the check."""
+    phase, velocities = derivation.phase, derivation.velocity_names
+    momenta = canonical_momenta(lagrangian, velocities)
+    _require_regular(momenta, phase, velocities, values)
+    good, residuals = [], []
+    for branch in legendre_transform(lagrangian, velocities, phase.momenta):
+        residual = _residual(lagrangian, momenta, branch, phase, velocities)
+        if residual is None or residual < MOST_RESIDUAL:
+            good.append(branch)
+            residuals += [] if residual is None else [residual]
+    notes = list(_singular_points(momenta, phase))
     if not good:
-        notes += ("the velocities have no closed form in the momenta, so that H is not written",)
-    return Derivation(
-        phase,
-        system.velocities,
-        given,
-        found,
-        tuple(branch for branch, _ in good),
-        max(residuals, default=None),
-        notes,
-    )
+        notes.append("the velocities have no closed form in the momenta, so that H is not written")
+    worst = max(residuals, default=None)
+    return Derivation(phase, velocities, derivation.system, momenta, tuple(good), worst, tuple(notes))
 
 
-def _singular_points(found: Momenta, phase: Phase) -> Iterator[str]:
-    """Notes on plain values of coordinates at which the momenta do not tell the velocities."""
-    for block in mass_matrix.blocks(found.mass_matrix):
+def _singular_points(momenta: Momenta, phase: Phase) -> Iterator[str]:
+    """Notes on special values of coordinates at which the momenta do not tell the velocities."""
+    for block in mass_matrix.blocks(momenta.mass_matrix):
         if len(block) > mass_matrix.LARGEST:
             continue
-        determinant = tidy(mass_matrix.minor(mass_matrix.part(found.mass_matrix, block, block)))
+        determinant = tidy(mass_matrix.determinant(mass_matrix.part(momenta.mass_matrix, block, block)))
         for name in phase.coordinates:
-            if name not in determinant.names:
-                continue
-            for shown, value in PLAIN.items():
+            for shown, value in SPECIAL_VALUES.items() if name in determinant.names else ():
                 with suppress(ExpressionError):
                     if is_zero(substitute(determinant, {name: value})):
                         yield f"the mass matrix is singular where {name} = {shown}"
 
 
-def _require_regular(system: System, found: Momenta, values: Mapping[str, Expr]) -> None:
+def _require_regular(
+    momenta: Momenta, phase: Phase, velocities: tuple[str, ...], values: Mapping[str, Expr]
+) -> None:
     """Raise ComputationError if the velocities do not follow from the momenta."""
-    size = len(system.coordinates)
-    reached = constraints.rank(found.mass_matrix, {})
-    if reached is not None and reached < size:
-        limits = constraints.primary_constraints(
-            found.mass_matrix, found.definitions, system.velocities, system.momenta
-        )
-        told = "; ".join(f"{text(to_tree(limit))} = 0" for limit in limits)
+    matrix, size = momenta.mass_matrix, len(velocities)
+    rank = constraints.rank(matrix, {})
+    if rank is not None and rank < size:
+        limits = constraints.primary_constraints(matrix, momenta.definitions, velocities, phase.momenta)
+        shown = "; ".join(f"{limit} = 0" for limit in limits)
         raise ComputationError(
-            f"the Lagrangian is degenerate: its mass matrix has rank {reached} of {size}"
-            + (f"; primary constraints: {told}" if told else ""),
+            f"the Lagrangian is degenerate: its mass matrix has rank {rank} of {size}"
+            + (f"; primary constraints: {shown}" if shown else ""),
             hint="the momenta do not tell the velocities, so that there is no Hamiltonian of this kind",
         )
-    names = {name for row in found.mass_matrix for entry in row for name in entry.names}
+    names = {name for row in matrix for entry in row for name in entry.names}
     fixed = {name: value for name, value in values.items() if name in names}
-    reached = constraints.rank(found.mass_matrix, fixed) if fixed else size
-    if reached is not None and reached < size:
-        shown = ", ".join(f"{name} = {text(to_tree(value))}" for name, value in fixed.items())
+    rank = constraints.rank(matrix, fixed) if fixed else size
+    if rank is not None and rank < size:
+        shown = ", ".join(f"{name} = {value}" for name, value in fixed.items())
         raise ComputationError(
-            f"the mass matrix has rank {reached} of {size} at the given values ({shown}), "
+            f"the mass matrix has rank {rank} of {size} at the given values ({shown}), "
             "so that the momenta do not tell the velocities"
         )
 
 
-def _residual(lagrangian: Expr, found: Momenta, branch: Branch, phase: Phase, system: System) -> float | None:
+def _residual(
+    lagrangian: Expr, momenta: Momenta, branch: Branch, phase: Phase, velocities: tuple[str, ...]
+) -> float | None:
     """How far a branch is from the Euler-Lagrange equations at random points; None if it has no value at any.
 
     There p = dL/dv must lead back to v, and -dH/dq be dL/dq. A point on another branch says nothing.
     """
     forces = [derivative(lagrangian, q) for q in phase.coordinates]
-    ahead = [*found.definitions, *forces]
-    back = [*branch.velocities, *(-derivative(branch.hamiltonian, q) for q in phase.coordinates)]
-    parameters = sorted(
-        {name for e in (lagrangian, branch.hamiltonian) for name in e.names}
-        - {*phase.names, *system.velocities, TIME}
-    )
-    shared = [*parameters, TIME, *phase.coordinates]
-    there = code.function([to_tree(e) for e in ahead], [*shared, *system.velocities], {})(math)
-    again = code.function([to_tree(e) for e in (*back, *branch.conditions)], [*shared, *phase.momenta], {})(
-        math
-    )
-    size, worst, seen = len(phase.coordinates), 0.0, 0
-    for point in samples.points([*shared, *system.velocities], {}):
-        v = np.array([point[name] for name in system.velocities])
+    expected = [*momenta.definitions, *forces]
+    found = [*branch.velocities, *(-derivative(branch.hamiltonian, q) for q in phase.coordinates)]
+    names = lagrangian.names | branch.hamiltonian.names
+    shared = [*sorted(names - {*phase.names, *velocities, TIME}), TIME, *phase.coordinates]
+    from_velocities = code.function([to_tree(e) for e in expected], [*shared, *velocities], {})(math)
+    trees = [to_tree(e) for e in (*found, *branch.conditions)]
+    from_momenta = code.function(trees, [*shared, *phase.momenta], {})(math)
+    size, worst, seen = len(velocities), 0.0, 0
+    for point in samples.points([*shared, *velocities], {}):
+        v = np.array([point[name] for name in velocities])
         try:
-            known = np.array(there(*point.values()))
-            reached = again(*(point[name] for name in shared), *known[:size])
+            known = np.array(from_velocities(*point.values()))
+            reached = np.array(from_momenta(*(point[name] for name in shared), *known[:size]))
         except NO_VALUE:
             continue
-        if not np.isfinite([*known, *reached]).all() or min(reached[2 * size :], default=1) <= 0:
+        if not np.isfinite([*known, *reached]).all() or (reached[2 * size :] <= 0).any():
             continue
-        miss = max(
-            _miss(v, np.array(reached[:size])), _miss(known[size:], np.array(reached[size : 2 * size]))
-        )
-        if len(branch.conditions) and miss > FALSE:
-            continue
-        worst, seen = max(worst, miss), seen + 1
+        miss = max(_miss(v, reached[:size]), _miss(known[size:], reached[size : 2 * size]))
+        if not branch.conditions or miss <= MOST_RESIDUAL:
+            worst, seen = max(worst, miss), seen + 1
         if seen == CHECKS:
             break
     return worst if seen else None
 
 
 def _miss(a: Floats, b: Floats) -> float:
+    """The largest difference, in units of the largest entry."""
     scale = max(np.abs(a).max(), np.abs(b).max())
     return float(np.abs(a - b).max() / scale) if scale else 0.0

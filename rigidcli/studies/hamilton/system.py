@@ -4,26 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from rigidcli.errors import ExpressionError
+from rigidcli.model.document import Document
+from rigidcli.model.system import System
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
 from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.language.text import text
+from rigidcli.symbolic.language.expression import Expression
 from rigidcli.symbolic.mechanics import energies
-
-if TYPE_CHECKING:
-    from rigidcli.model.document import Document
-    from rigidcli.model.system import Particle, System
-    from rigidcli.symbolic.language.expression import Expression
 
 
 @dataclass(frozen=True, slots=True)
-class Given:
-    """A system in expressions; None for what the document does not say.
+class SystemFunctions:
+    """The functions of a system that a document gives; None for what it does not say.
 
     `natural` is whether the coordinates are, and `reason` why; None where that cannot be told.
     """
@@ -36,8 +31,8 @@ class Given:
     reason: str = ""
 
 
-def stated(document: Document) -> Given:
-    """The system of a document.
+def system_functions(document: Document) -> SystemFunctions:
+    """The functions of the system of a document.
 
     Raises DocumentError where there is none, or an expression cannot be worked with exactly.
     """
@@ -46,21 +41,29 @@ def stated(document: Document) -> Given:
         hint = "`hamilton` needs `coordinates`, and a `lagrangian`, energies, particles or a `hamiltonian`"
         raise document.refusal("missing", "system", hint=hint)
     reader = _Reader(document, derived_parameters(document))
-    if system.hamiltonian is not None:
-        given = reader.read(system.hamiltonian, "hamiltonian")
-        return Given(None, given, reason="H alone does not tell what its coordinates are")
-    lagrangian = None if system.lagrangian is None else reader.read(system.lagrangian, "lagrangian")
-    potential = ZERO if system.potential is None else reader.read(system.potential, "potential")
+    hamiltonian = reader.read(system.hamiltonian, "hamiltonian")
+    if hamiltonian is not None:
+        return SystemFunctions(None, hamiltonian, reason="H alone does not tell what its coordinates are")
+    lagrangian, kinetic = reader.read(system.lagrangian, "lagrangian"), reader.read(system.kinetic, "kinetic")
+    potential = reader.read(system.potential, "potential") or ZERO
     if system.particles is not None:
-        return _of_particles(system, system.particles, potential, reader)
-    if system.kinetic is not None:
-        return _of_energies(system, reader.read(system.kinetic, "kinetic"), potential, lagrangian)
-    reason = "L alone does not tell T from V: give `kinetic` and `potential`, or `particles`"
-    return Given(lagrangian, reason=reason)
+        kinetic, potential, natural, reason = _from_particles(system, potential, reader)
+    elif kinetic is not None:
+        wrong = energies.unnatural(kinetic, system.velocities)
+        natural, reason = wrong is None, "T is homogeneous of degree 2 in the velocities, without the time"
+        if wrong is not None:
+            reason = f"T has {wrong}, as it has not in natural coordinates"
+    else:
+        reason = "L alone does not tell T from V: give `kinetic` and `potential`, or `particles`"
+        return SystemFunctions(lagrangian, reason=reason)
+    if lagrangian is None:
+        lagrangian = kinetic - potential
+    at_rest = _without_magnetic_terms(potential, system)
+    return SystemFunctions(lagrangian, None, kinetic, at_rest, natural, reason)
 
 
 def derived_parameters(document: Document) -> dict[str, Expr]:
-    """The parameters that are given by others, as functions of these: lest a law be missed."""
+    """The parameters that are given by others, as functions of these, so that no law is missed."""
     derived: dict[str, Expr] = {}
     for name, definition in document.definitions.items():
         if definition is not None and definition.names:
@@ -84,66 +87,40 @@ class _Reader:
     document: Document
     derived: Mapping[str, Expr]
 
-    def read(self, expression: Expression, key: str) -> Expr:
-        """An expression under this key of the system."""
+    def read(self, expression: Expression | None, key: str) -> Expr | None:
+        """An expression under this key of the system; None for None."""
         try:
-            return from_tree(expression.root, self.derived)
+            return None if expression is None else from_tree(expression.root, self.derived)
         except ExpressionError as error:
             raise self.document.refusal(error.message, f"system.{key}") from error
 
-    def optional(self, expression: Expression | None, key: str) -> Expr | None:
-        """The same; None for None."""
-        return None if expression is None else self.read(expression, key)
 
-
-def _of_particles(system: System, given: tuple[Particle, ...], potential: Expr, reader: _Reader) -> Given:
-    particles = []
-    potentials = [potential]
-    for index, particle in enumerate(given):
+def _from_particles(system: System, potential: Expr, reader: _Reader) -> tuple[Expr, Expr, bool, str]:
+    """T, V, whether the coordinates are natural, and why."""
+    particles, potentials, driven = [], [potential], []
+    for index, particle in enumerate(system.particles or ()):
         where = f"particles.{index}"
-        particles.append(
-            energies.Particle(
-                reader.optional(particle.mass, f"{where}.mass"),
-                tuple(
-                    reader.read(component, f"{where}.position.{place}")
-                    for place, component in enumerate(particle.position or ())
-                ),
-                reader.optional(particle.moment_of_inertia, f"{where}.moment_of_inertia"),
-                reader.optional(particle.angle, f"{where}.angle"),
-            )
-        )
-        potentials.append(reader.optional(particle.potential, f"{where}.potential") or ZERO)
+        paths = {f"position.{i}": path for i, path in enumerate(particle.position or ())}
+        read = {key: reader.read(path, f"{where}.{key}") for key, path in paths.items()}
+        position = tuple(path for path in read.values() if path is not None)
+        moment = reader.read(particle.moment_of_inertia, f"{where}.moment_of_inertia")
+        angle = reader.read(particle.angle, f"{where}.angle")
+        mass = reader.read(particle.mass, f"{where}.mass")
+        particles.append(energies.Particle(mass, position, moment, angle))
+        potentials.append(reader.read(particle.potential, f"{where}.potential") or ZERO)
+        driven += [
+            given.text
+            for given, path in zip((*paths.values(), particle.angle), (*position, angle), strict=True)
+            if given is not None and path is not None and not is_zero(derivative(path, energies.TIME))
+        ]
     velocities = dict(zip(system.coordinates, system.velocities, strict=True))
-    kinetic, potential = energies.kinetic(particles, velocities), total(potentials)
-    carriers = [
-        path.text
-        for particle in given
-        for path in (*(particle.position or ()), particle.angle)
-        if path is not None
-        and energies.TIME in path.names
-        and not is_zero(derivative(from_tree(path.root, reader.derived), energies.TIME))
-    ]
-    reason = (
-        f"the time is in the position {carriers[0]}"
-        if carriers
-        else "the positions follow from the coordinates without the time"
-    )
-    still = _of_position(potential, system)
-    return Given(kinetic - potential, None, kinetic, still, not carriers, reason)
+    reason = "the positions follow from the coordinates without the time"
+    if driven:
+        reason = f"the time is in the position {driven[0]}"
+    return energies.kinetic(particles, velocities), total(potentials), not driven, reason
 
 
-def _of_energies(system: System, kinetic: Expr, potential: Expr, lagrangian: Expr | None) -> Given:
-    wrong = energies.unnatural(kinetic, system.velocities)
-    reason = (
-        "T is homogeneous of degree 2 in the velocities, without the time"
-        if wrong is None
-        else f"T has {text(to_tree(wrong))}, as it has not in natural coordinates"
-    )
-    moves = kinetic - potential if lagrangian is None else lagrangian
-    return Given(moves, None, kinetic, _of_position(potential, system), wrong is None, reason)
-
-
-def _of_position(potential: Expr, system: System) -> Expr:
+def _without_magnetic_terms(potential: Expr, system: System) -> Expr:
     """A potential without terms linear in the velocities: a magnetic field does no work, and is no energy."""
     found = coefficients(potential, system.velocities)
     if found is None or any(sum(powers) > 1 for powers in found):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
+from rigidcli.model.document import Document
+from rigidcli.model.transform import Transform
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
@@ -15,17 +16,13 @@ from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.mechanics import canonical
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
 
-if TYPE_CHECKING:
-    from rigidcli.model.document import Document
-    from rigidcli.model.transform import Transform
-
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class TransformedSystem:
     """New `names` (coordinates, then momenta), the fundamental brackets, and those that are `wrong`.
 
     H and its equations in the new variables are None where the change is not canonical, holds the time,
-    or cannot be turned round.
+    or cannot be inverted.
     """
 
     names: tuple[str, ...]
@@ -35,36 +32,35 @@ class Change:
     equations: tuple[Expr, ...] | None
 
 
-def changed(document: Document, transform: Transform, found: Derivation) -> Change:
+def transformed(document: Document, transform: Transform, derivation: Derivation) -> TransformedSystem:
     """Judge a change of variables, for all values of the parameters or else for the given ones."""
     new = Phase(transform.coordinates, transform.momenta)
     given = transform.old if transform.old is not None else transform.new
     assert given is not None
     derived = derived_parameters(document)
     values = {name: from_tree(expression.root, derived) for name, expression in given.items()}
-    pairs, phase = (found.phase, new) if transform.old is not None else (new, found.phase)
+    pairs, phase = (derivation.phase, new) if transform.old is not None else (new, derivation.phase)
     brackets = canonical.brackets(values, pairs, phase)
-    wrong = canonical.wrong(brackets, pairs)
+    wrong = canonical.wrong_brackets(brackets, pairs)
     if wrong:
         known = known_values(document)
-        here = {pair: substitute(brackets[pair], known) for pair in wrong}
-        wrong = canonical.wrong(here, pairs)
+        wrong = canonical.wrong_brackets({pair: substitute(brackets[pair], known) for pair in wrong}, pairs)
     timeless = all(is_zero(derivative(value, TIME)) for value in values.values())
-    old = values if transform.old is not None else canonical.turned_round(values, pairs, phase)
+    old = values if transform.old is not None else canonical.inverted(values, pairs, phase)
     hamiltonian = None
-    if not wrong and timeless and old is not None and found.hamiltonian is not None:
-        hamiltonian = tidy(substitute(found.hamiltonian, old))
-    return Change(
+    if not wrong and timeless and old is not None and derivation.hamiltonian is not None:
+        hamiltonian = tidy(substitute(derivation.hamiltonian, old))
+    return TransformedSystem(
         new.names,
         {
-            _named(pair): value if pair in wrong else canonical.expected(*pair, pairs)
+            _written(pair): value if pair in wrong else canonical.expected(*pair, pairs)
             for pair, value in brackets.items()
         },
-        tuple(map(_named, wrong)),
+        tuple(map(_written, wrong)),
         hamiltonian,
         None if hamiltonian is None else equations(hamiltonian, new),
     )
 
 
-def _named(pair: tuple[str, str]) -> str:
+def _written(pair: tuple[str, str]) -> str:
     return f"{{{pair[0]}, {pair[1]}}}"

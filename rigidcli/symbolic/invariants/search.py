@@ -14,12 +14,12 @@ list, so that what is not found may still exist.
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from functools import cache
+from itertools import chain, permutations
 
 import numpy as np
 
@@ -30,105 +30,78 @@ from rigidcli.symbolic.algebra.expressions import ONE, Expr, factored, gathered,
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.invariants import trial_terms
 from rigidcli.symbolic.invariants.nullspace import (
     ABSENT,
     SAME,
     SPARE,
-    Span,
-    Table,
-    in_all,
+    Sampler,
+    is_combination,
     null_sums,
-    scaled_rates,
+    sampler,
     split_columns,
 )
-from rigidcli.symbolic.invariants.trial_terms import Term, products, simplest_first
+from rigidcli.symbolic.invariants.trial_terms import Term, parts_of, products, simplest_first, trial_sums
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.mechanics.energies import TIME
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, bracket
 
 MOST_COORDINATES = 20
-"""With more, nothing is searched."""
+"""With more coordinates nothing is searched: the lists of terms would be too long."""
 
 MOST_MISSES = 6
-"""Sums that are not recognized, after which no more are tried."""
+"""Sums whose coefficients are not recognized, after which no more of the same terms are tried."""
 
 MOST_RATIOS = 150
-"""Combinations of parameters among which a coefficient is looked for."""
+"""Combinations of parameters among which a coefficient is looked for; each takes a set of parameters."""
 
 FEW_RATIOS = 24
-"""Of these, how many are tried first where a coefficient is a sum."""
+"""The simplest of these combinations, which are tried first where a coefficient is a sum of several."""
 
-SETS = 4
-"""Of parameters, beyond the number of ratios that may be summed up."""
+SPARE_SETS = 4
+"""Sets of parameters beyond the number of ratios that may be summed up, which put a sum to the test."""
 
 UNITS = 6
-"""Terms of which it is tried that their coefficient is 1."""
+"""Terms of a sum for each of which it is tried whether its coefficient is 1."""
 
 SMALL = 1e-4
-"""Multiples of ratios below this, beside the largest, are perhaps zero."""
+"""Multiples of ratios below this, beside the largest, may be rounding: it is tried to do without them."""
 
 LARGEST_DENOMINATOR = 1_000_000
-"""Of the rational factor of a coefficient."""
+"""The largest denominator of the rational factor of a coefficient, which decimals in H may bring."""
 
 
-@dataclass(frozen=True, slots=True)
-class Search:
-    """Conserved quantities; complete if every listed term was tried and every sum was recognized."""
-
-    found: tuple[Expr, ...]
-    complete: bool
-
-
-def search(hamiltonian: Expr, phase: Phase, known: Sequence[Expr]) -> Search:
+def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr]) -> tuple[Expr, ...]:
     """Quantities with {F, H} = 0 that are no functions of H, of the `known` ones and of each other.
 
     If H is even in the momenta, those of degree 1 come first; otherwise those with shorter texts do.
-    An H that holds the time is not searched.
+    An H that holds the time is not searched, and the search ends where expressions become too large.
     """
-    if len(phase.coordinates) == 1:
-        return Search((), complete=True)
     still = hamiltonian.names.isdisjoint(phase.names)
-    if still or TIME in hamiltonian.names or len(phase.coordinates) > MOST_COORDINATES:
-        return Search((), complete=False)
+    if still or TIME in hamiltonian.names or not 1 < len(phase.coordinates) <= MOST_COORDINATES:
+        return ()
     found: list[Expr] = []
-    complete = True
-    try:
-        for e in _conserved(hamiltonian, phase, known):
-            if e is None:
-                complete = False
-            else:
+    with suppress(ComputationError, ExpressionError):
+        parts = parts_of(hamiltonian, phase)
+        sums = trial_sums(hamiltonian, parts, phase)
+        sample = sampler(hamiltonian, phase, known, chain(*sums))
+        ratios = cache(lambda: _ratios(parts, phase))
+        here = sample(0, max(map(len, sums), default=0))
+        spanned = here.given[:SPARE]
+        for terms in sums:
+            misses = 0
+            for chosen, coefficients in null_sums(here, terms):
+                gradients = np.einsum("pti,t->pi", here.gradients(chosen)[:SPARE], coefficients)
+                if misses == MOST_MISSES or is_combination(gradients, spanned):
+                    continue
+                e = _recognized(sample, chosen, ratios())
+                if e is not None:
+                    e = _primitive(tidy(_primitive(e, phase)), phase)
+                if e is None or not is_zero(bracket(e, hamiltonian, phase)):
+                    misses += 1
+                    continue
+                spanned = np.concatenate([spanned, gradients[:, None]], axis=1)
                 found.append(e)
-    except (ComputationError, ExpressionError):
-        complete = False
-    return Search(tuple(found), complete)
-
-
-def _conserved(hamiltonian: Expr, phase: Phase, known: Sequence[Expr]) -> Iterator[Expr | None]:
-    """What is found; None for a list of terms that was cut, and for sums that are not recognized."""
-    parts = trial_terms.parts_of(hamiltonian, phase)
-    sectors = trial_terms.sectors(hamiltonian, parts, phase)
-    table = Table(hamiltonian, phase, known, [term for sector in sectors for term in sector.terms])
-    ratios = cache(lambda: _ratios(parts, phase))
-    spans = [Span(rows) for rows in table.gradients(0, (), SPARE)[0]]
-    for sector in sectors:
-        missed: list[Floats] = []
-        for terms, coefficients in null_sums(table, sector.terms):
-            gradients = np.einsum("pti,t->pi", table.gradients(0, terms, SPARE)[1], coefficients)
-            if len(missed) == MOST_MISSES or in_all(spans, gradients):
-                continue
-            e = _recognized(table, terms, ratios())
-            if e is not None:
-                e = _primitive(tidy(_primitive(e, phase)), phase)
-            if e is None or not is_zero(bracket(e, hamiltonian, phase)):
-                missed.append(gradients)
-                continue
-            for span, gradient in zip(spans, gradients, strict=True):
-                span.extend(gradient)
-            yield e
-        given_up = len(missed) == MOST_MISSES
-        if given_up or not sector.complete or not all(in_all(spans, vectors) for vectors in missed):
-            yield None
+    return tuple(found)
 
 
 def _primitive(e: Expr, phase: Phase) -> Expr:
@@ -138,68 +111,59 @@ def _primitive(e: Expr, phase: Phase) -> Expr:
     return e if coefficient == 1 and len(kept) == len(monomial) else gathered(1, kept)
 
 
-# Coefficients.
-
-
 def _ratios(parts: Mapping[Monomial, Expr], phase: Phase) -> list[Expr]:
     """1, ratios of the coefficients in H, also times powers of parameters inside functions, and products."""
-    first = simplest_first(
-        [ONE, *(a / b for a, b in itertools.permutations(dict.fromkeys(parts.values()), 2))]
-    )
-    inner = sorted(set().union(*(atom.names for m in parts for atom, _ in m)) - set(phase.names))
+    known = dict.fromkeys(parts.values())
+    first = simplest_first([ONE, *(a / b for a, b in permutations(known, 2))])
+    inner = sorted({name for m in parts for atom, _ in m for name in atom.names}.difference(phase.names))
     powers = [symbol(name) ** n for name in inner for n in (1, 2, -1)]
-    more = [
-        *simplest_first(products(first[:FEW_RATIOS], powers)),
-        *simplest_first(products(first[:FEW_RATIOS], first[:FEW_RATIOS])),
-    ]
+    few = first[:FEW_RATIOS]
+    more = [*simplest_first(products(few, powers)), *simplest_first(products(few, few))]
     return list(dict.fromkeys([*first, *more]))[:MOST_RATIOS]
 
 
-def _recognized(table: Table, terms: Sequence[Term], ratios: Sequence[Expr]) -> Expr | None:
+def _recognized(sample: Sampler, terms: Sequence[Term], ratios: Sequence[Expr]) -> Expr | None:
     """The sum of just these terms that is conserved for all parameters, if its coefficients are recognized.
 
     It is tried whether each is one ratio times a rational number, then the sum of a few, then of any.
     """
-    flow = code.function([to_tree(e) for e in ratios], table.parameters, {})(math)
-    vectors: list[Floats] = []
+    flow = code.function([to_tree(e) for e in ratios], list(sample(0, 0).parameters), {})(math)
+    rows: list[Floats] = []
     known: list[tuple[float, ...]] = []
-    for recognize, most in ((_multiple, 1), (_sum, FEW_RATIOS), (_sum, len(ratios))):
-        for which in range(len(vectors), most + SETS):
-            rates, units = scaled_rates(*table.gradients(which, terms, len(terms) + SPARE))
+    size = len(ratios)
+    for recognize, sets, most in (_multiple, 1, size), (_sum, FEW_RATIOS, FEW_RATIOS), (_sum, size, size):
+        for which in range(len(rows), sets + SPARE_SETS):
+            here = sample(which, len(terms))
+            rates, units = here.rates(terms)
             _, sizes, null = np.linalg.svd(rates)
             if sizes[-1] > ABSENT * sizes[0]:
                 return None
-            vectors.append(null[-1] / units)
-            known.append(flow(*table.points[which]))
-        samples = np.array(vectors)
-        columns = np.array(known)[:, : most if most > 1 else None]
+            rows.append(null[-1] / units)
+            known.append(flow(*here.parameters.values()))
+        vectors, columns = np.array(rows), np.array(known)[:, :most]
         found = []
         for unit in range(min(len(terms), UNITS)):
-            if np.abs(samples[:, unit]).min() < ABSENT * np.abs(samples).max():
-                continue
-            coefficients = []
-            for values in (samples / samples[:, [unit]]).T:
-                coefficient = recognize(values, columns, ratios)
-                if coefficient is None:
-                    break
-                coefficients.append(coefficient)
-            else:
-                found.append(coefficients)
+            if np.abs(vectors[:, unit]).min() >= ABSENT * np.abs(vectors).max():
+                values = (vectors / vectors[:, [unit]]).T
+                coefficients = []
+                for row in values:
+                    if (e := recognize(row, columns, ratios)) is None:
+                        break
+                    coefficients.append(e)
+                else:
+                    found.append(coefficients)
         if found:
             simplest = min(found, key=lambda coefficients: sum(len(e.key) for e in coefficients))
-            return total(c * table.product(term) for c, term in zip(simplest, terms, strict=True))
+            return total(c * f * p for c, (f, p) in zip(simplest, terms, strict=True))
     return None
 
 
 def _multiple(values: Floats, known: Floats, ratios: Sequence[Expr]) -> Expr | None:
     """The simplest rational multiple of one of the ratios that has these values."""
     multiples = values[:, None] / known
-    found = []
     steady = (np.abs(multiples - multiples[0]) <= SAME * np.abs(multiples[0])).all(axis=0)
-    for place, (value, same) in enumerate(zip(multiples[0].tolist(), steady.tolist(), strict=True)):
-        factor = _rational(value) if same else None
-        if factor is not None:
-            found.append((abs(factor.numerator) + factor.denominator, place, factor))
+    factors = {place: _rational(multiples[0, place]) for place in np.flatnonzero(steady).tolist()}
+    found = [(abs(f.numerator) + f.denominator, place, f) for place, f in factors.items() if f is not None]
     if not found:
         return None
     _, place, factor = min(found)

@@ -6,44 +6,35 @@ The functions of the coordinates are powers, sines and cosines, and what stands 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import TypeAlias
 
-from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Monomial, Symbol
-from rigidcli.symbolic.algebra.calculus import expand, substitute
-from rigidcli.symbolic.algebra.expressions import ONE, Expr, gathered, number, power, product, symbol, total
+from rigidcli.symbolic.algebra.allowance import Allowance
+from rigidcli.symbolic.algebra.atoms import Applied, Group, Monomial, Symbol
+from rigidcli.symbolic.algebra.calculus import MAX_STEPS, multiplied, substitute
+from rigidcli.symbolic.algebra.expressions import ONE, Expr, gathered, number, product, symbol, total
 from rigidcli.symbolic.algebra.functions import apply
-from rigidcli.symbolic.algebra.roots import Rational
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
 
 MOST_TERMS = 400
-"""Of one sum; longer lists are cut."""
+"""The most terms of one sum: n of them make a matrix of about n by n, which takes n^3 steps."""
 
 MOST_WITH_PRODUCTS = 160
-"""Terms of one sum, up to which products of listed functions are added to the list."""
+"""The most terms of a sum to which products of listed functions are added."""
 
 MOST_PIECES = 60
-"""Parts of H that are taken as functions."""
+"""The most products of factors of H that are taken as functions; these are the simplest ones."""
 
-Term: TypeAlias = tuple[Expr, tuple[int, ...]]
-"""A function of the coordinates, and the places of the momenta by which it is multiplied: (0, 0) is p^2."""
-
-
-@dataclass(frozen=True, slots=True)
-class Sector:
-    """The terms of one sum; complete if none of the list had to be left out."""
-
-    terms: tuple[Term, ...]
-    complete: bool
+Term: TypeAlias = tuple[Expr, Expr]
+"""A function of the coordinates, and the product of momenta by which it is multiplied."""
 
 
 def parts_of(hamiltonian: Expr, phase: Phase) -> dict[Monomial, Expr]:
     """The terms of H: products of functions of coordinates and momenta, with coefficients of parameters."""
     names = frozenset(phase.names)
     found: dict[Monomial, list[Expr]] = {}
-    for monomial, coefficient in _opened(hamiltonian).ordered:
+    for monomial, coefficient in _opened(hamiltonian, Allowance(MAX_STEPS)).ordered:
         moving = tuple(factor for factor in monomial if not names.isdisjoint(factor[0].names))
         fixed = {atom: n for atom, n in monomial if names.isdisjoint(atom.names)}
         if moving:
@@ -51,95 +42,65 @@ def parts_of(hamiltonian: Expr, phase: Phase) -> dict[Monomial, Expr]:
     return {moving: total(values) for moving, values in found.items()}
 
 
-def _opened(e: Expr) -> Expr:
+def _opened(e: Expr, allowance: Allowance) -> Expr:
     """Multiplied out, but for what stands in functions, denominators and roots."""
-    hidden: dict[str, Expr] = {}
-
-    def hide(inner: Expr) -> Expr:
-        return total(
-            product([number(coefficient), *(hide_power(atom, n) for atom, n in monomial)])
-            for monomial, coefficient in inner.terms.items()
-        )
-
-    def hide_power(atom: Atom, n: Rational) -> Expr:
-        if isinstance(atom, Group) and n > 0 and n.denominator == 1:
-            return power(hide(atom.inner), n)
-        if not isinstance(atom, (Group, Applied)):
-            return gathered(1, {atom: n})
-        name = f"({atom.key})"
-        hidden[name] = gathered(1, {atom: 1})
-        return power(symbol(name), n)
-
-    return substitute(expand(hide(e)), hidden)
+    opened = []
+    for monomial, coefficient in e.terms.items():
+        part = number(coefficient)
+        for atom, n in monomial:
+            factor, times = gathered(1, {atom: n}), 1
+            if isinstance(atom, Group) and n > 0 and n.denominator == 1:
+                factor, times = _opened(atom.inner, allowance), int(n)
+            for _ in range(times):
+                allowance.spend(len(part.terms) * len(factor.terms))
+                part = total(
+                    multiplied(a, b, c * d) for a, c in part.terms.items() for b, d in factor.terms.items()
+                )
+        opened.append(part)
+    return total(opened)
 
 
-def sectors(hamiltonian: Expr, parts: Iterable[Monomial], phase: Phase) -> list[Sector]:
-    """The terms of each sum that is looked for; `parts` are those of H."""
+def trial_sums(hamiltonian: Expr, parts: Iterable[Monomial], phase: Phase) -> list[list[Term]]:
+    """The terms of each sum that is looked for; `parts` are those of H.
+
+    If H is even in the momenta, the odd and the even part of a conserved quantity are both conserved, and
+    are looked for one after the other.
+    """
     parts = list(parts)
     rates = frozenset(phase.momenta)
     kinetic = _pieces((m for m in parts if any(not rates.isdisjoint(atom.names) for atom, _ in m)), rates)
     pieces = _pieces(parts, rates)
     straight, angles = _kinds(parts, phase, curved=len(kinetic) > 1)
-    powers = [
-        [product(map(symbol, names)) for names in itertools.combinations_with_replacement(straight, degree)]
-        for degree in range(3)
-    ]
+    powers = [_powers(straight, degree) for degree in range(3)]
     waves = [apply(function, symbol(q)) for q in angles for function in ("sin", "cos")]
     squares = [a * b for a, b in itertools.combinations_with_replacement(waves, 2)]
-    resting = simplest_first([*itertools.chain(*powers), *waves, *products([ONE, *powers[1]], pieces)])
-    more_resting = simplest_first([*products([*powers[2], *waves], pieces), *squares])
-    moving = [
-        simplest_first([*itertools.chain(*powers[:most]), *kinetic, *waves])
-        for most in range(len(powers), 0, -1)
-    ]
-    more_moving = simplest_first(
+    # Functions by themselves, and those that stand with momenta: of these the first list that is short enough
+    # is taken. More functions are added where there is room.
+    alone = simplest_first([*itertools.chain(*powers), *waves, *products([ONE, *powers[1]], pieces)])[1:]
+    more_alone = simplest_first([*products([*powers[2], *waves], pieces), *squares])
+    factors = [simplest_first([*itertools.chain(*powers[:most]), *kinetic, *waves]) for most in (3, 2, 1)]
+    more_factors = simplest_first(
         [*products([*powers[1], *powers[2]], kinetic), *products([*waves, *squares], [ONE, *kinetic])]
     )
-    return [
-        _chosen(len(phase.momenta), degrees, moving, more_moving, resting, more_resting)
-        for degrees in _degrees(hamiltonian, phase)
-    ]
-
-
-def _degrees(hamiltonian: Expr, phase: Phase) -> tuple[tuple[int, ...], ...]:
-    """The degrees in the momenta that stand together in one sum.
-
-    If H is even in the momenta, the odd and the even part of a conserved quantity are both conserved.
-    """
     backwards = substitute(hamiltonian, {p: -symbol(p) for p in phase.momenta})
-    return ((1,), (0, 2)) if backwards == hamiltonian else ((0, 1), (0, 1, 2))
+    sums = []
+    for degrees in ((1,), (0, 2)) if backwards == hamiltonian else ((0, 1), (0, 1, 2)):
+        momenta = [e for degree in degrees if degree for e in _powers(phase.momenta, degree)]
+        resting, more_resting = (alone, more_alone) if 0 in degrees else ([], [])
+        most = (MOST_TERMS - len(resting)) // len(momenta)
+        moving = next((functions for functions in factors if len(functions) <= most), None)
+        if moving is not None:
+            room = max(MOST_WITH_PRODUCTS - len(resting) - len(moving) * len(momenta), 0)
+            resting = [*resting, *more_resting[: room // 2]]
+            room = max(MOST_WITH_PRODUCTS - len(resting) - len(moving) * len(momenta), 0)
+            moving = [*moving, *more_factors[: room // len(momenta)]]
+            sums.append([*((e, ONE) for e in resting), *((e, p) for p in momenta for e in moving)])
+    return [list(dict.fromkeys(terms)) for terms in sums]
 
 
-def _chosen(
-    size: int,
-    degrees: Sequence[int],
-    moving: Sequence[Sequence[Expr]],
-    more_moving: Sequence[Expr],
-    resting: Sequence[Expr],
-    more_resting: Sequence[Expr],
-) -> Sector:
-    """Functions times products of momenta, and by themselves if degree 0 is among the `degrees`.
-
-    Of the lists that are `moving` the first is taken that is not too long, and more if there is room.
-    """
-    momenta = [
-        places
-        for degree in degrees
-        if degree
-        for places in itertools.combinations_with_replacement(range(size), degree)
-    ]
-    alone = dict.fromkeys(e for e in resting if 0 in degrees and e != ONE)
-    most = (MOST_TERMS - len(alone)) // len(momenta)
-    fitting = [functions for functions in moving if len(functions) <= most]
-    if not fitting:
-        return Sector((), complete=False)
-    room = max(MOST_WITH_PRODUCTS - len(alone) - len(fitting[0]) * len(momenta), 0)
-    if 0 in degrees:
-        alone |= dict.fromkeys(e for e in more_resting[: room // 2] if e != ONE)
-    room = max(MOST_WITH_PRODUCTS - len(alone) - len(fitting[0]) * len(momenta), 0)
-    factors = dict.fromkeys([*fitting[0], *more_moving[: room // len(momenta)]])
-    terms = (*((e, ()) for e in alone), *((e, places) for places in momenta for e in factors))
-    return Sector(terms, complete=len(fitting) == len(moving))
+def _powers(names: Iterable[str], degree: int) -> list[Expr]:
+    """The products of so many symbols."""
+    return [product(map(symbol, some)) for some in itertools.combinations_with_replacement(names, degree)]
 
 
 def _pieces(parts: Iterable[Monomial], momenta: frozenset[str]) -> list[Expr]:

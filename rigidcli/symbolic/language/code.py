@@ -11,6 +11,7 @@ code is never nested, and an operation that comes more than once is done once.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
 from typing import Any, TypeAlias
@@ -34,7 +35,14 @@ from rigidcli.symbolic.language.tree import (
 )
 
 MOST_MULTIPLIED = 16
-"""Powers up to this one are products: faster, and without the trouble that heyoka has with them at 0."""
+"""The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
+
+_OPERATIONS: dict[str, Callable[[float, float], float]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": evaluation.divide,
+}
 
 Value: TypeAlias = str | float
 """The name of a variable, or a number where it depends on constants alone."""
@@ -133,36 +141,35 @@ class _Writer:
                 value = self.write(operand)
                 return -value if isinstance(value, float) else self.let(f"-{value}")
             case Sum(terms):
-                return self.joined(
-                    0.0, [("-", n.operand) if isinstance(n, Negative) else ("+", n) for n in terms]
-                )
-            case Reciprocal(operand):
-                return self.joined(1.0, [("/", operand)])
+                return self.joined(0.0, "+-", Negative, terms)
             case Product(factors):
-                return self.joined(
-                    1.0, [("/", n.operand) if isinstance(n, Reciprocal) else ("*", n) for n in factors]
-                )
+                return self.joined(1.0, "*/", Reciprocal, factors)
+            case Reciprocal():
+                return self.joined(1.0, "*/", Reciprocal, (node,))
             case Power(base, exponent):
                 return self.power(self.write(base), self.write(exponent))
             case Call(name, arguments):
                 return self.called(name, [self.write(argument) for argument in arguments])
 
-    def joined(self, start: float, operands: Sequence[tuple[str, Node]]) -> Value:
-        """`start` and then, from left to right, each operator with its operand."""
+    def joined(
+        self, start: float, signs: str, inverse: type[Negative | Reciprocal], operands: Sequence[Node]
+    ) -> Value:
+        """`start` and then, from left to right, each operand with its sign; an inverse has the second one."""
         total: Value = start
-        for operator, node in operands:
-            value = self.write(node)
+        for node in operands:
+            sign, inner = (signs[1], node.operand) if isinstance(node, inverse) else (signs[0], node)
+            value = self.write(inner)
             if isinstance(total, float) and isinstance(value, float):
-                total = _folded(total, operator, value)
-            elif total == start and operator in "+*":
+                total = evaluation.finite(_OPERATIONS[sign](total, value))
+            elif total == start and sign == signs[0]:
                 total = value
             else:
-                total = self.let(f"{_text(total)} {operator} {_text(value)}")
+                total = self.let(f"{_text(total)} {sign} {_text(value)}")
         return total
 
     def power(self, base: Value, exponent: Value) -> Value:
         if isinstance(base, float) and isinstance(exponent, float):
-            return evaluation.real(Power(_number(base), _number(exponent)), {})
+            return evaluation.finite(evaluation.power(base, exponent))
         if isinstance(exponent, float) and exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED:
             return self.multiplied(_text(base), int(exponent))
         self.functions.add("pow")
@@ -182,9 +189,9 @@ class _Writer:
         return product if exponent > 0 else self.let(f"1.0 / {product}")
 
     def called(self, name: str, values: Sequence[Value]) -> Value:
-        numbers = tuple(_number(value) for value in values if isinstance(value, float))
+        numbers = [value for value in values if isinstance(value, float)]
         if len(numbers) == len(values):
-            return evaluation.real(Call(name, numbers), {})
+            return evaluation.call(name, numbers)
         self.functions.add(name)
         return self.let(f"{name}({', '.join(map(_text, values))})")
 
@@ -193,19 +200,3 @@ def _text(value: Value) -> str:
     if isinstance(value, str):
         return value
     return f"({value!r})" if math.copysign(1.0, value) < 0 else repr(value)
-
-
-def _number(value: float) -> Number:
-    return Number(repr(value), value)
-
-
-def _folded(left: float, operator: str, right: float) -> float:
-    """The value of an operation on two numbers, which must be finite."""
-    a, b = _number(left), _number(right)
-    nodes: dict[str, Node] = {
-        "+": Sum((a, b)),
-        "-": Sum((a, Negative(b))),
-        "*": Product((a, b)),
-        "/": Product((a, Reciprocal(b))),
-    }
-    return evaluation.real(nodes[operator], {})

@@ -37,7 +37,7 @@ def real(node: Node, values: Mapping[str, float]) -> float:
         case Name(name):
             return _known(name, values[name])
         case Number(_, value):
-            return _finite(value)
+            return finite(value)
         case Constant(name):
             return CONSTANTS[name]
         case Negative(operand):
@@ -46,21 +46,21 @@ def real(node: Node, values: Mapping[str, float]) -> float:
             total = 0.0
             for term in terms:
                 total += real(term, values)
-            return _finite(total)
+            return finite(total)
         case Product(factors):
             product = 1.0
             for factor in factors:
                 if isinstance(factor, Reciprocal):
-                    product = _divide(product, real(factor.operand, values))
+                    product = divide(product, real(factor.operand, values))
                 else:
                     product *= real(factor, values)
-            return _finite(product)
+            return finite(product)
         case Reciprocal(operand):
-            return _finite(_divide(1.0, real(operand, values)))
+            return finite(divide(1.0, real(operand, values)))
         case Power(base, exponent):
-            return _power(real(base, values), real(exponent, values))
+            return power(real(base, values), real(exponent, values))
         case Call(function, arguments):
-            return _call(function, [real(argument, values) for argument in arguments])
+            return call(function, [real(argument, values) for argument in arguments])
 
 
 def _known(name: str, value: float) -> float:
@@ -73,19 +73,22 @@ def _known(name: str, value: float) -> float:
     raise ExpressionError(f"the value of `{name}` is not a finite number")
 
 
-def _finite(value: float) -> float:
+def finite(value: float) -> float:
+    """The value; ExpressionError if it is not finite."""
     if math.isfinite(value):
         return value
     raise ExpressionError("the value is too large" if math.isinf(value) else "there is no value")
 
 
-def _divide(numerator: float, denominator: float) -> float:
+def divide(numerator: float, denominator: float) -> float:
+    """The quotient; ExpressionError where the denominator is zero."""
     if denominator == 0.0:
         raise ExpressionError("division by zero")
     return numerator / denominator
 
 
-def _power(base: float, exponent: float) -> float:
+def power(base: float, exponent: float) -> float:
+    """The real power; ExpressionError where there is none."""
     try:
         return math.pow(base, exponent)
     except OverflowError:
@@ -98,9 +101,10 @@ def _power(base: float, exponent: float) -> float:
         ) from None
 
 
-def _call(function: str, arguments: list[float]) -> float:
+def call(function: str, arguments: list[float]) -> float:
+    """The value of a function; ExpressionError where there is none."""
     try:
-        return _finite(FUNCTIONS[function].real(*arguments))
+        return finite(FUNCTIONS[function].real(*arguments))
     except OverflowError:
         raise ExpressionError(f"the value of `{function}` is too large") from None
     except ValueError:

@@ -30,10 +30,11 @@ from rigidcli.symbolic.language.tree import (
 )
 
 MAX_DEPTH = 100
-"""How deep parentheses, function calls, signs and powers may stand inside each other."""
+"""How deep parentheses, calls, signs and powers may be nested, so that recursion never ends the program."""
 
 _OPERAND = ("number", "name")
 _SHOWN = 24
+"""The most characters of a name that a message repeats."""
 
 
 def read(text: str) -> tuple[Node, frozenset[str]]:

@@ -186,30 +186,21 @@ def _starts_with_number(written: str) -> bool:
 
 
 _LATEX_FUNCTIONS = {
-    "sin": r"\sin",
-    "cos": r"\cos",
-    "tan": r"\tan",
-    "asin": r"\arcsin",
-    "acos": r"\arccos",
-    "atan": r"\arctan",
+    **{name: rf"\{name}" for name in ("sin", "cos", "tan", "sinh", "cosh", "tanh")},
+    **{f"a{name}": rf"\arc{name}" for name in ("sin", "cos", "tan")},
+    **{f"a{name}": rf"\operatorname{{ar{name}}}" for name in ("sinh", "cosh", "tanh")},
     "atan2": r"\operatorname{atan2}",
-    "sinh": r"\sinh",
-    "cosh": r"\cosh",
-    "tanh": r"\tanh",
-    "asinh": r"\operatorname{arsinh}",
-    "acosh": r"\operatorname{arcosh}",
-    "atanh": r"\operatorname{artanh}",
     "log": r"\ln",
     "sign": r"\operatorname{sgn}",
 }
-"""Functions that stand before their arguments, all but the three of `_LATEX_SHAPES`."""
+"""The names of functions that stand before their arguments: all but the three of `_LATEX_SHAPES`."""
 
 _LATEX_SHAPES = {
     "abs": (r"\left|{}\right|", _Strength.ATOM),
     "sqrt": (r"\sqrt{{{}}}", _Strength.POWER),
     "exp": (r"\mathrm{{e}}^{{{}}}", _Strength.POWER),
 }
-"""Functions with a notation of their own. An upright e is no name of a document."""
+"""Functions with a notation of their own. An upright e is told from a name, which would be in italics."""
 
 _WORD_AT_END = re.compile(r"(?<!_\{)\\mathrm\{\w{2,}\}+$")
 _WORD_AT_START = re.compile(r"(?:\\d?dot\{)?\\mathrm\{\w{2,}\}")

@@ -13,13 +13,13 @@ from typing import NamedTuple
 from rigidcli.errors import ExpressionError
 
 MAX_TEXT = 20_000
-"""Characters in an expression."""
+"""The most characters of an expression, so that it is read in well under a second."""
 
 MAX_DIGITS = 400
-"""Digits in one number, before its power of ten."""
+"""The most digits of one number, before its power of ten, so that its exact fraction stays small."""
 
 MAX_EXPONENT_DIGITS = 4
-"""Digits in the power of ten of one number."""
+"""The most digits of the power of ten of one number, for the same reason."""
 
 _GREEK = str.maketrans(
     {

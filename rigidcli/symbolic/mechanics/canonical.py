@@ -29,25 +29,27 @@ def expected(a: str, b: str, pairs: Phase) -> Expr:
     return ONE if conjugate and pairs.coordinates.index(a) == pairs.momenta.index(b) else ZERO
 
 
-def wrong(found: Mapping[tuple[str, str], Expr], pairs: Phase) -> Sequence[tuple[str, str]]:
+def wrong_brackets(found: Mapping[tuple[str, str], Expr], pairs: Phase) -> Sequence[tuple[str, str]]:
     """The pairs whose bracket is not what a canonical change has."""
     return [(a, b) for (a, b), value in found.items() if not is_zero(value - expected(a, b, pairs))]
 
 
-def turned_round(values: Mapping[str, Expr], new: Phase, old: Phase) -> dict[str, Expr] | None:
+def inverted(values: Mapping[str, Expr], new: Phase, old: Phase) -> dict[str, Expr] | None:
     """The `old` variables as functions of the `new` ones, whose `values` are linear; None if they are not."""
     parts = linear([values[name] for name in new.names], old.names)
     if parts is None or len(new.names) > mass_matrix.LARGEST:
         return None
     matrix, offset = parts
-    determinant = mass_matrix.minor(matrix)
+    determinant = mass_matrix.determinant(matrix)
     if is_zero(determinant):
         return None
     right = [symbol(name) - b for name, b in zip(new.names, offset, strict=True)]
     # Cramer's rule: the column of each variable is replaced by the right-hand side.
     return {
         name: tidy(
-            mass_matrix.minor([[*row[:k], b, *row[k + 1 :]] for row, b in zip(matrix, right, strict=True)])
+            mass_matrix.determinant(
+                [[*row[:k], b, *row[k + 1 :]] for row, b in zip(matrix, right, strict=True)]
+            )
             / determinant
         )
         for k, name in enumerate(old.names)

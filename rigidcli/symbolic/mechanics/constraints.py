@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats
 from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.calculus import substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
@@ -19,7 +18,7 @@ from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.mechanics import mass_matrix
 
 NONE = 1e-13
-"""A singular value below this, of a large matrix with entries of the order of 1, is rounding."""
+"""A singular value below this is rounding: it belongs to a matrix with entries of the order of 1."""
 
 
 def rank(matrix: mass_matrix.Matrix, fixed: Mapping[str, Expr]) -> int | None:
@@ -27,35 +26,30 @@ def rank(matrix: mass_matrix.Matrix, fixed: Mapping[str, Expr]) -> int | None:
 
     Names have their `fixed` values, others any.
     """
-    count = 0
-    for block in mass_matrix.blocks(matrix):
-        found = _of_block(mass_matrix.part(matrix, block, block), fixed)
-        if found is None:
-            return None
-        count += found
-    return count
+    blocks = mass_matrix.blocks(matrix)
+    ranks = [_of_block(mass_matrix.part(matrix, block, block), fixed) for block in blocks]
+    known = [found for found in ranks if found is not None]
+    return sum(known) if len(known) == len(ranks) else None
 
 
 def _of_block(matrix: mass_matrix.Matrix, fixed: Mapping[str, Expr]) -> int | None:
     size = len(matrix)
     exact = [[substitute(entry, fixed) for entry in row] for row in matrix]
     if size <= mass_matrix.LARGEST:
-        return size if not is_zero(mass_matrix.minor(exact)) else size - len(mass_matrix.null_vectors(exact))
+        return (
+            size
+            if not is_zero(mass_matrix.determinant(exact))
+            else size - len(mass_matrix.null_vectors(exact))
+        )
     found = samples.values([entry for row in exact for entry in row], {})
     if found is None:
         return None
-    ranks = [
-        (np.linalg.svd(_balanced(values), compute_uv=False) > NONE).sum()
-        for values in found.reshape(-1, size, size)
-    ]
-    return int(max(ranks))
-
-
-def _balanced(values: Floats) -> Floats:
-    """The matrix with rows and columns divided by the square roots of their sizes."""
-    sizes = np.sqrt(np.abs(values).max(axis=1, initial=0.0))
+    matrices = found.reshape(-1, size, size)
+    # Rows and columns are divided by the square roots of their sizes.
+    sizes = np.sqrt(np.abs(matrices).max(axis=2, keepdims=True))
     sizes[sizes == 0] = 1.0
-    return values / np.outer(sizes, sizes)
+    balanced = matrices / sizes / sizes.transpose(0, 2, 1)
+    return int(np.linalg.matrix_rank(balanced, tol=NONE).max())
 
 
 def primary_constraints(

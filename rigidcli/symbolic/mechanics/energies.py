@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative
-from rigidcli.symbolic.algebra.expressions import ONE, Expr, symbol, total
+from rigidcli.symbolic.algebra.expressions import ONE, Expr, product, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.values import is_zero
 
@@ -37,17 +37,16 @@ def kinetic(particles: Sequence[Particle], velocities: Mapping[str, str]) -> Exp
     rates = [*(symbol(v) for v in velocities.values()), ONE]
     parts: dict[tuple[int, int], list[Expr]] = {}
     for particle in particles:
-        angles = () if particle.angle is None else (particle.angle,)
-        for factor, paths in ((particle.mass, particle.position), (particle.moment, angles)):
-            for path in paths if factor is not None else ():
-                assert factor is not None
-                slopes = [derivative(path, name) for name in (*velocities, TIME)]
-                moving = [i for i, slope in enumerate(slopes) if not slope.is_zero]
-                for i in moving:
-                    for j in moving:
-                        if i <= j:
-                            half = Fraction(1, 2) if i == j else 1
-                            parts.setdefault((i, j), []).append(factor * half * slopes[i] * slopes[j])
+        paths = [(particle.mass, path) for path in particle.position] + [(particle.moment, particle.angle)]
+        for factor, path in paths:
+            if factor is None or path is None:
+                continue
+            slopes = [derivative(path, name) for name in (*velocities, TIME)]
+            moving = [(i, slope) for i, slope in enumerate(slopes) if not slope.is_zero]
+            for place, (i, a) in enumerate(moving):
+                for j, b in moving[place:]:
+                    half = Fraction(1, 2) if i == j else 1
+                    parts.setdefault((i, j), []).append(factor * half * a * b)
     return tidy(total(tidy(total(terms)) * rates[i] * rates[j] for (i, j), terms in sorted(parts.items())))
 
 
@@ -59,13 +58,9 @@ def unnatural(kinetic_energy: Expr, velocities: Sequence[str]) -> Expr | None:
     found = coefficients(kinetic_energy, velocities)
     if found is None:
         return kinetic_energy
-    wrong = []
-    for powers, value in found.items():
-        if is_zero(value):
-            continue
-        if sum(powers) != 2 or not is_zero(derivative(value, TIME)):
-            term = value
-            for name, power in zip(velocities, powers, strict=True):
-                term = term * symbol(name) ** power
-            wrong.append(term)
+    wrong = [
+        product([value, *(symbol(name) ** power for name, power in zip(velocities, powers, strict=True))])
+        for powers, value in found.items()
+        if not is_zero(value) and (sum(powers) != 2 or not is_zero(derivative(value, TIME)))
+    ]
     return total(wrong) if wrong else None

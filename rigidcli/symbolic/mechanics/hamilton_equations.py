@@ -30,10 +30,7 @@ def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None
     """
     if velocities is None:
         velocities = [tidy(derivative(hamiltonian, name)) for name in phase.momenta]
-    return (
-        *velocities,
-        *(tidy(-derivative(hamiltonian, name)) for name in phase.coordinates),
-    )
+    return (*velocities, *(tidy(-derivative(hamiltonian, name)) for name in phase.coordinates))
 
 
 def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:
@@ -46,16 +43,13 @@ def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:
 
 def linear(expressions: Sequence[Expr], names: Sequence[str]) -> tuple[list[list[Expr]], list[Expr]] | None:
     """A and b of expressions that are A z + b, z being the names; None if they are not linear in them."""
+    size = len(names)
     matrix, offset = [], []
     for expression in expressions:
         found = coefficients(expression, names)
         if found is None or any(sum(powers) > 1 for powers in found):
             return None
-        offset.append(found.get((0,) * len(names), ZERO))
-        matrix.append(
-            [
-                tidy(found.get(tuple(int(i == place) for i in range(len(names))), ZERO))
-                for place in range(len(names))
-            ]
-        )
+        offset.append(found.get((0,) * size, ZERO))
+        units = [tuple(int(i == place) for i in range(size)) for place in range(size)]
+        matrix.append([tidy(found.get(unit, ZERO)) for unit in units])
     return matrix, offset

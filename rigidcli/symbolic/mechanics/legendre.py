@@ -3,7 +3,8 @@
     p_i = dL/dv_i,   H(q, p, t) = sum_i p_i v_i - L
 
 Where L is quadratic in the velocities, L = v.M.v/2 + b.v - V, nothing is solved but M v = p - b, block by
-block, and H = (p - b).M^-1.(p - b)/2 + V. Other terms are turned over by the closed forms of `inverses`.
+block, and H = (p - b).M^-1.(p - b)/2 + V. Other terms are inverted by the closed forms of
+`velocity_inversion`.
 What has none is left implicit: it can be evaluated, but not written.
 
 Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, section 8.1; in its matrix form
@@ -18,23 +19,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product as combinations
+from typing import TypeAlias
 
 from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
-from rigidcli.symbolic.mechanics.inverses import Inverse, inverses, quadratic_form
+from rigidcli.symbolic.mechanics.velocity_inversion import Branch, inverted_velocities, quadratic_form
 
 MOST_BRANCHES = 16
-
-
-@dataclass(frozen=True, slots=True)
-class Branch:
-    """One way to go back from momenta to velocities; `conditions` are expressions that must be positive."""
-
-    velocities: tuple[Expr, ...]
-    hamiltonian: Expr
-    conditions: tuple[Expr, ...]
+"""The most branches that are listed: more of them nobody would read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,15 +39,11 @@ class Momenta:
     mass_matrix: tuple[tuple[Expr, ...], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class _Part:
-    """Terms of a Lagrangian, and the places of the velocities in them."""
-
-    expr: Expr
-    places: tuple[int, ...]
+_Part: TypeAlias = tuple[Expr, list[int]]
+"""Terms of a Lagrangian, and the places of the velocities in them."""
 
 
-def momenta(lagrangian: Expr, velocities: Sequence[str]) -> Momenta:
+def canonical_momenta(lagrangian: Expr, velocities: Sequence[str]) -> Momenta:
     """The momenta of a Lagrangian with these velocities."""
     definitions = tuple(tidy(derivative(lagrangian, name)) for name in velocities)
     size = range(len(velocities))
@@ -62,7 +52,7 @@ def momenta(lagrangian: Expr, velocities: Sequence[str]) -> Momenta:
     return Momenta(definitions, matrix)
 
 
-def branches(lagrangian: Expr, velocities: Sequence[str], names: Sequence[str]) -> tuple[Branch, ...]:
+def legendre_transform(lagrangian: Expr, velocities: Sequence[str], names: Sequence[str]) -> list[Branch]:
     """All ways back from the momenta, called `names`; none where the velocities have no closed form.
 
     The mass matrix must be regular.
@@ -70,21 +60,18 @@ def branches(lagrangian: Expr, velocities: Sequence[str], names: Sequence[str]) 
     still, parts = _parts(lagrangian, velocities)
     p = [symbol(name) for name in names]
     options = [_inverted(part, velocities, p) for part in parts]
-    count = math.prod(map(len, options))
-    chosen = combinations(*options) if count <= MOST_BRANCHES else ()
-    return tuple(_joined(choice, parts, still, len(p)) for choice in chosen)
+    chosen = combinations(*options) if math.prod(map(len, options)) <= MOST_BRANCHES else ()
+    return [_joined(choice, parts, still, len(p)) for choice in chosen]
 
 
-def _joined(chosen: Sequence[Inverse], parts: Sequence[_Part], still: Expr, size: int) -> Branch:
+def _joined(chosen: Sequence[Branch], parts: Sequence[_Part], still: Expr, size: int) -> Branch:
+    """The branch of the whole Lagrangian, from one branch of each part."""
     velocities = [ZERO] * size
-    for inverse, part in zip(chosen, parts, strict=True):
-        for place, velocity in zip(part.places, inverse.velocities, strict=True):
+    for branch, (_, places) in zip(chosen, parts, strict=True):
+        for place, velocity in zip(places, branch.velocities, strict=True):
             velocities[place] = velocity
-    return Branch(
-        tuple(velocities),
-        total([*(inverse.energy for inverse in chosen), -still]),
-        tuple(inverse.positive for inverse in chosen if inverse.positive is not None),
-    )
+    hamiltonian = total([*(branch.hamiltonian for branch in chosen), -still])
+    return Branch(tuple(velocities), hamiltonian, tuple(e for branch in chosen for e in branch.conditions))
 
 
 def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Part]]:
@@ -93,48 +80,41 @@ def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Par
     found = coefficients(lagrangian, velocities)
     if found is not None and _is_quadratic(found):
         still = found.get((0,) * len(velocities), ZERO)
-        return still, [_Part(lagrangian - still, tuple(every))]
-    terms = [Expr({monomial: factor}) for monomial, factor in lagrangian.terms.items()]
-    parts: list[_Part] = []
-    for term in terms:
-        places = {place for place in every if velocities[place] in term.names}
-        near = [part for part in parts if places & set(part.places)]
-        if places:
-            parts = [part for part in parts if part not in near]
-            joined = sorted(places.union(*(part.places for part in near)))
-            parts.append(_Part(total([term, *(part.expr for part in near)]), tuple(joined)))
-    still = total(term for term in terms if term.names.isdisjoint(velocities))
-    return still, sorted(parts, key=lambda part: part.places)
+        return still, [(lagrangian - still, list(every))]
+    terms = [
+        (term, {i for i in every if velocities[i] in term.names})
+        for term in (Expr({monomial: factor}) for monomial, factor in lagrangian.terms.items())
+    ]
+    groups = mass_matrix.connected(len(velocities), lambda i, j: any({i, j} <= places for _, places in terms))
+    parts = [(total(term for term, places in terms if places & {*group}), group) for group in groups]
+    return total(term for term, places in terms if not places), parts
 
 
 def _is_quadratic(polynomial: Polynomial) -> bool:
     return all(sum(powers) <= 2 for powers in polynomial)
 
 
-def _inverted(part: _Part, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Inverse]:
+def _inverted(part: _Part, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """All that is known of going back from the momenta of a part to its velocities."""
-    names = [velocities[place] for place in part.places]
-    found = coefficients(part.expr, names)
-    size = len(names)
-    if found is not None and _is_quadratic(found):
-        linear = [found.get(tuple(int(i == j) for j in range(size)), ZERO) for i in range(size)]
-        shifted = [momenta[place] - b for place, b in zip(part.places, linear, strict=True)]
+    e, places = part
+    names, size = [velocities[place] for place in places], len(places)
+    found, others = coefficients(e, names), []
+    if found is None or not _is_quadratic(found):
+        terms = [Expr({monomial: factor}) for monomial, factor in e.terms.items()]
+        others = [term for term in terms if not _is_linear(coefficients(term, names))]
+        found = coefficients(e - total(others), names) or {}
+    linear = [found.get(tuple(int(i == j) for j in range(size)), ZERO) for i in range(size)]
+    shifted = [momenta[place] - b for place, b in zip(places, linear, strict=True)]
+    if not others:
         return _of_masses([[2 * entry for entry in row] for row in quadratic_form(found, size)], shifted)
-    kernels, linear = [], [ZERO] * size
-    for monomial, factor in part.expr.terms.items():
-        term = Expr({monomial: factor})
-        powers = coefficients(term, names)
-        if powers is not None and all(sum(degrees) == 1 for degrees in powers):
-            for degrees, value in powers.items():
-                place = degrees.index(1)
-                linear[place] = linear[place] + value
-        else:
-            kernels.append(term)
-    shifted = [momenta[place] - b for place, b in zip(part.places, linear, strict=True)]
-    return inverses(kernels[0], names, shifted) if len(kernels) == 1 else []
+    return inverted_velocities(others[0], names, shifted) if len(others) == 1 else []
 
 
-def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Inverse]:
+def _is_linear(polynomial: Polynomial | None) -> bool:
+    return polynomial is not None and all(sum(powers) == 1 for powers in polynomial)
+
+
+def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
     """The inverse for L = v.M.v/2, block by block."""
     inverse = mass_matrix.inverse(matrix)
     if inverse is None:
@@ -150,7 +130,7 @@ def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Inve
             own, back = mass_matrix.part(matrix, block, block), mass_matrix.part(inverse, block, block)
             energy.append(_energy(back, own, [momenta[i] for i in block]))
     energy += [factor * total(squares) for factor, squares in alone.items()]
-    return [Inverse(velocities, total(energy))]
+    return [Branch(velocities, total(energy))]
 
 
 def _energy(inverse: mass_matrix.Matrix, matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> Expr:
@@ -168,11 +148,5 @@ def _energy(inverse: mass_matrix.Matrix, matrix: mass_matrix.Matrix, momenta: Se
             ]
             or [inverse[0][1] * momenta[0] * momenta[1]]
         )
-    return tidy(
-        total(
-            inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j]
-            for i in size
-            for j in size
-            if i <= j
-        )
-    )
+    pairs = [(i, j) for i in size for j in size[i:]]
+    return tidy(total(inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j] for i, j in pairs))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from fractions import Fraction
 from typing import TypeAlias
 
 from rigidcli.errors import ExpressionError
@@ -15,10 +14,10 @@ from rigidcli.symbolic.algebra.values import is_zero
 Matrix: TypeAlias = Sequence[Sequence[Expr]]
 
 LARGEST = 4
-"""Rows of a block whose determinant is worked out in symbols."""
+"""The most rows of a block whose determinant is worked out in symbols: it has up to 24 products."""
 
 MOST_TERMS = 24
-"""Terms of that determinant, multiplied out, beyond which the inverse would fill pages."""
+"""The most terms of that determinant, multiplied out: beyond, the inverse would fill pages."""
 
 
 def connected(size: int, linked: Callable[[int, int], bool]) -> list[list[int]]:
@@ -48,14 +47,14 @@ def part(matrix: Matrix, rows: Sequence[int], columns: Sequence[int]) -> list[li
 def inverse(matrix: Matrix) -> list[list[Expr]] | None:
     """The inverse of a regular symmetric matrix (n by n), by blocks; None if it would be too large.
 
-    A block is inverted by its adjugate, or as numbers where it is a matrix of numbers times one expression.
+    A block is inverted by its adjugate, or by elimination where it is numbers times one expression.
     """
     result = [[ZERO] * len(matrix) for _ in matrix]
     for block in blocks(matrix):
         inner = part(matrix, block, block)
         inverted = _of_numbers(inner) if len(block) > 2 else None
         if inverted is None:
-            if len(block) > LARGEST or (len(block) > 1 and not _is_short(minor(inner))):
+            if len(block) > LARGEST or (len(block) > 1 and not _is_short(determinant(inner))):
                 return None
             inverted = _adjugate(inner)
         for i, row in zip(block, inverted, strict=True):
@@ -64,32 +63,32 @@ def inverse(matrix: Matrix) -> list[list[Expr]] | None:
     return result
 
 
-def _is_short(determinant: Expr) -> bool:
+def _is_short(e: Expr) -> bool:
     try:
-        return len(expand(determinant).terms) <= MOST_TERMS
+        return len(expand(e).terms) <= MOST_TERMS
     except ExpressionError:
         return False
 
 
 def _adjugate(matrix: Matrix) -> list[list[Expr]]:
-    determinant = tidy(minor(matrix))
+    whole = tidy(determinant(matrix))
     indices = range(len(matrix))
     result = [[ZERO] * len(matrix) for _ in matrix]
     for i in indices:
         for j in range(i, len(matrix)):
             rows, columns = ([k for k in indices if k != dropped] for dropped in (i, j))
-            entry = minor(part(matrix, rows, columns)) * (-1) ** (i + j)
-            result[i][j] = result[j][i] = tidy(entry / determinant)
+            entry = determinant(part(matrix, rows, columns)) * (-1) ** (i + j)
+            result[i][j] = result[j][i] = tidy(entry / whole)
     return result
 
 
-def minor(matrix: Matrix) -> Expr:
+def determinant(matrix: Matrix) -> Expr:
     """The determinant, along the first row."""
     if not matrix:
         return ONE
     head, *rest = matrix
     return total(
-        head[j] * minor([row[:j] + row[j + 1 :] for row in map(list, rest)]) * (-1) ** j
+        head[j] * determinant([[*row[:j], *row[j + 1 :]] for row in rest]) * (-1) ** j
         for j in range(len(matrix))
         if not head[j].is_zero
     )
@@ -97,49 +96,42 @@ def minor(matrix: Matrix) -> Expr:
 
 def _of_numbers(matrix: Matrix) -> list[list[Expr]] | None:
     """The inverse of numbers times one expression; None if it is not that."""
+    size = range(len(matrix))
     unit = next(entry for row in matrix for entry in row if not entry.is_zero)
-    numbers: list[list[Fraction]] = []
-    for i, row in enumerate(matrix):
-        ratios = [(entry / unit).as_number for entry in row]
-        numbers.append([Fraction(int(i == j)) for j in range(len(matrix))])
-        for j, ratio in enumerate(ratios):
-            if ratio is None:
-                return None
-            numbers[i].insert(j, Fraction(ratio))
-    size = len(matrix)
-    for i in range(size):
-        pivot = next((k for k in range(i, size) if numbers[k][i]), None)
-        if pivot is None:
-            return None
-        numbers[i], numbers[pivot] = numbers[pivot], numbers[i]
-        numbers[i] = [entry / numbers[i][i] for entry in numbers[i]]
-        for k in range(size):
-            if k != i and numbers[k][i]:
-                numbers[k] = [a - numbers[k][i] * b for a, b in zip(numbers[k], numbers[i], strict=True)]
-    return [[entry / unit for entry in row[size:]] for row in numbers]
+    rows = [
+        [*(entry / unit for entry in row), *(ONE if i == j else ZERO for j in size)]
+        for i, row in enumerate(matrix)
+    ]
+    if any(entry.as_number is None for row in rows for entry in row) or len(_eliminate(rows)) < len(matrix):
+        return None
+    return [[entry / unit for entry in row[len(matrix) :]] for row in rows]
+
+
+def _eliminate(rows: list[list[Expr]]) -> list[int]:
+    """Bring rows to the reduced echelon form, in as many columns; the columns that have pivots."""
+    pivots: list[int] = []
+    for column in range(len(rows)):
+        place = len(pivots)
+        found = next((k for k in range(place, len(rows)) if not is_zero(rows[k][column])), None)
+        if found is None:
+            continue
+        rows[place], rows[found] = rows[found], rows[place]
+        head = rows[place] = [tidy(entry / rows[place][column]) for entry in rows[place]]
+        for k, row in enumerate(rows):
+            c = row[column]
+            if k != place and not c.is_zero:
+                rows[k] = [a if b.is_zero else tidy(a - c * b) for a, b in zip(row, head, strict=True)]
+        pivots.append(column)
+    return pivots
 
 
 def null_vectors(matrix: Matrix) -> list[list[Expr]]:
     """Vectors that span what the matrix (n by n) takes to zero, by elimination; entries are tidied."""
-    rows = [list(row) for row in matrix]
-    size = len(rows)
-    pivots: list[int] = []
-    for column in range(size):
-        start = len(pivots)
-        pivot = next((k for k in range(start, size) if not is_zero(rows[k][column])), None)
-        if pivot is None:
-            continue
-        rows[start], rows[pivot] = rows[pivot], rows[start]
-        rows[start] = [tidy(entry / rows[start][column]) for entry in rows[start]]
-        for k in range(size):
-            if k != start and not rows[k][column].is_zero:
-                factor = rows[k][column]
-                rows[k] = [tidy(a - factor * b) for a, b in zip(rows[k], rows[start], strict=True)]
-        pivots.append(column)
+    rows, size = [list(row) for row in matrix], len(matrix)
+    pivots = _eliminate(rows)
     vectors = []
     for free in (column for column in range(size) if column not in pivots):
-        vector = [ZERO] * size
-        vector[free] = ONE
+        vector = [ONE if column == free else ZERO for column in range(size)]
         for row, column in zip(rows, pivots, strict=False):
             vector[column] = -row[free]
         vectors.append(vector)

@@ -21,7 +21,6 @@ from rigidcli.core.principal import PIVOT_TIE, PrincipalFrame
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.arithmetic import (
-    EXACT,
     MAX_STEPS,
     root_of_either_sign,
     sign,

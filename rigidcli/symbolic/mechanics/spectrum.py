@@ -21,17 +21,18 @@ from rigidcli.symbolic.algebra.expressions import ZERO, Expr
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 
-_HALF = Fraction(1, 2)
-
 Stability: TypeAlias = Literal["stable", "unstable", "marginal"]
 
 _WORSE: tuple[Stability, ...] = ("stable", "marginal", "unstable")
 
 BALANCING = 8
-"""Rounds of balancing."""
+"""Rounds of balancing, after which units change no more."""
 
 ROUNDING = 1e-7
 """Real parts below this, in units of the largest eigenvalue, are rounding: of a double one it is its root."""
+
+SIGNS = 12
+"""Random points at which an expression must have one sign, so that few of another sign are missed."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,36 +47,29 @@ class Spectrum:
     stability: Stability
 
 
-def of_numbers(matrix: Floats) -> Spectrum:
+def numeric_spectrum(matrix: Floats) -> Spectrum:
     """The spectrum of A (2n by 2n); marginal where motion grows, but by a power of the time only.
 
     Variables that do not act on each other are judged apart, each by their own size.
     """
-    blocks = mass_matrix.connected(len(matrix), lambda i, j: bool(matrix[i, j] or matrix[j, i]))
-    found = [_of_block(matrix[np.ix_(block, block)]) for block in blocks]
-    return Spectrum(
-        tuple(sorted(pair for part in found for pair in part.eigenvalues)),
-        tuple(sorted({f for part in found for f in part.frequencies})),  # type: ignore[type-var]
-        max((part.stability for part in found), key=_WORSE.index),
-    )
-
-
-def _of_block(matrix: Floats) -> Spectrum:
-    matrix = _balanced(matrix)
-    values = np.linalg.eigvals(matrix)
-    size = float(np.abs(values).max(initial=0.0))
-    real = np.where(np.abs(values.real) > ROUNDING * size, values.real, 0.0)
-    imaginary = np.where(np.abs(values.imag) > ROUNDING * size, values.imag, 0.0)
-    order = np.lexsort((imaginary, real))
-    pairs = tuple((float(real[i]), float(imaginary[i])) for i in order)
-    frequencies = tuple(sorted(im for re, im in pairs if im > 0 and re == 0))
-    if any(re > 0 for re, _ in pairs):
-        return Spectrum(pairs, frequencies, "unstable")
-    return Spectrum(pairs, frequencies, "stable" if _is_diagonable(matrix) else "marginal")
+    pairs: list[tuple[float, float]] = []
+    verdicts: list[Stability] = []
+    for block in mass_matrix.connected(len(matrix), lambda i, j: bool(matrix[i, j] or matrix[j, i])):
+        values, vectors = np.linalg.eig(_balanced(matrix[np.ix_(block, block)]))
+        parts = np.array([values.real, values.imag])
+        parts[np.abs(parts) <= ROUNDING * np.abs(values).max()] = 0.0
+        pairs += [(re, im) for re, im in parts.T.tolist()]
+        is_diagonable = np.linalg.svd(vectors, compute_uv=False).min() > ROUNDING
+        verdicts.append("unstable" if parts[0].max() > 0 else "stable" if is_diagonable else "marginal")
+    frequencies = sorted({im for re, im in pairs if im > 0 and re == 0})
+    return Spectrum(tuple(sorted(pairs)), tuple(frequencies), max(verdicts, key=_WORSE.index))
 
 
 def _balanced(matrix: Floats) -> Floats:
-    """The matrix in units of its variables, powers of 2, in which rows and columns are of a size."""
+    """The matrix in units of its variables, powers of 2, in which rows and columns are of a size.
+
+    scipy.linalg.matrix_balance does the same, but loading it takes longer than all else.
+    """
     result = matrix.astype(np.float64)
     for _ in range(BALANCING):
         for i in range(len(result)):
@@ -87,38 +81,33 @@ def _balanced(matrix: Floats) -> Floats:
     return result
 
 
-def _is_diagonable(matrix: Floats) -> bool:
-    """Whether the eigenvectors span the space, but for rounding."""
-    _, vectors = np.linalg.eig(matrix)
-    return bool(np.linalg.svd(vectors, compute_uv=False).min() > ROUNDING)
-
-
-def of_symbols(matrix: Sequence[Sequence[Expr]], fixed: Mapping[str, float]) -> Spectrum | None:
+def symbolic_spectrum(matrix: Sequence[Sequence[Expr]], fixed: Mapping[str, float]) -> Spectrum | None:
     """The spectrum of A (2n by 2n, coordinates first), where each freedom is by itself; else None.
 
     Signs are those for the `fixed` values of names, and any positive ones of the others.
     """
     size = len(matrix) // 2
-    pairs: list[tuple[float | Expr, float | Expr]] = []
+    pairs: list[tuple[Expr, Expr]] = []
     frequencies: dict[Expr, None] = {}
     verdicts: list[Stability] = []
     blocks = mass_matrix.connected(2 * size, lambda i, j: not (matrix[i][j].is_zero and matrix[j][i].is_zero))
-    if any({i % size for i in block} != {block[0] % size} for block in blocks):
+    if any(len({i % size for i in block}) > 1 for block in blocks):
         return None
     for i in range(size):
+        own = mass_matrix.part(matrix, (i, i + size), (i, i + size))
         # The trace of a freedom by itself is zero, so that lambda^2 = -determinant.
-        square = tidy(-mass_matrix.minor(mass_matrix.part(matrix, (i, i + size), (i, i + size))))
+        square = tidy(-mass_matrix.determinant(own))
         sign = _sign(square, fixed)
         if sign is None:
             return None
-        root = tidy((square * sign) ** _HALF) if sign else ZERO
-        pairs += [(ZERO, -root), (ZERO, root)] if sign < 0 else [(-root, ZERO), (root, ZERO)]
+        root = tidy((square * sign) ** Fraction(1, 2)) if sign else ZERO
         if sign < 0:
+            pairs += [(ZERO, -root), (ZERO, root)]
             frequencies[root] = None
-        still = sign == 0 and all(
-            e.is_zero for row in mass_matrix.part(matrix, (i, i + size), (i, i + size)) for e in row
-        )
-        verdicts.append("stable" if sign < 0 or still else "unstable" if sign > 0 else "marginal")
+        else:
+            pairs += [(-root, ZERO), (root, ZERO)]
+        bounded = sign < 0 or all(e.is_zero for row in own for e in row)
+        verdicts.append("stable" if bounded else "unstable" if sign else "marginal")
     return Spectrum(tuple(pairs), tuple(frequencies), max(verdicts, key=_WORSE.index))
 
 
@@ -127,7 +116,7 @@ def _sign(e: Expr, fixed: Mapping[str, float]) -> int | None:
     if e.is_zero:
         return 0
     known = {name: value for name, value in fixed.items() if name in e.names}
-    found = samples.values([e], known, count=12)
+    found = samples.values([e], known, count=SIGNS)
     if found is None or (found.min() < 0 < found.max()):
         return None
     return 1 if found.min() > 0 else -1

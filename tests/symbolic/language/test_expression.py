@@ -8,7 +8,6 @@ import subprocess
 import sys
 import time
 import timeit
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -16,18 +15,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, Expression, parse
+from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, parse
+from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import (
     Call,
     Constant,
     Name,
     Negative,
+    Node,
     Number,
     Power,
     Product,
     Reciprocal,
     Sum,
 )
+from tests.symbolic.trees import number, trees
 
 
 def value(text: str, **values: float) -> float:
@@ -348,96 +350,46 @@ def test_soup_is_an_expression_or_an_expression_error(text: str) -> None:
     assert error is None or error.column is None or 1 <= error.column <= len(text) + 1
 
 
-# Random trees as (text, strength of its outermost operation, value). The values are worked out by
-# Python's own arithmetic while the tree is built, the text has only the parentheses it needs.
-
-_SUM, _PRODUCT, _SIGN, _POWER, _ATOM = range(5)
-Tree = tuple[str, int, "float | None"]
-
 NAMED = {"x": 0.75, "y": -1.25, "m_1": 3.0}
+LEAVES: st.SearchStrategy[Node] = st.one_of(
+    st.sampled_from(sorted(NAMED)).map(Name),
+    st.sampled_from(["0.0", "1.0", "2.0", "3.0", ".5", "2.5", "1e-3", "40.0"]).map(number),
+    st.just(Constant("pi")),
+)
 
 
-def _wrap(tree: Tree, strength: int) -> str:
-    return tree[0] if tree[1] >= strength else f"({tree[0]})"
-
-
-def _apply(function: Callable[..., float], *arguments: Tree) -> float | None:
-    numbers = [number for _, _, number in arguments]
-    if None in numbers:
-        return None
+def by_python(written: str, **values: float) -> float | None:
+    """The value that Python gives a text: it has the same grammar, but complex powers."""
+    functions = {name: function.real for name, function in FUNCTIONS.items()}
     try:
-        result = function(*numbers)
+        found = eval(written, {"pi": math.pi, **functions, **NAMED, **values})
     except (ValueError, ArithmeticError):
         return None
-    return result if math.isfinite(result) else None
-
-
-def _binary(left: Tree, symbol: str, right: Tree) -> Tree:
-    if symbol in "+-":
-        text = f"{_wrap(left, _SUM)} {symbol} {_wrap(right, _PRODUCT)}"
-        return text, _SUM, _apply(lambda a, b: a + b if symbol == "+" else a - b, left, right)
-    if symbol in "*/":
-        text = f"{_wrap(left, _PRODUCT)}{symbol}{_wrap(right, _SIGN)}"
-        return text, _PRODUCT, _apply(lambda a, b: a * b if symbol == "*" else a / b, left, right)
-    text = f"{_wrap(left, _ATOM)}{symbol}{_wrap(right, _SIGN)}"
-    return text, _POWER, _apply(math.pow, left, right)
-
-
-def _unary(operand: Tree) -> Tree:
-    return f"-{_wrap(operand, _SIGN)}", _SIGN, _apply(lambda a: -a, operand)
-
-
-def _call(name: str, arguments: tuple[Tree, Tree]) -> Tree:
-    used = arguments[: FUNCTIONS[name].arity]
-    return f"{name}({', '.join(text for text, _, _ in used)})", _ATOM, _apply(FUNCTIONS[name].real, *used)
-
-
-LEAVES = st.one_of(
-    st.sampled_from([(name, _ATOM, number) for name, number in NAMED.items()]),
-    st.sampled_from([(text, _ATOM, float(text)) for text in ("0", "1", "2", "3", ".5", "2.5", "1e-3", "40")]),
-    st.just(("pi", _ATOM, math.pi)),
-)
-TREES = st.recursive(
-    LEAVES,
-    lambda trees: st.one_of(
-        st.builds(_binary, trees, st.sampled_from(["+", "-", "*", "/", "^", "**"]), trees),
-        st.builds(_unary, trees),
-        st.builds(_call, st.sampled_from(sorted(FUNCTIONS)), st.tuples(trees, trees)),
-    ),
-    max_leaves=12,
-)
+    return found if isinstance(found, float) and math.isfinite(found) else None
 
 
 @settings(max_examples=300, deadline=None)
-@given(TREES)
-def test_random_trees_have_the_value_python_gives_them(tree: Tree) -> None:
-    text, _, expected = tree
-    expression = parse(text)
+@given(trees(LEAVES))
+def test_random_trees_have_the_value_python_gives_them(tree: Node) -> None:
+    written = text(tree)
+    expected = by_python(written)
     if expected is None:
         with pytest.raises(ExpressionError):
-            expression.evaluate(NAMED)
+            parse(written).evaluate(NAMED)
     else:
-        assert expression.evaluate(NAMED) == expected
-
-
-ARITHMETIC = st.recursive(
-    LEAVES,
-    lambda trees: st.one_of(
-        st.builds(_binary, trees, st.sampled_from(["+", "-", "*", "/"]), trees), st.builds(_unary, trees)
-    ),
-    max_leaves=12,
-)
+        assert parse(written).evaluate(NAMED) == expected
 
 
 @settings(max_examples=200, deadline=None)
-@given(ARITHMETIC, st.lists(st.floats(-10, 10), min_size=1, max_size=4))
-def test_arrays_agree_with_floats(tree: Tree, numbers: list[float]) -> None:
-    expression: Expression = parse(f"x + ({tree[0]})")
+@given(trees(LEAVES), st.lists(st.floats(-10, 10), min_size=1, max_size=4))
+def test_arrays_agree_with_floats(tree: Node, numbers: list[float]) -> None:
+    expression = parse(f"x + ({text(tree)})")
+    is_arithmetic = "**" not in expression.text and not any(name in expression.text for name in FUNCTIONS)
     results = expression.evaluate({**NAMED, "x": np.array(numbers)})
     assert isinstance(results, np.ndarray)
-    for number, result in zip(numbers, results, strict=True):
+    for one, result in zip(numbers, results, strict=True):
         try:
-            expected = expression.evaluate({**NAMED, "x": number})
+            expected = expression.evaluate({**NAMED, "x": one})
         except ExpressionError:
             continue
-        assert result == expected
+        assert result == (expected if is_arithmetic else pytest.approx(expected, rel=1e-9))

@@ -15,19 +15,8 @@ from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.language.evaluation import real
 from rigidcli.symbolic.language.parser import MAX_DEPTH, read
 from rigidcli.symbolic.language.text import latex, reading, text
-from rigidcli.symbolic.language.tree import (
-    FUNCTIONS,
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-)
+from rigidcli.symbolic.language.tree import FUNCTIONS, Call, Constant, Name, Negative, Node, Product, Sum
+from tests.symbolic.trees import number, trees
 
 many = settings(max_examples=200, deadline=None)
 
@@ -47,35 +36,14 @@ VALUES = st.fixed_dictionaries(
 POSITIVE = st.fixed_dictionaries({name: st.floats(0.5, 2) for name in NAMES})
 
 
-def number(value: float) -> Number:
-    return Number(f"{value:g}", float(f"{value:g}"))
-
-
 LEAVES: st.SearchStrategy[Node] = st.one_of(
     st.sampled_from(sorted(NAMES)).map(Name),
-    st.sampled_from([0.0, 1.0, 2.0, 3.0, 0.25, 12.0, 1e-7, 6.67e11]).map(number),
+    st.sampled_from(["0", "1", "2", "3", "0.25", "12", "1e-07", "6.67e+11"]).map(number),
     st.just(Constant("pi")),
 )
 
 
-def trees(nodes: st.SearchStrategy[Node]) -> st.SearchStrategy[Node]:
-    def several(members: st.SearchStrategy[Node]) -> st.SearchStrategy[tuple[Node, ...]]:
-        return st.lists(members, min_size=2, max_size=4).map(tuple)
-
-    unary = sorted(name for name, function in FUNCTIONS.items() if function.arity == 1)
-    return st.one_of(
-        nodes.map(Negative),
-        nodes.map(Reciprocal),
-        several(st.one_of(nodes, nodes.map(Negative))).map(Sum),
-        several(st.one_of(nodes, nodes.map(Reciprocal), nodes.map(Negative))).map(Product),
-        st.builds(Power, nodes, nodes),
-        st.builds(Power, nodes, st.sampled_from([2.0, 3.0, 0.5]).map(number)),
-        st.builds(lambda name, node: Call(name, (node,)), st.sampled_from(unary), nodes),
-        st.tuples(nodes, nodes).map(lambda both: Call("atan2", both)),
-    )
-
-
-TREES = st.recursive(LEAVES, trees, max_leaves=14)
+TREES = trees(LEAVES)
 
 
 def root(source: str) -> Node:

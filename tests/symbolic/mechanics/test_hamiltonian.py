@@ -8,31 +8,15 @@ import numpy as np
 import pytest
 
 from rigidcli.symbolic.algebra.expressions import ONE, Expr
-from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.language.parser import read
-from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.mechanics import canonical, energies, spectrum
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, bracket, equations, linear
+from tests.symbolic.trees import expression, written
 
 ONE_FREEDOM = Phase(("x",), ("p_x",))
 SPACE = Phase(("x", "y", "z"), ("p_x", "p_y", "p_z"))
 L = ("y*p_z - z*p_y", "z*p_x - x*p_z", "x*p_y - y*p_x")
-
-
-def expression(words: str) -> Expr:
-    return from_tree(read(words)[0])
-
-
-def written(e: Expr) -> str:
-    return text(to_tree(e))
-
-
-def test_hamiltons_equations() -> None:
-    found = equations(expression("p_x^2/(2*m) + k*x^2/2"), ONE_FREEDOM)
-    assert [written(e) for e in found] == ["p_x/m", "-k*x"]
 
 
 def test_angular_momentum_is_an_algebra() -> None:
@@ -72,10 +56,10 @@ def test_linear_equations() -> None:
 def test_canonical_changes(values: dict[str, str], wrong: list[tuple[str, str]]) -> None:
     given = {name: expression(words) for name, words in values.items()}
     found = canonical.brackets(given, ONE_FREEDOM, Phase(("Q",), ("P",)))
-    assert list(canonical.wrong(found, ONE_FREEDOM)) == wrong
+    assert list(canonical.wrong_brackets(found, ONE_FREEDOM)) == wrong
 
 
-def test_a_rotation_of_the_plane_is_canonical_and_turned_round() -> None:
+def test_a_rotation_of_the_plane_is_canonical_and_inverted() -> None:
     old, new = Phase(("x", "y"), ("p_x", "p_y")), Phase(("X", "Y"), ("PX", "PY"))
     values = {
         name: expression(f"cos(a)*{first} {sign} sin(a)*{second}")
@@ -86,8 +70,8 @@ def test_a_rotation_of_the_plane_is_canonical_and_turned_round() -> None:
             ("PY", "p_y", "-", "p_x"),
         )
     }
-    assert list(canonical.wrong(canonical.brackets(values, new, old), new)) == []
-    back = canonical.turned_round(values, new, old)
+    assert list(canonical.wrong_brackets(canonical.brackets(values, new, old), new)) == []
+    back = canonical.inverted(values, new, old)
     assert back is not None
     assert is_zero(back["x"] - expression("cos(a)*X - sin(a)*Y"))
     assert canonical.expected("X", "PX", new) == ONE
@@ -96,7 +80,9 @@ def test_a_rotation_of_the_plane_is_canonical_and_turned_round() -> None:
 def test_a_spectrum_of_numbers() -> None:
     # Two masses between three springs: frequencies 1 and sqrt(3).
     stiffness = np.array([[2.0, -1.0], [-1.0, 2.0]])
-    found = spectrum.of_numbers(np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, np.zeros((2, 2))]]))
+    found = spectrum.numeric_spectrum(
+        np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, np.zeros((2, 2))]])
+    )
     assert found.frequencies == pytest.approx([1.0, math.sqrt(3)], rel=1e-12)
     assert found.stability == "stable"
     assert all(re == 0 for re, _ in found.eigenvalues)
@@ -112,22 +98,22 @@ def test_a_spectrum_of_numbers() -> None:
     ],
 )
 def test_stability(matrix: list[list[float]], stability: str) -> None:
-    assert spectrum.of_numbers(np.array(matrix, dtype=float)).stability == stability
+    assert spectrum.numeric_spectrum(np.array(matrix, dtype=float)).stability == stability
 
 
 def test_a_spectrum_of_symbols() -> None:
     oscillator = linear(equations(expression("p_x^2/(2*m) + k*x^2/2"), ONE_FREEDOM), ONE_FREEDOM.names)
     assert oscillator is not None
-    found = spectrum.of_symbols(oscillator[0], {})
+    found = spectrum.symbolic_spectrum(oscillator[0], {})
     assert found is not None
     assert [written(e) for e in found.frequencies if isinstance(e, Expr)] == ["sqrt(k/m)"]
     assert found.stability == "stable"
-    found = spectrum.of_symbols(oscillator[0], {"k": -4.0})
+    found = spectrum.symbolic_spectrum(oscillator[0], {"k": -4.0})
     assert found is not None
     assert found.stability == "unstable"
     rod = linear(equations(expression("p_x^2/(2*m) - m*w^2*x^2/2"), ONE_FREEDOM), ONE_FREEDOM.names)
     assert rod is not None
-    found = spectrum.of_symbols(rod[0], {})
+    found = spectrum.symbolic_spectrum(rod[0], {})
     assert found is not None
     assert found.stability == "unstable"
     assert found.frequencies == ()
@@ -138,7 +124,7 @@ def test_freedoms_that_are_coupled_have_no_spectrum_of_their_own(coupling: str) 
     plane = Phase(("x", "y"), ("p_x", "p_y"))
     found = linear(equations(expression(f"(p_x^2 + p_y^2)/2 + k*x^2 + {coupling}"), plane), plane.names)
     assert found is not None
-    assert spectrum.of_symbols(found[0], {}) is None
+    assert spectrum.symbolic_spectrum(found[0], {}) is None
 
 
 def test_the_kinetic_energy_of_particles() -> None:

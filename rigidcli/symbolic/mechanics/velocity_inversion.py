@@ -18,11 +18,11 @@ derived here from dK/dv = P and H = P v - K.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Symbol
+from rigidcli.symbolic.algebra.atoms import Applied, Group, Symbol
 from rigidcli.symbolic.algebra.calculus import coefficients, expand
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, number, total
 from rigidcli.symbolic.algebra.functions import apply
@@ -31,97 +31,84 @@ from rigidcli.symbolic.mechanics import mass_matrix
 
 
 @dataclass(frozen=True, slots=True)
-class Inverse:
-    """Velocities, and H = P v - K, from the P = dK/dv; where `positive` is positive, if that is not None."""
+class Branch:
+    """One way back from momenta: velocities, H = P v - K, and expressions that must be positive for that."""
 
     velocities: tuple[Expr, ...]
-    energy: Expr
-    positive: Expr | None = None
+    hamiltonian: Expr
+    conditions: tuple[Expr, ...] = ()
+
+    @property
+    def validity(self) -> str:
+        """The conditions in words."""
+        return " and ".join(f"{e} > 0" for e in self.conditions)
 
 
-@dataclass(frozen=True, slots=True)
-class _Term:
-    """A factor without velocities times a power of the one atom that has them."""
-
-    factor: Expr
-    atom: Atom
-    exponent: Fraction
-
-
-def inverses(kernel: Expr, names: Sequence[str], momenta: Sequence[Expr]) -> list[Inverse]:
+def inverted_velocities(kernel: Expr, names: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """All real inverses of one term of a Lagrangian; none if it has no form that is known here."""
-    term = _term(kernel, names)
-    if term is None:
-        return []
-    if isinstance(term.atom, Applied):
-        if len(names) == 1 and (term.exponent == 1 or term.atom.function == "abs"):
-            return _of_function(term, names[0], momenta[0])
-        return []
-    if isinstance(term.atom, Symbol):
-        return _of_power(term.factor, term.exponent, momenta[0])
-    assert isinstance(term.atom, Group)
-    return _of_quadratic(term, term.atom.inner, names, momenta)
-
-
-def _term(kernel: Expr, names: Sequence[str]) -> _Term | None:
     if len(kernel.terms) != 1:
-        return None
+        return []
     ((monomial, coefficient),) = kernel.terms.items()
     moving = [(atom, exponent) for atom, exponent in monomial if not atom.names.isdisjoint(names)]
     if len(moving) != 1:
-        return None
-    atom, exponent = moving[0]
-    rest = Expr({tuple(pair for pair in monomial if pair[0] is not atom): coefficient})
-    return _Term(rest, atom, Fraction(exponent))
+        return []
+    ((atom, power),) = moving
+    exponent = Fraction(power)
+    A = Expr({tuple(pair for pair in monomial if pair[0] is not atom): coefficient})
+    if isinstance(atom, Symbol):
+        return _of_power(A, exponent, momenta[0])
+    if isinstance(atom, Group):
+        return _of_quadratic(A, exponent, atom.inner, names, momenta)
+    if isinstance(atom, Applied) and len(names) == 1:
+        return _of_function(A, exponent, atom, names[0], momenta[0])
+    return []
 
 
-def _of_quadratic(term: _Term, inner: Expr, names: Sequence[str], momenta: Sequence[Expr]) -> list[Inverse]:
+def _of_quadratic(
+    A: Expr, k: Fraction, inner: Expr, names: Sequence[str], momenta: Sequence[Expr]
+) -> list[Branch]:
+    """K = A (B + v.Q.v)^k, with a B where k is 1/2, and without one where it is not."""
     found = coefficients(inner, names)
     if found is None or any(sum(powers) not in (0, 2) for powers in found):
         return []
     form = quadratic_form(found, len(names))
     inverse = mass_matrix.inverse(form)
-    if inverse is None or any(row.is_zero for row in [mass_matrix.minor(form)]):
+    if inverse is None or mass_matrix.determinant(form).is_zero:
         return []
     constant = found.get((0,) * len(names), ZERO)
     raised = [total(a * P for a, P in zip(row, momenta, strict=True)) for row in inverse]
     square = tidy(total(w * P for w, P in zip(raised, momenta, strict=True)))
-    A, k = term.factor, term.exponent
-    if k == Fraction(1, 2) and not constant.is_zero:
-        return [_of_root(A, constant, raised, square)]
-    if not constant.is_zero or k == Fraction(1, 2):
+    if (k == Fraction(1, 2)) is constant.is_zero:
         return []
+    if not constant.is_zero:
+        return [_of_root(A, constant, raised, square)]
     if len(names) == 1:
         # v^2 under a power is |v|, and Q may stand outside if it is positive.
         return _of_absolute(A * form[0][0] ** k, 2 * k, momenta[0]) if k.denominator == 1 else []
     s = square / (2 * k * A) ** 2
     down, up = ((k - 1) / (2 * k - 1), k / (2 * k - 1))
     velocities = tuple(tidy(w / (2 * k * A * s**down)) for w in raised)
-    return [Inverse(velocities, (2 * k - 1) * A * s**up)]
+    return [Branch(velocities, (2 * k - 1) * A * s**up)]
 
 
 def quadratic_form(found: dict[tuple[int, ...], Expr], size: int) -> list[list[Expr]]:
     """The symmetric matrix Q of the terms v.Q.v among the coefficients of a polynomial in v."""
-    half = number(Fraction(1, 2))
 
     def entry(i: int, j: int) -> Expr:
-        powers = [0] * size
-        powers[i] += 1
-        powers[j] += 1
-        return found.get(tuple(powers), ZERO) * (ONE if i == j else half)
+        powers = tuple(int(i == k) + int(j == k) for k in range(size))
+        return found.get(powers, ZERO) * (1 if i == j else Fraction(1, 2))
 
     return [[entry(i, j) for j in range(size)] for i in range(size)]
 
 
-def _of_root(A: Expr, B: Expr, raised: Sequence[Expr], square: Expr) -> Inverse:
+def _of_root(A: Expr, B: Expr, raised: Sequence[Expr], square: Expr) -> Branch:
     """K = A sqrt(B + v.Q.v)."""
-    half = Fraction(1, 2)
     if _is_positive(B):
-        root = tidy(expand(B * (1 - square / A**2))) ** half
-        return Inverse(tuple(w * B / (A * root) for w in raised), -A * root)
+        root = _root(tidy(expand(B * (1 - square / A**2))))
+        return Branch(tuple(w * B / (A * root) for w in raised), -A * root)
     R2 = tidy(1 - square / A**2)
-    S = (B / R2) ** half
-    return Inverse(tuple(w * S / A for w in raised), -A * S * R2)
+    S = _root(B / R2)
+    return Branch(tuple(w * S / A for w in raised), -A * S * R2)
 
 
 def _is_positive(e: Expr) -> bool:
@@ -132,50 +119,52 @@ def _is_positive(e: Expr) -> bool:
     return coefficient > 0 and all(exponent % 2 == 0 for _, exponent in monomial)
 
 
-def _of_power(A: Expr, n: Fraction, P: Expr) -> list[Inverse]:
+def _of_power(A: Expr, n: Fraction, P: Expr) -> list[Branch]:
     """K = A v^n."""
     if n.denominator == 1 and n % 2 == 0:
         return _of_absolute(A, n, P)
     base = P / (n * A)
     v = base ** (1 / (n - 1))
     roots = (v, -v) if n.denominator == 1 else (v,)
-    return [Inverse((root,), (1 - 1 / n) * P * root, tidy(base)) for root in roots]
+    return [Branch((root,), (1 - 1 / n) * P * root, (tidy(base),)) for root in roots]
 
 
-def _of_absolute(A: Expr, n: Fraction, P: Expr) -> list[Inverse]:
+def _of_absolute(A: Expr, n: Fraction, P: Expr) -> list[Branch]:
     """K = A |v|^n: v has the sign of P/(n A)."""
     base = tidy(P / (n * A))
     size = apply("abs", base)
     v = apply("sign", base) * size ** (1 / (n - 1))
-    return [Inverse((v,), (n - 1) * A * size ** (n / (n - 1)))]
+    return [Branch((v,), (n - 1) * A * size ** (n / (n - 1)))]
 
 
-def _of_function(term: _Term, name: str, P: Expr) -> list[Inverse]:
-    atom, A = term.atom, term.factor
-    assert isinstance(atom, Applied)
+def _of_function(A: Expr, exponent: Fraction, atom: Applied[Expr], name: str, P: Expr) -> list[Branch]:
+    """K = A f(c v + d), where f is one of `INVERSE_SLOPES`, or A |v|^n."""
     found = coefficients(atom.arguments[0], [name])
     if found is None or set(found) - {(0,), (1,)}:
         return []
     c, d = found[(1,)], found.get((0,), ZERO)
     if atom.function == "abs":
-        straight = d.is_zero and c == ONE and term.exponent != 1
-        return _of_absolute(A, term.exponent, P) if straight else []
-    ratio = tidy(P / (A * c))
-    match atom.function:
-        case "exp":
-            v = (apply("log", ratio) - d) / c
-            return [Inverse((v,), P * v - P / c, ratio)]
-        case "cosh":
-            v = (apply("asinh", ratio) - d) / c
-            return [Inverse((v,), P * v - A * (1 + ratio**2) ** Fraction(1, 2))]
-        case "sinh":
-            size, root = apply("acosh", ratio), A * (ratio**2 - 1) ** Fraction(1, 2)
-            return [
-                Inverse((v,), P * v - sign * root, ratio - 1)
-                for sign in (1, -1)
-                for v in [(sign * size - d) / c]
-            ]
-        case "log":
-            v = A / P - d / c
-            return [Inverse((v,), P * v - A * apply("log", A * c / P), tidy(A * c / P))]
-    return []
+        straight = d.is_zero and c == ONE and exponent != 1
+        return _of_absolute(A, exponent, P) if straight else []
+    if exponent != 1 or atom.function not in INVERSE_SLOPES:
+        return []
+    branches = []
+    for u, f, positive in INVERSE_SLOPES[atom.function](tidy(P / (A * c))):
+        v = (u - d) / c
+        branches.append(Branch((v,), P * v - A * f, positive))
+    return branches
+
+
+def _root(e: Expr) -> Expr:
+    return e ** Fraction(1, 2)
+
+
+INVERSE_SLOPES: dict[str, Callable[[Expr], list[tuple[Expr, Expr, tuple[Expr, ...]]]]] = {
+    "exp": lambda r: [(apply("log", r), r, (r,))],
+    "cosh": lambda r: [(apply("asinh", r), _root(1 + r**2), ())],
+    "sinh": lambda r: [
+        (sign * apply("acosh", r), sign * _root(r**2 - 1), (r - 1,)) for sign in (number(1), number(-1))
+    ],
+    "log": lambda r: [(1 / r, apply("log", 1 / r), (1 / r,))],
+}
+"""For each function f all u with f'(u) = r, each with f(u) and with what must be positive."""

@@ -1,0 +1,144 @@
+"""The equations of motion that are integrated for an orbit, and what their variables tell.
+
+Where H has a closed form, these are Hamilton's equations. Where it has none, but the velocities follow from
+linear equations M(q, t) v = p - b(q, t), these are solved at each step, and p' = dL/dq. Otherwise the
+velocities themselves are variables: M v' = dL/dq - (dp/dq) v - dp/dt.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.solution import Flow
+from rigidcli.errors import ComputationError
+from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.studies.hamilton.initial import InitialState
+from rigidcli.symbolic.algebra.calculus import derivative, substitute
+from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
+from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.language import code
+from rigidcli.symbolic.language.elimination import Step, solved
+from rigidcli.symbolic.language.tree import Name, Node
+from rigidcli.symbolic.mechanics.hamilton_equations import Phase
+
+ENERGY_CHANGE = "_energy_change"
+"""The integral of the partial derivative of H by the time, which is a further variable where H changes."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EquationsOfMotion:
+    """What is integrated from where, and how its variables (k by m) at times (k) are `observed`.
+
+    That gives q and p (k by n each), H (k), and the terms of H (any number by k).
+    """
+
+    flow: Flow
+    start: Floats
+    observed: Callable[[Floats, Floats], tuple[Floats, Floats, Floats, Floats]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Equations:
+    """The state by its `names` and `start`, its `slopes`, p, and the terms of H, all after `steps`."""
+
+    names: Sequence[str]
+    start: Floats
+    slopes: Sequence[Node]
+    momenta: Sequence[Expr]
+    energy: Sequence[Expr]
+    steps: Sequence[Step] = ()
+
+
+def equations_of_motion(derivation: Derivation, initial: InitialState) -> EquationsOfMotion:
+    """The equations of motion of a system, and its initial state.
+
+    Raises ComputationError where the initial velocities are needed, and not given.
+    """
+    law = (_lagrange if derivation.equations is None else _hamilton)(derivation, initial)
+    size, start = len(derivation.phase.coordinates), law.start
+    arguments, slopes = [TIME, *law.names], list(law.slopes)
+    observables = [to_tree(e) for e in (*law.momenta, *law.energy)]
+    observe = code.function(observables, arguments, initial.parameters, law.steps)
+    if derivation.explicit_time:
+        start, arguments = np.append(start, 0.0), [*arguments, ENERGY_CHANGE]
+        slopes.append(to_tree(derivation.power))
+
+    def observed(times: Floats, states: Floats) -> tuple[Floats, Floats, Floats, Floats]:
+        rows = columns(observe, times, states[:, : 2 * size])
+        return states[:, :size], rows[:size].T, rows[size:].sum(axis=0), rows[size:]
+
+    flow = code.function(slopes, arguments, initial.parameters, law.steps)
+    return EquationsOfMotion(flow, start, observed)
+
+
+def _hamilton(derivation: Derivation, initial: InitialState) -> _Equations:
+    """Hamilton's equations."""
+    assert derivation.equations is not None
+    assert derivation.hamiltonian is not None
+    phase, start = derivation.phase, np.concatenate([initial.q, initial.p])
+    slopes = [to_tree(e) for e in derivation.equations]
+    return _Equations(
+        phase.names, start, slopes, list(map(symbol, phase.momenta)), terms(derivation.hamiltonian)
+    )
+
+
+def _lagrange(derivation: Derivation, initial: InitialState) -> _Equations:
+    """Lagrange's equations, for the momenta if the velocities follow from linear equations, or for these."""
+    phase, velocities, lagrangian = derivation.phase, derivation.velocity_names, derivation.system.lagrangian
+    assert lagrangian is not None
+    assert derivation.momenta is not None
+    matrix, definitions = derivation.momenta.mass_matrix, derivation.momenta.definitions
+    forces = [derivative(lagrangian, q) for q in phase.coordinates]
+    rates: list[Node] = [Name(name) for name in velocities]
+    v = [symbol(name) for name in velocities]
+
+    def solutions(right: Iterable[Expr]) -> tuple[list[Step], list[Node]]:
+        return solved([[to_tree(e) for e in row] for row in matrix], [to_tree(e) for e in right])
+
+    def energy(p: Sequence[Expr]) -> list[Expr]:
+        return [*(a * b for a, b in zip(p, v, strict=True)), *terms(-lagrangian)]
+
+    if all(entry.names.isdisjoint(velocities) for row in matrix for entry in row):
+        p, at_rest = [symbol(name) for name in phase.momenta], dict.fromkeys(velocities, ZERO)
+        steps, found = solutions(a - substitute(e, at_rest) for a, e in zip(p, definitions, strict=True))
+        steps += zip(velocities, found, strict=True)
+        start, slopes = np.concatenate([initial.q, initial.p]), [*rates, *map(to_tree, forces)]
+        return _Equations(phase.names, start, slopes, p, energy(p), steps)
+    if initial.v is None:
+        raise ComputationError(
+            "the velocities have no closed form in the momenta",
+            hint=f"begin the orbit with velocities: {', '.join(velocities)}",
+        )
+    steps, found = solutions(
+        total(
+            [
+                f,
+                *(-derivative(p, q) * w for q, w in zip(phase.coordinates, v, strict=True)),
+                -derivative(p, TIME),
+            ]
+        )
+        for f, p in zip(forces, definitions, strict=True)
+    )
+    start, names = np.concatenate([initial.q, initial.v]), (*phase.coordinates, *velocities)
+    return _Equations(names, start, [*rates, *found], definitions, energy(definitions), steps)
+
+
+def columns(f: Flow, times: Floats, states: Floats) -> Floats:
+    """The values (m by k) of a flow at times (k) and states (k by n)."""
+    with np.errstate(all="ignore"):
+        rows = f(np)(times, *states.T)
+    return np.array([np.broadcast_to(row, times.shape) for row in rows])
+
+
+def terms(e: Expr) -> list[Expr]:
+    """The terms of an expression, one by one."""
+    return [Expr({monomial: factor}) for monomial, factor in e.ordered] or [e]
+
+
+def flow_of_terms(e: Expr, phase: Phase, parameters: Mapping[str, float]) -> Flow:
+    """The terms of a function on phase space as one flow."""
+    return code.function([to_tree(term) for term in terms(e)], [TIME, *phase.names], parameters)
