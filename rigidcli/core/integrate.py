@@ -108,15 +108,9 @@ def integrate(
                     return compiled()
     knots, path = np.frombuffer(times), np.frombuffer(states).reshape(len(times), -1)
 
-    def resume(index: int, to: float) -> Sequence[float]:
-        way, rows = array("d", [knots[index]]), array("d", path[index])
-        for _ in march(way, rows, to):
-            pass
-        return rows[-len(y0) :]
-
-    return Solution(
-        len(times) - 1, dormand_prince.METHOD, knots, runge_kutta.sampler(flow, knots, path, resume)
-    )
+    follow = runge_kutta.follower(f, tolerance=tolerance, blocks=sizes, name=name)
+    sample = runge_kutta.sampler(flow, knots, path, follow)
+    return Solution(len(times) - 1, dormand_prince.METHOD, knots, sample)
 
 
 def _teller(progress: Callable[[float], None] | None, t0: float, t1: float) -> Callable[[float], None]:

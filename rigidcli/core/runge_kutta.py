@@ -19,7 +19,7 @@ from array import array
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import cache, partial
+from functools import cache
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -290,11 +290,41 @@ def floors(
     return tuple(floor if floor < math.inf else 0.0 for floor in found)
 
 
+def follower(
+    f: Function, *, tolerance: float, blocks: tuple[int, ...], name: str
+) -> Callable[[float, State, float], State]:
+    """A function (t, y, to) -> y(to) that takes as many steps as it needs, and raises Stopped."""
+
+    def follow(t: float, y: State, to: float) -> State:
+        times, states = array("d", [t]), array("d", y)
+        steps = march(f, times, states, to, tolerance=tolerance, blocks=blocks, name=name)
+        try:
+            deque(steps, maxlen=0)
+        except Stopped as end:
+            if end.stop is Stop.AT_START:  # this is not the start of the solution
+                raise Stopped(name, Stop.NO_VALUE, t) from None
+            raise
+        return states[-len(y) :]
+
+    return follow
+
+
 def sampler(
-    flow: Flow, knots: Floats, states: Floats, resume: Callable[[int, float], State]
+    flow: Flow,
+    knots: Floats,
+    states: Floats,
+    follow: Callable[[float, State, float], State],
+    parts: int = 1,
 ) -> Callable[[Floats], Floats]:
-    """`dense_output` by steps of the method."""
-    return dense_output(partial(_leap, flow(np)), knots, states, resume)
+    """`dense_output` by so many steps of the method, or by `follow` where they do not reach."""
+    f = flow(np)
+
+    def leap(t: Floats, h: Floats, y: Floats) -> Floats:
+        for part in range(parts):
+            y = _leap(f, t + h * (part / parts), h / parts, y)
+        return y
+
+    return dense_output(leap, knots, states, follow)
 
 
 def _leap(f: Elements, t: Floats, h: Floats, y: Floats) -> Floats:

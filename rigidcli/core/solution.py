@@ -170,13 +170,13 @@ def dense_output(
     leap: Callable[[Floats, Floats, Floats], Floats],
     knots: Floats,
     states: Floats,
-    resume: Callable[[int, float], State],
+    follow: Callable[[float, State, float], State],
 ) -> Callable[[Floats], Floats]:
     """A function from times (k) to states (k by n), where steps begin at `knots` (m) from `states` (m by n).
 
     Shorter steps go there, for many times at once: `leap` takes t (k), h (k) and y (n by k), and makes
-    the step of each column. A single time that it does not reach is left to `resume`, which takes the
-    index of the knot before and the time.
+    the step of each column. A single time that it does not reach is left to `follow`, which takes the knot
+    before, its state and the time.
     """
     ahead = 1.0 if knots[-1] >= knots[0] else -1.0
     count = states.shape[1]
@@ -190,7 +190,8 @@ def dense_output(
             with np.errstate(all="ignore"):
                 found = leap(knots[index], part - knots[index], np.ascontiguousarray(states[index].T))
             for lost in np.flatnonzero(~np.isfinite(found).all(axis=0)):
-                found[:, lost] = resume(int(index[lost]), float(part[lost]))
+                before = int(index[lost])
+                found[:, lost] = follow(float(knots[before]), states[before].tolist(), float(part[lost]))
             result[start : start + block] = found.T
         return result
 
