@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 
 from rigidcli.core import rounding
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.elliptic import carlson_rf, carlson_rj, complete_first, complete_third, growth, jacobi
-from rigidcli.core.extended import CONTEXT, PI, Cycle, vector
+from rigidcli.core.elliptic import argument, carlson_rj, complete_first, complete_third, growth, jacobi
+from rigidcli.core.extended import CONTEXT, PI, Cycle, decimals
 from rigidcli.core.top import turning_points
 
 Complexes: TypeAlias = NDArray[np.complex128]
@@ -95,8 +95,8 @@ def heavy_motion(
     upward) at t = 0 are in axes of the body, the third of which points from the pivot to the centre of mass.
     """
     with localcontext(CONTEXT):
-        w1, w2, w3 = vector(omega)
-        q0, q1, q2, q3 = (Decimal(float(part)) for part in orientation)
+        w1, w2, w3 = decimals(omega)
+        q0, q1, q2, q3 = decimals(orientation)
         length = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3
         down, up = 2 * (q1 * q1 + q2 * q2) / length, 2 * (q0 * q0 + q3 * q3) / length
         z1, z2 = 2 * (q1 * q3 - q0 * q2) / length, 2 * (q2 * q3 + q0 * q1) / length
@@ -120,7 +120,6 @@ def heavy_motion(
         downs = down - low, _distance(down - high, (down - low) * complement * complement)
         ups = _distance(up + low, up + high), up + high
         rate, width = rise.sqrt() / 2, high - low
-        quarter = complete_first(complement) if complement else Decimal("inf")
         motion = HeavyMotion(
             spin=float(w3),
             down=(float(downs[0]), float(downs[1])),
@@ -135,7 +134,7 @@ def heavy_motion(
             complement=float(complement),
             rate=float(rate),
             start=_start(low, high, slope, complement) / float(rate),
-            half=Cycle.of(2 * quarter / rate),
+            half=Cycle.of(2 * complete_first(complement) / rate),
             total=_total(w3 - a, turning + a * up, ups, rate, complement),
             difference=_difference(a - w3, turning - a * down, downs, rate, complement),
         )
@@ -154,8 +153,7 @@ def _start(low: Decimal, high: Decimal, slope: Decimal, complement: Decimal) -> 
     s = (-low / (high - low)).sqrt().copy_sign(slope)
     c = (high / (high - low)).sqrt()
     d = (c * c + complement * complement * s * s).sqrt()
-    sn, cn, dn = (np.array([float(part)]) for part in (s, c, d))
-    return float((sn * carlson_rf(cn, dn, np.ones(1)))[0])
+    return argument(s, c, d)
 
 
 def _total(
@@ -166,7 +164,7 @@ def _total(
     if not first:
         return _phase(constant, Decimal(0), Decimal(0), Decimal(0))
     n = last / first - 1
-    mean = complete_third(complement, complement / (1 + n).sqrt()) if complement else Decimal(0)
+    mean = complete_third(complement, complement / (1 + n).sqrt())
     return _phase(constant + numerator * (1 + n * mean) / last, numerator * n / (last * rate), n, mean)
 
 
@@ -178,7 +176,7 @@ def _difference(
     if not last:
         return _phase(constant, Decimal(0), Decimal(0), Decimal(0))
     n = 1 - last / first
-    mean = n * first / last * complete_third(complement, (last / first).sqrt()) if complement else Decimal(0)
+    mean = n * first / last * complete_third(complement, (last / first).sqrt())
     return _phase(constant + numerator * (1 + mean) / first, numerator / (first * rate), n, mean)
 
 
