@@ -18,7 +18,7 @@ from functools import lru_cache
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.extended import CONTEXT, NOISE, PI
+from rigidcli.core.high_precision import CONTEXT, NOISE, PI
 
 NEGLIGIBLE = Decimal("1e-18")
 """Below this 1 - k', k^2 is lost beside 1: the elliptic functions are the circular ones."""

@@ -15,12 +15,12 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from rigidcli.core import rounding
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.extended import CONTEXT, PI, Cycle, decimals, norm
+from rigidcli.core.high_precision import CONTEXT, PI, Cycle, decimals, norm
 from rigidcli.core.polhode import Polhode, State, follow, polhode
 from rigidcli.core.principal import EQUAL_MOMENTS, ZERO_MOMENT
 from rigidcli.core.rotation import compose, continuous
+from rigidcli.core.sensitivity import representative, to_rounding
 from rigidcli.errors import ComputationError
 
 Regime: TypeAlias = Literal[
@@ -105,9 +105,9 @@ def at(motion: FreeMotion, times: Floats) -> tuple[Floats, Floats]:
 def sensitivity(tensor: Floats, omega: Floats, orientation: Floats, times: Floats) -> float:
     """How far (rad, at most pi) the attitude moves when tensor and omega change by their rounding.
 
-    The largest over `times` (n, s), or some of them: see `rounding.sensitivity`.
+    The largest over `times` (n, s), or some of them: see `sensitivity.to_rounding`.
     """
-    sample = rounding.some(times)
+    sample = representative(times)
     upper = np.triu_indices(3)
 
     def orientations(values: Floats) -> Floats:
@@ -119,7 +119,7 @@ def sensitivity(tensor: Floats, omega: Floats, orientation: Floats, times: Float
         return _evaluate(path, sample)[1]
 
     _, reference = _evaluate(free_motion(tensor, omega, orientation).path, sample)
-    return rounding.sensitivity(orientations, np.concatenate([tensor[upper], omega]), reference)
+    return to_rounding(orientations, np.concatenate([tensor[upper], omega]), reference)
 
 
 def _regime(state: State) -> Regime:

@@ -27,10 +27,10 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core import rounding
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elliptic import argument, carlson_rj, complete_first, complete_third, growth, jacobi
-from rigidcli.core.extended import CONTEXT, PI, Cycle, decimals
+from rigidcli.core.high_precision import CONTEXT, PI, Cycle, decimals
+from rigidcli.core.sensitivity import representative, to_rounding
 from rigidcli.core.top import turning_points
 
 Complexes: TypeAlias = NDArray[np.complex128]
@@ -135,8 +135,8 @@ def heavy_motion(
             rate=float(rate),
             start=_start(low, high, slope, complement) / float(rate),
             half=Cycle.of(2 * complete_first(complement) / rate),
-            total=_total(w3 - a, turning + a * up, ups, rate, complement),
-            difference=_difference(a - w3, turning - a * down, downs, rate, complement),
+            total=_phase(w3 - a, turning + a * up, *ups, rate, complement),
+            difference=_phase(a - w3, turning - a * down, *downs, rate, complement),
         )
     return replace(motion, leads=_leads(motion, omega, orientation))
 
@@ -156,33 +156,27 @@ def _start(low: Decimal, high: Decimal, slope: Decimal, complement: Decimal) -> 
     return argument(s, c, d)
 
 
-def _total(
-    constant: Decimal, numerator: Decimal, up: tuple[Decimal, Decimal], rate: Decimal, complement: Decimal
+def _phase(
+    constant: Decimal, numerator: Decimal, first: Decimal, last: Decimal, rate: Decimal, complement: Decimal
 ) -> Phase:
-    """(phi + psi)' = constant + numerator/(1 + u), with 1 + u = up1 (1 + n sn^2); S is `growth`."""
-    first, last = up
-    if not first:
-        return _phase(constant, Decimal(0), Decimal(0), Decimal(0))
-    n = last / first - 1
-    mean = complete_third(complement, complement / (1 + n).sqrt())
-    return _phase(constant + numerator * (1 + n * mean) / last, numerator * n / (last * rate), n, mean)
+    """The phase that grows at the rate constant + numerator/d, where d is 1 + u or 1 - u.
 
-
-def _difference(
-    constant: Decimal, numerator: Decimal, down: tuple[Decimal, Decimal], rate: Decimal, complement: Decimal
-) -> Phase:
-    """(phi - psi)' = constant + numerator/(1 - u), with 1 - u = down1 (1 - n sn^2); S is `_lag`."""
-    first, last = down
-    if not last:
-        return _phase(constant, Decimal(0), Decimal(0), Decimal(0))
-    n = 1 - last / first
-    mean = n * first / last * complete_third(complement, (last / first).sqrt())
-    return _phase(constant + numerator * (1 + mean) / first, numerator / (first * rate), n, mean)
-
-
-def _phase(mean: Decimal, swing: Decimal, n: Decimal, growth: Decimal) -> Phase:
-    turn = Cycle.of(4 * PI / mean if mean else Decimal("inf"))
-    return Phase(float(mean), turn, float(swing), float(n), float(growth))
+    At u1 and u2 d is `first` and `last`. For 1 + u, d = first (1 + n sn^2), and S is `growth`; for 1 - u,
+    d = first (1 - n sn^2), and S is `_lag`. A phase whose d goes to zero has no such term.
+    """
+    swing = n = mean = Decimal(0)
+    if first and last and first <= last:
+        n = last / first - 1
+        mean = complete_third(complement, complement / (1 + n).sqrt())
+        swing = numerator * n / (last * rate)
+        constant += numerator * (1 + n * mean) / last
+    elif first and last:
+        n = 1 - last / first
+        mean = n * first / last * complete_third(complement, (last / first).sqrt())
+        swing = numerator / (first * rate)
+        constant += numerator * (1 + mean) / first
+    turn = Cycle.of(4 * PI / constant if constant else Decimal("inf"))
+    return Phase(float(constant), turn, float(swing), float(n), float(mean))
 
 
 def _leads(motion: HeavyMotion, omega: Floats, orientation: Floats) -> tuple[complex, complex]:
@@ -225,9 +219,9 @@ def sensitivity(
 ) -> float:
     """How far (rad, at most pi) the attitude moves when the numbers given change by their rounding.
 
-    The largest over `times` (n, s), or some of them: see `rounding.sensitivity`.
+    The largest over `times` (n, s), or some of them: see `sensitivity.to_rounding`.
     """
-    sample = rounding.some(times)
+    sample = representative(times)
 
     def orientations(values: Floats) -> Floats:
         first, third, weight, *rest = values
@@ -235,7 +229,7 @@ def sensitivity(
         return at(changed, sample)[1]
 
     inputs = np.array([lambda1, lambda3, weight_moment, *omega, *orientation])
-    return rounding.sensitivity(orientations, inputs, orientations(inputs))
+    return to_rounding(orientations, inputs, orientations(inputs))
 
 
 def _parts(motion: HeavyMotion, times: Floats) -> tuple[Complexes, Complexes, Complexes]:

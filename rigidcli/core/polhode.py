@@ -28,7 +28,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elliptic import argument, complete_first, complete_third, growth, jacobi
-from rigidcli.core.extended import PI, Cycle, Decimals, decimals, norm, principal_axes
+from rigidcli.core.high_precision import PI, Cycle, Decimals, decimals, norm, principal_axes
 from rigidcli.core.rotation import as_quaternion, compose
 
 VANISHING = Decimal("1e-60")

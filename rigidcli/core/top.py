@@ -22,7 +22,7 @@ from typing import Literal, TypeAlias
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.elliptic import complete_first, complete_third
-from rigidcli.core.extended import CONTEXT, NOISE, PI
+from rigidcli.core.high_precision import CONTEXT, NOISE, PI
 from rigidcli.core.tensor import PHYSICAL_SLACK
 
 ROUNDING = 4 * 2.0**-52

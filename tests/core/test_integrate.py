@@ -666,7 +666,7 @@ def test_mistakes_of_the_flow_are_not_taken_for_ends() -> None:
 
 
 def test_progress_is_told_in_fractions(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(integrate, "BREATH", 0.0)
+    monkeypatch.setattr(integrate, "PAUSE", 0.0)
     for span in ((0, 300), (10, -290)):
         told: list[float] = []
         plain(same(oscillator), array_of(1, 0), span, progress=told.append)
@@ -779,7 +779,7 @@ def test_taylor_has_a_bound_on_steps(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_taylor_tells_progress(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(integrate, "BREATH", 0.0)
+    monkeypatch.setattr(integrate, "PAUSE", 0.0)
     told: list[float] = []
     compiled(same(oscillator), array_of(1, 0), (0, 1000), progress=told.append)
     assert len(told) > 5

@@ -459,7 +459,7 @@ def test_too_many_steps(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_progress_is_told_in_fractions(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(integrate, "BREATH", 0.0)
+    monkeypatch.setattr(integrate, "PAUSE", 0.0)
     told: list[float] = []
     solved(same(oscillator), array_of(1, 0), (10, -1990), progress=told.append)
     assert len(told) > 5

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from rigidcli.core.extended import CONTEXT, PI, Cycle, decimals, norm, principal_axes
+from rigidcli.core.high_precision import CONTEXT, PI, Cycle, decimals, norm, principal_axes
 
 Floats = NDArray[np.float64]
 
