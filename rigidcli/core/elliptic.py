@@ -21,10 +21,13 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.high_precision import CONTEXT, NOISE, PI
 
 NEGLIGIBLE = Decimal("1e-18")
-"""Below this 1 - k', k^2 is lost beside 1: the elliptic functions are the circular ones."""
+"""Where 1 - k' is less than this, 1 - k^2 rounds to 1, and the elliptic functions are the circular ones."""
 
 SMALL_COMPLEMENT = 1e-9
-"""Below this k', k'^2 K is lost beside 1: `growth` is that of k = 1."""
+"""Where k' is less than this, 1 + k'^2 K rounds to 1, and `growth` is that of k = 1."""
+
+BLOCK = 8192
+"""The number of times that are evaluated at once, so that their arrays stay in the cache of a processor."""
 
 SPREAD = 5e-3
 """Duplication ends when arguments are this close to their mean: the series leaves out its 8th power."""

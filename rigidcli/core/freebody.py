@@ -38,7 +38,7 @@ Regime: TypeAlias = Literal[
 EPS = Decimal(2) ** -52
 
 TURNED_NOISE = 8 * EPS
-"""Rounding left in a tensor that is not diagonal, for such a one was computed."""
+"""The relative rounding error of a tensor that is not diagonal, because it was computed from another one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -25,13 +25,13 @@ PI = Decimal(
 )
 
 NOISE = Decimal("1e-70")
-"""What the rounding of 80 digits may leave of a zero, in units of the terms that cancel."""
+"""A sum below this, in units of its terms, may be a zero that the rounding of 80 digits hides."""
 
 Decimals: TypeAlias = NDArray[np.object_]
 """An array of decimals. Its products and sums are to be formed within CONTEXT."""
 
 SPLITTER = 2.0**27 + 1
-"""Splits a float into two halves of 26 bits: T. J. Dekker, Numer. Math. 18 (1971) 224, section 5."""
+"""It splits a float into two halves of 26 bits: T. J. Dekker, Numer. Math. 18 (1971) 224, section 5."""
 
 
 def decimals(values: object) -> Decimals:

@@ -28,24 +28,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.elliptic import argument, carlson_rj, complete_first, complete_third, growth, jacobi
+from rigidcli.core.elliptic import BLOCK, argument, carlson_rj, complete_first, complete_third, growth, jacobi
 from rigidcli.core.high_precision import CONTEXT, PI, Cycle, decimals
 from rigidcli.core.sensitivity import representative, to_rounding
-from rigidcli.core.top import turning_points
+from rigidcli.core.top import SEPARATRIX, turning_points
 
 Complexes: TypeAlias = NDArray[np.complex128]
 
-BLOCK = 8192
-"""Times worked at once, whose arrays stay in the cache of a processor."""
-
 PASSING = 1e-3
-"""A pair of components of the quaternion that was zero less than this, in units of 1/rate, ago is passing."""
+"""The axis is passing the vertical where it is there within this time, in units of 1/rate."""
 
 TOUCHING = Decimal("1e-40")
-"""A limit that comes so near to the vertical goes through it: 1e-20 of the way in a time of 1/rate."""
-
-SEPARATRIX = Decimal("1e-30")
-"""u3 - u2 below this, in units of u3 - u0, is zero: the top rises to the vertical forever."""
+"""A limit closer to the vertical than this goes through it: 1e-20 of the angle in a time of 1/rate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

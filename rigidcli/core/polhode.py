@@ -27,15 +27,12 @@ from decimal import Decimal
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.elliptic import argument, complete_first, complete_third, growth, jacobi
+from rigidcli.core.elliptic import BLOCK, argument, complete_first, complete_third, growth, jacobi
 from rigidcli.core.high_precision import PI, Cycle, Decimals, decimals, norm, principal_axes
 from rigidcli.core.rotation import as_quaternion, compose
 
 VANISHING = Decimal("1e-60")
-"""A sum below this, in units of its terms, is an exact zero of which 80 digits have left noise."""
-
-BLOCK = 8192
-"""Times worked at once: their arrays stay in the cache of a processor."""
+"""A sum below this, in units of its terms, is zero: the rest is the rounding of 80 digits."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
