@@ -84,6 +84,7 @@ def _shares() -> Floats:
 
 
 SHARES = _shares()
+"""The shares of stages i (rows) in the increments of stages j (columns)."""
 
 SWEEPS = 60
 """The iteration of the stages takes 4 to 20 sweeps where it converges; one that takes more does not."""
@@ -92,8 +93,10 @@ FIRST = 16
 """The number of steps to begin with: few, as too few are noticed in the first of them."""
 
 SHORTEST = 1e-4
-"""The shortest step that is tried, in units of the longest that went beyond the start: enough for an orbit of
-eccentricity 0.99."""
+"""The shortest step that is tried, in units of the longest that went beyond the start.
+
+It is enough for an orbit of eccentricity 0.99 that begins at its far end.
+"""
 
 SHARE = 0.03
 """The error that steps may have, in units of the tolerance: those of a few steps add up in the energy."""
@@ -120,16 +123,16 @@ JUMP = 1e-9
 """The largest error of two steps, in units of the largest variable, where the equations do not jump."""
 
 SAFETY, LEAST = 0.9, 0.3
-"""What a step that was too long is multiplied by: besides what its error tells, and at least."""
+"""What a step that was too long is multiplied by: the one besides what its error tells, the other at least."""
 
 AHEAD = 8
 """Steps beyond one that is too long in which the end of the solution is looked for."""
 
 ROUND = 256
-"""Steps from one look at rounding errors, and one sign of progress, to the next."""
+"""Steps from one estimate of rounding errors, and one report of progress, to the next."""
 
 SUBSTEPS = 4
-"""Into how many steps of the method of Dormand and Prince a step is divided to sample inside it."""
+"""The steps of the method of Dormand and Prince that sample the inside of one step: as accurate as its ends."""
 
 Step: TypeAlias = Callable[
     [Function, float, float, State, State, State, State, State],
