@@ -123,7 +123,7 @@ JUMP = 1e-9
 """The largest error of two steps, in units of the largest variable, where the equations do not jump."""
 
 SAFETY, LEAST = 0.9, 0.3
-"""What a step that was too long is multiplied by: the one besides what its error tells, the other at least."""
+"""Factors of a step that was too long: one besides what its error tells, and the least of both together."""
 
 AHEAD = 8
 """Steps beyond one that is too long in which the end of the solution is looked for."""
@@ -132,7 +132,7 @@ ROUND = 256
 """Steps from one estimate of rounding errors, and one report of progress, to the next."""
 
 SUBSTEPS = 4
-"""The steps of the method of Dormand and Prince that sample the inside of one step: as accurate as its ends."""
+"""The steps of the method of Dormand and Prince that lead to a time inside a step, as accurate as its ends."""
 
 Step: TypeAlias = Callable[
     [Function, float, float, State, State, State, State, State],
