@@ -5,7 +5,7 @@ The modulus k is given by the complementary modulus k' = sqrt(1 - k^2), which te
 Sources: NIST Digital Library of Mathematical Functions (DLMF), chapters 19 and 22;
 B. C. Carlson, Numer. Algorithms 10 (1995) 13, for the symmetric integrals. Arrays of float64 are worked
 by duplication and Landen's transformation, decimals by the arithmetic-geometric mean. scipy.special has
-Carlson's integrals with the same digits and speed, but to import it takes three times as long as numpy,
+Carlson's integrals with the same digits and speed, but importing it takes two to four times as long as numpy,
 its arguments underflow below 1e-160, and its `ellipj` is wrong for moduli near 1.
 """
 
