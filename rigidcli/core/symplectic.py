@@ -132,7 +132,7 @@ ROUND = 256
 """Steps from one estimate of rounding errors, and one report of progress, to the next."""
 
 SUBSTEPS = 4
-"""The steps of Dormand and Prince that lead to a time inside a step, where they are as accurate as its ends."""
+"""The steps of Dormand and Prince that lead to a time inside a step, as accurate as its ends are."""
 
 Step: TypeAlias = Callable[
     [Function, float, float, State, State, State, State, State],
