@@ -15,11 +15,12 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
-from rigidcli.core import rounding
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.extended import CONTEXT, PI, Cycle, dot, vector
-from rigidcli.core.polhode import Polhode, State, follow, left_factor, polhode
+from rigidcli.core.high_precision import CONTEXT, PI, Cycle, decimals, norm
+from rigidcli.core.polhode import Polhode, State, follow, polhode
 from rigidcli.core.principal import EQUAL_MOMENTS, ZERO_MOMENT
+from rigidcli.core.rotation import compose, continuous
+from rigidcli.core.sensitivity import representative, to_rounding
 from rigidcli.errors import ComputationError
 
 Regime: TypeAlias = Literal[
@@ -37,10 +38,7 @@ Regime: TypeAlias = Literal[
 EPS = Decimal(2) ** -52
 
 TURNED_NOISE = 8 * EPS
-"""Rounding left in a tensor that is not diagonal, for such a one was computed."""
-
-SENSITIVITY_SAMPLES = 64
-"""Times at which the effect of rounding is looked at."""
+"""The relative rounding error of a tensor that is not diagonal, because it was computed from another one."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,20 +98,16 @@ def at(motion: FreeMotion, times: Floats) -> tuple[Floats, Floats]:
     the first time, and changes as little as possible from each time to the next.
     """
     omega, orientation = _evaluate(motion.path, times)
-    if len(times):
-        first = _evaluate(motion.path, np.zeros(1))[1]
-        before = np.concatenate([first, orientation[:-1]])
-        turns = np.einsum("ij,ij->i", before, orientation) < 0
-        orientation *= np.cumprod(np.where(turns, -1.0, 1.0))[:, None]
-    return omega, orientation
+    start = _evaluate(motion.path, np.zeros(1))[1]
+    return omega, continuous(np.concatenate([start, orientation]))[1:]
 
 
 def sensitivity(tensor: Floats, omega: Floats, orientation: Floats, times: Floats) -> float:
     """How far (rad, at most pi) the attitude moves when tensor and omega change by their rounding.
 
-    The largest over `times` (n, s), or some of them: see `rounding.sensitivity`.
+    The largest over `times` (n, s), or some of them: see `sensitivity.to_rounding`.
     """
-    sample = rounding.some(times)
+    sample = representative(times)
     upper = np.triu_indices(3)
 
     def orientations(values: Floats) -> Floats:
@@ -125,7 +119,7 @@ def sensitivity(tensor: Floats, omega: Floats, orientation: Floats, times: Float
         return _evaluate(path, sample)[1]
 
     _, reference = _evaluate(free_motion(tensor, omega, orientation).path, sample)
-    return rounding.sensitivity(orientations, np.concatenate([tensor[upper], omega]), reference)
+    return to_rounding(orientations, np.concatenate([tensor[upper], omega]), reference)
 
 
 def _regime(state: State) -> Regime:
@@ -162,9 +156,8 @@ def _regime(state: State) -> Regime:
 
 def _is_steady(state: State, tolerance: Decimal) -> bool:
     """Whether L x omega, in units of I3 omega^2, is within `tolerance` of 0; within CONTEXT."""
-    torque = state.torque()
-    limit = tolerance * state.moments[2] * dot(state.omega, state.omega)
-    return dot(torque, torque) <= limit * limit
+    limit: Decimal = tolerance * state.moments[2] * state.speed() ** 2
+    return norm(state.torque()) <= limit
 
 
 def _excess_noise(state: State) -> Decimal:
@@ -176,7 +169,8 @@ def _excess_noise(state: State) -> Decimal:
     w1, _, w3 = (rate * rate for rate in state.rates)
     more, less = state.excess()
     slopes = abs(2 * I3 - I2) * I3 * w3 + (I3 * w3 + I1 * w1) * I2 + abs(I2 - 2 * I1) * I1 * w1
-    return (EPS / 2 if state.is_diagonal() else TURNED_NOISE) * (slopes + 2 * (more + less))
+    noise: Decimal = (EPS / 2 if state.is_diagonal() else TURNED_NOISE) * (slopes + 2 * (more + less))
+    return noise
 
 
 def _period(regime: Regime, state: State, path: Steady | Polhode) -> float | None:
@@ -209,7 +203,8 @@ def _mean_space_rate(regime: Regime, state: State, path: Steady | Polhode) -> fl
 def _symmetric(regime: Regime, state: State) -> tuple[Decimal, Decimal]:
     """The moment about the axis of a symmetric body, and the mean of the two that count as equal."""
     low, middle, high = state.moments
-    return (high, (low + middle) / 2) if regime == "oblate" else (low, (middle + high) / 2)
+    along, across = (high, low + middle) if regime == "oblate" else (low, middle + high)
+    return along, across / 2
 
 
 def _path(state: State, omega: Floats, orientation: Floats) -> Steady | Polhode:
@@ -222,11 +217,11 @@ def _path(state: State, omega: Floats, orientation: Floats) -> Steady | Polhode:
 
 def _steady(omega: Floats, orientation: Floats) -> Steady:
     """The motion with a constant omega; within CONTEXT."""
-    exact = vector(omega)
-    speed = dot(exact, exact).sqrt()
+    exact = decimals(omega)
+    speed = norm(exact)
     if speed == 0:
         return Steady(omega, np.zeros(3), 0.0, Cycle(math.inf, 0.0), orientation)
-    axis = np.array([component / speed for component in exact], dtype=np.float64)
+    axis = (exact / speed).astype(np.float64)
     return Steady(omega, axis, float(speed), Cycle.of(2 * PI / speed), orientation)
 
 
@@ -236,4 +231,4 @@ def _evaluate(path: Steady | Polhode, times: Floats) -> tuple[Floats, Floats]:
         return follow(path, times)
     half = path.rate * path.turn.reduce(times)[1] / 2
     turned = np.column_stack([np.cos(half), np.sin(half)[:, None] * path.axis])
-    return np.tile(path.omega, (len(times), 1)), turned @ left_factor(path.orientation).T
+    return np.tile(path.omega, (len(times), 1)), compose(path.orientation, turned)

@@ -1,10 +1,10 @@
-"""The one door to the integration of ordinary differential equations: y' = f(t, y) from a known start.
+"""The integration of ordinary differential equations y' = f(t, y) from a known start, by three methods.
 
     solution = integrate(flow, start, (0.0, 10.0), blocks=(4, 3))
     solution.at(np.linspace(0.0, 10.0, 1001))
 
-Three engines stand behind it. `runge-kutta` needs nothing but Python and serves nearly always. `taylor`
-compiles the equations with heyoka, an optional dependency: it pays where millions of steps are wanted.
+`runge-kutta` needs nothing but Python and suits nearly every problem. `taylor` compiles the equations with
+heyoka, an optional dependency: it pays where millions of steps are wanted.
 `symplectic` is for the equations of Hamilton over very long spans: the error of the energy does not grow.
 """
 
@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 import time
 from array import array
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib.util import find_spec
 from typing import Literal, TypeAlias
@@ -30,13 +30,13 @@ __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "int
 Engine: TypeAlias = Literal["auto", "runge-kutta", "taylor", "symplectic"]
 
 TRIAL = 512
-"""Steps after which `auto` looks how many are left."""
+"""Steps after which `auto` estimates how many are left."""
 
 WORTH_COMPILING = 150_000
 """Steps left times variables, beyond which heyoka saves more than it takes to start: about 1 s."""
 
-BREATH = 0.25
-"""Seconds between two signs of progress."""
+PAUSE = 0.25
+"""Seconds between two reports of progress: a few in each second."""
 
 
 def integrate(
@@ -73,15 +73,12 @@ def integrate(
     if not (good and 0 < tolerance < 1 and math.isfinite(t1 - t0)):
         raise ValueError(f"cannot integrate {len(y0)} variables in blocks {sizes} over {span} to {tolerance}")
     tolerance = max(tolerance, FINEST)
-    tell = _teller(progress, t0, t1)
+    tell = _throttled(progress, t0, t1)
     if engine == "symplectic":
         from rigidcli.core import symplectic
 
         return symplectic.solve(flow, y0, (t0, t1), tolerance=tolerance, blocks=sizes, tell=tell, name=name)
     times, states = array("d", [t0]), array("d", y0)
-
-    def march(times: array[float], states: array[float], end: float) -> Iterator[float]:
-        return runge_kutta.march(f, times, states, end, tolerance=tolerance, blocks=sizes, name=name)
 
     def compiled() -> Solution:
         from rigidcli.core import taylor
@@ -90,7 +87,7 @@ def integrate(
         return taylor.solve(flow, seen, (t0, t1), tolerance=tolerance, blocks=sizes, tell=tell, name=name)
 
     f = flow(math)
-    steps = march(times, states, t1)
+    steps = runge_kutta.march(f, times, states, t1, tolerance=tolerance, blocks=sizes, name=name)
     if engine == "taylor":
         with suppress(ComputationError):
             next(steps, None)
@@ -108,26 +105,20 @@ def integrate(
                     return compiled()
     knots, path = np.frombuffer(times), np.frombuffer(states).reshape(len(times), -1)
 
-    def resume(index: int, to: float) -> Sequence[float]:
-        way, rows = array("d", [knots[index]]), array("d", path[index])
-        for _ in march(way, rows, to):
-            pass
-        return rows[-len(y0) :]
-
-    return Solution(
-        len(times) - 1, dormand_prince.METHOD, knots, runge_kutta.sampler(flow, knots, path, resume)
-    )
+    follow = runge_kutta.follower(f, tolerance=tolerance, blocks=sizes, name=name)
+    sample = runge_kutta.sampler(flow, knots, path, follow)
+    return Solution(len(times) - 1, dormand_prince.METHOD, knots, sample)
 
 
-def _teller(progress: Callable[[float], None] | None, t0: float, t1: float) -> Callable[[float], None]:
-    """A function that takes the time reached, and may be called at any rate."""
+def _throttled(progress: Callable[[float], None] | None, t0: float, t1: float) -> Callable[[float], None]:
+    """A function of the time reached, which may be called at any rate, and reports progress now and then."""
     if progress is None:
         return lambda t: None
     told = time.monotonic()
 
     def tell(t: float) -> None:
         nonlocal told
-        if (now := time.monotonic()) - told >= BREATH:
+        if (now := time.monotonic()) - told >= PAUSE:
             told = now
             progress((t - t0) / (t1 - t0))
 

@@ -27,25 +27,19 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core import rounding
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.elliptic import carlson_rf, carlson_rj, complete_first, complete_third, growth, jacobi
-from rigidcli.core.extended import CONTEXT, PI, Cycle, vector
-from rigidcli.core.top import turning_points
+from rigidcli.core.elliptic import BLOCK, argument, carlson_rj, complete_first, complete_third, growth, jacobi
+from rigidcli.core.high_precision import CONTEXT, PI, Cycle, decimals
+from rigidcli.core.sensitivity import representative, to_rounding
+from rigidcli.core.top import SEPARATRIX, turning_points
 
 Complexes: TypeAlias = NDArray[np.complex128]
 
-BLOCK = 8192
-"""Times worked at once, whose arrays stay in the cache of a processor."""
-
 PASSING = 1e-3
-"""A pair of components of the quaternion that was zero less than this, in units of 1/rate, ago is passing."""
+"""The axis is passing the vertical where it is there within this time, in units of 1/rate."""
 
 TOUCHING = Decimal("1e-40")
-"""A limit that comes so near to the vertical goes through it: 1e-20 of the way in a time of 1/rate."""
-
-SEPARATRIX = Decimal("1e-30")
-"""u3 - u2 below this, in units of u3 - u0, is zero: the top rises to the vertical forever."""
+"""A limit closer to the vertical than this goes through it: 1e-20 of the angle in a time of 1/rate."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,8 +89,8 @@ def heavy_motion(
     upward) at t = 0 are in axes of the body, the third of which points from the pivot to the centre of mass.
     """
     with localcontext(CONTEXT):
-        w1, w2, w3 = vector(omega)
-        q0, q1, q2, q3 = (Decimal(float(part)) for part in orientation)
+        w1, w2, w3 = decimals(omega)
+        q0, q1, q2, q3 = decimals(orientation)
         length = q0 * q0 + q1 * q1 + q2 * q2 + q3 * q3
         down, up = 2 * (q1 * q1 + q2 * q2) / length, 2 * (q0 * q0 + q3 * q3) / length
         z1, z2 = 2 * (q1 * q3 - q0 * q2) / length, 2 * (q2 * q3 + q0 * q1) / length
@@ -120,7 +114,6 @@ def heavy_motion(
         downs = down - low, _distance(down - high, (down - low) * complement * complement)
         ups = _distance(up + low, up + high), up + high
         rate, width = rise.sqrt() / 2, high - low
-        quarter = complete_first(complement) if complement else Decimal("inf")
         motion = HeavyMotion(
             spin=float(w3),
             down=(float(downs[0]), float(downs[1])),
@@ -135,9 +128,9 @@ def heavy_motion(
             complement=float(complement),
             rate=float(rate),
             start=_start(low, high, slope, complement) / float(rate),
-            half=Cycle.of(2 * quarter / rate),
-            total=_total(w3 - a, turning + a * up, ups, rate, complement),
-            difference=_difference(a - w3, turning - a * down, downs, rate, complement),
+            half=Cycle.of(2 * complete_first(complement) / rate),
+            total=_phase(w3 - a, turning + a * up, *ups, rate, complement),
+            difference=_phase(a - w3, turning - a * down, *downs, rate, complement),
         )
     return replace(motion, leads=_leads(motion, omega, orientation))
 
@@ -154,37 +147,30 @@ def _start(low: Decimal, high: Decimal, slope: Decimal, complement: Decimal) -> 
     s = (-low / (high - low)).sqrt().copy_sign(slope)
     c = (high / (high - low)).sqrt()
     d = (c * c + complement * complement * s * s).sqrt()
-    sn, cn, dn = (np.array([float(part)]) for part in (s, c, d))
-    return float((sn * carlson_rf(cn, dn, np.ones(1)))[0])
+    return argument(s, c, d)
 
 
-def _total(
-    constant: Decimal, numerator: Decimal, up: tuple[Decimal, Decimal], rate: Decimal, complement: Decimal
+def _phase(
+    constant: Decimal, numerator: Decimal, first: Decimal, last: Decimal, rate: Decimal, complement: Decimal
 ) -> Phase:
-    """(phi + psi)' = constant + numerator/(1 + u), with 1 + u = up1 (1 + n sn^2); S is `growth`."""
-    first, last = up
-    if not first:
-        return _phase(constant, Decimal(0), Decimal(0), Decimal(0))
-    n = last / first - 1
-    mean = complete_third(complement, complement / (1 + n).sqrt()) if complement else Decimal(0)
-    return _phase(constant + numerator * (1 + n * mean) / last, numerator * n / (last * rate), n, mean)
+    """The phase that grows at the rate constant + numerator/d, where d is 1 + u or 1 - u.
 
-
-def _difference(
-    constant: Decimal, numerator: Decimal, down: tuple[Decimal, Decimal], rate: Decimal, complement: Decimal
-) -> Phase:
-    """(phi - psi)' = constant + numerator/(1 - u), with 1 - u = down1 (1 - n sn^2); S is `_lag`."""
-    first, last = down
-    if not last:
-        return _phase(constant, Decimal(0), Decimal(0), Decimal(0))
-    n = 1 - last / first
-    mean = n * first / last * complete_third(complement, (last / first).sqrt()) if complement else Decimal(0)
-    return _phase(constant + numerator * (1 + mean) / first, numerator / (first * rate), n, mean)
-
-
-def _phase(mean: Decimal, swing: Decimal, n: Decimal, growth: Decimal) -> Phase:
-    turn = Cycle.of(4 * PI / mean if mean else Decimal("inf"))
-    return Phase(float(mean), turn, float(swing), float(n), float(growth))
+    At u1 and u2 d is `first` and `last`. For 1 + u, d = first (1 + n sn^2), and S is `growth`; for 1 - u,
+    d = first (1 - n sn^2), and S is `_lag`. A phase whose d goes to zero has no such term.
+    """
+    swing = n = mean = Decimal(0)
+    if first and last and first <= last:
+        n = last / first - 1
+        mean = complete_third(complement, complement / (1 + n).sqrt())
+        swing = numerator * n / (last * rate)
+        constant += numerator * (1 + n * mean) / last
+    elif first and last:
+        n = 1 - last / first
+        mean = n * first / last * complete_third(complement, (last / first).sqrt())
+        swing = numerator / (first * rate)
+        constant += numerator * (1 + mean) / first
+    turn = Cycle.of(4 * PI / constant if constant else Decimal("inf"))
+    return Phase(float(constant), turn, float(swing), float(n), float(mean))
 
 
 def _leads(motion: HeavyMotion, omega: Floats, orientation: Floats) -> tuple[complex, complex]:
@@ -227,9 +213,9 @@ def sensitivity(
 ) -> float:
     """How far (rad, at most pi) the attitude moves when the numbers given change by their rounding.
 
-    The largest over `times` (n, s), or some of them: see `rounding.sensitivity`.
+    The largest over `times` (n, s), or some of them: see `sensitivity.to_rounding`.
     """
-    sample = rounding.some(times)
+    sample = representative(times)
 
     def orientations(values: Floats) -> Floats:
         first, third, weight, *rest = values
@@ -237,7 +223,7 @@ def sensitivity(
         return at(changed, sample)[1]
 
     inputs = np.array([lambda1, lambda3, weight_moment, *omega, *orientation])
-    return rounding.sensitivity(orientations, inputs, orientations(inputs))
+    return to_rounding(orientations, inputs, orientations(inputs))
 
 
 def _parts(motion: HeavyMotion, times: Floats) -> tuple[Complexes, Complexes, Complexes]:

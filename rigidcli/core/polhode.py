@@ -27,14 +27,12 @@ from decimal import Decimal
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.elliptic import carlson_rf, complete_first, complete_third, growth, jacobi
-from rigidcli.core.extended import PI, Cycle, Vector, dot, principal_axes, vector
+from rigidcli.core.elliptic import BLOCK, argument, complete_first, complete_third, growth, jacobi
+from rigidcli.core.high_precision import PI, Cycle, Decimals, decimals, norm, principal_axes
+from rigidcli.core.rotation import as_quaternion, compose
 
 VANISHING = Decimal("1e-60")
-"""A sum below this, in units of its terms, is an exact zero of which 80 digits have left noise."""
-
-BLOCK = 8192
-"""Times worked at once: their arrays stay in the cache of a processor."""
+"""A sum below this, in units of its terms, is zero: the rest is the rounding of 80 digits."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,33 +42,30 @@ class State:
     `rates` are the components of omega along them. All of this is to be called within CONTEXT.
     """
 
-    tensor: tuple[Vector, Vector, Vector]
-    omega: Vector
-    moments: Vector
-    axes: tuple[Vector, Vector, Vector]
-    rates: Vector
+    tensor: Decimals
+    omega: Decimals
+    moments: Decimals
+    axes: Decimals
+    rates: Decimals
 
     @classmethod
     def of(cls, tensor: Floats, omega: Floats) -> State:
         """From `tensor` (3 by 3) and `omega` (3)."""
-        moments, axes = principal_axes(tensor)
-        x, y, z = (vector(row) for row in tensor)
-        w = vector(omega)
-        return cls((x, y, z), w, moments, axes, (dot(axes[0], w), dot(axes[1], w), dot(axes[2], w)))
+        exact, w = decimals(tensor), decimals(omega)
+        moments, axes = principal_axes(exact)
+        return cls(exact, w, moments, axes, axes @ w)
 
     def is_diagonal(self) -> bool:
         """Whether the moments were given as such."""
-        (_, xy, xz), (yx, _, yz), (zx, zy, _) = self.tensor
-        return not any((xy, xz, yx, yz, zx, zy))
+        return not (self.tensor - np.diag(self.tensor.diagonal())).any()
 
     def speed(self) -> Decimal:
         """|omega| (rad/s)."""
-        return dot(self.omega, self.omega).sqrt()
+        return norm(self.omega)
 
     def momentum(self) -> Decimal:
         """|L| (kg m^2/s)."""
-        products = [moment * rate for moment, rate in zip(self.moments, self.rates, strict=True)]
-        return sum((product * product for product in products), Decimal(0)).sqrt()
+        return norm(self.moments * self.rates)
 
     def excess(self) -> tuple[Decimal, Decimal]:
         """The two terms of which d2 = L^2 - 2 T I2 (kg^2 m^4/s^2) is the difference."""
@@ -78,10 +73,11 @@ class State:
         first, _, third = self.rates
         return high * (high - middle) * third * third, low * (middle - low) * first * first
 
-    def torque(self) -> Vector:
+    def torque(self) -> Decimals:
         """L x omega along the principal axes (kg m^2/s^2); omega is constant where it vanishes."""
+        # A product of differences, unlike the cross product, is exactly zero where two moments are equal.
         (I1, I2, I3), (w1, w2, w3) = self.moments, self.rates
-        return (I2 - I3) * w2 * w3, (I3 - I1) * w3 * w1, (I1 - I2) * w1 * w2
+        return np.array([(I2 - I3) * w2 * w3, (I3 - I1) * w3 * w1, (I1 - I2) * w1 * w2])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -113,7 +109,8 @@ class Polhode:
 
 def polhode(state: State, orientation: Floats) -> Polhode:
     """The motion from `state`, in which omega is not constant, and `orientation` (4); within CONTEXT."""
-    axes, (Ia, Ib, Ic), (wa, wb, wc), d2 = _circulation(state)
+    axes, moments, (wa, wb, wc), d2 = _circulation(state)
+    Ia, Ib, Ic = moments
     A = Ib * (Ic - Ib) * wb * wb + Ia * (Ic - Ia) * wa * wa
     B = Ib * (Ib - Ia) * wb * wb + Ic * (Ic - Ia) * wc * wc
     k = ((Ib - Ia) * A / ((Ic - Ib) * B)).sqrt()
@@ -123,58 +120,47 @@ def polhode(state: State, orientation: Floats) -> Polhode:
     a1 = (A / (Ia * (Ic - Ia))).sqrt()
     a2 = (A / (Ib * (Ic - Ib))).sqrt().copy_sign(Ic - Ib)
     a3 = (B / (Ic * (Ic - Ia))).sqrt()
-    momentum = state.momentum()
+    amplitudes, momentum = np.array([a1, a2, a3]), state.momentum()
     swing = momentum * (Ib - Ia) / (Ia * Ib * rate)
-    mean_growth, quarter = Decimal(0), Decimal("inf")
-    if complement > 0:
-        mean_growth = complete_third(complement, complement / (1 + n).sqrt())
-        quarter = complete_first(complement)
+    mean_growth = complete_third(complement, complement / (1 + n).sqrt())
     mean_rate = momentum / Ib + swing * rate * mean_growth
-    sn, cn, dn = (np.array([float(part)]) for part in (wb / a2, wa / a1, wc / a3))
-    u0 = float((sn * carlson_rf(cn, dn, np.ones(1)))[0])
     free = Polhode(
-        axes=np.array(axes, dtype=np.float64),
-        amplitudes=np.array([a1, a2, a3], dtype=np.float64),
-        shares=np.array([part / momentum for part in (Ia * a1, Ib * a2, Ic * a3)], dtype=np.float64),
+        axes=axes.astype(np.float64),
+        amplitudes=amplitudes.astype(np.float64),
+        shares=(moments * amplitudes / momentum).astype(np.float64),
         k=float(k),
         complement=float(complement),
         n=float(n),
         rate=float(rate),
-        start=u0 / float(rate),
-        half=Cycle.of(2 * quarter / rate),
+        start=argument(wb / a2, wa / a1, wc / a3) / float(rate),
+        half=Cycle.of(2 * complete_first(complement) / rate),
         turn=Cycle.of(2 * PI / mean_rate),
         mean_rate=float(mean_rate),
         swing=float(swing),
         mean_growth=float(mean_growth),
         placing=np.eye(4),
     )
-    frame = _quaternion(axes)
+    frame = as_quaternion(free.axes)
     _, initial = follow(free, np.zeros(1))
-    before = left_factor(orientation) @ left_factor(_conjugate(frame)) @ left_factor(_conjugate(initial[0]))
-    return replace(free, placing=(before @ _right_factor(frame)).T)
+    before = compose(orientation, compose(initial[0], frame) * [1, -1, -1, -1])
+    return replace(free, placing=compose(compose(before, np.eye(4)), frame))
 
 
-def _circulation(state: State) -> tuple[tuple[Vector, Vector, Vector], Vector, Vector, Decimal]:
+def _circulation(state: State) -> tuple[Decimals, Decimals, Decimals, Decimal]:
     """The axes a, b, c, the moments and the components of omega along them, and d2 (see the module)."""
     more, less = state.excess()
     d2 = more - less
     if abs(d2) <= VANISHING * (more + less):
         d2 = Decimal(0)
-    (e1, e2, e3), (I1, I2, I3), (w1, w2, w3) = state.axes, state.moments, state.rates
-    if d2 >= 0:
-        axes, moments, rates = [e1, e2, e3], (I1, I2, I3), [w1, w2, w3]
-    else:
-        axes, moments, rates = [e3, _negative(e2), e1], (I3, I2, I1), [w3, -w2, w1]
+    axes, moments, rates = state.axes, state.moments, state.rates
+    if d2 < 0:
+        signs = np.array([1, -1, 1])
+        axes, moments, rates = signs[:, None] * axes[::-1], moments[::-1], signs * rates[::-1]
     # Euler's equations stay as they are after half a turn about b, and after one about c.
-    if rates[2] < 0:
-        axes, rates = [_negative(axes[0]), axes[1], _negative(axes[2])], [-rates[0], rates[1], -rates[2]]
-    if rates[0] < 0:
-        axes, rates = [_negative(axes[0]), _negative(axes[1]), axes[2]], [-rates[0], -rates[1], rates[2]]
-    return (axes[0], axes[1], axes[2]), moments, (rates[0], rates[1], rates[2]), d2
-
-
-def _negative(v: Vector) -> Vector:
-    return -v[0], -v[1], -v[2]
+    for index, signs in ((2, np.array([-1, 1, -1])), (0, np.array([-1, -1, 1]))):
+        if rates[index] < 0:
+            axes, rates = signs[:, None] * axes, signs * rates
+    return axes, moments, rates, d2
 
 
 def follow(path: Polhode, times: Floats) -> tuple[Floats, Floats]:
@@ -218,33 +204,3 @@ def _orientation(along: Floats, angle: Floats) -> Floats:
     return np.column_stack(
         [c * np.cos(total), s * np.cos(difference), s * np.sin(difference), c * np.sin(total)]
     )
-
-
-def _quaternion(axes: tuple[Vector, Vector, Vector]) -> Floats:
-    """The unit quaternion of the rotation matrix with these rows; call within CONTEXT."""
-    (xx, xy, xz), (yx, yy, yz), (zx, zy, zz) = axes
-    candidates = (
-        (1 + xx + yy + zz, zy - yz, xz - zx, yx - xy),
-        (zy - yz, 1 + xx - yy - zz, xy + yx, xz + zx),
-        (xz - zx, xy + yx, 1 - xx + yy - zz, yz + zy),
-        (yx - xy, xz + zx, yz + zy, 1 - xx - yy + zz),
-    )
-    largest = max(range(4), key=lambda k: candidates[k][k])
-    row = candidates[largest]
-    length = (4 * row[largest]).sqrt()
-    return np.array([part / length for part in row], dtype=np.float64)
-
-
-def _conjugate(quaternion: Floats) -> Floats:
-    return quaternion * [1, -1, -1, -1]
-
-
-def left_factor(quaternion: Floats) -> Floats:
-    """The matrix (4 by 4) of multiplication by `quaternion` (4) from the left, acting on columns."""
-    w, x, y, z = quaternion
-    return np.array([[w, -x, -y, -z], [x, w, -z, y], [y, z, w, -x], [z, -y, x, w]])
-
-
-def _right_factor(quaternion: Floats) -> Floats:
-    w, x, y, z = quaternion
-    return np.array([[w, -x, -y, -z], [x, w, z, -y], [y, -z, w, x], [z, y, -x, w]])

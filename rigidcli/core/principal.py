@@ -16,13 +16,13 @@ from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array
 from rigidcli.errors import ComputationError
 
 EQUAL_MOMENTS = 1e-12
-"""Moments closer than this, in units of the largest, are one group: their axes are noise."""
+"""Moments that differ by less, in units of the largest, are one group: rounding decides their axes."""
 
 ZERO_MOMENT = 64 * float(np.finfo(np.float64).eps)
 """A moment below this, in units of the largest, is the rounding noise of a zero."""
 
 PIVOT_TIE = 1e-9
-"""Squared components of an axis closer than this count as equally large; the first is taken."""
+"""Squared components of an axis that differ by less count as equally large, and the first is taken."""
 
 BodyClass: TypeAlias = Literal["point", "linear", "spherical", "oblate", "prolate", "asymmetric"]
 

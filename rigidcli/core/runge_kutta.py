@@ -19,7 +19,7 @@ from array import array
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from functools import cache, partial
+from functools import cache
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -51,39 +51,41 @@ Step: TypeAlias = Callable[
 ]
 """(f, t, h, y, f(t, y), floors, least, tolerance) -> (error, y(t + h), f(t + h, y(t + h))).
 
-The error is in units of the tolerance; beyond 1, or NaN, the other results are no good.
+The error is in units of the tolerance. Where it is beyond 1, or NaN, the other results are not to be used.
 """
 
 SAFETY = 0.9
+"""What the step that the error allows is multiplied by, as the next error may be larger than the last."""
+
 MOST_GROWTH, LEAST_SHRINKAGE, MOST_SHRINKAGE = 6.0, 0.3, 0.1
 """Bounds on the ratio of steps: after a good one, above and below; after a bad one."""
 
 ROUND = 128
-"""Steps from one look at rounding errors, and one sign of life, to the next."""
+"""Steps from one estimate of rounding errors, and one report of progress, to the next."""
 
 STALLED = 4
-"""Bad tries in a row after which rounding errors are looked at, too."""
+"""Rejected steps in a row after which rounding errors are estimated anew, as they may be the reason."""
 
 REGULAR = 1e6
-"""A step beyond this, in units of the shortest one, is next to no jump and no pole."""
+"""A step longer than this, in units of the shortest one, is far from any jump or pole."""
 
 POLE = 1e-4
-"""The largest part of a slope that can be taken for rounding errors next to a pole, lest a step cross it."""
+"""The largest part of a slope that may pass for rounding errors near a pole, so that no step crosses it."""
 
 MOST_JUMPS = 16
-"""Shortest steps over jumps of f before a regular one: more, and the jump is one to slide on."""
+"""Jumps of f that are crossed before a regular step. With more, the solution would slide along the jump."""
 
 STILL = 1e-10
-"""How far a variable may move in a jump, in units of its recent size."""
+"""How far a variable may move in a step across a jump of its slope, in units of its recent size."""
 
 PILOT = 1e-6
-"""Tolerance of a first look at the sizes of variables."""
+"""The tolerance of a first, crude integration that shows how large the variables become."""
 
 SMALL = 1e-3
-"""What a variable that begins with nothing is measured by at least, in units of its size later on."""
+"""What errors of a variable that starts at zero are relative to at least, in units of its later size."""
 
 MOVES = (-5 * ROUNDING, -3 * ROUNDING, 3 * ROUNDING, 5 * ROUNDING)
-"""How far arguments move to show rounding errors, in units of their size."""
+"""By how much arguments are changed to show rounding errors, in units of their size."""
 
 
 def _sum(weights: dict[int, float], variable: int) -> str:
@@ -96,7 +98,7 @@ def _norm(letter: str, block: range) -> str:
 
 
 def source(blocks: Sequence[int]) -> str:
-    """The text of a `Step` for variables in `blocks` of these sizes; it holds nothing but the tableau.
+    """The Python text of a `Step` for variables in `blocks` of these sizes, with the numbers of the tableau.
 
     In it, y is the state before and z after the step, k0 to k11 are the stages, p and q the errors of order
     5 and 3. With |.| the norm of a block, its error is h p^2 / sqrt(p^2 + 0.01 q^2), relative to the
@@ -290,11 +292,41 @@ def floors(
     return tuple(floor if floor < math.inf else 0.0 for floor in found)
 
 
+def follower(
+    f: Function, *, tolerance: float, blocks: tuple[int, ...], name: str
+) -> Callable[[float, State, float], State]:
+    """A function (t, y, to) -> y(to) that takes as many steps as it needs, and raises Stopped."""
+
+    def follow(t: float, y: State, to: float) -> State:
+        times, states = array("d", [t]), array("d", y)
+        steps = march(f, times, states, to, tolerance=tolerance, blocks=blocks, name=name)
+        try:
+            deque(steps, maxlen=0)
+        except Stopped as end:
+            if end.stop is Stop.AT_START:  # this is not the start of the solution
+                raise Stopped(name, Stop.NO_VALUE, t) from None
+            raise
+        return states[-len(y) :]
+
+    return follow
+
+
 def sampler(
-    flow: Flow, knots: Floats, states: Floats, resume: Callable[[int, float], State]
+    flow: Flow,
+    knots: Floats,
+    states: Floats,
+    follow: Callable[[float, State, float], State],
+    parts: int = 1,
 ) -> Callable[[Floats], Floats]:
-    """`dense_output` by steps of the method."""
-    return dense_output(partial(_leap, flow(np)), knots, states, resume)
+    """`dense_output` by so many steps of the method, or by `follow` where they do not reach."""
+    f = flow(np)
+
+    def leap(t: Floats, h: Floats, y: Floats) -> Floats:
+        for part in range(parts):
+            y = _leap(f, t + h * (part / parts), h / parts, y)
+        return y
+
+    return dense_output(leap, knots, states, follow)
 
 
 def _leap(f: Elements, t: Floats, h: Floats, y: Floats) -> Floats:

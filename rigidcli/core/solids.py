@@ -8,7 +8,7 @@ from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem
 
 DEGENERATE = 1e-13
-"""A simplex or polygon with less measure than this, in units of its size, is flat."""
+"""A simplex or polygon of less area or volume than this, in units of its size squared or cubed, is flat."""
 
 PLANAR_TOLERANCE = 1e-9
 """How far vertices may lie off their common plane, in units of the polygon's size."""

@@ -36,39 +36,40 @@ NO_VALUE = (ArithmeticError, ValueError)
 """What functions of floats raise where they have no finite real value."""
 
 MOST_NUMBERS = 200_000_000
-"""Floats that one solution may keep of its steps: 1.6 GB."""
+"""The most floats that one solution keeps of its steps: they take 1.6 GB."""
 
 PATIENCE = 1 << 17
-"""Steps, and any power of two beyond, after which it is asked whether the end can be reached at all."""
+"""Steps after which, and after each power of two beyond, it is asked whether the end can be reached."""
 
 FASTER = 1.001
-"""Ratio of the paces of so many steps that shows that they are getting longer."""
+"""The least ratio of mean steps, now and before, that shows that the steps are getting longer."""
 
 FINEST = 1e-15
-"""Finer tolerances are taken as this one: floats hold no more."""
+"""The finest tolerance. Finer ones are taken as this one, because floats hold no more digits."""
 
 ROUNDING = float(np.finfo(np.float64).eps)
+"""The distance of 1 and the next larger float."""
 
 SHORTEST = 16 * ROUNDING
-"""The least step, in units of the time."""
+"""The least step, in units of the time: fewer units in the last place would be crude steps."""
 
 ORIGIN = 1e-9
-"""Times nearer to zero, in units of the span, do not make steps any shorter."""
+"""Times nearer to zero than this, in units of the span, do not allow shorter steps."""
 
 SUDDEN = 1e-10
-"""What grows by its own size within so little time, in units of the time, is about to be infinite."""
+"""A variable that grows by its own size within this time, in units of the time, is about to be infinite."""
 
 SMOOTHER = "smooth what is stiff or jumps: tanh(x/0.001) for sign(x)"
-"""What helps where steps get too short."""
+"""Advice, for a hint, where steps get too short."""
 
 LARGE = 1e300
-"""Beyond this, a step cannot be made with floats."""
+"""A variable beyond this overflows in the stages of a step."""
 
 MOST_DIGITS = 15.9
 """Decimal digits of a float."""
 
 BLOCK = 32_768
-"""Numbers of all states that are sampled at once."""
+"""Floats of the states that are sampled at once, so that the arrays of the stages stay in the cache."""
 
 
 class Stop(StrEnum):
@@ -107,7 +108,7 @@ def stopped(f: Function, t: float, y: State, span: float, name: str) -> Stopped:
 
 
 def _runs_away(value: float, move: float) -> bool:
-    """Whether a value that is about to `move` in no time is as good as infinite."""
+    """Whether a value that moves so far within SUDDEN is about to be infinite."""
     return abs(value) > LARGE or (move * value > 0 and abs(move) > abs(value))
 
 
@@ -170,13 +171,13 @@ def dense_output(
     leap: Callable[[Floats, Floats, Floats], Floats],
     knots: Floats,
     states: Floats,
-    resume: Callable[[int, float], State],
+    follow: Callable[[float, State, float], State],
 ) -> Callable[[Floats], Floats]:
     """A function from times (k) to states (k by n), where steps begin at `knots` (m) from `states` (m by n).
 
     Shorter steps go there, for many times at once: `leap` takes t (k), h (k) and y (n by k), and makes
-    the step of each column. A single time that it does not reach is left to `resume`, which takes the
-    index of the knot before and the time.
+    the step of each column. A single time that it does not reach is left to `follow`, which takes the knot
+    before, its state and the time.
     """
     ahead = 1.0 if knots[-1] >= knots[0] else -1.0
     count = states.shape[1]
@@ -190,7 +191,8 @@ def dense_output(
             with np.errstate(all="ignore"):
                 found = leap(knots[index], part - knots[index], np.ascontiguousarray(states[index].T))
             for lost in np.flatnonzero(~np.isfinite(found).all(axis=0)):
-                found[:, lost] = resume(int(index[lost]), float(part[lost]))
+                before = int(index[lost])
+                found[:, lost] = follow(float(knots[before]), states[before].tolist(), float(part[lost]))
             result[start : start + block] = found.T
         return result
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 import importlib
 import math
 import signal
-import sys
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -45,16 +44,16 @@ from rigidcli.errors import ComputationError
 METHOD = "Taylor (heyoka)"
 
 MARGIN = 1e-3
-"""heyoka's tolerance in units of ours: its steps are few, and higher accuracy costs little."""
+"""heyoka's tolerance in units of ours: its steps are few, so that three digits more cost little."""
 
 DEFECT = 1e3
-"""How far the slope at the end of a step may be off, in units of the tolerance."""
+"""How far the slope at the end of a step may be off, in units of the tolerance; a branch point exceeds it."""
 
 PARTS = 1000
-"""Into how many a step that goes wrong is divided, and again, to tell when it does."""
+"""The number of parts of a step that goes wrong, and again of such a part, to find the time when it does."""
 
 ROUND = 64
-"""Steps from one sign of life to the next."""
+"""Steps from one report of progress to the next."""
 
 
 def solve(
@@ -148,7 +147,7 @@ def _integrator(flow: Flow, t0: float, start: Floats, scales: Floats, tolerance:
 def _loaded() -> ModuleType:
     """heyoka. Raises ComputationError where there is none, or one that does not load."""
     try:
-        with _uninterrupted(), _without_sympy():
+        with _uninterrupted():
             return importlib.import_module("heyoka")
     except ModuleNotFoundError as error:
         if error.name != "heyoka":
@@ -157,21 +156,8 @@ def _loaded() -> ModuleType:
             "integration by Taylor series needs heyoka, which is not installed",
             hint="pip install 'rigidcli[taylor]'",
         ) from None
-    except Exception as error:  # whatever a library of another language does when it is not at home
+    except Exception as error:  # a compiled library may raise anything when it cannot be loaded
         raise ComputationError(f"heyoka cannot be loaded: {error}") from error
-
-
-@contextmanager
-def _without_sympy() -> Iterator[None]:
-    """A context in which heyoka does without sympy: half of its time to load is for conversions to that."""
-    hidden = "sympy" not in sys.modules
-    if hidden:
-        sys.modules["sympy"] = None  # type: ignore[assignment]  # this is how an import is made to fail
-    try:
-        yield
-    finally:
-        if hidden:
-            del sys.modules["sympy"]
 
 
 @contextmanager

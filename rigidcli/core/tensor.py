@@ -23,7 +23,7 @@ PHYSICAL_SLACK = 1e-10
 """How far, relative to its trace, a tensor may miss an inequality before no body can have it."""
 
 FAR = 1e3
-"""M c^2 beyond this, in units of the second moments about c, costs too many of their digits."""
+"""Beyond this ratio of M c^2 to the second moments about c, their difference loses more than three digits."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -22,11 +22,11 @@ from typing import Literal, TypeAlias
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.elliptic import complete_first, complete_third
-from rigidcli.core.extended import CONTEXT, NOISE, PI
+from rigidcli.core.high_precision import CONTEXT, NOISE, PI
 from rigidcli.core.tensor import PHYSICAL_SLACK
 
 ROUNDING = 4 * 2.0**-52
-"""What a few roundings leave of a difference of equal numbers, in units of either."""
+"""The largest difference of two equal numbers, in units of either, that a few roundings leave."""
 
 CUSP = 1e-12
 """phi-dot below this at a limit of theta, in units of what it varies by, is zero."""
@@ -251,10 +251,10 @@ def _tidy(x: Scalar, n: Arithmetic) -> Scalar:
 _ZERO, _TWO = Decimal(0), Decimal(2)
 
 _TOUCHING = Decimal("1e-50")
-"""A limit that comes so near to the vertical, in units of the way to it, goes through it."""
+"""A limit closer to the vertical than this, in units of its distance at the start, goes through it."""
 
-_SEPARATRIX = Decimal("1e-30")
-"""u3 - u2 below this, in units of u3 - u0: u2 is the upright position, which takes forever to reach."""
+SEPARATRIX = Decimal("1e-30")
+"""Where u3 - u2 is less than this, in units of u3 - u0, the top takes infinite time to rise upright."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -331,7 +331,7 @@ def _between(start: _Start, low: Decimal, high: Decimal, third: Decimal) -> Nuta
     lower, upper = (_limit(x, start, abs(start.a) * (high - low)) for x in (low, high))
     gap = third - start.beta * high
     period = advance = mean = None
-    if gap > _SEPARATRIX * third:
+    if gap > SEPARATRIX * third:
         rise = gap + start.beta * (high - low)  # beta (u3 - u1), so that 1 - k^2 = gap/rise
         complement = (gap / rise).sqrt()
         exact_mean = _mean_rate(start, lower, upper, complement)

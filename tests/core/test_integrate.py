@@ -17,45 +17,26 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.integrate._ivp import dop853_coefficients as published
 from scipy.linalg import expm
 
 from rigidcli.core import dormand_prince, integrate, runge_kutta, solution
 from rigidcli.core.integrate import Engine, Flow, Solution, Stop, Stopped, TooManySteps
 from rigidcli.errors import ComputationError
-
-Floats = NDArray[np.float64]
+from tests.core.flows import (
+    Floats,
+    array_of,
+    kepler,
+    on_ellipse,
+    on_pendulum,
+    oscillator,
+    pendulum,
+    same,
+)
 
 few = settings(max_examples=60, deadline=None)
 
 plain = partial(integrate.integrate, engine="runge-kutta")
-
-
-def same(f: Callable[..., tuple[Any, ...]]) -> Flow:
-    """A flow of arithmetic alone."""
-    return lambda module: f
-
-
-def array_of(*values: float) -> Floats:
-    return np.array(values, dtype=np.float64)
-
-
-def oscillator(t: Any, x: Any, v: Any) -> tuple[Any, ...]:
-    return v, -x
-
-
-def kepler(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
-    def f(t: Any, x: Any, y: Any, u: Any, v: Any) -> tuple[Any, ...]:
-        square = x * x + y * y
-        cube = square * module.sqrt(square)
-        return u, v, -x / cube, -y / cube
-
-    return f
-
-
-def pendulum(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
-    return lambda t, q, p: (p, -module.sin(q))
 
 
 def top(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
@@ -150,26 +131,6 @@ def test_the_estimate_is_no_smaller_than_the_error() -> None:
 # --- accuracy against the truth
 
 
-def kepler_truth(t: float) -> list[float]:
-    """Position and velocity of unit mass and axis, eccentricity 0.9, from the nearest point, at 30 digits."""
-    with mpmath.workdps(30):
-        e = mpmath.mpf(9) / 10
-        root = mpmath.sqrt(1 - e**2)
-        u = mpmath.findroot(lambda u: u - e * mpmath.sin(u) - t, t + 0.5)
-        c, s = mpmath.cos(u), mpmath.sin(u)
-        return [float(x) for x in (c - e, root * s, -s / (1 - e * c), root * c / (1 - e * c))]
-
-
-def pendulum_truth(t: float) -> list[float]:
-    """Angle and rate of a pendulum let go at 2 rad: sin(q/2) = k sn(K - t, k), k = sin 1."""
-    with mpmath.workdps(30):
-        k = mpmath.sin(1)
-        m = k**2
-        u = mpmath.ellipk(m) - t
-        q = 2 * mpmath.asin(k * mpmath.ellipfun("sn", u, m=m))
-        return [float(q), float(-2 * k * mpmath.ellipfun("cn", u, m=m))]
-
-
 def riccati_truth(t: float) -> list[float]:
     """y' = t^2 + y^2, y(0) = 0, from Bessel functions (G. N. Watson, Theory of Bessel Functions, 4.3)."""
     with mpmath.workdps(30):
@@ -190,13 +151,13 @@ def linear(t: Any, *y: Any) -> tuple[Any, ...]:
     return tuple(sum(float(a) * x for a, x in zip(row, y, strict=True)) for row in MATRIX)
 
 
-Truth = Callable[[float], Sequence[float]]
+Truth = Callable[[float], Sequence[float] | Floats]
 
 PROBLEMS: dict[str, tuple[Flow, Floats, float, tuple[int, ...], Truth, float]] = {
     "oscillator": (same(oscillator), array_of(1, 0), 60, (2,), lambda t: [math.cos(t), -math.sin(t)], 1e-11),
     "parts": (same(oscillator), array_of(1, 0), 60, (1, 1), lambda t: [math.cos(t), -math.sin(t)], 1e-11),
-    "kepler": (kepler, array_of(0.1, 0, 0, math.sqrt(19)), 6, (2, 2), kepler_truth, 1e-10),
-    "pendulum": (pendulum, array_of(2, 0), 20, (1, 1), pendulum_truth, 1e-11),
+    "kepler": (kepler, array_of(0.1, 0, 0, math.sqrt(19)), 6, (2, 2), lambda t: on_ellipse(0.9, t), 1e-10),
+    "pendulum": (pendulum, array_of(2, 0), 20, (1, 1), lambda t: on_pendulum(2, t), 1e-11),
     "riccati": (same(lambda t, y: (t * t + y * y,)), array_of(0), 1.5, (1,), riccati_truth, 1e-11),
     "forced": (
         lambda module: lambda t, y: (module.cos(3 * t) - y,), array_of(1), 12, (1,), forced_truth, 1e-12,
@@ -231,7 +192,7 @@ def test_a_top_against_mpmath() -> None:
 @pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-9, 1e-12, 1e-14])
 def test_the_error_follows_the_tolerance(tolerance: float) -> None:
     solution = plain(pendulum, array_of(2, 0), (0, 20), tolerance=tolerance)
-    error = np.abs(solution.at(array_of(20.0))[0] - pendulum_truth(20)).max()
+    error = np.abs(solution.at(array_of(20.0))[0] - on_pendulum(2, 20)).max()
     assert error < 100 * tolerance
     assert error > 1e-3 * tolerance or tolerance < 1e-13
 
@@ -240,7 +201,7 @@ def test_finer_tolerances_than_floats_can_hold_are_taken_as_the_finest() -> None
     finest = plain(pendulum, array_of(2, 0), (0, 20), tolerance=1e-15)
     beyond = plain(pendulum, array_of(2, 0), (0, 20), tolerance=1e-30)
     assert np.array_equal(finest.knots, beyond.knots)
-    assert beyond.at(array_of(20.0))[0] == pytest.approx(pendulum_truth(20), abs=3e-14)
+    assert beyond.at(array_of(20.0))[0] == pytest.approx(on_pendulum(2, 20), abs=3e-14)
 
 
 # --- laws
@@ -666,7 +627,7 @@ def test_mistakes_of_the_flow_are_not_taken_for_ends() -> None:
 
 
 def test_progress_is_told_in_fractions(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(integrate, "BREATH", 0.0)
+    monkeypatch.setattr(integrate, "PAUSE", 0.0)
     for span in ((0, 300), (10, -290)):
         told: list[float] = []
         plain(same(oscillator), array_of(1, 0), span, progress=told.append)
@@ -779,7 +740,7 @@ def test_taylor_has_a_bound_on_steps(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_taylor_tells_progress(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(integrate, "BREATH", 0.0)
+    monkeypatch.setattr(integrate, "PAUSE", 0.0)
     told: list[float] = []
     compiled(same(oscillator), array_of(1, 0), (0, 1000), progress=told.append)
     assert len(told) > 5

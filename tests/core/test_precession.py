@@ -14,6 +14,7 @@ import sympy
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from rigidcli.core import precession
 from rigidcli.core.arithmetic import FLOAT
@@ -283,10 +284,7 @@ def averaged_torque(
 
 
 def about(axis: int, angle: float) -> Floats:
-    c, s = math.cos(angle), math.sin(angle)
-    if axis == 2:
-        return np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-    return np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    return np.array(Rotation.from_rotvec(angle * np.eye(3)[axis]).as_matrix())
 
 
 @pytest.mark.parametrize("eccentricity", [0.0, 0.3, 0.8])

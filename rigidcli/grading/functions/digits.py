@@ -9,7 +9,7 @@ from fractions import Fraction
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats, Mask
-from rigidcli.core.extended import CONTEXT, PI
+from rigidcli.core.high_precision import CONTEXT, PI
 from rigidcli.grading.functions.estimate import Ball, Estimate, Numbers, Values, estimate
 from rigidcli.symbolic.language.tree import FUNCTIONS, Node
 

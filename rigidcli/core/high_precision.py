@@ -8,12 +8,12 @@ times are reduced modulo a period that is known to twice the digits of a float.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats
 
@@ -25,77 +25,57 @@ PI = Decimal(
 )
 
 NOISE = Decimal("1e-70")
-"""What the rounding of 80 digits may leave of a zero, in units of the terms that cancel."""
+"""A sum below this, in units of its terms, may be a zero that the rounding of 80 digits hides."""
 
-Vector: TypeAlias = tuple[Decimal, Decimal, Decimal]
+Decimals: TypeAlias = NDArray[np.object_]
+"""An array of decimals. Its products and sums are to be formed within CONTEXT."""
 
 SPLITTER = 2.0**27 + 1
-"""Splits a float into two halves of 26 bits: T. J. Dekker, Numer. Math. 18 (1971) 224, section 5."""
+"""It splits a float into two halves of 26 bits: T. J. Dekker, Numer. Math. 18 (1971) 224, section 5."""
 
 
-def vector(values: Sequence[float] | Floats) -> Vector:
-    """Three floats as decimals, without rounding."""
-    x, y, z = (Decimal(float(value)) for value in values)
-    return x, y, z
+def decimals(values: object) -> Decimals:
+    """Floats, nested to any depth, as decimals without rounding."""
+    exact: Decimals = np.frompyfunc(Decimal, 1, 1)(np.asarray(values, dtype=np.float64).astype(object))
+    return exact
 
 
-def dot(a: Vector, b: Vector) -> Decimal:
-    """a . b; call within CONTEXT."""
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+def norm(v: Decimals) -> Decimal:
+    """The length of a vector."""
+    square: Decimal = v @ v
+    return square.sqrt()
 
 
-def cross(a: Vector, b: Vector) -> Vector:
-    """The cross product of a and b; call within CONTEXT."""
-    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
-
-
-def principal_axes(tensor: Floats) -> tuple[Vector, tuple[Vector, Vector, Vector]]:
-    """Moments (ascending) and right-handed axes (rows) of a symmetric tensor (3 by 3), to some 70 digits.
+def principal_axes(tensor: Decimals) -> tuple[Decimals, Decimals]:
+    """Moments (3, ascending) and right-handed axes (rows) of a symmetric tensor (3 by 3), to some 70 digits.
 
     By Jacobi's rotations (G. Golub, C. Van Loan, Matrix Computations, section 8.5). The axes are a
     signed permutation, and the moments exact, for a diagonal tensor. Unlike
     `core.principal.principal_frame`, moments that differ only by rounding stay apart, and are not
     cleared of noise. Call within CONTEXT.
     """
-    rows = [list(vector(row)) for row in tensor]
-    axes = [[Decimal(int(i == j)) for j in range(3)] for i in range(3)]
-    scale = max(abs(entry) for row in rows for entry in row)
-    while any(abs(rows[p][q]) > NOISE * scale for p, q in ((0, 1), (0, 2), (1, 2))):
-        for p, q, r in ((0, 1, 2), (0, 2, 1), (1, 2, 0)):
-            _annihilate(rows, axes, p, q, r)
-    order = sorted(range(3), key=lambda k: rows[k][k])
-    low, middle, high = (rows[k][k] for k in order)
-    if middle - low <= NOISE * scale:
-        low = middle
-    if high - middle <= NOISE * scale:
-        high = middle
-    first, second = _row(axes[order[0]]), _row(axes[order[1]])
-    return (low, middle, high), (first, second, cross(first, second))
-
-
-def _row(values: list[Decimal]) -> Vector:
-    x, y, z = values
-    return x, y, z
-
-
-def _annihilate(rows: list[list[Decimal]], axes: list[list[Decimal]], p: int, q: int, r: int) -> None:
-    """Turn in the plane (p, q) so that the entry (p, q) of the matrix vanishes; `axes` are turned along."""
-    if rows[p][q] == 0:
-        return
-    cotangent = (rows[q][q] - rows[p][p]) / (2 * rows[p][q])
-    tangent = 1 / (abs(cotangent) + (cotangent * cotangent + 1).sqrt()).copy_sign(cotangent)
-    c = 1 / (tangent * tangent + 1).sqrt()
-    s = tangent * c
-    shift = tangent * rows[p][q]
-    rows[p][p] -= shift
-    rows[q][q] += shift
-    rows[p][q] = rows[q][p] = Decimal(0)
-    a, b = rows[p][r], rows[q][r]
-    rows[p][r] = rows[r][p] = c * a - s * b
-    rows[q][r] = rows[r][q] = s * a + c * b
-    for k in range(3):
-        a, b = axes[p][k], axes[q][k]
-        axes[p][k], axes[q][k] = c * a - s * b, s * a + c * b
+    tensor, axes = tensor.copy(), decimals(np.eye(3))
+    scale = np.abs(tensor).max()
+    pairs = ((0, 1), (0, 2), (1, 2))
+    while any(abs(tensor[pair]) > NOISE * scale for pair in pairs):
+        for p, q in pairs:
+            if tensor[p, q] != 0:
+                # The turn in the plane (p, q) after which the entry (p, q) vanishes.
+                cotangent = (tensor[q, q] - tensor[p, p]) / (2 * tensor[p, q])
+                tangent = 1 / (abs(cotangent) + (cotangent * cotangent + 1).sqrt()).copy_sign(cotangent)
+                turn = np.array([[1, -tangent], [tangent, 1]]) / (tangent * tangent + 1).sqrt()
+                plane, shift = [p, q], tangent * tensor[p, q]
+                diagonal = np.diag([tensor[p, p] - shift, tensor[q, q] + shift])
+                tensor[plane] = turn @ tensor[plane]
+                tensor[:, plane] = tensor[:, plane] @ turn.T
+                tensor[np.ix_(plane, plane)] = diagonal  # the same as it is now, without the rounding
+                axes[plane] = turn @ axes[plane]
+    order = np.argsort(tensor.diagonal(), kind="stable")
+    low, middle, high = tensor.diagonal()[order]
+    low = middle if middle - low <= NOISE * scale else low
+    high = middle if high - middle <= NOISE * scale else high
+    first, second = axes[order[:2]]
+    return np.array([low, middle, high]), np.array([first, second, np.cross(first, second)])
 
 
 @dataclass(frozen=True, slots=True)
