@@ -1,14 +1,14 @@
 """Units: the text of a unit becomes an exact factor to SI and a dimension.
 
-A literal table holds the everyday units of mechanics: a rational factor times a power of pi. A name
-that the table lacks is asked of pint, which is slow to start and imported only then. pint sees one
-bare name at a time; products and powers are read here, within bounds.
+A literal table holds the units of mechanics courses: a rational factor times a power of pi. A name that
+the table lacks is refused, with the names that are like it.
 
     unit   =  factor, then more of them joined by `*`, `·`, a blank (all of them products) or `/`
     factor =  (name | `(` unit `)`) [power]        `1` may stand for a name before `/`, as in `1/s`
     power  =  `^n`, `**n` or superscript digits    a whole number from -12 to 12
 
 A product is worked from left to right and a blank binds like `*`: `N m/rad s` is `(N m/rad) s`.
+A point or a hyphen before a letter is a product, too: `kg.m^2`, `N-m`.
 Write `kg/(m s)` for several names below the line. Case matters: `Mm` is not `mm`.
 """
 
@@ -16,21 +16,25 @@ from __future__ import annotations
 
 import re
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from fractions import Fraction
-from functools import cache, lru_cache
-from typing import Any, NamedTuple
+from functools import lru_cache
+from typing import NamedTuple
 
 from rigidcli.errors import ValueProblem, shown
 
-MAX_TEXT = 200  # characters of a unit
-MAX_POWER = 12
-MAX_BITS = 4096  # of a factor's numerator or denominator: far beyond any float, still instant
+MAX_TEXT = 200
+"""The most characters of a unit: far more than any has, and read at once."""
 
-# Rational pi, 60 digits, so that a factor is rounded only when it becomes a float.
+MAX_POWER = 12
+"""The largest power in a unit: no law of mechanics has one beyond it."""
+
+MAX_BITS = 4096
+"""The most bits of a factor's numerator or denominator: far beyond any float, and still worked at once."""
+
 _PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494")
+"""Pi to 60 digits, so that a factor is rounded only when it becomes a float."""
 
 
 class Dimension(NamedTuple):
@@ -75,6 +79,7 @@ TIME = Dimension(time=1)
 ANGLE = Dimension(angle=1)
 ANGULAR_VELOCITY = Dimension(angle=1, time=-1)
 FREQUENCY = Dimension(cycle=1, time=-1)
+AREA = Dimension(length=2)
 VOLUME = Dimension(length=3)
 VELOCITY = Dimension(length=1, time=-1)
 ACCELERATION = Dimension(length=1, time=-2)
@@ -99,7 +104,7 @@ _DIMENSION_NAMES = {
     ANGULAR_VELOCITY: "angular velocity (rad/s)",
     Dimension(angle=1, time=-2): "angular acceleration (rad/s^2)",
     FREQUENCY: "frequency (Hz)",
-    Dimension(length=2): "area (m^2)",
+    AREA: "area (m^2)",
     VOLUME: "volume (m^3)",
     VELOCITY: "velocity (m/s)",
     ACCELERATION: "acceleration (m/s^2)",
@@ -154,7 +159,6 @@ class Unit:
 
 # --- the table
 
-# Powers of ten. Prefixes of one or two letters go before symbols, the longer ones before words.
 # fmt: off
 _PREFIXES = {
     "q": -30, "r": -27, "y": -24, "z": -21, "a": -18, "f": -15, "p": -12, "n": -9, "u": -6, "µ": -6,
@@ -165,110 +169,162 @@ _PREFIXES = {
     "mega": 6, "giga": 9, "tera": 12, "peta": 15, "exa": 18, "zetta": 21, "yotta": 24, "ronna": 27,
     "quetta": 30,
 }
-# fmt: on
+"""SI prefixes with their powers of ten; up to two letters stand before symbols, the others before words."""
 
-_PREFIXED = (  # symbols, words, factor to SI, dimension
-    ("m", "meter meters metre metres", 1, LENGTH),
-    ("g", "gram grams", Fraction(1, 1000), MASS),
-    ("s", "second seconds", 1, TIME),
-    ("A", "ampere amperes", 1, CURRENT),
-    ("K", "kelvin kelvins", 1, TEMPERATURE),
-    ("mol", "mole moles", 1, Dimension(amount=1)),
-    ("rad", "radian radians", 1, ANGLE),
-    ("Hz", "hertz", 1, FREQUENCY),
-    ("N", "newton newtons", 1, FORCE),
-    ("J", "joule joules", 1, ENERGY),
-    ("W", "watt watts", 1, POWER),
-    ("Pa", "pascal pascals", 1, PRESSURE),
-    ("C", "coulomb coulombs", 1, Dimension(current=1, time=1)),
-    ("V", "volt volts", 1, POWER.times(CURRENT, -1)),
-    ("T", "tesla teslas", 1, Dimension(mass=1, time=-2, current=-1)),
-    ("L l", "liter liters litre litres", Fraction(1, 1000), VOLUME),
-    ("eV", "electron_volt electron_volts", Fraction("1.602176634e-19"), ENERGY),
-    ("cal", "calorie calories", Fraction("4.184"), ENERGY),  # thermochemical
-    ("Wh", "", 3600, ENERGY),
-)
+_SYMBOLS = frozenset([
+    "m", "g", "s", "sec", "A", "K", "mol", "rad", "deg", "Hz", "N", "J", "W", "Pa", "C", "V", "T", "F", "H",
+    "Ω", "ohm", "Wb", "L", "l", "eV", "cal", "Wh", "yr", "ly", "pc", "Da", "P", "St", "Gal",
+])
+# fmt: on
+"""The units before which a short prefix may stand; before their long names stand the long ones."""
 
 _INCH = Fraction("0.0254")
 _FOOT = 12 * _INCH
+_SURVEY_FOOT = Fraction(1200, 3937)  # of the United States: furlongs and fathoms are multiples of it
 _MILE = 5280 * _FOOT
 _POUND = Fraction("0.45359237")
 _GRAVITY = Fraction("9.80665")
+_POUND_FORCE = _POUND * _GRAVITY
 _DAY = 86_400
 _YEAR = 36525 * _DAY // 100  # Julian
 _AU = 149_597_870_700
+_LIGHT = 299_792_458  # its speed, m/s
 _DEGREE = Fraction(1, 180)  # of pi
-_DALTON = Fraction("1.66053906892e-27")  # CODATA 2022; the one entry that is measured, not defined
+_DALTON = Fraction("1.66053906892e-27")  # measured, CODATA 2022
+_NEWTON = Fraction("6.67430e-11")  # the constant of gravitation, measured, CODATA 2022
+_GM_SUN, _GM_EARTH = Fraction("1.3271244e20"), Fraction("3.986004e14")  # nominal, IAU 2015 resolution B3
 
-_OTHER = (  # names, factor to SI, power of pi, dimension
-    ("min minute minutes", 60, 0, TIME),
-    ("h hr hour hours", 3600, 0, TIME),
-    ("d day days", _DAY, 0, TIME),
-    ("week weeks", 7 * _DAY, 0, TIME),
-    ("a yr year years", _YEAR, 0, TIME),
-    ("in inch inches", _INCH, 0, LENGTH),
-    ("ft foot feet", _FOOT, 0, LENGTH),
-    ("yd yard yards", 3 * _FOOT, 0, LENGTH),
-    ("mi mile miles", _MILE, 0, LENGTH),
-    ("nmi nautical_mile nautical_miles", 1852, 0, LENGTH),
-    ("micron microns", Fraction(1, 10**6), 0, LENGTH),
-    ("angstrom angstroms", Fraction(1, 10**10), 0, LENGTH),
-    ("au astronomical_unit astronomical_units", _AU, 0, LENGTH),
-    ("ly light_year light_years", 299_792_458 * _YEAR, 0, LENGTH),
-    ("pc parsec parsecs", 648_000 * _AU, -1, LENGTH),  # IAU 2015; pint has an arcsecond's tangent
-    ("kpc kiloparsec kiloparsecs", 648_000_000 * _AU, -1, LENGTH),
-    ("Mpc megaparsec megaparsecs", 648_000_000_000 * _AU, -1, LENGTH),
-    ("t tonne tonnes", 1000, 0, MASS),
-    ("lb pound pounds", _POUND, 0, MASS),
-    ("oz ounce ounces", _POUND / 16, 0, MASS),
-    ("slug slugs", _POUND * _GRAVITY / _FOOT, 0, MASS),
-    ("u Da amu dalton daltons", _DALTON, 0, MASS),
-    ("deg degree degrees", _DEGREE, 1, ANGLE),
-    ("arcmin arcminute arcminutes", _DEGREE / 60, 1, ANGLE),
-    ("arcsec arcsecond arcseconds", _DEGREE / 3600, 1, ANGLE),
-    ("mas", _DEGREE / 3_600_000, 1, ANGLE),
-    ("rev revolution revolutions turn turns cycle cycles", 2, 1, ANGLE),
-    ("rpm", Fraction(1, 30), 1, ANGULAR_VELOCITY),
-    ("rps", 2, 1, ANGULAR_VELOCITY),
-    ("mph", _MILE / 3600, 0, VELOCITY),
-    ("kph", Fraction(1000, 3600), 0, VELOCITY),
-    ("kn knot knots", Fraction(1852, 3600), 0, VELOCITY),
-    ("g0 g_0 gn g_n", _GRAVITY, 0, ACCELERATION),
-    ("lbf", _POUND * _GRAVITY, 0, FORCE),
-    ("kgf", _GRAVITY, 0, FORCE),
-    ("dyn dyne dynes", Fraction(1, 10**5), 0, FORCE),
-    ("erg ergs", Fraction(1, 10**7), 0, ENERGY),
-    ("hp horsepower", 550 * _FOOT * _POUND * _GRAVITY, 0, POWER),
-    ("bar", 100_000, 0, PRESSURE),
-    ("mbar", 100, 0, PRESSURE),
-    ("atm atmosphere atmospheres", 101_325, 0, PRESSURE),
-    ("psi", _POUND * _GRAVITY / _INCH**2, 0, PRESSURE),
+_TABLE: tuple[tuple[str, Fraction | int, Dimension, int], ...] = (
+    ("m meter meters metre metres", 1, LENGTH, 0),
+    ("g gram grams", Fraction(1, 1000), MASS, 0),
+    ("s sec secs second seconds", 1, TIME, 0),
+    ("A ampere amperes", 1, CURRENT, 0),
+    ("K kelvin kelvins", 1, TEMPERATURE, 0),
+    ("mol mole moles", 1, Dimension(amount=1), 0),
+    ("rad radian radians", 1, ANGLE, 0),
+    ("Hz hertz", 1, FREQUENCY, 0),
+    ("N newton newtons", 1, FORCE, 0),
+    ("J joule joules", 1, ENERGY, 0),
+    ("W watt watts", 1, POWER, 0),
+    ("Pa pascal pascals", 1, PRESSURE, 0),
+    ("C coulomb coulombs", 1, Dimension(current=1, time=1), 0),
+    ("V volt volts", 1, POWER.times(CURRENT, -1), 0),
+    ("T tesla teslas", 1, Dimension(mass=1, time=-2, current=-1), 0),
+    ("F farad farads", 1, Dimension(mass=-1, length=-2, time=4, current=2), 0),
+    ("H henry", 1, ENERGY.times(CURRENT, -2), 0),
+    ("Ω ohm ohms", 1, POWER.times(CURRENT, -2), 0),
+    ("Wb weber webers", 1, ENERGY.times(CURRENT, -1), 0),
+    ("min mins minute minutes", 60, TIME, 0),
+    ("h hr hrs hour hours", 3600, TIME, 0),
+    ("d day days", _DAY, TIME, 0),
+    ("sidereal_day sidereal_days", _DAY / Fraction("1.00273790935079524"), TIME, 0),
+    ("week weeks", 7 * _DAY, TIME, 0),
+    ("fortnight fortnights", 14 * _DAY, TIME, 0),
+    ("a yr yrs year years julian_year julian_years", _YEAR, TIME, 0),
+    ("sidereal_year sidereal_years", _DAY * Fraction("365.256363004"), TIME, 0),
+    ("tropical_year tropical_years", _DAY * Fraction("365.242190402"), TIME, 0),
+    ("century centuries", 100 * _YEAR, TIME, 0),
+    ("in inch inches", _INCH, LENGTH, 0),
+    ("ft foot feet", _FOOT, LENGTH, 0),
+    ("yd yard yards", 3 * _FOOT, LENGTH, 0),
+    ("mi mile miles", _MILE, LENGTH, 0),
+    ("nmi nautical_mile nautical_miles", 1852, LENGTH, 0),
+    ("thou", _INCH / 1000, LENGTH, 0),
+    ("fathom fathoms", 6 * _SURVEY_FOOT, LENGTH, 0),
+    ("furlong furlongs", 660 * _SURVEY_FOOT, LENGTH, 0),
+    ("micron microns", Fraction(1, 10**6), LENGTH, 0),
+    ("angstrom angstroms", Fraction(1, 10**10), LENGTH, 0),
+    ("fermi", Fraction(1, 10**15), LENGTH, 0),
+    ("au astronomical_unit astronomical_units", _AU, LENGTH, 0),
+    ("ly light_year light_years lightyear lightyears", _LIGHT * _YEAR, LENGTH, 0),
+    ("pc parsec parsecs", 648_000 * _AU, LENGTH, -1),  # IAU 2015 resolution B2
+    ("R_sun solar_radius solar_radii", 695_700_000, LENGTH, 0),  # nominal, as GM_sun
+    ("R_earth earth_radius earth_radii", 6_378_100, LENGTH, 0),  # nominal, of the equator
+    ("t tonne tonnes metric_ton metric_tons", 1000, MASS, 0),
+    ("lb lbs lbm pound pounds", _POUND, MASS, 0),
+    ("oz ounce ounces", _POUND / 16, MASS, 0),
+    ("grain grains", _POUND / 7000, MASS, 0),
+    ("carat carats", Fraction(1, 5000), MASS, 0),
+    ("stone", 14 * _POUND, MASS, 0),
+    ("short_ton short_tons", 2000 * _POUND, MASS, 0),
+    ("long_ton long_tons", 2240 * _POUND, MASS, 0),
+    ("slug slugs", _POUND_FORCE / _FOOT, MASS, 0),
+    ("slinch blob", _POUND_FORCE / _INCH, MASS, 0),
+    ("u Da amu dalton daltons", _DALTON, MASS, 0),
+    ("M_sun solar_mass solar_masses", _GM_SUN / _NEWTON, MASS, 0),
+    ("M_earth earth_mass earth_masses", _GM_EARTH / _NEWTON, MASS, 0),
+    ("GM_sun", _GM_SUN, GRAVITATIONAL_PARAMETER, 0),
+    ("GM_earth", _GM_EARTH, GRAVITATIONAL_PARAMETER, 0),
+    ("deg degree degrees", _DEGREE, ANGLE, 1),
+    ("gon gons grad grads", Fraction(1, 200), ANGLE, 1),
+    ("arcmin arcminute arcminutes", _DEGREE / 60, ANGLE, 1),
+    ("arcsec arcsecond arcseconds", _DEGREE / 3600, ANGLE, 1),
+    ("mas milliarcsecond milliarcseconds", _DEGREE / 3_600_000, ANGLE, 1),
+    ("rev revolution revolutions turn turns cycle cycles", 2, ANGLE, 1),
+    ("rpm", Fraction(1, 30), ANGULAR_VELOCITY, 1),
+    ("rps", 2, ANGULAR_VELOCITY, 1),
+    ("ha hectare hectares", 10_000, AREA, 0),
+    ("acre acres", 43_560 * _SURVEY_FOOT**2, AREA, 0),
+    ("L l liter liters litre litres", Fraction(1, 1000), VOLUME, 0),
+    ("cc", Fraction(1, 10**6), VOLUME, 0),
+    ("gal gallon gallons", 231 * _INCH**3, VOLUME, 0),  # of the United States
+    ("mph", _MILE / 3600, VELOCITY, 0),
+    ("kph", Fraction(1000, 3600), VELOCITY, 0),
+    ("fps", _FOOT, VELOCITY, 0),
+    ("kn kt knot knots", Fraction(1852, 3600), VELOCITY, 0),
+    ("c speed_of_light", _LIGHT, VELOCITY, 0),
+    ("g0 g_0 gn g_n standard_gravity", _GRAVITY, ACCELERATION, 0),
+    ("Gal", Fraction(1, 100), ACCELERATION, 0),
+    ("lbf pound_force", _POUND_FORCE, FORCE, 0),
+    ("ozf ounce_force", _POUND_FORCE / 16, FORCE, 0),
+    ("kip kips", 1000 * _POUND_FORCE, FORCE, 0),
+    ("pdl poundal poundals", _POUND * _FOOT, FORCE, 0),
+    ("kgf kilogram_force", _GRAVITY, FORCE, 0),
+    ("gf gram_force", _GRAVITY / 1000, FORCE, 0),
+    ("dyn dyne dynes", Fraction(1, 10**5), FORCE, 0),
+    ("erg ergs", Fraction(1, 10**7), ENERGY, 0),
+    ("eV electron_volt electron_volts electronvolt electronvolts", Fraction("1.602176634e-19"), ENERGY, 0),
+    ("cal calorie calories", Fraction("4.184"), ENERGY, 0),  # thermochemical
+    ("Wh watt_hour watt_hours", 3600, ENERGY, 0),
+    ("Btu BTU", Fraction("1055.056"), ENERGY, 0),
+    ("ft_lb foot_pound foot_pounds", _POUND_FORCE * _FOOT, ENERGY, 0),
+    ("tTNT ton_TNT", 4_184_000_000, ENERGY, 0),
+    ("hp horsepower", 550 * _FOOT * _POUND_FORCE, POWER, 0),
+    ("metric_horsepower", 75 * _GRAVITY, POWER, 0),
+    ("bar", 100_000, PRESSURE, 0),
+    ("mbar millibar millibars", 100, PRESSURE, 0),
+    ("atm atmosphere atmospheres", 101_325, PRESSURE, 0),
+    ("torr", Fraction(101_325, 760), PRESSURE, 0),
+    ("mmHg", Fraction("13.5951") * _GRAVITY, PRESSURE, 0),
+    ("inHg", Fraction("13.5951") * _GRAVITY * 1000 * _INCH, PRESSURE, 0),
+    ("cmH2O", 10 * _GRAVITY, PRESSURE, 0),
+    ("psi", _POUND_FORCE / _INCH**2, PRESSURE, 0),
+    ("ksi", 1000 * _POUND_FORCE / _INCH**2, PRESSURE, 0),
+    ("P poise", Fraction(1, 10), PRESSURE.times(TIME), 0),
+    ("St stokes", Fraction(1, 10_000), AREA.times(TIME, -1), 0),
 )
+"""Names, then one of the unit in SI units as a rational number, its dimension, and the power of pi beside."""
 
-_REFUSED = {  # names to which pint has an answer, but hardly the one that is meant: why, and a hint
+_REFUSED = {
     "degC": ("has its zero elsewhere than the kelvin", "write a temperature in `K`"),
     "degF": ("has its zero elsewhere than the kelvin", "write a temperature in `K`"),
     "mil": ("is a length to some and an angle to others", "write `thou` or `mrad`"),
     "ton": ("differs from country to country", "write `t`, `long_ton` or `short_ton`"),
+    "month": ("has no fixed length", "write `d`"),
     "rads": ("is a dose of radiation", "write `rad`"),
     "Nm": ("is not a unit but a product of two", "write `N m`"),
 }
+"""Names that are likely to mean something else than their reader would take them for: why, and a hint."""
 
 _ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)
-
-
-def _rows() -> Iterator[Unit]:
-    for symbols, words, factor, dimension in _PREFIXED:
-        for name in f"{symbols} {words}".split():
-            yield Unit(name, Fraction(factor), 0, dimension)
-    for names, factor, pi_power, dimension in _OTHER:
-        for name in names.split():
-            yield Unit(name, Fraction(factor), pi_power, dimension)
-
-
-_UNITS = {unit.text: unit for unit in (_ONE, *_rows())}
-_SYMBOLS = frozenset(symbol for symbols, *_ in _PREFIXED for symbol in symbols.split())
-_WORDS = frozenset(word for _, words, *_ in _PREFIXED for word in words.split())
+_UNITS = {"1": _ONE} | {
+    name: Unit(name, Fraction(factor), pi_power, dimension)
+    for names, factor, dimension, pi_power in _TABLE
+    for name in names.split()
+}
+_WORDS = frozenset(
+    name for names, *_ in _TABLE if _SYMBOLS & set(names.split()) for name in names.split() if len(name) > 3
+)
 
 
 def _may_follow(prefix: str) -> frozenset[str]:
@@ -291,63 +347,26 @@ def _from_table(name: str) -> Unit | None:
     return None
 
 
-# --- names that only pint knows
-
-
-@cache
-def _pint() -> Any:
-    """The registry of pint, in exact arithmetic."""
-    import pint
-
-    return pint.UnitRegistry(non_int_type=Fraction)
-
-
-def _from_pint(name: str) -> Unit | None:
-    """The unit of one bare name; None where pint knows none, or none of mechanics."""
-    registry = _pint()
-    try:
-        if name not in registry:
-            return None
-    except AttributeError:  # what looks like one of Python's own names to pint
-        return None
-    try:
-        zero, one = (registry.Quantity(Fraction(n), name).to_root_units() for n in (0, 1))
-    except (TypeError, ArithmeticError):  # a logarithm, which has no fractions
-        return None
-    if zero.magnitude != 0 or not isinstance(one.magnitude, Fraction):  # an offset; a root
-        return None
-    pi = registry.Quantity(Fraction(1), "pi").to_root_units().magnitude
-    # pint has folded its rational pi into the factor: the plainest fraction is the one without.
-    fractions = [(one.magnitude / pi**power, power) for power in range(-2, 3)]
-    factor, pi_power = min(fractions, key=lambda pair: pair[0].numerator * pair[0].denominator)
-    unit = Unit(name, factor, pi_power, DIMENSIONLESS)
-    for root, power in one.unit_items():
-        if root not in _UNITS or power != int(power):  # a candela, a bit; the root of a gram
-            return None
-        unit = unit.times(_UNITS[root], int(power))
-    if unit.dimension == Dimension(time=-1):  # a hertz by another name
-        return replace(unit, dimension=FREQUENCY)
-    return None if unit.dimension == DIMENSIONLESS else unit
-
-
 def _named(name: str) -> Unit:
     if name in _REFUSED:
         reason, hint = _REFUSED[name]
         raise ValueProblem(f"`{name}` {reason}", hint=hint)
-    unit = _from_table(name) or _from_pint(name)
+    unit = _from_table(name)
     if unit is None:
         raise ValueProblem(f"unknown unit `{name}`", hint=_hint_for(name))
     return unit
 
 
-def _hint_for(name: str) -> str | None:
+def _hint_for(name: str) -> str:
     stem = name.rstrip("0123456789")
     if stem != name and _from_table(stem):
         return f"write a power as `{stem}^{name.removeprefix(stem)}`"
     if same := [known for known in known_names() if known.lower() == name.lower()]:
         return f"case matters, did you mean {_listed(same)}?"
     near = get_close_matches(name, known_names(), cutoff=0.7)
-    return f"did you mean {_listed(near)}?" if near else None
+    if near:
+        return f"did you mean {_listed(near)}?"
+    return "units are those of the SI with their prefixes, and others of mechanics, which the README lists"
 
 
 def _listed(texts: list[str]) -> str:
@@ -358,13 +377,18 @@ def _listed(texts: list[str]) -> str:
 
 _SPELLINGS = str.maketrans(
     {"°": "deg", "′": "arcmin", "″": "arcsec", "Å": "angstrom", "\u212b": "angstrom"}
-    | {"μ": "µ", "·": "*", "⋅": "*", "−": "-"}
+    | {"μ": "µ", "\u2126": "Ω", "ℓ": "l", "·": "*", "⋅": "*", "−": "-"}
 )
+"""Characters for which ASCII, or another character of the same look, is read."""
+
+_JOINED = re.compile(r"(?<=[^\W_])[.-](?=[^\W\d_])")
+"""The point of `kg.m^2` and the hyphen of `N-m`."""
+
 _RAISED = re.compile("⁻?[⁰¹²³⁴-⁹]+")
 _LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
-# A name, a power, or any other character, which is a sign or an error.
 _TOKEN = re.compile(r"[^\W\d_]\w*|1(?=\s*/)|(?:\^|\*\*)\s*[-+]?[0-9]+|\S")
+"""A name, a power, or any other character, which is a sign or an error."""
 
 
 @lru_cache(maxsize=1024)
@@ -378,7 +402,7 @@ def parse_unit(text: str) -> Unit:
     if len(text) > MAX_TEXT:
         raise ValueProblem(f"a unit of {len(text)} characters, expected at most {MAX_TEXT}")
     plain = _RAISED.sub(lambda raised: "^" + raised[0].translate(_LOWERED), text.translate(_SPELLINGS))
-    tokens = deque([*_TOKEN.findall(plain), ""])
+    tokens = deque([*_TOKEN.findall(_JOINED.sub("*", plain)), ""])
     unit = replace(_product(tokens), text=text.strip())
     if tokens[0]:
         raise _unexpected(tokens[0])
