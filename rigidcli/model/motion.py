@@ -9,7 +9,7 @@ from pydantic import Field
 
 from rigidcli.core.arithmetic import Scalar
 from rigidcli.model import units
-from rigidcli.model.base import AsList, FormulaOf, Quantity, Rates3, Section, by_key
+from rigidcli.model.base import AsList, Quantity, Rates3, ReadBy, Section, by_key, environment
 from rigidcli.model.environment import Formula
 from rigidcli.model.rotations import Rotation
 from rigidcli.model.sampling import Sampling
@@ -23,7 +23,16 @@ VARIABLES = (
 )
 """What the components of a torque may depend on, in the order in which its functions take them."""
 
-TorqueComponent = Annotated[Formula, FormulaOf(units.ENERGY, VARIABLES)]
+TorqueComponent = Annotated[
+    Formula,
+    ReadBy(
+        lambda raw, info: environment(info).formula(raw, units.ENERGY, VARIABLES),
+        {
+            "type": ["number", "string"],
+            "description": f"An expression in the parameters and in {', '.join(VARIABLES)}",
+        },
+    ),
+]
 Torque3 = Annotated[tuple[TorqueComponent, TorqueComponent, TorqueComponent], AsList]
 
 

@@ -8,20 +8,18 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
-from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, core_schema
 
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.model import units
-from rigidcli.model.base import AsList, Section, environment
+from rigidcli.model.base import AsList, ReadBy, Reader, Section, environment
 from rigidcli.model.units import Dimension
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
     RESULTS,
     Names,
-    ReadBy,
     acceleration,
     blame_parameter,
     momentum,
@@ -77,8 +75,8 @@ def _variables(coordinates: tuple[str, ...], besides: Kinds) -> tuple[tuple[str,
     return (*variables, "t"), MappingProxyType(elsewhere)
 
 
-@dataclass(frozen=True, slots=True)
-class SystemExpression:
+@dataclass(frozen=True)
+class SystemExpression(Reader):
     """Marks a field as an expression in the parameters, the coordinates of the system, t, and `besides`.
 
     It is worth a number of this dimension, as far as the parameters have units that tell.
@@ -90,18 +88,15 @@ class SystemExpression:
     hint: str
     sign: Literal["positive", "nonnegative"] | None = None
 
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.with_info_plain_validator_function(self._read)
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
+    def json_schema(self) -> JsonSchemaValue:
+        """A number or a text, with the variables that may stand in it."""
         variables = " and ".join(
             ", ".join(["the parameters", "coordinates", *self.besides, "t"]).rsplit(", ", 1)
         )
         return EXPRESSION_SCHEMA | {"description": f"An expression in {variables}"}
 
-    def _read(self, raw: object, info: ValidationInfo) -> Expression:
+    def read(self, raw: object, info: ValidationInfo) -> Expression:
+        """The expression, in which names stay names."""
         env = environment(info)
         if env.coordinates is None:
             return env.symbolic(raw, self.dimension)

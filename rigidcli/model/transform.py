@@ -8,14 +8,13 @@ from typing import Annotated, ClassVar
 from pydantic import Field, ValidationInfo
 
 from rigidcli.errors import ValueProblem, nearest, shown
-from rigidcli.model.base import Section, environment, refusal
+from rigidcli.model.base import ReadBy, Section, environment, refusal
 from rigidcli.model.parameters import read_name
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
     RESULTS,
     Names,
-    ReadBy,
     momentum,
     read_expression,
     velocity,

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, core_schema
 
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.model.base import refusal
@@ -38,22 +35,6 @@ def momentum(coordinate: str) -> str:
 def acceleration(coordinate: str) -> str:
     """The name that a coordinate's second derivative would have."""
     return f"{coordinate}ddot"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ReadBy:
-    """Marks a field with a reader of its own, and its JSON Schema."""
-
-    read: Callable[[object, ValidationInfo], object]
-    schema: JsonSchemaValue
-
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.with_info_plain_validator_function(self.read)
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        return self.schema
 
 
 class Names:
