@@ -223,8 +223,3 @@ def round_bounds(radius: float, low: float, high: float) -> Bounds:
 def powers(a: Scalar, b: Scalar, degree: int) -> Scalar:
     """a^n + a^(n-1) b + ... + b^n, which is (a^(n+1) - b^(n+1)) / (a - b) without cancellation."""
     return sum(a ** (degree - k) * b**k for k in range(degree + 1))
-
-
-def half_disk(n: Arithmetic, radius: Scalar) -> tuple[Scalar, Scalar]:
-    """Height of the centre of mass over the straight edge, and mean square distance from there."""
-    return 4 * radius / (3 * n.pi), radius**2 * (9 * n.pi**2 - 64) / (36 * n.pi**2)
