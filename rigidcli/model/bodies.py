@@ -61,10 +61,6 @@ Row: TypeAlias = Annotated[
 ]
 
 
-def _path(raw: str, env: Environment) -> pathlib.Path:
-    return env.folder / raw
-
-
 class PointMasses(Form):
     """Point masses, in the document or in a file (.csv with the header m,x,y,z, or .npy of shape (n, 4))."""
 
@@ -72,7 +68,7 @@ class PointMasses(Form):
         tuple[Row, ...] | pathlib.Path,
         Alternative(
             str,
-            _path,
+            lambda raw, env: env.folder / raw,
             otherwise=Annotated[tuple[Row, ...], AsList, Field(min_length=1)],
             schema={"type": "string", "description": "A .csv or .npy file, beside the document"},
         ),
@@ -109,6 +105,9 @@ class PointMasses(Form):
         return tensor.about(n.array(self.points), point)
 
 
+TensorRow = Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList]
+
+
 class KnownTensor(Form):
     """A body known by its inertia tensor, or by its moments along the form's own x, y and z.
 
@@ -117,17 +116,7 @@ class KnownTensor(Form):
 
     ONE_OF: ClassVar = ("inertia", "moments")
 
-    inertia: (
-        Annotated[
-            tuple[
-                Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList],
-                Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList],
-                Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList],
-            ],
-            AsList,
-        ]
-        | None
-    ) = None
+    inertia: Annotated[tuple[TensorRow, TensorRow, TensorRow], AsList] | None = None
     moments: Annotated[tuple[PrincipalMoment, PrincipalMoment, PrincipalMoment], AsList] | None = None
     mass: Mass | None = None
     com: Vector3 | None = None

@@ -23,12 +23,14 @@ from rigidcli.model.variables import (
     acceleration,
     blame_parameter,
     momentum,
+    names_schema,
     read_expression,
     velocity,
 )
 from rigidcli.symbolic.language.expression import Expression
 
 MOST_PARTICLES = 200
+"""The most particles of a system: their kinetic energy is still worked in seconds."""
 
 
 def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
@@ -48,12 +50,6 @@ def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
             blame_parameter(name, what, env)
     env.coordinates = names.all()
     return env.coordinates
-
-
-_COORDINATES = ReadBy(
-    _read_coordinates,
-    {"type": "array", "items": {"type": "string"}, "minItems": 1, "maxItems": MOST_COORDINATES},
-)
 
 
 Kinds: TypeAlias = tuple[Literal["velocities", "momenta"], ...]
@@ -177,8 +173,8 @@ class System(Section):
 
     FORMS: ClassVar = ("lagrangian", "kinetic", "particles", "hamiltonian")
 
-    coordinates: Annotated[tuple[str, ...], _COORDINATES] = Field(
-        description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x"
+    coordinates: Annotated[tuple[str, ...], ReadBy(_read_coordinates, names_schema(1, MOST_COORDINATES))] = (
+        Field(description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x")
     )
     lagrangian: InVelocities | None = None
     kinetic: InVelocities | None = None

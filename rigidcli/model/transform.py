@@ -9,13 +9,14 @@ from pydantic import Field, ValidationInfo
 
 from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.model.base import ReadBy, Section, environment, refusal
-from rigidcli.model.parameters import read_name
+from rigidcli.model.parameters import read_names
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
     RESULTS,
     Names,
     momentum,
+    names_schema,
     read_expression,
     velocity,
 )
@@ -66,14 +67,9 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
         misplaced |= {velocity(name): f"the velocity of `{name}`" for name in coordinates or ()}
         hint = "under `new` the new variables are written in the old coordinates and momenta"
     found: dict[str, Expression] = {}
-    problems: list[ValueProblem] = []
-    spelling: dict[str, str] = {}
-    for key, value in raw.items():
+    spelling, problems = read_names(raw)
+    for name, key in spelling.items():
         try:
-            name = read_name(key)
-            if name in spelling:
-                raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
-            spelling[name] = key
             if side is not None and name not in side:
                 near = nearest(name, side)
                 raise ValueProblem(
@@ -81,9 +77,9 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
                     hint=f"expected {', '.join(side)}",
                 )
             if other is None:
-                found[name] = env.symbolic(value)
+                found[name] = env.symbolic(raw[key])
             else:
-                found[name] = read_expression(value, env, (*other, "t"), misplaced, hint)
+                found[name] = read_expression(raw[key], env, (*other, "t"), misplaced, hint)
         except ValueProblem as problem:
             problems.append(problem.below(key))
     problems += [
@@ -93,7 +89,7 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     ]
     if problems:
         raise refusal("transform", problems)
-    return {name: found[name] for name in side} if side is not None else found
+    return {name: found[name] for name in side or found}
 
 
 _SIDE = ReadBy(_read_side, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
@@ -106,16 +102,7 @@ class Transform(Section):
 
     # The first to be read: the expressions are in these names.
     new_variables: Annotated[
-        tuple[str, ...],
-        ReadBy(
-            _read_new_variables,
-            {
-                "type": "array",
-                "items": {"type": "string"},
-                "minItems": 2,
-                "maxItems": 2 * MOST_COORDINATES,
-            },
-        ),
+        tuple[str, ...], ReadBy(_read_new_variables, names_schema(2, 2 * MOST_COORDINATES))
     ] = Field(description="New coordinates, then their momenta in the same order: [Q1, Q2, P1, P2]")
     old: Annotated[dict[str, Expression], _SIDE] | None = Field(
         default=None, description="Old coordinates and momenta, as expressions in the new variables and t"

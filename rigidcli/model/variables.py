@@ -14,9 +14,16 @@ from rigidcli.model.units import Dimension
 from rigidcli.symbolic.language.expression import Expression
 
 MOST_COORDINATES = 40
+"""The most coordinates of a system: their Hamiltonian is still worked in seconds."""
 
 EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}
 """JSON Schema of an expression."""
+
+
+def names_schema(least: int, most: int) -> JsonSchemaValue:
+    """JSON Schema of a list of names."""
+    return {"type": "array", "items": {"type": "string"}, "minItems": least, "maxItems": most}
+
 
 RESULTS: Mapping[str, str] = {"H": "the Hamiltonian"}
 """Names that results have for themselves, in the columns of an orbit."""
