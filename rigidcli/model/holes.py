@@ -23,7 +23,7 @@ GRID = 9
 """Points along each side of a hole's bounding box: 729 for a solid, which take milliseconds."""
 
 DIRECTIONS = 600
-"""Rays along which the surface of a solid hole is looked for, 5 degrees apart; a fifth of them for a flat one."""
+"""Rays along which the surface of a solid hole is looked for, 5 degrees apart; of a flat one, a fifth."""
 
 BISECTIONS = 40
 """Halvings by which the surface is found along a ray: to a part in 10^12 of its length."""
