@@ -866,33 +866,23 @@ def test_mass_and_length_scale_every_shape_exactly(case: Any, a: int, m: int) ->
 # --- limits
 
 
-def test_published_moments() -> None:
-    # J. L. Meriam, L. G. Kraige, Engineering Mechanics: Dynamics, table D/4.
-    def moments(**body: Any) -> list[float]:
-        values: list[float] = np.diag(result(body | {"mass": 1})["tensor_com"]).tolist()
-        return values
-
-    assert moments(shape="hemisphere", radius=1) == pytest.approx(
-        [83 / 320, 83 / 320, 2 / 5], rel=1e-14, abs=0
-    )
-    assert moments(shape="half_cylinder", radius=1, height=1)[0] == pytest.approx(
-        1 / 4 + 1 / 12 - (4 / (3 * math.pi)) ** 2, rel=1e-14, abs=0
-    )
-    assert moments(shape="half_cylinder", radius=1, height=1)[2] == pytest.approx(
-        1 / 2 - 16 / (9 * math.pi**2), rel=1e-14, abs=0
-    )
-    assert moments(shape="cone", radius=1, height=1) == pytest.approx(
-        [3 / 20 + 3 / 80, 3 / 20 + 3 / 80, 3 / 10], rel=1e-14, abs=0
-    )
-    assert moments(shape="conical_shell", radius=1, height=1) == pytest.approx(
-        [1 / 4 + 1 / 18, 1 / 4 + 1 / 18, 1 / 2], rel=1e-14, abs=0
-    )
-    assert moments(shape="hemispherical_shell", radius=1) == pytest.approx(
-        [5 / 12, 5 / 12, 2 / 3], rel=1e-14, abs=0
-    )
-    assert moments(shape="torus", major_radius=1, minor_radius=0.5) == pytest.approx(
-        [1 / 2 + 5 / 32, 1 / 2 + 5 / 32, 1 + 3 / 16], rel=1e-14, abs=0
-    )
+@pytest.mark.parametrize(
+    ("body", "moments"),
+    [
+        ({"shape": "hemisphere"}, [83 / 320, 83 / 320, 2 / 5]),
+        (
+            {"shape": "half_cylinder", "height": 1},
+            [1 / 3 - 16 / (9 * math.pi**2), 1 / 3, 1 / 2 - 16 / (9 * math.pi**2)],
+        ),
+        ({"shape": "cone", "height": 1}, [3 / 20 + 3 / 80, 3 / 20 + 3 / 80, 3 / 10]),
+        ({"shape": "conical_shell", "height": 1}, [1 / 4 + 1 / 18, 1 / 4 + 1 / 18, 1 / 2]),
+        ({"shape": "hemispherical_shell"}, [5 / 12, 5 / 12, 2 / 3]),
+    ],
+)
+def test_published_moments(body: dict[str, Any], moments: list[float]) -> None:
+    """J. L. Meriam, L. G. Kraige, Engineering Mechanics: Dynamics, table D/4."""
+    found = np.diag(result({**body, "radius": 1, "mass": 1})["tensor_com"])
+    assert found == pytest.approx(moments, rel=1e-14, abs=0)
 
 
 # --- polygons
