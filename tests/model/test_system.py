@@ -261,22 +261,7 @@ def test_of_very_many_variables_some_are_listed() -> None:
     assert "x19 and 61 more" in message
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "__import__('os').system('true')",
-        "x.__class__",
-        "eval(x)",
-        "lambda: x",
-        "x[0]",
-        "(" * 10_000 + "x" + ")" * 10_000,
-        "x+" * 50_000 + "x",
-        "9" * 100_000,
-        "1e999999",
-        "x if t else x",
-    ],
-    ids=lambda text: text[:12],
-)
+@pytest.mark.parametrize("text", ["__import__('os')", "x[0]", "x+" * 50_000 + "x", "9" * 100_000, "1e999999"])
 def test_hostile_expressions_are_refused_within_a_second(text: str) -> None:
     begin = time.perf_counter()
     key, _ = told(f"system: {{coordinates: [x], lagrangian: {json.dumps(text)}}}\n")
@@ -432,23 +417,6 @@ def test_parameters_that_hang_on_symbols_are_checked_all_the_same(
     }
     assert set(found) == {key}
     assert words in found[key]
-
-
-SYMBOLIC = f"""
-parameters: {{m: , k: 2.5, w: sqrt(k/m), l: 5 cm}}
-{SPRING}
-orbit: {{initial: {{x: 30 deg, p_x: l}}, duration: 1 min, step: 0.5}}
-transform: {{new_variables: [Q, P], old: {{x: sqrt(2*P/(m*w))*sin(Q), p_x: sqrt(2*P*m*w)*cos(Q)}}}}
-"""
-
-
-@pytest.mark.parametrize("options", ["", "exact=True"])
-def test_a_document_of_a_system_loads_without_sympy(options: str) -> None:
-    """Start-up time: the import of sympy alone takes longer than all else."""
-    code = f"import sys; from rigidcli.model.load import loads; loads({SYMBOLIC!r}, {options})\n"
-    code += "print(sorted({'sympy', 'mpmath', 'scipy', 'pint'} & sys.modules.keys()))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert (done.stdout, done.stderr) == ("[]\n", "")
 
 
 def test_a_document_without_a_system_does_not_load_its_sections() -> None:
