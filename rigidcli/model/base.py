@@ -29,10 +29,10 @@ from rigidcli.model import units
 from rigidcli.model.environment import Environment, number_of
 
 SECTION = "x-section"
-"""Stands for `$ref` in the JSON Schema of one section: forms contain each other, and are joined later."""
+"""Key that stands for `$ref` in the JSON Schema of one section, as bodies contain bodies."""
 
 SHARED = "x-shared"
-"""Names a schema that stands under `schema` beside it, to be written once and referred to."""
+"""Key with the name of the schema that stands under `schema` beside it: it is written once, and referred to."""
 
 
 class Section(BaseModel):
@@ -140,8 +140,10 @@ LIMITS: dict[units.Dimension | None, float] = {
     units.MASS: 1e100,
     units.MOMENT_OF_INERTIA: 1e200,
 }
+"""The largest number of a dimension, in SI units; its inverse is the least. No formula goes beyond floats."""
+
 DEFAULT_LIMIT = 1e160
-"""The largest number accepted, and the inverse of the least: no formula overflows, or becomes zero."""
+"""The limit of numbers of other dimensions."""
 
 
 @dataclass(frozen=True)
@@ -165,10 +167,6 @@ class Quantity(Reader):
         return {SHARED: name.replace(" ", "-"), "schema": body}
 
     @property
-    def _limit(self) -> float:
-        return LIMITS.get(self.dimension, DEFAULT_LIMIT)
-
-    @property
     def words(self) -> str:
         """What is expected, in words."""
         return number_of(self.dimension, self.sign)
@@ -177,9 +175,11 @@ class Quantity(Reader):
         """The SI value, of a size and sign that fit."""
         env = environment(info)
         value: Scalar = env.read(raw, self.dimension)
-        if not env.arithmetic.exact and value and not 1 / self._limit <= abs(value) <= self._limit:
-            low, high = f"{1 / self._limit:.0e}", f"{self._limit:.0e}"
-            raise ValueProblem(f"read {shown(raw)}, expected {self.words} from {low} to {high}")
+        limit = LIMITS.get(self.dimension, DEFAULT_LIMIT)
+        if not env.arithmetic.exact and value and not 1 / limit <= abs(value) <= limit:
+            raise ValueProblem(
+                f"read {shown(raw)}, expected {self.words} from {1 / limit:.0e} to {limit:.0e}"
+            )
         if self.sign is not None:
             sign = env.arithmetic.sign(value)
             if sign == -1 or (sign == 0 and self.sign == "positive"):

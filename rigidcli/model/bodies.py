@@ -193,7 +193,7 @@ class Composite(Form):
         """The shapes of which the composite is made, however deep, each with sign and place."""
         for index, part in enumerate(self.parts):
             place = part.motion(arithmetic)
-            inner = part.leaves(arithmetic) if isinstance(part, Composite) else [holes.leaf(part)]
+            inner = part.leaves(arithmetic) if isinstance(part, Composite) else [holes.Leaf(part)]
             for leaf in inner:
                 yield leaf.within(place, -1 if part.hole else 1, ("parts", index))
 
@@ -204,6 +204,7 @@ FORMS: dict[str, type[Form]] = {
     "inertia": KnownTensor,
     "moments": KnownTensor,
 }
+"""The forms besides the shapes, by the key that tells them."""
 
 
 def _choose(raw: Mapping[str, Any]) -> type[Section]:
@@ -217,5 +218,6 @@ def _choose(raw: Mapping[str, Any]) -> type[Section]:
 
 
 BODY = Choice(_choose, lambda: (*SHAPES.values(), *dict.fromkeys(FORMS.values())))
+"""Marks a field that takes a body of any form."""
 
 Body: TypeAlias = Annotated[Form, BODY]

@@ -25,7 +25,7 @@ from rigidcli.model.units import (
 from rigidcli.symbolic.language.expression import Expression, parse
 
 LONGEST_LIST = 20
-"""Names that a message lists."""
+"""The most names that a message lists: two lines of them."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,7 +9,7 @@ many directions: of a round hole, half a per cent of its radius may escape them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -23,7 +23,7 @@ GRID = 9
 """Points along each side of a hole's bounding box: 729 for a solid, which take milliseconds."""
 
 DIRECTIONS = 600
-"""Rays along which the surface of a solid hole is looked for, 5 degrees apart; of a flat one, a fifth."""
+"""Rays along which the surface of a solid hole is looked for, 8 degrees apart; of a flat one, a fifth."""
 
 BISECTIONS = 40
 """Halvings by which the surface is found along a ray: to a part in 10^12 of its length."""
@@ -32,7 +32,7 @@ MARGIN = 1e-9
 """How far points of a hole are drawn in and bodies are grown, in units of their size: beyond all rounding."""
 
 DENSITY_SLACK = 0.01
-"""How much denser a hole may be than what it is cut from, in units of its own: masses are rounded."""
+"""How much denser than its body a hole may be, in units of its own density: given masses are rounded."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,10 +40,10 @@ class Leaf:
     """A form that is no composite, in a composite: +1 or -1 for a hole, its place, and the way to it."""
 
     form: Form
-    sign: int
-    rotation: Array
-    displacement: Array
-    path: Path
+    sign: int = 1
+    rotation: Array = field(default_factory=lambda: np.eye(3, dtype=int))
+    displacement: Array = field(default_factory=lambda: np.zeros(3, dtype=int))
+    path: Path = ()
 
     def fills_unknown_space(self) -> bool:
         """Whether nobody knows where the mass of the form is: a known tensor."""
@@ -52,18 +52,8 @@ class Leaf:
     def within(self, place: tuple[Array, Array], sign: int, path: Path) -> Leaf:
         """The leaf seen from the composite in which its own is placed."""
         turn, shift = place
-        return Leaf(
-            self.form,
-            self.sign * sign,
-            turn @ self.rotation,
-            turn @ self.displacement + shift,
-            (*path, *self.path),
-        )
-
-
-def leaf(form: Form) -> Leaf:
-    """`form` in its own axes."""
-    return Leaf(form, 1, np.eye(3, dtype=int), np.zeros(3, dtype=int), ())
+        moved = turn @ self.displacement + shift
+        return Leaf(self.form, self.sign * sign, turn @ self.rotation, moved, (*path, *self.path))
 
 
 def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:

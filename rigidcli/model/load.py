@@ -21,6 +21,7 @@ from rigidcli.model.settings import Change, apply, split_setting
 from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
 
 STDIN = "-"
+"""The name of a file that stands for standard input."""
 
 _TYPES = {
     "tuple_type": "a list, such as [0, 0, 1]",

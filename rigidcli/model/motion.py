@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
@@ -37,12 +36,14 @@ Torque3 = Annotated[tuple[TorqueComponent, TorqueComponent, TorqueComponent], As
 
 
 class OwnTorque(Section):
-    """A torque that the document tells by its components."""
+    """A torque that the document tells by its components, under the one key of the section."""
 
     @property
-    @abstractmethod
     def components(self) -> tuple[Formula, Formula, Formula]:
         """The three, along axes that the class knows."""
+        (key,) = type(self).model_fields
+        components: tuple[Formula, Formula, Formula] = getattr(self, key)
+        return components
 
     @property
     def names(self) -> frozenset[str]:
@@ -55,21 +56,11 @@ class BodyTorque(OwnTorque):
 
     body: Torque3
 
-    @property
-    def components(self) -> tuple[Formula, Formula, Formula]:
-        """Those of `body`."""
-        return self.body
-
 
 class SpaceTorque(OwnTorque):
     """A torque by its components along the axes of space."""
 
     space: Torque3
-
-    @property
-    def components(self) -> tuple[Formula, Formula, Formula]:
-        """Those of `space`."""
-        return self.space
 
 
 class Weight(Section):

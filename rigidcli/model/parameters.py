@@ -14,7 +14,7 @@ from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, Expressio
 from rigidcli.symbolic.language.tree import CONSTANTS, Constant, Name
 
 _RESERVED_FOR = {"t": "the time", **dict.fromkeys(CONSTANTS, "a constant")}
-"""What the names are that no parameter may have; the others of them are functions."""
+"""What reserved names are; those that are not here are functions."""
 
 
 def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable[str]) -> list[ValueProblem]:

@@ -207,6 +207,7 @@ class Wire(Shape):
 Size2 = Annotated[tuple[Length, Length], AsList]
 Size3 = Annotated[tuple[Length, Length, Length], AsList]
 ORIGIN = (0, 0, 0)
+"""The centre of a shape that is symmetric about its natural origin."""
 
 
 def require_less(n: Arithmetic, small: Scalar, large: Scalar, key: str, limit: str) -> None:

@@ -36,3 +36,4 @@ SHAPES: dict[str, type[Shape]] = {
     "rod": thin_shapes.Rod,
     "ring": thin_shapes.Ring,
 }
+"""What may stand under `shape`."""

@@ -16,7 +16,7 @@ import yaml
 from rigidcli.errors import DocumentError, Path, Problem, shown
 
 MAX_BYTES = 2_000_000
-"""The longest text in UTF-8, which takes about a second to read."""
+"""The longest text in UTF-8, which takes about half a second to read."""
 
 MAX_DEPTH = 50
 """The deepest nesting of lists and mappings: documents have ten levels, and Python's stack has a thousand."""

@@ -30,7 +30,7 @@ from rigidcli.model.variables import (
 from rigidcli.symbolic.language.expression import Expression
 
 MOST_PARTICLES = 200
-"""The most particles of a system: their kinetic energy is still worked in seconds."""
+"""The most particles of a system: far more than anybody writes, and still worked in bounded time."""
 
 
 def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:

@@ -79,17 +79,14 @@ class HeavyTop:
 
 def described(top: Top, n: Arithmetic) -> HeavyTop:
     """The top that the section describes by itself; its axis is z. Raises ValueProblem where it cannot be."""
-    missing = [key for key in ("mass", "distance", "lambda3") if getattr(top, key) is None]
-    if missing:
+    mass, distance, lambda3 = top.mass, top.distance, top.lambda3
+    if mass is None or distance is None or lambda3 is None:
+        key = "mass" if mass is None else "distance" if distance is None else "lambda3"
         raise ValueProblem(
-            "missing; expected `mass`, `distance` and `lambda3` here, or a `body`", path=(missing[0],)
+            "missing; expected `mass`, `distance` and `lambda3` here, or a `body`", path=(key,)
         )
-    assert top.mass is not None
-    assert top.distance is not None
-    assert top.lambda3 is not None
-    remarks = _require_possible(top.mass, top.distance, top.lambda1, top.lambda3, n)
-    axis = n.array([0, 0, 1])
-    return HeavyTop(top.mass, top.distance, top.lambda1, top.lambda3, axis, remarks)
+    remarks = _require_possible(mass, distance, top.lambda1, lambda3, n)
+    return HeavyTop(mass, distance, top.lambda1, lambda3, n.array([0, 0, 1]), remarks)
 
 
 def of_body(top: Top, body: MassProperties, pivot: Array, tensor: Array, n: Arithmetic) -> HeavyTop:

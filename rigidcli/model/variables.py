@@ -14,7 +14,7 @@ from rigidcli.model.units import Dimension
 from rigidcli.symbolic.language.expression import Expression
 
 MOST_COORDINATES = 40
-"""The most coordinates of a system: their Hamiltonian is still worked in seconds."""
+"""The most coordinates of a system: far more than anybody writes, and still worked in bounded time."""
 
 EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}
 """JSON Schema of an expression."""
@@ -26,7 +26,7 @@ def names_schema(least: int, most: int) -> JsonSchemaValue:
 
 
 RESULTS: Mapping[str, str] = {"H": "the Hamiltonian"}
-"""Names that results have for themselves, in the columns of an orbit."""
+"""Names that no variable may have, because columns of an orbit have them."""
 
 
 def velocity(coordinate: str) -> str:

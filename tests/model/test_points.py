@@ -277,8 +277,8 @@ def test_csv_of_many_chunks_keeps_its_lines_whole_and_counts_them(tmp_path: Path
         ("1,2,3,0x10", "column z: read `0x10`, expected a number"),
         ("1,2,3,٣", "column z: read `٣`, expected a number"),
         ("1,2,3,[4]", "column z: read `[4]`, expected a number"),
-        ("1,2,3,\x1b[31m4", r"column z: read `\x1b[31m4`, expected a number"),
-        ("1,2,3," + "a" * 100, "column z: read `" + "a" * 40 + "...`, expected a number"),
+        ("1,2,3,\x1b[31m4", r'column z: read `"\u001b[31m4"`, expected a number'),
+        ("1,2,3," + "a" * 100, "column z: read `" + "a" * 57 + "...`, expected a number"),
         ("1,2,3," + "?" * 500_000, "a line of more than 10000 bytes"),
     ],
 )
