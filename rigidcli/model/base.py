@@ -32,7 +32,7 @@ SECTION = "x-section"
 """Key that stands for `$ref` in the JSON Schema of one section, as bodies contain bodies."""
 
 SHARED = "x-shared"
-"""Key with the name of the schema that stands under `schema` beside it: it is written once, and referred to."""
+"""Key with the name of the schema that stands under `schema` beside it: written once, and referred to."""
 
 
 class Section(BaseModel):

@@ -99,9 +99,9 @@ def test_a_header_by_python_2_is_read(tmp_path: Path) -> None:
     ("array", "message"),
     [
         (np.empty((0, 4)), ": no points"),
-        (np.ones(4), ": shape (4,), expected (n, 4) for m, x, y, z"),
-        (np.ones((4, 7)), ": shape (4, 7), expected (n, 4) for m, x, y, z; save the transposed array"),
-        (np.ones((1, 2, 4)), ": shape (1, 2, 4), expected (n, 4) for m, x, y, z"),
+        (np.ones(4), ": shape `(4,)`, expected (n, 4) for m, x, y, z"),
+        (np.ones((4, 7)), ": shape `(4, 7)`, expected (n, 4) for m, x, y, z; save the transposed array"),
+        (np.ones((1, 2, 4)), ": shape `(1, 2, 4)`, expected (n, 4) for m, x, y, z"),
         (np.ones((2, 4), complex), ": an array of `complex128`, expected real numbers"),
         (np.full((2, 4), None), ": an array of `object`, expected real numbers"),
         (np.ones(2, [("m", "f8")]), ": an array of `[('m', '<f8')]`, expected real numbers"),
