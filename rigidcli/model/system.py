@@ -22,6 +22,7 @@ from rigidcli.model.variables import (
     Names,
     acceleration,
     blame_parameter,
+    derived_names,
     momentum,
     names_schema,
     read_expression,
@@ -38,8 +39,7 @@ def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     names = Names(raw, env, RESULTS, MOST_COORDINATES, "coordinates")
     meaning: dict[str, str] = {}
     for coordinate in names.index:
-        for name, kind in ((velocity(coordinate), "velocity"), (momentum(coordinate), "momentum")):
-            what = f"the {kind} of `{coordinate}`"
+        for name, what in derived_names([coordinate]).items():
             if name in names.index:
                 problem = ValueProblem(f"`{name}` is {what}, expected another name")
                 names.problems.append(problem.below(names.index[name]))
@@ -58,17 +58,13 @@ Kinds: TypeAlias = tuple[Literal["velocities", "momenta"], ...]
 @lru_cache(maxsize=8)
 def _variables(coordinates: tuple[str, ...], besides: Kinds) -> tuple[tuple[str, ...], Mapping[str, str]]:
     """What an expression may contain besides parameters, and what the system's other names mean."""
-    velocities = {velocity(name): f"the velocity of `{name}`" for name in coordinates}
-    momenta = {momentum(name): f"the momentum of `{name}`" for name in coordinates}
-    variables = list(coordinates)
-    misplaced = {acceleration(name): f"the acceleration of `{name}`" for name in coordinates}
-    for kind, names in (("velocities", velocities), ("momenta", momenta)):
-        if kind in besides:
-            variables += names
-        else:
-            misplaced |= names
-    elsewhere = {name: what for name, what in misplaced.items() if name not in variables}
-    return (*variables, "t"), MappingProxyType(elsewhere)
+    of = {"velocities": velocity, "momenta": momentum}
+    variables = (*coordinates, *(of[kind](name) for kind in besides for name in coordinates), "t")
+    meanings = derived_names(coordinates) | {
+        acceleration(name): f"the acceleration of `{name}`" for name in coordinates
+    }
+    elsewhere = {name: what for name, what in meanings.items() if name not in variables}
+    return variables, MappingProxyType(elsewhere)
 
 
 @dataclass(frozen=True)

@@ -15,26 +15,22 @@ from rigidcli.model.variables import (
     MOST_COORDINATES,
     RESULTS,
     Names,
+    derived_names,
     momentum,
     names_schema,
     read_expression,
-    velocity,
 )
 from rigidcli.symbolic.language.expression import Expression
 
 
-def _described(coordinates: tuple[str, ...]) -> dict[str, str]:
+def _meanings(coordinates: tuple[str, ...]) -> dict[str, str]:
     """What the names of a system are."""
-    return {
-        **{name: f"an old variable, the coordinate `{name}`" for name in coordinates},
-        **{momentum(name): f"an old variable, the momentum of `{name}`" for name in coordinates},
-        **{velocity(name): f"the velocity of `{name}`" for name in coordinates},
-    }
+    return {name: f"the coordinate `{name}`" for name in coordinates} | derived_names(coordinates)
 
 
 def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     env = environment(info)
-    taken = {**RESULTS, **_described(env.coordinates or ())}
+    taken = {**RESULTS, **_meanings(env.coordinates or ())}
     names = Names(raw, env, taken, 2 * MOST_COORDINATES, "new variables").all()
     if len(names) % 2:
         hint = "new coordinates first, then their momenta in the same order, as in [Q1, Q2, P1, P2]"
@@ -57,15 +53,13 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     new: tuple[str, ...] | None = info.data.get("new_variables")
     coordinates = env.coordinates
     old = None if coordinates is None else (*coordinates, *map(momentum, coordinates))
-    described_old = _described(coordinates or ())
-    described_new = dict.fromkeys(new or (), "a new variable")
     if info.field_name == "old":
-        side, other, misplaced = old, new, described_old
-        hint = "under `old` the old variables are written in the new ones"
+        side, other, hint = old, new, "under `old` the old variables are written in the new ones"
     else:
-        side, other, misplaced = new, old, described_new
-        misplaced |= {velocity(name): f"the velocity of `{name}`" for name in coordinates or ()}
+        side, other = new, old
         hint = "under `new` the new variables are written in the old coordinates and momenta"
+    meanings = _meanings(coordinates or ()) | dict.fromkeys(new or (), "a new variable")
+    misplaced = {name: what for name, what in meanings.items() if name not in (other or ())}
     found: dict[str, Expression] = {}
     spelling, problems = read_names(raw)
     for name, key in spelling.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from pydantic.json_schema import JsonSchemaValue
 
@@ -37,6 +37,15 @@ def velocity(coordinate: str) -> str:
 def momentum(coordinate: str) -> str:
     """The name of a coordinate's momentum."""
     return f"p_{coordinate}"
+
+
+def derived_names(coordinates: Iterable[str]) -> dict[str, str]:
+    """The names of the velocities and momenta, and what they are."""
+    return {
+        name: f"the {kind} of `{coordinate}`"
+        for coordinate in coordinates
+        for name, kind in ((velocity(coordinate), "velocity"), (momentum(coordinate), "momentum"))
+    }
 
 
 def acceleration(coordinate: str) -> str:
