@@ -176,7 +176,7 @@ _SYMBOLS = frozenset([
     "Ω", "ohm", "Wb", "L", "l", "eV", "cal", "Wh", "yr", "ly", "pc", "Da", "P", "St", "Gal",
 ])
 # fmt: on
-"""The units before which a short prefix may stand; before their long names stand the long ones."""
+"""The units before which a short prefix may stand; a long one stands before their longer names."""
 
 _INCH = Fraction("0.0254")
 _FOOT = 12 * _INCH
@@ -317,14 +317,12 @@ _REFUSED = {
 """Names that are likely to mean something else than their reader would take them for: why, and a hint."""
 
 _ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)
-_UNITS = {"1": _ONE} | {
-    name: Unit(name, Fraction(factor), pi_power, dimension)
-    for names, factor, dimension, pi_power in _TABLE
-    for name in names.split()
-}
-_WORDS = frozenset(
-    name for names, *_ in _TABLE if _SYMBOLS & set(names.split()) for name in names.split() if len(name) > 3
-)
+
+_ROWS = {"1": ("1", 1, DIMENSIONLESS, 0)} | {name: row for row in _TABLE for name in row[0].split()}
+"""The row of the table in which a name stands."""
+
+_WORDS = frozenset(name for symbol in _SYMBOLS for name in _ROWS[symbol][0].split() if len(name) > 3)
+"""The units before which a long prefix may stand."""
 
 
 def _may_follow(prefix: str) -> frozenset[str]:
@@ -333,17 +331,18 @@ def _may_follow(prefix: str) -> frozenset[str]:
 
 def known_names() -> list[str]:
     """Every name of the table, those with an SI prefix too."""
-    return [*_UNITS, *(prefix + name for prefix in _PREFIXES for name in sorted(_may_follow(prefix)))]
+    return [*_ROWS, *(prefix + name for prefix in _PREFIXES for name in sorted(_may_follow(prefix)))]
 
 
 def _from_table(name: str) -> Unit | None:
-    if name in _UNITS:
-        return _UNITS[name]
+    if name in _ROWS:
+        _, factor, dimension, pi_power = _ROWS[name]
+        return Unit(name, Fraction(factor), pi_power, dimension)
     for cut in range(1, len(name)):
         prefix, rest = name[:cut], name[cut:]
         if prefix in _PREFIXES and rest in _may_follow(prefix):
-            unit, power = _UNITS[rest], _PREFIXES[prefix]
-            return replace(unit, text=name, factor=unit.factor * Fraction(10) ** power)
+            _, factor, dimension, pi_power = _ROWS[rest]
+            return Unit(name, factor * Fraction(10) ** _PREFIXES[prefix], pi_power, dimension)
     return None
 
 
