@@ -127,11 +127,11 @@ class ReadBy(Reader):
     schema: JsonSchemaValue
 
     def read(self, raw: object, info: ValidationInfo) -> Any:
-        """By the function."""
+        """What the function makes of it."""
         return self.function(raw, info)
 
     def json_schema(self) -> JsonSchemaValue:
-        """As given."""
+        """The schema that was given."""
         return self.schema
 
 

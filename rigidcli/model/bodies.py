@@ -1,4 +1,4 @@
-"""The forms of body besides the shapes: point masses, composites, known tensors; and the choice among all."""
+"""The forms of body besides the shapes (point masses, composites, known tensors), and the choice of one."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from rigidcli.model.shape import Form
 from rigidcli.model.shapes import SHAPES
 
 SYMMETRY_TOLERANCE = 1e-9
-"""How far Ixy and Iyx may differ, in units of the largest entry, before a given tensor is refused."""
+"""How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded."""
 
 
 class PointMass(Section):
@@ -99,7 +99,7 @@ class PointMasses(Form):
             raise problem.below("points") from None
 
     def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
-        """Summed over the points, but for those of a file, which are read once."""
+        """The tensor summed over the points; that of a file is shifted, so that the file is read once."""
         if isinstance(self.points, pathlib.Path):
             return super().local_tensor_about(point, n)
         return tensor.about(n.array(self.points), point)
@@ -185,7 +185,7 @@ class Composite(Form):
         return whole
 
     def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
-        """Summed over the parts."""
+        """The sum of the tensors of the parts, less those of the holes."""
         tensors = [part.tensor_about(point, n) * (-1 if part.hole else 1) for part in self.parts]
         return np.asarray(np.sum(tensors, axis=0))
 

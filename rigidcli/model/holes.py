@@ -46,7 +46,7 @@ class Leaf:
     path: Path = ()
 
     def fills_unknown_space(self) -> bool:
-        """Whether nobody knows where the mass of the form is: a known tensor."""
+        """Whether the form does not tell where its mass is, as a known tensor does not."""
         return not isinstance(self.form, Shape) and not hasattr(self.form, "points")
 
     def within(self, place: tuple[Array, Array], sign: int, path: Path) -> Leaf:
@@ -171,7 +171,10 @@ class _Placed:
         return placed
 
     def _surface(self, start: Floats, reach: Floats) -> Floats:
-        """Where rays from a point (3 by 1) in the shape leave it, drawn in (3 by n); `reach` goes beyond."""
+        """The points (3 by n) where rays from a point in the shape (3 by 1) leave it, drawn in by MARGIN.
+
+        `reach` (3 by n) are the rays, long enough to end outside.
+        """
         low, high = np.zeros(reach.shape[1]), np.ones(reach.shape[1])
         for _ in range(BISECTIONS):
             trial = (low + high) / 2

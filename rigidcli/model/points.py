@@ -36,10 +36,10 @@ more rows than a block.
 """
 
 LINE_BYTES = 10_000
-"""By how much a line may exceed a chunk: four numbers take a hundred bytes."""
+"""The most bytes by which a line may exceed a chunk: four numbers take a hundred."""
 
 HEADER_BYTES = 16_384
-"""In how many bytes the header of a .npy file must end: one of four columns takes a hundred."""
+"""The most bytes of the header of a .npy file: one of four columns takes a hundred."""
 
 
 def blocks(path: Path, *, checked: bool = True) -> Iterator[Block]:

@@ -1,4 +1,4 @@
-"""What shapes are made of: a mass, dimensions, a place; the last they share with all forms of body."""
+"""The base classes of forms of body, which have a place, and of shapes, which have dimensions, too."""
 
 from __future__ import annotations
 
@@ -131,7 +131,7 @@ class Shape(Form):
         """Measure, centre and spread from the dimensions."""
 
     def pivot(self, arithmetic: Arithmetic) -> Array:
-        """The anchor."""
+        """The point that `anchor` names; without one, the natural origin."""
         if self.anchor is None:
             return arithmetic.array([0, 0, 0])
         if self.anchor == "com":
@@ -139,7 +139,7 @@ class Shape(Form):
         return arithmetic.array(self.ANCHORS[self.anchor](self))
 
     def uniform_density(self, n: Arithmetic) -> Scalar:
-        """As given, or as it follows from the mass."""
+        """The density as given, or as it follows from the mass."""
         measure = self.geometry(n).measure
         return self.density if self.density is not None else (self.mass or 0) / measure
 
@@ -172,7 +172,7 @@ class Region(Shape):
         return np.array(self.geometry(FLOAT).centre, dtype=np.float64)
 
     def corners(self) -> Floats:
-        """Vertices that no grid finds (3 by k, m); none for most."""
+        """Vertices (3 by k, m), which no grid finds; most shapes have none."""
         return np.zeros((3, 0))
 
 
