@@ -195,7 +195,7 @@ class _Reading:
         return self._place(tuple(int(step) if step.isdecimal() else step for step in key.split(".")))
 
     def _place(self, path: Path) -> Place:
-        """The source and line of a value, or of what is nearest above it; no line for what was set outside."""
+        """The source and line of a value, or of what is nearest above it; without a line if set outside."""
         for changed, option in reversed(list(self._changed.items())):
             if path[: len(changed)] == changed:
                 return f"{self._source} with {option}", None

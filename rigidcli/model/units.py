@@ -1,7 +1,7 @@
 """Units: the text of a unit becomes an exact factor to SI and a dimension.
 
-A literal table holds the units of mechanics courses: a rational factor times a power of pi. A name that
-the table lacks is refused, with the names that are like it.
+A literal table defines the units of mechanics courses, each by others. What follows is exact: a rational
+factor times a power of pi. A name that the table lacks is refused, with the names that are like it.
 
     unit   =  factor, then more of them joined by `*`, `·`, a blank (all of them products) or `/`
     factor =  (name | `(` unit `)`) [power]        `1` may stand for a name before `/`, as in `1/s`
@@ -178,132 +178,121 @@ _SYMBOLS = frozenset([
 # fmt: on
 """The units before which a short prefix may stand; a long one stands before their longer names."""
 
-_INCH = Fraction("0.0254")
-_FOOT = 12 * _INCH
-_SURVEY_FOOT = Fraction(1200, 3937)  # of the United States: furlongs and fathoms are multiples of it
-_MILE = 5280 * _FOOT
-_POUND = Fraction("0.45359237")
-_GRAVITY = Fraction("9.80665")
-_POUND_FORCE = _POUND * _GRAVITY
-_DAY = 86_400
-_YEAR = 36525 * _DAY // 100  # Julian
-_AU = 149_597_870_700
-_LIGHT = 299_792_458  # its speed, m/s
-_DEGREE = Fraction(1, 180)  # of pi
-_DALTON = Fraction("1.66053906892e-27")  # measured, CODATA 2022
-_NEWTON = Fraction("6.67430e-11")  # the constant of gravitation, measured, CODATA 2022
-_GM_SUN, _GM_EARTH = Fraction("1.3271244e20"), Fraction("3.986004e14")  # nominal, IAU 2015 resolution B3
-
-_TABLE: tuple[tuple[str, Fraction | int, Dimension, int], ...] = (
-    ("m meter meters metre metres", 1, LENGTH, 0),
-    ("g gram grams", Fraction(1, 1000), MASS, 0),
-    ("s sec secs second seconds", 1, TIME, 0),
-    ("A ampere amperes", 1, CURRENT, 0),
-    ("K kelvin kelvins", 1, TEMPERATURE, 0),
-    ("mol mole moles", 1, Dimension(amount=1), 0),
-    ("rad radian radians", 1, ANGLE, 0),
-    ("Hz hertz", 1, FREQUENCY, 0),
-    ("N newton newtons", 1, FORCE, 0),
-    ("J joule joules", 1, ENERGY, 0),
-    ("W watt watts", 1, POWER, 0),
-    ("Pa pascal pascals", 1, PRESSURE, 0),
-    ("C coulomb coulombs", 1, Dimension(current=1, time=1), 0),
-    ("V volt volts", 1, POWER.times(CURRENT, -1), 0),
-    ("T tesla teslas", 1, Dimension(mass=1, time=-2, current=-1), 0),
-    ("F farad farads", 1, Dimension(mass=-1, length=-2, time=4, current=2), 0),
-    ("H henry", 1, ENERGY.times(CURRENT, -2), 0),
-    ("Ω ohm ohms", 1, POWER.times(CURRENT, -2), 0),
-    ("Wb weber webers", 1, ENERGY.times(CURRENT, -1), 0),
-    ("min mins minute minutes", 60, TIME, 0),
-    ("h hr hrs hour hours", 3600, TIME, 0),
-    ("d day days", _DAY, TIME, 0),
-    ("sidereal_day sidereal_days", _DAY / Fraction("1.00273790935079524"), TIME, 0),
-    ("week weeks", 7 * _DAY, TIME, 0),
-    ("fortnight fortnights", 14 * _DAY, TIME, 0),
-    ("a yr yrs year years julian_year julian_years", _YEAR, TIME, 0),
-    ("sidereal_year sidereal_years", _DAY * Fraction("365.256363004"), TIME, 0),
-    ("tropical_year tropical_years", _DAY * Fraction("365.242190402"), TIME, 0),
-    ("century centuries", 100 * _YEAR, TIME, 0),
-    ("in inch inches", _INCH, LENGTH, 0),
-    ("ft foot feet", _FOOT, LENGTH, 0),
-    ("yd yard yards", 3 * _FOOT, LENGTH, 0),
-    ("mi mile miles", _MILE, LENGTH, 0),
-    ("nmi nautical_mile nautical_miles", 1852, LENGTH, 0),
-    ("thou", _INCH / 1000, LENGTH, 0),
-    ("fathom fathoms", 6 * _SURVEY_FOOT, LENGTH, 0),
-    ("furlong furlongs", 660 * _SURVEY_FOOT, LENGTH, 0),
-    ("micron microns", Fraction(1, 10**6), LENGTH, 0),
-    ("angstrom angstroms", Fraction(1, 10**10), LENGTH, 0),
-    ("fermi", Fraction(1, 10**15), LENGTH, 0),
-    ("au astronomical_unit astronomical_units", _AU, LENGTH, 0),
-    ("ly light_year light_years lightyear lightyears", _LIGHT * _YEAR, LENGTH, 0),
-    ("pc parsec parsecs", 648_000 * _AU, LENGTH, -1),  # IAU 2015 resolution B2
-    ("R_sun solar_radius solar_radii", 695_700_000, LENGTH, 0),  # nominal, as GM_sun
-    ("R_earth earth_radius earth_radii", 6_378_100, LENGTH, 0),  # nominal, of the equator
-    ("t tonne tonnes metric_ton metric_tons", 1000, MASS, 0),
-    ("lb lbs lbm pound pounds", _POUND, MASS, 0),
-    ("oz ounce ounces", _POUND / 16, MASS, 0),
-    ("grain grains", _POUND / 7000, MASS, 0),
-    ("carat carats", Fraction(1, 5000), MASS, 0),
-    ("stone", 14 * _POUND, MASS, 0),
-    ("short_ton short_tons", 2000 * _POUND, MASS, 0),
-    ("long_ton long_tons", 2240 * _POUND, MASS, 0),
-    ("slug slugs", _POUND_FORCE / _FOOT, MASS, 0),
-    ("slinch blob", _POUND_FORCE / _INCH, MASS, 0),
-    ("u Da amu dalton daltons", _DALTON, MASS, 0),
-    ("M_sun solar_mass solar_masses", _GM_SUN / _NEWTON, MASS, 0),
-    ("M_earth earth_mass earth_masses", _GM_EARTH / _NEWTON, MASS, 0),
-    ("GM_sun", _GM_SUN, GRAVITATIONAL_PARAMETER, 0),
-    ("GM_earth", _GM_EARTH, GRAVITATIONAL_PARAMETER, 0),
-    ("deg degree degrees", _DEGREE, ANGLE, 1),
-    ("gon gons grad grads", Fraction(1, 200), ANGLE, 1),
-    ("arcmin arcminute arcminutes", _DEGREE / 60, ANGLE, 1),
-    ("arcsec arcsecond arcseconds", _DEGREE / 3600, ANGLE, 1),
-    ("mas milliarcsecond milliarcseconds", _DEGREE / 3_600_000, ANGLE, 1),
-    ("rev revolution revolutions turn turns cycle cycles", 2, ANGLE, 1),
-    ("rpm", Fraction(1, 30), ANGULAR_VELOCITY, 1),
-    ("rps", 2, ANGULAR_VELOCITY, 1),
-    ("ha hectare hectares", 10_000, AREA, 0),
-    ("acre acres", 43_560 * _SURVEY_FOOT**2, AREA, 0),
-    ("L l liter liters litre litres", Fraction(1, 1000), VOLUME, 0),
-    ("cc", Fraction(1, 10**6), VOLUME, 0),
-    ("gal gallon gallons", 231 * _INCH**3, VOLUME, 0),  # of the United States
-    ("mph", _MILE / 3600, VELOCITY, 0),
-    ("kph", Fraction(1000, 3600), VELOCITY, 0),
-    ("fps", _FOOT, VELOCITY, 0),
-    ("kn kt knot knots", Fraction(1852, 3600), VELOCITY, 0),
-    ("c speed_of_light", _LIGHT, VELOCITY, 0),
-    ("g0 g_0 gn g_n standard_gravity", _GRAVITY, ACCELERATION, 0),
-    ("Gal", Fraction(1, 100), ACCELERATION, 0),
-    ("lbf pound_force", _POUND_FORCE, FORCE, 0),
-    ("ozf ounce_force", _POUND_FORCE / 16, FORCE, 0),
-    ("kip kips", 1000 * _POUND_FORCE, FORCE, 0),
-    ("pdl poundal poundals", _POUND * _FOOT, FORCE, 0),
-    ("kgf kilogram_force", _GRAVITY, FORCE, 0),
-    ("gf gram_force", _GRAVITY / 1000, FORCE, 0),
-    ("dyn dyne dynes", Fraction(1, 10**5), FORCE, 0),
-    ("erg ergs", Fraction(1, 10**7), ENERGY, 0),
-    ("eV electron_volt electron_volts electronvolt electronvolts", Fraction("1.602176634e-19"), ENERGY, 0),
-    ("cal calorie calories", Fraction("4.184"), ENERGY, 0),  # thermochemical
-    ("Wh watt_hour watt_hours", 3600, ENERGY, 0),
-    ("Btu BTU", Fraction("1055.056"), ENERGY, 0),
-    ("ft_lb foot_pound foot_pounds", _POUND_FORCE * _FOOT, ENERGY, 0),
-    ("tTNT ton_TNT", 4_184_000_000, ENERGY, 0),
-    ("hp horsepower", 550 * _FOOT * _POUND_FORCE, POWER, 0),
-    ("metric_horsepower", 75 * _GRAVITY, POWER, 0),
-    ("bar", 100_000, PRESSURE, 0),
-    ("mbar millibar millibars", 100, PRESSURE, 0),
-    ("atm atmosphere atmospheres", 101_325, PRESSURE, 0),
-    ("torr", Fraction(101_325, 760), PRESSURE, 0),
-    ("mmHg", Fraction("13.5951") * _GRAVITY, PRESSURE, 0),
-    ("inHg", Fraction("13.5951") * _GRAVITY * 1000 * _INCH, PRESSURE, 0),
-    ("cmH2O", 10 * _GRAVITY, PRESSURE, 0),
-    ("psi", _POUND_FORCE / _INCH**2, PRESSURE, 0),
-    ("ksi", 1000 * _POUND_FORCE / _INCH**2, PRESSURE, 0),
-    ("P poise", Fraction(1, 10), PRESSURE.times(TIME), 0),
-    ("St stokes", Fraction(1, 10_000), AREA.times(TIME, -1), 0),
+_TABLE: tuple[tuple[str, Unit | str], ...] = (
+    ("kg", Unit("kg", Fraction(1), 0, MASS)),
+    ("m meter meters metre metres", Unit("m", Fraction(1), 0, LENGTH)),
+    ("s sec secs second seconds", Unit("s", Fraction(1), 0, TIME)),
+    ("A ampere amperes", Unit("A", Fraction(1), 0, CURRENT)),
+    ("K kelvin kelvins", Unit("K", Fraction(1), 0, TEMPERATURE)),
+    ("mol mole moles", Unit("mol", Fraction(1), 0, Dimension(amount=1))),
+    ("rad radian radians", Unit("rad", Fraction(1), 0, ANGLE)),
+    ("Hz hertz", Unit("Hz", Fraction(1), 0, FREQUENCY)),
+    ("g gram grams", "1/1000 kg"),
+    ("N newton newtons", "kg m/s^2"),
+    ("J joule joules", "N m"),
+    ("W watt watts", "J/s"),
+    ("Pa pascal pascals", "N/m^2"),
+    ("C coulomb coulombs", "A s"),
+    ("V volt volts", "W/A"),
+    ("T tesla teslas", "V s/m^2"),
+    ("F farad farads", "C/V"),
+    ("H henry", "V s/A"),
+    ("Ω ohm ohms", "V/A"),
+    ("Wb weber webers", "V s"),
+    ("min mins minute minutes", "60 s"),
+    ("h hr hrs hour hours", "60 min"),
+    ("d day days", "24 h"),
+    ("sidereal_day sidereal_days", "1/1.00273790935079524 d"),
+    ("week weeks", "7 d"),
+    ("fortnight fortnights", "14 d"),
+    ("a yr yrs year years julian_year julian_years", "365.25 d"),
+    ("sidereal_year sidereal_years", "365.256363004 d"),
+    ("tropical_year tropical_years", "365.242190402 d"),
+    ("century centuries", "100 a"),
+    ("in inch inches", "2.54 cm"),
+    ("ft foot feet", "12 in"),
+    ("yd yard yards", "3 ft"),
+    ("mi mile miles", "5280 ft"),
+    ("survey_foot", "1200/3937 m"),  # of the United States
+    ("fathom fathoms", "6 survey_foot"),
+    ("furlong furlongs", "660 survey_foot"),
+    ("nmi nautical_mile nautical_miles", "1852 m"),
+    ("thou", "1/1000 in"),
+    ("micron microns", "1e-6 m"),
+    ("angstrom angstroms", "1e-10 m"),
+    ("fermi", "1e-15 m"),
+    ("au astronomical_unit astronomical_units", "149597870700 m"),
+    ("ly light_year light_years lightyear lightyears", "c a"),
+    (
+        "pc parsec parsecs",
+        Unit("pc", Fraction(648_000 * 149_597_870_700), -1, LENGTH),
+    ),  # IAU 2015 resolution B2
+    ("R_sun solar_radius solar_radii", "695700 km"),  # nominal values of IAU 2015 resolution B3
+    ("R_earth earth_radius earth_radii", "6378.1 km"),
+    ("GM_sun", "1.3271244e20 m^3/s^2"),
+    ("GM_earth", "3.986004e14 m^3/s^2"),
+    ("M_sun solar_mass solar_masses", "1e11/6.67430 kg m^-3 s^2 GM_sun"),  # G of CODATA 2022, measured
+    ("M_earth earth_mass earth_masses", "1e11/6.67430 kg m^-3 s^2 GM_earth"),
+    ("t tonne tonnes metric_ton metric_tons", "1000 kg"),
+    ("lb lbs lbm pound pounds", "0.45359237 kg"),
+    ("oz ounce ounces", "1/16 lb"),
+    ("grain grains", "1/7000 lb"),
+    ("carat carats", "200 mg"),
+    ("stone", "14 lb"),
+    ("short_ton short_tons", "2000 lb"),
+    ("long_ton long_tons", "2240 lb"),
+    ("slug slugs", "lbf s^2/ft"),
+    ("slinch blob", "lbf s^2/in"),
+    ("u Da amu dalton daltons", "1.66053906892e-27 kg"),  # measured, CODATA 2022
+    ("deg degree degrees", Unit("deg", Fraction(1, 180), 1, ANGLE)),
+    ("gon gons grad grads", "0.9 deg"),
+    ("arcmin arcminute arcminutes", "1/60 deg"),
+    ("arcsec arcsecond arcseconds", "1/60 arcmin"),
+    ("mas milliarcsecond milliarcseconds", "1/1000 arcsec"),
+    ("rev revolution revolutions turn turns cycle cycles", "360 deg"),
+    ("rpm", "rev/min"),
+    ("rps", "rev/s"),
+    ("ha hectare hectares", "10000 m^2"),
+    ("acre acres", "43560 survey_foot^2"),
+    ("L l liter liters litre litres", "dm^3"),
+    ("cc", "cm^3"),
+    ("gal gallon gallons", "231 in^3"),  # of the United States
+    ("mph", "mi/h"),
+    ("kph", "km/h"),
+    ("fps", "ft/s"),
+    ("kn kt knot knots", "nmi/h"),
+    ("c speed_of_light", "299792458 m/s"),
+    ("g0 g_0 gn g_n standard_gravity", "9.80665 m/s^2"),
+    ("Gal", "cm/s^2"),
+    ("lbf pound_force", "lb g0"),
+    ("ozf ounce_force", "oz g0"),
+    ("kip kips", "1000 lbf"),
+    ("pdl poundal poundals", "lb ft/s^2"),
+    ("kgf kilogram_force", "kg g0"),
+    ("gf gram_force", "g g0"),
+    ("dyn dyne dynes", "g cm/s^2"),
+    ("erg ergs", "dyn cm"),
+    ("eV electron_volt electron_volts electronvolt electronvolts", "1.602176634e-19 J"),
+    ("cal calorie calories", "4.184 J"),  # thermochemical
+    ("Wh watt_hour watt_hours", "W h"),
+    ("Btu BTU", "1055.056 J"),
+    ("ft_lb foot_pound foot_pounds", "ft lbf"),
+    ("tTNT ton_TNT", "1e9 cal"),
+    ("hp horsepower", "550 ft lbf/s"),
+    ("metric_horsepower", "75 kgf m/s"),
+    ("bar", "100 kPa"),
+    ("mbar millibar millibars", "1/1000 bar"),
+    ("atm atmosphere atmospheres", "101325 Pa"),
+    ("torr", "1/760 atm"),
+    ("mmHg", "13.5951 g/cm^3 g0 mm"),
+    ("inHg", "13.5951 g/cm^3 g0 in"),
+    ("cmH2O", "g/cm^3 g0 cm"),
+    ("psi", "lbf/in^2"),
+    ("ksi", "kip/in^2"),
+    ("P poise", "0.1 Pa s"),
+    ("St stokes", "cm^2/s"),
 )
-"""Names, then one of the unit in SI units as a rational number, its dimension, and the power of pi beside."""
+"""Names with a definition by a number and other units; base units, and those with pi, as they are."""
 
 _REFUSED = {
     "degC": ("has its zero elsewhere than the kelvin", "write a temperature in `K`"),
@@ -318,7 +307,7 @@ _REFUSED = {
 
 _ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)
 
-_ROWS = {"1": ("1", 1, DIMENSIONLESS, 0)} | {name: row for row in _TABLE for name in row[0].split()}
+_ROWS = {"1": ("1", _ONE)} | {name: row for row in _TABLE for name in row[0].split()}
 """The row of the table in which a name stands."""
 
 _WORDS = frozenset(name for symbol in _SYMBOLS for name in _ROWS[symbol][0].split() if len(name) > 3)
@@ -331,19 +320,29 @@ def _may_follow(prefix: str) -> frozenset[str]:
 
 def known_names() -> list[str]:
     """Every name of the table, those with an SI prefix too."""
-    return [*_ROWS, *(prefix + name for prefix in _PREFIXES for name in sorted(_may_follow(prefix)))]
+    prefixed = (prefix + name for prefix in _PREFIXES for name in sorted(_may_follow(prefix)))
+    return list(dict.fromkeys([*_ROWS, *prefixed]))
 
 
 def _from_table(name: str) -> Unit | None:
     if name in _ROWS:
-        _, factor, dimension, pi_power = _ROWS[name]
-        return Unit(name, Fraction(factor), pi_power, dimension)
+        meaning = _ROWS[name][1]
+        return replace(meaning, text=name) if isinstance(meaning, Unit) else _defined(name, meaning)
     for cut in range(1, len(name)):
         prefix, rest = name[:cut], name[cut:]
         if prefix in _PREFIXES and rest in _may_follow(prefix):
-            _, factor, dimension, pi_power = _ROWS[rest]
-            return Unit(name, factor * Fraction(10) ** _PREFIXES[prefix], pi_power, dimension)
+            unit = _named(rest)
+            return replace(unit, text=name, factor=unit.factor * Fraction(10) ** _PREFIXES[prefix])
     return None
+
+
+def _defined(name: str, definition: str) -> Unit:
+    """The unit that a row of the table defines by others: `550 ft lbf/s`, `1/16 lb`, `lbf/in^2`."""
+    number, _, others = definition.partition(" ") if definition[0].isdigit() else ("1", "", definition)
+    numerator, _, denominator = number.partition("/")
+    unit = parse_unit(others)
+    factor = unit.factor * Fraction(numerator) / Fraction(denominator or 1)
+    return replace(unit, text=name, factor=factor)
 
 
 def _named(name: str) -> Unit:
