@@ -100,7 +100,7 @@ def environment(info: ValidationInfo) -> Environment:
 
 
 class Reader(ABC):
-    """Marks a field of whose value as written `read` makes what the field holds."""
+    """Marks a field with a reader of its own: `read` turns what is written into what the field holds."""
 
     @abstractmethod
     def read(self, raw: object, info: ValidationInfo) -> Any:
@@ -127,7 +127,7 @@ class ReadBy(Reader):
     schema: JsonSchemaValue
 
     def read(self, raw: object, info: ValidationInfo) -> Any:
-        """What the function makes of it."""
+        """The value that the function returns."""
         return self.function(raw, info)
 
     def json_schema(self) -> JsonSchemaValue:
