@@ -1,7 +1,4 @@
-"""Units in answers: those of documents, and the other spellings that are seen in homework.
-
-A name that the table of units lacks is not looked for elsewhere.
-"""
+"""Units in answers: those of documents, and the other spellings that are seen in homework."""
 
 from __future__ import annotations
 
@@ -80,7 +77,9 @@ def read_unit(text: str, expected: Unit | None = None, place: str = "") -> Unit:
         message = f"read {shown(text)}: {with_hint(problem)}"
         raise Unreadable("unit_incompatible", message, place=place) from None
     if not SCALES[0] < unit.scale < SCALES[1]:
-        raise Unreadable("unit_incompatible", f"{shown(text)} is no unit of this world", place=place)
+        raise Unreadable(
+            "unit_incompatible", f"{shown(text)} is too large or too small for a unit", place=place
+        )
     return unit
 
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
 
 from pydantic import (
+    AfterValidator,
     BaseModel,
     ConfigDict,
     GetCoreSchemaHandler,
@@ -27,10 +29,10 @@ from rigidcli.model import units
 from rigidcli.model.environment import Environment, number_of
 
 SECTION = "x-section"
-"""Stands for `$ref` in the JSON Schema of one section: forms contain each other, and are joined later."""
+"""Key that stands for `$ref` in the JSON Schema of one section, as bodies contain bodies."""
 
 SHARED = "x-shared"
-"""Names a schema that stands under `schema` beside it, to be written once and referred to."""
+"""Key with the name of the schema that stands under `schema` beside it: written once, and referred to."""
 
 
 class Section(BaseModel):
@@ -97,17 +99,55 @@ def environment(info: ValidationInfo) -> Environment:
     return info.context if isinstance(info.context, Environment) else Environment()
 
 
+class Reader(ABC):
+    """Marks a field with a reader of its own: `read` turns what is written into what the field holds."""
+
+    @abstractmethod
+    def read(self, raw: object, info: ValidationInfo) -> Any:
+        """The value of the field. Raises ValueProblem."""
+
+    @abstractmethod
+    def json_schema(self) -> JsonSchemaValue:
+        """JSON Schema of what may be written."""
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return self.json_schema()
+
+
+@dataclass(frozen=True, eq=False)
+class ReadBy(Reader):
+    """Marks a field that a function reads; `schema` is its JSON Schema."""
+
+    function: Callable[[object, ValidationInfo], Any]
+    schema: JsonSchemaValue
+
+    def read(self, raw: object, info: ValidationInfo) -> Any:
+        """The value that the function returns."""
+        return self.function(raw, info)
+
+    def json_schema(self) -> JsonSchemaValue:
+        """The schema that was given."""
+        return self.schema
+
+
 LIMITS: dict[units.Dimension | None, float] = {
     units.LENGTH: 1e50,
     units.MASS: 1e100,
     units.MOMENT_OF_INERTIA: 1e200,
 }
+"""The largest number of a dimension, in SI units; its inverse is the least. No formula goes beyond floats."""
+
 DEFAULT_LIMIT = 1e160
-"""The largest number accepted, and the inverse of the least: no formula overflows, or becomes zero."""
+"""The limit of numbers of other dimensions."""
 
 
-@dataclass(frozen=True, slots=True)
-class Quantity:
+@dataclass(frozen=True)
+class Quantity(Reader):
     """Marks a field as a number with a dimension, which becomes an SI value once, when it is read.
 
     A dimension of None is any.
@@ -116,12 +156,8 @@ class Quantity:
     dimension: units.Dimension | None
     sign: Literal["positive", "nonnegative"] | None = None
 
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.with_info_plain_validator_function(self._read)
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
+    def json_schema(self) -> JsonSchemaValue:
+        """A number, or a text for one, under a name of its own."""
         number: dict[str, object] = {"type": "number"}
         if self.sign is not None:
             number["exclusiveMinimum" if self.sign == "positive" else "minimum"] = 0
@@ -131,20 +167,19 @@ class Quantity:
         return {SHARED: name.replace(" ", "-"), "schema": body}
 
     @property
-    def _limit(self) -> float:
-        return LIMITS.get(self.dimension, DEFAULT_LIMIT)
-
-    @property
     def words(self) -> str:
         """What is expected, in words."""
         return number_of(self.dimension, self.sign)
 
-    def _read(self, raw: object, info: ValidationInfo) -> Scalar:
+    def read(self, raw: object, info: ValidationInfo) -> Scalar:
+        """The SI value, of a size and sign that fit."""
         env = environment(info)
         value: Scalar = env.read(raw, self.dimension)
-        if not env.arithmetic.exact and value and not 1 / self._limit <= abs(value) <= self._limit:
-            low, high = f"{1 / self._limit:.0e}", f"{self._limit:.0e}"
-            raise ValueProblem(f"read {shown(raw)}, expected {self.words} from {low} to {high}")
+        limit = LIMITS.get(self.dimension, DEFAULT_LIMIT)
+        if not env.arithmetic.exact and value and not 1 / limit <= abs(value) <= limit:
+            raise ValueProblem(
+                f"read {shown(raw)}, expected {self.words} from {1 / limit:.0e} to {limit:.0e}"
+            )
         if self.sign is not None:
             sign = env.arithmetic.sign(value)
             if sign == -1 or (sign == 0 and self.sign == "positive"):
@@ -155,47 +190,21 @@ class Quantity:
         return value
 
 
-@dataclass(frozen=True, slots=True)
-class Whole:
-    """Marks a field as a whole number, be it written as one, as 3.0 or as an expression."""
-
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.with_info_plain_validator_function(self._read)
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        return {"type": ["integer", "string"]}
-
-    @staticmethod
-    def _read(raw: object, info: ValidationInfo) -> int:
-        env = environment(info)
-        value = env.arithmetic.value(env.read(raw, units.DIMENSIONLESS))
-        if value is None or not value.is_integer():
-            worked = f" (which is {value:.6g})" if isinstance(raw, str) and value is not None else ""
-            raise ValueProblem(f"read {shown(raw)}{worked}, expected a whole number")
-        return int(value)
+def _read_whole(raw: object, info: ValidationInfo) -> int:
+    """A whole number, be it written as one, as 3.0 or as an expression."""
+    env = environment(info)
+    value = env.arithmetic.value(env.read(raw, units.DIMENSIONLESS))
+    if value is None or not value.is_integer():
+        worked = f" (which is {value:.6g})" if isinstance(raw, str) and value is not None else ""
+        raise ValueProblem(f"read {shown(raw)}{worked}, expected a whole number")
+    return int(value)
 
 
-@dataclass(frozen=True, slots=True)
-class FormulaOf:
-    """Marks a field as an expression in `variables` and the parameters, worth a number of this dimension."""
-
-    dimension: units.Dimension
-    variables: tuple[str, ...]
-
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.with_info_plain_validator_function(
-            lambda raw, info: environment(info).formula(raw, self.dimension, self.variables)
-        )
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        return {
-            "type": ["number", "string"],
-            "description": f"An expression in the parameters and in {', '.join(self.variables)}",
-        }
+def _require_polar_angle(angle: Scalar, info: ValidationInfo) -> Scalar:
+    n = environment(info).arithmetic
+    if n.sign(angle) == -1 or n.sign(n.pi - angle) == -1:
+        raise ValueProblem(f"read {n.size(angle):.6g} rad, expected an angle from 0 to 180 deg")
+    return angle
 
 
 Mass = Annotated[Scalar, Quantity(units.MASS, "positive")]
@@ -203,6 +212,7 @@ Length = Annotated[Scalar, Quantity(units.LENGTH, "positive")]
 OptionalLength = Annotated[Scalar, Quantity(units.LENGTH, "nonnegative")]
 Coordinate = Annotated[Scalar, Quantity(units.LENGTH)]
 Angle = Annotated[Scalar, Quantity(units.ANGLE)]
+PolarAngle = Annotated[Angle, AfterValidator(_require_polar_angle)]
 AngularVelocity = Annotated[Scalar, Quantity(units.ANGULAR_VELOCITY)]
 MomentOfInertia = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA)]
 PrincipalMoment = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA, "nonnegative")]
@@ -210,7 +220,7 @@ PositiveMoment = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA, "positive")
 Time = Annotated[Scalar, Quantity(units.TIME)]
 Duration = Annotated[Scalar, Quantity(units.TIME, "positive")]
 Number = Annotated[Scalar, Quantity(units.DIMENSIONLESS)]
-WholeNumber = Annotated[int, Whole()]
+WholeNumber = Annotated[int, ReadBy(_read_whole, {"type": ["integer", "string"]})]
 
 # A YAML list is read as a tuple; everything else stays strict.
 AsList = Strict(False)
@@ -224,22 +234,19 @@ def reference(section: type[Section]) -> JsonSchemaValue:
     return {SECTION: section.__name__}
 
 
-@dataclass(frozen=True, slots=True)
-class Choice:
+@dataclass(frozen=True)
+class Choice(Reader):
     """Marks a field as one of several sections, told apart by `choose` from the mapping as read."""
 
     choose: Callable[[Mapping[str, Any]], type[Section]]
     options: Callable[[], Sequence[type[Section]]]
 
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.with_info_plain_validator_function(self._read)
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
+    def json_schema(self) -> JsonSchemaValue:
+        """One of the sections."""
         return {"oneOf": [reference(option) for option in self.options()]}
 
-    def _read(self, raw: object, info: ValidationInfo) -> Section:
+    def read(self, raw: object, info: ValidationInfo) -> Section:
+        """The section that was chosen."""
         if isinstance(raw, Section):
             return raw
         if not isinstance(raw, Mapping):

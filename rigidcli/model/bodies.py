@@ -1,4 +1,4 @@
-"""The forms of body besides the shapes: point masses, composites, known tensors; and the choice among all."""
+"""The forms of body besides the shapes (point masses, composites, known tensors), and the choice of one."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ from rigidcli.model.shape import Form
 from rigidcli.model.shapes import SHAPES
 
 SYMMETRY_TOLERANCE = 1e-9
-"""How far Ixy and Iyx may differ, in units of the largest entry, before a given tensor is refused."""
+"""How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded."""
 
 
 class PointMass(Section):
@@ -61,10 +61,6 @@ Row: TypeAlias = Annotated[
 ]
 
 
-def _path(raw: str, env: Environment) -> pathlib.Path:
-    return env.folder / raw
-
-
 class PointMasses(Form):
     """Point masses, in the document or in a file (.csv with the header m,x,y,z, or .npy of shape (n, 4))."""
 
@@ -72,7 +68,7 @@ class PointMasses(Form):
         tuple[Row, ...] | pathlib.Path,
         Alternative(
             str,
-            _path,
+            lambda raw, env: env.folder / raw,
             otherwise=Annotated[tuple[Row, ...], AsList, Field(min_length=1)],
             schema={"type": "string", "description": "A .csv or .npy file, beside the document"},
         ),
@@ -103,10 +99,13 @@ class PointMasses(Form):
             raise problem.below("points") from None
 
     def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
-        """Summed over the points, but for those of a file, which are read once."""
+        """The tensor summed over the points; that of a file is shifted, so that the file is read once."""
         if isinstance(self.points, pathlib.Path):
             return super().local_tensor_about(point, n)
         return tensor.about(n.array(self.points), point)
+
+
+TensorRow = Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList]
 
 
 class KnownTensor(Form):
@@ -117,17 +116,7 @@ class KnownTensor(Form):
 
     ONE_OF: ClassVar = ("inertia", "moments")
 
-    inertia: (
-        Annotated[
-            tuple[
-                Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList],
-                Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList],
-                Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList],
-            ],
-            AsList,
-        ]
-        | None
-    ) = None
+    inertia: Annotated[tuple[TensorRow, TensorRow, TensorRow], AsList] | None = None
     moments: Annotated[tuple[PrincipalMoment, PrincipalMoment, PrincipalMoment], AsList] | None = None
     mass: Mass | None = None
     com: Vector3 | None = None
@@ -200,7 +189,7 @@ class Composite(Form):
         return whole
 
     def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
-        """Summed over the parts."""
+        """The sum of the tensors of the parts, less those of the holes."""
         turn, own = self._together(point, n)
         return tensor.rotate(own, turn)
 
@@ -224,7 +213,7 @@ class Composite(Form):
         """The shapes of which the composite is made, however deep, each with sign and place."""
         for index, part in enumerate(self.parts):
             place = part.motion(arithmetic)
-            inner = part.leaves(arithmetic) if isinstance(part, Composite) else [holes.leaf(part)]
+            inner = part.leaves(arithmetic) if isinstance(part, Composite) else [holes.Leaf(part)]
             for leaf in inner:
                 yield leaf.within(place, -1 if part.hole else 1, ("parts", index))
 
@@ -235,6 +224,7 @@ FORMS: dict[str, type[Form]] = {
     "inertia": KnownTensor,
     "moments": KnownTensor,
 }
+"""The forms besides the shapes, by the key that tells them."""
 
 
 def _choose(raw: Mapping[str, Any]) -> type[Section]:
@@ -248,5 +238,6 @@ def _choose(raw: Mapping[str, Any]) -> type[Section]:
 
 
 BODY = Choice(_choose, lambda: (*SHAPES.values(), *dict.fromkeys(FORMS.values())))
+"""Marks a field that takes a body of any form."""
 
 Body: TypeAlias = Annotated[Form, BODY]

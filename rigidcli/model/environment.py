@@ -1,4 +1,4 @@
-"""In what a document's numbers are read: its parameters, and the kind of number to make of them."""
+"""The environment in which numbers are read: parameters, and the kind of arithmetic to use."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from rigidcli.model.units import (
 from rigidcli.symbolic.language.expression import Expression, parse
 
 LONGEST_LIST = 20
-"""Names that a message lists."""
+"""The most names that a message lists: two lines of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ class Environment:
         return unit.si(Fraction(repr(_finite(digits))))
 
     def _unit(self, digits: str, unit_text: str, dimension: Dimension | None) -> Unit:
-        """The unit of a quantity. Raises ValueProblem for one that is none, or does not fit."""
+        """The unit of a quantity. Raises ValueProblem for an unknown unit, or one of another dimension."""
         try:
             unit = parse_unit(unit_text)
             if dimension is not None:
@@ -183,7 +183,7 @@ class Environment:
         return expression.evaluate(self.parameters)
 
     def _without_value(self, names: frozenset[str]) -> frozenset[str]:
-        """Those of the parameters that have no value although a number is to be read; takes note of them."""
+        """The parameters among `names` that lack the value that a number needs; each is noted as a fault."""
         if self.arithmetic.exact:
             return frozenset()
         missing = names & self.open.keys()
@@ -192,7 +192,7 @@ class Environment:
         return missing
 
     def _use(self, names: Iterable[str], variables: tuple[str, ...] = ()) -> None:
-        """Note that parameters are used. Raises ExpressionError for what is none; names the `variables`."""
+        """Note that parameters are used. Raises ExpressionError, with the `variables`, for others."""
         unknown = sorted(set(names) - self.declared)
         if unknown:
             raise self._undeclared(unknown, variables)
@@ -227,7 +227,7 @@ def _exact(expression: Expression, values: Mapping[str, Any]) -> Any:
 
 
 def _listed(names: list[str]) -> str:
-    """Names for a message, not too many of them."""
+    """At most LONGEST_LIST names, for a message."""
     more = f" and {len(names) - LONGEST_LIST} more" if len(names) > LONGEST_LIST else ""
     return (", ".join(map(shown, names[:LONGEST_LIST])) or "none") + more
 

@@ -1,4 +1,4 @@
-"""A file or text -> a document, or everything that is wrong with it, each with its line."""
+"""Reading of a file or text: a document, or all that is wrong with it, each problem with its line."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ from rigidcli.model.settings import Change, apply, split_setting
 from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
 
 STDIN = "-"
+"""The name of a file that stands for standard input."""
 
 _TYPES = {
     "tuple_type": "a list, such as [0, 0, 1]",
@@ -194,7 +195,7 @@ class _Reading:
         return self._place(tuple(int(step) if step.isdecimal() else step for step in key.split(".")))
 
     def _place(self, path: Path) -> Place:
-        """Where a value, or what is nearest above it in the document, was given; no line if nothing was."""
+        """The source and line of a value, or of what is nearest above it; without a line if set outside."""
         for changed, option in reversed(list(self._changed.items())):
             if path[: len(changed)] == changed:
                 return f"{self._source} with {option}", None
@@ -202,7 +203,7 @@ class _Reading:
 
 
 def _is_symbolic(tree: Mapping[str, object]) -> bool:
-    """Whether a document is of a system alone, whose expressions are worked by an algebra of their own."""
+    """Whether a document has a system alone, whose expressions stay symbolic and whose numbers are floats."""
     return tree.get("system") is not None and all(tree.get(key) is None for key in ("body", "top", "tide"))
 
 

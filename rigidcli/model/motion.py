@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from abc import abstractmethod
 from typing import Annotated, Literal, TypeAlias
 
 from pydantic import Field
 
 from rigidcli.core.arithmetic import Scalar
 from rigidcli.model import units
-from rigidcli.model.base import AsList, FormulaOf, Quantity, Rates3, Section, by_key
+from rigidcli.model.base import AsList, Quantity, Rates3, ReadBy, Section, by_key, environment
 from rigidcli.model.environment import Formula
 from rigidcli.model.rotations import Rotation
 from rigidcli.model.sampling import Sampling
@@ -23,17 +22,28 @@ VARIABLES = (
 )
 """What the components of a torque may depend on, in the order in which its functions take them."""
 
-TorqueComponent = Annotated[Formula, FormulaOf(units.ENERGY, VARIABLES)]
+TorqueComponent = Annotated[
+    Formula,
+    ReadBy(
+        lambda raw, info: environment(info).formula(raw, units.ENERGY, VARIABLES),
+        {
+            "type": ["number", "string"],
+            "description": f"An expression in the parameters and in {', '.join(VARIABLES)}",
+        },
+    ),
+]
 Torque3 = Annotated[tuple[TorqueComponent, TorqueComponent, TorqueComponent], AsList]
 
 
 class OwnTorque(Section):
-    """A torque that the document tells by its components."""
+    """A torque that the document tells by its components, under the one key of the section."""
 
     @property
-    @abstractmethod
     def components(self) -> tuple[Formula, Formula, Formula]:
         """The three, along axes that the class knows."""
+        (key,) = type(self).model_fields
+        components: tuple[Formula, Formula, Formula] = getattr(self, key)
+        return components
 
     @property
     def names(self) -> frozenset[str]:
@@ -46,21 +56,11 @@ class BodyTorque(OwnTorque):
 
     body: Torque3
 
-    @property
-    def components(self) -> tuple[Formula, Formula, Formula]:
-        """Those of `body`."""
-        return self.body
-
 
 class SpaceTorque(OwnTorque):
     """A torque by its components along the axes of space."""
 
     space: Torque3
-
-    @property
-    def components(self) -> tuple[Formula, Formula, Formula]:
-        """Those of `space`."""
-        return self.space
 
 
 class Weight(Section):

@@ -10,10 +10,10 @@ from pydantic import Field, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import DocumentError, Problem, UsageError, ValueProblem, nearest, shown
-from rigidcli.model.base import environment, refusal
+from rigidcli.model.base import ReadBy, environment, refusal
 from rigidcli.model.parameters import read_name
 from rigidcli.model.sampling import Sampling
-from rigidcli.model.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, ReadBy, momentum, velocity
+from rigidcli.model.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, velocity
 
 if TYPE_CHECKING:
     from rigidcli.model.document import Document

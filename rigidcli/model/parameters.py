@@ -14,6 +14,7 @@ from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, Expressio
 from rigidcli.symbolic.language.tree import CONSTANTS, Constant, Name
 
 _RESERVED_FOR = {"t": "the time", **dict.fromkeys(CONSTANTS, "a constant")}
+"""What reserved names are; those that are not here are functions."""
 
 
 def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable[str]) -> list[ValueProblem]:
@@ -23,16 +24,8 @@ def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable
     are floats, it and what hangs on it are only `open`. One with a problem is `broken` in the
     environment, so that what uses it is not blamed.
     """
-    problems: list[ValueProblem] = []
-    spelling: dict[str, str] = {}
-    for key in raw:
-        try:
-            name = read_name(key)
-            if name in spelling:
-                raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
-            spelling[name] = key
-        except ValueProblem as problem:
-            problems.append(problem.below("parameters", key))
+    spelling, found = read_names(raw)
+    problems = [problem.below("parameters") for problem in found]
     env.declared |= spelling.keys()
     uses = {}
     for name, key in spelling.items():
@@ -75,6 +68,21 @@ def definitions(env: Environment, raw: Mapping[str, Any]) -> dict[str, Expressio
     uses = {name: _names_in(value) & values.keys() for name, value in values.items()}
     order = TopologicalSorter(uses).static_order()
     return {name: None if values[name] is None else env.symbolic(values[name]) for name in order}
+
+
+def read_names(raw: Mapping[str, Any]) -> tuple[dict[str, str], list[ValueProblem]]:
+    """The names that the keys of a mapping are, each with its key; and what is wrong with other keys."""
+    spelling: dict[str, str] = {}
+    problems: list[ValueProblem] = []
+    for key in raw:
+        try:
+            name = read_name(key)
+            if name in spelling:
+                raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
+            spelling[name] = key
+        except ValueProblem as problem:
+            problems.append(problem.below(key))
+    return spelling, problems
 
 
 def read_name(key: object) -> str:

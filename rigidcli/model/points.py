@@ -18,17 +18,28 @@ import numpy as np
 import orjson
 from numpy.typing import NDArray
 
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ValueProblem, shown
 
 Block = NDArray[np.float64]
 
 COLUMNS = ("m", "x", "y", "z")
-BLOCK_ROWS = 25_000  # 0.8 MB; not a power of two, which would put columns on the same cache lines
-# CSV text is read in chunks. A line has 8 bytes at least, `1,2,3,4` and its end, so that a chunk
-# with the rest of its last line holds no more rows than a block.
+"""What the columns of a block hold, in this order."""
+
+BLOCK_ROWS = 25_000
+"""The most rows of a block, 0.8 MB; not a power of two, which would put columns on the same cache lines."""
+
 CHUNK_BYTES = 8 * (BLOCK_ROWS - 1)
-LINE_BYTES = 10_000  # by which a line may exceed a chunk
-HEADER_BYTES = 16_384  # in which the header of a .npy file must end
+"""How much CSV text is read at once.
+
+A line has 8 bytes at least, `1,2,3,4` and its end, so that a chunk with the rest of its last line holds no
+more rows than a block.
+"""
+
+LINE_BYTES = 10_000
+"""The most bytes by which a line may exceed a chunk: four numbers take a hundred."""
+
+HEADER_BYTES = 16_384
+"""The most bytes of the header of a .npy file: one of four columns takes a hundred."""
 
 
 def blocks(path: Path, *, checked: bool = True) -> Iterator[Block]:
@@ -112,10 +123,10 @@ def _npy_header(file: BufferedReader, name: str) -> tuple[int, bool, np.dtype[np
     except Exception as error:  # numpy reads hostile text as a literal: anything may come
         raise ValueProblem(f"{name}: not a .npy file of numpy, or a broken one") from error
     if dtype.kind not in "fiu":
-        raise ValueProblem(f"{name}: an array of `{_shown(str(dtype))}`, expected real numbers")
+        raise ValueProblem(f"{name}: an array of {shown(str(dtype))}, expected real numbers")
     if len(shape) != 2 or shape[1] != len(COLUMNS) or shape[0] < 0:
         hint = "save the transposed array" if len(shape) == 2 and shape[0] == len(COLUMNS) else None
-        raise ValueProblem(f"{name}: shape {_shown(str(shape))}, expected (n, 4) for m, x, y, z", hint=hint)
+        raise ValueProblem(f"{name}: shape {shown(str(shape))}, expected (n, 4) for m, x, y, z", hint=hint)
     file.seek(head.tell())
     return shape[0], fortran_order, dtype
 
@@ -141,8 +152,9 @@ def _require_points(block: Block, start: int, name: str) -> None:
 
 # --- .csv
 
-# What an ordinary line consists of, commas and newline apart.
 _NUMERALS = b"0123456789+-.eE \t\r"
+"""What an ordinary line consists of, commas and newline apart."""
+
 _NUMBER = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
 
@@ -168,7 +180,7 @@ def _csv_header(header: bytes, name: str) -> list[int]:
     text = header.decode("utf-8-sig", "replace").strip()
     titles = [title.strip() for title in text.split(",")]
     if sorted(titles) != sorted(COLUMNS):
-        raise ValueProblem(f"{name}:1: header `{_shown(text)}`, expected `m,x,y,z` in any order")
+        raise ValueProblem(f"{name}:1: header {shown(text)}, expected `m,x,y,z` in any order")
     return [titles.index(column) for column in COLUMNS]
 
 
@@ -231,10 +243,4 @@ def _all_point_masses(block: Block) -> bool:
 def _fault(column: int, text: str, value: float | None) -> str:
     """What is wrong with a text in a column: no number, not finite, or not a mass."""
     kind = "a number" if value is None else "a positive mass" if math.isfinite(value) else "a finite number"
-    return f"column {COLUMNS[column]}: read `{_shown(text)}`, expected {kind}"
-
-
-def _shown(text: str) -> str:
-    """At most 40 characters, all of them printable."""
-    clipped = text if len(text) <= 40 else f"{text[:40]}..."
-    return clipped if clipped.isprintable() else ascii(clipped)[1:-1]
+    return f"column {COLUMNS[column]}: read {shown(text)}, expected {kind}"

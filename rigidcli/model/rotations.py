@@ -29,7 +29,7 @@ class AxisAngle(Turn):
     angle: Angle
 
     def as_matrix(self, n: Arithmetic) -> Array:
-        """By Rodrigues' formula."""
+        """The matrix by Rodrigues' formula."""
         return rotation.from_axis_angle(self.axis, self.angle, n)
 
 
@@ -50,7 +50,7 @@ class Euler(Turn):
         return sequence
 
     def as_matrix(self, n: Arithmetic) -> Array:
-        """First axis leftmost."""
+        """The product of the three turns, the first one leftmost."""
         return rotation.from_euler(self.euler, self.sequence, n)
 
 
@@ -60,7 +60,7 @@ class Quaternion(Turn):
     quaternion: Annotated[tuple[Number, Number, Number, Number], AsList]
 
     def as_matrix(self, n: Arithmetic) -> Array:
-        """Of the normalised quaternion."""
+        """The matrix of the normalised quaternion."""
         return rotation.from_quaternion(self.quaternion, n)
 
 
@@ -70,7 +70,7 @@ class Matrix(Turn):
     matrix: Annotated[tuple[Direction, Direction, Direction], AsList]
 
     def as_matrix(self, n: Arithmetic) -> Array:
-        """Made orthogonal to rounding."""
+        """The matrix as given, made orthogonal to rounding."""
         return rotation.from_matrix(self.matrix, n)
 
 

@@ -13,9 +13,16 @@ from rigidcli.errors import ValueProblem, shown
 from rigidcli.model.base import AsList, Duration, Number, Section, Time, WholeNumber, environment
 
 MOST_SAMPLES = 10_000_000
+"""The most samples of a motion: a trajectory of as many rows takes a gigabyte."""
+
 LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
+"""Bounds of the relative error of a step: rounding is larger than less, and more is no solution."""
+
 DEFAULT_SAMPLES = 1001
+"""Samples where a document says nothing: with both ends, they cut its duration into a thousand parts."""
+
 DEFAULT_TOLERANCE = 1e-12
+"""Relative error of a step where a document says nothing: small beside what most are asked for."""
 
 WHOLE_STEP = 1e-9
 """A last step that misses the end by less than this, in units of the step, was meant to end there."""

@@ -2,80 +2,72 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from typing import Any
 
 from rigidcli.model.base import SECTION, SHARED, Section
 from rigidcli.model.document import Document
 
-DIALECT = "https://json-schema.org/draft/2020-12/schema"
+_DIALECT = "https://json-schema.org/draft/2020-12/schema"
+"""The edition of JSON Schema, which pydantic writes."""
 
 
 def json_schema() -> dict[str, Any]:
     """The schema, with every section that a document may contain under `$defs`."""
-    root = _of(Document)
     definitions: dict[str, Any] = {}
-    sections = {section.__name__: section for section in _sections(Section)}
-    waiting = _references(root)
+    waiting: list[str] = []
+    root = _Linking(definitions, waiting).section(Document)
+    sections = {section.__name__: section for section in _below(Section)}  # all are loaded by now
     while waiting:
         name = waiting.pop()
         if name not in definitions:
-            definitions[name] = _of(sections[name])
-            waiting |= _references(definitions[name])
-    shared: dict[str, Any] = {}
-    linked = {name: _link(schema, shared) for name, schema in definitions.items()}
-    document = {"$schema": DIALECT, "title": "rigidcli document", **_link(root, shared)}
-    return document | {"$defs": dict(sorted((linked | shared).items()))}
+            definitions[name] = _Linking(definitions, waiting).section(sections[name])
+    document = {"$schema": _DIALECT, "title": "rigidcli document", **root}
+    return document | {"$defs": dict(sorted(definitions.items()))}
 
 
-def _of(section: type[Section]) -> dict[str, Any]:
-    """Schema of one section; those that it contains directly stand in it."""
-    schema = section.model_json_schema()
-    inner = schema.pop("$defs", {})
-    result: dict[str, Any] = _inline(schema, inner)
-    return result
+def _below(section: type[Section]) -> list[type[Section]]:
+    return [section, *(found for child in section.__subclasses__() for found in _below(child))]
 
 
-def _inline(node: Any, definitions: dict[str, Any]) -> Any:
-    if isinstance(node, list):
-        return [_inline(item, definitions) for item in node]
-    if not isinstance(node, dict):
-        return node
-    if "$ref" in node:
-        target = _inline(definitions[node["$ref"].rpartition("/")[2]], definitions)
-        return target | {key: value for key, value in node.items() if key != "$ref"}
-    return {key: _inline(value, definitions) for key, value in node.items()}
+@dataclass
+class _Linking:
+    """One section's schema, with references as JSON Schema writes them.
+
+    What sections share is put into `definitions`; the sections to which it refers are added to `waiting`.
+    """
+
+    definitions: dict[str, Any]
+    waiting: list[str]
+    inner: dict[str, Any] = field(default_factory=dict)
+
+    def section(self, section: type[Section]) -> dict[str, Any]:
+        """The schema; what pydantic puts aside stands where it belongs."""
+        schema = section.model_json_schema()
+        self.inner = schema.pop("$defs", {})
+        linked: dict[str, Any] = self._link(schema)
+        return linked
+
+    def _link(self, node: Any) -> Any:
+        if isinstance(node, list):
+            return [self._link(item) for item in node]
+        if not isinstance(node, dict):
+            return node
+        if "$ref" in node:
+            return self._link(self.inner[node["$ref"].rpartition("/")[2]] | _without(node, "$ref"))
+        if SHARED in node:
+            self.definitions[node[SHARED]] = node["schema"]
+            return {"$ref": f"#/$defs/{node[SHARED]}", **_without(node, SHARED, "schema")}
+        if SECTION in node:
+            self.waiting.append(node[SECTION])
+            return {"$ref": f"#/$defs/{node[SECTION]}"}
+        # An optional key is left out in documents, where null says nothing more.
+        if isinstance(node.get("anyOf"), list) and {"type": "null"} in node["anyOf"]:
+            choices = [choice for choice in node["anyOf"] if choice != {"type": "null"}]
+            only = choices[0] if len(choices) == 1 else {"anyOf": choices}
+            return self._link(only | _without(node, "anyOf", "default"))
+        return {key: self._link(value) for key, value in node.items()}
 
 
-def _references(node: Any) -> set[str]:
-    """Names of the sections to which a schema refers."""
-    if isinstance(node, list):
-        return set().union(*map(_references, node))
-    if not isinstance(node, dict):
-        return set()
-    here = {node[SECTION]} if SECTION in node else set()
-    return here.union(*map(_references, node.values()))
-
-
-def _link(node: Any, shared: dict[str, Any]) -> Any:
-    """The schema with its references as JSON Schema writes them; what is shared is put aside."""
-    if isinstance(node, list):
-        return [_link(item, shared) for item in node]
-    if not isinstance(node, dict):
-        return node
-    if SHARED in node:
-        shared[node[SHARED]] = node["schema"]
-        rest = {key: value for key, value in node.items() if key not in (SHARED, "schema")}
-        return {"$ref": f"#/$defs/{node[SHARED]}", **rest}
-    if SECTION in node:
-        return {"$ref": f"#/$defs/{node[SECTION]}"}
-    # An optional key is left out in documents, where null says nothing more.
-    if isinstance(node.get("anyOf"), list) and {"type": "null"} in node["anyOf"]:
-        choices = [choice for choice in node["anyOf"] if choice != {"type": "null"}]
-        rest = {key: value for key, value in node.items() if key not in ("anyOf", "default")}
-        only = choices[0] if len(choices) == 1 else {"anyOf": choices}
-        return _link(only | rest, shared)
-    return {key: _link(value, shared) for key, value in node.items()}
-
-
-def _sections(section: type[Section]) -> list[type[Section]]:
-    return [section, *(found for child in section.__subclasses__() for found in _sections(child))]
+def _without(node: dict[str, Any], *keys: str) -> dict[str, Any]:
+    return {key: value for key, value in node.items() if key not in keys}

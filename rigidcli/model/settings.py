@@ -12,6 +12,7 @@ Change: TypeAlias = tuple[Path, object]
 """The path to a value, and what is to stand there."""
 
 _SETTING = re.compile(r"([^=.]+(?:\.[^=.]+)*)=(.*)", re.DOTALL)
+"""Keys joined by points, and the value after the first `=`."""
 
 
 def split_setting(text: str) -> tuple[Path, str]:

@@ -1,4 +1,4 @@
-"""What shapes are made of: a mass, dimensions, a place; the last they share with all forms of body."""
+"""The base classes of forms of body, which have a place, and of shapes, which have dimensions, too."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ class Shape(Form):
         """Measure, centre and spread from the dimensions."""
 
     def pivot(self, arithmetic: Arithmetic) -> Array:
-        """The anchor."""
+        """The point that `anchor` names; without one, the natural origin."""
         if self.anchor is None:
             return arithmetic.array([0, 0, 0])
         if self.anchor == "com":
@@ -143,7 +143,7 @@ class Shape(Form):
         return arithmetic.array(self.ANCHORS[self.anchor](self))
 
     def uniform_density(self, n: Arithmetic) -> Scalar:
-        """As given, or as it follows from the mass."""
+        """The density as given, or as it follows from the mass."""
         measure = self.geometry(n).measure
         return self.density if self.density is not None else (self.mass or 0) / measure
 
@@ -176,7 +176,7 @@ class Region(Shape):
         return np.array(self.geometry(FLOAT).centre, dtype=np.float64)
 
     def corners(self) -> Floats:
-        """Vertices that no grid finds (3 by k, m); none for most."""
+        """Vertices (3 by k, m), which no grid finds; most shapes have none."""
         return np.zeros((3, 0))
 
 
@@ -211,6 +211,7 @@ class Wire(Shape):
 Size2 = Annotated[tuple[Length, Length], AsList]
 Size3 = Annotated[tuple[Length, Length, Length], AsList]
 ORIGIN = (0, 0, 0)
+"""The centre of a shape that is symmetric about its natural origin."""
 
 
 def require_less(n: Arithmetic, small: Scalar, large: Scalar, key: str, limit: str) -> None:
@@ -227,8 +228,3 @@ def round_bounds(radius: float, low: float, high: float) -> Bounds:
 def powers(a: Scalar, b: Scalar, degree: int) -> Scalar:
     """a^n + a^(n-1) b + ... + b^n, which is (a^(n+1) - b^(n+1)) / (a - b) without cancellation."""
     return sum(a ** (degree - k) * b**k for k in range(degree + 1))
-
-
-def half_disk(n: Arithmetic, radius: Scalar) -> tuple[Scalar, Scalar]:
-    """Height of the centre of mass over the straight edge, and mean square distance from there."""
-    return 4 * radius / (3 * n.pi), radius**2 * (9 * n.pi**2 - 64) / (36 * n.pi**2)

@@ -8,6 +8,7 @@ shapes; frustum, cap and capsule are integrated. Tests hold every formula agains
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
@@ -20,51 +21,66 @@ from rigidcli.model.shape import (
     ORIGIN,
     Bounds,
     Geometry,
+    Lamina,
     Size2,
     Size3,
     Solid,
-    half_disk,
     powers,
     require_less,
     round_bounds,
 )
+from rigidcli.model.thin_shapes import Annulus, Disk, HalfDisk, Plate
 
 
-class Box(Solid):
+class _Prism(Solid):
+    """What a flat shape fills when it is moved along z; origin half way, over that of the flat shape."""
+
+    @abstractmethod
+    def swept(self) -> tuple[Lamina, Length]:
+        """The flat shape, and the height (m)."""
+
+    def check(self, n: Arithmetic) -> None:
+        self.swept()[0].check(n)
+
+    def geometry(self, n: Arithmetic) -> Geometry:
+        section, height = self.swept()
+        area, centre, (xx, yy, _) = section.geometry(n)
+        return Geometry(area * height, centre, [xx, yy, height**2 / 12])
+
+    def bounds(self) -> Bounds:
+        section, height = self.swept()
+        x, y, _ = section.bounds()
+        return x, y, (-height / 2, height / 2)
+
+    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
+        section, height = self.swept()
+        return section.contains(x, y, z) & (abs(z) <= height / 2)
+
+
+class Box(_Prism):
     """A rectangular block; origin at its centre."""
 
     ANCHORS: ClassVar = {"corner": lambda s: tuple(-side / 2 for side in s.size)}
     shape: Literal["box"]
     size: Size3
 
-    def geometry(self, n: Arithmetic) -> Geometry:
+    def swept(self) -> tuple[Lamina, Length]:
         x, y, z = self.size
-        return Geometry(x * y * z, ORIGIN, [side**2 / 12 for side in self.size])
-
-    def bounds(self) -> Bounds:
-        x, y, z = (side / 2 for side in self.size)
-        return (-x, x), (-y, y), (-z, z)
-
-    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        a, b, c = self.size
-        return (abs(2 * x) <= a) & (abs(2 * y) <= b) & (abs(2 * z) <= c)
+        return Plate.model_construct(shape="plate", size=(x, y)), z
 
 
-class Cube(Solid):
+class Cube(_Prism):
     """A cube; origin at its centre."""
 
     ANCHORS: ClassVar = {"corner": lambda s: 3 * (-s.side / 2,)}
     shape: Literal["cube"]
     side: Length
 
+    def swept(self) -> tuple[Lamina, Length]:
+        return Plate.model_construct(shape="plate", size=(self.side, self.side)), self.side
+
     def geometry(self, n: Arithmetic) -> Geometry:
-        return Geometry(self.side**3, ORIGIN, 3 * [self.side**2 / 12])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.side / 2, -self.side / 2, self.side / 2)
-
-    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        return (abs(2 * x) <= self.side) & (abs(2 * y) <= self.side) & (abs(2 * z) <= self.side)
+        return super().geometry(n)._replace(measure=self.side**3)  # rounded once
 
 
 class Sphere(Solid):
@@ -125,7 +141,7 @@ class Ellipsoid(Solid):
         return (x / a) ** 2 + (y / b) ** 2 + (z / c) ** 2 <= 1
 
 
-class Cylinder(Solid):
+class Cylinder(_Prism):
     """A circular cylinder along z; origin at its centre."""
 
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
@@ -133,18 +149,11 @@ class Cylinder(Solid):
     radius: Length
     height: Length
 
-    def geometry(self, n: Arithmetic) -> Geometry:
-        R, h = self.radius, self.height
-        return Geometry(n.pi * R**2 * h, ORIGIN, [R**2 / 4, R**2 / 4, h**2 / 12])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.radius, -self.height / 2, self.height / 2)
-
-    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        return (x**2 + y**2 <= self.radius**2) & (abs(z) <= self.height / 2)
+    def swept(self) -> tuple[Lamina, Length]:
+        return Disk.model_construct(shape="disk", radius=self.radius), self.height
 
 
-class Tube(Solid):
+class Tube(_Prism):
     """A cylinder along z with a coaxial hole; origin at its centre."""
 
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
@@ -153,21 +162,11 @@ class Tube(Solid):
     inner_radius: OptionalLength
     height: Length
 
-    def check(self, n: Arithmetic) -> None:
-        require_less(n, self.inner_radius, self.outer_radius, "inner_radius", "outer_radius")
-
-    def geometry(self, n: Arithmetic) -> Geometry:
-        R, r, h = self.outer_radius, self.inner_radius, self.height
-        across = (R**2 + r**2) / 4
-        return Geometry(n.pi * (R - r) * (R + r) * h, ORIGIN, [across, across, h**2 / 12])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.outer_radius, -self.height / 2, self.height / 2)
-
-    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        square = x**2 + y**2
-        ring = (square <= self.outer_radius**2) & (square >= self.inner_radius**2)
-        return ring & (abs(z) <= self.height / 2)
+    def swept(self) -> tuple[Lamina, Length]:
+        ring = Annulus.model_construct(
+            shape="annulus", outer_radius=self.outer_radius, inner_radius=self.inner_radius
+        )
+        return ring, self.height
 
 
 class EllipticCylinder(Solid):
@@ -191,24 +190,15 @@ class EllipticCylinder(Solid):
         return ((x / a) ** 2 + (y / b) ** 2 <= 1) & (abs(z) <= self.height / 2)
 
 
-class HalfCylinder(Solid):
+class HalfCylinder(_Prism):
     """The half y >= 0 of a cylinder along z; origin at the centre of the flat face."""
 
     shape: Literal["half_cylinder"]
     radius: Length
     height: Length
 
-    def geometry(self, n: Arithmetic) -> Geometry:
-        R, h = self.radius, self.height
-        y, along = half_disk(n, R)
-        return Geometry(n.pi * R**2 * h / 2, (0, y, 0), [R**2 / 4, along, h**2 / 12])
-
-    def bounds(self) -> Bounds:
-        R, h = self.radius, self.height
-        return (-R, R), (0, R), (-h / 2, h / 2)
-
-    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        return (x**2 + y**2 <= self.radius**2) & (y >= 0) & (abs(z) <= self.height / 2)
+    def swept(self) -> tuple[Lamina, Length]:
+        return HalfDisk.model_construct(shape="half_disk", radius=self.radius), self.height
 
 
 class Cone(Solid):

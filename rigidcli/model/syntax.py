@@ -8,7 +8,7 @@ in which `1:30` is ninety and `no` is false. JSON is read by the same road, bein
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import yaml
@@ -16,19 +16,27 @@ import yaml
 from rigidcli.errors import DocumentError, Path, Problem, shown
 
 MAX_BYTES = 2_000_000
-MAX_DEPTH = 50
-MAX_INTEGER_DIGITS = 400
+"""The longest text in UTF-8, which takes about half a second to read."""
 
-# The parser in C is ten times faster; both give the same events.
+MAX_DEPTH = 50
+"""The deepest nesting of lists and mappings: documents have ten levels, and Python's stack has a thousand."""
+
+MAX_INTEGER_DIGITS = 400
+"""The most digits of a whole number: more than any float has, fewer than are slow to read."""
+
 _LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
+"""The parser in C, which is ten times faster, where there is one; both give the same events."""
 
 _NULL = frozenset(["", "~", "null", "Null", "NULL"])
 _BOOL = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 _NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
 _INT = re.compile(r"[-+]?[0-9]+")
 _BASED_INT = re.compile(r"0o[0-7]+|0x[0-9a-fA-F]+")
-_SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?")
+"""What a plain scalar is, by the core schema of YAML 1.2; any other is a text."""
+
+_SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c-fC-F][0-9a-fA-F]{2})")
+"""Two escapes of JSON that stand for one character, and the backslashes before them."""
 
 
 def read_tree(
@@ -47,10 +55,8 @@ def read_tree(
     """
     data = _join_surrogates(text).encode(errors="surrogatepass")
     require_bounded(data, source)
-    builder = _Builder(source, decimal, lines, typed)
     try:
-        for event in yaml.parse(data, Loader=_LOADER):
-            builder.take(event)
+        return _Builder(yaml.parse(data, Loader=_LOADER), source, decimal, lines, typed).root()
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line = None if mark is None else mark.line + 1
@@ -62,7 +68,6 @@ def read_tree(
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1 if isinstance(error.position, int) else None
         raise _refusal(source, line, f"not YAML: {error.reason}", None) from None
-    return builder.root
 
 
 def require_bounded(data: bytes, source: str) -> None:
@@ -95,51 +100,78 @@ def _line(event: yaml.Event) -> int:
 
 
 class _Builder:
-    """Puts events together; a stack of open containers stands for recursion."""
+    """Puts events together. Containers within containers are worked by recursion, to MAX_DEPTH."""
 
     def __init__(
-        self, source: str, decimal: Callable[[str], object], lines: dict[Path, int] | None, typed: bool
+        self,
+        events: Iterator[yaml.Event],
+        source: str,
+        decimal: Callable[[str], object],
+        lines: dict[Path, int] | None,
+        typed: bool,
     ) -> None:
-        self.root: Any = None
-        self._typed = typed
+        self._events = events
         self._source = source
         self._decimal = decimal
         self._lines = lines
-        self._open: list[tuple[Any, Path]] = []
-        self._key: list[str | None] = []
-        self._documents = 0
+        self._typed = typed
 
-    def take(self, event: yaml.Event) -> None:
-        """Take one event."""
-        if isinstance(event, yaml.NodeEvent):
+    def root(self) -> Any:
+        """The one document of the stream; None where there is nothing."""
+        root, documents = None, 0
+        for event in self._events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                documents += 1
+                if documents > 1:
+                    raise self._refusal(event, "a second document begins here, expected one in a file")
+            elif isinstance(event, yaml.NodeEvent):
+                root = self._node(event, (), 0)
+        return root
+
+    def _node(self, event: yaml.Event, path: Path, depth: int) -> Any:
+        """The value that begins with `event`; its `path` is kept only if lines are asked for."""
+        self._refuse_unsafe(event)
+        if isinstance(event, yaml.ScalarEvent):
+            return self._scalar(event)
+        if depth == MAX_DEPTH:
+            raise self._refusal(event, f"nested more than {MAX_DEPTH} deep", code="too_deep")
+        if isinstance(event, yaml.MappingStartEvent):
+            return self._mapping(path, depth + 1)
+        items: list[Any] = []
+        while not isinstance(event := next(self._events), yaml.CollectionEndEvent):
+            items.append(self._node(event, self._placed(path, len(items), event), depth + 1))
+        return items
+
+    def _mapping(self, path: Path, depth: int) -> dict[str, Any]:
+        mapping: dict[str, Any] = {}
+        while not isinstance(event := next(self._events), yaml.CollectionEndEvent):
             self._refuse_unsafe(event)
-            if isinstance(event, yaml.ScalarEvent):
-                if self._open and isinstance(self._open[-1][0], dict) and self._key[-1] is None:
-                    self._take_key(event)
-                else:
-                    self._add(self._scalar(event), event)
-            else:
-                container: Any = {} if isinstance(event, yaml.MappingStartEvent) else []
-                path = self._add(container, event)
-                self._open.append((container, path))
-                self._key.append(None)
-                if len(self._open) > MAX_DEPTH:
-                    raise self._refusal(event, f"nested more than {MAX_DEPTH} deep", code="too_deep")
-        elif isinstance(event, yaml.CollectionEndEvent):
-            self._open.pop()
-            self._key.pop()
-        elif isinstance(event, yaml.DocumentStartEvent):
-            self._documents += 1
-            if self._documents > 1:
-                raise self._refusal(event, "a second document begins here, expected one in a file")
+            if not isinstance(event, yaml.ScalarEvent):
+                raise self._refusal(event, "a key is a list or a mapping, expected a text")
+            key = event.value
+            if key == "<<" and not event.style:
+                message = "merge keys (`<<`) are not read"
+                raise self._refusal(event, message, "write the keys out", code="not_allowed")
+            if key in mapping:
+                message = f"the key {shown(key)} stands twice in this mapping"
+                raise self._refusal(event, message, code="duplicate_key")
+            mapping[key] = self._node(next(self._events), self._placed(path, key, event), depth)
+        return mapping
+
+    def _placed(self, path: Path, step: str | int, event: yaml.Event) -> Path:
+        """The path to an entry, after taking note of its line; nothing where lines are not asked for."""
+        if self._lines is None:
+            return ()
+        self._lines[(*path, step)] = _line(event)
+        return (*path, step)
 
     def _refusal(
         self, event: yaml.Event, message: str, hint: str | None = None, code: str = "parse_error"
     ) -> DocumentError:
         return _refusal(self._source, _line(event), message, hint, code)
 
-    def _refuse_unsafe(self, event: yaml.NodeEvent) -> None:
-        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
+    def _refuse_unsafe(self, event: yaml.Event) -> None:
+        if isinstance(event, yaml.AliasEvent) or getattr(event, "anchor", None) is not None:
             hint = "write the value out, or quote the text"
             message = "anchors and aliases (`&`, `*`) are not read"
             raise self._refusal(event, message, hint, code="not_allowed")
@@ -147,39 +179,6 @@ class _Builder:
         if tag is not None:
             hint = "leave out tags: the schema knows the types"
             raise self._refusal(event, f"the tag {shown(tag)} is not read", hint, code="not_allowed")
-
-    def _take_key(self, event: yaml.ScalarEvent) -> None:
-        mapping, path = self._open[-1]
-        key = event.value
-        if key == "<<" and not event.style:
-            message = "merge keys (`<<`) are not read"
-            raise self._refusal(event, message, "write the keys out", code="not_allowed")
-        if key in mapping:
-            message = f"the key {shown(key)} stands twice in this mapping"
-            raise self._refusal(event, message, code="duplicate_key")
-        self._key[-1] = key
-        if self._lines is not None:
-            self._lines[(*path, key)] = _line(event)
-
-    def _add(self, value: object, event: yaml.Event) -> Path:
-        """Put a value where it belongs; the path to it, if paths are kept."""
-        if not self._open:
-            self.root = value
-            return ()
-        container, path = self._open[-1]
-        step: str | int
-        if isinstance(container, dict):
-            if self._key[-1] is None:
-                raise self._refusal(event, "a key is a list or a mapping, expected a text")
-            step, self._key[-1] = self._key[-1], None
-            container[step] = value
-        else:
-            step = len(container)
-            container.append(value)
-        if self._lines is None:
-            return ()
-        self._lines.setdefault((*path, step), _line(event))
-        return (*path, step)
 
     def _scalar(self, event: yaml.ScalarEvent) -> object:
         text: str = event.value

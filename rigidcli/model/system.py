@@ -8,29 +8,30 @@ from functools import lru_cache
 from types import MappingProxyType
 from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 
-from pydantic import Field, GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, core_schema
 
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.model import units
-from rigidcli.model.base import AsList, Section, environment
+from rigidcli.model.base import AsList, ReadBy, Reader, Section, environment
 from rigidcli.model.units import Dimension
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
     RESULTS,
     Names,
-    ReadBy,
     acceleration,
     blame_parameter,
+    derived_names,
     momentum,
+    names_schema,
     read_expression,
     velocity,
 )
 from rigidcli.symbolic.language.expression import Expression
 
 MOST_PARTICLES = 200
+"""The most particles of a system: far more than anybody writes, and still worked in bounded time."""
 
 
 def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
@@ -38,8 +39,7 @@ def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     names = Names(raw, env, RESULTS, MOST_COORDINATES, "coordinates")
     meaning: dict[str, str] = {}
     for coordinate in names.index:
-        for name, kind in ((velocity(coordinate), "velocity"), (momentum(coordinate), "momentum")):
-            what = f"the {kind} of `{coordinate}`"
+        for name, what in derived_names([coordinate]).items():
             if name in names.index:
                 problem = ValueProblem(f"`{name}` is {what}, expected another name")
                 names.problems.append(problem.below(names.index[name]))
@@ -52,33 +52,23 @@ def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     return env.coordinates
 
 
-_COORDINATES = ReadBy(
-    _read_coordinates,
-    {"type": "array", "items": {"type": "string"}, "minItems": 1, "maxItems": MOST_COORDINATES},
-)
-
-
 Kinds: TypeAlias = tuple[Literal["velocities", "momenta"], ...]
 
 
 @lru_cache(maxsize=8)
 def _variables(coordinates: tuple[str, ...], besides: Kinds) -> tuple[tuple[str, ...], Mapping[str, str]]:
     """What an expression may contain besides parameters, and what the system's other names mean."""
-    velocities = {velocity(name): f"the velocity of `{name}`" for name in coordinates}
-    momenta = {momentum(name): f"the momentum of `{name}`" for name in coordinates}
-    variables = list(coordinates)
-    misplaced = {acceleration(name): f"the acceleration of `{name}`" for name in coordinates}
-    for kind, names in (("velocities", velocities), ("momenta", momenta)):
-        if kind in besides:
-            variables += names
-        else:
-            misplaced |= names
-    elsewhere = {name: what for name, what in misplaced.items() if name not in variables}
-    return (*variables, "t"), MappingProxyType(elsewhere)
+    of = {"velocities": velocity, "momenta": momentum}
+    variables = (*coordinates, *(of[kind](name) for kind in besides for name in coordinates), "t")
+    meanings = derived_names(coordinates) | {
+        acceleration(name): f"the acceleration of `{name}`" for name in coordinates
+    }
+    elsewhere = {name: what for name, what in meanings.items() if name not in variables}
+    return variables, MappingProxyType(elsewhere)
 
 
-@dataclass(frozen=True, slots=True)
-class SystemExpression:
+@dataclass(frozen=True)
+class SystemExpression(Reader):
     """Marks a field as an expression in the parameters, the coordinates of the system, t, and `besides`.
 
     It is worth a number of this dimension, as far as the parameters have units that tell.
@@ -90,18 +80,15 @@ class SystemExpression:
     hint: str
     sign: Literal["positive", "nonnegative"] | None = None
 
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.with_info_plain_validator_function(self._read)
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
+    def json_schema(self) -> JsonSchemaValue:
+        """A number or a text, with the variables that may stand in it."""
         variables = " and ".join(
             ", ".join(["the parameters", "coordinates", *self.besides, "t"]).rsplit(", ", 1)
         )
         return EXPRESSION_SCHEMA | {"description": f"An expression in {variables}"}
 
-    def _read(self, raw: object, info: ValidationInfo) -> Expression:
+    def read(self, raw: object, info: ValidationInfo) -> Expression:
+        """The expression, in which names stay names."""
         env = environment(info)
         if env.coordinates is None:
             return env.symbolic(raw, self.dimension)
@@ -182,8 +169,8 @@ class System(Section):
 
     FORMS: ClassVar = ("lagrangian", "kinetic", "particles", "hamiltonian")
 
-    coordinates: Annotated[tuple[str, ...], _COORDINATES] = Field(
-        description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x"
+    coordinates: Annotated[tuple[str, ...], ReadBy(_read_coordinates, names_schema(1, MOST_COORDINATES))] = (
+        Field(description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x")
     )
     lagrangian: InVelocities | None = None
     kinetic: InVelocities | None = None

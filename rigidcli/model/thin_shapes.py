@@ -19,7 +19,6 @@ from rigidcli.model.shape import (
     Shell,
     Size2,
     Wire,
-    half_disk,
     require_less,
     round_bounds,
 )
@@ -151,8 +150,8 @@ class HalfDisk(Lamina):
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R = self.radius
-        y, along = half_disk(n, R)
-        return Geometry(n.pi * R**2 / 2, (0, y, 0), [R**2 / 4, along, 0])
+        along = R**2 * (9 * n.pi**2 - 64) / (36 * n.pi**2)
+        return Geometry(n.pi * R**2 / 2, (0, 4 * R / (3 * n.pi), 0), [R**2 / 4, along, 0])
 
     def bounds(self) -> Bounds:
         return (-self.radius, self.radius), (0, self.radius), (0, 0)

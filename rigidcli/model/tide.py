@@ -10,12 +10,12 @@ from rigidcli.core.arithmetic import Scalar
 from rigidcli.errors import ValueProblem
 from rigidcli.model import units
 from rigidcli.model.base import (
-    Angle,
     AngularVelocity,
     AsList,
     Length,
     Mass,
     Number,
+    PolarAngle,
     PositiveMoment,
     Quantity,
     Section,
@@ -35,7 +35,7 @@ class Perturber(Section):
     )
     distance: Length = Field(description="Semi-major axis of the orbit (m)")
     eccentricity: Number = Field(default=0, validate_default=True)
-    inclination: Angle = Field(
+    inclination: PolarAngle = Field(
         default=0, validate_default=True, description="Of the orbit to the plane from which obliquity counts"
     )
 
@@ -47,11 +47,6 @@ class Perturber(Section):
                 f"read {n.size(self.eccentricity):g}, expected a number from 0 to below 1",
                 path=("eccentricity",),
             )
-        if n.sign(self.inclination) == -1 or n.sign(n.pi - self.inclination) == -1:
-            raise ValueProblem(
-                f"read {n.size(self.inclination):.6g} rad, expected an angle from 0 to 180 deg",
-                path=("inclination",),
-            )
         return self
 
 
@@ -60,7 +55,9 @@ class Tide(Section):
 
     ONE_OF: ClassVar = ("moments", "ellipticity")
 
-    obliquity: Angle = Field(description="Angle between the spin and the normal of the orbits' plane (rad)")
+    obliquity: PolarAngle = Field(
+        description="Angle between the spin and the normal of the orbits' plane (rad)"
+    )
     spin: AngularVelocity
     moments: Annotated[tuple[PositiveMoment, PositiveMoment, PositiveMoment], AsList] | None = Field(
         default=None, description="A, B, C; C about the spin"
@@ -73,11 +70,6 @@ class Tide(Section):
         n = environment(info).arithmetic
         if n.sign(self.spin) == 0:
             raise ValueProblem("read zero, expected a planet that spins", path=("spin",))
-        if n.sign(self.obliquity) == -1 or n.sign(n.pi - self.obliquity) == -1:
-            raise ValueProblem(
-                f"read {n.size(self.obliquity):.6g} rad, expected an angle from 0 to 180 deg",
-                path=("obliquity",),
-            )
         if self.ellipticity is not None and any(
             n.sign(room) == -1 for room in (1 - self.ellipticity, 1 + self.ellipticity)
         ):

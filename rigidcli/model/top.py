@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Annotated, Any, Self
+from typing import Annotated, Any
 
 import numpy as np
-from pydantic import Field, ValidationInfo, model_validator
+from pydantic import Field
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.tensor import MassProperties
@@ -14,14 +14,13 @@ from rigidcli.errors import ValueProblem, shown
 from rigidcli.model import units
 from rigidcli.model.base import (
     Alternative,
-    Angle,
     AngularVelocity,
     Length,
     Mass,
+    PolarAngle,
     PositiveMoment,
     Quantity,
     Section,
-    environment,
 )
 from rigidcli.model.environment import Environment
 from rigidcli.model.principal import principal_frame
@@ -41,7 +40,9 @@ class Top(Section):
     """A top in uniform gravity; its moments are about the pivot, where its axis is held."""
 
     spin: AngularVelocity = Field(description="Component of the angular velocity along the axis (rad/s)")
-    tilt: Angle | None = Field(default=None, description="Angle of the axis from the vertical (rad), 0 to pi")
+    tilt: PolarAngle | None = Field(
+        default=None, description="Angle of the axis from the vertical (rad), 0 to pi"
+    )
     gravity: Annotated[Scalar, Quantity(units.ACCELERATION, "nonnegative")] = Field(
         default=9.80665, validate_default=True
     )
@@ -58,15 +59,6 @@ class Top(Section):
     distance: Length | None = Field(default=None, description="From the pivot to the centre of mass (m)")
     lambda1: PositiveMoment | None = Field(default=None, description="Moment across the axis (kg m^2)")
     lambda3: PositiveMoment | None = Field(default=None, description="Moment about the axis (kg m^2)")
-
-    @model_validator(mode="after")
-    def _check_tilt(self, info: ValidationInfo) -> Self:
-        n = environment(info).arithmetic
-        if self.tilt is not None and (n.sign(self.tilt) == -1 or n.sign(n.pi - self.tilt) == -1):
-            raise ValueProblem(
-                f"read {n.size(self.tilt):.6g} rad, expected a tilt from 0 to 180 deg", path=("tilt",)
-            )
-        return self
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,17 +79,14 @@ class HeavyTop:
 
 def described(top: Top, n: Arithmetic) -> HeavyTop:
     """The top that the section describes by itself; its axis is z. Raises ValueProblem where it cannot be."""
-    missing = [key for key in ("mass", "distance", "lambda3") if getattr(top, key) is None]
-    if missing:
+    mass, distance, lambda3 = top.mass, top.distance, top.lambda3
+    if mass is None or distance is None or lambda3 is None:
+        key = "mass" if mass is None else "distance" if distance is None else "lambda3"
         raise ValueProblem(
-            "missing; expected `mass`, `distance` and `lambda3` here, or a `body`", path=(missing[0],)
+            "missing; expected `mass`, `distance` and `lambda3` here, or a `body`", path=(key,)
         )
-    assert top.mass is not None
-    assert top.distance is not None
-    assert top.lambda3 is not None
-    remarks = _require_possible(top.mass, top.distance, top.lambda1, top.lambda3, n)
-    axis = n.array([0, 0, 1])
-    return HeavyTop(top.mass, top.distance, top.lambda1, top.lambda3, axis, remarks)
+    remarks = _require_possible(mass, distance, top.lambda1, lambda3, n)
+    return HeavyTop(mass, distance, top.lambda1, lambda3, n.array([0, 0, 1]), remarks)
 
 
 def of_body(top: Top, body: MassProperties, pivot: Array, tensor: Array, n: Arithmetic) -> HeavyTop:

@@ -8,33 +8,29 @@ from typing import Annotated, ClassVar
 from pydantic import Field, ValidationInfo
 
 from rigidcli.errors import ValueProblem, nearest, shown
-from rigidcli.model.base import Section, environment, refusal
-from rigidcli.model.parameters import read_name
+from rigidcli.model.base import ReadBy, Section, environment, refusal
+from rigidcli.model.parameters import read_names
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
     RESULTS,
     Names,
-    ReadBy,
+    derived_names,
     momentum,
+    names_schema,
     read_expression,
-    velocity,
 )
 from rigidcli.symbolic.language.expression import Expression
 
 
-def _described(coordinates: tuple[str, ...]) -> dict[str, str]:
+def _meanings(coordinates: tuple[str, ...]) -> dict[str, str]:
     """What the names of a system are."""
-    return {
-        **{name: f"an old variable, the coordinate `{name}`" for name in coordinates},
-        **{momentum(name): f"an old variable, the momentum of `{name}`" for name in coordinates},
-        **{velocity(name): f"the velocity of `{name}`" for name in coordinates},
-    }
+    return {name: f"the coordinate `{name}`" for name in coordinates} | derived_names(coordinates)
 
 
 def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     env = environment(info)
-    taken = {**RESULTS, **_described(env.coordinates or ())}
+    taken = {**RESULTS, **_meanings(env.coordinates or ())}
     names = Names(raw, env, taken, 2 * MOST_COORDINATES, "new variables").all()
     if len(names) % 2:
         hint = "new coordinates first, then their momenta in the same order, as in [Q1, Q2, P1, P2]"
@@ -57,24 +53,17 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     new: tuple[str, ...] | None = info.data.get("new_variables")
     coordinates = env.coordinates
     old = None if coordinates is None else (*coordinates, *map(momentum, coordinates))
-    described_old = _described(coordinates or ())
-    described_new = dict.fromkeys(new or (), "a new variable")
     if info.field_name == "old":
-        side, other, misplaced = old, new, described_old
-        hint = "under `old` the old variables are written in the new ones"
+        side, other, hint = old, new, "under `old` the old variables are written in the new ones"
     else:
-        side, other, misplaced = new, old, described_new
-        misplaced |= {velocity(name): f"the velocity of `{name}`" for name in coordinates or ()}
+        side, other = new, old
         hint = "under `new` the new variables are written in the old coordinates and momenta"
+    meanings = _meanings(coordinates or ()) | dict.fromkeys(new or (), "a new variable")
+    misplaced = {name: what for name, what in meanings.items() if name not in (other or ())}
     found: dict[str, Expression] = {}
-    problems: list[ValueProblem] = []
-    spelling: dict[str, str] = {}
-    for key, value in raw.items():
+    spelling, problems = read_names(raw)
+    for name, key in spelling.items():
         try:
-            name = read_name(key)
-            if name in spelling:
-                raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
-            spelling[name] = key
             if side is not None and name not in side:
                 near = nearest(name, side)
                 raise ValueProblem(
@@ -82,9 +71,9 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
                     hint=f"expected {', '.join(side)}",
                 )
             if other is None:
-                found[name] = env.symbolic(value)
+                found[name] = env.symbolic(raw[key])
             else:
-                found[name] = read_expression(value, env, (*other, "t"), misplaced, hint)
+                found[name] = read_expression(raw[key], env, (*other, "t"), misplaced, hint)
         except ValueProblem as problem:
             problems.append(problem.below(key))
     problems += [
@@ -94,7 +83,7 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     ]
     if problems:
         raise refusal("transform", problems)
-    return {name: found[name] for name in side} if side is not None else found
+    return {name: found[name] for name in side or found}
 
 
 _SIDE = ReadBy(_read_side, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
@@ -107,16 +96,7 @@ class Transform(Section):
 
     # The first to be read: the expressions are in these names.
     new_variables: Annotated[
-        tuple[str, ...],
-        ReadBy(
-            _read_new_variables,
-            {
-                "type": "array",
-                "items": {"type": "string"},
-                "minItems": 2,
-                "maxItems": 2 * MOST_COORDINATES,
-            },
-        ),
+        tuple[str, ...], ReadBy(_read_new_variables, names_schema(2, 2 * MOST_COORDINATES))
     ] = Field(description="New coordinates, then their momenta in the same order: [Q1, Q2, P1, P2]")
     old: Annotated[dict[str, Expression], _SIDE] | None = Field(
         default=None, description="Old coordinates and momenta, as expressions in the new variables and t"

@@ -1,14 +1,14 @@
 """Units: the text of a unit becomes an exact factor to SI and a dimension.
 
-A literal table holds the everyday units of mechanics: a rational factor times a power of pi. A name
-that the table lacks is asked of pint, which is slow to start and imported only then. pint sees one
-bare name at a time; products and powers are read here, within bounds.
+A literal table defines the units of mechanics courses, each by others. What follows is exact: a rational
+factor times a power of pi. A name that the table lacks is refused, with the names that are like it.
 
     unit   =  factor, then more of them joined by `*`, `·`, a blank (all of them products) or `/`
     factor =  (name | `(` unit `)`) [power]        `1` may stand for a name before `/`, as in `1/s`
     power  =  `^n`, `**n` or superscript digits    a whole number from -12 to 12
 
 A product is worked from left to right and a blank binds like `*`: `N m/rad s` is `(N m/rad) s`.
+A point or a hyphen before a letter is a product, too: `kg.m^2`, `N-m`.
 Write `kg/(m s)` for several names below the line. Case matters: `Mm` is not `mm`.
 """
 
@@ -16,21 +16,25 @@ from __future__ import annotations
 
 import re
 from collections import deque
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from fractions import Fraction
-from functools import cache, lru_cache
-from typing import Any, NamedTuple
+from functools import lru_cache
+from typing import NamedTuple
 
 from rigidcli.errors import ValueProblem, shown
 
-MAX_TEXT = 200  # characters of a unit
-MAX_POWER = 12
-MAX_BITS = 4096  # of a factor's numerator or denominator: far beyond any float, still instant
+MAX_TEXT = 200
+"""The most characters of a unit: far more than any has, and read at once."""
 
-# Rational pi, 60 digits, so that a factor is rounded only when it becomes a float.
+MAX_POWER = 12
+"""The largest power in a unit: no law of mechanics has one beyond it."""
+
+MAX_BITS = 4096
+"""The most bits of a factor's numerator or denominator: far beyond any float, and still worked at once."""
+
 _PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494")
+"""Pi to 60 digits, so that a factor is rounded only when it becomes a float."""
 
 
 class Dimension(NamedTuple):
@@ -75,6 +79,7 @@ TIME = Dimension(time=1)
 ANGLE = Dimension(angle=1)
 ANGULAR_VELOCITY = Dimension(angle=1, time=-1)
 FREQUENCY = Dimension(cycle=1, time=-1)
+AREA = Dimension(length=2)
 VOLUME = Dimension(length=3)
 VELOCITY = Dimension(length=1, time=-1)
 ACCELERATION = Dimension(length=1, time=-2)
@@ -99,7 +104,7 @@ _DIMENSION_NAMES = {
     ANGULAR_VELOCITY: "angular velocity (rad/s)",
     Dimension(angle=1, time=-2): "angular acceleration (rad/s^2)",
     FREQUENCY: "frequency (Hz)",
-    Dimension(length=2): "area (m^2)",
+    AREA: "area (m^2)",
     VOLUME: "volume (m^3)",
     VELOCITY: "velocity (m/s)",
     ACCELERATION: "acceleration (m/s^2)",
@@ -154,7 +159,6 @@ class Unit:
 
 # --- the table
 
-# Powers of ten. Prefixes of one or two letters go before symbols, the longer ones before words.
 # fmt: off
 _PREFIXES = {
     "q": -30, "r": -27, "y": -24, "z": -21, "a": -18, "f": -15, "p": -12, "n": -9, "u": -6, "µ": -6,
@@ -165,110 +169,149 @@ _PREFIXES = {
     "mega": 6, "giga": 9, "tera": 12, "peta": 15, "exa": 18, "zetta": 21, "yotta": 24, "ronna": 27,
     "quetta": 30,
 }
+"""SI prefixes with their powers of ten; up to two letters stand before symbols, the others before words."""
+
+_SYMBOLS = frozenset([
+    "m", "g", "s", "sec", "A", "K", "mol", "rad", "deg", "Hz", "N", "J", "W", "Pa", "C", "V", "T", "F", "H",
+    "Ω", "ohm", "Wb", "L", "l", "eV", "cal", "Wh", "yr", "ly", "pc", "Da", "P", "St", "Gal",
+])
 # fmt: on
+"""The units before which a short prefix may stand; a long one stands before their longer names."""
 
-_PREFIXED = (  # symbols, words, factor to SI, dimension
-    ("m", "meter meters metre metres", 1, LENGTH),
-    ("g", "gram grams", Fraction(1, 1000), MASS),
-    ("s", "second seconds", 1, TIME),
-    ("A", "ampere amperes", 1, CURRENT),
-    ("K", "kelvin kelvins", 1, TEMPERATURE),
-    ("mol", "mole moles", 1, Dimension(amount=1)),
-    ("rad", "radian radians", 1, ANGLE),
-    ("Hz", "hertz", 1, FREQUENCY),
-    ("N", "newton newtons", 1, FORCE),
-    ("J", "joule joules", 1, ENERGY),
-    ("W", "watt watts", 1, POWER),
-    ("Pa", "pascal pascals", 1, PRESSURE),
-    ("C", "coulomb coulombs", 1, Dimension(current=1, time=1)),
-    ("V", "volt volts", 1, POWER.times(CURRENT, -1)),
-    ("T", "tesla teslas", 1, Dimension(mass=1, time=-2, current=-1)),
-    ("L l", "liter liters litre litres", Fraction(1, 1000), VOLUME),
-    ("eV", "electron_volt electron_volts", Fraction("1.602176634e-19"), ENERGY),
-    ("cal", "calorie calories", Fraction("4.184"), ENERGY),  # thermochemical
-    ("Wh", "", 3600, ENERGY),
+_TABLE: tuple[tuple[str, Unit | str], ...] = (
+    ("kg", Unit("kg", Fraction(1), 0, MASS)),
+    ("m meter meters metre metres", Unit("m", Fraction(1), 0, LENGTH)),
+    ("s sec secs second seconds", Unit("s", Fraction(1), 0, TIME)),
+    ("A ampere amperes", Unit("A", Fraction(1), 0, CURRENT)),
+    ("K kelvin kelvins", Unit("K", Fraction(1), 0, TEMPERATURE)),
+    ("mol mole moles", Unit("mol", Fraction(1), 0, Dimension(amount=1))),
+    ("rad radian radians", Unit("rad", Fraction(1), 0, ANGLE)),
+    ("Hz hertz", Unit("Hz", Fraction(1), 0, FREQUENCY)),
+    ("g gram grams", "1/1000 kg"),
+    ("N newton newtons", "kg m/s^2"),
+    ("J joule joules", "N m"),
+    ("W watt watts", "J/s"),
+    ("Pa pascal pascals", "N/m^2"),
+    ("C coulomb coulombs", "A s"),
+    ("V volt volts", "W/A"),
+    ("T tesla teslas", "V s/m^2"),
+    ("F farad farads", "C/V"),
+    ("H henry", "V s/A"),
+    ("Ω ohm ohms", "V/A"),
+    ("Wb weber webers", "V s"),
+    ("min mins minute minutes", "60 s"),
+    ("h hr hrs hour hours", "60 min"),
+    ("d day days", "24 h"),
+    ("sidereal_day sidereal_days", "1/1.00273790935079524 d"),
+    ("week weeks", "7 d"),
+    ("fortnight fortnights", "14 d"),
+    ("a yr yrs year years julian_year julian_years", "365.25 d"),
+    ("sidereal_year sidereal_years", "365.256363004 d"),
+    ("tropical_year tropical_years", "365.242190402 d"),
+    ("century centuries", "100 a"),
+    ("in inch inches", "2.54 cm"),
+    ("ft foot feet", "12 in"),
+    ("yd yard yards", "3 ft"),
+    ("mi mile miles", "5280 ft"),
+    ("survey_foot", "1200/3937 m"),  # of the United States
+    ("fathom fathoms", "6 survey_foot"),
+    ("furlong furlongs", "660 survey_foot"),
+    ("nmi nautical_mile nautical_miles", "1852 m"),
+    ("thou", "1/1000 in"),
+    ("micron microns", "1e-6 m"),
+    ("angstrom angstroms", "1e-10 m"),
+    ("fermi", "1e-15 m"),
+    ("au astronomical_unit astronomical_units", "149597870700 m"),
+    ("ly light_year light_years lightyear lightyears", "c a"),
+    (
+        "pc parsec parsecs",
+        Unit("pc", Fraction(648_000 * 149_597_870_700), -1, LENGTH),
+    ),  # IAU 2015 resolution B2
+    ("R_sun solar_radius solar_radii", "695700 km"),  # nominal values of IAU 2015 resolution B3
+    ("R_earth earth_radius earth_radii", "6378.1 km"),
+    ("GM_sun", "1.3271244e20 m^3/s^2"),
+    ("GM_earth", "3.986004e14 m^3/s^2"),
+    ("M_sun solar_mass solar_masses", "1e11/6.67430 kg m^-3 s^2 GM_sun"),  # G of CODATA 2022, measured
+    ("M_earth earth_mass earth_masses", "1e11/6.67430 kg m^-3 s^2 GM_earth"),
+    ("t tonne tonnes metric_ton metric_tons", "1000 kg"),
+    ("lb lbs lbm pound pounds", "0.45359237 kg"),
+    ("oz ounce ounces", "1/16 lb"),
+    ("grain grains", "1/7000 lb"),
+    ("carat carats", "200 mg"),
+    ("stone", "14 lb"),
+    ("short_ton short_tons", "2000 lb"),
+    ("long_ton long_tons", "2240 lb"),
+    ("slug slugs", "lbf s^2/ft"),
+    ("slinch blob", "lbf s^2/in"),
+    ("u Da amu dalton daltons", "1.66053906892e-27 kg"),  # measured, CODATA 2022
+    ("deg degree degrees", Unit("deg", Fraction(1, 180), 1, ANGLE)),
+    ("gon gons grad grads", "0.9 deg"),
+    ("arcmin arcminute arcminutes", "1/60 deg"),
+    ("arcsec arcsecond arcseconds", "1/60 arcmin"),
+    ("mas milliarcsecond milliarcseconds", "1/1000 arcsec"),
+    ("rev revolution revolutions turn turns cycle cycles", "360 deg"),
+    ("rpm", "rev/min"),
+    ("rps", "rev/s"),
+    ("ha hectare hectares", "10000 m^2"),
+    ("acre acres", "43560 survey_foot^2"),
+    ("L l liter liters litre litres", "dm^3"),
+    ("cc", "cm^3"),
+    ("gal gallon gallons", "231 in^3"),  # of the United States
+    ("mph", "mi/h"),
+    ("kph", "km/h"),
+    ("fps", "ft/s"),
+    ("kn kt knot knots", "nmi/h"),
+    ("c speed_of_light", "299792458 m/s"),
+    ("g0 g_0 gn g_n standard_gravity", "9.80665 m/s^2"),
+    ("Gal", "cm/s^2"),
+    ("lbf pound_force", "lb g0"),
+    ("ozf ounce_force", "oz g0"),
+    ("kip kips", "1000 lbf"),
+    ("pdl poundal poundals", "lb ft/s^2"),
+    ("kgf kilogram_force", "kg g0"),
+    ("gf gram_force", "g g0"),
+    ("dyn dyne dynes", "g cm/s^2"),
+    ("erg ergs", "dyn cm"),
+    ("eV electron_volt electron_volts electronvolt electronvolts", "1.602176634e-19 J"),
+    ("cal calorie calories", "4.184 J"),  # thermochemical
+    ("Wh watt_hour watt_hours", "W h"),
+    ("Btu BTU", "1055.056 J"),
+    ("ft_lb foot_pound foot_pounds", "ft lbf"),
+    ("tTNT ton_TNT", "1e9 cal"),
+    ("hp horsepower", "550 ft lbf/s"),
+    ("metric_horsepower", "75 kgf m/s"),
+    ("bar", "100 kPa"),
+    ("mbar millibar millibars", "1/1000 bar"),
+    ("atm atmosphere atmospheres", "101325 Pa"),
+    ("torr", "1/760 atm"),
+    ("mmHg", "13.5951 g/cm^3 g0 mm"),
+    ("inHg", "13.5951 g/cm^3 g0 in"),
+    ("cmH2O", "g/cm^3 g0 cm"),
+    ("psi", "lbf/in^2"),
+    ("ksi", "kip/in^2"),
+    ("P poise", "0.1 Pa s"),
+    ("St stokes", "cm^2/s"),
 )
+"""Names with a definition by a number and other units; base units, and those with pi, as they are."""
 
-_INCH = Fraction("0.0254")
-_FOOT = 12 * _INCH
-_MILE = 5280 * _FOOT
-_POUND = Fraction("0.45359237")
-_GRAVITY = Fraction("9.80665")
-_DAY = 86_400
-_YEAR = 36525 * _DAY // 100  # Julian
-_AU = 149_597_870_700
-_DEGREE = Fraction(1, 180)  # of pi
-_DALTON = Fraction("1.66053906892e-27")  # CODATA 2022; the one entry that is measured, not defined
-
-_OTHER = (  # names, factor to SI, power of pi, dimension
-    ("min minute minutes", 60, 0, TIME),
-    ("h hr hour hours", 3600, 0, TIME),
-    ("d day days", _DAY, 0, TIME),
-    ("week weeks", 7 * _DAY, 0, TIME),
-    ("a yr year years", _YEAR, 0, TIME),
-    ("in inch inches", _INCH, 0, LENGTH),
-    ("ft foot feet", _FOOT, 0, LENGTH),
-    ("yd yard yards", 3 * _FOOT, 0, LENGTH),
-    ("mi mile miles", _MILE, 0, LENGTH),
-    ("nmi nautical_mile nautical_miles", 1852, 0, LENGTH),
-    ("micron microns", Fraction(1, 10**6), 0, LENGTH),
-    ("angstrom angstroms", Fraction(1, 10**10), 0, LENGTH),
-    ("au astronomical_unit astronomical_units", _AU, 0, LENGTH),
-    ("ly light_year light_years", 299_792_458 * _YEAR, 0, LENGTH),
-    ("pc parsec parsecs", 648_000 * _AU, -1, LENGTH),  # IAU 2015; pint has an arcsecond's tangent
-    ("kpc kiloparsec kiloparsecs", 648_000_000 * _AU, -1, LENGTH),
-    ("Mpc megaparsec megaparsecs", 648_000_000_000 * _AU, -1, LENGTH),
-    ("t tonne tonnes", 1000, 0, MASS),
-    ("lb pound pounds", _POUND, 0, MASS),
-    ("oz ounce ounces", _POUND / 16, 0, MASS),
-    ("slug slugs", _POUND * _GRAVITY / _FOOT, 0, MASS),
-    ("u Da amu dalton daltons", _DALTON, 0, MASS),
-    ("deg degree degrees", _DEGREE, 1, ANGLE),
-    ("arcmin arcminute arcminutes", _DEGREE / 60, 1, ANGLE),
-    ("arcsec arcsecond arcseconds", _DEGREE / 3600, 1, ANGLE),
-    ("mas", _DEGREE / 3_600_000, 1, ANGLE),
-    ("rev revolution revolutions turn turns cycle cycles", 2, 1, ANGLE),
-    ("rpm", Fraction(1, 30), 1, ANGULAR_VELOCITY),
-    ("rps", 2, 1, ANGULAR_VELOCITY),
-    ("mph", _MILE / 3600, 0, VELOCITY),
-    ("kph", Fraction(1000, 3600), 0, VELOCITY),
-    ("kn knot knots", Fraction(1852, 3600), 0, VELOCITY),
-    ("g0 g_0 gn g_n", _GRAVITY, 0, ACCELERATION),
-    ("lbf", _POUND * _GRAVITY, 0, FORCE),
-    ("kgf", _GRAVITY, 0, FORCE),
-    ("dyn dyne dynes", Fraction(1, 10**5), 0, FORCE),
-    ("erg ergs", Fraction(1, 10**7), 0, ENERGY),
-    ("hp horsepower", 550 * _FOOT * _POUND * _GRAVITY, 0, POWER),
-    ("bar", 100_000, 0, PRESSURE),
-    ("mbar", 100, 0, PRESSURE),
-    ("atm atmosphere atmospheres", 101_325, 0, PRESSURE),
-    ("psi", _POUND * _GRAVITY / _INCH**2, 0, PRESSURE),
-)
-
-_REFUSED = {  # names to which pint has an answer, but hardly the one that is meant: why, and a hint
+_REFUSED = {
     "degC": ("has its zero elsewhere than the kelvin", "write a temperature in `K`"),
     "degF": ("has its zero elsewhere than the kelvin", "write a temperature in `K`"),
     "mil": ("is a length to some and an angle to others", "write `thou` or `mrad`"),
     "ton": ("differs from country to country", "write `t`, `long_ton` or `short_ton`"),
+    "month": ("has no fixed length", "write `d`"),
     "rads": ("is a dose of radiation", "write `rad`"),
     "Nm": ("is not a unit but a product of two", "write `N m`"),
 }
+"""Names that are likely to mean something else than their reader would take them for: why, and a hint."""
 
 _ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)
 
+_ROWS = {"1": ("1", _ONE)} | {name: row for row in _TABLE for name in row[0].split()}
+"""The row of the table in which a name stands."""
 
-def _rows() -> Iterator[Unit]:
-    for symbols, words, factor, dimension in _PREFIXED:
-        for name in f"{symbols} {words}".split():
-            yield Unit(name, Fraction(factor), 0, dimension)
-    for names, factor, pi_power, dimension in _OTHER:
-        for name in names.split():
-            yield Unit(name, Fraction(factor), pi_power, dimension)
-
-
-_UNITS = {unit.text: unit for unit in (_ONE, *_rows())}
-_SYMBOLS = frozenset(symbol for symbols, *_ in _PREFIXED for symbol in symbols.split())
-_WORDS = frozenset(word for _, words, *_ in _PREFIXED for word in words.split())
+_WORDS = frozenset(name for symbol in _SYMBOLS for name in _ROWS[symbol][0].split() if len(name) > 3)
+"""The units before which a long prefix may stand."""
 
 
 def _may_follow(prefix: str) -> frozenset[str]:
@@ -277,77 +320,51 @@ def _may_follow(prefix: str) -> frozenset[str]:
 
 def known_names() -> list[str]:
     """Every name of the table, those with an SI prefix too."""
-    return [*_UNITS, *(prefix + name for prefix in _PREFIXES for name in sorted(_may_follow(prefix)))]
+    prefixed = (prefix + name for prefix in _PREFIXES for name in sorted(_may_follow(prefix)))
+    return list(dict.fromkeys([*_ROWS, *prefixed]))
 
 
 def _from_table(name: str) -> Unit | None:
-    if name in _UNITS:
-        return _UNITS[name]
+    if name in _ROWS:
+        meaning = _ROWS[name][1]
+        return replace(meaning, text=name) if isinstance(meaning, Unit) else _defined(name, meaning)
     for cut in range(1, len(name)):
         prefix, rest = name[:cut], name[cut:]
         if prefix in _PREFIXES and rest in _may_follow(prefix):
-            unit, power = _UNITS[rest], _PREFIXES[prefix]
-            return replace(unit, text=name, factor=unit.factor * Fraction(10) ** power)
+            unit = _named(rest)
+            return replace(unit, text=name, factor=unit.factor * Fraction(10) ** _PREFIXES[prefix])
     return None
 
 
-# --- names that only pint knows
-
-
-@cache
-def _pint() -> Any:
-    """The registry of pint, in exact arithmetic."""
-    import pint
-
-    return pint.UnitRegistry(non_int_type=Fraction)
-
-
-def _from_pint(name: str) -> Unit | None:
-    """The unit of one bare name; None where pint knows none, or none of mechanics."""
-    registry = _pint()
-    try:
-        if name not in registry:
-            return None
-    except AttributeError:  # what looks like one of Python's own names to pint
-        return None
-    try:
-        zero, one = (registry.Quantity(Fraction(n), name).to_root_units() for n in (0, 1))
-    except (TypeError, ArithmeticError):  # a logarithm, which has no fractions
-        return None
-    if zero.magnitude != 0 or not isinstance(one.magnitude, Fraction):  # an offset; a root
-        return None
-    pi = registry.Quantity(Fraction(1), "pi").to_root_units().magnitude
-    # pint has folded its rational pi into the factor: the plainest fraction is the one without.
-    fractions = [(one.magnitude / pi**power, power) for power in range(-2, 3)]
-    factor, pi_power = min(fractions, key=lambda pair: pair[0].numerator * pair[0].denominator)
-    unit = Unit(name, factor, pi_power, DIMENSIONLESS)
-    for root, power in one.unit_items():
-        if root not in _UNITS or power != int(power):  # a candela, a bit; the root of a gram
-            return None
-        unit = unit.times(_UNITS[root], int(power))
-    if unit.dimension == Dimension(time=-1):  # a hertz by another name
-        return replace(unit, dimension=FREQUENCY)
-    return None if unit.dimension == DIMENSIONLESS else unit
+def _defined(name: str, definition: str) -> Unit:
+    """The unit that a row of the table defines by others: `550 ft lbf/s`, `1/16 lb`, `lbf/in^2`."""
+    number, _, others = definition.partition(" ") if definition[0].isdigit() else ("1", "", definition)
+    numerator, _, denominator = number.partition("/")
+    unit = parse_unit(others)
+    factor = unit.factor * Fraction(numerator) / Fraction(denominator or 1)
+    return replace(unit, text=name, factor=factor)
 
 
 def _named(name: str) -> Unit:
     if name in _REFUSED:
         reason, hint = _REFUSED[name]
         raise ValueProblem(f"`{name}` {reason}", hint=hint)
-    unit = _from_table(name) or _from_pint(name)
+    unit = _from_table(name)
     if unit is None:
         raise ValueProblem(f"unknown unit `{name}`", hint=_hint_for(name))
     return unit
 
 
-def _hint_for(name: str) -> str | None:
+def _hint_for(name: str) -> str:
     stem = name.rstrip("0123456789")
     if stem != name and _from_table(stem):
         return f"write a power as `{stem}^{name.removeprefix(stem)}`"
     if same := [known for known in known_names() if known.lower() == name.lower()]:
         return f"case matters, did you mean {_listed(same)}?"
     near = get_close_matches(name, known_names(), cutoff=0.7)
-    return f"did you mean {_listed(near)}?" if near else None
+    if near:
+        return f"did you mean {_listed(near)}?"
+    return "units are those of the SI with their prefixes, and others of mechanics, which the README lists"
 
 
 def _listed(texts: list[str]) -> str:
@@ -358,13 +375,18 @@ def _listed(texts: list[str]) -> str:
 
 _SPELLINGS = str.maketrans(
     {"°": "deg", "′": "arcmin", "″": "arcsec", "Å": "angstrom", "\u212b": "angstrom"}
-    | {"μ": "µ", "·": "*", "⋅": "*", "−": "-"}
+    | {"μ": "µ", "\u2126": "Ω", "ℓ": "l", "·": "*", "⋅": "*", "−": "-"}
 )
+"""Characters for which ASCII, or another character of the same look, is read."""
+
+_JOINED = re.compile(r"(?<=[^\W_])[.-](?=[^\W\d_])")
+"""The point of `kg.m^2` and the hyphen of `N-m`."""
+
 _RAISED = re.compile("⁻?[⁰¹²³⁴-⁹]+")
 _LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
 
-# A name, a power, or any other character, which is a sign or an error.
 _TOKEN = re.compile(r"[^\W\d_]\w*|1(?=\s*/)|(?:\^|\*\*)\s*[-+]?[0-9]+|\S")
+"""A name, a power, or any other character, which is a sign or an error."""
 
 
 @lru_cache(maxsize=1024)
@@ -378,7 +400,7 @@ def parse_unit(text: str) -> Unit:
     if len(text) > MAX_TEXT:
         raise ValueProblem(f"a unit of {len(text)} characters, expected at most {MAX_TEXT}")
     plain = _RAISED.sub(lambda raised: "^" + raised[0].translate(_LOWERED), text.translate(_SPELLINGS))
-    tokens = deque([*_TOKEN.findall(plain), ""])
+    tokens = deque([*_TOKEN.findall(_JOINED.sub("*", plain)), ""])
     unit = replace(_product(tokens), text=text.strip())
     if tokens[0]:
         raise _unexpected(tokens[0])

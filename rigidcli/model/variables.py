@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, core_schema
 
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.model.base import refusal
@@ -17,12 +14,19 @@ from rigidcli.model.units import Dimension
 from rigidcli.symbolic.language.expression import Expression
 
 MOST_COORDINATES = 40
+"""The most coordinates of a system: far more than anybody writes, and still worked in bounded time."""
 
 EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}
 """JSON Schema of an expression."""
 
+
+def names_schema(least: int, most: int) -> JsonSchemaValue:
+    """JSON Schema of a list of names."""
+    return {"type": "array", "items": {"type": "string"}, "minItems": least, "maxItems": most}
+
+
 RESULTS: Mapping[str, str] = {"H": "the Hamiltonian"}
-"""Names that results have for themselves, in the columns of an orbit."""
+"""Names that no variable may have, because columns of an orbit have them."""
 
 
 def velocity(coordinate: str) -> str:
@@ -35,25 +39,18 @@ def momentum(coordinate: str) -> str:
     return f"p_{coordinate}"
 
 
+def derived_names(coordinates: Iterable[str]) -> dict[str, str]:
+    """The names of the velocities and momenta, and what they are."""
+    return {
+        name: f"the {kind} of `{coordinate}`"
+        for coordinate in coordinates
+        for name, kind in ((velocity(coordinate), "velocity"), (momentum(coordinate), "momentum"))
+    }
+
+
 def acceleration(coordinate: str) -> str:
     """The name that a coordinate's second derivative would have."""
     return f"{coordinate}ddot"
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class ReadBy:
-    """Marks a field with a reader of its own, and its JSON Schema."""
-
-    read: Callable[[object, ValidationInfo], object]
-    schema: JsonSchemaValue
-
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        return core_schema.with_info_plain_validator_function(self.read)
-
-    def __get_pydantic_json_schema__(
-        self, schema: CoreSchema, handler: GetJsonSchemaHandler
-    ) -> JsonSchemaValue:
-        return self.schema
 
 
 class Names:

@@ -105,10 +105,6 @@ def test_what_is_no_point_mass_is_refused(row: Any) -> None:
     assert "points" in refusal({"points": [[1, 0, 0, 0], row]})
 
 
-def test_no_points_are_no_body() -> None:
-    assert "points" in refusal({"points": []})
-
-
 def test_points_from_a_file_are_placed_as_well(tmp_path: Path) -> None:
     rng = np.random.default_rng(4)
     cloud = np.hstack([rng.uniform(0.1, 2, (300, 1)), rng.normal(size=(300, 3))])
@@ -228,55 +224,38 @@ MASS, COM, CENTRAL = sums(CLOUD)
 KNOWN = {"inertia": CENTRAL.tolist(), "mass": MASS, "com": COM.tolist()}
 MOMENTS = {"moments": [4, 5, 7], "mass": 2, "com": [1, 0, -1]}
 MOMENTS_CLOUD = _equimomental(2, [1, 0, -1], np.diag([8 / 2, 6 / 2, 2 / 2]) / 2)
-FORMS: list[tuple[str, Body, Any]] = [
-    ("points", {"points": CLOUD}, CLOUD),
-    ("solid", BOX, BOX_CLOUD),
-    ("lamina", HALF, HALF_CLOUD),
-    ("inertia", KNOWN, CLOUD),
-    ("moments", MOMENTS, MOMENTS_CLOUD),
-    ("parts", {"parts": [BOX, KNOWN]}, [*BOX_CLOUD, *CLOUD]),
+FORMS: list[tuple[Body, Any]] = [
+    ({"points": CLOUD}, CLOUD),
+    (BOX, BOX_CLOUD),
+    (HALF, HALF_CLOUD),
+    (KNOWN, CLOUD),
+    (MOMENTS, MOMENTS_CLOUD),
+    ({"parts": [BOX, KNOWN]}, [*BOX_CLOUD, *CLOUD]),
 ]
 
 
-def test_the_clouds_stand_for_the_forms() -> None:
-    for _, body, cloud in FORMS:
+def test_the_clouds_stand_for_the_forms_in_any_place() -> None:
+    place = {"axis": [2, -1, 2], "position": [3, -1, 0.5]}
+    for body, cloud in FORMS:
         same(result(body), cloud)
+        same(result({**body, **place}), moved(cloud, TURNS[0][1], place["position"]))
     assert sums(MOMENTS_CLOUD)[2] == pytest.approx(np.diag([4, 5, 7]), abs=1e-14)
-
-
-@pytest.mark.parametrize(("body", "cloud"), [form[1:] for form in FORMS], ids=[form[0] for form in FORMS])
-@pytest.mark.parametrize("way", ["position", "rotation", "axis", "both"])
-def test_every_form_may_be_placed(body: Body, cloud: Any, way: str) -> None:
-    n, shift = np.array([2, -1, 2]) / 3, [3, -1, 0.5]
-    short = np.array([1, 2, 0]) / math.sqrt(5) * math.acos(2 / 3)
-    places: dict[str, tuple[dict[str, Any], Floats, Any]] = {
-        "position": ({"position": shift}, np.eye(3), shift),
-        "rotation": (
-            {"rotation": {"axis": n.tolist(), "angle": 1.1}},
-            Rotation.from_rotvec(1.1 * n).as_matrix(),
-            0,
-        ),
-        "axis": ({"axis": [2, -1, 2]}, Rotation.from_rotvec(short).as_matrix(), 0),
-        "both": ({"axis": [2, -1, 2], "position": shift}, Rotation.from_rotvec(short).as_matrix(), shift),
-    }
-    extra, turn, displacement = places[way]
-    if way != "position":
-        # The anchor of a form is put at its position; without one, its own origin stays.
-        displacement = np.zeros(3) + displacement
-    for about in ("origin", "com", [1, 2, -3]):
-        same(result({**body, **extra}, about=about), moved(cloud, turn, displacement))
 
 
 # --- composites
 
-TURNS: list[tuple[dict[str, Any], Floats]] = SPELLINGS[:8]
+SHORT = np.array([1, 2, 0]) / math.sqrt(5) * math.acos(2 / 3)  # along z x axis, by the angle between
+TURNS: list[tuple[dict[str, Any], Floats]] = [
+    ({"axis": [2, -1, 2]}, Rotation.from_rotvec(SHORT).as_matrix()),
+    *(({"rotation": rotation}, turn) for rotation, turn in SPELLINGS[:8]),
+]
 
 
 @st.composite
 def placements(draw: st.DrawFn) -> tuple[dict[str, Any], Floats, Floats]:
-    rotation, turn = draw(st.sampled_from(TURNS))
+    extra, turn = draw(st.sampled_from(TURNS))
     shift = np.array([draw(st.integers(-16, 16)) / 4 for _ in range(3)])
-    return {"rotation": rotation, "position": shift.tolist()}, turn, shift
+    return extra | {"position": shift.tolist()}, turn, shift
 
 
 @st.composite
@@ -287,7 +266,7 @@ def nested(draw: st.DrawFn, depth: int = 3) -> tuple[dict[str, Any], Floats]:
         if depth and draw(st.booleans()):
             part, cloud = draw(nested(depth - 1))
         else:
-            _, form, points = draw(st.sampled_from(FORMS[:5]))
+            form, points = draw(st.sampled_from(FORMS[:5]))
             part, cloud = dict(form), np.array(points, dtype=float)
         place, turn, shift = draw(placements())
         parts.append(part | place)
@@ -296,25 +275,13 @@ def nested(draw: st.DrawFn, depth: int = 3) -> tuple[dict[str, Any], Floats]:
 
 
 @few
-@given(nested(), placements())
-def test_nested_composites_equal_all_their_points(tree: tuple[dict[str, Any], Floats], place: Any) -> None:
+@given(nested(), placements(), st.sampled_from(["origin", "com", [1, 2, -3]]))
+def test_nested_composites_equal_all_their_points(
+    tree: tuple[dict[str, Any], Floats], place: Any, about: Any
+) -> None:
     body, cloud = tree
     extra, turn, shift = place
-    same(result(body | extra), moved(cloud, turn, shift))
-
-
-def test_a_composite_within_a_composite_is_nothing_new() -> None:
-    place = {"rotation": {"euler": [0.3, 0.8, 1.9]}, "position": [1, 2, 3]}
-    one = result({"parts": [BOX | place, HALF | place]})
-    two = result({"parts": [{"parts": [{"parts": [BOX, HALF]}], **place}]})
-    for key in ("center_of_mass", "tensor", "tensor_com"):
-        assert np.abs(one[key] - two[key]).max() < 1e-13 * np.abs(one[key]).max()
-
-
-def test_a_part_without_a_mass_is_refused() -> None:
-    text = refusal({"parts": [BOX, {"moments": [1, 1, 1]}]})
-    assert "body.parts.1" in text
-    assert "mass" in text
+    same(result(body | extra, about=about), moved(cloud, turn, shift))
 
 
 # --- holes: bad ones
@@ -340,14 +307,11 @@ NEEDLE = [
 
 BAD: dict[str, list[dict[str, Any]]] = {
     "outside": [CUBE, cut("sphere", radius=0.1, position=[5, 0, 0])],
-    "just outside": [CUBE, cut("cube", side=1, position=[1.5, 0, 0])],
-    "partly outside": [CUBE, cut("sphere", radius=0.5, position=[0.9, 0, 0])],
     "a ball out by one per cent": [CUBE, cut("sphere", radius=0.5, position=[0.505, 0, 0])],
     "a ball out by one per cent of a slanted face": [
         solid("box", size=[20, 20, 1.98], **TILTED),
         cut("sphere", radius=1),
     ],
-    "a cube out by one per cent": [CUBE, cut("cube", side=1, position=[0, 0.51, 0])],
     "a turned cube with one corner out": [
         CUBE,
         cut("cube", side=1, rotation={"axis": [0, 0, 1], "angle": math.pi / 4}, position=[0.3, 0, 0]),
@@ -356,19 +320,16 @@ BAD: dict[str, list[dict[str, Any]]] = {
         solid("box", size=[20, 20, 2], **TILTED),
         cut("cylinder", radius=0.5, height=2.02, **TILTED),
     ],
-    "a drill that is too long": [CUBE, cut("cylinder", radius=0.2, height=2.02)],
     "a drill through a rim": [
         solid("tube", outer_radius=2, inner_radius=1, height=1),
         cut("cylinder", radius=0.2, height=1.5, axis=[1, 0, 0], position=[1.5, 0, 0]),
     ],
-    "larger than the body": [CUBE, cut("sphere", radius=3, density=0.01)],
     "the whole body": [CUBE, cut("cube", side=2)],
     "overlapping holes": [
         CUBE,
         cut("sphere", radius=0.4, position=[0.2, 0, 0]),
         cut("sphere", radius=0.4, position=[-0.2, 0, 0]),
     ],
-    "the same hole twice": [CUBE, cut("sphere", radius=0.4), cut("sphere", radius=0.4)],
     "a hole in a hole": [CUBE, cut("sphere", radius=0.6), cut("cube", side=0.2)],
     "a small hole in a large one": [
         CUBE,
@@ -377,10 +338,6 @@ BAD: dict[str, list[dict[str, Any]]] = {
     ],
     "denser than its body": [CUBE, cut("sphere", radius=0.3, density=1.05)],
     "heavier than what was there": [CUBE, {"shape": "cube", "side": 1, "mass": 1.5, "hole": True}],
-    "in the empty inside of a hollow sphere": [
-        solid("hollow_sphere", outer_radius=2, inner_radius=1),
-        cut("sphere", radius=0.5),
-    ],
     "across the empty inside": [
         solid("hollow_sphere", outer_radius=2, inner_radius=1),
         cut("cylinder", radius=0.1, height=3.9),
@@ -394,30 +351,17 @@ BAD: dict[str, list[dict[str, Any]]] = {
         solid("cone", radius=1, height=2),
         cut("cylinder", radius=0.5, height=1, position=[0, 0, 1.45]),
     ],
-    "a ball out of a cone": [
-        solid("cone", radius=1, height=2),
-        cut("sphere", radius=0.5, position=[0, 0, 1.1]),
-    ],
-    "a tetrahedron outside": [
-        CUBE,
-        cut("tetrahedron", vertices=[[3, 0, 0], [4, 0, 0], [3, 1, 0], [3, 0, 1]]),
-    ],
     "a slender tetrahedron outside": [solid("cube", side=12), cut("tetrahedron", vertices=NEEDLE)],
     "a tetrahedron with one vertex out": [
         CUBE,
         cut("tetrahedron", vertices=[[0, 0, 0], [0.1, 0.2, 0], [0.2, -0.1, 0.1], [0.4, 0.3, 1.01]]),
     ],
-    "a disk beside a plate": [PLATE, cut("disk", radius=0.1, position=[3, 0, 0])],
     "a disk out of a plate by one per cent": [PLATE, cut("disk", radius=1, position=[1.01, 0, 0])],
     "a disk over a plate": [PLATE, cut("disk", radius=1, position=[0, 0, 0.01])],
     "a disk tilted in a plate": [PLATE, cut("disk", radius=1, axis=[0.01, 0, 1])],
     "a disk in the empty inside of an annulus": [
         solid("annulus", outer_radius=2, inner_radius=1),
         cut("disk", radius=0.5),
-    ],
-    "a triangle with one vertex out of a disk": [
-        solid("disk", radius=1),
-        cut("triangle", vertices=[[0, 0], [0.5, 0], [0.73, 0.73]]),
     ],
     "a polygon out of a polygon": [
         solid("polygon", vertices=[[0, 0], [3, 0], [3, 1], [1, 1], [1, 4], [0, 4]]),
@@ -439,7 +383,6 @@ BAD: dict[str, list[dict[str, Any]]] = {
         CUBE,
         {"shape": "spherical_shell", "radius": 0.5, "mass": 0.01, "position": [5, 0, 0], "hole": True},
     ],
-    "a composite outside": [CUBE, {"parts": [solid("cube", side=0.2)], "position": [2, 0, 0], "hole": True}],
     "a composite with one part out": [
         CUBE,
         {"parts": [solid("cube", side=0.2), solid("cube", side=0.2, position=[1, 0, 0])], "hole": True},
@@ -485,38 +428,19 @@ def test_areas_are_told_per_area() -> None:
     assert "kg/m^2" in text
 
 
-def test_a_hole_alone_is_no_body() -> None:
-    assert "hole" in refusal(cut("sphere", radius=1))
-
-
 # --- holes: good ones
 
 GOOD: dict[str, list[dict[str, Any]]] = {
-    "flush with a face": [CUBE, cut("cube", side=1, position=[0.5, 0, 0])],
     "flush in a corner": [CUBE, cut("cube", side=1, position=[0.5, -0.5, 0.5])],
     "a drill right through": [CUBE, cut("cylinder", radius=0.3, height=2)],
-    "a drill along x": [CUBE, cut("cylinder", radius=0.3, height=2, axis=[1, 0, 0])],
     "a ball that touches all faces": [CUBE, cut("sphere", radius=1)],
-    "holes that touch": [
-        CUBE,
-        cut("sphere", radius=0.4, position=[0.4, 0, 0]),
-        cut("sphere", radius=0.4, position=[-0.4, 0, 0]),
-    ],
     "holes with a common face": [
         CUBE,
         cut("cube", side=0.7, position=[0.35, 0, 0]),
         cut("cube", side=0.7, position=[-0.35, 0, 0]),
     ],
-    "turned": [CUBE, cut("cube", side=1, rotation={"axis": [1, 1, 1], "angle": 0.7})],
     "lighter than its body": [CUBE, cut("sphere", radius=0.3, density=0.5)],
     "refilled": [CUBE, cut("sphere", radius=0.6), solid("sphere", radius=0.6, density=3)],
-    "refilled in part": [CUBE, cut("sphere", radius=0.6), solid("sphere", radius=0.3)],
-    "a hole in what refills a hole": [
-        CUBE,
-        cut("sphere", radius=0.6),
-        solid("sphere", radius=0.5),
-        cut("sphere", radius=0.1),
-    ],
     "a composite hole with a hole of its own": [
         CUBE,
         {"parts": [solid("sphere", radius=0.6), cut("sphere", radius=0.5)], "hole": True},
@@ -524,12 +448,6 @@ GOOD: dict[str, list[dict[str, Any]]] = {
     "a wall taken away": [
         solid("hollow_sphere", outer_radius=2, inner_radius=1),
         cut("hollow_sphere", outer_radius=1.5, inner_radius=1),
-    ],
-    "concentric": [solid("sphere", radius=2), cut("sphere", radius=1)],
-    "across the face between two parts": [
-        solid("cube", side=2, position=[1, 0, 0]),
-        solid("cube", side=2, position=[-1, 0, 0]),
-        cut("cylinder", radius=0.2, height=1, axis=[1, 0, 0]),
     ],
     "across a face between parts at odd places": [
         solid("box", size=[0.68, 1, 1], position=[1.13 - 0.34, 0, 0]),
@@ -543,12 +461,6 @@ GOOD: dict[str, list[dict[str, Any]]] = {
         cut("sphere", radius=0.9, density=2),
     ],
     "in a plate": [PLATE, cut("disk", radius=1)],
-    "flush in a plate": [PLATE, cut("plate", size=[1, 1], position=[1.5, 1.5, 0])],
-    "a plate in a disk": [solid("disk", radius=1), cut("plate", size=[1.2, 1.6])],
-    "a disk in a polygon": [
-        solid("polygon", vertices=[[0, 0], [3, 0], [3, 1], [1, 1], [1, 4], [0, 4]]),
-        cut("disk", radius=0.5, position=[0.5, 0.5, 0]),
-    ],
     "a polygon in a disk": [
         solid("disk", radius=5),
         cut("polygon", vertices=[[0, 0], [3, 0], [3, 1], [1, 1], [1, 4]]),
@@ -659,15 +571,9 @@ def test_a_larger_copy_fits_into_no_shape(shape: str, factor: float) -> None:
     d = CONVEX[shape]
     large = {key: _scaled(value, factor) for key, value in d.items()}
     place = {"rotation": {"euler": [0.3, 0.8, 1.9]}, "anchor": "com", "position": [1, 2, 3]}
-    other = solid(
-        "plate" if shape in ("plate", "disk", "half_disk", "triangle", "polygon") else "cube",
-        **(
-            {"size": [50, 50]}
-            if shape in ("plate", "disk", "half_disk", "triangle", "polygon")
-            else {"side": 50}
-        ),
-        position=[100, 0, 0],
-    )
+    flat = shape in ("plate", "disk", "half_disk", "triangle", "polygon")
+    size = {"size": [50, 50]} if flat else {"side": 50}
+    other = solid("plate" if flat else "cube", **size, position=[100, 0, 0])
     # A large body far away, so that neither the mass nor the tensor of the whole is absurd.
     refusal({"parts": [solid(shape, **d, **place), other, cut(shape, **large, **place)]})
 
@@ -721,24 +627,8 @@ def _support(shape: str, d: Mapping[str, Any], n: Floats) -> float:
     ("parts", "whole"),
     [
         (
-            [solid("sphere", radius=2), cut("sphere", radius=1.5)],
-            solid("hollow_sphere", outer_radius=2, inner_radius=1.5),
-        ),
-        (
             [solid("cylinder", radius=2, height=3), cut("cylinder", radius=0.5, height=3)],
             solid("tube", outer_radius=2, inner_radius=0.5, height=3),
-        ),
-        (
-            [solid("disk", radius=2), cut("disk", radius=0.5)],
-            solid("annulus", outer_radius=2, inner_radius=0.5),
-        ),
-        (
-            [solid("sphere", radius=2), cut("hemisphere", radius=2, axis=[0, 0, -1])],
-            solid("hemisphere", radius=2),
-        ),
-        (
-            [solid("cone", radius=2, height=4), cut("cone", radius=1, height=2)],
-            solid("frustum", bottom_radius=1, top_radius=2, height=2, position=[0, 0, 2]),
         ),
         (
             [solid("sphere", radius=2), cut("spherical_cap", radius=2, cap_height=3, axis=[0, 0, -1])],
@@ -746,32 +636,10 @@ def _support(shape: str, d: Mapping[str, Any], n: Floats) -> float:
         ),
         (
             [
-                solid("disk", radius=2),
-                cut("half_disk", radius=2, rotation={"axis": [0, 0, 1], "angle": math.pi}),
-            ],
-            solid("half_disk", radius=2),
-        ),
-        (
-            [
-                solid("plate", size=[2, 2], anchor="corner"),
-                cut("triangle", vertices=[[2, 0], [2, 2], [0, 2]]),
-            ],
-            solid("triangle", vertices=[[0, 0], [2, 0], [0, 2]]),
-        ),
-        (
-            [
                 solid("plate", size=[3, 4], anchor="corner"),
                 cut("plate", size=[2, 3], anchor="corner", position=[1, 1, 0]),
             ],
             solid("polygon", vertices=[[0, 0], [3, 0], [3, 1], [1, 1], [1, 4], [0, 4]]),
-        ),
-        (
-            # An open frame: a box without a smaller one, as four walls.
-            [solid("box", size=[4, 4, 1]), cut("box", size=[2, 2, 1])],
-            {
-                "parts": [solid("box", size=[4, 1, 1], position=[0, s * 1.5, 0]) for s in (1, -1)]
-                + [solid("box", size=[1, 2, 1], position=[s * 1.5, 0, 0]) for s in (1, -1)]
-            },
         ),
         (
             # A refilled hole is a body of two densities.
@@ -818,10 +686,6 @@ def test_a_tensor_given_about_any_point(given_about: Any, point: Any, about: Any
     same(result(placed, about=about), moved(CLOUD, turn, [1, 2, 3]))
 
 
-def test_com_is_what_a_tensor_is_given_about_by_default() -> None:
-    same(result(KNOWN), CLOUD)
-
-
 def test_moments_lie_along_the_forms_axes() -> None:
     found = result({"moments": [2, 3, 4], "mass": 1})
     assert found["tensor"].tolist() == np.diag([2, 3, 4]).tolist()
@@ -865,11 +729,6 @@ def test_a_tensor_must_be_symmetric() -> None:
     assert result({"inertia": fine, "mass": 1})["tensor"][0, 1] == pytest.approx(0.5 + 1e-9, rel=1e-12, abs=0)
     base[0][1] += 4e-9
     assert "symmetric" in refusal({"inertia": base, "mass": 1})
-
-
-@pytest.mark.parametrize("extra", [{}, {"moments": [1, 1, 1], "inertia": [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}])
-def test_exactly_one_of_inertia_and_moments(extra: dict[str, Any]) -> None:
-    refusal({"mass": 1, **extra})
 
 
 # --- known tensors without a mass

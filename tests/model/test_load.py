@@ -6,7 +6,6 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 import rigidcli
@@ -106,12 +105,9 @@ def test_a_problem_is_one_line_with_file_line_key_what_was_read_and_what_was_exp
     ("text", "expected"),
     [
         ("body: {points: [[1, 2, 3]]}", [(1, "body.points.0")]),
-        ("body: {points: [[1, 2, 3, 4, 5]]}", [(1, "body.points.0")]),
         ("body: {points: [[-1, 2, 3, 4]]}", [(1, "body.points.0.0")]),
         ("body:\n  points:\n    - [1, 0, 0, x]", [(3, "body.points.0.3")]),
-        ("body: {points: [{mass: 1}]}", [(1, "body.points.0.position")]),
         ("body: {parts: [{shape: cube, side: 0, mass: 1}]}", [(1, "body.parts.0.side")]),
-        ("body: {parts: [3]}", [(1, "body.parts.0")]),
         (
             "body: {shape: polygon, vertices: [[0, 0], [1, 0], [x, 1]], mass: 1}",
             [(1, "body.vertices.2.0")],
@@ -123,31 +119,6 @@ def test_a_problem_is_one_line_with_file_line_key_what_was_read_and_what_was_exp
 def test_a_wrong_entry_of_a_list_is_one_problem(text: str, expected: list[tuple[int, str]]) -> None:
     """And not another one of the list, which is as long as it should be."""
     assert places(text) == expected
-
-
-def test_a_missing_mass_is_told_beside_other_problems() -> None:
-    keys = {key for _, key in places("body:\n  shape: cube\n  sid: 1\n")}
-    assert keys == {"body", "body.sid", "body.side"}
-
-
-@pytest.mark.parametrize(
-    ("text", "place"),
-    [
-        (f"{CUBE}frame: {{axis: [0, 0, 0], angle: 1}}", (2, "frame")),
-        (f"{CUBE}frame: {{quaternion: [0, 0, 0, 0]}}", (2, "frame")),
-        (f"{CUBE}frame:\n  matrix: [[1, 0, 0], [0, 1, 0], [0, 0, -1]]", (2, "frame")),
-        (f"{CUBE}frame: {{matrix: [[1, 0, 0], [0, 1, 0], [0, 0, 1.1]]}}", (2, "frame")),
-        ("body:\n  shape: cube\n  side: 1\n  mass: 1\n  axis: [0, 0, 0]\n", (5, "body.axis")),
-        (
-            "body:\n  shape: cube\n  side: 1\n  mass: 1\n  rotation: {quaternion: [0, 0, 0, 0]}\n",
-            (5, "body.rotation"),
-        ),
-    ],
-)
-def test_what_is_no_rotation_is_refused_when_it_is_read(text: str, place: tuple[int, str]) -> None:
-    ((line, key),) = places(text)
-    assert line == place[0]
-    assert key.startswith(place[1])
 
 
 def test_problems_found_in_the_whole_body_have_a_place_too() -> None:
@@ -168,29 +139,19 @@ def test_problems_found_in_the_whole_body_have_a_place_too() -> None:
     ("text", "key", "words"),
     [
         ("", "", "mapping"),
-        ("# nothing", "", "mapping"),
-        ("- 1", "", "mapping"),
         ("hello", "", "mapping"),
-        ("5", "", "mapping"),
         ("name: x", "body", None),
         ("name: 10.35\n" + CUBE, "name", "text"),
-        ("name: [a]\n" + CUBE, "name", "text"),
         ("description: {a: 1}\n" + CUBE, "description", "text"),
         ("body: 3", "body", "mapping"),
-        ("body: cube", "body", "mapping"),
-        ("body: []", "body", "mapping"),
         ("body: {}", "body", "exactly one of shape, points, parts, inertia, moments"),
         ("body: {points: [[1, 0, 0, 0]], shape: cube}", "body", "`shape` and `points`"),
         ("body: {shape: null}", "body.shape", "cube"),
-        ("body: {shape: 3}", "body.shape", "cube"),
         ("body: {shape: [cube]}", "body.shape", "cube"),
         ("body: {shape: cube, side: 1}", "body", "neither"),
         ("body: {shape: cube, side: 1, mass: 1, density: 1}", "body", "both"),
         ("body: {shape: cube, side: 1, mass: 0}", "body.mass", "positive mass (kg)"),
-        ("body: {shape: cube, side: 1, mass: -1}", "body.mass", "positive mass (kg)"),
         ("body: {shape: cube, side: 1, mass: true}", "body.mass", "`true`"),
-        ("body: {shape: cube, side: 1, mass: [1]}", "body.mass", "a list"),
-        ("body: {shape: cube, side: 1, mass: {a: 1}}", "body.mass", "a mapping"),
         ("body: {shape: cube, side: null, mass: 1}", "body.side", "nothing"),
         ("body: {shape: cube, side: .inf, mass: 1}", "body.side", "finite"),
         ("body: {shape: cube, side: 1, mass: .nan}", "body.mass", "finite"),
@@ -198,40 +159,28 @@ def test_problems_found_in_the_whole_body_have_a_place_too() -> None:
         (f"body: {{shape: cube, side: {'1' * 390}, mass: 1}}", "body.side", "finite"),
         ("body: {shape: cube, side: 1, mass: 1, hole: true}", "body.hole", "parts"),
         ("body: {shape: cube, side: 1, mass: 1, hole: yes}", "body.hole", "true or false"),
-        ("body: {shape: cube, side: 1, mass: 1, hole: 1}", "body.hole", "true or false"),
         ("body: {shape: cube, side: 1, mass: 1, anchor: middle}", "body.anchor", "corner"),
         ("body: {shape: cube, side: 1, mass: 1, anchor: 3}", "body.anchor", "text"),
         ("body: {shape: box, size: [1, 2], mass: 1}", "body.size", "expected 3 entries"),
         ("body: {shape: box, size: 1, mass: 1}", "body.size", "a list"),
-        ("body: {shape: box, size: {x: 1}, mass: 1}", "body.size", "a list"),
         ("body: {shape: rod, length: 1, mass: 1, position: [1, 2]}", "body.position", "3"),
-        (
-            "body: {shape: tube, outer_radius: 1, inner_radius: 1, height: 1, mass: 1}",
-            "body.inner_radius",
-            "less",
-        ),
         (
             "body: {shape: disk, radius: 1, mass: 1, axis: [0, 0, 1], rotation: {axis: [1, 0, 0], angle: 1}}",
             "body",
             "both",
         ),
         ("body: {points: []}", "body.points", "at least 1"),
-        ("body: {parts: []}", "body.parts", "at least 1"),
         ("body: {moments: [1, 2, 3], inertia: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}", "body", "both"),
         ("body: {moments: [1, 2, 3], given_about: [1, 0, 0]}", "body.mass", "missing"),
         ("body: {parts: [{moments: [1, 2, 3]}]}", "body.parts.0.mass", "missing"),
         ("about: center\n" + CUBE, "about", "origin, com"),
-        ("about: [1, 2]\n" + CUBE, "about", "3"),
-        ("frame: identity\n" + CUBE, "frame", "mapping"),
+        ("frame: {quaternion: [0, 0, 0, 0]}\n" + CUBE, "frame", "zero quaternion"),
+        ("frame: {matrix: [[1, 0, 0], [0, 1, 0], [0, 0, 1.1]]}\n" + CUBE, "frame", "no rotation"),
+        ("body: {shape: cube, side: 30 deg, mass: 1}", "body.side", "an angle (rad), expected a length (m)"),
         ("frame: {}\n" + CUBE, "frame", "axis, euler, quaternion, matrix"),
-        ("frame: {axis: [0, 0, 1], quaternion: [1, 0, 0, 0]}\n" + CUBE, "frame", "`axis` and `quaternion`"),
-        ("frame: {axis: [0, 0, 1]}\n" + CUBE, "frame.angle", "missing"),
-        ("frame: {euler: [1, 2, 3], sequence: zzx}\n" + CUBE, "frame.sequence", "zxz"),
         ("motion: {omega: 5}\n" + CUBE, "motion.omega", "a list"),
-        ("motion: {omega: [1, 2]}\n" + CUBE, "motion.omega", "3"),
         ("motion: {omega: [0, 0, 1], basis: Body}\n" + CUBE, "motion.basis", "body or principal"),
         ("parameters: [a]\n" + CUBE, "parameters", "mapping"),
-        ("parameters: 3\n" + CUBE, "parameters", "mapping"),
     ],
 )
 def test_what_is_refused(text: str, key: str, words: str | None) -> None:
@@ -264,18 +213,13 @@ def test_quoted_numbers_are_numbers_where_numbers_stand() -> None:
     [
         ("bdy: {}\n" + CUBE, "bdy", "body"),
         ("Body: {}\n", "Body", "body"),
-        ("motoin: {omega: [0, 0, 1]}\n" + CUBE, "motoin", "motion"),
         ("body: {shape: box, sise: [1, 1, 1], size: [1, 1, 1], mass: 1}", "body.sise", "size"),
-        ("body: {shape: cube, side: 1, mas: 1, mass: 1}", "body.mas", "mass"),
-        ("body: {shape: cylinder, radius: 1, height: 1, hieght: 1, mass: 1}", "body.hieght", "height"),
         ("body: {shpae: cube, side: 1, mass: 1}", "body", "shape"),
         ("body: {point: [[1, 0, 0, 0]]}", "body", "points"),
         ("frame: {quaternoin: [1, 0, 0, 0]}\n" + CUBE, "frame", "quaternion"),
         ("body: {shape: cub, side: 1, mass: 1}", "body.shape", "cube"),
-        ("body: {shape: Cube, side: 1, mass: 1}", "body.shape", "cube"),
         ("body: {shape: SPHERE, radius: 1, mass: 1}", "body.shape", "sphere"),
         ("body: {shape: hollow sphere, radius: 1, mass: 1}", "body.shape", "hollow_sphere"),
-        ("body: {shape: cilinder, radius: 1, mass: 1}", "body.shape", "cylinder"),
         ("body: {shape: cube, side: 1, mass: 1, anchor: corner_}", "body.anchor", "corner"),
         ("parameters: {length: 1}\nbody: {shape: cube, side: lenght, mass: 1}", "body.side", "length"),
         ("parameters: {a: 2*lenght, length: 1}\n" + CUBE, "parameters.a", "length"),
@@ -301,22 +245,6 @@ def test_every_shape_refuses_an_unknown_key_and_a_missing_dimension(shape: str) 
 
 
 @pytest.mark.parametrize(
-    ("value", "read", "expected"),
-    [
-        ("5 kg", "mass (kg)", "length (m)"),
-        ("5 cm^2", "area (m^2)", "length (m)"),
-        ("30 deg", "angle (rad)", "length (m)"),
-        ("3 s", "time (s)", "length (m)"),
-        ("3 N m", "torque or energy (N m)", "length (m)"),
-    ],
-)
-def test_a_unit_of_another_dimension_is_refused_naming_both(value: str, read: str, expected: str) -> None:
-    message = told(f"body: {{shape: cube, side: {value}, mass: 1}}")
-    assert read in message
-    assert expected in message
-
-
-@pytest.mark.parametrize(
     ("shape", "unit", "expected"),
     [
         ("rod, length: 1", "kg/m^3", "mass per length (kg/m)"),
@@ -334,20 +262,6 @@ def test_a_missing_blank_before_a_unit_is_explained(value: str) -> None:
     message = told(f"body: {{shape: cube, side: {value}, mass: 1}}")
     assert "blank" in message or "5 cm" in message
     assert "*cm" not in message
-
-
-def test_a_hertz_is_no_angular_velocity() -> None:
-    message = told(f"{CUBE}motion: {{omega: [0, 0, 5 Hz]}}")
-    assert "frequency (Hz)" in message
-    assert "angular velocity (rad/s)" in message
-    assert "rev/s" in message
-
-
-def test_rpm_and_degrees_become_radians() -> None:
-    document = loads(f"{CUBE}motion: {{omega: [60 rpm, 180 deg/s, 1]}}")
-    assert document.motion is not None
-    assert document.motion.omega is not None
-    np.testing.assert_allclose(document.motion.omega, [2 * np.pi, np.pi, 1], rtol=1e-15)
 
 
 @pytest.mark.parametrize(
@@ -391,26 +305,8 @@ def test_an_undeclared_name_is_told_with_all_that_are_declared() -> None:
         assert "`m`" in message
 
 
-def test_without_parameters_none_are_listed() -> None:
-    assert "none" in told("body: {shape: cube, side: a, mass: 1}")
-
-
 @pytest.mark.parametrize(
-    "value",
-    [
-        "zz",
-        "1/0",
-        "5 parsnips",
-        "2*",
-        "5cm",
-        "''",
-        "true",
-        "[1]",
-        ".inf",
-        "sqrt(-1)",
-        "1e300*1e300",
-        "((((" * 60,
-    ],
+    "value", ["zz", "1/0", "5 parsnips", "2*", "5cm", "''", "true", "[1]", ".inf", "sqrt(-1)", "1e300*1e300"]
 )
 def test_a_broken_parameter_is_one_problem_however_often_it_is_used(value: str) -> None:
     text = f"parameters: {{a: {value}, b: a + 1, c: 2*b}}\nbody: {{points: [[a, b, c, a], [c, a, a, b]]}}"
@@ -475,11 +371,6 @@ def test_what_is_not_finite_is_refused_alike_in_exact_arithmetic(value: str) -> 
     assert inexact == exact
 
 
-def test_a_known_tensor_is_exact_in_an_exact_document() -> None:
-    document = loads("body: {moments: [1, 2, 3], mass: 1}", exact=True)
-    assert [str(component) for component in document.properties.com] == ["0", "0", "0"]
-
-
 # --- --set
 
 
@@ -488,13 +379,10 @@ def test_a_known_tensor_is_exact_in_an_exact_document() -> None:
     [
         ("body.mass=3", 3),
         ("body.mass=3 g", 0.003),
-        ("body.mass= 3", 3),
         ("body.mass='3'", 3),
         ("body.mass=1e-3", 1e-3),
-        ("body.mass=2*pi/pi", 2),
         ("body={shape: sphere, radius: 1, mass: 7}", 7),
         ("parameters.k=1", 12),
-        ("motion.omega=[0, 0, 1]", 12),
         ("motion={omega: [0, 0, 1]}", 12),
     ],
 )
@@ -539,12 +427,9 @@ def test_a_setting_for_a_place_that_is_not_there_is_refused(text: str, setting: 
     ("setting", "key"),
     [
         ("body.mass=-3", "body.mass"),
-        ("body.mass=3 s", "body.mass"),
         ("body.mass=x", "body.mass"),
         ("body.mass=", "body"),
         ("body.mas=3", "body.mas"),
-        ("name=3", "name"),
-        ("motion.omega=[1, 2]", "motion.omega"),
         ("body={shape: cube, side: 0, mass: 1}", "body.side"),
     ],
 )
@@ -561,11 +446,6 @@ def test_the_value_of_a_setting_is_read_as_strictly_as_a_document(value: str) ->
     (problem,) = problems(CUBE, [f"body.mass={value}"])
     assert "body.mass" in str(problem)
     assert str(problem).isprintable() or problem.hint is not None
-
-
-def test_settings_leave_nothing_behind() -> None:
-    assert mass(loads(CUBE, settings=["body.mass=3"])) == 3
-    assert mass(loads(CUBE)) == 12
 
 
 # --- files

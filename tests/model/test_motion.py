@@ -39,10 +39,8 @@ def told(text: str) -> tuple[str, str]:
         ("duration: 2, samples: 5", [0, 0.5, 1, 1.5, 2]),
         ("duration: 2, step: 0.5", [0, 0.5, 1, 1.5, 2]),
         ("duration: 2, step: 0.75", [0, 0.75, 1.5]),
-        ("duration: 2 min, step: 60 s", [0, 60, 120]),
         ("duration: 0.3, step: 0.1", [0, 0.1, 0.2, 0.3]),
         ("times: [0.5, 1 s, 1 min]", [0.5, 1, 60]),
-        ("times: [0]", [0]),
     ],
 )
 def test_times_of_the_samples(text: str, times: list[float]) -> None:
@@ -85,18 +83,13 @@ def test_the_default_is_1001_samples_of_the_given_duration() -> None:
     ("text", "key", "words"),
     [
         ("duration: -1", "motion.duration", "positive time"),
-        ("duration: 0", "motion.duration", "positive time"),
-        ("duration: .nan", "motion.duration", ""),
-        ("duration: .inf", "motion.duration", ""),
         ("duration: 1 kg", "motion.duration", "time"),
         ("duration: 1, step: 0", "motion.step", "positive time"),
-        ("duration: 1, step: -0.1", "motion.step", "positive time"),
         ("step: 0.1", "motion.duration", "missing"),
         ("duration: 1, step: 2", "motion.step", "steps in the duration"),
         ("duration: 1, step: 1e-12", "motion.step", "steps in the duration"),
         ("duration: 1, samples: 1", "motion.samples", "from 2 to"),
         ("duration: 1, samples: 2000000000", "motion.samples", "from 2 to"),
-        ("duration: 1, samples: 2.5", "motion.samples", ""),
         ("duration: 1, samples: 10, step: 0.1", "motion", "at most one"),
         ("times: []", "motion.times", "empty"),
         ("times: [0, 2, 1]", "motion.times.2", "ascending"),
@@ -106,7 +99,6 @@ def test_the_default_is_1001_samples_of_the_given_duration() -> None:
         ("tolerance: 0", "motion.tolerance", "1e-15"),
         ("tolerance: 0.1", "motion.tolerance", "0.001"),
         ("orientation: {axis: [0, 0, 0], angle: 1}", "motion.orientation", "direction"),
-        ("orientation: {quaternion: [0, 0, 0, 0]}", "motion.orientation", "zero quaternion"),
     ],
 )
 def test_what_is_refused(text: str, key: str, words: str) -> None:
@@ -136,13 +128,10 @@ def test_a_torque_may_use_the_motion_and_the_parameters() -> None:
     [
         ('{body: [0, 0, "-c*w33"]}', "motion.torque.body.2", "did you mean w3?"),
         ('{body: [0, 0, "-zeta*w3"]}', "motion.torque.body.2", "variables here: t, w1, w2, w3, wx"),
-        ('{space: [0, 0, "2*w1*)"]}', "motion.torque.space.2", "column"),
-        ("{body: [0, 0]}", "motion.torque.body", "3"),
         ("{body: [0, 0, 1 kg]}", "motion.torque.body.2", "energy"),
         ("{gravity: -9.81}", "motion.torque.gravity", "nonnegative"),
         ("{gravity: 9.81, body: [0, 0, 1]}", "motion.torque", "exactly one"),
         ("{weight: 9.81}", "motion.torque", "exactly one of body, space, gravity"),
-        ('{body: [0, 0, "__import__(1)"]}', "motion.torque.body.2", ""),
     ],
 )
 def test_torques_that_are_refused(torque: str, key: str, words: str) -> None:
@@ -189,15 +178,12 @@ def test_a_top_held_at_its_centre_of_mass_has_no_lever() -> None:
     ("top", "key", "words"),
     [
         ("spin: 1, tilt: 181 deg, " + TOP, "top.tilt", "0 to 180 deg"),
-        ("spin: 1, tilt: -1 deg, " + TOP, "top.tilt", "0 to 180 deg"),
         ("tilt: 1, " + TOP, "top.spin", "missing"),
         ("spin: 5 Hz, " + TOP, "top.spin", ""),
         ("spin: 1, gravity: -1, " + TOP, "top.gravity", "nonnegative"),
         ("spin: 1, precession: fast, " + TOP, "top.precession", "fast"),
         ("spin: 1, mass: 1, distance: 1, lambda1: 0.9, lambda3: 0.1", "top.lambda1", "mass distance^2"),
         ("spin: 1, mass: 1, distance: 0.1, lambda1: 1, lambda3: 2.1", "top.lambda3", "2 lambda1"),
-        ("spin: 1, mass: 1, distance: 0.1, lambda1: 1, lambda3: -1", "top.lambda3", "positive"),
-        ("spin: 1, distance: 0.1, lambda3: 1", "top.mass", "missing"),
         ("spin: 1", "top.mass", "or a `body`"),
     ],
 )
@@ -233,48 +219,33 @@ def test_moments_that_no_body_has_about_its_centre_are_noted_not_refused() -> No
 # --- tides
 
 
-MOON = "{name: moon, gm: 4.9e12, distance: 3.84e8}"
+MOON = "perturbers: [{name: moon, gm: 4.9e12, distance: 3.84e8}]"
 
 
 @pytest.mark.parametrize(
     ("tide", "key", "words"),
     [
-        ("obliquity: 0.4, spin: 0, ellipticity: 0.003, perturbers: [" + MOON + "]", "tide.spin", "spins"),
+        (f"spin: 0, ellipticity: 0.003, {MOON}", "spin", "spins"),
+        (f"obliquity: 200 deg, ellipticity: 0.003, {MOON}", "obliquity", "180"),
+        (f"ellipticity: 1.5, {MOON}", "ellipticity", "-1 to 1"),
+        (MOON, "", "expected exactly one"),
+        ("ellipticity: 0.003, perturbers: []", "perturbers", "at least 1"),
+        (f"moments: [1, 1, 3], {MOON}", "moments.2", "no body"),
         (
-            "obliquity: 200 deg, spin: 1, ellipticity: 0.003, perturbers: [" + MOON + "]",
-            "tide.obliquity",
-            "180",
-        ),
-        (
-            "obliquity: 0.4, spin: 1, ellipticity: 1.5, perturbers: [" + MOON + "]",
-            "tide.ellipticity",
-            "-1 to 1",
-        ),
-        ("obliquity: 0.4, spin: 1, perturbers: [" + MOON + "]", "tide", "expected exactly one"),
-        ("obliquity: 0.4, spin: 1, ellipticity: 0.003, perturbers: []", "tide.perturbers", "at least 1"),
-        (
-            "obliquity: 0.4, spin: 1, moments: [1, 1, 3], perturbers: [" + MOON + "]",
-            "tide.moments.2",
-            "no body",
-        ),
-        (
-            "obliquity: 0, spin: 1, ellipticity: 0.003, perturbers: [{gm: 1, distance: 9, eccentricity: 1}]",
-            "tide.perturbers.0.eccentricity",
+            "ellipticity: 0, perturbers: [{gm: 1, distance: 9, eccentricity: 1}]",
+            "perturbers.0.eccentricity",
             "below 1",
         ),
         (
-            "obliquity: 0, spin: 1, ellipticity: 0.003, perturbers: [{gm: 1, distance: 9, inclination: 5.1}]",
-            "tide.perturbers.0.inclination",
+            "ellipticity: 0, perturbers: [{gm: 1, distance: 9, inclination: 5.1}]",
+            "perturbers.0.inclination",
             "180 deg",
         ),
-        (
-            "obliquity: 0.4, spin: 1, ellipticity: 0.003, perturbers: [{gm: 1, mass: 1, distance: 1}]",
-            "tide.perturbers.0",
-            "exactly one",
-        ),
+        ("ellipticity: 0, perturbers: [{gm: 1, mass: 1, distance: 1}]", "perturbers.0", "exactly one"),
     ],
 )
 def test_tides_that_are_refused(tide: str, key: str, words: str) -> None:
-    found, message = told(f"tide: {{{tide}}}\n")
-    assert found == key
+    usual = [entry for entry in ("obliquity: 0.4", "spin: 1") if entry.partition(" ")[0] not in tide]
+    found, message = told(f"tide: {{{', '.join([*usual, tide])}}}\n")
+    assert found == f"tide.{key}".rstrip(".")
     assert words in message

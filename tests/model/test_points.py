@@ -25,12 +25,12 @@ def read(path: Path) -> Block:
 
 
 def refusal(path: Path) -> str:
-    """The message without the path at its start."""
+    """The message without the path at its start, and the hint."""
     with pytest.raises(ValueProblem) as caught:
         read(path)
-    message = caught.value.message
+    message, hint = caught.value.message, caught.value.hint
     assert message.startswith(str(path))
-    return message.removeprefix(str(path))
+    return message.removeprefix(str(path)) + (f"; {hint}" if hint else "")
 
 
 def saved(directory: Path, array: NDArray[np.generic], version: tuple[int, int] | None = None) -> Path:
@@ -81,9 +81,11 @@ def test_every_real_type_is_read(tmp_path: Path, dtype: str, order: str) -> None
     assert np.array_equal(read(path), array.astype(np.float64))
 
 
-@pytest.mark.parametrize("version", [(1, 0), (2, 0), (3, 0)])
-def test_every_version_is_read(tmp_path: Path, version: tuple[int, int]) -> None:
-    assert np.array_equal(read(saved(tmp_path, FOUR, version)), FOUR)
+def test_every_version_is_read(tmp_path: Path) -> None:
+    for version in ((1, 0), (2, 0), (3, 0)):
+        assert np.array_equal(read(saved(tmp_path, FOUR, version)), FOUR)
+    (tmp_path / "link.NPY").symlink_to(tmp_path / "cloud.npy")
+    assert np.array_equal(read(tmp_path / "link.NPY"), FOUR)
 
 
 def test_a_header_by_python_2_is_read(tmp_path: Path) -> None:
@@ -97,13 +99,10 @@ def test_a_header_by_python_2_is_read(tmp_path: Path) -> None:
     ("array", "message"),
     [
         (np.empty((0, 4)), ": no points"),
-        (np.ones(4), ": shape (4,), expected (n, 4) for m, x, y, z"),
-        (np.ones((3, 3)), ": shape (3, 3), expected (n, 4) for m, x, y, z"),
-        (np.ones((4, 7)), ": shape (4, 7), expected (n, 4) for m, x, y, z"),
-        (np.ones((1, 2, 4)), ": shape (1, 2, 4), expected (n, 4) for m, x, y, z"),
+        (np.ones(4), ": shape `(4,)`, expected (n, 4) for m, x, y, z"),
+        (np.ones((4, 7)), ": shape `(4, 7)`, expected (n, 4) for m, x, y, z; save the transposed array"),
+        (np.ones((1, 2, 4)), ": shape `(1, 2, 4)`, expected (n, 4) for m, x, y, z"),
         (np.ones((2, 4), complex), ": an array of `complex128`, expected real numbers"),
-        (np.ones((2, 4), bool), ": an array of `bool`, expected real numbers"),
-        (np.full((2, 4), "a"), ": an array of `<U1`, expected real numbers"),
         (np.full((2, 4), None), ": an array of `object`, expected real numbers"),
         (np.ones(2, [("m", "f8")]), ": an array of `[('m', '<f8')]`, expected real numbers"),
     ],
@@ -112,20 +111,12 @@ def test_other_arrays_are_refused(tmp_path: Path, array: NDArray[np.generic], me
     assert refusal(saved(tmp_path, array)) == message
 
 
-def test_a_transposed_array_gets_a_hint(tmp_path: Path) -> None:
-    with pytest.raises(ValueProblem) as caught:
-        read(saved(tmp_path, np.ones((4, 7))))
-    assert caught.value.hint == "save the transposed array"
-
-
 @pytest.mark.parametrize(
     ("row", "column", "value", "fault"),
     [
-        (17, 0, -1.0, "column m: read `-1`, expected a positive mass"),
         (0, 0, 0.0, "column m: read `0`, expected a positive mass"),
         (BLOCK_ROWS + 3, 0, np.nan, "column m: read `nan`, expected a finite number"),
         (BLOCK_ROWS + 3, 0, np.inf, "column m: read `inf`, expected a finite number"),
-        (2, 2, -np.inf, "column y: read `-inf`, expected a finite number"),
         (3, 3, np.nan, "column z: read `nan`, expected a finite number"),
     ],
 )
@@ -137,13 +128,6 @@ def test_a_wrong_value_is_found(
     array[row, column] = value
     path = saved(tmp_path, np.asfortranarray(array) if order == "F" else array)
     assert refusal(path) == f": row {row} (counted from 0): {fault}"
-
-
-@pytest.mark.parametrize("value", [1e308, -1e308, 5e-324])
-def test_extreme_values_are_values(tmp_path: Path, value: float) -> None:
-    array = cloud(100)
-    array[:, 1:] = value
-    assert np.array_equal(read(saved(tmp_path, array)), array)
 
 
 def test_an_extended_number_beyond_a_double_is_refused(tmp_path: Path) -> None:
@@ -178,9 +162,7 @@ def test_a_file_that_shrinks_while_it_is_read_is_refused(tmp_path: Path) -> None
         b"\x93NUMPY",
         b"not numpy at all",
         b"\x93NUMPY\x09\x00" + b"x" * 100,
-        b"\x93NUMPY\x01\x00\xff\xff{",
         b"\x93NUMPY\x02\x00\xff\xff\xff\xff" + b"(" * 9000,
-        b"\x93NUMPY\x01\x00\x10\x27" + b"(" * 10_000,
         b"\x93NUMPY\x01\x00\x10\x27" + b"-" * 9_999 + b"1",
         b"\x93NUMPY\x01\x00\x0a\x00{1:2,'a':3}",
         b"\x93NUMPY\x01\x00\x08\x00{'\\d':1}",
@@ -223,7 +205,6 @@ def test_any_bytes_are_read_or_refused(
     "text",
     [
         "m,x,y,z\n1,2,3,4\n0.5,-1,0,1e-3\n",
-        "m,x,y,z\n1,2,3,4\n0.5,-1,0,1e-3",
         "m,x,y,z\r\n1,2,3,4\r\n0.5,-1,0,1e-3\r\n",
         "\ufeffm,x,y,z\n1,2,3,4\n0.5,-1,0,1e-3\n",
         " m , x,\ty ,z \n 1 , 2,\t3 ,4 \n 0.5 , -1,0 , 1e-3\n",
@@ -231,7 +212,6 @@ def test_any_bytes_are_read_or_refused(
         "m,x,y,z\n1,2,3,4\n\n0.5,-1,0,1e-3\n",
         "z,x,m,y\n4,2,1,3\n1e-3,-1,0.5,0\n",
         "m,x,y,z\n+1.,2.0,03,4e0\n.5,-1.E+0,-0,+1.e-03\n",
-        "m,x,y,z\n+1.,2.0,03,4e0\n\n.5,-1.E+0,-0,+1.e-03\n",
     ],
 )
 def test_csv_is_read(tmp_path: Path, text: str) -> None:
@@ -288,22 +268,17 @@ def test_csv_of_many_chunks_keeps_its_lines_whole_and_counts_them(tmp_path: Path
         ("1,2,,4", "column y: read ``, expected a number"),
         ("1,2,3", "read 3 values, expected 4"),
         ("1,2,3,4,", "read 5 values, expected 4"),
-        ("1;2;3;4", "read 1 values, expected 4"),
         ("-1,2,3,4", "column m: read `-1`, expected a positive mass"),
         ("0,2,3,4", "column m: read `0`, expected a positive mass"),
-        ("-1.,2,3,4", "column m: read `-1.`, expected a positive mass"),
         ("1e-999,2,3,4", "column m: read `1e-999`, expected a positive mass"),
         ("1,1e999,3,4", "column x: read `1e999`, expected a finite number"),
         ("1,2,3,nan", "column z: read `nan`, expected a number"),
-        ("1,2,3,-inf", "column z: read `-inf`, expected a number"),
         ("1,2,3,1_0", "column z: read `1_0`, expected a number"),
         ("1,2,3,0x10", "column z: read `0x10`, expected a number"),
-        ("1,2,3,4 5", "column z: read `4 5`, expected a number"),
-        ("1,2,3,--4", "column z: read `--4`, expected a number"),
         ("1,2,3,٣", "column z: read `٣`, expected a number"),
         ("1,2,3,[4]", "column z: read `[4]`, expected a number"),
-        ("1,2,3,\x1b[31m4", r"column z: read `\x1b[31m4`, expected a number"),
-        ("1,2,3," + "a" * 100, "column z: read `" + "a" * 40 + "...`, expected a number"),
+        ("1,2,3,\x1b[31m4", r'column z: read `"\u001b[31m4"`, expected a number'),
+        ("1,2,3," + "a" * 100, "column z: read `" + "a" * 57 + "...`, expected a number"),
         ("1,2,3," + "?" * 500_000, "a line of more than 10000 bytes"),
     ],
 )
@@ -314,21 +289,11 @@ def test_a_wrong_line_is_found(tmp_path: Path, line: str, fault: str) -> None:
 
 @pytest.mark.parametrize(
     "header",
-    ["m,x,y", "m,x,y,z,w", "m,x,y,y", "M,X,Y,Z", "m;x;y;z", "1,2,3,4", "mass,x,y,z"],
+    ["", "m,x,y", "m,x,y,z,w", "m,x,y,y", "M,X,Y,Z", "m;x;y;z", "1,2,3,4", "mass,x,y,z"],
 )
 def test_a_wrong_header_is_refused(tmp_path: Path, header: str) -> None:
     path = written(tmp_path, f"{header}\n1,2,3,4\n")
     assert refusal(path) == f":1: header `{header}`, expected `m,x,y,z` in any order"
-
-
-@pytest.mark.parametrize("text", ["m,x,y,z", "m,x,y,z\n", "m,x,y,z\r\n\r\n \n"])
-def test_a_header_alone_is_no_points(tmp_path: Path, text: str) -> None:
-    assert refusal(written(tmp_path, text)) == ": no points"
-
-
-@pytest.mark.parametrize("text", ["", "\n", "m,x,y,z" + "z" * 1_000_000, "\x00\xff"])
-def test_no_header_is_refused(tmp_path: Path, text: str) -> None:
-    assert refusal(written(tmp_path, text)).startswith(":1: header `")
 
 
 def test_an_endless_line_is_refused_in_little_memory(tmp_path: Path) -> None:
@@ -344,17 +309,12 @@ def test_an_endless_line_is_refused_in_little_memory(tmp_path: Path) -> None:
 # --- both
 
 
-@pytest.mark.parametrize("name", ["cloud.txt", "cloud", "cloud.npz", "cloud.csv.gz"])
-def test_other_suffixes_are_refused(tmp_path: Path, name: str) -> None:
-    assert refusal(tmp_path / name) == ": expected a file name that ends in `.csv` or `.npy`"
-
-
-def test_a_missing_file_is_refused(tmp_path: Path) -> None:
-    assert refusal(tmp_path / "cloud.csv") == ": no such file"
-    assert refusal(tmp_path / "clo\0ud.csv") == ": no such file"
-
-
-def test_what_is_no_regular_file_is_refused_without_waiting(tmp_path: Path) -> None:
+def test_what_is_no_file_of_points_is_refused_without_waiting(tmp_path: Path) -> None:
+    for name in ("cloud.csv", "clo\0ud.csv"):
+        assert refusal(tmp_path / name) == ": no such file"
+    assert refusal(written(tmp_path, "m,x,y,z\r\n\r\n \n")) == ": no points"
+    for name in ("cloud.txt", "cloud", "cloud.csv.gz"):
+        assert refusal(tmp_path / name) == ": expected a file name that ends in `.csv` or `.npy`"
     os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "directory.npy").mkdir()
     (tmp_path / "device.csv").symlink_to("/dev/zero")
@@ -369,12 +329,6 @@ def test_an_unreadable_file_is_refused(tmp_path: Path, monkeypatch: pytest.Monke
     path = written(tmp_path, "m,x,y,z\n")
     monkeypatch.setattr(Path, "open", denied)
     assert refusal(path) == ": cannot be read: Permission denied"
-
-
-def test_a_link_to_a_file_and_an_upper_case_suffix_are_read(tmp_path: Path) -> None:
-    saved(tmp_path, FOUR)
-    (tmp_path / "link.NPY").symlink_to(tmp_path / "cloud.npy")
-    assert np.array_equal(read(tmp_path / "link.NPY"), FOUR)
 
 
 def test_memory_does_not_grow_with_the_file(tmp_path: Path) -> None:

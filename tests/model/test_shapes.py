@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
-import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -169,6 +168,12 @@ def _round(x: Any, y: Any) -> Any:
     return x * x + y * y
 
 
+class Dims(dict[str, Any]):
+    """Dimensions, each also an attribute."""
+
+    __getattr__ = dict.__getitem__
+
+
 @dataclass(frozen=True)
 class Reference:
     """What the interface says of a shape; coordinates of the patches count from `origin`."""
@@ -182,7 +187,7 @@ class Reference:
 
 
 def _cylinder_base(d: Any) -> Sequence[float]:
-    return 0.0, 0.0, -d["height"] / 2
+    return 0.0, 0.0, -d.height / 2
 
 
 def _apex_of_cone(d: Any) -> Sequence[float]:
@@ -190,7 +195,7 @@ def _apex_of_cone(d: Any) -> Sequence[float]:
 
 
 def _base_of_cone(d: Any) -> Sequence[float]:
-    return 0.0, 0.0, d["height"]
+    return 0.0, 0.0, d.height
 
 
 def _half(size: Sequence[float]) -> tuple[list[float], list[float]]:
@@ -198,7 +203,7 @@ def _half(size: Sequence[float]) -> tuple[list[float], list[float]]:
 
 
 def _capsule(d: Any) -> list[Patch]:
-    R, h = d["radius"], d["height"]
+    R, h = d.radius, d.height
     # From a pole inwards, so that slices near the poles are exact.
     return [
         _stack(R, lambda t: t * (2 * R - t), start=-h / 2 - R),
@@ -208,7 +213,7 @@ def _capsule(d: Any) -> list[Patch]:
 
 
 def _in_capsule(d: Any, x: Any, y: Any, z: Any) -> Any:
-    R, h = d["radius"], d["height"]
+    R, h = d.radius, d.height
     middle = (_round(x, y) <= R * R) & (z <= h / 2) & (z >= -h / 2)
     return middle | (_round(x, y) + (z - h / 2) ** 2 <= R * R) | (_round(x, y) + (z + h / 2) ** 2 <= R * R)
 
@@ -223,7 +228,7 @@ def _in_triangle(corners: Any, x: Any, y: Any) -> Any:
 
 def _in_tetrahedron(d: Any, x: Any, y: Any, z: Any) -> Any:
     """On the inner side of each of the four faces."""
-    corners = [np.array(corner, dtype=float) for corner in d["vertices"]]
+    corners = [np.array(corner, dtype=float) for corner in d.vertices]
     points, inside = np.stack([x, y, z], axis=-1), np.ones(np.shape(x), dtype=bool)
     for k in range(4):
         a, b, c = corners[:k] + corners[k + 1 :]
@@ -257,136 +262,123 @@ def _dissection(vertices: Any) -> list[tuple[int, int, int]]:
 
 
 def _polygon_patches(d: Any) -> list[Patch]:
-    corners = d["vertices"]
+    corners = d.vertices
     return [_triangle([corners[k] for k in triple], corners[0]) for triple in _dissection(corners)]
 
 
 def _in_polygon(d: Any, x: Any, y: Any, z: Any) -> Any:
-    parts = [
-        _in_triangle([d["vertices"][k][:2] for k in triple], x, y) for triple in _dissection(d["vertices"])
-    ]
+    parts = [_in_triangle([d.vertices[k][:2] for k in triple], x, y) for triple in _dissection(d.vertices)]
     return np.any(parts, axis=0)
 
 
 def _first_vertex(d: Any) -> Sequence[float]:
-    x, y, *z = d["vertices"][0]
+    x, y, *z = d.vertices[0]
     return x, y, *(z or [0.0])
 
 
 def _in_frustum(d: Any, x: Any, y: Any, z: Any) -> Any:
-    a, b, h = d["bottom_radius"], d["top_radius"], d["height"]
+    a, b, h = d.bottom_radius, d.top_radius, d.height
     return (z >= 0) & (z <= h) & (np.hypot(x, y) <= (a * (h - z) + b * z) / h)
 
 
 REFERENCES: dict[str, Reference] = {
     "box": Reference(
         3,
-        ({"size": [1.0, 2.0, 3.0]}, {"size": [1e-6, 1e6, 0.1]}, {"size": [7e-9, 3e-9, 5e-9]}),
-        lambda d: [_block(*_half(d["size"]))],
-        lambda d, x, y, z: (
-            (abs(x) <= d["size"][0] / 2) & (abs(y) <= d["size"][1] / 2) & (abs(z) <= d["size"][2] / 2)
-        ),
-        {"corner": lambda d: [-side / 2 for side in d["size"]]},
+        (Dims(size=[1.0, 2.0, 3.0]), Dims(size=[1e-6, 1e6, 0.1]), Dims(size=[7e-9, 3e-9, 5e-9])),
+        lambda d: [_block(*_half(d.size))],
+        lambda d, x, y, z: (abs(x) <= d.size[0] / 2) & (abs(y) <= d.size[1] / 2) & (abs(z) <= d.size[2] / 2),
+        {"corner": lambda d: [-side / 2 for side in d.size]},
     ),
     "cube": Reference(
         3,
-        ({"side": 1.0}, {"side": 3e-10}, {"side": 7e11}),
-        lambda d: [_block(*_half(3 * [d["side"]]))],
-        lambda d, x, y, z: (abs(x) <= d["side"] / 2) & (abs(y) <= d["side"] / 2) & (abs(z) <= d["side"] / 2),
-        {"corner": lambda d: 3 * [-d["side"] / 2]},
+        (Dims(side=1.0), Dims(side=3e-10), Dims(side=7e11)),
+        lambda d: [_block(*_half(3 * [d.side]))],
+        lambda d, x, y, z: (abs(x) <= d.side / 2) & (abs(y) <= d.side / 2) & (abs(z) <= d.side / 2),
+        {"corner": lambda d: 3 * [-d.side / 2]},
     ),
     "sphere": Reference(
         3,
-        ({"radius": 1.0}, {"radius": 3e-10}, {"radius": 6.4e6}),
-        lambda d: [_ball(d["radius"])],
-        lambda d, x, y, z: _round(x, y) + z * z <= d["radius"] ** 2,
+        (Dims(radius=1.0), Dims(radius=3e-10), Dims(radius=6.4e6)),
+        lambda d: [_ball(d.radius)],
+        lambda d, x, y, z: _round(x, y) + z * z <= d.radius**2,
     ),
     "hollow_sphere": Reference(
         3,
         (
-            {"outer_radius": 2.0, "inner_radius": 1.5},
-            {"outer_radius": 1.0, "inner_radius": 0},
-            {"outer_radius": 1.0, "inner_radius": 1 - 1e-9},
-            {"outer_radius": 1e5, "inner_radius": 1e-5},
+            Dims(outer_radius=2.0, inner_radius=1.5),
+            Dims(outer_radius=1.0, inner_radius=0),
+            Dims(outer_radius=1.0, inner_radius=1 - 1e-9),
+            Dims(outer_radius=1e5, inner_radius=1e-5),
         ),
-        lambda d: [_ball(d["outer_radius"], d["inner_radius"])],
+        lambda d: [_ball(d.outer_radius, d.inner_radius)],
         lambda d, x, y, z: (
-            (np.sqrt(_round(x, y) + z * z) <= d["outer_radius"])
-            & (np.sqrt(_round(x, y) + z * z) >= d["inner_radius"])
+            (np.sqrt(_round(x, y) + z * z) <= d.outer_radius)
+            & (np.sqrt(_round(x, y) + z * z) >= d.inner_radius)
         ),
     ),
     "ellipsoid": Reference(
         3,
-        ({"semi_axes": [1.0, 2.0, 3.0]}, {"semi_axes": [1e-6, 1e6, 0.1]}, {"semi_axes": [5.0, 4.0, 1e-3]}),
-        lambda d: [_ball(1.0, axes=d["semi_axes"])],
+        (Dims(semi_axes=[1.0, 2.0, 3.0]), Dims(semi_axes=[1e-6, 1e6, 0.1]), Dims(semi_axes=[5.0, 4.0, 1e-3])),
+        lambda d: [_ball(1.0, axes=d.semi_axes)],
         lambda d, x, y, z: (
-            (x / d["semi_axes"][0]) ** 2 + (y / d["semi_axes"][1]) ** 2 + (z / d["semi_axes"][2]) ** 2 <= 1
+            (x / d.semi_axes[0]) ** 2 + (y / d.semi_axes[1]) ** 2 + (z / d.semi_axes[2]) ** 2 <= 1
         ),
     ),
     "cylinder": Reference(
         3,
-        ({"radius": 1.0, "height": 3.0}, {"radius": 1e-6, "height": 1.0}, {"radius": 2e4, "height": 1e-4}),
-        lambda d: [_stack(d["height"], _constant(d["radius"] ** 2), start=-d["height"] / 2)],
-        lambda d, x, y, z: (_round(x, y) <= d["radius"] ** 2) & (abs(z) <= d["height"] / 2),
-        {"base": _cylinder_base},
+        (Dims(radius=1.0, height=3.0), Dims(radius=1e-6, height=1.0), Dims(radius=2e4, height=1e-4)),
+        lambda d: [_stack(d.height, _constant(d.radius**2), start=-d.height / 2)],
+        lambda d, x, y, z: (_round(x, y) <= d.radius**2) & (abs(z) <= d.height / 2),
+        Dims(base=_cylinder_base),
     ),
     "tube": Reference(
         3,
         (
-            {"outer_radius": 2.0, "inner_radius": 1.5, "height": 1.0},
-            {"outer_radius": 1.0, "inner_radius": 0, "height": 5.0},
-            {"outer_radius": 1.0, "inner_radius": 1 - 1e-9, "height": 0.7},
-            {"outer_radius": 1e-6, "inner_radius": 5e-7, "height": 1.0},
+            Dims(outer_radius=2.0, inner_radius=1.5, height=1.0),
+            Dims(outer_radius=1.0, inner_radius=0, height=5.0),
+            Dims(outer_radius=1.0, inner_radius=1 - 1e-9, height=0.7),
+            Dims(outer_radius=1e-6, inner_radius=5e-7, height=1.0),
         ),
-        lambda d: [
-            _stack(
-                d["height"], _constant(d["outer_radius"] ** 2), hole=d["inner_radius"], start=-d["height"] / 2
-            )
-        ],
+        lambda d: [_stack(d.height, _constant(d.outer_radius**2), hole=d.inner_radius, start=-d.height / 2)],
         lambda d, x, y, z: (
-            (np.hypot(x, y) <= d["outer_radius"])
-            & (np.hypot(x, y) >= d["inner_radius"])
-            & (abs(z) <= d["height"] / 2)
+            (np.hypot(x, y) <= d.outer_radius) & (np.hypot(x, y) >= d.inner_radius) & (abs(z) <= d.height / 2)
         ),
-        {"base": _cylinder_base},
+        Dims(base=_cylinder_base),
     ),
     "elliptic_cylinder": Reference(
         3,
-        ({"semi_axes": [1.0, 2.0], "height": 3.0}, {"semi_axes": [1e-6, 1e-5], "height": 1.0}),
-        lambda d: [_stack(d["height"], _constant(1.0), stretch=d["semi_axes"], start=-d["height"] / 2)],
+        (Dims(semi_axes=[1.0, 2.0], height=3.0), Dims(semi_axes=[1e-6, 1e-5], height=1.0)),
+        lambda d: [_stack(d.height, _constant(1.0), stretch=d.semi_axes, start=-d.height / 2)],
         lambda d, x, y, z: (
-            ((x / d["semi_axes"][0]) ** 2 + (y / d["semi_axes"][1]) ** 2 <= 1) & (abs(z) <= d["height"] / 2)
+            ((x / d.semi_axes[0]) ** 2 + (y / d.semi_axes[1]) ** 2 <= 1) & (abs(z) <= d.height / 2)
         ),
-        {"base": _cylinder_base},
+        Dims(base=_cylinder_base),
     ),
     "half_cylinder": Reference(
         3,
-        ({"radius": 1.0, "height": 3.0}, {"radius": 1e-6, "height": 1.0}, {"radius": 2e4, "height": 1e-4}),
-        lambda d: [_stack(d["height"], _constant(d["radius"] ** 2), sweep=math.pi, start=-d["height"] / 2)],
-        lambda d, x, y, z: (_round(x, y) <= d["radius"] ** 2) & (abs(z) <= d["height"] / 2) & (y >= 0),
+        (Dims(radius=1.0, height=3.0), Dims(radius=1e-6, height=1.0), Dims(radius=2e4, height=1e-4)),
+        lambda d: [_stack(d.height, _constant(d.radius**2), sweep=math.pi, start=-d.height / 2)],
+        lambda d, x, y, z: (_round(x, y) <= d.radius**2) & (abs(z) <= d.height / 2) & (y >= 0),
     ),
     "cone": Reference(
         3,
-        ({"radius": 1.0, "height": 3.0}, {"radius": 1e-6, "height": 1.0}, {"radius": 2e4, "height": 1e-4}),
-        lambda d: [_stack(d["height"], lambda t: (d["radius"] * t / d["height"]) ** 2)],
-        lambda d, x, y, z: (z <= d["height"]) & (np.hypot(x, y) * d["height"] <= d["radius"] * z),
+        (Dims(radius=1.0, height=3.0), Dims(radius=1e-6, height=1.0), Dims(radius=2e4, height=1e-4)),
+        lambda d: [_stack(d.height, lambda t: (d.radius * t / d.height) ** 2)],
+        lambda d, x, y, z: (z <= d.height) & (np.hypot(x, y) * d.height <= d.radius * z),
         {"apex": _apex_of_cone, "base": _base_of_cone},
     ),
     "frustum": Reference(
         3,
         (
-            {"bottom_radius": 2.0, "top_radius": 1.0, "height": 3.0},
-            {"bottom_radius": 1e-3, "top_radius": 1.0, "height": 0.01},
-            {"bottom_radius": 1.0, "top_radius": 0, "height": 2.0},
-            {"bottom_radius": 0, "top_radius": 1.0, "height": 1e3},
-            {"bottom_radius": 1.0, "top_radius": 1 + 1e-9, "height": 1e-4},
+            Dims(bottom_radius=2.0, top_radius=1.0, height=3.0),
+            Dims(bottom_radius=1e-3, top_radius=1.0, height=0.01),
+            Dims(bottom_radius=1.0, top_radius=0, height=2.0),
+            Dims(bottom_radius=0, top_radius=1.0, height=1e3),
+            Dims(bottom_radius=1.0, top_radius=1 + 1e-9, height=1e-4),
         ),
         lambda d: [
             _stack(
-                d["height"],
-                lambda t: (
-                    (d["bottom_radius"] + (d["top_radius"] - d["bottom_radius"]) * (t / d["height"])) ** 2
-                ),
+                d.height, lambda t: (d.bottom_radius + (d.top_radius - d.bottom_radius) * (t / d.height)) ** 2
             )
         ],
         _in_frustum,
@@ -395,45 +387,45 @@ REFERENCES: dict[str, Reference] = {
     "pyramid": Reference(
         3,
         (
-            {"base": [1.0, 2.0], "height": 3.0},
-            {"base": [1e-6, 1e-5], "height": 1.0},
-            {"base": [1e4, 1.0], "height": 1e-3},
+            Dims(base=[1.0, 2.0], height=3.0),
+            Dims(base=[1e-6, 1e-5], height=1.0),
+            Dims(base=[1e4, 1.0], height=1e-3),
         ),
-        lambda d: [_pyramid(d["base"][0], d["base"][1], d["height"])],
+        lambda d: [_pyramid(d.base[0], d.base[1], d.height)],
         lambda d, x, y, z: (
             (z >= 0)
-            & (abs(x) / d["base"][0] <= (1 - z / d["height"]) / 2)
-            & (abs(y) / d["base"][1] <= (1 - z / d["height"]) / 2)
+            & (abs(x) / d.base[0] <= (1 - z / d.height) / 2)
+            & (abs(y) / d.base[1] <= (1 - z / d.height) / 2)
         ),
         {"apex": _base_of_cone},
     ),
     "hemisphere": Reference(
         3,
-        ({"radius": 1.0}, {"radius": 3e-10}),
-        lambda d: [_stack(d["radius"], lambda t: (d["radius"] - t) * (d["radius"] + t))],
-        lambda d, x, y, z: (_round(x, y) + z * z <= d["radius"] ** 2) & (z >= 0),
+        (Dims(radius=1.0), Dims(radius=3e-10)),
+        lambda d: [_stack(d.radius, lambda t: (d.radius - t) * (d.radius + t))],
+        lambda d, x, y, z: (_round(x, y) + z * z <= d.radius**2) & (z >= 0),
     ),
     "spherical_cap": Reference(
         3,
         (
-            {"radius": 2.0, "cap_height": 0.5},
-            {"radius": 1.0, "cap_height": 1.7},
-            {"radius": 1.0, "cap_height": 1e-8},
-            {"radius": 6.4e6, "cap_height": 1e-3},
-            {"radius": 1.0, "cap_height": 2.0},
-            {"radius": 1.0, "cap_height": 2 - 1e-9},
+            Dims(radius=2.0, cap_height=0.5),
+            Dims(radius=1.0, cap_height=1.7),
+            Dims(radius=1.0, cap_height=1e-8),
+            Dims(radius=6.4e6, cap_height=1e-3),
+            Dims(radius=1.0, cap_height=2.0),
+            Dims(radius=1.0, cap_height=2 - 1e-9),
         ),
-        lambda d: [_stack(d["cap_height"], lambda t: t * (2 * d["radius"] - t), sign=-1.0)],
-        lambda d, x, y, z: (_round(x, y) + z * z <= d["radius"] ** 2) & (z >= d["radius"] - d["cap_height"]),
-        origin=lambda d: (0.0, 0.0, d["radius"]),
+        lambda d: [_stack(d.cap_height, lambda t: t * (2 * d.radius - t), sign=-1.0)],
+        lambda d, x, y, z: (_round(x, y) + z * z <= d.radius**2) & (z >= d.radius - d.cap_height),
+        origin=lambda d: (0.0, 0.0, d.radius),
     ),
     "capsule": Reference(
         3,
         (
-            {"radius": 1.0, "height": 2.0},
-            {"radius": 1.0, "height": 0},
-            {"radius": 1e-6, "height": 1.0},
-            {"radius": 1e4, "height": 1e-4},
+            Dims(radius=1.0, height=2.0),
+            Dims(radius=1.0, height=0),
+            Dims(radius=1e-6, height=1.0),
+            Dims(radius=1e4, height=1e-4),
         ),
         _capsule,
         _in_capsule,
@@ -441,101 +433,101 @@ REFERENCES: dict[str, Reference] = {
     "torus": Reference(
         3,
         (
-            {"major_radius": 3.0, "minor_radius": 1.0},
-            {"major_radius": 1.0, "minor_radius": 1.0},
-            {"major_radius": 1e3, "minor_radius": 1e-3},
+            Dims(major_radius=3.0, minor_radius=1.0),
+            Dims(major_radius=1.0, minor_radius=1.0),
+            Dims(major_radius=1e3, minor_radius=1e-3),
         ),
-        lambda d: [_torus(d["major_radius"], d["minor_radius"])],
-        lambda d, x, y, z: (np.sqrt(_round(x, y)) - d["major_radius"]) ** 2 + z * z <= d["minor_radius"] ** 2,
+        lambda d: [_torus(d.major_radius, d.minor_radius)],
+        lambda d, x, y, z: (np.sqrt(_round(x, y)) - d.major_radius) ** 2 + z * z <= d.minor_radius**2,
     ),
     "tetrahedron": Reference(
         3,
         (
-            {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]},
-            {"vertices": [[1, 2, 3], [4, -1, 2], [-2, 0.5, 1], [0, 3, -2]]},
-            {"vertices": [[0, 3, -2], [1, 2, 3], [4, -1, 2], [-2, 0.5, 1]]},
-            {"vertices": [[0, 0, 0], [1e3, 0, 0], [0, 1, 0], [0, 0, 1e-3]]},
-            {"vertices": _moved([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [1e8, -1e8, 3e8])},
+            Dims(vertices=[[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]),
+            Dims(vertices=[[1, 2, 3], [4, -1, 2], [-2, 0.5, 1], [0, 3, -2]]),
+            Dims(vertices=[[0, 3, -2], [1, 2, 3], [4, -1, 2], [-2, 0.5, 1]]),
+            Dims(vertices=[[0, 0, 0], [1e3, 0, 0], [0, 1, 0], [0, 0, 1e-3]]),
+            Dims(vertices=_moved([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]], [1e8, -1e8, 3e8])),
         ),
-        lambda d: [_tetrahedron(d["vertices"])],
+        lambda d: [_tetrahedron(d.vertices)],
         _in_tetrahedron,
         origin=_first_vertex,
     ),
     "spherical_shell": Reference(
-        2, ({"radius": 1.0}, {"radius": 3e-10}), lambda d: [_sphere_shell(d["radius"], -d["radius"])]
+        2, (Dims(radius=1.0), Dims(radius=3e-10)), lambda d: [_sphere_shell(d.radius, -d.radius)]
     ),
     "hemispherical_shell": Reference(
-        2, ({"radius": 1.0}, {"radius": 3e-10}), lambda d: [_sphere_shell(d["radius"], 0.0)]
+        2, (Dims(radius=1.0), Dims(radius=3e-10)), lambda d: [_sphere_shell(d.radius, 0.0)]
     ),
     "cylindrical_shell": Reference(
         2,
-        ({"radius": 1.0, "height": 3.0}, {"radius": 1e-6, "height": 1.0}, {"radius": 2e4, "height": 1e-4}),
-        lambda d: [_shell(d["height"], _constant(d["radius"]), d["radius"])],
-        anchors={"base": _cylinder_base},
+        (Dims(radius=1.0, height=3.0), Dims(radius=1e-6, height=1.0), Dims(radius=2e4, height=1e-4)),
+        lambda d: [_shell(d.height, _constant(d.radius), d.radius)],
+        anchors=Dims(base=_cylinder_base),
         origin=_cylinder_base,
     ),
     "conical_shell": Reference(
         2,
-        ({"radius": 1.0, "height": 3.0}, {"radius": 1e-6, "height": 1.0}, {"radius": 2e4, "height": 1e-4}),
-        lambda d: [_cone_shell(d["radius"], d["height"])],
+        (Dims(radius=1.0, height=3.0), Dims(radius=1e-6, height=1.0), Dims(radius=2e4, height=1e-4)),
+        lambda d: [_cone_shell(d.radius, d.height)],
         anchors={"apex": _apex_of_cone, "base": _base_of_cone},
     ),
     "plate": Reference(
         2,
-        ({"size": [1.0, 2.0]}, {"size": [1e-6, 1e6]}),
-        lambda d: [_block(*_half([*d["size"], 0.0]))],
-        lambda d, x, y, z: (abs(x) <= d["size"][0] / 2) & (abs(y) <= d["size"][1] / 2),
-        {"corner": lambda d: [-d["size"][0] / 2, -d["size"][1] / 2, 0.0]},
+        (Dims(size=[1.0, 2.0]), Dims(size=[1e-6, 1e6])),
+        lambda d: [_block(*_half([*d.size, 0.0]))],
+        lambda d, x, y, z: (abs(x) <= d.size[0] / 2) & (abs(y) <= d.size[1] / 2),
+        {"corner": lambda d: [-d.size[0] / 2, -d.size[1] / 2, 0.0]},
     ),
     "disk": Reference(
         2,
-        ({"radius": 1.0}, {"radius": 3e-10}),
-        lambda d: [_flat(d["radius"])],
-        lambda d, x, y, z: _round(x, y) <= d["radius"] ** 2,
+        (Dims(radius=1.0), Dims(radius=3e-10)),
+        lambda d: [_flat(d.radius)],
+        lambda d, x, y, z: _round(x, y) <= d.radius**2,
     ),
     "annulus": Reference(
         2,
         (
-            {"outer_radius": 2.0, "inner_radius": 1.5},
-            {"outer_radius": 1.0, "inner_radius": 0},
-            {"outer_radius": 1.0, "inner_radius": 1 - 1e-9},
+            Dims(outer_radius=2.0, inner_radius=1.5),
+            Dims(outer_radius=1.0, inner_radius=0),
+            Dims(outer_radius=1.0, inner_radius=1 - 1e-9),
         ),
-        lambda d: [_flat(d["outer_radius"], d["inner_radius"])],
-        lambda d, x, y, z: (np.hypot(x, y) <= d["outer_radius"]) & (np.hypot(x, y) >= d["inner_radius"]),
+        lambda d: [_flat(d.outer_radius, d.inner_radius)],
+        lambda d, x, y, z: (np.hypot(x, y) <= d.outer_radius) & (np.hypot(x, y) >= d.inner_radius),
     ),
     "half_disk": Reference(
         2,
-        ({"radius": 1.0}, {"radius": 3e-10}),
-        lambda d: [_flat(d["radius"], sweep=math.pi)],
-        lambda d, x, y, z: (_round(x, y) <= d["radius"] ** 2) & (y >= 0),
+        (Dims(radius=1.0), Dims(radius=3e-10)),
+        lambda d: [_flat(d.radius, sweep=math.pi)],
+        lambda d, x, y, z: (_round(x, y) <= d.radius**2) & (y >= 0),
     ),
     "triangle": Reference(
         2,
         (
-            {"vertices": [[0, 0], [1, 0], [0, 1]]},
-            {"vertices": [[1, 2], [-3, 1], [0.5, -7]]},
-            {"vertices": [[1, 2, 3], [-3, 1, 5], [0.5, -7, 2]]},
-            {"vertices": [[0, 0], [1, 0], [0.5, 1e-6]]},
-            {"vertices": [[1e8, 1e8, -3e8], [1e8 + 2, 1e8, -3e8], [1e8, 1e8 + 1, -3e8 + 5]]},
+            Dims(vertices=[[0, 0], [1, 0], [0, 1]]),
+            Dims(vertices=[[1, 2], [-3, 1], [0.5, -7]]),
+            Dims(vertices=[[1, 2, 3], [-3, 1, 5], [0.5, -7, 2]]),
+            Dims(vertices=[[0, 0], [1, 0], [0.5, 1e-6]]),
+            Dims(vertices=[[1e8, 1e8, -3e8], [1e8 + 2, 1e8, -3e8], [1e8, 1e8 + 1, -3e8 + 5]]),
         ),
-        lambda d: [_triangle(d["vertices"], d["vertices"][0])],
-        lambda d, x, y, z: _in_triangle([vertex[:2] for vertex in d["vertices"]], x, y),
+        lambda d: [_triangle(d.vertices, d.vertices[0])],
+        lambda d, x, y, z: _in_triangle([vertex[:2] for vertex in d.vertices], x, y),
         origin=_first_vertex,
     ),
     "polygon": Reference(
         2,
-        tuple({"vertices": outline} for outline, _ in TRIANGLES),
+        tuple(Dims(vertices=outline) for outline, _ in TRIANGLES),
         _polygon_patches,
         _in_polygon,
         origin=_first_vertex,
     ),
     "rod": Reference(
         1,
-        ({"length": 1.0}, {"length": 3e-10}),
-        lambda d: [lambda u, v, w: (0.0, 0.0, d["length"] * (u - 0.5), d["length"])],
-        anchors={"end": lambda d: [0.0, 0.0, -d["length"] / 2]},
+        (Dims(length=1.0), Dims(length=3e-10)),
+        lambda d: [lambda u, v, w: (0.0, 0.0, d.length * (u - 0.5), d.length)],
+        anchors={"end": lambda d: [0.0, 0.0, -d.length / 2]},
     ),
-    "ring": Reference(1, ({"radius": 1.0}, {"radius": 3e-10}), lambda d: [_ring(d["radius"])]),
+    "ring": Reference(1, (Dims(radius=1.0), Dims(radius=3e-10)), lambda d: [_ring(d.radius)]),
 }
 
 
@@ -694,45 +686,11 @@ def test_measure_centre_and_tensor_against_quadrature(shape: str, d: Dimensions)
     expected = quadrature(shape, d)
     density = 2.5
     found = result({"shape": shape, "density": density, **d})
-    assert found["mass"] == pytest.approx(density * expected.measure, rel=1e-13, abs=0)
+    assert found["mass"] == pytest.approx(density * expected.measure, rel=1e-14, abs=0)
     assert np.abs(found["center_of_mass"] - expected.centre).max() <= 1e-13 * _reach(shape, d)
-    assert entry_error(found["tensor_com"], expected.tensor(found["mass"])) <= 1e-13
-
-
-THIN: dict[str, Dimensions] = {
-    "box": {"size": [1e-6, 2e-6, 1.0]},
-    "ellipsoid": {"semi_axes": [1e-6, 2e-6, 1.0]},
-    "cylinder": {"radius": 1e-6, "height": 1.0},
-    "tube": {"outer_radius": 1e-6, "inner_radius": 5e-7, "height": 1.0},
-    "elliptic_cylinder": {"semi_axes": [1e-6, 2e-6], "height": 1.0},
-    "half_cylinder": {"radius": 1e-6, "height": 1.0},
-    "cone": {"radius": 1e-6, "height": 1.0},
-    "frustum": {"bottom_radius": 1e-6, "top_radius": 2e-6, "height": 1.0},
-    "pyramid": {"base": [1e-6, 2e-6], "height": 1.0},
-    "capsule": {"radius": 1e-6, "height": 1.0},
-    "cylindrical_shell": {"radius": 1e-6, "height": 1.0},
-    "conical_shell": {"radius": 1e-6, "height": 1.0},
-    "plate": {"size": [1e-6, 1.0]},
-    "triangle": {"vertices": [[0, 0], [1, 0], [0, 1e-6]]},
-    "tetrahedron": {"vertices": [[0, 0, 0], [1, 0, 0], [0, 1e-6, 0], [0, 0, 1e-6]]},
-    "polygon": {"vertices": STRIP},
-}
-
-
-@pytest.mark.parametrize("shape", THIN)
-def test_the_small_moment_of_a_thin_shape_keeps_its_own_digits(shape: str) -> None:
-    d = THIN[shape]
-    expected = np.diag(quadrature(shape, d).tensor(3.0))
-    found = np.diag(result({"shape": shape, "mass": 3.0, **d})["tensor_com"])
-    assert found == pytest.approx(expected, rel=1e-12, abs=0)
-
-
-@pytest.mark.parametrize(("shape", "d"), CASES)
-def test_density_and_mass_agree(shape: str, d: Dimensions) -> None:
-    by_density = result({"shape": shape, "density": 2.5, **d})
-    by_mass = result({"shape": shape, "mass": by_density["mass"], **d})
-    for key in ("mass", "center_of_mass", "tensor", "tensor_com"):
-        assert np.array_equal(by_density[key], by_mass[key])
+    assert entry_error(found["tensor_com"], expected.tensor(found["mass"])) <= 1e-14
+    small, moments = np.diag(found["tensor_com"]), np.diag(expected.tensor(found["mass"]))
+    assert small == pytest.approx(moments, rel=1e-14, abs=0)
 
 
 @pytest.mark.parametrize(("shape", "d"), CASES)
@@ -845,12 +803,6 @@ def test_the_anchors_are_those_of_the_table_and_no_others() -> None:
         assert set(shape.ANCHORS) == set(REFERENCES[name].anchors or {}), name
 
 
-@pytest.mark.parametrize("shape", SHAPES)
-def test_an_unknown_anchor_is_refused(shape: str) -> None:
-    with pytest.raises(DocumentError, match="anchor"):
-        loaded({"shape": shape, "mass": 1, "anchor": "middle", **REFERENCES[shape].samples[0]})
-
-
 @pytest.mark.parametrize(("shape", "d", "anchor"), ANCHOR_CASES)
 def test_the_anchor_lands_on_the_position(shape: str, d: Dimensions, anchor: str | None) -> None:
     expected = quadrature(shape, d)
@@ -904,199 +856,26 @@ def test_mass_and_length_scale_every_shape_exactly(case: Any, a: int, m: int) ->
     assert np.array_equal(other["tensor_com"], one["tensor_com"] * (mass * length**2))
 
 
-@few
-@given(st.sampled_from(CASES), st.integers(-60, 60), st.integers(-40, 40))
-def test_density_scales_with_the_measure(case: Any, a: int, m: int) -> None:
-    shape, d = case.values
-    one = result({"shape": shape, "density": 3.0, **d})
-    other = result(
-        {"shape": shape, "density": 3.0 * 2.0**m, **{key: _scaled(value, 2.0**a) for key, value in d.items()}}
-    )
-    rank = REFERENCES[shape].rank
-    assert other["mass"] == pytest.approx(one["mass"] * 2.0 ** (m + rank * a), rel=1e-15, abs=0)
-
-
-EIGHTHS = st.lists(st.integers(-40, 40).map(lambda k: k / 8), min_size=3, max_size=3).map(np.array)
-
-
-@few
-@given(st.sampled_from(CASES), EIGHTHS, EIGHTHS)
-def test_parallel_axes(case: Any, there: Floats, position: Floats) -> None:
-    # Two points, and the same body moved: I(P) of the body at q is I(P - q) of the body at 0.
-    shape, d = case.values
-    size = _reach(shape, d)
-    p, q = there * size, position * size
-    body = {"shape": shape, "mass": 2.0, **d}
-    moved = result(body | {"position": q.tolist()}, about=p.tolist())
-    still = result(body, about=(p - q).tolist())
-    assert np.abs(moved["tensor"] - still["tensor"]).max() <= 1e-14 * 2.0 * 100 * size**2
-    # The trace grows by twice M d^2.
-    arm = still["center_of_mass"] - still["about"]
-    growth = np.trace(still["tensor"]) - np.trace(still["tensor_com"])
-    assert growth == pytest.approx(4.0 * float(arm @ arm), abs=1e-14 * 100 * size**2)
-
-
 # --- limits
 
 
-def _same(one: Mapping[str, Any], two: Mapping[str, Any], tolerance: float = 1e-14) -> None:
-    assert one["mass"] == pytest.approx(two["mass"], rel=tolerance, abs=0)
-    size = max(1.0, np.abs(two["center_of_mass"]).max())
-    assert np.abs(one["center_of_mass"] - two["center_of_mass"]).max() <= tolerance * size
-    assert entry_error(one["tensor_com"], two["tensor_com"]) <= tolerance
-
-
 @pytest.mark.parametrize(
-    ("one", "two"),
+    ("body", "moments"),
     [
-        ({"shape": "spherical_cap", "radius": 3, "cap_height": 6}, {"shape": "sphere", "radius": 3}),
-        ({"shape": "spherical_cap", "radius": 3, "cap_height": 3}, {"shape": "hemisphere", "radius": 3}),
+        ({"shape": "hemisphere"}, [83 / 320, 83 / 320, 2 / 5]),
         (
-            {"shape": "frustum", "bottom_radius": 2, "top_radius": 2, "height": 5},
-            {"shape": "cylinder", "radius": 2, "height": 5, "anchor": "base"},
+            {"shape": "half_cylinder", "height": 1},
+            [1 / 3 - 16 / (9 * math.pi**2), 1 / 3, 1 / 2 - 16 / (9 * math.pi**2)],
         ),
-        (
-            {"shape": "frustum", "bottom_radius": 0, "top_radius": 2, "height": 5},
-            {"shape": "cone", "radius": 2, "height": 5},
-        ),
-        (
-            {"shape": "frustum", "bottom_radius": 2, "top_radius": 0, "height": 5},
-            {"shape": "cone", "radius": 2, "height": 5, "axis": [0, 0, -1], "anchor": "base"},
-        ),
-        ({"shape": "capsule", "radius": 2, "height": 0}, {"shape": "sphere", "radius": 2}),
-        ({"shape": "hollow_sphere", "outer_radius": 2, "inner_radius": 0}, {"shape": "sphere", "radius": 2}),
-        (
-            {"shape": "tube", "outer_radius": 2, "inner_radius": 0, "height": 3},
-            {"shape": "cylinder", "radius": 2, "height": 3},
-        ),
-        ({"shape": "annulus", "outer_radius": 2, "inner_radius": 0}, {"shape": "disk", "radius": 2}),
-        ({"shape": "ellipsoid", "semi_axes": [2, 2, 2]}, {"shape": "sphere", "radius": 2}),
-        (
-            {"shape": "elliptic_cylinder", "semi_axes": [2, 2], "height": 3},
-            {"shape": "cylinder", "radius": 2, "height": 3},
-        ),
-        ({"shape": "cube", "side": 2}, {"shape": "box", "size": [2, 2, 2]}),
-        (
-            {"shape": "polygon", "vertices": [[0, 0], [2, 1], [0, 3]]},
-            {"shape": "triangle", "vertices": [[0, 0], [2, 1], [0, 3]]},
-        ),
-        (
-            {"shape": "polygon", "vertices": [[0, 0], [2, 0], [2, 3], [0, 3]]},
-            {"shape": "plate", "size": [2, 3], "anchor": "corner"},
-        ),
+        ({"shape": "cone", "height": 1}, [3 / 20 + 3 / 80, 3 / 20 + 3 / 80, 3 / 10]),
+        ({"shape": "conical_shell", "height": 1}, [1 / 4 + 1 / 18, 1 / 4 + 1 / 18, 1 / 2]),
+        ({"shape": "hemispherical_shell"}, [5 / 12, 5 / 12, 2 / 3]),
     ],
 )
-def test_shapes_that_become_others(one: dict[str, Any], two: dict[str, Any]) -> None:
-    _same(result(one | {"density": 2}), result(two | {"density": 2}))
-
-
-def test_two_halves_make_a_whole() -> None:
-    upside = {"axis": [0, 0, -1]}
-    back = {"rotation": {"axis": [0, 0, 1], "angle": math.pi}}
-    halves: list[tuple[dict[str, Any], dict[str, Any], dict[str, Any]]] = [
-        ({"shape": "hemisphere", "radius": 2}, upside, {"shape": "sphere", "radius": 2}),
-        ({"shape": "hemispherical_shell", "radius": 2}, upside, {"shape": "spherical_shell", "radius": 2}),
-        ({"shape": "half_disk", "radius": 2}, back, {"shape": "disk", "radius": 2}),
-        (
-            {"shape": "half_cylinder", "radius": 2, "height": 3},
-            back,
-            {"shape": "cylinder", "radius": 2, "height": 3},
-        ),
-    ]
-    for half, turned, whole in halves:
-        parts = [half | {"density": 2}, half | turned | {"density": 2}]
-        _same(result({"parts": parts}), result(whole | {"density": 2}), 3e-15)
-
-
-# Thin walls, inner -> outer at 1e-9: the difference of two solids at 40 digits, and the shell they tend to.
-WALL = 1e-9
-
-
-def _mp_second(degree: int, outer: mpmath.mpf, inner: mpmath.mpf) -> mpmath.mpf:
-    """Mean of s^2 over inner < s < outer, with the weight s^(degree - 1)."""
-    over, under = outer ** (degree + 2) - inner ** (degree + 2), outer**degree - inner**degree
-    return degree * over / ((degree + 2) * under)
-
-
-def test_thin_walls_against_forty_digits_and_shells() -> None:
-    R, r, h = 1.3, 1.3 * (1 - WALL), 0.7
-    with mpmath.workdps(40):
-        outer, inner = mpmath.mpf(R), mpmath.mpf(r)
-        ball, ring = _mp_second(3, outer, inner), _mp_second(2, outer, inner)
-        volume = float(4 * mpmath.pi / 3 * (outer**3 - inner**3))
-        area = float(mpmath.pi * (outer**2 - inner**2))
-        sphere, across, along = float(2 * ball / 3), float(ring / 2 + mpmath.mpf(h) ** 2 / 12), float(ring)
-        flat = float(ring / 2)
-    wall = {"outer_radius": R, "inner_radius": r, "density": 1}
-    hollow, tube = result({"shape": "hollow_sphere", **wall}), result({"shape": "tube", "height": h, **wall})
-    annulus = result({"shape": "annulus", **wall})
-    assert hollow["mass"] == pytest.approx(volume, rel=1e-14, abs=0)
-    assert annulus["mass"] == pytest.approx(area, rel=1e-14, abs=0)
-    assert tube["mass"] == pytest.approx(area * h, rel=1e-14, abs=0)
-    for body, moments, shell in (
-        (hollow, 3 * [sphere], {"shape": "spherical_shell", "radius": R}),
-        (tube, [across, across, along], {"shape": "cylindrical_shell", "radius": R, "height": h}),
-        (annulus, [flat, flat, along], {"shape": "ring", "radius": R}),
-    ):
-        assert np.diag(body["tensor_com"]) / body["mass"] == pytest.approx(moments, rel=1e-14, abs=0)
-        limit = np.diag(result(shell | {"mass": 1})["tensor_com"])
-        assert moments == pytest.approx(limit.tolist(), rel=2 * WALL, abs=0)
-        assert body["mass"] > 0
-
-
-@pytest.mark.parametrize("ratio", [1e-8, 1e-4, 0.3, 1.0, 1.9])
-def test_caps_against_forty_digits(ratio: float) -> None:
-    # Slices of radius^2 t (2 R - t) at the depth t under the pole, integrated as polynomials in t.
-    R = 1.7
-    h = R * ratio
-    with mpmath.workdps(60):
-        radius, height = mpmath.mpf(R), mpmath.mpf(h)
-
-        def moment(power: int) -> mpmath.mpf:
-            """The integral of t^power times the slice's area over pi."""
-            return 2 * radius * height ** (power + 2) / (power + 2) - height ** (power + 3) / (power + 3)
-
-        volume, mean = mpmath.pi * moment(0), moment(1) / moment(0)
-        along = moment(2) / moment(0) - mean**2
-        # The mean of rho^2 over a disk is half its radius^2, and that of x^2 a quarter.
-        quartic = 4 * radius**2 * height**3 / 3 - radius * height**4 + height**5 / 5
-        across = quartic / moment(0) / 4
-        expected = float(volume), float(radius - mean), float(across + along), float(2 * across)
-    found = result({"shape": "spherical_cap", "radius": R, "cap_height": h, "density": 1})
-    inertia = found["tensor_com"] / found["mass"]
-    assert found["mass"] == pytest.approx(expected[0], rel=1e-14, abs=0)
-    assert found["center_of_mass"][2] == pytest.approx(expected[1], rel=1e-15, abs=1e-15 * R)
-    assert inertia[0, 0] == pytest.approx(expected[2], rel=1e-14, abs=0)
-    assert inertia[2, 2] == pytest.approx(expected[3], rel=1e-14, abs=0)
-
-
-def test_published_moments() -> None:
-    # J. L. Meriam, L. G. Kraige, Engineering Mechanics: Dynamics, table D/4.
-    def moments(**body: Any) -> list[float]:
-        values: list[float] = np.diag(result(body | {"mass": 1})["tensor_com"]).tolist()
-        return values
-
-    assert moments(shape="hemisphere", radius=1) == pytest.approx(
-        [83 / 320, 83 / 320, 2 / 5], rel=1e-14, abs=0
-    )
-    assert moments(shape="half_cylinder", radius=1, height=1)[0] == pytest.approx(
-        1 / 4 + 1 / 12 - (4 / (3 * math.pi)) ** 2, rel=1e-14, abs=0
-    )
-    assert moments(shape="half_cylinder", radius=1, height=1)[2] == pytest.approx(
-        1 / 2 - 16 / (9 * math.pi**2), rel=1e-14, abs=0
-    )
-    assert moments(shape="cone", radius=1, height=1) == pytest.approx(
-        [3 / 20 + 3 / 80, 3 / 20 + 3 / 80, 3 / 10], rel=1e-14, abs=0
-    )
-    assert moments(shape="conical_shell", radius=1, height=1) == pytest.approx(
-        [1 / 4 + 1 / 18, 1 / 4 + 1 / 18, 1 / 2], rel=1e-14, abs=0
-    )
-    assert moments(shape="hemispherical_shell", radius=1) == pytest.approx(
-        [5 / 12, 5 / 12, 2 / 3], rel=1e-14, abs=0
-    )
-    assert moments(shape="torus", major_radius=1, minor_radius=0.5) == pytest.approx(
-        [1 / 2 + 5 / 32, 1 / 2 + 5 / 32, 1 + 3 / 16], rel=1e-14, abs=0
-    )
+def test_published_moments(body: dict[str, Any], moments: list[float]) -> None:
+    """J. L. Meriam, L. G. Kraige, Engineering Mechanics: Dynamics, table D/4."""
+    found = np.diag(result({**body, "radius": 1, "mass": 1})["tensor_com"])
+    assert found == pytest.approx(moments, rel=1e-14, abs=0)
 
 
 # --- polygons
@@ -1133,31 +912,6 @@ def test_polygons_in_space_against_greens_theorem(radii: list[float], backwards:
     found = result({"shape": "polygon", "vertices": vertices.tolist(), "density": 1})
     assert found["mass"] == pytest.approx(area, rel=2e-14, abs=0)
     assert entry_error(found["tensor_com"], area * TURN @ inertia @ TURN.T) <= 1e-13
-
-
-@pytest.mark.parametrize(("outline", "triangles"), TRIANGLES)
-@pytest.mark.parametrize("shift", [[0, 0], [1e8, -1e8]])
-def test_a_polygon_is_the_sum_of_its_triangles(outline: Any, triangles: Any, shift: list[float]) -> None:
-    vertices = _moved(outline, shift)
-    polygon = result({"shape": "polygon", "vertices": vertices, "density": 3})
-    parts = [
-        {"shape": "triangle", "vertices": [vertices[k] for k in triple], "density": 3} for triple in triangles
-    ]
-    # Far away, the centre of each triangle is rounded to what floats there are.
-    _same(
-        result({"parts": parts}),
-        polygon,
-        1e-14 + (4 * float(np.spacing(3e8)) if outline[0][0] > 1e7 or shift[0] else 0),
-    )
-
-
-@pytest.mark.parametrize(("outline", "triangles"), TRIANGLES)
-def test_neither_sense_nor_first_vertex_matters(outline: Any, triangles: Any) -> None:
-    one = result({"shape": "polygon", "vertices": outline, "density": 3})
-    for start in range(len(outline)):
-        turned = outline[start:] + outline[:start]
-        for ordered in (turned, turned[::-1]):
-            _same(result({"shape": "polygon", "vertices": ordered, "density": 3}), one, 3e-15)
 
 
 # --- refusals
@@ -1198,20 +952,3 @@ REFUSED: list[tuple[str, dict[str, Any], str]] = [
 def test_what_is_no_shape_is_refused(shape: str, d: dict[str, Any], word: str) -> None:
     with pytest.raises(DocumentError, match=word):
         loaded({"shape": shape, "mass": 1, **d})
-
-
-def test_a_horn_torus_is_a_body() -> None:
-    found = result({"shape": "torus", "major_radius": 2, "minor_radius": 2, "density": 1})
-    assert found["mass"] == pytest.approx(2 * math.pi**2 * 8, rel=1e-15, abs=0)
-
-
-@pytest.mark.parametrize("extra", [{}, {"mass": 1, "density": 1}, {"mass": 0}, {"mass": -1}, {"density": 0}])
-def test_exactly_one_positive_of_mass_and_density(extra: dict[str, float]) -> None:
-    with pytest.raises(DocumentError, match=r"mass|density"):
-        loaded({"shape": "sphere", "radius": 1, **extra})
-
-
-def test_rotation_and_axis_exclude_each_other() -> None:
-    rotation = {"axis": [1, 0, 0], "angle": 1}
-    with pytest.raises(DocumentError, match="axis"):
-        loaded({"shape": "sphere", "radius": 1, "mass": 1, "axis": [1, 0, 0], "rotation": rotation})

@@ -102,16 +102,11 @@ def test_forms_that_go_together(form: str) -> None:
         ("", "system", "read none of them"),
         ("potential: x", "system", "exactly one of `lagrangian`, `kinetic`, `particles`, `hamiltonian`"),
         ("lagrangian: xdot, hamiltonian: p_x", "system", "read `lagrangian`, `hamiltonian`"),
-        ("kinetic: xdot**2, particles: [{mass: 1, position: [x]}]", "system", "read `kinetic`, `particles`"),
         ("lagrangian: xdot**2, kinetic: xdot**2, hamiltonian: p_x", "system", "exactly one"),
         ("lagrangian: xdot**2, potential: x", "system.potential", "goes with `kinetic`"),
-        ("hamiltonian: p_x**2, potential: x", "system.potential", "goes with `kinetic`"),
         ("lagrangain: xdot**2", "system.lagrangain", "did you mean lagrangian?"),
         ("particles: []", "system.particles", "at least 1"),
-        ("particles: {mass: 1, position: [x]}", "system.particles", "expected a list"),
         ("kinetic: [1, 2]", "system.kinetic", "expected a number or an expression"),
-        ("kinetic: true", "system.kinetic", "expected a number or an expression"),
-        ("kinetic: .nan", "system.kinetic", "finite"),
     ],
 )
 def test_forms_that_are_refused(form: str, key: str, words: str) -> None:
@@ -213,22 +208,16 @@ def test_a_pulley_has_no_position_and_no_mass() -> None:
         ("{mass: 1, position: [x], angle: x}", "moment_of_inertia", "missing"),
         ("{mass: 1, position: [x], moment_of_inertia: 1}", "angle", "missing"),
         ("{mass: 1, position: []}", "position", "at least 1"),
-        ("{mass: 1, position: [x, 0, 0, 0]}", "position", "at most 3"),
-        ("{mass: 1, position: x}", "position", "a list"),
         ("{mass: 0, position: [x]}", "mass", "positive"),
-        ("{mass: -2 kg, position: [x]}", "mass", "positive"),
         ("{mass: M - 3, position: [x]}", "mass", "(which is -1)"),
         ("{mass: 1/(M - 2), position: [x]}", "mass", ""),
-        ("{mass: 2 cm, position: [x]}", "mass", "expected a mass"),
         ("{mass: l, position: [x]}", "mass", "expected a mass"),
         ("{mass: 1, position: [l^2*cos(x)]}", "position.0", "expected a length"),
         ("{mass: 1, position: [x, l + l^2]}", "position.1", "cannot be added"),
         ("{moment_of_inertia: -1, angle: x}", "moment_of_inertia", "nonnegative"),
         ("{mass: 1, position: [xdot]}", "position.0", "the velocity of `x`"),
-        ("{mass: 1, position: [0, p_x]}", "position.1", "the momentum of `x`"),
         ("{mass: 1, position: [0, 0, y]}", "position.2", "variables here: x, t"),
         ("{mass: M*xdot, position: [x]}", "mass", "a mass may depend on coordinates and t"),
-        ("{moment_of_inertia: 1, angle: xdot}", "angle", "the velocity of `x`"),
         ("{mass: 1, position: [x], potential: p_x}", "potential", "the momentum of `x`"),
         ("{mass: 1, position: [x], charge: 3}", "charge", "unknown key"),
     ],
@@ -275,22 +264,7 @@ def test_of_very_many_variables_some_are_listed() -> None:
     assert "x19 and 61 more" in message
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "__import__('os').system('true')",
-        "x.__class__",
-        "eval(x)",
-        "lambda: x",
-        "x[0]",
-        "(" * 10_000 + "x" + ")" * 10_000,
-        "x+" * 50_000 + "x",
-        "9" * 100_000,
-        "1e999999",
-        "x if t else x",
-    ],
-    ids=lambda text: text[:12],
-)
+@pytest.mark.parametrize("text", ["__import__('os')", "x[0]", "x+" * 50_000 + "x", "9" * 100_000, "1e999999"])
 def test_hostile_expressions_are_refused_within_a_second(text: str) -> None:
     begin = time.perf_counter()
     key, _ = told(f"system: {{coordinates: [x], lagrangian: {json.dumps(text)}}}\n")
@@ -321,19 +295,12 @@ def test_hostile_mappings_are_refused_in_time() -> None:
         ("x, x", 1, "stands here already"),
         ("θ, theta", 1, "stands here already"),
         ("x, xdot", 1, "`xdot` is the velocity of `x`"),
-        ("xdot, x", 0, "`xdot` is the velocity of `x`"),
-        ("x, p_x", 1, "`p_x` is the momentum of `x`"),
         ("p_a, adot", 1, "`p_adot` would be the momentum of `adot`, and the velocity of `p_a`"),
         ("t", 0, "it is the time"),
-        ("x, τ, t", 2, "it is the time"),
         ("sin", 0, "it is a function"),
         ("pi", 0, "it is a constant"),
-        ("π", 0, "it is a constant"),
         ("H", 0, "the Hamiltonian"),
         ("2x", 0, "expected a name"),
-        ("a b", 0, "expected a name"),
-        ("x-y", 0, "expected a name"),
-        ("x, 3", 1, "expected a name"),
         ("x, ''", 1, "expected a name"),
         ("x, [y]", 1, "expected a name"),
     ],
@@ -364,17 +331,14 @@ def test_a_parameter_cannot_be_called_like_a_variable(name: str, words: str, val
 def test_coordinates_may_be_called_like_nothing_special() -> None:
     names = "E, I, S, N, Q, beta, gamma, lambda, xddot, x, y_1, _z"
     assert (
-        len(system_of(f"system: {{coordinates: [{names}], kinetic: xddot*x + xddotdot}}\n").coordinates) == 12
+        system_of(f"system: {{coordinates: [{names}], kinetic: xddot*x + xddotdot}}\n").coordinates[8]
+        == "xddot"
     )
 
 
 @pytest.mark.parametrize("coordinates", ["x", "{x: 1}", "[]", "3"])
 def test_what_is_no_list_of_coordinates(coordinates: str) -> None:
     assert keys(f"system: {{coordinates: {coordinates}, kinetic: 0}}\n") == {"system.coordinates"}
-
-
-def test_missing_coordinates() -> None:
-    assert told("system: {kinetic: 0}\n") == ("system.coordinates", "missing ")
 
 
 def test_all_problems_are_told_at_once() -> None:
@@ -421,13 +385,6 @@ def test_parameters_without_a_value_need_no_exact_numbers() -> None:
     assert definitions["w"].names == {"k", "m"}
 
 
-def test_parameters_with_values_are_floats() -> None:
-    document = loads(VALUES + SPRING)
-    assert not document.exact_results
-    assert document.symbols == ()
-    assert document.values == {"m": 1.0, "k": 4.0}
-
-
 def test_exact_results_may_be_asked_for() -> None:
     document = loads(f"{VALUES}{SPRING}orbit: {{initial: {{x: 1, p_x: 0}}, duration: 2}}\n", exact=True)
     assert document.exact_results
@@ -452,8 +409,6 @@ def test_a_body_beside_the_system_is_worked_exactly() -> None:
         ("m: , k: 2*q*m", "parameters.k", "undeclared name `q`"),
         ("m: , k: 2*m*k", "parameters.k", "circle"),
         ("m: , l: 1 m, k: m + l + l^2", "parameters.k", "cannot be added"),
-        ("m: , k: 2*(m", "parameters.k", "column 3"),
-        ("m: , k: 3 furlng", "parameters.k", "unknown unit"),
     ],
 )
 def test_parameters_that_hang_on_symbols_are_checked_all_the_same(
@@ -465,23 +420,6 @@ def test_parameters_that_hang_on_symbols_are_checked_all_the_same(
     }
     assert set(found) == {key}
     assert words in found[key]
-
-
-SYMBOLIC = f"""
-parameters: {{m: , k: 2.5, w: sqrt(k/m), l: 5 cm}}
-{SPRING}
-orbit: {{initial: {{x: 30 deg, p_x: l}}, duration: 1 min, step: 0.5}}
-transform: {{new_variables: [Q, P], old: {{x: sqrt(2*P/(m*w))*sin(Q), p_x: sqrt(2*P*m*w)*cos(Q)}}}}
-"""
-
-
-@pytest.mark.parametrize("options", ["", "exact=True"])
-def test_a_document_of_a_system_loads_without_sympy(options: str) -> None:
-    """Start-up time: the import of sympy alone takes longer than all else."""
-    code = f"import sys; from rigidcli.model.load import loads; loads({SYMBOLIC!r}, {options})\n"
-    code += "print(sorted({'sympy', 'mpmath', 'scipy', 'pint'} & sys.modules.keys()))"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert (done.stdout, done.stderr) == ("[]\n", "")
 
 
 def test_a_document_without_a_system_does_not_load_its_sections() -> None:
@@ -513,11 +451,8 @@ def test_an_orbit_begins_with_momenta_or_with_velocities() -> None:
     ("text", "value"),
     [
         ("1", 1.0),
-        ("-1e-3", -1e-3),
-        ("5 cm", 0.05),
         ("30 deg", math.pi / 6),
         ("-12 rpm", -0.4 * math.pi),
-        ("2 kg m/s", 2.0),
         ("pi/6", math.pi / 6),
         ("k/m + 1", 5.0),
     ],
@@ -540,8 +475,6 @@ def test_an_orbit_is_sampled_as_a_motion_is() -> None:
     ("text", "key", "words"),
     [
         ("initial: {x: 1, p_x: 0}", "duration", "how long"),
-        ("initial: {x: 1, p_x: 0}, samples: 3", "duration", "how long"),
-        ("initial: {x: 1, p_x: 0}, step: 3", "duration", "how long"),
         ("duration: 1", "initial", "missing"),
         ("initial: {p_x: 0}, duration: 1", "initial.x", "missing"),
         ("initial: {x: 1}, duration: 1", "initial", "all momenta (p_x) or all velocities (xdot)"),
@@ -551,17 +484,11 @@ def test_an_orbit_is_sampled_as_a_motion_is() -> None:
         ("initial: {x: 1, p_x: 0, 2: 0}, duration: 1", "initial.2", "expected a name"),
         ("initial: {x: 1, p_x: 0, xdo: 0}, duration: 1", "initial.xdo", "did you mean xdot?"),
         ("initial: {x: x, p_x: 0}, duration: 1", "initial.x", "undeclared name `x`"),
-        ("initial: {x: 1 furlng, p_x: 0}, duration: 1", "initial.x", "unknown unit"),
         ("initial: {x: 1/0, p_x: 0}, duration: 1", "initial.x", ""),
-        ("initial: {x: sqrt(-k), p_x: 0}, duration: 1", "initial.x", ""),
         ("initial: {x: .inf, p_x: 0}, duration: 1", "initial.x", "finite"),
         ("initial: {x: , p_x: 0}, duration: 1", "initial.x", "expected a number"),
-        ("initial: {x: [1], p_x: 0}, duration: 1", "initial.x", "expected a number"),
         ("initial: [1, 0], duration: 1", "initial", "expected a mapping"),
-        ("initial: {x: 1, p_x: 0}, duration: -1", "duration", "positive time"),
-        ("initial: {x: 1, p_x: 0}, duration: 1 kg", "duration", "time"),
         ("initial: {x: 1, p_x: 0}, duration: 1, method: euler", "method", "auto or symplectic"),
-        ("initial: {x: 1, p_x: 0}, duration: 1, samples: 1", "samples", "from 2 to"),
     ],
 )
 def test_orbits_that_are_refused(text: str, key: str, words: str) -> None:
@@ -657,23 +584,18 @@ def test_new_variables_in_old_ones() -> None:
         ("old: {x: 1, p_x: 2}", "new_variables", "missing"),
         ("new_variables: [Q], old: {x: Q, p_x: Q}", "new_variables", "even number"),
         ("new_variables: [Q, R, P, S], old: {x: Q, p_x: P}", "new_variables", "expected 2"),
-        ("new_variables: Q, old: {x: 1, p_x: 1}", "new_variables", "a list"),
         ("new_variables: [], old: {x: 1, p_x: 1}", "new_variables", "1 to 80"),
         ("new_variables: [Q, Q], old: {x: Q, p_x: Q}", "new_variables.1", "already"),
         ("new_variables: [Q, x], old: {x: Q, p_x: Q}", "new_variables.1", "the coordinate `x`"),
         ("new_variables: [p_x, P], old: {x: P, p_x: P}", "new_variables.0", "the momentum of `x`"),
         ("new_variables: [Q, xdot], old: {x: Q, p_x: Q}", "new_variables.1", "the velocity of `x`"),
-        ("new_variables: [Q, t], old: {x: Q, p_x: Q}", "new_variables.1", "the time"),
         ("new_variables: [Q, H], old: {x: Q, p_x: Q}", "new_variables.1", "the Hamiltonian"),
         ("new_variables: [Q, P], old: {x: Q}", "old.p_x", "missing"),
-        ("new_variables: [Q, P], new: {P: p_x}", "new.Q", "missing"),
         ("new_variables: [Q, P], old: {x: Q, p_x: P, y: P}", "old.y", "expected x, p_x"),
-        ("new_variables: [Q, P], old: {x: Q, p_x: P, xdot: P}", "old.xdot", "expected x, p_x"),
         ("new_variables: [Q, P], old: {x: Q, p_x: P*x}", "old.p_x", "are written in the new ones"),
         ("new_variables: [Q, P], new: {Q: x, P: p_x*Q}", "new.P", "old coordinates and momenta"),
         ("new_variables: [Q, P], new: {Q: x, P: xdot}", "new.P", "the velocity of `x`"),
         ("new_variables: [Q, P], new: {Q: x, P: zeta}", "new.P", "variables here: x, p_x, t"),
-        ("new_variables: [Q, P], old: {x: Q, p_x: zeta}", "old.p_x", "variables here: Q, P, t"),
         ("new_variables: [Q, P], old: {x: Q, p_x: P*}", "old.p_x", "column"),
         ("new_variables: [Q, P], old: [Q, P]", "old", "a mapping"),
     ],
@@ -714,27 +636,8 @@ def test_the_schema_accepts_the_sections() -> None:
         jsonschema.validate(tree, json_schema())
 
 
-WORDS = [
-    "x",
-    "y",
-    "xdot",
-    "p_x",
-    "ydot",
-    "p_y",
-    "t",
-    "m",
-    "Q",
-    "P",
-    "H",
-    "sin",
-    "pi",
-    "θ",
-    "",
-    "x +",
-    "5 cm",
-    "m/0",
-    "old",
-]
+NAMES = ["x", "y", "xdot", "p_x", "ydot", "p_y", "t", "m", "Q", "P", "H", "sin", "pi", "θ", "old"]
+WORDS = [*NAMES, "", "x +", "5 cm", "m/0"]
 KEYS = sorted({*System.model_fields, *Orbit.model_fields, *Transform.model_fields, "mass", "angle", *WORDS})
 SCALARS = (
     st.sampled_from(WORDS)

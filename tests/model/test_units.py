@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
+import re
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from pathlib import Path
 from typing import Any
 
 import pint
@@ -23,6 +23,7 @@ from rigidcli.model.units import (
     AREA_DENSITY,
     DENSITY,
     DIMENSIONLESS,
+    ENERGY,
     FREQUENCY,
     GRAVITATIONAL_PARAMETER,
     LENGTH,
@@ -30,24 +31,27 @@ from rigidcli.model.units import (
     MASS,
     MOMENT_OF_INERTIA,
     TIME,
+    VOLUME,
     Dimension,
     check_dimension,
     known_names,
-    looks_like_missing_space,
     parse_unit,
     split_quantity,
 )
 
 PINT_SPELLING = {"gn": "g_n", "rev": "revolution"}
-PINT_ROOTS = {
-    "gram": "g",
-    "meter": "m",
-    "second": "s",
-    "ampere": "A",
-    "kelvin": "K",
-    "mole": "mol",
-    "radian": "rad",
+PINT_LACKS = {  # Nominal solar and terrestrial values, IAU 2015 resolution B3; G of CODATA 2022.
+    "lbm": 0.45359237,
+    **dict.fromkeys(["R_sun", "solar_radius", "solar_radii"], 6.957e8),
+    **dict.fromkeys(["R_earth", "earth_radius", "earth_radii"], 6.3781e6),
+    **dict.fromkeys(["M_sun", "solar_mass", "solar_masses"], 1.3271244e20 / 6.67430e-11),
+    **dict.fromkeys(["M_earth", "earth_mass", "earth_masses"], 3.986004e14 / 6.67430e-11),
+    "GM_sun": 1.3271244e20,
+    "GM_earth": 3.986004e14,
 }
+
+
+KNOWN = "units are those of the SI with their prefixes, and others of mechanics, which the README lists"
 
 
 @pytest.fixture(scope="module")
@@ -55,60 +59,50 @@ def registry() -> Any:
     return pint.UnitRegistry(non_int_type=Fraction)
 
 
-def tolerance(name: str) -> Fraction:
-    """Zero but for the dalton, which is measured, and the parsec, which pint has by a tangent."""
-    if name in {"u", "Da", "amu", "dalton", "daltons"}:
-        return Fraction(1, 10**8)
-    return Fraction(1, 10**11) if name.endswith(("pc", "parsec", "parsecs")) else Fraction(0)
+def agrees(name: str, registry: Any) -> bool:
+    """Whether a unit is exactly what pint has under its name.
 
-
-@pytest.mark.parametrize("prefixed", [False, True])
-def test_every_name_of_the_table_agrees_with_pint(registry: Any, prefixed: bool) -> None:
+    But for the dalton, which is measured, and the parsec, which pint has by the tangent of an arcsecond.
+    """
     pi = registry.Quantity(Fraction(1), "pi").to_root_units().magnitude
-    wrong = []
-    for name in known_names():
-        if name == "1" or (name in units._UNITS) == prefixed:
-            continue
-        theirs = registry.Quantity(Fraction(1), PINT_SPELLING.get(name, name)).to_root_units()
-        root = parse_unit("1")
-        for root_name, power in theirs.unit_items():
-            root = root.times(parse_unit(PINT_ROOTS[root_name]), int(power))
-        unit = parse_unit(name)
-        ratio = unit.factor * pi**unit.pi_power / (theirs.magnitude * root.factor)
-        if abs(ratio - 1) > tolerance(name) or unit.dimension._replace(cycle=0) != root.dimension:
-            wrong.append((name, float(ratio), unit.dimension, root.dimension))
-    assert wrong == []
+    theirs = registry.Quantity(Fraction(1), PINT_SPELLING.get(name, name)).to_root_units()
+    root = parse_unit("1")
+    for root_name, power in theirs.unit_items():
+        root = root.times(parse_unit(root_name), int(power))
+    unit = parse_unit(name)
+    ratio = unit.factor * pi**unit.pi_power / (theirs.magnitude * root.factor)
+    tolerance = Fraction(1, 10**11) if name.endswith(("pc", "parsec", "parsecs")) else Fraction(0)
+    if name.endswith(("Da", "dalton", "daltons")) or name in ("u", "amu"):
+        tolerance = Fraction(1, 10**8)
+    return abs(ratio - 1) <= tolerance and unit.dimension._replace(cycle=0) == root.dimension
 
 
-def test_no_name_stands_twice_in_the_table() -> None:
-    rows = [unit.text for unit in units._rows()]
-    assert len(rows) == len(set(rows))
-    assert len(known_names()) == len(set(known_names()))
+def test_every_name_of_the_table_agrees_with_pint(registry: Any) -> None:
+    names = known_names()
+    assert len(names) == len(set(names))
+    names = [name for name in names if name not in PINT_LACKS and name != "1"]
+    assert [name for name in names if not agrees(name, registry)] == []
 
 
-def test_every_name_that_pint_has_is_read_or_refused(registry: Any) -> None:
+@pytest.mark.parametrize("name", PINT_LACKS)
+def test_what_pint_lacks_is_what_its_definition_says(name: str) -> None:
+    assert parse_unit(name).scale == pytest.approx(PINT_LACKS[name], rel=2e-16, abs=0)
+
+
+def test_the_readme_lists_every_unit() -> None:
+    text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
+    listed = re.findall(r"\w+", text.partition("Units are those of the SI")[2].partition("Full names")[0])
+    assert {names.split()[0] for names, *_ in units._TABLE} <= set(listed)
+
+
+def test_what_else_pint_has_is_read_as_the_same_or_refused(registry: Any) -> None:
+    """Names that look like a known unit with a prefix, too: `hbar` is no hectobar."""
+    read = 0
     for name in dir(registry):
-        try:
-            unit = parse_unit(name)
-        except ValueProblem:
-            continue
-        assert unit.dimension != DIMENSIONLESS
-
-
-@pytest.mark.parametrize(
-    ("text", "factor", "pi_power"),
-    [
-        ("furlong", Fraction(792000, 3937), 0),
-        ("gon", Fraction(1, 200), 1),
-        ("kft", Fraction("304.8"), 0),
-        ("delta_degC", Fraction(1), 0),
-        ("kΩ", Fraction(1000), 0),
-        ("furlong/fortnight^2", Fraction(792000, 3937) / 1_209_600**2, 0),
-    ],
-)
-def test_pint_answers_for_rare_names_exactly(text: str, factor: Fraction, pi_power: int) -> None:
-    unit = parse_unit(text)
-    assert (unit.factor, unit.pi_power) == (factor, pi_power)
+        with suppress(ValueProblem):
+            assert agrees(parse_unit(name).text, registry)
+            read += 1
+    assert read > 100
 
 
 @pytest.mark.parametrize(
@@ -117,25 +111,24 @@ def test_pint_answers_for_rare_names_exactly(text: str, factor: Fraction, pi_pow
         ("cm", 0.01, LENGTH),
         ("g/cm^3", 1000.0, DENSITY),
         ("g/cm³", 1000.0, DENSITY),
-        ("g cm**-3", 1000.0, DENSITY),
         ("kg·m²", 1.0, MOMENT_OF_INERTIA),
-        ("kg⋅m^2", 1.0, MOMENT_OF_INERTIA),
         ("kg*m**2", 1.0, MOMENT_OF_INERTIA),
+        ("kg.m^2", 1.0, MOMENT_OF_INERTIA),
+        ("kg.m².s^-1.s", 1.0, MOMENT_OF_INERTIA),
+        ("N-m", 1.0, ENERGY),
         ("  kg  m ^ 2 ", 1.0, MOMENT_OF_INERTIA),
         ("kg m^2/s s", 1.0, MOMENT_OF_INERTIA),  # (kg m^2/s) s, from left to right
         ("kg/m^2", 1.0, AREA_DENSITY),
         ("kg/(m m)", 1.0, AREA_DENSITY),
-        ("kg/((m) (m))", 1.0, AREA_DENSITY),
         ("lb/ft", 0.45359237 / 0.3048, LINE_DENSITY),
         ("1/s", 1.0, Dimension(time=-1)),
         ("rad s⁻¹", 1.0, ANGULAR_VELOCITY),
         ("°/s", 0.017453292519943295, ANGULAR_VELOCITY),
         ("(m/s)^2/m", 1.0, ACCELERATION),
         ("km^3/s^2", 1e9, GRAVITATIONAL_PARAMETER),
-        ("rpm", 0.10471975511965977, ANGULAR_VELOCITY),
         ("rev/min", 0.10471975511965977, ANGULAR_VELOCITY),
         ("µm", 1e-6, LENGTH),
-        ("μm", 1e-6, LENGTH),
+        ("ℓ", 1e-3, VOLUME),
         ("Å", 1e-10, LENGTH),
         ("\u212b", 1e-10, LENGTH),
         ("′", 0.0002908882086657216, ANGLE),
@@ -187,7 +180,9 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         ("", "a unit ends too early", None),
         ("kg/", "a unit ends too early", None),
         ("kg//m", "unexpected `/` in a unit", None),
-        ("N.m", "unexpected `.` in a unit", None),
+        ("N .m", "unexpected `.` in a unit", None),
+        ("5.m", "unexpected `5` in a unit", None),
+        ("kg - m", "unexpected `-` in a unit", None),
         ("m^2^3", "unexpected `^3` in a unit", None),
         ("m^0.5", "unexpected `.` in a unit", None),
         ("m)", "unexpected `)` in a unit", None),
@@ -200,28 +195,23 @@ def test_any_text_is_read_or_refused(text: str) -> None:
         ("m " * 150, "a unit of 300 characters, expected at most 200", None),
         ("degC", "`degC` has its zero elsewhere than the kelvin", "write a temperature in `K`"),
         ("°F", "`degF` has its zero elsewhere than the kelvin", "write a temperature in `K`"),
-        ("degree_Reaumur", "unknown unit `degree_Reaumur`", None),
-        ("dB", "unknown unit `dB`", None),
-        ("bit", "unknown unit `bit`", None),
+        ("hbar", "unknown unit `hbar`", "did you mean `bar` or `mbar`?"),
+        ("dB", "unknown unit `dB`", KNOWN),
+        ("bit", "unknown unit `bit`", KNOWN),
         ("pi", "unknown unit `pi`", "did you mean `psi`?"),
         ("N Nm", "`Nm` is not a unit but a product of two", "write `N m`"),
         ("KG", "unknown unit `KG`", "case matters, did you mean `kg`?"),
         ("cm2", "unknown unit `cm2`", "write a power as `cm^2`"),
-        ("secnd", "unknown unit `secnd`", "did you mean `second` or `seconds` or `exasecond`?"),
+        ("secnd", "unknown unit `secnd`", "did you mean `second` or `seconds` or `sec`?"),
         ("__class__", "unexpected `_` in a unit", None),
-        ("кг", "unknown unit `кг`", None),
+        ("кг", "unknown unit `кг`", KNOWN),
+        ("parsnips", "unknown unit `parsnips`", KNOWN),
     ],
 )
 def test_what_is_refused(text: str, message: str, hint: str | None) -> None:
     with pytest.raises(ValueProblem) as caught:
         parse_unit(text)
     assert (caught.value.message, caught.value.hint) == (message, hint)
-
-
-def test_every_reason_of_refusal_is_well_formed() -> None:
-    for name in units._REFUSED:
-        with pytest.raises(ValueProblem, match=f"`{name}` (is|has|differs) "):
-            parse_unit(name)
 
 
 @pytest.mark.parametrize(
@@ -261,7 +251,7 @@ def test_what_does_not_fit(text: str, expected: Dimension, message: str) -> None
     assert caught.value.message == message
 
 
-@pytest.mark.parametrize("text", ["Hz", "kHz", "megahertz", "kiloHz"])
+@pytest.mark.parametrize("text", ["Hz", "kHz", "megahertz", "kilohertz"])
 def test_hertz_is_no_angular_velocity(text: str) -> None:
     with pytest.raises(ValueProblem, match=r"is a frequency .Hz., expected an angular velocity") as caught:
         check_dimension(parse_unit(text).text, parse_unit(text).dimension, ANGULAR_VELOCITY)
@@ -289,47 +279,17 @@ def test_an_unnamed_dimension_prints_its_si_unit(powers: tuple[int, ...]) -> Non
         ("5 cm", ("5", "cm")),
         ("-1.5e3 kg m^2", ("-1.5e3", "kg m^2")),
         ("−.5  °/s ", ("-.5", "°/s")),
-        ("2. µm", ("2.", "µm")),
         ("3 1/s", ("3", "1/s")),
         ("1e5 Å", ("1e5", "Å")),
         ("5 m - 3 m", ("5", "m - 3 m")),
         ("7", None),
         ("2*a", None),
         ("2 - 3", None),
-        ("5 - x", None),
-        ("2 *a", None),
         ("5cm", None),
-        ("cm", None),
         ("1/2", None),
-        ("1 2", None),
         ("5 (m/s)", None),
         ("", None),
     ],
 )
 def test_split_quantity(text: str, parts: tuple[str, str] | None) -> None:
     assert split_quantity(text) == parts
-
-
-@pytest.mark.parametrize(
-    ("text", "touching"),
-    [
-        ("5cm", True),
-        ("30°", True),
-        ("-1.5e3kg", True),
-        ("2e", True),
-        ("5 cm", False),
-        ("1e5", False),
-        ("a5", False),
-    ],
-)
-def test_looks_like_missing_space(text: str, touching: bool) -> None:
-    assert looks_like_missing_space(text) is touching
-
-
-def test_everyday_units_start_nothing_heavy() -> None:
-    script = (
-        "import sys; from rigidcli.model.units import parse_unit; parse_unit('deg'); parse_unit('g/cm^3')\n"
-        "print(*({'pint', 'numpy', 'sympy'} & set(sys.modules)))"
-    )
-    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert run.stdout.strip() == ""
