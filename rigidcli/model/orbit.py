@@ -9,14 +9,13 @@ import numpy as np
 from pydantic import Field, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
-from rigidcli.errors import DocumentError, Problem, UsageError, ValueProblem, nearest, shown
+from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.model.base import environment, refusal
 from rigidcli.model.parameters import read_name
 from rigidcli.model.sampling import Sampling
 from rigidcli.model.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, ReadBy, momentum, velocity
 
 if TYPE_CHECKING:
-    from rigidcli.model.document import Document
     from rigidcli.model.system import System
 
 
@@ -131,19 +130,3 @@ class Orbit(Sampling):
         )
         assert q is not None
         return q, p, v
-
-
-def require_values(document: Document) -> None:
-    """Raise unless the document's numbers are floats, and its parameters have values.
-
-    Raises DocumentError with the parameters that have none, and UsageError where exact numbers were asked.
-    """
-    if document.symbols:
-        raise DocumentError(
-            [
-                Problem(document.source, "missing: an orbit needs its value", key=f"parameters.{name}")
-                for name in document.symbols
-            ]
-        )
-    if document.arithmetic.exact:
-        raise UsageError("an orbit has no exact results", hint="leave out `--exact`")

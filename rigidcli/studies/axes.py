@@ -12,14 +12,16 @@ from rigidcli.errors import ComputationError
 from rigidcli.model.document import Document
 from rigidcli.model.principal import principal_frame
 from rigidcli.report import Field, Report
-from rigidcli.studies import inertia
+from rigidcli.studies.body import Inertia, inertia, inertia_fields
+from rigidcli.studies.common import report
 
 SCHEMA = "rigidcli.axes/1"
 
 STEADY = 1e-12
-"""|omega x L| below this, in units of lambda3 omega^2, is no wobble but rounding."""
+"""Where omega and L are parallel, rounding leaves |omega x L| below this, in units of lambda3 omega^2."""
+
 NO_MOMENTUM = 2 * principal.ZERO_MOMENT
-"""L below this, in units of I omega, is what rounding leaves of a linear body's spin about itself."""
+"""Where I omega is zero, rounding leaves |L| below this, in units of the largest |I_ij| and |omega_k|."""
 
 CLASSES = {
     "point": "a point: no moment at all",
@@ -36,12 +38,12 @@ CLASSES = {
 def run(document: Document) -> Report:
     """Find the principal axes of the document's body about its point O, and what its motion is there."""
     n = document.arithmetic
-    body = inertia.inertia(document)
+    body = inertia(document)
     frame = principal_frame(body.tensor, n)
     kind = principal.body_class(frame)
     notes = () if frame.ordered else ("the order of the moments depends on the parameters",)
     fields = (
-        *inertia.fields(body),
+        *inertia_fields(body),
         Field(
             "moments",
             frame.moments,
@@ -65,7 +67,7 @@ def run(document: Document) -> Report:
     )
     if document.motion is not None and document.motion.omega is not None:
         fields += _motion(document.motion.omega, document.motion.basis, body, frame, n)
-    return inertia.report(document, SCHEMA, "principal moments and axes", fields, notes)
+    return report(document, SCHEMA, "principal moments and axes", fields, notes)
 
 
 def _residual(tensor: Array, frame: principal.PrincipalFrame, n: Arithmetic) -> object:
@@ -79,7 +81,7 @@ def _residual(tensor: Array, frame: principal.PrincipalFrame, n: Arithmetic) -> 
 
 
 def _motion(
-    given: Sequence[Scalar], basis: str, body: inertia.Inertia, frame: principal.PrincipalFrame, n: Arithmetic
+    given: Sequence[Scalar], basis: str, body: Inertia, frame: principal.PrincipalFrame, n: Arithmetic
 ) -> tuple[Field, ...]:
     """What the body does at this angular velocity: L = I omega, T = omega.L/2, and whether it wobbles."""
     # Components along the rows e1, e2, e3, or along the document's axes, become those of the results.
@@ -94,7 +96,7 @@ def _motion(
         Field("angular_momentum", momentum, "angular momentum about O", r"\mathbf{L}", "kg m^2/s"),
         Field("kinetic_energy", energy, "kinetic energy", "T", "J"),
         Field("angle", angle, "angle between omega and L", r"\angle(\boldsymbol{\omega}, \mathbf{L})", "rad"),
-        Field("wobbles", wobbles, "wobbles when left alone", words=_WOBBLE[wobbles]),
+        Field("wobbles", wobbles, "wobbles when left alone", words=_WOBBLES[wobbles]),
     )
 
 
@@ -106,7 +108,7 @@ def _is_about_massless_axis(tensor: Floats, omega: Floats) -> bool:
     )
 
 
-_WOBBLE = {
+_WOBBLES = {
     True: "yes: omega is not along a principal axis, and turns about L",
     False: "no: L is along omega, which stays as it is",
 }

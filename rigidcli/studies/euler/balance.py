@@ -1,4 +1,4 @@
-"""What a torque does to a body, added up along a motion that was integrated, and held against the laws.
+"""The balances of energy and angular momentum along an integrated motion, as a check of the integration.
 
 The work of the torque, the integral of N.omega, is the change of the kinetic energy, and the integral of N in
 space is the change of L in space. Both integrals are done by Gauss-Legendre quadrature along the solution.
@@ -20,29 +20,32 @@ from rigidcli.symbolic.language.tree import Node
 from rigidcli.symbolic.mechanics import rigid_body
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
+"""Nodes and weights of the Gauss-Legendre quadrature in a panel; it is exact to the degree 11."""
+
 PANEL = 0.8
-"""Largest angle (rad) that the body turns by in a panel of the quadrature of its torque."""
+"""Largest angle (rad) by which the body turns in a panel, so that the torque varies little in it."""
 
 FINE = 20_000
-"""Panels, at least, for a torque that depends on time, which may act for a short while only."""
+"""Least number of panels for a torque that depends on time, as it may act for a short while only."""
 
 PANELS_AT_ONCE = 10_000
+"""Panels that are evaluated together, which bounds the memory that a long motion takes."""
 
 MISSED = 100
-"""A step that misses a balance by more than this, in units of the tolerance, has not seen the torque."""
+"""A step whose balance is off by more than this, in units of the tolerance, has gone over a torque."""
 
-PLACED = 0.01
-"""Where the torque is more sudden than this, in units of the most sudden place, it is to be done again."""
+SUDDEN = 0.01
+"""Steps are repeated where the torque changes by more than this, in units of its most sudden change."""
 
 MOST_PLACES = 500
-"""Of which there are that many at most."""
+"""Largest number of spans of time that are repeated, which bounds the time that a rough torque takes."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ledger:
-    """By how much the balances of energy and angular momentum are missed at the ends of the steps.
+class BalanceErrors:
+    """By how much the balances of energy and angular momentum are violated at the ends of the steps.
 
-    `drift` is the largest miss of each, in units of the largest energy and angular momentum. `missed`
+    `drift` is the largest error of each, in units of the largest energy and angular momentum. `missed`
     are spans of time (k by 2, s) in which the solution does not follow the torque, in order.
     """
 
@@ -61,23 +64,23 @@ class _Panels:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Scale:
-    """The largest components of angular momentum and omega: squares of the tiny and the huge need units."""
+    """The largest components of angular momentum and omega: units in which no square is out of range."""
 
     momentum: float
     omega: float
 
 
-def ledger(
+def balance_errors(
     torque: Sequence[Node], moments: Floats, solution: Solution, *, tolerance: float, timed: bool
-) -> Ledger:
-    """The ledger of a `torque` (3 trees in the names of `rigid_body.STATE`), along the axes of the `moments`.
+) -> BalanceErrors:
+    """The errors for a `torque` along the axes of the `moments` (3 trees in the names of `rigid_body.STATE`).
 
     The `solution` has been integrated to a `tolerance`; `timed` says that the torque depends on time.
     """
     states = solution.at(solution.knots)
     scale = _Scale(float(np.abs(states[:, 4:]).max()), float(np.abs(states[:, 4:] / moments).max()))
     if not scale.momentum:
-        return Ledger({"energy": 0.0, "angular_momentum": 0.0}, np.empty((0, 2)))
+        return BalanceErrors({"energy": 0.0, "angular_momentum": 0.0}, np.empty((0, 2)))
     panels = _panels(solution.knots, states[:, 4:] / moments / scale.omega, scale.omega, timed)
     gained = _gained(torque, moments, solution, panels, scale)
     sums = np.zeros((len(states), 4))
@@ -89,7 +92,7 @@ def ledger(
     missing = (has - has[0] - sums) / sizes
     drift = {"energy": float(np.abs(missing[:, 0]).max()), "angular_momentum": _largest(missing[:, 1:])}
     blind = np.linalg.norm(np.diff(missing, axis=0), axis=1) > MISSED * tolerance
-    return Ledger(drift, _places(blind, torque, panels, solution.knots, states, scale))
+    return BalanceErrors(drift, _places(blind, torque, panels, solution.knots, states, scale))
 
 
 def _largest(vectors: Floats) -> float:
@@ -166,5 +169,5 @@ def _places(
         impulse = np.einsum("n,pnk->pk", WEIGHTS, np.nan_to_num(now).reshape(len(left), -1, 3))
         sudden = np.linalg.norm(np.diff(np.pad(impulse, ((1, 1), (0, 0)), "edge"), 2, axis=0), axis=1)
         ends = np.append(left[1:], knots[step + 1])
-        spans += [(left[k], ends[k]) for k in np.flatnonzero(sudden >= PLACED * sudden.max())]
+        spans += [(left[k], ends[k]) for k in np.flatnonzero(sudden >= SUDDEN * sudden.max())]
     return np.array(spans[:MOST_PLACES]).reshape(-1, 2)

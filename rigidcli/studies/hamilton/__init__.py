@@ -11,7 +11,7 @@ import numpy as np
 from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Table, Value
-from rigidcli.studies import inertia
+from rigidcli.studies.common import report, require_values
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
 from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
@@ -55,11 +55,10 @@ def run(
     tables = [_branches(found)] if len(found.branches) > 1 else []
     fields: list[Field] = []
     if document.orbit is not None:
-        from rigidcli.model.orbit import require_values
         from rigidcli.studies.hamilton.initial import begin
         from rigidcli.studies.hamilton.orbit import follow
 
-        require_values(document)
+        require_values(document, "an orbit")
         found, start = begin(document, document.orbit, found)
         if document.exact_results:
             notes.append("the orbit is followed in floating-point numbers")
@@ -98,9 +97,7 @@ def run(
         *([] if tables and tables[0].key == "branches" else [Field("branches", [])]),
         *fields,
     ]
-    return inertia.report(
-        document, SCHEMA, "Hamilton's equations", tuple(fields), tuple(notes), tuple(tables)
-    )
+    return report(document, SCHEMA, "Hamilton's equations", fields, notes, tables)
 
 
 def _invariants(found: Derivation, asked: bool) -> tuple[Expr, ...] | None:
