@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import rigidcli
 from rigidcli.cli.computing import computing
 
 if TYPE_CHECKING:
@@ -17,6 +18,4 @@ def axes(document: Document) -> Report:
 
     With `motion.omega` also L, T, the angle between omega and L, and whether the body wobbles.
     """
-    from rigidcli.studies.axes import run
-
-    return run(document)
+    return rigidcli.axes(document)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
+import rigidcli
 from rigidcli.cli.computing import OutputPath, Quiet
 from rigidcli.cli.output import Failures, Output, complain, progress
 from rigidcli.errors import Problem, UsageError
@@ -24,9 +25,6 @@ if TYPE_CHECKING:
 
 NOT_CORRECT = 1
 """The exit code where something is judged to be not correct."""
-
-STUDIES = ("inertia", "axes", "precess", "euler", "hamilton")
-"""The commands whose results an assignment may ask for."""
 
 TABULAR = {
     "--items": ("table", "json", "csv"),
@@ -102,7 +100,7 @@ def check(
         from rigidcli.grading.assignment import prepare
         from rigidcli.grading.reports import Style
 
-        prepared = prepare(assignment, {name: _study(name) for name in STUDIES})
+        prepared = prepare(assignment, {name: _study(name) for name in rigidcli.STUDIES})
         for note in () if quiet else prepared.notes:
             complain(str(note))
         if selftest:
@@ -125,15 +123,8 @@ def check(
 
 
 def _study(name: str) -> "Callable[[Document], Report]":
-    """The study behind a command, loaded when it is first asked."""
-
-    def run(document: "Document") -> "Report":
-        from importlib import import_module
-
-        report: Report = import_module(f"rigidcli.studies.{name}").run(document)
-        return report
-
-    return run
+    """The study of a command, which is loaded when it is first asked."""
+    return lambda document: getattr(rigidcli, name)(document)
 
 
 def _noted(judgements: "Iterator[Judgement]", failures: Failures, quiet: bool) -> "Iterator[Judgement]":

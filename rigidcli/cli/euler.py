@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import rigidcli
 from rigidcli.cli.computing import computing
 from rigidcli.cli.output import progress
 
@@ -23,21 +24,16 @@ class EngineName(StrEnum):
     taylor = "taylor"
 
 
-COLUMNS = ("t", "w1", "w2", "w3", "L1", "L2", "L3", "T", "q0", "q1", "q2", "q3", "Lx", "Ly", "Lz")
-"""Columns of the trajectory."""
-
-ANGLES = ("phi", "theta", "psi")
-"""Those that a top has besides."""
-
-
 def _split(text: str | None) -> list[str] | None:
     """The names in `t,w1,w2`; refused unless they are columns."""
     if text is None:
         return None
+    from rigidcli.studies.euler.columns import COLUMNS
+
     names = [name.strip() for name in text.split(",")]
     for name in names:
-        if name not in COLUMNS + ANGLES:
-            raise typer.BadParameter(f"`{name}` is none of {', '.join(COLUMNS + ANGLES)}")
+        if name not in COLUMNS:
+            raise typer.BadParameter(f"`{name}` is none of {', '.join(COLUMNS)}")
     return names
 
 
@@ -64,9 +60,9 @@ def euler(
     Torque-free motion is in closed form, driven motion is integrated.
     """
     from rigidcli.errors import UsageError
-    from rigidcli.studies.euler import run
+    from rigidcli.studies.euler.columns import ANGLES
 
     if set(columns or ()) & set(ANGLES) and document.top is None:
         raise UsageError("phi, theta and psi are columns of a `top`")
     with progress() as show:
-        return run(document, engine=engine.value, progress=show)
+        return rigidcli.euler(document, engine=engine.value, progress=show)

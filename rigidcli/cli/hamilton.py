@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+import rigidcli
 from rigidcli.cli.computing import computing
 from rigidcli.cli.output import progress
 
@@ -24,7 +25,5 @@ def hamilton(
     ] = False,
 ) -> "Report":
     """From a Lagrangian to momenta, the Hamiltonian, Hamilton's equations and orbits in phase space."""
-    from rigidcli.studies.hamilton import run
-
     with progress() as show:
-        return run(document, invariants=invariants, progress=show)
+        return rigidcli.hamilton(document, invariants=invariants, progress=show)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import rigidcli
 from rigidcli.cli.computing import computing
 
 if TYPE_CHECKING:
@@ -14,6 +15,4 @@ if TYPE_CHECKING:
 @computing
 def inertia(document: Document) -> Report:
     """Mass, centre of mass, inertia tensor about a point."""
-    from rigidcli.studies.inertia import run
-
-    return run(document)
+    return rigidcli.inertia(document)

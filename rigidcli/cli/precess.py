@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import rigidcli
 from rigidcli.cli.computing import computing
 
 if TYPE_CHECKING:
@@ -17,6 +18,4 @@ def precess(document: Document) -> Report:
 
     Of a `top`, of a `body` with `motion.omega`, of a planet with a `tide`: whichever there are.
     """
-    from rigidcli.studies.precess import run
-
-    return run(document)
+    return rigidcli.precess(document)
