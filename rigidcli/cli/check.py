@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 import rigidcli
-from rigidcli.cli.computing import OutputPath, Quiet
+from rigidcli.cli.computing import NoHeader, OutputPath, Quiet
 from rigidcli.cli.output import Failures, Output, complain, progress
 from rigidcli.errors import Problem, UsageError
 from rigidcli.grading.feedback import Feedback
@@ -79,7 +79,7 @@ def check(
     selftest: Annotated[
         bool, typer.Option("--selftest", help="Judge the keys themselves, their forms and named mistakes.")
     ] = False,
-    no_header: Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")] = False,
+    no_header: NoHeader = False,
     quiet: Quiet = False,
 ) -> None:
     """Judge answer files (homework)."""

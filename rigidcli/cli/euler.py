@@ -3,17 +3,11 @@
 # Annotations here are objects, not texts: `computing` makes options of them.
 
 from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
-import rigidcli
 from rigidcli.cli.computing import computing
-from rigidcli.cli.output import progress
-
-if TYPE_CHECKING:
-    from rigidcli.model.document import Document
-    from rigidcli.report import Report
 
 
 class EngineName(StrEnum):
@@ -39,7 +33,6 @@ def _split(text: str | None) -> list[str] | None:
 
 @computing
 def euler(
-    document: "Document",
     *,
     samples: Annotated[
         int | None, typer.Option(metavar="N", help="Number of samples (motion.samples; default 1001).")
@@ -54,15 +47,8 @@ def euler(
     engine: Annotated[
         EngineName, typer.Option(help="What integrates driven motion; taylor needs the extra `taylor`.")
     ] = EngineName.auto,
-) -> "Report":
+) -> None:
     """Motion by Euler's equations: omega, L, T and orientation in time; stability.
 
     Torque-free motion is in closed form, driven motion is integrated.
     """
-    from rigidcli.errors import UsageError
-    from rigidcli.studies.euler.columns import ANGLES
-
-    if set(columns or ()) & set(ANGLES) and document.top is None:
-        raise UsageError("phi, theta and psi are columns of a `top`")
-    with progress() as show:
-        return rigidcli.euler(document, engine=engine.value, progress=show)

@@ -132,13 +132,17 @@ def _replace(path: Path, data: bytes) -> None:
 def progress() -> Iterator[Callable[[float], None]]:
     """A context in which a long work shows, on standard error if that is a terminal, how much is done."""
     terminal = sys.stderr if sys.stderr is not None and sys.stderr.isatty() else io.StringIO()
+    last = ""
 
     def show(fraction: float) -> None:
-        terminal.write(f"\r{fraction:4.0%}\r")
+        nonlocal last
+        last = f"\r{fraction:4.0%}\r"
+        terminal.write(last)
         terminal.flush()
 
     try:
         yield show
     finally:
-        terminal.write("    \r")
-        terminal.flush()
+        if last:
+            terminal.write("    \r")
+            terminal.flush()

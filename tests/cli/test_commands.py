@@ -10,13 +10,11 @@ import os
 import pty
 import re
 import shutil
-import signal
 import stat
 import struct
 import subprocess
 import sys
 import termios
-import time
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
@@ -894,39 +892,6 @@ def test_a_narrow_encoding_is_no_trouble(form: str, folder: Path) -> None:
     assert (done.returncode, done.stderr) == (0, b"")
     if form == "json":
         assert json.loads(done.stdout.decode())["name"] == "é日"
-
-
-def waiting(sent: bytes) -> subprocess.Popen[bytes]:
-    """The program, reading standard input: it has taken what a pipe cannot hold of what was sent."""
-    child = subprocess.Popen(
-        [sys.executable, "-m", "rigidcli", "axes", "-f", "json", "-"],
-        cwd=ROOT,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-    )
-    assert child.stdin is not None
-    child.stdin.write(sent)
-    child.stdin.flush()
-    return child
-
-
-def test_ctrl_c_while_it_waits_for_standard_input() -> None:
-    child = waiting(b"#" * 300_000)
-    child.send_signal(signal.SIGINT)
-    out, err = child.communicate(timeout=30)
-    assert (child.returncode, out, err) == (130, b"", b"")
-
-
-def test_ctrl_c_while_it_works() -> None:
-    child = waiting(b"body: {points: [" + b"[1,2,3,4]," * 190_000 + b"]}")
-    assert child.stdin is not None
-    child.stdin.close()
-    child.stdin = None
-    time.sleep(0.5)
-    child.send_signal(signal.SIGINT)
-    out, err = child.communicate(timeout=30)
-    assert (child.returncode, out, err) == (130, b"", b"")
 
 
 # --- schema and starters
