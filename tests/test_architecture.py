@@ -15,7 +15,6 @@ from rigidcli import STUDIES
 from rigidcli.cli import app
 from rigidcli.cli.check import CheckFormat
 from rigidcli.cli.new import Kind
-from rigidcli.grading import reports
 from rigidcli.grading.kinds import KINDS, kind
 from rigidcli.grading.question import KindName
 from rigidcli.grading.reports import FORMATS
@@ -45,6 +44,7 @@ def test_a_shape_has_the_name_under_which_it_is_listed(name: str) -> None:
 
 
 def test_every_format_is_a_module_and_every_module_a_format() -> None:
+    assert set(FORMATS) == set(CheckFormat)
     helpers = {"terminal", "values"}
     assert _names("rigidcli.render") - helpers == set(Format)
     assert all(callable(renderer(name)) for name in Format)
@@ -65,11 +65,6 @@ def test_every_kind_of_answer_is_a_module_and_every_module_a_kind() -> None:
     for name in KINDS:
         module = kind(name)
         assert all(callable(function) for function in (module.read_key, module.judge, module.examples))
-
-
-def test_every_format_of_check_is_listed() -> None:
-    assert set(FORMATS) == set(CheckFormat)
-    assert all(callable(reports.renderer(name)) for name in FORMATS)
 
 
 def test_every_starter_is_a_kind() -> None:
