@@ -63,7 +63,7 @@ def main() -> NoReturn:
 
 
 def _interrupted(error: BaseException | None) -> bool:
-    """Whether an interrupt is behind an error, as it is where one hits a library that is being loaded."""
+    """Whether an interrupt caused an error; an import that is interrupted may raise another one."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None

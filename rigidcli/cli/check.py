@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     View: TypeAlias = Callable[[Iterator[Judgement], Style], Iterator[str]]
 
 NOT_CORRECT = 1
-"""The exit code where something is judged to be not correct."""
+"""The exit code if any answer is judged not to be correct."""
 
 TABULAR = {
     "--items": ("table", "json", "csv"),
@@ -32,11 +32,11 @@ TABULAR = {
     "--canvas": ("table", "csv"),
     "--selftest": ("table",),
 }
-"""The formats in which something else than judgements is told; a gradebook is as it was exported."""
+"""The formats of each option that prints something else than judgements; a gradebook is csv in both."""
 
 
 class CheckFormat(StrEnum):
-    """What to print of judgements."""
+    """The output formats of judgements."""
 
     table = "table"
     json = "json"
@@ -114,7 +114,7 @@ def check(
                 for problem in missing:
                     complain(str(problem))
                     failures.code = max(failures.code, UsageError.exit_code)
-                # On a terminal, the results themselves show how far it is.
+                # On a terminal, the results themselves show the progress.
                 seen = (lambda fraction: None) if width else show
                 judgements = batch.run(prepared.items, files, jobs, seen)
                 for piece in view(_noted(judgements, failures, quiet), style):
@@ -128,7 +128,7 @@ def _study(name: str) -> "Callable[[Document], Report]":
 
 
 def _noted(judgements: "Iterator[Judgement]", failures: Failures, quiet: bool) -> "Iterator[Judgement]":
-    """The judgements, with their notes told; one that is not all correct is remembered for the exit code."""
+    """The judgements, whose notes are printed, and whose verdicts decide the exit code."""
     for judgement in judgements:
         for note in () if quiet else judgement.notes:
             complain(str(Problem(judgement.source, f"note: {note}")))
@@ -140,7 +140,7 @@ def _noted(judgements: "Iterator[Judgement]", failures: Failures, quiet: bool) -
 def _view(
     format: CheckFormat, items: bool, regrade: str | None, canvas: str | None, column: str, quiet: bool
 ) -> "View":
-    """What makes text of judgements; the files that it needs besides are read at once."""
+    """The function that turns judgements into text; other files that it needs are read at once."""
     from rigidcli.grading import reports
 
     if items:

@@ -1,4 +1,4 @@
-"""What all computing commands share: their options, the loop over FILES, and what becomes of errors."""
+"""What all computing commands share: their options, the loop over FILES, and the handling of errors."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ Exact = Annotated[
 
 
 SHORTHANDS = {"samples": "motion.samples", "duration": "motion.duration"}
-"""Options of single commands that stand for a setting, with its key."""
+"""Options of single commands that set a value of the document, and the key of that value."""
 
 
 def computing(study: Callable[..., None]) -> Callable[..., None]:

@@ -11,7 +11,7 @@ from rigidcli.cli.computing import computing
 
 
 class EngineName(StrEnum):
-    """What integrates a driven motion."""
+    """The integrators of driven motion."""
 
     auto = "auto"
     runge_kutta = "runge-kutta"

@@ -37,7 +37,7 @@ else:
     Transform = Annotated[Section, elsewhere("rigidcli.model.transform", "Transform")]
 
 Place: TypeAlias = tuple[str, int | None]
-"""The source of a value as people are told it, and its line."""
+"""The source of a value, as messages name it, and its line."""
 
 
 class Document(Section):
@@ -58,7 +58,7 @@ class Document(Section):
     motion: Motion | None = None
     top: Top | None = None
     tide: Tide | None = None
-    # Orbit and transform come after the system, of whose coordinates they are.
+    # Orbit and transform come after the system, because they use its coordinates.
     system: System | None = None
     orbit: Orbit | None = None
     transform: Transform | None = None
@@ -146,6 +146,6 @@ class Document(Section):
 
     @cached_property
     def physical(self) -> Physical:
-        """What the sections come to in numbers."""
+        """The numbers that the sections describe."""
         turned = None if self.motion is None else self.motion.orientation
         return Physical(self.arithmetic, self.body, self.about, self.frame, self.top, turned)

@@ -46,7 +46,7 @@ def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
 
 
 def _require_known(name: str, coordinates: tuple[str, ...] | None) -> None:
-    """Raise ValueProblem for a name that is none of the system's."""
+    """Raise ValueProblem for a name that the system does not have."""
     if name == "t":
         raise ValueProblem("an orbit begins at t = 0", hint="put the beginning into the system: t + t0 for t")
     if coordinates is None:
@@ -62,7 +62,7 @@ def _require_known(name: str, coordinates: tuple[str, ...] | None) -> None:
 
 
 def _missing(given: Mapping[str, str], coordinates: tuple[str, ...]) -> Iterator[ValueProblem]:
-    """What the initial values lack, or contradict each other in."""
+    """The problems of initial values that are incomplete, or contradict each other."""
     for name in coordinates:
         if name not in given:
             yield ValueProblem("missing, expected its value at t = 0", path=(name,))
@@ -106,7 +106,7 @@ _INITIAL = ReadBy(
 
 
 class Orbit(Sampling):
-    """An orbit from t = 0 on: all coordinates are given there, and all momenta or all velocities."""
+    """An orbit from t = 0 on, where all coordinates are given, and all momenta or all velocities."""
 
     initial: Annotated[dict[str, Scalar], _INITIAL] = Field(
         description="Coordinates at t = 0, and all momenta or all velocities"

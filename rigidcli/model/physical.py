@@ -1,4 +1,4 @@
-"""What the sections of a document come to in numbers: the body, its top, and the axes it is told along.
+"""The numbers that the sections of a document describe: of the body, of its top, and of the axes.
 
 They are worked out when a document is read, so that a body or a top that cannot exist is refused at once.
 """

@@ -1,4 +1,4 @@
-"""For people at a terminal: a title, then one result under the other."""
+"""Tables for people: a title, then one result under the other, then tables of several columns."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ Part: TypeAlias = tuple[str, str]
 """A text without line breaks, and its style: `bold`, a colour, or none."""
 
 GAP = 2
-"""Blanks between columns."""
+"""Blanks between columns, and by which a body that stands below its heads is indented."""
 
 
 @dataclass(frozen=True, slots=True)

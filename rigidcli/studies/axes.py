@@ -71,7 +71,7 @@ def run(document: Document) -> Report:
 
 
 def _residual(tensor: Array, frame: principal.PrincipalFrame, n: Arithmetic) -> object:
-    """How well the axes satisfy I e = lambda e; exact ones do, which is proved here or refused."""
+    """The error of I e = lambda e; zero for exact axes. Raises ComputationError where it is not."""
     if not n.exact:
         return principal.residual(tensor, frame)
     error = tensor @ frame.axes.T - frame.axes.T * frame.moments
@@ -83,7 +83,7 @@ def _residual(tensor: Array, frame: principal.PrincipalFrame, n: Arithmetic) -> 
 def _motion(
     given: Sequence[Scalar], basis: str, body: Inertia, frame: principal.PrincipalFrame, n: Arithmetic
 ) -> tuple[Field, ...]:
-    """What the body does at this angular velocity: L = I omega, T = omega.L/2, and whether it wobbles."""
+    """L = I omega and T = omega.L/2 at this angular velocity, and whether the body wobbles."""
     # Components along the rows e1, e2, e3, or along the document's axes, become those of the results.
     omega = n.tidy((frame.axes if basis == "principal" else body.axes).T @ n.array(given))
     momentum = n.tidy(body.tensor @ omega)
@@ -101,7 +101,7 @@ def _motion(
 
 
 def _is_about_massless_axis(tensor: Floats, omega: Floats) -> bool:
-    """Whether a linear body turns about itself, so that what there is of L is rounding."""
+    """Whether a linear body turns about its line, so that L is zero but for rounding."""
     largest, fastest = np.abs(tensor).max(), np.abs(omega).max()
     return bool(largest > 0 and fastest > 0) and bool(
         np.abs(tensor / largest @ (omega / fastest)).max() <= NO_MOMENTUM

@@ -88,6 +88,7 @@ SECTIONS: dict[str, dict[str, Entry]] = {
         "period_years": Entry("its period in Julian years", "", "yr"),
     },
 }
+"""The results of each section of a document, in the order in which they are shown, by their keys in json."""
 
 WORDS: dict[str, dict[str | None, str]] = {
     "sleeping": {
@@ -103,16 +104,16 @@ WORDS: dict[str, dict[str | None, str]] = {
         "none": "none: the axis is at rest",
     },
 }
-
+"""What a result that is a word means, for people."""
 
 FRICTION = (
     "friction at a fixed pivot and in the air slows the spin, so that the axis sinks and precesses "
     "faster; a rounded tip that slides on the ground raises the axis of a fast top"
 )
-"""The note on what the results for a top leave out."""
+"""The note on friction, which the results for a top neglect."""
 
 NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
-"""Results of the nutation whose key here is longer than their name in `core`."""
+"""The keys of results of the nutation that have a shorter name in `core`."""
 
 
 @dataclass(slots=True)
@@ -173,13 +174,8 @@ def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
     found.notes.append(FRICTION)
     rate = heavytop.gyroscopic_rate(top.lambda3, section.spin, fall, n)
     values: dict[str, Value] = {
-        "mass": top.mass,
-        "distance": top.distance,
-        "lambda1": top.lambda1,
-        "lambda3": top.lambda3,
-        "spin": section.spin,
-        "tilt": section.tilt,
-        "gravity": section.gravity,
+        **{key: getattr(top, key) for key in ("mass", "distance", "lambda1", "lambda3")},
+        **{key: getattr(section, key) for key in ("spin", "tilt", "gravity")},
         "gyroscopic_rate": rate,
         "gyroscopic_period": None if rate is None else precession.period(rate, n),
     }
@@ -308,13 +304,5 @@ def _rate(perturber: Perturber, tide: Tide, bulge: Scalar, n: Arithmetic) -> Sca
     if parameter is None:
         assert perturber.mass is not None
         parameter = precession.gravitational_parameter(perturber.mass)
-    return precession.tidal_rate(
-        parameter,
-        perturber.distance,
-        perturber.eccentricity,
-        perturber.inclination,
-        bulge,
-        tide.obliquity,
-        tide.spin,
-        n,
-    )
+    orbit = (perturber.distance, perturber.eccentricity, perturber.inclination)
+    return precession.tidal_rate(parameter, *orbit, bulge, tide.obliquity, tide.spin, n)

@@ -51,7 +51,7 @@ def run(
         "motion by Euler's equations",
         (*_body(motion), *_kind(motion), *_quality(motion)),
         motion.problem.notes,
-        (_stability(motion), trajectory_table(motion, document.physical.axes)),
+        (_stability(motion), trajectory_table(motion)),
     )
 
 

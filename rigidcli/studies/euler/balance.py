@@ -135,7 +135,7 @@ def _gained(
         states = solution.at(times.ravel())
         with np.errstate(all="ignore"):
             now = np.column_stack(np.broadcast_arrays(*acting(times.ravel(), *states.T))) / scale.momentum
-        # Where the torque has no value beside the solution, what is missing for it will show.
+        # A torque without a value beside the solution counts as zero, and its balance shows the error.
         now = np.nan_to_num(now, nan=0.0, posinf=0.0, neginf=0.0)
         power = np.einsum("ij,ij->i", now, states[:, 4:] / moments / scale.omega)
         values = np.column_stack([power, rotation.turned(states[:, :4], now)])

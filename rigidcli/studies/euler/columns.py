@@ -5,7 +5,6 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from rigidcli.core import rotation
-from rigidcli.core.arithmetic import Floats
 from rigidcli.report import Column, Table
 from rigidcli.studies.euler.trajectory import Trajectory
 
@@ -35,12 +34,10 @@ QUANTITIES = {
 COLUMNS = tuple(name for quantity in QUANTITIES.values() for name in quantity.names)
 """The names of all columns, those of a top included."""
 
-ANGLES = QUANTITIES["angles"].names
 
-
-def trajectory_table(motion: Trajectory, axes: Floats) -> Table:
-    """The samples, with body components along the results' `axes` (columns, in the document's components)."""
-    problem = motion.problem
+def trajectory_table(motion: Trajectory) -> Table:
+    """The samples, with body components along the axes of the results."""
+    problem, axes = motion.problem, motion.problem.shown
     values = {
         "t": problem.times,
         "omega": motion.omega @ axes,

@@ -7,12 +7,13 @@ import random
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from rigidcli.core import integrate, rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.principal import ZERO_MOMENT, principal_frame
+from rigidcli.core.principal import ZERO_MOMENT
 from rigidcli.core.solution import digits, joined
 from rigidcli.errors import ComputationError, Path, ValueProblem
 from rigidcli.model.environment import Formula
@@ -49,8 +50,8 @@ NOTHING = 1e-12
 """A component below this, in units of the largest of the torque, is zero but for rounding."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _System:
+@dataclass(frozen=True, eq=False)
+class _Equations:
     """A problem along principal axes: `axes` (3 by 3) has them as columns, in the document's components."""
 
     problem: InitialValueProblem
@@ -58,42 +59,93 @@ class _System:
     axes: Floats
     torque: list[Node]
     state: Floats
+    engine: integrate.Engine
 
-    @property
-    def turn(self) -> Floats:
-        """The quaternion from the principal axes to the document's."""
-        return rotation.as_quaternion(self.axes)
+    @cached_property
+    def right_side(self) -> integrate.Flow:
+        """The derivatives of the state, as a function."""
+        return code.function(rigid_body.equations(self.moments, self.torque), rigid_body.STATE, {})
+
+    def along_document(self, states: Floats) -> tuple[Floats, Floats]:
+        """omega (n, 3) and orientation (n, 4) along the document's axes, of states (n, 7)."""
+        quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
+        back = rotation.as_quaternion(self.axes) * [1, -1, -1, -1]
+        return (states[:, 4:] / self.moments) @ self.axes.T, rotation.compose(quaternions, back)
+
+    def followed(
+        self, tolerance: float, places: Floats, progress: Callable[[float], None] | None = None
+    ) -> tuple[integrate.Solution, Floats, BalanceErrors]:
+        """A solution that has followed all of the torque, the spans (k by 2, s) repeated for it, its errors.
+
+        An integrator looks at the torque now and then only, and goes over what acts in between. Where that
+        shows in the balances, it begins anew with steps that are short, as it does in the given `places` from
+        the first; if that does not help, the solution stays as it was.
+        """
+        solution = self._solution(tolerance, places, progress)
+        balance = self._balance(tolerance, solution)
+        for _ in range(ROUNDS):
+            if not len(balance.missed):
+                break
+            more = _merged(places, balance.missed)
+            other = self._solution(tolerance, more, progress)
+            found = self._balance(tolerance, other)
+            if max(found.drift.values()) > max(balance.drift.values()) / 2:
+                break
+            solution, places, balance = other, more, found
+        return solution, places, balance
+
+    def _solution(
+        self, tolerance: float, places: Floats, progress: Callable[[float], None] | None
+    ) -> integrate.Solution:
+        """The solution for all times, begun anew at both ends of each of the `places` (k by 2, s)."""
+        parts: list[integrate.Solution] = []
+        state, begin, last = self.state, 0.0, float(self.problem.times[-1])
+        for index, end in enumerate([*places.ravel().tolist(), last]):
+            if end <= begin and (parts or end < last):
+                continue
+            part = integrate.integrate(
+                self.right_side,
+                state,
+                (begin, end),
+                tolerance=tolerance,
+                blocks=(4, 3),
+                # A short span is not worth the compilation.
+                engine="runge-kutta" if index % 2 else self.engine,
+                progress=_share(progress, begin, end, last),
+                name="the motion",
+            )
+            parts.append(part)
+            state, begin = part.at(np.array([end]))[0], end
+        return joined(parts)
+
+    def _balance(self, tolerance: float, solution: integrate.Solution) -> BalanceErrors:
+        """The balances; under weight alone, energy is conserved, and so is L about the vertical."""
+        problem = self.problem
+        if problem.torque is None:
+            drift = drift_of(problem, *self.along_document(solution.at(solution.knots)))
+            errors = {key: drift[key] for key in ("energy", "angular_momentum")}
+            return BalanceErrors(errors, np.empty((0, 2)))
+        timed = "t" in problem.torque.names
+        return balance_errors(self.torque, self.moments, solution, tolerance=tolerance, timed=timed)
 
 
 def driven_trajectory(
     problem: InitialValueProblem, engine: integrate.Engine, progress: Callable[[float], None] | None
 ) -> Trajectory:
-    """Follow a driven motion.
+    """The trajectory of a body that a torque drives.
 
     Raises ComputationError where it ends early or cannot begin, and ValueProblem, with the path in
     `motion`, for a torque that cannot be: one that is too large, or about a line without a moment.
     """
-    system = _system(problem)
-    flow = code.function(rigid_body.equations(system.moments, system.torque), rigid_body.STATE, {})
-
-    def solve(
-        tolerance: float, places: Floats, progress: Callable[[float], None] | None
-    ) -> integrate.Solution:
-        return _solution(flow, system.state, float(problem.times[-1]), tolerance, places, engine, progress)
-
-    solution, places, balance = _balanced(
-        system,
-        problem.tolerance,
-        lambda places: solve(problem.tolerance, places, progress),
-        np.empty((0, 2)),
-    )
-    omega, orientation = _along_document(system, solution.at(problem.times))
+    equations = _along_principal_axes(problem, engine)
+    solution, places, balance = equations.followed(problem.tolerance, np.empty((0, 2)), progress)
+    omega, orientation = equations.along_document(solution.at(problem.times))
     compared = np.linspace(0.0, problem.times[-1], COMPARED)
-    _, fine = _along_document(system, solution.at(compared))
+    _, fine = equations.along_document(solution.at(compared))
 
     def off(tolerance: float) -> float:
-        coarser, *_ = _balanced(system, tolerance, lambda places: solve(tolerance, places, None), places)
-        _, other = _along_document(system, coarser.at(compared))
+        coarser, *_ = equations.followed(tolerance, places)
+        _, other = equations.along_document(coarser.at(compared))
         return float(rotation.angles_between(other, fine).max())
 
     error = _error(problem.tolerance, off)
@@ -115,38 +167,6 @@ def driven_trajectory(
     )
 
 
-def _solution(
-    flow: integrate.Flow,
-    state: Floats,
-    last: float,
-    tolerance: float,
-    places: Floats,
-    engine: integrate.Engine,
-    progress: Callable[[float], None] | None,
-) -> integrate.Solution:
-    """The solution up to the time `last`, begun anew at both ends of each of the `places` (k by 2, s)."""
-    parts: list[integrate.Solution] = []
-    begin = 0.0
-    for index, end in enumerate([*places.ravel().tolist(), last]):
-        if end <= begin and (parts or end < last):
-            continue
-        parts.append(
-            integrate.integrate(
-                flow,
-                state,
-                (begin, end),
-                tolerance=tolerance,
-                blocks=(4, 3),
-                # What is short is not worth compiling.
-                engine="runge-kutta" if index % 2 else engine,
-                progress=_share(progress, begin, end, last),
-                name="the motion",
-            )
-        )
-        state, begin = parts[-1].at(np.array([end]))[0], end
-    return joined(parts)
-
-
 def _error(tolerance: float, off: Callable[[float], float]) -> float:
     """The error (rad) of a solution, from how far one of a coarser tolerance is `off`.
 
@@ -165,31 +185,8 @@ def _error(tolerance: float, off: Callable[[float], float]) -> float:
 def _share(
     progress: Callable[[float], None] | None, begin: float, end: float, last: float
 ) -> Callable[[float], None] | None:
-    """What tells of all that is done, given the fraction of the span from `begin` to `end` that is."""
+    """A function that reports all that is done, given the fraction of the span from `begin` to `end`."""
     return progress and (lambda fraction: progress((begin + (end - begin) * fraction) / last))
-
-
-def _balanced(
-    system: _System, tolerance: float, solve: Callable[[Floats], integrate.Solution], places: Floats
-) -> tuple[integrate.Solution, Floats, BalanceErrors]:
-    """A solution that has followed all of the torque, the spans (k by 2, s) that were repeated, its errors.
-
-    An integrator looks at the torque now and then only, and goes over what acts in between. Where that
-    shows in the balances, it begins anew with steps that are short, as it does in the given `places` from the
-    first; if that does not help, it is left.
-    """
-    solution = solve(places)
-    balance = _balance(system, tolerance, solution)
-    for _ in range(ROUNDS):
-        if not len(balance.missed):
-            break
-        more = _merged(places, balance.missed)
-        other = solve(more)
-        found = _balance(system, tolerance, other)
-        if max(found.drift.values()) > max(balance.drift.values()) / 2:
-            break
-        solution, places, balance = other, more, found
-    return solution, places, balance
 
 
 def _merged(places: Floats, more: Floats) -> Floats:
@@ -203,17 +200,7 @@ def _merged(places: Floats, more: Floats) -> Floats:
     return np.array(merged)
 
 
-def _balance(system: _System, tolerance: float, solution: integrate.Solution) -> BalanceErrors:
-    """The balances; under weight alone, energy is conserved, and so is L about the vertical."""
-    problem = system.problem
-    if problem.torque is None:
-        drift = drift_of(problem, *_along_document(system, solution.at(solution.knots)))
-        return BalanceErrors({key: drift[key] for key in ("energy", "angular_momentum")}, np.empty((0, 2)))
-    timed = "t" in problem.torque.names
-    return balance_errors(system.torque, system.moments, solution, tolerance=tolerance, timed=timed)
-
-
-def _system(problem: InitialValueProblem) -> _System:
+def _along_principal_axes(problem: InitialValueProblem, engine: integrate.Engine) -> _Equations:
     """The equations along principal axes; those of the document where they are principal.
 
     A linear body that does not turn about its line moves as a sphere would.
@@ -222,8 +209,7 @@ def _system(problem: InitialValueProblem) -> _System:
     if (problem.tensor == np.diag(diagonal)).all():
         moments, axes = diagonal, np.eye(3)
     else:
-        frame = principal_frame(problem.tensor)
-        moments, axes = frame.moments, frame.axes.T
+        moments, axes = problem.frame.moments, problem.shown @ problem.frame.axes.T
     turn = rotation.as_quaternion(axes)
     momentum = axes.T @ (problem.tensor @ problem.omega)
     state = np.concatenate([rotation.compose(problem.orientation, turn), momentum])
@@ -246,7 +232,7 @@ def _system(problem: InitialValueProblem) -> _System:
                 hint="give a torque across the line, or the body some thickness",
             )
         torque[line] = ZERO
-    return _System(problem, moments, axes, torque, state)
+    return _Equations(problem, moments, axes, torque, state, engine)
 
 
 def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> bool:
@@ -267,10 +253,8 @@ def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> 
 
 def _torque(problem: InitialValueProblem, moments: Floats, axes: Floats, turn: Floats) -> list[Node]:
     """The torque along principal axes, as trees in the names of the state."""
-    q, momentum = (
-        [Name(name) for name in rigid_body.STATE[1:5]],
-        [Name(name) for name in rigid_body.STATE[5:]],
-    )
+    _, *state = map(Name, rigid_body.STATE)
+    q, momentum = state[:4], state[4:]
     total: Sequence[Node] = [ZERO] * 3
     if problem.weight.any():
         arm = [number(component) for component in axes.T @ problem.weight]
@@ -307,10 +291,3 @@ def _bound(formula: Formula, values: dict[str, Node], path: Path) -> Node:
     except ValueProblem as problem:
         raise problem.below(*path) from None
     return node
-
-
-def _along_document(system: _System, states: Floats) -> tuple[Floats, Floats]:
-    """omega and orientation along the document's axes, of states along principal ones."""
-    quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
-    back = system.turn * [1, -1, -1, -1]
-    return (states[:, 4:] / system.moments) @ system.axes.T, rotation.compose(quaternions, back)

@@ -33,10 +33,10 @@ class InitialValueProblem:
     """What Euler's equations are solved for, in components along the document's axes, which the body carries.
 
     `tensor` (3 by 3) is about O, `orientation` (4) turns the document's axes to those of space at t = 0.
-    `weight` is M g R (3, N m), the arm from O to the centre of mass times the weight; zero for none. `frame`
-    is the principal frame along the axes of the results. `third` (3) is the axis that a torque knows as ux,
-    uy, uz: that of a top, or e3 as it is printed. `symmetry` (3 by 3) has as columns the axes of a top, the
-    last along its symmetry axis; None for other bodies.
+    `weight` is M g R (3, N m), the arm from O to the centre of mass times the weight; zero for none. `shown`
+    (3 by 3) has as columns the axes of the results, and `frame` is the principal frame along these. `third`
+    (3) is the axis that a torque knows as ux, uy, uz: that of a top, or e3 as it is printed. `symmetry` (3 by
+    3) has as columns the axes of a top, the last along its symmetry axis; None for other bodies.
     """
 
     tensor: Floats
@@ -46,6 +46,7 @@ class InitialValueProblem:
     torque: OwnTorque | None
     times: Floats
     tolerance: float
+    shown: Floats
     frame: PrincipalFrame
     third: Floats
     symmetry: Floats | None = None
@@ -98,6 +99,7 @@ def _of_body(document: Document, motion: Motion) -> InitialValueProblem:
         torque,
         motion.instants(default.duration),
         motion.tolerance or DEFAULT_TOLERANCE,
+        physical.axes,
         frame,
         axes[:, 2],
         notes=(*notes, *default.note(motion)),
@@ -159,6 +161,7 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
         torque,
         motion.instants(default.duration),
         motion.tolerance or DEFAULT_TOLERANCE,
+        shown,
         principal_frame(shown.T @ tensor @ shown),
         axes[:, 2],
         axes,
