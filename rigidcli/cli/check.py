@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 import rigidcli
-from rigidcli.cli.computing import NoHeader, OutputPath, Quiet
+from rigidcli.cli.computing import NoHeader, OutputPath, Quiet, tell_notes
 from rigidcli.cli.output import Failures, Output, complain, progress
-from rigidcli.errors import Problem, UsageError
+from rigidcli.errors import UsageError
 from rigidcli.grading.feedback import Feedback
 
 if TYPE_CHECKING:
@@ -130,8 +130,7 @@ def _study(name: str) -> "Callable[[Document], Report]":
 def _noted(judgements: "Iterator[Judgement]", failures: Failures, quiet: bool) -> "Iterator[Judgement]":
     """The judgements, whose notes are printed, and whose verdicts decide the exit code."""
     for judgement in judgements:
-        for note in () if quiet else judgement.notes:
-            complain(str(Problem(judgement.source, f"note: {note}")))
+        tell_notes(judgement.source, judgement.notes, quiet)
         if any(question.verdict != "correct" for question in judgement.questions):
             failures.code = max(failures.code, NOT_CORRECT)
         yield judgement
@@ -161,8 +160,7 @@ def _view(
 
         def fill(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
             filled = gradebook.fill(text, judgements, column)
-            for note in () if quiet else filled.notes:
-                complain(str(Problem(source, f"note: {note}")))
+            tell_notes(source, filled.notes, quiet)
             yield filled.text
 
         return fill

@@ -109,7 +109,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                         options["progress"] = show
                     report = run(document, **options)
                     _require_columns(report, columns)
-                    tell_notes(report, quiet)
+                    tell_notes(report.source, report.notes, quiet)
                     yield report
 
         with Output(output) as target:
@@ -146,7 +146,7 @@ def documents(files: Sequence[str], failures: Failures, **options: Any) -> Itera
             yield load(file, **options)
 
 
-def tell_notes(told: Document | Report, quiet: bool) -> None:
-    """Print the notes on a document, or on the report of a study."""
-    for note in () if quiet else told.notes:
-        complain(str(Problem(told.source, f"note: {note}")))
+def tell_notes(source: str, notes: Sequence[str], quiet: bool) -> None:
+    """Print the notes on a source, unless the user wants none."""
+    for note in () if quiet else notes:
+        complain(str(Problem(source, f"note: {note}")))

@@ -17,6 +17,6 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
     failures = Failures()
     with Output(None) as target:
         for document in documents(files, failures, exact=exact, settings=settings or ()):
-            tell_notes(document, quiet)
+            tell_notes(document.source, document.notes, quiet)
             target.write(f"{printable(document.source)}: valid\n")
     raise typer.Exit(failures.code)

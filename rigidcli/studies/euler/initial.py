@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -90,19 +89,19 @@ def _of_body(document: Document, motion: Motion) -> InitialValueProblem:
     torque = motion.torque if isinstance(motion.torque, OwnTorque) else None
     if len(frame.groups[-1]) > 1 and torque is not None and torque.names & {"ux", "uy", "uz"}:
         notes.append("e3 is not unique, as its moment equals another: `ux uy uz` are the one that is printed")
-    default = _default_duration(omega, at_rest=torque is None and not weight.any())
+    duration, words = _default_duration(omega, at_rest=torque is None and not weight.any())
     return InitialValueProblem(
         physical.tensor,
         omega,
         _orientation(document, motion),
         weight,
         torque,
-        motion.instants(default.duration),
+        motion.instants(duration),
         motion.tolerance or DEFAULT_TOLERANCE,
         physical.axes,
         frame,
         axes[:, 2],
-        notes=(*notes, *default.note(motion)),
+        notes=(*notes, *_note_on_duration(motion, words)),
     )
 
 
@@ -149,9 +148,9 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
         top.lambda1, top.lambda3, section.spin, section.tilt, precession, section.nutation, fall
     ).period
     torque = motion.torque if isinstance(motion.torque, OwnTorque) else None
-    default = _default_duration(omega, at_rest=torque is None and period is None)
+    duration, words = _default_duration(omega, at_rest=torque is None and period is None)
     if period is not None:
-        default = _Default(DEFAULT_NUTATIONS * period, f"{DEFAULT_NUTATIONS} nutations are")
+        duration, words = DEFAULT_NUTATIONS * period, f"{DEFAULT_NUTATIONS} nutations are"
     shown = document.physical.axes
     return InitialValueProblem(
         tensor,
@@ -159,31 +158,27 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
         rotation.as_quaternion(tilted @ axes.T),
         top.axis * fall,
         torque,
-        motion.instants(default.duration),
+        motion.instants(duration),
         motion.tolerance or DEFAULT_TOLERANCE,
         shown,
         principal_frame(shown.T @ tensor @ shown),
         axes[:, 2],
         axes,
-        (*top.remarks, *default.note(motion)),
+        (*top.remarks, *_note_on_duration(motion, words)),
     )
 
 
-class _Default(NamedTuple):
-    """The duration (s) where the document gives none, and in words, such as `10 turns are`; empty at rest."""
+def _default_duration(omega: Floats, *, at_rest: bool) -> tuple[float, str]:
+    """The duration (s) where the document gives none, and in words; no words for a body that rests.
 
-    duration: float
-    words: str
-
-    def note(self, motion: Motion) -> tuple[str, ...]:
-        """The note that tells of it, where it is used."""
-        if motion.duration is not None or motion.times is not None or not self.words:
-            return ()
-        return (f"`motion.duration` is not given: {self.words} shown",)
-
-
-def _default_duration(omega: Floats, *, at_rest: bool) -> _Default:
-    """Some turns of a body that turns; a second of one that does not yet, or never if it is `at_rest`."""
+    It is some turns of a body that turns, and a second of one that does not turn yet, or is `at_rest`.
+    """
     if rate := FLOAT.hypot(*omega):
-        return _Default(2 * math.pi * DEFAULT_TURNS / rate, f"{DEFAULT_TURNS} turns are")
-    return _Default(1.0, "" if at_rest else "1 s is")
+        return 2 * math.pi * DEFAULT_TURNS / rate, f"{DEFAULT_TURNS} turns are"
+    return 1.0, "" if at_rest else "1 s is"
+
+
+def _note_on_duration(motion: Motion, words: str) -> tuple[str, ...]:
+    if motion.duration is not None or motion.times is not None or not words:
+        return ()
+    return (f"`motion.duration` is not given: {words} shown",)
