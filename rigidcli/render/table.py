@@ -73,7 +73,8 @@ def _on_terminal(head: str, results: _Results, tables: _Tables, width: int, colo
     ]
     page.rows(rows, joint=", ")
     for title, columns in tables:
-        page.line((f"\n{title}", "bold"))
+        page.line()
+        page.line((title, "bold"))
         page.columns(columns)
     return str(page)
 

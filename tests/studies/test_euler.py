@@ -356,7 +356,7 @@ def test_a_torque_that_acts_for_a_moment_is_not_stepped_over(torque: str, middle
     "torque",
     [PULSE % 5, "sign(sin(t))", "-sign(w3)*0.2 + 0*t", "cos(300*t)", "1e5*exp(-((t - 5.00002)/0.000003)^2)"],
 )
-def test_no_more_digits_are_trusted_than_the_ledger_shows(torque: str) -> None:
+def test_no_more_digits_are_trusted_than_the_balances_show(torque: str) -> None:
     report = driven(BODY, f'{{body: [0, 0, "{torque}"]}}', "omega: [0, 0, 1], duration: 10, tolerance: 1e-9")
     drift = max(report["drift"]["energy"], report["drift"]["angular_momentum"])
     assert report["trusted_digits"] <= max(0, -math.log10(drift))
@@ -390,7 +390,7 @@ def test_a_miss_that_stays_is_noted(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("scale", [1e-150, 1, 1e150])
-def test_the_ledger_of_slow_and_fast_motions_is_the_same(scale: float) -> None:
+def test_the_balances_of_slow_and_fast_motions_are_the_same(scale: float) -> None:
     text = f"omega: [{0.5 * scale}, {scale}, {-scale}], duration: {3 / scale}, samples: 3"
     damping = ", ".join(f'"-{0.1 * scale}*w{k}"' for k in (1, 2, 3))
     report, unit = (
