@@ -106,7 +106,7 @@ _INITIAL = ReadBy(
 
 
 class Orbit(Sampling):
-    """An orbit from t = 0 on, where all coordinates are given, and all momenta or all velocities."""
+    """An orbit from t = 0 on: all coordinates are given there, and all momenta or all velocities."""
 
     initial: Annotated[dict[str, Scalar], _INITIAL] = Field(
         description="Coordinates at t = 0, and all momenta or all velocities"

@@ -110,7 +110,10 @@ def children(process: int | None = None) -> list[str]:
 
 def are_at_work(process: int) -> bool:
     """Whether both workers of a process's batch have used the processor for a while (ticks of 10 ms)."""
-    stats = [Path(f"/proc/{worker}/stat").read_text() for worker in children(process)]
+    try:
+        stats = [Path(f"/proc/{worker}/stat").read_text() for worker in children(process)]
+    except OSError:  # one has ended in the meantime
+        return False
     return len(stats) >= 2 and all(int(stat.rpartition(")")[2].split()[11]) >= 5 for stat in stats)
 
 
