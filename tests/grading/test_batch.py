@@ -519,6 +519,7 @@ def test_an_interrupt_ends_the_processes_and_goes_on(tmp_path: Path) -> None:
 
     def interrupt(*_: object) -> None:
         if are_at_work(os.getpid()):
+            signal.setitimer(signal.ITIMER_REAL, 0)
             signal.raise_signal(signal.SIGINT)
 
     before = signal.signal(signal.SIGALRM, interrupt)
