@@ -15,38 +15,28 @@ report, which maps the fields of the JSON output to floats, numpy arrays, texts 
 from __future__ import annotations
 
 TYPE_CHECKING = False
-"""As in `typing`, which takes longer to load than all there is before the program can be interrupted."""
+"""As in `typing`, which would take longer to load than all else before the program can be interrupted."""
 
 __version__ = "0.1.0"
 
-__all__ = ["__version__", "axes", "euler", "hamilton", "inertia", "load", "loads", "precess"]
+STUDIES = ("inertia", "axes", "precess", "euler", "hamilton")
+"""The studies: each is the function `run` of a module in `rigidcli.studies`, and a command of that name."""
+
+__all__ = ["STUDIES", "__version__", "load", "loads", *STUDIES]
 
 if TYPE_CHECKING:
-    from typing import Any
+    from collections.abc import Callable
 
     from rigidcli.model.load import load, loads
-    from rigidcli.studies.axes import run as axes
-    from rigidcli.studies.euler import run as euler
-    from rigidcli.studies.hamilton import run as hamilton
-    from rigidcli.studies.inertia import run as inertia
-    from rigidcli.studies.precess import run as precess
-
-_LAZY = {
-    "load": ("rigidcli.model.load", "load"),
-    "loads": ("rigidcli.model.load", "loads"),
-    "axes": ("rigidcli.studies.axes", "run"),
-    "euler": ("rigidcli.studies.euler", "run"),
-    "hamilton": ("rigidcli.studies.hamilton", "run"),
-    "inertia": ("rigidcli.studies.inertia", "run"),
-    "precess": ("rigidcli.studies.precess", "run"),
-}
+    from rigidcli.report import Report
 
 
-def __getattr__(name: str) -> Any:
-    """Load a part of the package when it is first asked for: `--help` needs none of them."""
-    if name not in _LAZY:
+def __getattr__(name: str) -> Callable[..., Report]:
+    """Load a function of the package when it is first asked for: `--help` needs none of them."""
+    if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    module, attribute = _LAZY[name]
-    return getattr(import_module(module), attribute)
+    place, function = ("studies." + name, "run") if name in STUDIES else ("model.load", name)
+    loaded: Callable[..., Report] = getattr(import_module(f"rigidcli.{place}"), function)
+    return loaded

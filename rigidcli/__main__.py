@@ -1,4 +1,4 @@
-"""The way into the program: `rigidcli`, and `python -m rigidcli`, which is the same."""
+"""The entry point of the program, for `rigidcli` and for `python -m rigidcli`."""
 
 from __future__ import annotations
 
@@ -12,18 +12,19 @@ if TYPE_CHECKING:
     from typing import NoReturn
 
 INTERRUPTED = 130
+"""The exit code after Ctrl-C: 128 and the number of the signal, as shells expect."""
 
 THRESHOLDS = (100_000, 20, 100)
-"""Of the collection of garbage, of which there is next to none: otherwise it takes 3 % of a short run."""
+"""Thresholds of the garbage collection, so high that it takes no time: the usual ones take 3 % of a run."""
 
 
 def main() -> NoReturn:
     """Run the program on the command line; the process ends with its exit code, also when interrupted."""
     gc.set_threshold(*THRESHOLDS)
-    # Matrices are small here: threads for them would mostly wait for each other.
+    # Matrices are small here, and a second thread would mostly wait for the first.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        # An interrupt while it loads is one like any other.
+        # This import stands here, so that an interrupt while it loads ends the program in the same way.
         from rigidcli.cli.app import main as program
 
         program()
@@ -52,6 +53,6 @@ def run() -> NoReturn:
 
 if __name__ == "__main__":
     if not sys.flags.safe_path:
-        # `python -m` looks for modules in the current folder first, where anything may lie: answers, say.
+        # `python -m` looks for modules in the current folder first, where an answer file may have their name.
         sys.path.pop(0)
     run()

@@ -70,7 +70,7 @@ class ExpressionError(ValueProblem):
 
 @dataclass(frozen=True, slots=True)
 class Problem:
-    """One thing that is wrong with a document, and where; `code` names what kind of thing, to programs."""
+    """One thing that is wrong with a document, and where; `code` names its kind for programs."""
 
     source: str
     message: str
@@ -86,7 +86,7 @@ class Problem:
 
 
 MOST_TOLD = 200
-"""Problems of one document that its message tells."""
+"""Most problems of one document that its message lists; a list that is longer helps nobody."""
 
 
 class DocumentError(RigidError):
@@ -112,10 +112,10 @@ def _shortened(text: str, most: int = 200) -> str:
 
 
 LONGEST_SHOWN = 60
-"""Characters of a value that a message repeats."""
+"""Most characters of a value that a message repeats, so that it fits on a line."""
 
 MOST_COMPARED = 200
-"""Words among which a similar one is looked for."""
+"""Most words among which a similar one is searched, so that the search takes no time."""
 
 
 def shown(raw: object) -> str:

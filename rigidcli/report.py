@@ -1,4 +1,4 @@
-"""What a study found: named values and tables with their unit and symbol. No mechanics here, and no looks."""
+"""The results of a study: named values and tables with units and symbols, without mechanics or looks."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Field:
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One quantity down a table: `values` has a row for each (n), or a vector (n, k) with k `cells`.
+    """One quantity of a table: `values` has a number for each row (n), or a vector (n, k) with k `cells`.
 
     `key` is its name in JSON, where a dot is the way into an object; `cells` the names of its components
     in CSV and in the heads of tables, `symbols` the same in LaTeX. People are not shown a column whose

@@ -11,10 +11,10 @@ from typing import get_args
 import pytest
 
 import rigidcli
+from rigidcli import STUDIES
 from rigidcli.cli import app
-from rigidcli.cli.check import STUDIES, CheckFormat
+from rigidcli.cli.check import CheckFormat
 from rigidcli.cli.new import Kind
-from rigidcli.grading import reports
 from rigidcli.grading.kinds import KINDS, kind
 from rigidcli.grading.question import KindName
 from rigidcli.grading.reports import FORMATS
@@ -44,16 +44,18 @@ def test_a_shape_has_the_name_under_which_it_is_listed(name: str) -> None:
 
 
 def test_every_format_is_a_module_and_every_module_a_format() -> None:
-    helpers = {"values"}
+    assert set(FORMATS) == set(CheckFormat)
+    helpers = {"terminal", "values"}
     assert _names("rigidcli.render") - helpers == set(Format)
     assert all(callable(renderer(name)) for name in Format)
 
 
-def test_every_study_is_a_command() -> None:
-    commands = {command.__name__ for command in app.COMMANDS}
-
-    assert _names("rigidcli.studies") <= commands
-    assert all(importlib.import_module(f"rigidcli.cli.{name}") for name in commands)
+def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
+    helpers = {"body", "common"}
+    assert _names("rigidcli.studies") - helpers == set(STUDIES)
+    assert _names("rigidcli.cli") - {"app", "computing", "output"} == set(app.COMMANDS)
+    assert len(app.app.registered_commands) == len(app.COMMANDS)
+    assert all(callable(getattr(rigidcli, name)) for name in rigidcli.__all__ if name in STUDIES)
 
 
 def test_every_kind_of_answer_is_a_module_and_every_module_a_kind() -> None:
@@ -63,19 +65,6 @@ def test_every_kind_of_answer_is_a_module_and_every_module_a_kind() -> None:
     for name in KINDS:
         module = kind(name)
         assert all(callable(function) for function in (module.read_key, module.judge, module.examples))
-
-
-def test_every_format_of_check_is_listed() -> None:
-    assert set(FORMATS) == set(CheckFormat)
-    assert all(callable(reports.renderer(name)) for name in FORMATS)
-
-
-def test_every_study_can_be_asked() -> None:
-    assert {f"rigidcli.studies.{name}" for name in STUDIES} == {
-        f"rigidcli.studies.{command.__name__}"
-        for command in app.COMMANDS
-        if command.__name__ in _names("rigidcli.studies")
-    }
 
 
 def test_every_starter_is_a_kind() -> None:

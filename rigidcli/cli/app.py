@@ -1,26 +1,19 @@
-"""The program `rigidcli`: its commands, and the last word on how it ends."""
+"""The program `rigidcli`: its commands, and its exit code where an error reaches the top."""
 
 from __future__ import annotations
 
 import sys
+from importlib import import_module
 from typing import Annotated, NoReturn
 
 import typer
 
-from rigidcli import __version__
-from rigidcli.cli.axes import axes
-from rigidcli.cli.check import check
-from rigidcli.cli.euler import euler
-from rigidcli.cli.hamilton import hamilton
-from rigidcli.cli.inertia import inertia
-from rigidcli.cli.new import new
+from rigidcli import STUDIES, __version__
 from rigidcli.cli.output import complain
-from rigidcli.cli.precess import precess
-from rigidcli.cli.schema import schema
-from rigidcli.cli.validate import validate
 from rigidcli.errors import ComputationError, printable
 
-COMMANDS = (inertia, axes, precess, euler, hamilton, check, validate, schema, new)
+COMMANDS = (*STUDIES, "check", "validate", "schema", "new")
+"""The commands: each is a function in a module of this package that has its name."""
 
 app = typer.Typer(
     name="rigidcli",
@@ -29,8 +22,8 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for _command in COMMANDS:
-    app.command()(_command)
+for _name in COMMANDS:
+    app.command()(getattr(import_module(f"rigidcli.cli.{_name}"), _name))
 
 
 def _show_version(asked: bool) -> None:
@@ -56,11 +49,11 @@ def main() -> NoReturn:
     """
     try:
         app(prog_name="rigidcli")
-    except (Exception, SystemExit) as error:  # the last resort: a traceback tells a user nothing
+    except (Exception, SystemExit) as error:  # a traceback tells a user nothing
         if _interrupted(error):
             raise KeyboardInterrupt from error
         if isinstance(error, SystemExit):
-            # Nobody reads the help to its end: that is no failure, though typer calls it one.
+            # A reader of the help who closes the pipe early is no failure, though typer calls it one.
             sys.exit(0 if isinstance(error.__context__, BrokenPipeError) else error.code)
         complain(
             f"rigidcli: internal error, please report it: {type(error).__name__}: {printable(str(error))}"
@@ -70,7 +63,7 @@ def main() -> NoReturn:
 
 
 def _interrupted(error: BaseException | None) -> bool:
-    """Whether an interrupt is behind an error, as it is where one hits a library that is being loaded."""
+    """Whether an interrupt caused an error; an import that is interrupted may raise another one."""
     while error is not None and not isinstance(error, KeyboardInterrupt):
         error = error.__cause__ or error.__context__
     return error is not None

@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
 
-from rigidcli.cli.computing import OutputPath, Quiet
+import rigidcli
+from rigidcli.cli.computing import NoHeader, OutputPath, Quiet, tell_notes
 from rigidcli.cli.output import Failures, Output, complain, progress
-from rigidcli.errors import Problem, UsageError
+from rigidcli.errors import UsageError
 from rigidcli.grading.feedback import Feedback
 
 if TYPE_CHECKING:
@@ -23,10 +24,7 @@ if TYPE_CHECKING:
     View: TypeAlias = Callable[[Iterator[Judgement], Style], Iterator[str]]
 
 NOT_CORRECT = 1
-"""The exit code where something is judged to be not correct."""
-
-STUDIES = ("inertia", "axes", "precess", "euler", "hamilton")
-"""The commands whose results an assignment may ask for."""
+"""The exit code if any answer is judged not to be correct."""
 
 TABULAR = {
     "--items": ("table", "json", "csv"),
@@ -34,11 +32,11 @@ TABULAR = {
     "--canvas": ("table", "csv"),
     "--selftest": ("table",),
 }
-"""The formats in which something else than judgements is told; a gradebook is as it was exported."""
+"""The formats of each option that prints something else than judgements; a gradebook is csv in both."""
 
 
 class CheckFormat(StrEnum):
-    """What to print of judgements."""
+    """The output formats of judgements."""
 
     table = "table"
     json = "json"
@@ -81,7 +79,7 @@ def check(
     selftest: Annotated[
         bool, typer.Option("--selftest", help="Judge the keys themselves, their forms and named mistakes.")
     ] = False,
-    no_header: Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")] = False,
+    no_header: NoHeader = False,
     quiet: Quiet = False,
 ) -> None:
     """Judge answer files (homework)."""
@@ -102,7 +100,7 @@ def check(
         from rigidcli.grading.assignment import prepare
         from rigidcli.grading.reports import Style
 
-        prepared = prepare(assignment, {name: _study(name) for name in STUDIES})
+        prepared = prepare(assignment, {name: _study(name) for name in rigidcli.STUDIES})
         for note in () if quiet else prepared.notes:
             complain(str(note))
         if selftest:
@@ -116,7 +114,7 @@ def check(
                 for problem in missing:
                     complain(str(problem))
                     failures.code = max(failures.code, UsageError.exit_code)
-                # On a terminal, the results themselves show how far it is.
+                # On a terminal, the results themselves show the progress.
                 seen = (lambda fraction: None) if width else show
                 judgements = batch.run(prepared.items, files, jobs, seen)
                 for piece in view(_noted(judgements, failures, quiet), style):
@@ -125,22 +123,14 @@ def check(
 
 
 def _study(name: str) -> "Callable[[Document], Report]":
-    """The study behind a command, loaded when it is first asked."""
-
-    def run(document: "Document") -> "Report":
-        from importlib import import_module
-
-        report: Report = import_module(f"rigidcli.studies.{name}").run(document)
-        return report
-
-    return run
+    """The study of a command, which is loaded when it is first asked."""
+    return lambda document: getattr(rigidcli, name)(document)
 
 
 def _noted(judgements: "Iterator[Judgement]", failures: Failures, quiet: bool) -> "Iterator[Judgement]":
-    """The judgements, with their notes told; one that is not all correct is remembered for the exit code."""
+    """The judgements, whose notes are printed, and whose verdicts decide the exit code."""
     for judgement in judgements:
-        for note in () if quiet else judgement.notes:
-            complain(str(Problem(judgement.source, f"note: {note}")))
+        tell_notes(judgement.source, judgement.notes, quiet)
         if any(question.verdict != "correct" for question in judgement.questions):
             failures.code = max(failures.code, NOT_CORRECT)
         yield judgement
@@ -149,7 +139,7 @@ def _noted(judgements: "Iterator[Judgement]", failures: Failures, quiet: bool) -
 def _view(
     format: CheckFormat, items: bool, regrade: str | None, canvas: str | None, column: str, quiet: bool
 ) -> "View":
-    """What makes text of judgements; the files that it needs besides are read at once."""
+    """The function that turns judgements into text; other files that it needs are read at once."""
     from rigidcli.grading import reports
 
     if items:
@@ -170,8 +160,7 @@ def _view(
 
         def fill(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
             filled = gradebook.fill(text, judgements, column)
-            for note in () if quiet else filled.notes:
-                complain(str(Problem(source, f"note: {note}")))
+            tell_notes(source, filled.notes, quiet)
             yield filled.text
 
         return fill

@@ -1,18 +1,20 @@
-"""What all computing commands share: their options, the loop over FILES, and what becomes of errors."""
+"""What all computing commands share: their options, the loop over FILES, and the handling of errors."""
 
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rigidcli.cli.output import Failures, Output, complain
+import rigidcli
+from rigidcli.cli.output import Failures, Output, complain, progress
 from rigidcli.errors import Problem, UsageError
 from rigidcli.render import Format, Look, renderer
 
 if TYPE_CHECKING:
+    from rigidcli.model.document import Document
     from rigidcli.report import Report
 
 Files = Annotated[
@@ -56,6 +58,7 @@ OutputPath = Annotated[
         "-o", "--output", metavar="PATH", callback=_check_path, help="Write to PATH, whole or not at all."
     ),
 ]
+NoHeader = Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")]
 Exact = Annotated[
     bool,
     typer.Option("--exact", help="Exact arithmetic: decimals are rationals, parameters may stay symbols."),
@@ -63,16 +66,21 @@ Exact = Annotated[
 
 
 SHORTHANDS = {"samples": "motion.samples", "duration": "motion.duration"}
-"""Options of single commands that stand for a setting."""
+"""Options of single commands that set a value of the document, and the key of that value."""
 
 
-def computing(study: Callable[..., Report]) -> Callable[..., None]:
-    """A command with the shared options that makes one report of each FILE by `study`.
+def computing(study: Callable[..., None]) -> Callable[..., None]:
+    """A command with the shared options, which calls the study of its name for each FILE.
 
-    Keyword-only parameters of `study` are options of its own, annotated with objects and not with texts;
-    one in SHORTHANDS becomes a setting, and `columns` is for the output.
+    The keyword-only parameters of the function are options of its own, annotated with objects and not with
+    texts. They are passed to the study, except those in SHORTHANDS, which become settings, and `columns`,
+    which selects from the output. The function itself is never called.
     """
-    own = [p for p in inspect.signature(study).parameters.values() if p.kind is p.KEYWORD_ONLY]
+    own = [
+        p.replace(kind=p.POSITIONAL_OR_KEYWORD)
+        for p in inspect.signature(study).parameters.values()
+        if p.kind is p.KEYWORD_ONLY
+    ]
 
     def command(
         files: Files,
@@ -83,49 +91,62 @@ def computing(study: Callable[..., Report]) -> Callable[..., None]:
             int, typer.Option(min=1, max=17, metavar="N", help="Significant digits in table and latex.")
         ] = 6,
         exact: Exact = False,
-        no_header: Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")] = False,
+        no_header: NoHeader = False,
         quiet: Quiet = False,
         **options: Any,
     ) -> None:
         failures = Failures()
-        changes, named = list(settings or ()), {}
-        for name in [name for name in SHORTHANDS if name in options]:
-            value = options.pop(name)
-            if value is not None:
-                changes.append(f"{SHORTHANDS[name]}={value}")
-                named[SHORTHANDS[name]] = f"--{name}"
+        columns = tuple(options.pop("columns", None) or ())
+        shorthands = {f"--{name}": options.pop(name) for name in SHORTHANDS if name in options}
+        named = {SHORTHANDS[name[2:]]: name for name, value in shorthands.items() if value is not None}
+        changes = [*(settings or ()), *(f"{key}={shorthands[name]}" for key, name in named.items())]
 
         def reports() -> Iterator[Report]:
-            from rigidcli.model.load import load
-
-            for file in files:
-                with failures.of(file):
-                    document = load(file, exact=exact, settings=changes, options=named)
-                    with document.placing():
-                        report = study(document, **options)
-                    if not quiet:
-                        for note in report.notes:
-                            complain(str(Problem(report.source, f"note: {note}")))
+            for document in documents(files, failures, exact=exact, settings=changes, options=named):
+                with failures.of(document.source), document.placing(), progress() as show:
+                    run = getattr(rigidcli, study.__name__)
+                    if "progress" in inspect.signature(run).parameters:
+                        options["progress"] = show
+                    report = run(document, **options)
+                    _require_columns(report, columns)
+                    tell_notes(report.source, report.notes, quiet)
                     yield report
 
         with Output(output) as target:
             width, colour = target.terminal()
-            look = Look(
-                digits=digits,
-                header=not no_header,
-                width=width,
-                colour=colour,
-                columns=tuple(options.get("columns") or ()),
-                several=len(files) > 1,
-            )
+            look = Look(digits, not no_header, width, colour, columns, several=len(files) > 1)
             for piece in renderer(format)(reports(), look):
                 target.write(piece)
         raise typer.Exit(failures.code)
 
     shared = inspect.signature(command, eval_str=True)
-    parameters = [p for p in shared.parameters.values() if p.kind is not p.VAR_KEYWORD]
-    own = [p.replace(kind=p.POSITIONAL_OR_KEYWORD) for p in own]
+    parameters = [*(p for p in shared.parameters.values() if p.kind is not p.VAR_KEYWORD), *own]
     command.__name__, command.__doc__ = study.__name__, study.__doc__
-    command.__signature__ = shared.replace(parameters=[*parameters, *own])  # type: ignore[attr-defined]
-    command.__annotations__ = {p.name: p.annotation for p in [*parameters, *own]}
+    command.__signature__ = shared.replace(parameters=parameters)  # type: ignore[attr-defined]
+    command.__annotations__ = {p.name: p.annotation for p in parameters}
     return command
+
+
+def _require_columns(report: Report, columns: Sequence[str]) -> None:
+    """Raise UsageError unless the table of data has these columns; only that of a top has angles."""
+    known = {
+        name for table in report.tables if table.data for column in table.columns for name in column.cells
+    }
+    for name in columns:
+        if name not in known:
+            raise UsageError(f"`{name}` is no column here: only the motion of a `top` has phi, theta and psi")
+
+
+def documents(files: Sequence[str], failures: Failures, **options: Any) -> Iterator[Document]:
+    """The documents in FILES, loaded with `options`; those that are refused are failures."""
+    from rigidcli.model.load import load
+
+    for file in files:
+        with failures.of(file):
+            yield load(file, **options)
+
+
+def tell_notes(source: str, notes: Sequence[str], quiet: bool) -> None:
+    """Print the notes on a source, unless the user wants none."""
+    for note in () if quiet else notes:
+        complain(str(Problem(source, f"note: {note}")))

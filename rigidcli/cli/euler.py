@@ -3,47 +3,36 @@
 # Annotations here are objects, not texts: `computing` makes options of them.
 
 from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from rigidcli.cli.computing import computing
-from rigidcli.cli.output import progress
-
-if TYPE_CHECKING:
-    from rigidcli.model.document import Document
-    from rigidcli.report import Report
 
 
 class EngineName(StrEnum):
-    """What integrates a driven motion."""
+    """The integrators of driven motion."""
 
     auto = "auto"
     runge_kutta = "runge-kutta"
     taylor = "taylor"
 
 
-COLUMNS = ("t", "w1", "w2", "w3", "L1", "L2", "L3", "T", "q0", "q1", "q2", "q3", "Lx", "Ly", "Lz")
-"""Columns of the trajectory."""
-
-ANGLES = ("phi", "theta", "psi")
-"""Those that a top has besides."""
-
-
 def _split(text: str | None) -> list[str] | None:
     """The names in `t,w1,w2`; refused unless they are columns."""
     if text is None:
         return None
+    from rigidcli.studies.euler.columns import COLUMNS
+
     names = [name.strip() for name in text.split(",")]
     for name in names:
-        if name not in COLUMNS + ANGLES:
-            raise typer.BadParameter(f"`{name}` is none of {', '.join(COLUMNS + ANGLES)}")
+        if name not in COLUMNS:
+            raise typer.BadParameter(f"`{name}` is none of {', '.join(COLUMNS)}")
     return names
 
 
 @computing
 def euler(
-    document: "Document",
     *,
     samples: Annotated[
         int | None, typer.Option(metavar="N", help="Number of samples (motion.samples; default 1001).")
@@ -58,15 +47,8 @@ def euler(
     engine: Annotated[
         EngineName, typer.Option(help="What integrates driven motion; taylor needs the extra `taylor`.")
     ] = EngineName.auto,
-) -> "Report":
+) -> None:
     """Motion by Euler's equations: omega, L, T and orientation in time; stability.
 
     Torque-free motion is in closed form, driven motion is integrated.
     """
-    from rigidcli.errors import UsageError
-    from rigidcli.studies.euler import run
-
-    if set(columns or ()) & set(ANGLES) and document.top is None:
-        raise UsageError("phi, theta and psi are columns of a `top`")
-    with progress() as show:
-        return run(document, engine=engine.value, progress=show)

@@ -2,29 +2,19 @@
 
 # Annotations here are objects, not texts: `computing` makes options of them.
 
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from rigidcli.cli.computing import computing
-from rigidcli.cli.output import progress
-
-if TYPE_CHECKING:
-    from rigidcli.model.document import Document
-    from rigidcli.report import Report
 
 
 @computing
 def hamilton(
-    document: "Document",
     *,
     invariants: Annotated[
         bool,
         typer.Option("--invariants", help="Search for conserved quantities also where that takes longer."),
     ] = False,
-) -> "Report":
+) -> None:
     """From a Lagrangian to momenta, the Hamiltonian, Hamilton's equations and orbits in phase space."""
-    from rigidcli.studies.hamilton import run
-
-    with progress() as show:
-        return run(document, invariants=invariants, progress=show)

@@ -1,19 +1,8 @@
 """The command `inertia`."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from rigidcli.cli.computing import computing
-
-if TYPE_CHECKING:
-    from rigidcli.model.document import Document
-    from rigidcli.report import Report
 
 
 @computing
-def inertia(document: Document) -> Report:
+def inertia() -> None:
     """Mass, centre of mass, inertia tensor about a point."""
-    from rigidcli.studies.inertia import run
-
-    return run(document)

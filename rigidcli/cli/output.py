@@ -1,4 +1,4 @@
-"""Where results and complaints go, and the exit code that comes of it."""
+"""Where results and error messages are written, and the exit code of the program."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def complain(text: str) -> None:
 
 
 def silence_stdout() -> None:
-    """Let what is still buffered go nowhere, when standard output takes no more."""
+    """Discard what is still buffered, when standard output takes no more."""
     if sys.stdout is not None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
@@ -45,7 +45,7 @@ class Failures:
         try:
             yield
         except RigidError as error:
-            # The problems of a document say themselves where they are.
+            # The problems of a document name its source themselves.
             complain(
                 error.message
                 if isinstance(error, DocumentError)
@@ -65,7 +65,7 @@ class Output:
             sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace", newline="\n")
 
     def write(self, piece: str) -> None:
-        """Write a piece of text that is whole in itself."""
+        """Write a piece of text that is complete in itself."""
         if self._path is not None:
             self._pieces.append(piece)
             return
@@ -82,7 +82,7 @@ class Output:
             raise self._failed("standard output", failure) from None
 
     def terminal(self) -> tuple[int | None, bool]:
-        """Width of the terminal that is written to, None if it is none, and whether it may have colours."""
+        """The width of the terminal that is written to, or None, and whether it may show colours."""
         if self._path is not None or sys.stdout is None or not sys.stdout.isatty():
             return None, False
         colour = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
@@ -130,15 +130,19 @@ def _replace(path: Path, data: bytes) -> None:
 
 @contextlib.contextmanager
 def progress() -> Iterator[Callable[[float], None]]:
-    """A context in which a long work shows, on standard error if that is a terminal, how much is done."""
+    """A context in which long work reports its progress, on standard error if that is a terminal."""
     terminal = sys.stderr if sys.stderr is not None and sys.stderr.isatty() else io.StringIO()
+    last = ""
 
     def show(fraction: float) -> None:
-        terminal.write(f"\r{fraction:4.0%}\r")
+        nonlocal last
+        last = f"\r{fraction:4.0%}\r"
+        terminal.write(last)
         terminal.flush()
 
     try:
         yield show
     finally:
-        terminal.write("    \r")
-        terminal.flush()
+        if last:
+            terminal.write("    \r")
+            terminal.flush()

@@ -1,22 +1,11 @@
 """The command `precess`."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from rigidcli.cli.computing import computing
-
-if TYPE_CHECKING:
-    from rigidcli.model.document import Document
-    from rigidcli.report import Report
 
 
 @computing
-def precess(document: Document) -> Report:
+def precess() -> None:
     """Precession: tops under gravity, free, tidal.
 
     Of a `top`, of a `body` with `motion.omega`, of a planet with a `tide`: whichever there are.
     """
-    from rigidcli.studies.precess import run
-
-    return run(document)

@@ -6,13 +6,14 @@ once, in the same way for floats and exact numbers, so that equal tensors get eq
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array
+from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ComputationError
 
 EQUAL_MOMENTS = 1e-12
@@ -52,7 +53,7 @@ def principal_frame(tensor: Array) -> PrincipalFrame:
     values[values < ZERO_MOMENT * values[2]] = 0.0
     groups = _groups(values)
     projectors = [vectors[:, group] @ vectors[:, group].T for group in map(list, groups)]
-    return PrincipalFrame(values * scale, canonical_axes(projectors, groups, FLOAT), groups)
+    return PrincipalFrame(values * scale, canonical_axes(projectors, groups), groups)
 
 
 def _groups(values: Array) -> tuple[tuple[int, ...], ...]:
@@ -68,9 +69,7 @@ def _groups(values: Array) -> tuple[tuple[int, ...], ...]:
     return tuple(map(tuple, groups))
 
 
-def canonical_axes(
-    projectors: Sequence[Array], groups: Sequence[Sequence[int]], arithmetic: Arithmetic
-) -> Array:
+def canonical_axes(projectors: Sequence[Floats], groups: Sequence[Sequence[int]]) -> Floats:
     """Rows e1, e2, e3 from the projector (3 by 3) on the space of each group of equal moments.
 
     In a group, the coordinate axis that lies nearest to the space is projected on it and
@@ -81,14 +80,12 @@ def canonical_axes(
     axes = []
     for projector, group in zip(projectors, groups, strict=True):
         for _ in group:
-            nearness = [arithmetic.size(projector[k, k]) for k in range(3)]
+            nearness = projector.diagonal()
             if not np.isfinite(nearness).all():
                 raise ComputationError("the principal axes cannot be told")
             pivot = next(k for k in range(3) if nearness[k] >= max(nearness) - PIVOT_TIE)
-            axis = projector[:, pivot] / arithmetic.sqrt(projector[pivot, pivot])
-            if arithmetic.size(axis[pivot]) < 0:  # an exact root of either sign
-                axis = -axis
-            projector = arithmetic.tidy(projector - np.outer(axis, axis))
+            axis = projector[:, pivot] / math.sqrt(projector[pivot, pivot])
+            projector = projector - np.outer(axis, axis)
             axes.append(axis)
     e1, e2, _ = axes
     return np.array([e1, e2, np.cross(e1, e2)])

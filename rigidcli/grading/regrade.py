@@ -19,8 +19,9 @@ from rigidcli.grading.outcome import Verdict
 from rigidcli.grading.reports import Style
 from rigidcli.grading.reports.csv import row
 from rigidcli.grading.reports.json import SCHEMA as CHECK
-from rigidcli.grading.reports.layout import beside, bold, columns, padded, points, wrapped
+from rigidcli.grading.reports.layout import block, columns, padded, points
 from rigidcli.grading.reports.reading import name_of, read_bytes
+from rigidcli.render.terminal import Row
 
 SCHEMA = "rigidcli.regrade/1"
 
@@ -186,23 +187,15 @@ def table(found: Sequence[Change], style: Style) -> Iterator[str]:
     """A block for each student, and how much has changed below."""
     ids = max((columns(change.question) for change in found), default=0)
     for student, group in groupby(found, key=lambda change: change.student):
-        yield "".join(f"{line}\n" for line in _block(student, list(group), ids, style))
-    yield from (f"{line}\n" for line in wrapped(_summary(found), style.width))
+        yield block([(student, "bold")], [_row(change, ids) for change in group], style)
+    yield block([(_summary(found), "")], [], style)
 
 
-def _block(student: str, group: Sequence[Change], ids: int, style: Style) -> Iterator[str]:
-    for line in wrapped(student, style.width):
-        yield bold(line) if style.colour else line
-    for change in group:
-        if change.question:
-            told = [f"{_text(change.old)} -> {_text(change.new)}"]
-            yield from beside(f"  {padded(change.question, ids)}", told, style.width)
-        else:
-            yield from beside(
-                "  " + ("new" if change.old is None else "gone"),
-                [_text(change.new or change.old)],
-                style.width,
-            )
+def _row(change: Change, ids: int) -> Row:
+    if change.question:
+        told = f"{_text(change.old)} -> {_text(change.new)}"
+        return Row(((f"  {padded(change.question, ids)}", ""),), told)
+    return Row((("  new" if change.old is None else "  gone", ""),), _text(change.new or change.old))
 
 
 def _text(mark: Mark | None) -> str:

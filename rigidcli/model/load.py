@@ -165,7 +165,7 @@ class _Reading:
             try:
                 document = Document.model_validate(tree, context=env)
                 if not problems and not env.faults:
-                    document.settle()
+                    document.physical.require()
             except ValidationError as error:
                 problems += [self._problem(*item) for item in explain(error)]
             except ValueProblem as problem:

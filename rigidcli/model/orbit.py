@@ -9,14 +9,13 @@ import numpy as np
 from pydantic import Field, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
-from rigidcli.errors import DocumentError, Problem, UsageError, ValueProblem, nearest, shown
+from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.model.base import ReadBy, environment, refusal
 from rigidcli.model.parameters import read_name
 from rigidcli.model.sampling import Sampling
 from rigidcli.model.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, velocity
 
 if TYPE_CHECKING:
-    from rigidcli.model.document import Document
     from rigidcli.model.system import System
 
 
@@ -47,7 +46,7 @@ def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
 
 
 def _require_known(name: str, coordinates: tuple[str, ...] | None) -> None:
-    """Raise ValueProblem for a name that is none of the system's."""
+    """Raise ValueProblem for a name that the system does not have."""
     if name == "t":
         raise ValueProblem("an orbit begins at t = 0", hint="put the beginning into the system: t + t0 for t")
     if coordinates is None:
@@ -63,7 +62,7 @@ def _require_known(name: str, coordinates: tuple[str, ...] | None) -> None:
 
 
 def _missing(given: Mapping[str, str], coordinates: tuple[str, ...]) -> Iterator[ValueProblem]:
-    """What the initial values lack, or contradict each other in."""
+    """The problems of initial values that are incomplete, or contradict each other."""
     for name in coordinates:
         if name not in given:
             yield ValueProblem("missing, expected its value at t = 0", path=(name,))
@@ -131,19 +130,3 @@ class Orbit(Sampling):
         )
         assert q is not None
         return q, p, v
-
-
-def require_values(document: Document) -> None:
-    """Raise unless the document's numbers are floats, and its parameters have values.
-
-    Raises DocumentError with the parameters that have none, and UsageError where exact numbers were asked.
-    """
-    if document.symbols:
-        raise DocumentError(
-            [
-                Problem(document.source, "missing: an orbit needs its value", key=f"parameters.{name}")
-                for name in document.symbols
-            ]
-        )
-    if document.arithmetic.exact:
-        raise UsageError("an orbit has no exact results", hint="leave out `--exact`")

@@ -9,6 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.principal import principal_frame
 from rigidcli.core.tensor import MassProperties
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.model import units
@@ -23,7 +24,6 @@ from rigidcli.model.base import (
     Section,
 )
 from rigidcli.model.environment import Environment
-from rigidcli.model.principal import principal_frame
 
 SYMMETRY = 1e-9
 """How far the tensor of a body may be from that of a symmetric top, in units of its largest entry."""
@@ -122,7 +122,12 @@ def of_body(top: Top, body: MassProperties, pivot: Array, tensor: Array, n: Arit
 
 def _axis_of(tensor: Array, n: Arithmetic) -> Array:
     """The symmetry axis of a body held at its centre of mass: the one principal axis that is unlike."""
-    frame = principal_frame(tensor, n)
+    if n.exact:
+        from rigidcli.symbolic.mechanics import principal_axes
+
+        frame = principal_axes.principal_frame(tensor)
+    else:
+        frame = principal_frame(tensor)
     alone = [group[0] for group in frame.groups if len(group) == 1]
     axis: Array = frame.axes[alone[0] if len(alone) == 1 else 2]
     return axis

@@ -1,4 +1,4 @@
-"""Reports -> text, piece by whole piece, so that output begins before the last report is there."""
+"""Renderers make text of reports, one complete piece after the other, so that output begins early."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rigidcli.report import Report
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """What a user may ask of the output: significant digits for people, the csv header, width and colour.
+    """The look of the output: significant digits for people, the csv header, width and colour.
 
     `columns` are those of tables of data to show, all of them when empty. With `several` documents, such
     a table in csv begins with a column of their names.

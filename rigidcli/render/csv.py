@@ -12,7 +12,7 @@ from rigidcli.render.values import plain
 from rigidcli.report import Cell, Report, Value, cells
 
 ROWS = 50_000
-"""Rows of a table that are written at a time."""
+"""Rows of a table that are written at a time, which bounds the memory that the text takes."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:

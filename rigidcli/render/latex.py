@@ -17,7 +17,7 @@ _SPECIAL = str.maketrans(
 )
 
 _SYMBOL = re.compile(r"\b(lambda|e)([123])\b|\bomega\b")
-"""Symbols in words, as they are written in a terminal."""
+"""The symbols that stand in the words of a result, spelled out as in a terminal."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
@@ -65,7 +65,7 @@ def _row(entry: Field, digits: int) -> str:
     elif isinstance(texts[0], str):
         value = r"\left(" + r",\, ".join(texts) + r"\right)"
     else:
-        # Fractions in rows that follow close on each other would touch.
+        # Fractions in rows without extra space would touch.
         apart = r" \\[1ex] " if any("frac" in cell for row in texts for cell in row) else r" \\ "
         rows = apart.join(" & ".join(row) for row in texts)
         value = rf"\begin{{pmatrix}}{rows}\end{{pmatrix}}"

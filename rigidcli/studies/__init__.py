@@ -1,1 +1,1 @@
-"""One question, one module: `run(document)` gives a Report."""
+"""The studies: one module or package for each question, whose `run(document)` gives a Report."""

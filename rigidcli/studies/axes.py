@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from rigidcli.core import principal
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
+from rigidcli.core.principal import PrincipalFrame
 from rigidcli.errors import ComputationError
 from rigidcli.model.document import Document
 from rigidcli.report import Field, Report
-from rigidcli.studies import inertia
+from rigidcli.studies.body import Inertia, body_frame, inertia, inertia_fields
+from rigidcli.studies.common import report
 
 SCHEMA = "rigidcli.axes/1"
 
 STEADY = 1e-12
-"""|omega x L| below this, in units of lambda3 omega^2, is no wobble but rounding."""
+"""Where omega and L are parallel, rounding leaves |omega x L| below this, in units of lambda3 omega^2."""
+
 NO_MOMENTUM = 2 * principal.ZERO_MOMENT
-"""L below this, in units of I omega, is what rounding leaves of a linear body's spin about itself."""
+"""Where I omega is zero, rounding leaves |L| below this, in units of the largest |I_ij| and |omega_k|."""
 
 CLASSES = {
     "point": "a point: no moment at all",
@@ -35,40 +36,44 @@ CLASSES = {
 def run(document: Document) -> Report:
     """Find the principal axes of the document's body about its point O, and what its motion is there."""
     n = document.arithmetic
-    body = inertia.inertia(document)
-    frame = document.principal
+    body = inertia(document)
+    motion, frame, notes = document.motion, None, []
+    try:
+        frame = body_frame(document)
+        if not frame.ordered:
+            notes.append("the order of the moments depends on the parameters")
+    except ComputationError as error:
+        if not n.exact or (motion is not None and motion.omega is not None and motion.basis == "principal"):
+            raise
+        notes.append(error.message)
+    fields = [*inertia_fields(body), *_frame_fields(frame, body, n)]
+    if motion is not None and motion.omega is not None:
+        axes = frame.axes if frame is not None and motion.basis == "principal" else body.axes
+        fields += _motion(axes.T @ n.array(motion.omega), body, frame, n)
+    return report(document, SCHEMA, "principal moments and axes", fields, notes)
+
+
+def _frame_fields(frame: PrincipalFrame | None, body: Inertia, n: Arithmetic) -> list[Field]:
+    """Moments, axes and class; null, and not shown to people, where there is no frame to tell."""
+    moments = {f"lambda{k + 1}": (k,) for k in range(3)}
+    axes = {f"e{k + 1}{axis}": (k, j) for k in range(3) for j, axis in enumerate("xyz")}
+    if frame is None:
+        cells = {"moments": moments, "axes": axes, "class": {"class": ()}}
+        keys = ("moments", "axes", "groups", "class", "residual")
+        return [Field(key, None, cells=cells.get(key, {})) for key in keys]
     kind = principal.body_class(frame)
-    notes = () if frame.ordered else ("the order of the moments depends on the parameters",)
-    fields = (
-        *inertia.fields(body),
-        Field(
-            "moments",
-            frame.moments,
-            "principal moments",
-            r"\lambda_{1,2,3}",
-            "kg m^2",
-            {f"lambda{k + 1}": (k,) for k in range(3)},
-            counts=True,
-        ),
-        Field(
-            "axes",
-            frame.axes,
-            "principal axes (rows)",
-            r"\mathbf{e}_{1,2,3}",
-            "",
-            {f"e{k + 1}{axis}": (k, j) for k in range(3) for j, axis in enumerate("xyz")},
-        ),
+    symbol = r"\lambda_{1,2,3}"
+    return [
+        Field("moments", frame.moments, "principal moments", symbol, "kg m^2", moments, counts=True),
+        Field("axes", frame.axes, "principal axes (rows)", r"\mathbf{e}_{1,2,3}", "", axes),
         Field("groups", [list(group) for group in frame.groups]),
         Field("class", kind, "class", cells={"class": ()}, words=CLASSES[kind]),
         Field("residual", _residual(body.tensor, frame, n)),
-    )
-    if document.motion is not None and document.motion.omega is not None:
-        fields += _motion(document.motion.omega, document.motion.basis, body, frame, n)
-    return inertia.report(document, SCHEMA, "principal moments and axes", fields, notes)
+    ]
 
 
-def _residual(tensor: Array, frame: principal.PrincipalFrame, n: Arithmetic) -> object:
-    """How well the axes satisfy I e = lambda e; exact ones do, which is proved here or refused."""
+def _residual(tensor: Array, frame: PrincipalFrame, n: Arithmetic) -> object:
+    """The error of I e = lambda e; zero for exact axes. Raises ComputationError where it is not."""
     if not n.exact:
         return principal.residual(tensor, frame)
     error = tensor @ frame.axes.T - frame.axes.T * frame.moments
@@ -77,45 +82,44 @@ def _residual(tensor: Array, frame: principal.PrincipalFrame, n: Arithmetic) -> 
     return 0 * n.pi
 
 
-def _motion(
-    given: Sequence[Scalar], basis: str, body: inertia.Inertia, frame: principal.PrincipalFrame, n: Arithmetic
-) -> tuple[Field, ...]:
-    """What the body does at this angular velocity: L = I omega, T = omega.L/2, and whether it wobbles."""
-    # Components along the rows e1, e2, e3, or along the document's axes, become those of the results.
-    omega = n.tidy((frame.axes if basis == "principal" else body.axes).T @ n.array(given))
+def _motion(omega: Array, body: Inertia, frame: PrincipalFrame | None, n: Arithmetic) -> tuple[Field, ...]:
+    """L = I omega and T = omega.L/2 at this angular velocity, and whether the body wobbles."""
+    omega = n.tidy(omega)
     momentum = n.tidy(body.tensor @ omega)
     if not n.exact and _is_about_massless_axis(body.tensor, omega):
         momentum = np.zeros(3)
     energy = n.tidy(n.array([omega @ momentum / 2]))[0]
-    angle, wobbles = _wobble(omega, momentum, frame, n)
+    largest = frame.moments[2] if frame else max(body.tensor.flat, key=lambda entry: abs(n.size(entry)))
+    angle, wobbles = _wobble(omega, momentum, largest, n)
     return (
         Field("omega", omega, "angular velocity", r"\boldsymbol{\omega}", "rad/s"),
         Field("angular_momentum", momentum, "angular momentum about O", r"\mathbf{L}", "kg m^2/s"),
         Field("kinetic_energy", energy, "kinetic energy", "T", "J"),
         Field("angle", angle, "angle between omega and L", r"\angle(\boldsymbol{\omega}, \mathbf{L})", "rad"),
-        Field("wobbles", wobbles, "wobbles when left alone", words=_WOBBLE[wobbles]),
+        Field("wobbles", wobbles, "wobbles when left alone", words=_WOBBLES[wobbles]),
     )
 
 
 def _is_about_massless_axis(tensor: Floats, omega: Floats) -> bool:
-    """Whether a linear body turns about itself, so that what there is of L is rounding."""
+    """Whether a linear body turns about its line, so that L is zero but for rounding."""
     largest, fastest = np.abs(tensor).max(), np.abs(omega).max()
     return bool(largest > 0 and fastest > 0) and bool(
         np.abs(tensor / largest @ (omega / fastest)).max() <= NO_MOMENTUM
     )
 
 
-_WOBBLE = {
+_WOBBLES = {
     True: "yes: omega is not along a principal axis, and turns about L",
     False: "no: L is along omega, which stays as it is",
 }
 
 
-def _wobble(
-    omega: Array, momentum: Array, frame: principal.PrincipalFrame, n: Arithmetic
-) -> tuple[object, bool]:
-    """The angle between omega and L (rad; None when one is zero), and whether omega x L differs from zero."""
-    largest, fastest = frame.moments[2], max(omega, key=lambda component: abs(n.size(component)))
+def _wobble(omega: Array, momentum: Array, largest: Scalar, n: Arithmetic) -> tuple[object, bool]:
+    """The angle between omega and L (rad; None when one is zero), and whether omega x L differs from zero.
+
+    `largest` is a moment of inertia (kg m^2) of the size of the largest.
+    """
+    fastest = max(omega, key=lambda component: abs(n.size(component)))
     if fastest == 0 or largest == 0:
         return None, False
     # In units of the largest, so that squares of very small numbers do not vanish.

@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from rigidcli.core import freebody, precession
 from rigidcli.core import top as heavytop
-from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
-from rigidcli.core.principal import body_class
+from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
+from rigidcli.core.principal import PrincipalFrame, body_class
 from rigidcli.errors import DocumentError, Problem
 from rigidcli.model.document import Document
 from rigidcli.model.motion import Motion
 from rigidcli.model.tide import Perturber, Tide
-from rigidcli.model.top import HeavyTop, Top
+from rigidcli.model.top import Top
 from rigidcli.report import Column, Field, Report, Table, Value
-from rigidcli.studies import inertia
+from rigidcli.studies.body import body_frame, principal_omega
+from rigidcli.studies.common import report
 
 SCHEMA = "rigidcli.precess/1"
 
 
 class Entry(NamedTuple):
-    """How a result is told to people: title, LaTeX symbol, unit, and whether it is a vector."""
+    """How a result is shown to people: title, LaTeX symbol, unit, and whether it is a vector."""
 
     title: str
     symbol: str = ""
@@ -86,6 +88,7 @@ SECTIONS: dict[str, dict[str, Entry]] = {
         "period_years": Entry("its period in Julian years", "", "yr"),
     },
 }
+"""The results of each section of a document, in the order in which they are shown, by their keys in json."""
 
 WORDS: dict[str, dict[str | None, str]] = {
     "sleeping": {
@@ -101,28 +104,45 @@ WORDS: dict[str, dict[str | None, str]] = {
         "none": "none: the axis is at rest",
     },
 }
+"""What a result that is a word means, for people."""
+
+FRICTION = (
+    "friction at a fixed pivot and in the air slows the spin, so that the axis sinks and precesses "
+    "faster; a rounded tip that slides on the ground raises the axis of a fast top"
+)
+"""The note on friction, which the results for a top neglect."""
+
+NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
+"""The keys of results of the nutation that have a shorter name in `core`."""
+
+
+@dataclass(slots=True)
+class _Found:
+    """What was found so far: results by section and key, notes, and tables."""
+
+    values: dict[str, dict[str, Value]] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
 
 
 def run(document: Document) -> Report:
-    """Tell how the document's top, free body or planet precesses, whichever of them it has."""
-    values: dict[str, dict[str, Value]] = {}
-    notes: list[str] = []
-    tables: list[Table] = []
+    """Find how the document's top, free body or planet precesses, whichever of them it has."""
+    found = _Found()
     if document.top is not None:
-        values["top"] = _top(document, document.top, notes, tables)
+        found.values["top"] = _top(document, document.top, found)
     if document.body is not None and document.motion is not None and document.motion.omega is not None:
-        values["free"] = _free(document, document.motion, notes)
+        found.values["free"] = _free(document, document.motion, found)
     if document.tide is not None:
-        values["tide"] = _tide(document.tide, document.arithmetic, notes, tables)
-    if not values:
+        found.values["tide"] = _tide(document.tide, document.arithmetic, found)
+    if not found.values:
         problem = "nothing here precesses, expected a `top`, a `tide`, or a `body` with `motion.omega`"
         raise DocumentError([Problem(document.source, problem)])
     fields = [
-        _field(section, key, entry, values.get(section))
+        _field(section, key, entry, found.values.get(section))
         for section, entries in SECTIONS.items()
         for key, entry in entries.items()
     ]
-    return inertia.report(document, SCHEMA, "precession", tuple(fields), tuple(notes), tuple(tables))
+    return report(document, SCHEMA, "precession", fields, found.notes, found.tables)
 
 
 def _field(section: str, key: str, entry: Entry, values: Mapping[str, Value] | None) -> Field:
@@ -138,35 +158,24 @@ def _field(section: str, key: str, entry: Entry, values: Mapping[str, Value] | N
     )
 
 
-def _top(document: Document, section: Top, notes: list[str], tables: list[Table]) -> dict[str, Value]:
-    n, top = document.arithmetic, document.heavy_top
+def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
+    """Gyroscopic precession, and what `tilt` and `lambda1` tell besides where they are given."""
+    n, top = document.arithmetic, document.physical.heavy_top
     fall = top.mass * section.gravity * top.distance
-    known = section.tilt is not None and top.lambda1 is not None
-    if n.sign(section.spin) == 0 and not known:
+    unknown = [key for key, value in (("tilt", section.tilt), ("lambda1", top.lambda1)) if value is None]
+    if n.sign(section.spin) == 0 and unknown:
         raise document.refusal(
             "read zero, and without spin the gyroscopic formula has no meaning",
             "top.spin",
             hint="with `tilt` and `lambda1` given, the swing of the top can be told",
         )
-    notes += top.remarks
-    notes += [
-        f"`top.{key}` is not given, and what depends on it is not told"
-        for key, value in (("tilt", section.tilt), ("lambda1", top.lambda1))
-        if value is None
-    ]
-    notes.append(
-        "friction at a fixed pivot and in the air slows the spin, so that the axis sinks and precesses "
-        "faster; a rounded tip that slides on the ground raises the axis of a fast top"
-    )
+    found.notes += top.remarks
+    found.notes += [f"`top.{key}` is not given, and what depends on it is not told" for key in unknown]
+    found.notes.append(FRICTION)
     rate = heavytop.gyroscopic_rate(top.lambda3, section.spin, fall, n)
     values: dict[str, Value] = {
-        "mass": top.mass,
-        "distance": top.distance,
-        "lambda1": top.lambda1,
-        "lambda3": top.lambda3,
-        "spin": section.spin,
-        "tilt": section.tilt,
-        "gravity": section.gravity,
+        **{key: getattr(top, key) for key in ("mass", "distance", "lambda1", "lambda3")},
+        **{key: getattr(section, key) for key in ("spin", "tilt", "gravity")},
         "gyroscopic_rate": rate,
         "gyroscopic_period": None if rate is None else precession.period(rate, n),
     }
@@ -183,105 +192,92 @@ def _top(document: Document, section: Top, notes: list[str], tables: list[Table]
             "sleeping_frequencies": None if sleeping.frequencies is None else n.array(sleeping.frequencies),
         }
     if section.tilt is not None and top.lambda1 is not None:
-        values |= _at_tilt(section, top, section.tilt, top.lambda1, fall, n, notes, tables)
+        values |= _at_tilt(section, section.tilt, top.lambda1, top.lambda3, fall, n, found)
     return values
 
 
 def _at_tilt(
     section: Top,
-    top: HeavyTop,
     tilt: Scalar,
     lambda1: Scalar,
+    lambda3: Scalar,
     fall: Scalar,
     n: Arithmetic,
-    notes: list[str],
-    tables: list[Table],
+    found: _Found,
 ) -> dict[str, Value]:
-    """Steady precession, and the nutation that comes of the given start."""
-    steady = heavytop.steady(lambda1, top.lambda3, section.spin, tilt, fall, n)
+    """Steady precession at this tilt, and the nutation that follows from the initial rates."""
+    top = (lambda1, lambda3, section.spin, tilt)
+    steady = heavytop.steady(*top, fall, n)
     values: dict[str, Value] = {
         "slow_rate": steady.slow,
         "fast_rate": steady.fast,
         "minimum_spin": steady.minimum_spin,
-        "gyroscopic_error": heavytop.gyroscopic_error(
-            lambda1, top.lambda3, section.spin, tilt, steady.slow, n
-        ),
+        "gyroscopic_error": heavytop.gyroscopic_error(*top, steady.slow, n),
     }
     if steady.complex_roots:
         real, imaginary = ([root[part] for root in steady.complex_roots] for part in (0, 1))
         columns = (Column("re", real, ("re",), "rad/s"), Column("im", imaginary, ("im",), "rad/s"))
-        tables.append(
-            Table("top.complex_roots", "no steady precession: complex roots", columns, records=True)
+        title = "no steady precession: complex roots"
+        found.tables.append(Table("top.complex_roots", title, columns, records=True))
+        found.notes.append(
+            "the top is too slow for steady precession: it does not precess at the gyroscopic rate"
         )
-    if steady.complex_roots:
-        notes.append("the top is too slow for steady precession: it does not precess at the gyroscopic rate")
     if n.exact:
-        notes.append("nutation needs elliptic integrals, which have no exact form: give numbers for it")
+        found.notes.append("nutation needs elliptic integrals, which have no exact form: give numbers for it")
         return values
-    start = section.precession
+    start = steady.slow if section.precession is None else section.precession
     if start is None:
-        start = steady.slow
-    if start is None:
-        notes.append("there is no steady precession to begin with, so that nutation is not told")
+        found.notes.append("there is no steady precession to begin with, so that nutation is not told")
         return values
-    nutation = heavytop.nutation(lambda1, top.lambda3, section.spin, tilt, start, section.nutation, fall)
-    return values | {
-        "theta_min": nutation.theta_min,
-        "theta_max": nutation.theta_max,
-        "phi_dot_at_theta_min": nutation.phi_dot_at_theta_min,
-        "phi_dot_at_theta_max": nutation.phi_dot_at_theta_max,
-        "nutation_period": nutation.period,
-        "precession_per_nutation": nutation.precession_per_nutation,
-        "mean_precession_rate": nutation.mean_rate,
-        "nutation_kind": nutation.kind,
-    }
+    nutation = asdict(heavytop.nutation(*top, start, section.nutation, fall))
+    return values | {NUTATION.get(key, key): value for key, value in nutation.items()}
 
 
-def _free(document: Document, motion: Motion, notes: list[str]) -> dict[str, Value]:
+def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]:
     """Precession of the body of the document when it is left to itself."""
-    n, frame, along = document.arithmetic, document.principal, document.turning
-    momentum = n.tidy(frame.moments * along)
+    n, frame = document.arithmetic, body_frame(document)
+    omega = principal_omega(document, frame)
+    momentum = n.tidy(frame.moments * omega)
     values: dict[str, Value] = {
         "moments": frame.moments,
         "angular_momentum": n.hypot(*momentum),
-        "kinetic_energy": n.tidy(n.array([along @ momentum / 2]))[0],
+        "kinetic_energy": n.tidy(n.array([omega @ momentum / 2]))[0],
     }
     if motion.torque is not None:
-        notes.append("free precession is told as if the torque did not act")
+        found.notes.append("free precession is told as if the torque did not act")
     if body_class(frame) == "point":
-        notes.append("the body is a point, about whose axes nothing can be told")
+        found.notes.append("the body is a point, about whose axes nothing can be told")
         return values
     alone = [group[0] for group in frame.groups if len(group) == 1]
     if len(alone) == 3:
-        return values | _asymmetric(document, along, frame.axes, n, notes)
-    # Which moments are equal can be told also where their order hangs on symbols.
+        if not n.exact:
+            return values | _asymmetric(frame, omega)
+        found.notes.append(
+            "the periods of an asymmetric body are elliptic integrals, which have no exact form"
+        )
+        return values
+    # Which moments are equal can be told also where their order depends on symbols.
     axis = alone[0] if alone else 2
     if axis == 0:
-        notes.append("e3 here is the symmetry axis, which `axes` calls e1")
-    spin, across = along[axis], n.hypot(*np.delete(along, axis))
-    found = precession.free(frame.moments[1], frame.moments[axis], spin, across, n)
-    return values | asdict(found)
+        found.notes.append("e3 here is the symmetry axis, which `axes` calls e1")
+    spin, across = omega[axis], n.hypot(*np.delete(omega, axis))
+    return values | asdict(precession.free(frame.moments[1], frame.moments[axis], spin, across, n))
 
 
-def _asymmetric(
-    document: Document, along: Array, axes: Array, n: Arithmetic, notes: list[str]
-) -> dict[str, Value]:
-    """The periods of an asymmetric body whose omega has the components `along` its `axes` (rows)."""
-    if n.exact:
-        notes.append("the periods of an asymmetric body are elliptic integrals, which have no exact form")
-        return {}
-    omega = document.axes @ axes.T @ along
-    motion = freebody.free_motion(document.tensor, omega, np.array([1.0, 0, 0, 0]))
+def _asymmetric(frame: PrincipalFrame, omega: Floats) -> dict[str, Value]:
+    """The periods of an asymmetric body with this `omega` (3, rad/s) along its principal axes."""
+    motion = freebody.free_motion(np.diag(frame.moments), omega, np.array([1.0, 0, 0, 0]))
+    rate = motion.mean_space_rate
     return {
         "polhode_period": motion.period,
         "flip_interval": motion.flip_interval,
-        "mean_space_rate": motion.mean_space_rate,
-        "mean_space_period": None if not motion.mean_space_rate else 2 * n.pi / motion.mean_space_rate,
+        "mean_space_rate": rate,
+        "mean_space_period": 2 * math.pi / rate if rate else None,
     }
 
 
-def _tide(tide: Tide, n: Arithmetic, notes: list[str], tables: list[Table]) -> dict[str, Value]:
-    """Every perturber adds its rate; also the rate of each."""
+def _tide(tide: Tide, n: Arithmetic, found: _Found) -> dict[str, Value]:
+    """The precession of a planet: the sum of the rates that its perturbers cause."""
     bulge = tide.ellipticity if tide.moments is None else precession.ellipticity(tide.moments)
     assert bulge is not None
     rates = [_rate(perturber, tide, bulge, n) for perturber in tide.perturbers]
@@ -293,9 +289,9 @@ def _tide(tide: Tide, n: Arithmetic, notes: list[str], tables: list[Table]) -> d
         Column("rate", rates, ("rate",), "rad/s"),
         Column("rate_arcsec_per_year", yearly, ("in a Julian year",), "arcsec"),
     )
-    tables.append(Table("tide.perturbers", "precession by each perturber", columns, records=True))
+    found.tables.append(Table("tide.perturbers", "precession by each perturber", columns, records=True))
     if n.sign(total) == 0:
-        notes.append("the torques on the bulge have no mean effect, so that the period is infinite")
+        found.notes.append("the torques on the bulge have no mean effect, so that the period is infinite")
     return {
         "rate": total,
         "rate_arcsec_per_year": precession.arcseconds_per_year(total, n),
@@ -308,13 +304,5 @@ def _rate(perturber: Perturber, tide: Tide, bulge: Scalar, n: Arithmetic) -> Sca
     if parameter is None:
         assert perturber.mass is not None
         parameter = precession.gravitational_parameter(perturber.mass)
-    return precession.tidal_rate(
-        parameter,
-        perturber.distance,
-        perturber.eccentricity,
-        perturber.inclination,
-        bulge,
-        tide.obliquity,
-        tide.spin,
-        n,
-    )
+    orbit = (perturber.distance, perturber.eccentricity, perturber.inclination)
+    return precession.tidal_rate(parameter, *orbit, bulge, tide.obliquity, tide.spin, n)

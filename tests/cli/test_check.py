@@ -11,7 +11,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
-from tests.conftest import ROOT, Program
+from tests.conftest import ROOT, Outcome, Program
 
 ASSIGNMENT = "configs/homework/assignment.yaml"
 ANSWERS = "configs/homework/answers"
@@ -42,6 +42,13 @@ CODES = {
 }
 
 
+def asked(folder: Path, program: Program, questions: str, answers: str, *options: str) -> Outcome:
+    """The outcome for an assignment of these questions and one file of answers."""
+    (folder / "hw.yaml").write_text(questions)
+    (folder / "x.yaml").write_text(f"answers: {{{answers}}}")
+    return program("check", f"{folder}/hw.yaml", f"{folder}/x.yaml", *options)
+
+
 def objects(text: str) -> dict[str, Any]:
     return {entry["student"]: entry for entry in map(json.loads, text.splitlines())}
 
@@ -59,8 +66,10 @@ def small(tmp_path: Path) -> Path:
 
 
 def test_the_homework_of_the_readme(program: Program) -> None:
+    before = sorted((ROOT / "configs").rglob("*"))
     done = program("check", ASSIGNMENT, ANSWERS, "-f", "json")
     assert (done.code, done.err) == (1, "")
+    assert sorted((ROOT / "configs").rglob("*")) == before
     found = objects(done.out)
     verdicts = {name: [each["verdict"] for each in entry["questions"]] for name, entry in found.items()}
     assert verdicts == VERDICTS
@@ -71,12 +80,6 @@ def test_the_homework_of_the_readme(program: Program) -> None:
     assert {tuple(entry) for entry in found.values()} == {
         ("schema", "student", "source", "score", "max_score", "questions")
     }
-
-
-def test_nothing_is_written_beside_the_answers(program: Program) -> None:
-    before = sorted((ROOT / "configs").rglob("*"))
-    program("check", ASSIGNMENT, ANSWERS)
-    assert sorted((ROOT / "configs").rglob("*")) == before
 
 
 @pytest.mark.parametrize("format", FORMATS)
@@ -97,27 +100,20 @@ def test_all_correct_is_success(small: Path, program: Program) -> None:
     assert (done.code, done.out, done.err) == (0, "one  4/4  all correct\n", "")
 
 
-def test_csv_has_the_columns_of_the_contract(small: Path, program: Program) -> None:
-    done = program("check", f"{small}/hw.yaml", f"{small}/answers", "-f", "csv")
-    header, first, second = csv.reader(io.StringIO(done.out))
+def test_formats_for_programs(small: Path, program: Program) -> None:
+    words = ("check", f"{small}/hw.yaml", f"{small}/answers", "-f")
+    table = program(*words, "csv").out
+    header, first, second = csv.reader(io.StringIO(table))
     assert header == ["student", "question", "verdict", "score", "max_score", "codes", "message"]
     assert first == ["one", "a", "correct", "4.0", "4.0", "", ""]
     assert second[:3] == ["two", "a", "incorrect"]
-    bare = program("check", f"{small}/hw.yaml", f"{small}/answers", "-f", "csv", "--no-header")
-    assert bare.out == done.out.partition("\n")[2]
-
-
-def test_junit_counts_its_cases(small: Path, program: Program) -> None:
-    done = program("check", f"{small}/hw.yaml", f"{small}/answers", "-f", "junit")
-    suites = list(ET.fromstring(done.out))
+    assert program(*words, "csv", "--no-header").out == table.partition("\n")[2]
+    suites = list(ET.fromstring(program(*words, "junit").out))
     assert [(suite.get("tests"), suite.get("failures")) for suite in suites] == [("1", "0"), ("1", "1")]
-
-
-def test_gradescope_has_scores(small: Path, program: Program) -> None:
-    done = program("check", f"{small}/hw.yaml", f"{small}/answers/two.yaml", "-f", "gradescope")
-    result = json.loads(done.out)
-    assert result["score"] == 0
-    assert [(test["name"], test["score"], test["max_score"]) for test in result["tests"]] == [("a", 0, 4)]
+    scores = [json.loads(line)["score"] for line in program(*words, "gradescope").out.splitlines()]
+    assert scores == [4, 0]
+    tally = json.loads(program(*words, "json", "--items").out)
+    assert (tally["question"], tally["correct"], tally["incorrect"]) == ("a", 1, 1)
 
 
 def test_a_gradebook_is_filled(small: Path, program: Program) -> None:
@@ -131,12 +127,6 @@ def test_a_gradebook_is_filled(small: Path, program: Program) -> None:
     assert named.out == done.out
     other = program("check", f"{small}/hw.yaml", f"{small}/answers", "--canvas", str(book), "--column", "x")
     assert (other.code, other.out) == (2, "")
-
-
-def test_items_tell_what_the_class_made_of_it(small: Path, program: Program) -> None:
-    done = program("check", f"{small}/hw.yaml", f"{small}/answers", "--items", "-f", "json")
-    tally = json.loads(done.out)
-    assert (tally["question"], tally["correct"], tally["incorrect"]) == ("a", 1, 1)
 
 
 def test_regrade_tells_what_changes(small: Path, program: Program) -> None:
@@ -157,12 +147,12 @@ def test_regrade_tells_what_changes(small: Path, program: Program) -> None:
 def test_the_reference_is_told_at_full_only(
     level: str, format: str, tmp_path: Path, program: Program
 ) -> None:
-    (tmp_path / "hw.yaml").write_text(
+    questions = (
         "questions:\n  n: {answer: 8.7654 m, kind: quantity}\n  v: {answer: [0.3579, 8.7654], kind: vector}\n"
         "  e: {answer: 8.7654*m, kind: expression}\n  c: {answer: oblate8.7654, kind: choice}\n"
     )
-    (tmp_path / "x.yaml").write_text("answers: {n: 1 m, v: [2, 1], e: 3*m, c: prolate}\n")
-    done = program("check", f"{tmp_path}/hw.yaml", f"{tmp_path}/x.yaml", "-f", format, "--feedback", level)
+    answers = "n: 1 m, v: [2, 1], e: 3*m, c: prolate"
+    done = asked(tmp_path, program, questions, answers, "-f", format, "--feedback", level)
     assert done.code == 1
     assert ("8.7654" in done.out) == (level == "full")
     assert "8.7654" not in done.err
@@ -213,46 +203,36 @@ def test_wrong_usage(arguments: list[str], code: int, said: str, program: Progra
     ],
 )
 def test_a_bad_assignment_is_refused(text: str, said: str, tmp_path: Path, program: Program) -> None:
-    (tmp_path / "hw.yaml").write_text(text)
-    (tmp_path / "x.yaml").write_text("answers: {}")
-    done = program("check", f"{tmp_path}/hw.yaml", f"{tmp_path}/x.yaml")
+    done = asked(tmp_path, program, text, "")
     assert (done.code, done.out) == (3, "")
     assert said in done.err
     assert "Traceback" not in done.err
 
 
 def test_an_option_that_means_nothing_is_told(tmp_path: Path, program: Program) -> None:
-    (tmp_path / "hw.yaml").write_text("questions:\n  a: {answer: 1, kind: number, order: free}\n")
-    (tmp_path / "x.yaml").write_text("answers: {a: 1}")
-    words = ("check", f"{tmp_path}/hw.yaml", f"{tmp_path}/x.yaml")
-    done = program(*words)
+    question = "questions:\n  a: {answer: 1, kind: number, order: free}\n"
+    done = asked(tmp_path, program, question, "a: 1")
     assert done.code == 0
     assert "hw.yaml:2: questions.a.order: note: this means nothing to the kind `number`" in done.err
-    assert program(*words, "-q").err == ""
+    assert asked(tmp_path, program, question, "a: 1", "-q").err == ""
 
 
 def test_the_assignment_among_the_answers_is_no_answer(tmp_path: Path, program: Program) -> None:
-    (tmp_path / "hw.yaml").write_text("questions:\n  a: {answer: 1, kind: number}\n")
-    (tmp_path / "x.yaml").write_text("answers: {a: 1}")
-    done = program("check", f"{tmp_path}/hw.yaml", str(tmp_path))
+    done = asked(tmp_path, program, "questions:\n  a: {answer: 1, kind: number}\n", "a: 1", str(tmp_path))
     assert (done.code, done.out) == (0, "x  1/1  all correct\n")
 
 
 def test_a_tolerance_may_have_a_unit(tmp_path: Path, program: Program) -> None:
-    (tmp_path / "hw.yaml").write_text(
-        "questions:\n  a: {answer: 5 cm, kind: quantity, tolerance: {absolute: 1 mm}}\n"
-    )
+    question = "questions:\n  a: {answer: 5 cm, kind: quantity, tolerance: {absolute: 1 mm}}\n"
     for length, code in (("5.09 cm", 0), ("0.0491 m", 0), ("5.11 cm", 1)):
-        (tmp_path / "x.yaml").write_text(f"answers: {{a: {length}}}")
-        assert program("check", f"{tmp_path}/hw.yaml", f"{tmp_path}/x.yaml").code == code
+        assert asked(tmp_path, program, question, f"a: {length}").code == code
 
 
 @pytest.mark.parametrize(
     "question", ["a: 73737 m", "a: {kind: 73737, answer: number}", "a: [73737]", "a: {kind: {73737: 1}}"]
 )
 def test_a_key_in_the_wrong_place_is_not_told(question: str, tmp_path: Path, program: Program) -> None:
-    (tmp_path / "hw.yaml").write_text(f"questions:\n  {question}\n")
-    done = program("check", f"{tmp_path}/hw.yaml", str(tmp_path))
+    done = asked(tmp_path, program, f"questions:\n  {question}\n", "")
     assert (done.code, done.out) == (3, "")
     assert "73737" not in done.err
 
@@ -290,9 +270,8 @@ def test_what_is_missing_stops_nothing(small: Path, program: Program) -> None:
 def test_a_bad_key_is_refused_without_telling_it(
     kind: str, answer: str, tmp_path: Path, program: Program
 ) -> None:
-    (tmp_path / "hw.yaml").write_text(f"questions:\n  a:\n    kind: {kind}\n    answer: {answer}\n")
-    (tmp_path / "x.yaml").write_text("answers: {}")
-    done = program("check", f"{tmp_path}/hw.yaml", f"{tmp_path}/x.yaml")
+    question = f"questions:\n  a:\n    kind: {kind}\n    answer: {answer}\n"
+    done = asked(tmp_path, program, question, "")
     assert (done.code, done.out) == (3, "")
     assert "hw.yaml:4: questions.a.answer" in done.err
     assert "73737" not in done.err

@@ -1,8 +1,12 @@
-"""Ctrl-C at any moment: exit code 130, no traceback. Stand-ins for libraries interrupt their own loading."""
+"""Ctrl-C while the program loads or works: exit code 130, no traceback.
+
+Stand-ins for libraries interrupt their own loading.
+"""
 
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -21,16 +25,14 @@ main()
 """
 
 INTERRUPTED = """
-import os, signal, time
-os.kill(os.getpid(), signal.SIGINT)
-time.sleep(0.2)
+import signal
+signal.raise_signal(signal.SIGINT)
 """
 
 INTERRUPTED_IN_COMPILED_CODE = """
-import os, signal, time
+import signal
 try:
-    os.kill(os.getpid(), signal.SIGINT)
-    time.sleep(0.2)
+    signal.raise_signal(signal.SIGINT)
 except KeyboardInterrupt:
     raise ImportError("initialization failed")
 """
@@ -44,7 +46,7 @@ def run(folder: Path, name: str, source: str, *arguments: str) -> subprocess.Com
         cwd=ROOT,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=120,
         env={**os.environ, "PYTHONPATH": str(folder)},
         check=False,
     )
@@ -78,3 +80,30 @@ def test_a_heyoka_that_does_not_load(error: str, tmp_path: Path) -> None:
     assert (done.returncode, done.stdout) == (4, "")
     assert "heyoka cannot be loaded: libboost.so: no such file" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("sent", "ended"),
+    [(b"#" * 300_000, False), (b"body: {points: [" + b"[1,2,3,4]," * 190_000 + b"]}", True)],
+    ids=["while it waits for standard input", "while it works"],
+)
+def test_ctrl_c(sent: bytes, ended: bool) -> None:
+    """The program is at its second document when the first is told, and more is taken than a pipe holds."""
+    with subprocess.Popen(
+        [sys.executable, "-c", RUNNER, "inertia", "-f", "json", "configs/cube_corner.yaml", "-"],
+        cwd=ROOT,
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    ) as child:
+        assert child.stdin is not None
+        assert child.stdout is not None
+        assert child.stdout.readline().startswith(b'{"schema":"rigidcli.inertia/1"')
+        child.stdin.write(sent)
+        child.stdin.flush()
+        if ended:
+            child.stdin.close()
+            child.stdin = None
+        child.send_signal(signal.SIGINT)
+        out, err = child.communicate(timeout=120)
+    assert (child.returncode, out, err) == (130, b"", b"")

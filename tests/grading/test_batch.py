@@ -102,9 +102,19 @@ def snapshot(folder: Path) -> dict[str, tuple[int, int, int, bytes]]:
     return found
 
 
-def children() -> list[str]:
-    """Processes that this one has started and that are not gone, zombies among them."""
-    return Path(f"/proc/self/task/{os.getpid()}/children").read_text().split()
+def children(process: int | None = None) -> list[str]:
+    """Processes that this one, or another, has started and that are not gone, zombies among them."""
+    process = process or os.getpid()
+    return Path(f"/proc/{process}/task/{process}/children").read_text().split()
+
+
+def are_at_work(process: int) -> bool:
+    """Whether both workers of a process's batch have used the processor for a while (ticks of 10 ms)."""
+    try:
+        stats = [Path(f"/proc/{worker}/stat").read_text() for worker in children(process)]
+    except OSError:  # one has ended in the meantime
+        return False
+    return len(stats) >= 2 and all(int(stat.rpartition(")")[2].split()[11]) >= 5 for stat in stats)
 
 
 class TestGather:
@@ -506,13 +516,20 @@ sys.exit(len([j for j in judgements if j.score == 1]))
 def test_an_interrupt_ends_the_processes_and_goes_on(tmp_path: Path) -> None:
     for name in "abcd":
         (tmp_path / f"{name}.yaml").write_text("answers: {q: act}")
-    before = signal.signal(signal.SIGALRM, lambda *_: signal.raise_signal(signal.SIGINT))
+
+    def interrupt(*_: object) -> None:
+        if are_at_work(os.getpid()):
+            signal.setitimer(signal.ITIMER_REAL, 0)
+            signal.raise_signal(signal.SIGINT)
+
+    before = signal.signal(signal.SIGALRM, interrupt)
     handler = signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
-        signal.setitimer(signal.ITIMER_REAL, 0.4)
+        signal.setitimer(signal.ITIMER_REAL, 0.05, 0.05)
         with pytest.raises(KeyboardInterrupt):
             list(run({"q": Item(Doing(), {"act": loop}, 1.0)}, found([tmp_path]), 2))
     finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
         signal.signal(signal.SIGINT, handler)
     assert not children()
@@ -550,9 +567,12 @@ except KeyboardInterrupt:
     ) as process:
         assert process.stdout is not None
         assert process.stdout.readline() == "begun\n"
-        time.sleep(1.0)
+        end = time.monotonic() + 60
+        while not are_at_work(process.pid):
+            assert time.monotonic() < end
+            time.sleep(0.01)
         os.killpg(process.pid, signal.SIGINT)
-        out, err = process.communicate(timeout=20)
+        out, err = process.communicate(timeout=120)
         assert (out, err, process.returncode) == ("interrupted\n", "", 0)
         with pytest.raises(ProcessLookupError):
             os.killpg(process.pid, 0)

@@ -208,5 +208,5 @@ def test_hostile_names_in_an_old_run_are_harmless(name: str, width: int | None, 
             max(map(columns, "".join(regrade.table(changes(old, [AMY]), Style(width=width))).splitlines()))
             <= width
         )
-    coloured = "".join(regrade.table(changes(old, [AMY]), Style(colour=colour)))
+    coloured = "".join(regrade.table(changes(old, [AMY]), Style(width=1000, colour=colour)))
     assert coloured.count("\x1b") == 2 * 2 * colour

@@ -36,7 +36,7 @@ def told(text: str, settings: Sequence[str] = ()) -> str:
 
 
 def mass(document: Document) -> object:
-    return document.properties.mass
+    return document.physical.properties.mass
 
 
 # --- where
@@ -276,7 +276,7 @@ def test_an_unknown_unit_is_named(value: str, word: str) -> None:
 
 def test_parameters_are_used_in_any_order() -> None:
     text = "parameters: {c: b + 1 , b: 2*a, a: 5 cm}\nbody: {points: [[1, a, b, c]]}"
-    assert list(loads(text).properties.com) == [0.05, 0.1, 1.1]
+    assert list(loads(text).physical.properties.com) == [0.05, 0.1, 1.1]
 
 
 @pytest.mark.parametrize("circle", ["{a: a}", "{a: b, b: a}", "{a: b, b: c, c: 2*a + b}"])
@@ -353,7 +353,7 @@ def test_a_parameter_without_a_value_makes_the_document_exact() -> None:
     document = loads("parameters: {m: null, a: 0.1}\nbody: {shape: cube, side: a, mass: m}")
     assert document.arithmetic.exact
     assert str(mass(document)) == "m"
-    assert str(document.properties.tensor[0, 0]) == "m/600"
+    assert str(document.physical.properties.tensor[0, 0]) == "m/600"
 
 
 def test_a_parameter_without_a_value_may_get_one() -> None:

@@ -152,7 +152,7 @@ def test_a_parameter_cannot_hide_a_variable() -> None:
 
 
 def test_a_top_may_describe_itself() -> None:
-    top = loads(f"top: {{spin: 10, tilt: 30 deg, {TOP}}}\n").heavy_top
+    top = loads(f"top: {{spin: 10, tilt: 30 deg, {TOP}}}\n").physical.heavy_top
     assert (top.mass, top.distance, top.lambda1, top.lambda3) == (1, 0.1, 0.05, 0.02)
     assert top.axis.tolist() == [0, 0, 1]
 
@@ -161,7 +161,7 @@ def test_a_body_is_a_top_about_its_own_axis_wherever_that_points() -> None:
     """A cone about its tip: 3 M R^2/10 about the axis, 3 M (R^2 + 4 h^2)/20 across."""
     top = loads(
         "body: {shape: cone, radius: 0.3, height: 1, mass: 2, axis: [1, 2, -2]}\ntop: {spin: 1, tilt: 1}\n"
-    ).heavy_top
+    ).physical.heavy_top
     assert top.axis == pytest.approx(np.array([1, 2, -2]) / 3, abs=1e-15)
     assert top.distance == pytest.approx(0.75, rel=1e-14)
     assert top.lambda3 == pytest.approx(0.6 * 0.09, rel=1e-13)
@@ -169,7 +169,9 @@ def test_a_body_is_a_top_about_its_own_axis_wherever_that_points() -> None:
 
 
 def test_a_top_held_at_its_centre_of_mass_has_no_lever() -> None:
-    top = loads("body: {shape: disk, radius: 1, mass: 4}\nabout: com\ntop: {spin: 1, tilt: 1}\n").heavy_top
+    top = loads(
+        "body: {shape: disk, radius: 1, mass: 4}\nabout: com\ntop: {spin: 1, tilt: 1}\n"
+    ).physical.heavy_top
     assert (top.distance, top.lambda1, top.lambda3) == (0, 1, 2)
     assert abs(top.axis[2]) == 1
 
@@ -212,7 +214,7 @@ def test_a_body_and_a_description_of_its_own_contradict() -> None:
 
 def test_moments_that_no_body_has_about_its_centre_are_noted_not_refused() -> None:
     """A disc of no thickness on a massless rod, its own transverse moment left out: common in problems."""
-    top = loads("top: {spin: 1, mass: 1, distance: 1, lambda1: 1.2, lambda3: 0.5}\n").heavy_top
+    top = loads("top: {spin: 1, mass: 1, distance: 1, lambda1: 1.2, lambda3: 0.5}\n").physical.heavy_top
     assert "lambda3 > 2 (lambda1 - M R^2)" in top.remarks[0]
 
 

@@ -18,10 +18,11 @@ from hypothesis import strategies as st
 from rigidcli.errors import DocumentError, Problem, UsageError
 from rigidcli.model.document import Document
 from rigidcli.model.load import loads
-from rigidcli.model.orbit import Orbit, require_values
+from rigidcli.model.orbit import Orbit
 from rigidcli.model.schema import json_schema
 from rigidcli.model.system import System
 from rigidcli.model.transform import Transform
+from rigidcli.studies.common import require_values
 from rigidcli.symbolic.algebra.arithmetic import EXACT
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.language.expression import Expression
@@ -389,7 +390,7 @@ def test_exact_results_may_be_asked_for() -> None:
     document = loads(f"{VALUES}{SPRING}orbit: {{initial: {{x: 1, p_x: 0}}, duration: 2}}\n", exact=True)
     assert document.exact_results
     assert not document.arithmetic.exact
-    require_values(document)
+    require_values(document, "an orbit")
 
 
 def test_a_body_beside_the_system_is_worked_exactly() -> None:
@@ -397,10 +398,10 @@ def test_a_body_beside_the_system_is_worked_exactly() -> None:
     assert document.arithmetic.exact
     assert document.symbols == ("m", "k")
     with pytest.raises(DocumentError):
-        require_values(document)
+        require_values(document, "an orbit")
     document = loads(f"{VALUES}body: {{shape: cube, side: 1, mass: m}}\n{SPRING}", exact=True)
     with pytest.raises(UsageError, match="no exact results"):
-        require_values(document)
+        require_values(document, "an orbit")
 
 
 @pytest.mark.parametrize(
@@ -535,12 +536,12 @@ def test_an_orbit_needs_the_values_of_the_parameters() -> None:
         "orbit: {initial: {x: 1, p_x: 0}, duration: 2}\n"
     )
     with pytest.raises(DocumentError) as caught:
-        require_values(document)
+        require_values(document, "an orbit")
     assert {(problem.key, problem.message) for problem in caught.value.problems} == {
         ("parameters.m", "missing: an orbit needs its value"),
         ("parameters.k", "missing: an orbit needs its value"),
     }
-    require_values(loads(f"{VALUES}{SPRING}orbit: {{initial: {{x: 1, p_x: 0}}, duration: 2}}\n"))
+    require_values(loads(f"{VALUES}{SPRING}orbit: {{initial: {{x: 1, p_x: 0}}, duration: 2}}\n"), "an orbit")
 
 
 @pytest.mark.parametrize(

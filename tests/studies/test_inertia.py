@@ -17,6 +17,7 @@ import rigidcli
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.model.shapes import SHAPES
 from rigidcli.symbolic.algebra.expressions import Expr
+from tests.shapes import DIMENSIONS
 
 Floats = NDArray[np.float64]
 
@@ -27,62 +28,7 @@ def run(text: str, **options: Any) -> Any:
     return rigidcli.inertia(rigidcli.loads(text, **options))
 
 
-def diagonal(text: str) -> list[float]:
-    values: list[float] = np.diag(run(text)["tensor"]).tolist()
-    return values
-
-
 # --- published numbers
-
-
-def test_the_right_triangle_of_the_notes() -> None:
-    # sigma = 24: tensor [[2, -1, 0], [-1, 2, 0], [0, 0, 4]] about the right angle.
-    found = run("body: {shape: triangle, vertices: [[0, 0], [1, 0], [0, 1]], density: 24}")
-    assert found["mass"] == pytest.approx(12, rel=1e-15, abs=0)
-    assert found["tensor"] == pytest.approx(np.array([[2, -1, 0], [-1, 2, 0], [0, 0, 4]]), abs=1e-15)
-    assert found["center_of_mass"] == pytest.approx([1 / 3, 1 / 3, 0], rel=1e-15, abs=0)
-
-
-def test_three_masses_of_the_notes() -> None:
-    # m, 2m, 3m at (a,0,0), (0,a,a), (0,a,-a): tensor m a^2 [[10,0,0],[0,6,1],[0,1,6]].
-    found = run("body: {points: [[1, 1, 0, 0], [2, 0, 1, 1], [3, 0, 1, -1]]}")
-    assert found["tensor"] == pytest.approx(np.array([[10, 0, 0], [0, 6, 1], [0, 1, 6]]), abs=1e-14)
-
-
-def test_the_cube_about_its_corner_and_its_centre() -> None:
-    # J. R. Taylor, Classical Mechanics, example 10.2: M a^2/12 [[8, -3, -3], ...] and M a^2/6.
-    found = run("body: {shape: cube, side: 2, mass: 3, anchor: corner}")
-    assert found["tensor"] == pytest.approx(np.array([[8, -3, -3], [-3, 8, -3], [-3, -3, 8]]), abs=1e-14)
-    assert found["tensor_com"] == pytest.approx(2 * np.eye(3), abs=1e-14)
-    assert found["center_of_mass"].tolist() == [1, 1, 1]
-
-
-def test_the_cone_about_its_tip() -> None:
-    # Taylor, example 10.3: lambda3 = 3 M R^2/10, lambda1 = 3 M (R^2 + 4 h^2)/20.
-    R, h = 0.025, 0.1
-    across, along = 3 * (R**2 + 4 * h**2) / 20, 3 * R**2 / 10
-    assert diagonal("body: {shape: cone, radius: 2.5 cm, height: 10 cm, mass: 1}") == pytest.approx(
-        [across, across, along], rel=1e-14, abs=0
-    )
-
-
-def test_the_table_of_openstax() -> None:
-    # OpenStax University Physics 1, figure 10.20 and parallel axes: rod about its end M L^2/3,
-    # disk about its rim
-    # 3 M R^2/2, hoop about a diameter M R^2/2, slab about its normal M (a^2 + b^2)/12, ball 2 M R^2/5,
-    # spherical shell 2 M R^2/3.
-    assert diagonal("body: {shape: rod, length: 3, mass: 2, anchor: end}")[0] == pytest.approx(
-        6, rel=1e-15, abs=0
-    )
-    assert diagonal("{body: {shape: disk, radius: 2, mass: 1}, about: [2, 0, 0]}")[2] == pytest.approx(
-        6, rel=1e-15, abs=0
-    )
-    assert diagonal("body: {shape: ring, radius: 2, mass: 1}")[0] == pytest.approx(2, rel=1e-15, abs=0)
-    assert diagonal("body: {shape: plate, size: [3, 4], mass: 12}")[2] == pytest.approx(25, rel=1e-15, abs=0)
-    assert diagonal("body: {shape: sphere, radius: 5, mass: 1}")[2] == pytest.approx(10, rel=1e-15, abs=0)
-    assert diagonal("body: {shape: spherical_shell, radius: 3, mass: 1}")[2] == pytest.approx(
-        6, rel=1e-15, abs=0
-    )
 
 
 def test_a_molecule_and_a_planet() -> None:
@@ -188,15 +134,6 @@ def test_the_fields_and_their_types() -> None:
     assert not np.signbit(found["tensor"]).any()
 
 
-def test_the_same_document_gives_the_same_bytes() -> None:
-    text = json.dumps(
-        {"body": {"points": CLOUD, "rotation": {"euler": [1, 2, 3]}}, "frame": {"euler": [3, 2, 1]}}
-    )
-    one, two = run(text), run(text)
-    for key in KEYS[1:]:
-        assert one[key].tobytes() == two[key].tobytes()
-
-
 def test_a_document_without_a_body_is_refused() -> None:
     with pytest.raises(DocumentError, match="body"):
         run("name: nothing")
@@ -221,37 +158,6 @@ def test_what_floats_cannot_hold_is_refused_in_words(body: str) -> None:
 
 # --- exact results
 
-DIMENSIONS: dict[str, str] = {
-    "box": "size: [1, 2, 7/3]",
-    "cube": "side: 0.1",
-    "sphere": "radius: 1.5",
-    "hollow_sphere": "outer_radius: 2, inner_radius: 1.9",
-    "ellipsoid": "semi_axes: [1, 2, 0.3]",
-    "cylinder": "radius: 2, height: 5/3",
-    "tube": "outer_radius: 2, inner_radius: 1.5, height: 3",
-    "elliptic_cylinder": "semi_axes: [1, 2], height: 0.7",
-    "half_cylinder": "radius: 2, height: 3",
-    "cone": "radius: 1.1, height: 3",
-    "frustum": "bottom_radius: 2, top_radius: 0.5, height: 3",
-    "pyramid": "base: [1, 2], height: 3",
-    "hemisphere": "radius: 2",
-    "spherical_cap": "radius: 2, cap_height: 0.5",
-    "capsule": "radius: 1, height: 2.2",
-    "torus": "major_radius: 3, minor_radius: 0.7",
-    "tetrahedron": "vertices: [[1, 2, 3], [4, -1, 2], [-2, 0.5, 1], [0, 3, -2]]",
-    "spherical_shell": "radius: 1.3",
-    "hemispherical_shell": "radius: 2",
-    "cylindrical_shell": "radius: 1, height: 1.3",
-    "conical_shell": "radius: 1, height: 2",
-    "plate": "size: [1, 2.5]",
-    "disk": "radius: 1.3",
-    "annulus": "outer_radius: 2, inner_radius: 0.3",
-    "half_disk": "radius: 2",
-    "triangle": "vertices: [[1, 2, 3], [-3, 1, 5], [0.5, -7, 2]]",
-    "polygon": "vertices: [[0, 0], [3, 0], [3, 1], [1, 1], [1, 4], [0, 4]]",
-    "rod": "length: 1.7",
-    "ring": "radius: 0.9",
-}
 PLACES = [
     "density: 3",
     "mass: 2.5, anchor: com, position: [1, -2, 0.5], rotation: {axis: [0, 0, 1], angle: pi/3}",

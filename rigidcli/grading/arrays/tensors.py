@@ -36,7 +36,7 @@ def mistaken_tensors(asked: Asked, values: Floats, key: Reference) -> Iterator[t
     if asked.document is None:
         return
     if asked.document.frame is not None:
-        axes = worked(computed(asked.document.axes), key.points)
+        axes = worked(computed(asked.document.physical.axes), key.points)
         unturned = exactly(np.array([rotate(*each) for each in zip(values, axes, strict=True)]))
         if not any(key.same(unturned, each) for each in permuted):
             yield "other_frame", unturned.values

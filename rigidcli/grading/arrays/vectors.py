@@ -75,7 +75,7 @@ def in_other_frames(key: Reference, asked: Asked) -> Iterator[Floats]:
     """The same vector along the axes of the document, and along the principal axes."""
     if asked.document is None or key.shape != (3,):
         return
-    frames = [asked.document.axes] if asked.document.frame is not None else []
+    frames = [asked.document.physical.axes] if asked.document.frame is not None else []
     principal = asked.report.get("axes") if asked.report is not None else None
     if isinstance(principal, np.ndarray):
         frames.append(principal)

@@ -39,7 +39,7 @@ def mistaken(asked: Asked, tensors: Floats, key: Reference) -> Iterator[tuple[st
     """Codes with the tensors (k by 3 by 3) whose moments and axes come out under them."""
     yield from mistaken_tensors(asked, tensors, key)
     if asked.document is not None and asked.document.frame is not None:
-        frames = worked(computed(asked.document.axes), key.points)
+        frames = worked(computed(asked.document.physical.axes), key.points)
         # Turned the other way.
         turned = [rotate(tensor, frame @ frame) for tensor, frame in zip(tensors, frames, strict=True)]
         yield "other_frame", np.array(turned)

@@ -17,11 +17,11 @@ from rigidcli.grading.judgement import Judgement
 from rigidcli.grading.outcome import VERDICTS, Verdict
 from rigidcli.grading.reports import Style
 from rigidcli.grading.reports.csv import row
-from rigidcli.grading.reports.layout import beside, bold, painted, shortened
+from rigidcli.grading.reports.layout import block, painted, shortened
+from rigidcli.render.terminal import Row
 
 SCHEMA = "rigidcli.items/1"
 
-_VERDICT = max(map(len, VERDICTS))
 
 LEAST_SHARED = 3
 """Students who must share a wrong answer before the key is doubted."""
@@ -115,27 +115,28 @@ def _is_unexplained(answer: str, codes: tuple[str, ...]) -> bool:
 def table(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
     """A block for each question: its counts, then wrong answers, the most frequent ones first."""
     for tally in tallies:
-        yield "".join(f"{line}\n" for line in _block(tally, style))
+        counts = ", ".join(f"{count} {verdict}" for verdict, count in _counts(tally) if count)
+        rows = [Row(((tally.question, "bold"),), counts)]
+        yield block((), rows, style) + block((), _answers(tally), style)
+        if len(tally.answers) > MOST_TOLD:
+            yield f"  and {len(tally.answers) - MOST_TOLD} other wrong answers\n"
     doubted = [tally.question for tally in tallies if tally.suspicious]
     if doubted:
-        told = ["the key may be wrong: several gave the same answer, and no known mistake leads to it"]
-        yield "\n" + "".join(f"{line}\n" for line in beside(", ".join(doubted), told, style.width))
+        told = "the key may be wrong: several gave the same answer, and no known mistake leads to it"
+        yield "\n" + block((), [Row(((", ".join(doubted), ""),), told)], style)
 
 
-def _block(tally: Tally, style: Style) -> Iterator[str]:
-    counts = ", ".join(f"{count} {verdict}" for verdict, count in _counts(tally) if count)
-    for number, line in enumerate(beside(tally.question, [counts], style.width)):
-        yield bold(line) if style.colour and number == 0 else line
+def _answers(tally: Tally) -> list[Row]:
+    """The most frequent wrong answers, and what they are judged to be."""
     widest = max((len(str(taken.students)) for taken in tally.answers), default=0)
+    rows = []
     for taken in tally.answers[:MOST_TOLD]:
-        left = f"  {taken.students:>{widest}} x  "
         note = "no known mistake: the key may be wrong" if taken.suspicious else ""
         why = ", ".join(filter(None, [" ".join(taken.codes), note]))
         told = [shortened(taken.answer, LONGEST_ANSWER), *filter(None, [why])]
-        for line in beside(f"{left}{taken.verdict:{_VERDICT}}", told, style.width):
-            yield painted(line, len(left), taken.verdict) if style.colour else line
-    if len(tally.answers) > MOST_TOLD:
-        yield f"  and {len(tally.answers) - MOST_TOLD} other wrong answers"
+        heads = ((f"  {taken.students:>{widest}} x", ""), painted(taken.verdict))
+        rows.append(Row(heads, "\n".join(told)))
+    return rows
 
 
 def _counts(tally: Tally) -> list[tuple[Verdict, int]]:

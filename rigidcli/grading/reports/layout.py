@@ -1,25 +1,49 @@
-"""Lines for people at a terminal: widths as they are seen, words broken at the edge, colours."""
+"""Blocks of lines for people: rows beside their heads, in a file or pipe, and on a terminal through rich."""
 
 from __future__ import annotations
 
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Sequence
 
-from rigidcli.grading.outcome import Verdict
+from rigidcli.grading.outcome import VERDICTS, Verdict
+from rigidcli.grading.reports import Style
+from rigidcli.render.terminal import GAP, Page, Part, Row
 
 NARROWEST = 30
-"""Columns that a column of text must have, else it stands below its head."""
+"""Columns that remarks must have beside their heads on a terminal; otherwise they stand below them."""
 
-COLOURS: dict[Verdict, int] = {
-    "correct": 32,
-    "partial": 33,
-    "incorrect": 31,
-    "invalid": 31,
-    "missing": 33,
+COLOURS: dict[Verdict, str] = {
+    "correct": "green",
+    "partial": "yellow",
+    "incorrect": "red",
+    "invalid": "red",
+    "missing": "yellow",
 }
-"""ANSI codes: green, yellow, red."""
+"""The colours of verdicts on a terminal; `review` has that of the text."""
 
-_BOLD = 1
+_VERDICT = max(map(len, VERDICTS))
+
+
+def block(head: Sequence[Part], rows: Sequence[Row], style: Style) -> str:
+    """A line, unless `head` is empty, and rows below it."""
+    if style.width is not None:
+        page = Page(style.width, style.colour)
+        if head:
+            page.line(*head)
+        page.rows(rows, room=NARROWEST)
+        return str(page)
+    lines = ["".join(text for text, _ in head)] if head else []
+    for row in rows:
+        left = (" " * GAP).join(text for text, _ in row.heads)
+        first, *others = row.body.split("\n")
+        lines.append(f"{left}{' ' * GAP}{first}".rstrip())
+        lines += (" " * (columns(left) + GAP) + line for line in others)
+    return "".join(f"{line}\n" for line in lines)
+
+
+def painted(verdict: Verdict) -> Part:
+    """A verdict in its colour, as wide as the longest one."""
+    return f"{verdict:{_VERDICT}}", COLOURS.get(verdict, "")
 
 
 def columns(text: str) -> int:
@@ -44,69 +68,10 @@ def shortened(text: str, width: int) -> str:
     """`text`, or as much of its beginning as there is room for."""
     if columns(text) <= width:
         return text
-    return next(_pieces(text, max(1, width - 3))) + "..."
-
-
-def wrapped(text: str, width: int | None) -> Iterator[str]:
-    """The lines of a text, broken at blanks, and within words that are longer than a line."""
-    if width is None or columns(text) <= width:
-        yield text
-        return
-    line = ""
-    for word in text.split():
-        if line and columns(line) + 1 + columns(word) <= width:
-            line = f"{line} {word}"
-            continue
-        if line:
-            yield line
-        *whole, line = _pieces(word, width)
-        yield from whole
-    yield line
-
-
-def _pieces(word: str, width: int) -> Iterator[str]:
-    """A word in pieces that are no wider than a line."""
-    start = taken = 0
-    for place, char in enumerate(word):
-        taken += _columns(char)
-        if taken > width and place > start:
-            yield word[start:place]
-            start, taken = place, _columns(char)
-    yield word[start:]
-
-
-def beside(head: str, texts: list[str], width: int | None) -> Iterator[str]:
-    """A head, and texts each from a new line: beside it, or below it where that leaves too little room."""
-    indent = columns(head) + 2
-    if width is not None and width - indent < NARROWEST:
-        indent = 4
-        yield from (f"  {line}" for line in wrapped(head.strip(), width - 2))
-    elif not texts:
-        yield head.rstrip()
-    else:
-        first, *texts = texts
-        line, *others = wrapped(first, None if width is None else width - indent)
-        yield f"{head}  {line}"
-        yield from (" " * indent + line for line in others)
-    for text in texts:
-        for line in wrapped(text, None if width is None else max(1, width - indent)):
-            yield " " * indent + line
-
-
-def painted(line: str, place: int, verdict: Verdict) -> str:
-    """A line with the verdict in its colour, if it stands at this place."""
-    if not line.startswith(verdict, place):
-        return line
-    return line[:place] + _in_colour(verdict, COLOURS[verdict]) + line[place + len(verdict) :]
-
-
-def bold(text: str) -> str:
-    """A text in bold letters."""
-    return _in_colour(text, _BOLD)
-
-
-def _in_colour(text: str, code: int) -> str:
-    return f"\x1b[{code}m{text}\x1b[0m"
+    end = taken = 0
+    while taken + _columns(text[end]) <= width - 3:
+        taken, end = taken + _columns(text[end]), end + 1
+    return text[:end] + "..."
 
 
 def points(number: float) -> str:

@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigidcli.core import rotation, stability
+from rigidcli.core import stability
 from rigidcli.core.arithmetic import FLOAT, Floats
-from rigidcli.core.principal import PrincipalFrame, principal_frame
+from rigidcli.errors import ValueProblem
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Table
-from rigidcli.studies import inertia
-from rigidcli.studies.euler.trajectory import CLOSED, Trajectory, follow
+from rigidcli.studies.common import report
+from rigidcli.studies.euler.columns import trajectory_table
+from rigidcli.studies.euler.free import free_trajectory
+from rigidcli.studies.euler.initial import initial_value_problem
+from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory
 
 if TYPE_CHECKING:
     from rigidcli.core.integrate import Engine
@@ -34,27 +37,53 @@ MOTIONS = {
     "driven": "driven by a torque",
     "top": "driven: a symmetric top under its weight",
 }
+"""The kinds of motion, in words."""
 
 
 def run(
     document: Document, *, engine: Engine = "auto", progress: Callable[[float], None] | None = None
 ) -> Report:
-    """Follow the motion that the document describes; `progress` is told which fraction is done."""
+    """Follow the motion that the document describes; `progress` is called with the fraction that is done."""
     motion = follow(document, engine, progress)
-    axes = document.axes
-    frame = principal_frame(axes.T @ motion.start.tensor @ axes)
-    return inertia.report(
+    return report(
         document,
         SCHEMA,
         "motion by Euler's equations",
-        (*_body(motion, frame), *_kind(motion), *_quality(motion)),
-        motion.start.notes,
-        (_stability(motion, frame), _trajectory(motion, axes)),
+        (*_body(motion), *_kind(motion), *_quality(motion)),
+        motion.problem.notes,
+        (_stability(motion), trajectory_table(motion)),
     )
 
 
-def _body(motion: Trajectory, frame: PrincipalFrame) -> tuple[Field, ...]:
-    energy = float(motion.energy[0])
+def follow(
+    document: Document, engine: Engine = "auto", progress: Callable[[float], None] | None = None
+) -> Trajectory:
+    """The trajectory of the document's body: in closed form without torque and for a top, else integrated.
+
+    Raises DocumentError where the document describes no motion, or one that a body cannot have, and
+    ComputationError where the motion cannot be followed to its end.
+    """
+    problem = initial_value_problem(document)
+    if problem.torque is None and not problem.weight.any():
+        return free_trajectory(problem)
+    if problem.torque is None and engine == "auto":
+        from rigidcli.studies.euler.heavy_top import heavy_top_trajectory
+
+        motion = heavy_top_trajectory(problem)
+        if motion is not None:
+            return motion
+    from rigidcli.studies.euler.driven import driven_trajectory
+
+    try:
+        return driven_trajectory(problem, engine, progress)
+    except ValueProblem as wrong:
+        raise document.refusal(
+            wrong.message, ".".join(map(str, ("motion", *wrong.path))), hint=wrong.hint
+        ) from None
+
+
+def _body(motion: Trajectory) -> tuple[Field, ...]:
+    frame, energy = motion.problem.frame, float(motion.energy[0])
     return (
         Field(
             "moments", frame.moments, "principal moments about O", r"\lambda_{1,2,3}", "kg m^2", counts=True
@@ -68,33 +97,26 @@ def _body(motion: Trajectory, frame: PrincipalFrame) -> tuple[Field, ...]:
 def _kind(motion: Trajectory) -> tuple[Field, ...]:
     """What kind of motion it is, and its periods where it is free."""
     free = motion.free
-    regime = "driven" if free is None else free.regime
-    period, flip, rate = (
-        (None, None, None) if free is None else (free.period, free.flip_interval, free.mean_space_rate)
-    )
+    kind = "driven" if free is None else free.regime
+    words = MOTIONS["top" if kind == "driven" and motion.method == CLOSED_FORM else kind]
+    period, flip, rate = (free.period, free.flip_interval, free.mean_space_rate) if free else (None,) * 3
     turns = None if flip is None or rate is None else flip * rate / (2 * math.pi)
     return (
-        Field(
-            "motion",
-            regime,
-            "motion",
-            words=MOTIONS["top" if regime == "driven" and motion.method == CLOSED else regime],
-        ),
-        Field("period", period, "period of omega in the body" if period is not None else "", r"\tau", "s"),
-        Field("flip_interval", flip, "time between flips" if flip is not None else "", r"\tau/2", "s"),
-        Field("turns_per_flip", turns, "turns about L between flips" if turns is not None else ""),
-        Field(
-            "mean_space_rate",
-            rate,
-            "mean rate about L" if rate is not None else "",
-            r"\overline{\dot\phi}",
-            "rad/s",
-        ),
+        Field("motion", kind, "motion", words=words),
+        _if_known("period", period, "period of omega in the body", r"\tau", "s"),
+        _if_known("flip_interval", flip, "time between flips", r"\tau/2", "s"),
+        _if_known("turns_per_flip", turns, "turns about L between flips"),
+        _if_known("mean_space_rate", rate, "mean rate about L", r"\overline{\dot\phi}", "rad/s"),
     )
+
+
+def _if_known(key: str, value: float | None, title: str, symbol: str = "", unit: str = "") -> Field:
+    """A result that people are not shown where it is None."""
+    return Field(key, value, title if value is not None else "", symbol, unit)
 
 
 def _quality(motion: Trajectory) -> tuple[Field, ...]:
-    """How it was followed, and what can be trusted."""
+    """How the motion was followed, and how many digits can be trusted."""
     drift = motion.drift
     return (
         Field("method", motion.method, "method", words=motion.method),
@@ -106,10 +128,11 @@ def _quality(motion: Trajectory) -> tuple[Field, ...]:
     )
 
 
-def _stability(motion: Trajectory, frame: PrincipalFrame) -> Table:
-    """The three axes, and what happens to rotation about each at the speed of the beginning."""
+def _stability(motion: Trajectory) -> Table:
+    """The three axes, and what becomes of a rotation about each with the initial |omega|."""
+    frame = motion.problem.frame
     found = stability.about_axes(frame.moments, frame.groups)
-    speed = _length(motion.start.omega)
+    speed = _length(motion.problem.omega)
     rates = [None if one.rate_per_spin is None else one.rate_per_spin * speed for one in found]
     return Table(
         "stability",
@@ -123,40 +146,6 @@ def _stability(motion: Trajectory, frame: PrincipalFrame) -> Table:
         ),
         records=True,
     )
-
-
-def _trajectory(motion: Trajectory, axes: Floats) -> Table:
-    """The samples, with body components along the results' axes (columns, in the document's components)."""
-    start = motion.start
-    orientation = rotation.compose(motion.orientation, rotation.as_quaternion(axes))
-    body, space = (r"\omega_{1}", r"\omega_{2}", r"\omega_{3}"), (r"L_{x}", r"L_{y}", r"L_{z}")
-    columns = [
-        Column("t", start.times, ("t",), "s", ("t",)),
-        Column("omega", motion.omega @ axes, ("w1", "w2", "w3"), "rad/s", body),
-        Column(
-            "angular_momentum",
-            motion.momentum @ axes,
-            ("L1", "L2", "L3"),
-            None,
-            (r"L_{1}", r"L_{2}", r"L_{3}"),
-        ),
-        Column("kinetic_energy", motion.energy, ("T",), "J", ("T",)),
-        Column(
-            "orientation",
-            orientation,
-            ("q0", "q1", "q2", "q3"),
-            None if start.symmetry is not None else "",
-            (r"q_{0}", r"q_{1}", r"q_{2}", r"q_{3}"),
-        ),
-        Column("angular_momentum_space", motion.momentum_in_space, ("Lx", "Ly", "Lz"), None, space),
-    ]
-    if start.symmetry is not None:
-        local = rotation.compose(motion.orientation, rotation.as_quaternion(start.symmetry))
-        angles = rotation.zxz_angles(local)
-        columns.append(
-            Column("angles", angles, ("phi", "theta", "psi"), "rad", (r"\phi", r"\theta", r"\psi"))
-        )
-    return Table("trajectory", "the motion", tuple(columns), data=True)
 
 
 def _length(vector: Floats) -> float:

@@ -1,4 +1,4 @@
-"""Driven motion: the equations of a document's body with its torque, integrated and held against the laws."""
+"""Driven motion: Euler's equations with a torque, integrated, and checked by the balances."""
 
 from __future__ import annotations
 
@@ -7,136 +7,164 @@ import random
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
 from rigidcli.core import integrate, rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.principal import ZERO_MOMENT, principal_frame
+from rigidcli.core.principal import ZERO_MOMENT
 from rigidcli.core.solution import digits, joined
 from rigidcli.errors import ComputationError, Path, ValueProblem
 from rigidcli.model.environment import Formula
 from rigidcli.model.motion import VARIABLES, SpaceTorque
-from rigidcli.studies.euler.balance import Ledger, ledger
-from rigidcli.studies.euler.trajectory import Start, Trajectory, conserved
+from rigidcli.studies.euler.balance import BalanceErrors, balance_errors
+from rigidcli.studies.euler.initial import InitialValueProblem
+from rigidcli.studies.euler.trajectory import Trajectory, drift_of
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.language.tree import ONE, ZERO, Name, Node, bound, minus, number, plus, times
 from rigidcli.symbolic.mechanics import rigid_body
 
-SECOND_OPINIONS = (1e4, 1e2, 10.0)
-"""How much coarser a second integration is, from which the error of the first is estimated."""
+COARSER = (1e4, 1e2, 10.0)
+"""Ratios of the tolerance of a second integration, which estimates the error, to that of the first.
+
+The coarsest is tried first, as it takes the least time.
+"""
 
 COMPARED = 64
-"""Times at which the two are compared."""
+"""Times at which the two integrations are compared: enough to meet the largest difference nearly."""
 
 COARSEST = 1e-2
-"""The largest tolerance that it may have."""
+"""The largest tolerance of the second integration: a coarser one follows no motion."""
 
 PROPORTIONAL = 0.1
-"""A second error (rad) beyond which it says little of the first: then a finer one is asked."""
+"""Largest error (rad) of the second integration that is still proportional to its tolerance."""
 
 ROUNDS = 4
-"""Integrations, at most, of which each begins anew where the one before has missed the torque."""
+"""Largest number of times that an integration is repeated because its steps went over a torque."""
 
 TRIED = 64
-"""States at which it is seen whether a torque about the line of a linear body is always zero."""
+"""Random states at which a torque is evaluated, to see whether its component along a line is always zero."""
 
 NOTHING = 1e-12
-"""What is zero beside the torque."""
+"""A component below this, in units of the largest of the torque, is zero but for rounding."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _System:
-    """A start along principal axes: `axes` (3 by 3) has them as columns, in the document's components."""
+@dataclass(frozen=True, eq=False)
+class _Equations:
+    """A problem along principal axes: `axes` (3 by 3) has them as columns, in the document's components."""
 
-    start: Start
+    problem: InitialValueProblem
     moments: Floats
     axes: Floats
     torque: list[Node]
     state: Floats
+    engine: integrate.Engine
 
-    @property
-    def turn(self) -> Floats:
-        """The quaternion from the principal axes to the document's."""
-        return rotation.as_quaternion(self.axes)
+    @cached_property
+    def right_side(self) -> integrate.Flow:
+        """The derivatives of the state, as a function."""
+        return code.function(rigid_body.equations(self.moments, self.torque), rigid_body.STATE, {})
+
+    def along_document(self, states: Floats) -> tuple[Floats, Floats]:
+        """omega (n, 3) and orientation (n, 4) along the document's axes, of states (n, 7)."""
+        quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
+        back = rotation.as_quaternion(self.axes) * [1, -1, -1, -1]
+        return (states[:, 4:] / self.moments) @ self.axes.T, rotation.compose(quaternions, back)
+
+    def followed(
+        self, tolerance: float, places: Floats, progress: Callable[[float], None] | None = None
+    ) -> tuple[integrate.Solution, Floats, BalanceErrors]:
+        """A solution that has followed all of the torque, the spans (k by 2, s) repeated for it, its errors.
+
+        An integrator looks at the torque now and then only, and goes over what acts in between. Where that
+        shows in the balances, it begins anew with steps that are short, as it does in the given `places` from
+        the first; if that does not help, the solution stays as it was.
+        """
+        solution = self._solution(tolerance, places, progress)
+        balance = self._balance(tolerance, solution)
+        for _ in range(ROUNDS):
+            if not len(balance.missed):
+                break
+            more = _merged(places, balance.missed)
+            other = self._solution(tolerance, more, progress)
+            found = self._balance(tolerance, other)
+            if max(found.drift.values()) > max(balance.drift.values()) / 2:
+                break
+            solution, places, balance = other, more, found
+        return solution, places, balance
+
+    def _solution(
+        self, tolerance: float, places: Floats, progress: Callable[[float], None] | None
+    ) -> integrate.Solution:
+        """The solution for all times, begun anew at both ends of each of the `places` (k by 2, s)."""
+        parts: list[integrate.Solution] = []
+        state, begin, last = self.state, 0.0, float(self.problem.times[-1])
+        for index, end in enumerate([*places.ravel().tolist(), last]):
+            if end <= begin and (parts or end < last):
+                continue
+            part = integrate.integrate(
+                self.right_side,
+                state,
+                (begin, end),
+                tolerance=tolerance,
+                blocks=(4, 3),
+                # A short span is not worth the compilation.
+                engine="runge-kutta" if index % 2 else self.engine,
+                progress=_share(progress, begin, end, last),
+                name="the motion",
+            )
+            parts.append(part)
+            state, begin = part.at(np.array([end]))[0], end
+        return joined(parts)
+
+    def _balance(self, tolerance: float, solution: integrate.Solution) -> BalanceErrors:
+        """The balances; under weight alone, energy is conserved, and so is L about the vertical."""
+        problem = self.problem
+        if problem.torque is None:
+            drift = drift_of(problem, *self.along_document(solution.at(solution.knots)))
+            errors = {key: drift[key] for key in ("energy", "angular_momentum")}
+            return BalanceErrors(errors, np.empty((0, 2)))
+        timed = "t" in problem.torque.names
+        return balance_errors(self.torque, self.moments, solution, tolerance=tolerance, timed=timed)
 
 
-def driven(start: Start, engine: integrate.Engine, progress: Callable[[float], None] | None) -> Trajectory:
-    """Follow a driven motion.
+def driven_trajectory(
+    problem: InitialValueProblem, engine: integrate.Engine, progress: Callable[[float], None] | None
+) -> Trajectory:
+    """The trajectory of a body that a torque drives.
 
     Raises ComputationError where it ends early or cannot begin, and ValueProblem, with the path in
     `motion`, for a torque that cannot be: one that is too large, or about a line without a moment.
     """
-    system = _system(start)
-    flow = code.function(rigid_body.equations(system.moments, system.torque), rigid_body.STATE, {})
-
-    def solve(
-        tolerance: float, places: Floats, progress: Callable[[float], None] | None
-    ) -> integrate.Solution:
-        return _solution(flow, system.state, float(start.times[-1]), tolerance, places, engine, progress)
-
-    def direct(places: Floats) -> integrate.Solution:
-        return solve(start.tolerance, places, progress)
-
-    solution, places, book = _balanced(system, start.tolerance, direct, np.empty((0, 2)))
-    omega, orientation = _seen(system, solution.at(start.times))
-    compared = np.linspace(0.0, start.times[-1], COMPARED)
-    _, fine = _seen(system, solution.at(compared))
+    equations = _along_principal_axes(problem, engine)
+    solution, places, balance = equations.followed(problem.tolerance, np.empty((0, 2)), progress)
+    omega, orientation = equations.along_document(solution.at(problem.times))
+    compared = np.linspace(0.0, problem.times[-1], COMPARED)
+    _, fine = equations.along_document(solution.at(compared))
 
     def off(tolerance: float) -> float:
-        coarser, *_ = _balanced(system, tolerance, lambda places: solve(tolerance, places, None), places)
-        _, other = _seen(system, coarser.at(compared))
+        coarser, *_ = equations.followed(tolerance, places)
+        _, other = equations.along_document(coarser.at(compared))
         return float(rotation.angles_between(other, fine).max())
 
-    error = _error(start.tolerance, off)
+    error = _error(problem.tolerance, off)
     rounding = np.finfo(np.float64).eps * solution.steps**0.5
-    notes = start.notes
-    if len(book.missed):
-        near = f"the balance of energy or angular momentum is missed near t = {book.missed[0, 0]:.6g}"
+    notes = problem.notes
+    if len(balance.missed):
+        near = f"the balance of energy or angular momentum is missed near t = {balance.missed[0, 0]:.6g}"
         notes += (f"{near}: the integration may have gone over a torque that acts for a short while",)
     lengths = np.linalg.norm(solution.at(solution.knots)[:, :4], axis=1)
     return Trajectory(
-        replace(start, notes=notes),
+        replace(problem, notes=notes),
         omega,
         rotation.continuous(orientation),
         None,
         solution.method,
         solution.steps,
-        digits(max(error, rounding, *book.drift.values())),
-        book.drift | {"quaternion": float(np.abs(lengths - 1).max())},
+        digits(max(error, rounding, *balance.drift.values())),
+        balance.drift | {"quaternion": float(np.abs(lengths - 1).max())},
     )
-
-
-def _solution(
-    flow: integrate.Flow,
-    state: Floats,
-    last: float,
-    tolerance: float,
-    places: Floats,
-    engine: integrate.Engine,
-    progress: Callable[[float], None] | None,
-) -> integrate.Solution:
-    """The solution up to the time `last`, begun anew at both ends of each of the `places` (k by 2, s)."""
-    parts: list[integrate.Solution] = []
-    begin = 0.0
-    for index, end in enumerate([*places.ravel().tolist(), last]):
-        if end <= begin and (parts or end < last):
-            continue
-        parts.append(
-            integrate.integrate(
-                flow,
-                state,
-                (begin, end),
-                tolerance=tolerance,
-                blocks=(4, 3),
-                # What is short is not worth compiling.
-                engine="runge-kutta" if index % 2 else engine,
-                progress=_share(progress, begin, end, last),
-                name="the motion",
-            )
-        )
-        state, begin = parts[-1].at(np.array([end]))[0], end
-    return joined(parts)
 
 
 def _error(tolerance: float, off: Callable[[float], float]) -> float:
@@ -145,7 +173,7 @@ def _error(tolerance: float, off: Callable[[float], float]) -> float:
     Errors are proportional to tolerances as long as they are small.
     """
     error = math.pi
-    for ratio in SECOND_OPINIONS:
+    for ratio in COARSER:
         coarser = min(COARSEST, ratio * tolerance)
         with suppress(ComputationError):
             error = off(coarser)
@@ -157,31 +185,8 @@ def _error(tolerance: float, off: Callable[[float], float]) -> float:
 def _share(
     progress: Callable[[float], None] | None, begin: float, end: float, last: float
 ) -> Callable[[float], None] | None:
-    """What tells of all that is done, given the fraction of the span from `begin` to `end` that is."""
+    """A function that reports all that is done, given the fraction of the span from `begin` to `end`."""
     return progress and (lambda fraction: progress((begin + (end - begin) * fraction) / last))
-
-
-def _balanced(
-    system: _System, tolerance: float, solve: Callable[[Floats], integrate.Solution], places: Floats
-) -> tuple[integrate.Solution, Floats, Ledger]:
-    """A solution that has seen all of the torque, the spans (k by 2, s) where that took care, its ledger.
-
-    An integrator looks at the torque now and then only, and goes over what acts in between. Where that
-    shows in the ledger, it begins anew with steps that are short, as it does in the given `places` from the
-    first; if that does not help, it is left.
-    """
-    solution = solve(places)
-    book = _ledger(system, tolerance, solution)
-    for _ in range(ROUNDS):
-        if not len(book.missed):
-            break
-        more = _merged(places, book.missed)
-        other = solve(more)
-        found = _ledger(system, tolerance, other)
-        if max(found.drift.values()) > max(book.drift.values()) / 2:
-            break
-        solution, places, book = other, more, found
-    return solution, places, book
 
 
 def _merged(places: Floats, more: Floats) -> Floats:
@@ -195,30 +200,19 @@ def _merged(places: Floats, more: Floats) -> Floats:
     return np.array(merged)
 
 
-def _ledger(system: _System, tolerance: float, solution: integrate.Solution) -> Ledger:
-    """The balances; under weight alone, energy is conserved, and so is L about the vertical."""
-    start = system.start
-    if start.torque is None:
-        drift = conserved(start, *_seen(system, solution.at(solution.knots)))
-        return Ledger({key: drift[key] for key in ("energy", "angular_momentum")}, np.empty((0, 2)))
-    timed = "t" in start.torque.names
-    return ledger(system.torque, system.moments, solution, tolerance=tolerance, timed=timed)
-
-
-def _system(start: Start) -> _System:
+def _along_principal_axes(problem: InitialValueProblem, engine: integrate.Engine) -> _Equations:
     """The equations along principal axes; those of the document where they are principal.
 
     A linear body that does not turn about its line moves as a sphere would.
     """
-    diagonal = np.diag(start.tensor)
-    if (start.tensor == np.diag(diagonal)).all():
+    diagonal = np.diag(problem.tensor)
+    if (problem.tensor == np.diag(diagonal)).all():
         moments, axes = diagonal, np.eye(3)
     else:
-        frame = principal_frame(start.tensor)
-        moments, axes = frame.moments, frame.axes.T
+        moments, axes = problem.frame.moments, problem.shown @ problem.frame.axes.T
     turn = rotation.as_quaternion(axes)
-    momentum = axes.T @ (start.tensor @ start.omega)
-    state = np.concatenate([rotation.compose(start.orientation, turn), momentum])
+    momentum = axes.T @ (problem.tensor @ problem.omega)
+    state = np.concatenate([rotation.compose(problem.orientation, turn), momentum])
     idle = moments <= ZERO_MOMENT * moments.max()
     if idle.all():
         raise ValueProblem(
@@ -229,16 +223,16 @@ def _system(start: Start) -> _System:
     if idle.any():
         moments = np.full(3, moments.max())
         state[4:][idle] = 0.0
-    torque = _torque(start, moments, axes, turn)
+    torque = _torque(problem, moments, axes, turn)
     for line in np.flatnonzero(idle):
-        if not _is_across(torque, int(line), state, float(start.times[-1])):
+        if not _is_across(torque, int(line), state, float(problem.times[-1])):
             raise ValueProblem(
                 "the body is linear: a torque about its line, where it has no moment, has no finite effect",
                 path=("torque",),
                 hint="give a torque across the line, or the body some thickness",
             )
         torque[line] = ZERO
-    return _System(start, moments, axes, torque, state)
+    return _Equations(problem, moments, axes, torque, state, engine)
 
 
 def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> bool:
@@ -257,22 +251,20 @@ def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> 
         return bool((np.abs(known[line]) <= NOTHING * np.abs(known).max(axis=0)).all())
 
 
-def _torque(start: Start, moments: Floats, axes: Floats, turn: Floats) -> list[Node]:
+def _torque(problem: InitialValueProblem, moments: Floats, axes: Floats, turn: Floats) -> list[Node]:
     """The torque along principal axes, as trees in the names of the state."""
-    q, momentum = (
-        [Name(name) for name in rigid_body.STATE[1:5]],
-        [Name(name) for name in rigid_body.STATE[5:]],
-    )
+    _, *state = map(Name, rigid_body.STATE)
+    q, momentum = state[:4], state[4:]
     total: Sequence[Node] = [ZERO] * 3
-    if start.weight.any():
-        arm = [number(component) for component in axes.T @ start.weight]
+    if problem.weight.any():
+        arm = [number(component) for component in axes.T @ problem.weight]
         down = [minus(part) for part in rigid_body.rotated(q, (ZERO, ZERO, ONE), back=True)]
         total = rigid_body.cross(arm, down)
-    if start.torque is None:
+    if problem.torque is None:
         return list(total)
     omega = [times(number(1 / m), part) for m, part in zip(moments, momentum, strict=True)]
     back = [number(part) for part in turn * [1, -1, -1, -1]]
-    third = axes.T @ start.third
+    third = axes.T @ problem.third
     meanings = [
         Name("t"),
         *rigid_body.scaled(axes, omega),
@@ -281,10 +273,10 @@ def _torque(start: Start, moments: Floats, axes: Floats, turn: Floats) -> list[N
         *rigid_body.rotated(q, [number(part) for part in third]),
     ]
     values = dict(zip(VARIABLES, meanings, strict=True))
-    in_space = isinstance(start.torque, SpaceTorque)
+    in_space = isinstance(problem.torque, SpaceTorque)
     own = [
         _bound(formula, values, ("torque", "space" if in_space else "body", index))
-        for index, formula in enumerate(start.torque.components)
+        for index, formula in enumerate(problem.torque.components)
     ]
     own = rigid_body.rotated(q, own, back=True) if in_space else rigid_body.scaled(axes.T, own)
     return [plus(*pair) for pair in zip(total, own, strict=True)]
@@ -299,10 +291,3 @@ def _bound(formula: Formula, values: dict[str, Node], path: Path) -> Node:
     except ValueProblem as problem:
         raise problem.below(*path) from None
     return node
-
-
-def _seen(system: _System, states: Floats) -> tuple[Floats, Floats]:
-    """omega and orientation along the document's axes, of states along principal ones."""
-    quaternions = states[:, :4] / np.linalg.norm(states[:, :4], axis=1, keepdims=True)
-    back = system.turn * [1, -1, -1, -1]
-    return (states[:, 4:] / system.moments) @ system.axes.T, rotation.compose(quaternions, back)

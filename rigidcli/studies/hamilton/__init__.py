@@ -12,7 +12,7 @@ import numpy as np
 from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Table
-from rigidcli.studies import inertia
+from rigidcli.studies.common import report, require_values
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.trees import to_tree
@@ -97,9 +97,7 @@ def run(
         *_orbit_quality(found),
     ]
     tables = [*_branch_table(found), *_orbit_table(found)]
-    return inertia.report(
-        document, SCHEMA, "Hamilton's equations", tuple(fields), tuple(_notes(found)), tuple(tables)
-    )
+    return report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables)
 
 
 def _results(document: Document, invariants: bool, progress: Callable[[float], None] | None) -> _Results:
@@ -109,11 +107,10 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
     if document.orbit is None:
         searched = _searched(derivation, invariants)
     else:
-        from rigidcli.model.orbit import require_values
         from rigidcli.studies.hamilton.initial import initial_state
         from rigidcli.studies.hamilton.orbit import solve_orbit
 
-        require_values(document)
+        require_values(document, "an orbit")
         derivation, initial = initial_state(document, document.orbit, derivation)
         searched = _searched(derivation, invariants)
         orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress)

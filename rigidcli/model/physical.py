@@ -1,0 +1,126 @@
+"""The numbers that the sections of a document describe: of the body, of its top, and of the axes.
+
+They are worked out when a document is read, so that a body or a top that cannot exist is refused at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.core.tensor import MassProperties
+from rigidcli.errors import ValueProblem
+from rigidcli.model.base import Point
+from rigidcli.model.rotations import Rotation
+
+if TYPE_CHECKING:
+    from rigidcli.model.bodies import Body
+    from rigidcli.model.top import HeavyTop, Top
+
+SAME_POINT = 1e-12
+"""Two points closer than this, in units of their distance from the origin, differ by rounding only."""
+
+
+@dataclass(frozen=True, eq=False)
+class Physical:
+    """The numbers of a document, each worked out once, when it is first asked for.
+
+    Vectors and tensors are along the document's axes; `turned` is the orientation that the body begins with.
+    Every property raises ValueProblem, with the path in the document, for what cannot exist.
+    """
+
+    arithmetic: Arithmetic
+    body: Body | None
+    about: Point
+    frame: Rotation | None
+    top: Top | None
+    turned: Rotation | None
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def require(self) -> None:
+        """Raise ValueProblem unless all that the document describes can exist."""
+        _ = self.axes, self.body and self.properties, self.top and self.heavy_top, self.orientation
+
+    @cached_property
+    def properties(self) -> MassProperties:
+        """Mass, centre of mass (3, m) and the tensor of the body."""
+        if self.body is None:
+            raise ValueProblem("missing, expected a body", path=("body",))
+        try:
+            properties = self.body.properties(self.arithmetic)
+        except ValueProblem as problem:
+            raise problem.below("body") from None
+        if properties.mass is None:
+            self._require_known(properties)
+        return properties
+
+    def _require_known(self, properties: MassProperties) -> None:
+        """Raise ValueProblem unless a tensor without a mass is given about the point that is asked for."""
+        n = self.arithmetic
+        if self.about == "com" and not properties.at_com:
+            raise ValueProblem("missing: without it the tensor cannot be shifted", path=("body", "mass"))
+        asked = self._point(properties)
+        off = max(abs(n.size(component)) for component in asked - properties.com)
+        far = max(abs(n.size(component)) for component in (*asked, *properties.com))
+        if off > SAME_POINT * far:
+            point = ", ".join(f"{n.size(component):.6g}" for component in properties.com)
+            raise ValueProblem(
+                f"missing: without it the tensor is known about ({point}) only",
+                path=("body", "mass"),
+                hint="give `mass`, or the tensor about the point asked for in `about`",
+            )
+
+    @property
+    def point(self) -> Array:
+        """The point O about which the tensor is asked (3, m)."""
+        return self._point(self.properties)
+
+    def _point(self, properties: MassProperties) -> Array:
+        if self.about == "com":
+            return properties.com
+        return self.arithmetic.array([0, 0, 0] if self.about == "origin" else self.about)
+
+    @cached_property
+    def tensor(self) -> Array:
+        """The inertia tensor about the point O (3 by 3, kg m^2)."""
+        if self.about == "com" or self.properties.mass is None or self.body is None:
+            return self.properties.tensor
+        return self.body.tensor_about(self.point, self.arithmetic)
+
+    @cached_property
+    def heavy_top(self) -> HeavyTop:
+        """The top that the section `top` describes by itself or by the body, held at the point O."""
+        if self.top is None:
+            raise ValueProblem("missing, expected a top", path=("top",))
+        from rigidcli.model.top import described, of_body
+
+        try:
+            if self.body is None:
+                return described(self.top, self.arithmetic)
+            return of_body(self.top, self.properties, self.point, self.tensor, self.arithmetic)
+        except ValueProblem as problem:
+            if problem.path[:1] != ("body",):
+                problem.below("top")
+            raise
+
+    @cached_property
+    def axes(self) -> Array:
+        """The axes of the results, as columns (3 by 3)."""
+        return self._matrix(self.frame, "frame")
+
+    @cached_property
+    def orientation(self) -> Array:
+        """The rotation from the document's axes to those of space at t = 0 (3 by 3)."""
+        return self._matrix(self.turned, "motion", "orientation")
+
+    def _matrix(self, rotation: Rotation | None, *path: str) -> Array:
+        if rotation is None:
+            return self.arithmetic.array(np.eye(3, dtype=int))
+        try:
+            return rotation.as_matrix(self.arithmetic)
+        except ValueProblem as problem:
+            raise problem.below(*path) from None

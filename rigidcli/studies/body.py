@@ -1,0 +1,106 @@
+"""What the studies of a body share: its inertia about the point O, its principal frame, and its rotation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from rigidcli.core import principal, tensor
+from rigidcli.core.arithmetic import Array, Scalar
+from rigidcli.core.principal import ZERO_MOMENT, PrincipalFrame
+from rigidcli.errors import ComputationError, DocumentError, Problem
+from rigidcli.model.document import Document
+from rigidcli.report import Field
+
+NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn about it"
+"""Why an angular velocity along the line of a linear body is refused: no angular momentum determines it."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inertia:
+    """Mass properties as they are reported: about a point, with all components along `axes`.
+
+    `axes` (3 by 3) has these axes as columns, in the document's components. `com`, and `central`, the tensor
+    about it, are None when nothing is known but a tensor about another point.
+    """
+
+    axes: Array
+    about: Array
+    tensor: Array
+    mass: Scalar | None
+    com: Array | None
+    central: Array | None
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def inertia(document: Document) -> Inertia:
+    """The inertia of a document's body.
+
+    Raises DocumentError when it has none, and ComputationError when floats cannot hold it.
+    """
+    if document.body is None:
+        raise DocumentError([Problem(document.source, "missing, expected a body", key="body")])
+    n, physical = document.arithmetic, document.physical
+    axes, body = physical.axes, physical.properties
+    about = n.tidy(axes.T @ physical.point)
+    central = n.tidy(tensor.rotate(body.tensor, axes.T))
+    com = n.tidy(axes.T @ body.com)
+    if body.mass is None:
+        known = body.at_com
+        return Inertia(axes, about, central, None, com if known else None, central if known else None)
+    asked = n.tidy(tensor.rotate(physical.tensor, axes.T))
+    mass = n.tidy(n.array([body.mass]))[0]
+    if not n.exact and not np.isfinite([mass, *asked.flat]).all():
+        raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
+    return Inertia(axes, about, asked, mass, com, central)
+
+
+def inertia_fields(body: Inertia) -> tuple[Field, ...]:
+    """The results with which the reports of `inertia` and `axes` begin."""
+    entries = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+    com = {f"com_{axis}": (index,) for index, axis in enumerate("xyz")}
+    cells = {f"I{name}": place for name, place in entries.items()}
+    return (
+        Field("mass", body.mass, "mass", "M", "kg", {"mass": ()}),
+        Field("center_of_mass", body.com, "centre of mass", r"\mathbf{R}", "m", com),
+        Field("about", body.about, "about the point O", r"\mathbf{O}", "m"),
+        Field("tensor", body.tensor, "inertia tensor about O", r"\mathbf{I}_O", "kg m^2", cells),
+        Field("tensor_com", body.central, "about the centre of mass", r"\mathbf{I}_\mathrm{cm}", "kg m^2"),
+    )
+
+
+def body_frame(document: Document) -> PrincipalFrame:
+    """The principal frame of the body about O, its axes e1, e2, e3 along the axes of the results.
+
+    Raises ComputationError where an exact one is too long to print.
+    """
+    n, physical = document.arithmetic, document.physical
+    if not n.exact or document.body is None:
+        return principal.principal_frame(tensor.rotate(physical.tensor, physical.axes.T))
+    from rigidcli.symbolic.mechanics import principal_axes
+
+    turn, own = document.body.in_own_axes(physical.point, n)
+    return principal_axes.principal_frame(own, physical.axes.T @ turn)
+
+
+def principal_omega(document: Document, frame: PrincipalFrame) -> Array:
+    """The angular velocity at t = 0 (3, rad/s) along e1, e2, e3 of the `frame`.
+
+    Raises DocumentError where the document gives none, and where it has a component along an axis without a
+    moment of inertia.
+    """
+    motion, n = document.motion, document.arithmetic
+    if motion is None or motion.omega is None:
+        raise document.refusal("missing, expected an angular velocity", "motion.omega")
+    omega = n.array(motion.omega)
+    if motion.basis == "body":
+        omega = n.tidy(frame.axes @ document.physical.axes.T @ omega)
+    noise = 0 if n.exact else ZERO_MOMENT * n.hypot(*omega)
+    massless = [n.sign(moment) == 0 for moment in frame.moments]
+    if any(zero and abs(n.size(rate)) > noise for zero, rate in zip(massless, omega, strict=True)):
+        if all(massless):
+            problem = "the body is a point, which has no moment of inertia, and cannot turn"
+            raise document.refusal(problem, "motion.omega", hint="give the body some extent")
+        raise document.refusal(NO_SPIN, "motion.omega", hint="make `omega` perpendicular to the line")
+    return omega

@@ -1,0 +1,77 @@
+"""What every study shares: its report, and the refusal of documents whose parameters lack values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import PurePath
+
+import numpy as np
+
+from rigidcli.errors import ComputationError, DocumentError, UsageError
+from rigidcli.model.document import Document
+from rigidcli.model.load import STDIN
+from rigidcli.report import Field, Report, Table, Value
+
+
+def report(
+    document: Document,
+    schema: str,
+    title: str,
+    fields: Iterable[Field],
+    notes: Iterable[str] = (),
+    tables: Iterable[Table] = (),
+) -> Report:
+    """The report of a study, in which no zero has a sign.
+
+    Raises ComputationError for a result that floats cannot hold to all their digits.
+    """
+    if not document.arithmetic.exact:
+        fields = [replace(field, value=_representable(field)) for field in fields]
+    name = document.name or ("stdin" if document.source == STDIN else PurePath(document.source).stem)
+    return Report(
+        schema,
+        name,
+        document.source,
+        title,
+        tuple(fields),
+        (*document.notes, *notes),
+        tuple(map(_without_signed_zeros, tables)),
+    )
+
+
+def _without_signed_zeros(table: Table) -> Table:
+    columns = (
+        replace(column, values=column.values + 0.0) if isinstance(column.values, np.ndarray) else column
+        for column in table.columns
+    )
+    return replace(table, columns=tuple(columns))
+
+
+def _representable(field: Field) -> Value:
+    """The value of a field; floats without a signed zero, and arrays of them contiguous in memory."""
+    if not isinstance(field.value, float | np.ndarray) or np.asarray(field.value).dtype.kind != "f":
+        return field.value
+    size = float(np.abs(field.value).max(initial=0.0))
+    if not np.isfinite(size) or 0 < size < np.finfo(np.float64).tiny:
+        raise ComputationError(
+            f"the {field.title or field.key} is beyond the range of floating-point numbers"
+        )
+    return np.ascontiguousarray(field.value) + 0.0 if np.ndim(field.value) else field.value + 0.0
+
+
+def require_values(document: Document, what: str) -> None:
+    """Raise unless the document's numbers are floats; `what` needs them: "an orbit".
+
+    Raises DocumentError with the parameters that have no value, and UsageError where every parameter has one
+    and exact numbers were asked for.
+    """
+    missing = document.symbols
+    if document.arithmetic.exact and not missing:
+        missing = tuple(name for name, value in (document.parameters or {}).items() if value is None)
+    if missing:
+        raise DocumentError(
+            [document.problem(f"missing: {what} needs its value", f"parameters.{name}") for name in missing]
+        )
+    if document.arithmetic.exact:
+        raise UsageError(f"{what} has no exact results", hint="leave out `--exact`")

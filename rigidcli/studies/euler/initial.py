@@ -1,0 +1,184 @@
+"""The initial-value problem of a document: the body, its state at t = 0, the torque, the times to show."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from rigidcli.core import rotation
+from rigidcli.core import top as heavytop
+from rigidcli.core.arithmetic import FLOAT, Floats
+from rigidcli.core.principal import ZERO_MOMENT, PrincipalFrame, principal_frame
+from rigidcli.errors import ComputationError, DocumentError
+from rigidcli.model.document import Document
+from rigidcli.model.motion import Motion, OwnTorque, Weight
+from rigidcli.model.rotations import Quaternion
+from rigidcli.model.sampling import DEFAULT_TOLERANCE
+from rigidcli.model.top import Top
+from rigidcli.studies.body import NO_SPIN, body_frame, principal_omega
+from rigidcli.studies.common import require_values
+
+DEFAULT_TURNS = 10
+"""Turns of the body that are shown where the document gives no duration: enough to see a wobble repeat."""
+
+DEFAULT_NUTATIONS = 3
+"""Nutations of a top that are shown instead, where its nutation has a period."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class InitialValueProblem:
+    """What Euler's equations are solved for, in components along the document's axes, which the body carries.
+
+    `tensor` (3 by 3) is about O, `orientation` (4) turns the document's axes to those of space at t = 0.
+    `weight` is M g R (3, N m), the arm from O to the centre of mass times the weight; zero for none. `shown`
+    (3 by 3) has as columns the axes of the results, and `frame` is the principal frame along these. `third`
+    (3) is the axis that a torque knows as ux, uy, uz: that of a top, or e3 as it is printed. `symmetry` (3 by
+    3) has as columns the axes of a top, the last along its symmetry axis; None for other bodies.
+    """
+
+    tensor: Floats
+    omega: Floats
+    orientation: Floats
+    weight: Floats
+    torque: OwnTorque | None
+    times: Floats
+    tolerance: float
+    shown: Floats
+    frame: PrincipalFrame
+    third: Floats
+    symmetry: Floats | None = None
+    notes: tuple[str, ...] = ()
+
+
+def initial_value_problem(document: Document) -> InitialValueProblem:
+    """The problem that a document poses by its `motion.omega`, or by its `top`.
+
+    Raises DocumentError where it poses none, or one that a body cannot have.
+    """
+    motion = document.motion or Motion()
+    if document.arithmetic.exact:
+        require_values(document, "a motion in time")
+    if motion.omega is not None:
+        return _of_body(document, motion)
+    if document.top is not None:
+        return _of_top(document, motion, document.top)
+    missing = "body" if document.body is None else "motion.omega"
+    raise document.refusal("missing", missing, hint="`euler` needs a `body` and `motion.omega`, or a `top`")
+
+
+def _of_body(document: Document, motion: Motion) -> InitialValueProblem:
+    if document.body is None:
+        raise document.refusal("missing, expected a body", "body")
+    physical, frame = document.physical, body_frame(document)
+    axes = physical.axes @ frame.axes.T
+    along = principal_omega(document, frame)
+    omega = axes @ along if motion.basis == "principal" else np.array(motion.omega)
+    notes: list[str] = []
+    if document.top is not None:
+        notes.append("`motion.omega` is given, so that `top` is not used")
+    weight = np.zeros(3)
+    if isinstance(motion.torque, Weight):
+        body = physical.properties
+        if body.mass is None:
+            raise document.refusal("missing: a weight needs it", "body.mass")
+        weight = (body.com - physical.point) * body.mass * motion.torque.gravity
+        if not weight.any():
+            notes.append("the body is held at its centre of mass, so that its weight has no torque")
+    torque = motion.torque if isinstance(motion.torque, OwnTorque) else None
+    if len(frame.groups[-1]) > 1 and torque is not None and torque.names & {"ux", "uy", "uz"}:
+        notes.append("e3 is not unique, as its moment equals another: `ux uy uz` are the one that is printed")
+    duration, words = _default_duration(omega, at_rest=torque is None and not weight.any())
+    return InitialValueProblem(
+        physical.tensor,
+        omega,
+        _orientation(document, motion),
+        weight,
+        torque,
+        motion.instants(duration),
+        motion.tolerance or DEFAULT_TOLERANCE,
+        physical.axes,
+        frame,
+        axes[:, 2],
+        notes=(*notes, *_note_on_duration(motion, words)),
+    )
+
+
+def _orientation(document: Document, motion: Motion) -> Floats:
+    """The quaternion from the document's axes to those of space, with the sign of one that is given."""
+    if isinstance(motion.orientation, Quaternion):
+        given = np.array(motion.orientation.quaternion)
+        unit: Floats = given / FLOAT.hypot(*given)
+        return unit
+    return rotation.as_quaternion(document.physical.orientation)
+
+
+def _of_top(document: Document, motion: Motion, section: Top) -> InitialValueProblem:
+    """The problem of a top with phi = psi = 0 at t = 0, so that it leans towards -y of space."""
+    top = document.physical.heavy_top
+    needed = {"tilt": section.tilt, "lambda1": top.lambda1}
+    missing = [key for key, value in needed.items() if value is None]
+    if missing:
+        raise DocumentError([document.problem("missing: `euler` needs it", f"top.{key}") for key in missing])
+    if motion.orientation is not None or isinstance(motion.torque, Weight):
+        key = "orientation" if motion.orientation is not None else "torque.gravity"
+        raise document.refusal("the `top` tells this already", f"motion.{key}")
+    assert section.tilt is not None
+    assert top.lambda1 is not None
+    if section.spin and top.lambda3 <= ZERO_MOMENT * top.lambda1:
+        raise document.refusal(NO_SPIN, "top.spin", hint="set it to zero: what is left is a pendulum")
+    fall = top.mass * section.gravity * top.distance
+    precession = section.precession
+    if precession is None:
+        steady = heavytop.steady(top.lambda1, top.lambda3, section.spin, section.tilt, fall, FLOAT)
+        precession = steady.slow
+        if precession is None:
+            raise ComputationError(
+                "there is no steady precession at this spin and tilt",
+                hint=f"it takes a spin of {steady.minimum_spin:.6g} rad/s" if steady.minimum_spin else None,
+            )
+    sine, cosine = heavytop.sine(section.tilt, FLOAT), heavytop.cosine(section.tilt, FLOAT)
+    omega = np.array([section.nutation, precession * sine, section.spin])
+    axes = rotation.onto(tuple(top.axis), FLOAT)
+    tilted = np.array([[1.0, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
+    tensor = axes @ np.diag([top.lambda1, top.lambda1, top.lambda3]) @ axes.T
+    tensor = (tensor + tensor.T) / 2
+    period = heavytop.nutation(
+        top.lambda1, top.lambda3, section.spin, section.tilt, precession, section.nutation, fall
+    ).period
+    torque = motion.torque if isinstance(motion.torque, OwnTorque) else None
+    duration, words = _default_duration(omega, at_rest=torque is None and period is None)
+    if period is not None:
+        duration, words = DEFAULT_NUTATIONS * period, f"{DEFAULT_NUTATIONS} nutations are"
+    shown = document.physical.axes
+    return InitialValueProblem(
+        tensor,
+        axes @ omega,
+        rotation.as_quaternion(tilted @ axes.T),
+        top.axis * fall,
+        torque,
+        motion.instants(duration),
+        motion.tolerance or DEFAULT_TOLERANCE,
+        shown,
+        principal_frame(shown.T @ tensor @ shown),
+        axes[:, 2],
+        axes,
+        (*top.remarks, *_note_on_duration(motion, words)),
+    )
+
+
+def _default_duration(omega: Floats, *, at_rest: bool) -> tuple[float, str]:
+    """The duration (s) where the document gives none, and in words; no words for a body that rests.
+
+    It is some turns of a body that turns, and a second of one that does not turn yet, or is `at_rest`.
+    """
+    if rate := FLOAT.hypot(*omega):
+        return 2 * math.pi * DEFAULT_TURNS / rate, f"{DEFAULT_TURNS} turns are"
+    return 1.0, "" if at_rest else "1 s is"
+
+
+def _note_on_duration(motion: Motion, words: str) -> tuple[str, ...]:
+    if motion.duration is not None or motion.times is not None or not words:
+        return ()
+    return (f"`motion.duration` is not given: {words} shown",)
