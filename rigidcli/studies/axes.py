@@ -58,9 +58,13 @@ def _frame_fields(frame: PrincipalFrame | None, body: Inertia, n: Arithmetic) ->
     moments = {f"lambda{k + 1}": (k,) for k in range(3)}
     axes = {f"e{k + 1}{axis}": (k, j) for k in range(3) for j, axis in enumerate("xyz")}
     if frame is None:
-        cells = {"moments": moments, "axes": axes, "class": {"class": ()}}
-        keys = ("moments", "axes", "groups", "class", "residual")
-        return [Field(key, None, cells=cells.get(key, {})) for key in keys]
+        return [
+            Field("moments", None, cells=dict(moments)),
+            Field("axes", None, cells=dict(axes)),
+            Field("groups", None),
+            Field("class", None, cells={"class": ()}),
+            Field("residual", None),
+        ]
     kind = principal.body_class(frame)
     symbol = r"\lambda_{1,2,3}"
     return [

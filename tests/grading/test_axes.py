@@ -1018,7 +1018,7 @@ def test_a_named_mistake_tells_the_reference(factor: int, masses: Key) -> None:
     assert "11 kg m^2 at right angles to (" in told
     moments = [f"{factor * size}*m*a^2" for size in (5, 7, 10)]
     told = outcome(masses, symbolic(moments, MASSES_ROWS)).findings[0].message(full=True)
-    assert "10*a**2*m along (1, 0, 0)" in told
+    assert "10*m*a**2 along (1, 0, 0)" in told
 
 
 # --- examples

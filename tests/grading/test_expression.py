@@ -25,6 +25,7 @@ from rigidcli.model.document import Document
 from rigidcli.model.load import load, loads
 from rigidcli.report import Report
 from rigidcli.studies import axes, hamilton, inertia
+from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.language.parser import read as parse
 from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import Node
@@ -441,7 +442,7 @@ def test_a_factor_of_a_turn_is_one_of_frequencies_only_where_it_may_be() -> None
         ("rate", "sqrt(3*k/m)", "frequency_vs_angular_frequency"),
     ]:
         question = Question.model_validate({"document": "it", "ask": f"inertia.{name}"})
-        key = read_key(Asked(question, parse(form)[0], "", ("inertia", name), document, report))
+        key = read_key(Asked(question, from_tree(parse(form)[0]), "", ("inertia", name), document, report))
         assert codes(key, f"2*pi*{form}") == [code]
 
 

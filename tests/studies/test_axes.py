@@ -459,8 +459,22 @@ def test_exact_spin_decides_exactly() -> None:
     assert run(text)["wobbles"] is False
 
 
-def test_an_irreducible_cubic_is_refused_exactly_and_worked_in_floats() -> None:
+def test_roots_of_an_irreducible_cubic_are_written_with_cosines() -> None:
     text = "body: {points: [[1, 1, 2, 3], [2, -1, 0, 1], [3, 0, 1, -2]]}"
-    with pytest.raises(ComputationError, match="exact"):
-        run(text, exact=True)
-    require_consistent(run(text))
+    found = run(text, exact=True)
+    require_alike(found, run(text))
+    assert all("cos(" in str(moment) for moment in found["moments"])
+
+
+def test_where_the_moments_are_too_long_all_else_is_told() -> None:
+    body = "{points: [[m, a, 0, 0], [2*m, 0, a, a], [3*m, 1, 2, a]]}"
+    text = f"{{body: {body}, motion: {{omega: [0, 0, 1]}}, parameters: "
+    found, values = run(f"{text}{{m: null, a: null}}}}"), {"m": 2.0, "a": 0.7}
+    floating = run(f"{text}{json.dumps(values)}}}")
+    assert [found[key] for key in ("moments", "axes", "groups", "class", "residual")] == [None] * 5
+    assert any("too long to print" in note for note in found.notes)
+    for key in ("tensor", "angular_momentum", "kinetic_energy", "angle"):
+        assert numeric(found[key], values) == pytest.approx(floating[key], rel=1e-13, abs=1e-13)
+    assert found["wobbles"] is floating["wobbles"] is True
+    with pytest.raises(ComputationError, match="too long to print"):
+        run(f"{text}{{m: null, a: null}}}}".replace("omega: [0, 0, 1]", "omega: [0, 0, 1], basis: principal"))

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import get_args
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.grading.functions.formula import names_in
 from rigidcli.grading.trajectories.heads import TIME
+from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.tree import Node, Sum
 
@@ -60,14 +61,13 @@ class Equations:
 
 
 def equations_of(
-    trees: Mapping[str, object], names: tuple[str, ...], constants: Mapping[str, float]
+    rates: Mapping[str, Expr] | None, names: tuple[str, ...], constants: Mapping[str, float]
 ) -> Equations | None:
     """The equations of a study; None where some rate has no formula in what is known."""
-    found = tuple(tree for name in names if isinstance(tree := trees.get(name), get_args(Node)))
     known = {*names, *constants, TIME}
-    if len(found) < len(names) or not frozenset[str]().union(*map(names_in, found)) <= known:
+    if rates is None or any(not rate.names <= known for rate in rates.values()):
         return None
-    return Equations(names, found, constants)
+    return Equations(names, tuple(to_tree(rates[name]) for name in names), constants)
 
 
 def size_of_terms(root: Node, values: Mapping[str, float | Floats]) -> float:

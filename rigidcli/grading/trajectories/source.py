@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import get_args
 
 import numpy as np
 
@@ -21,6 +20,7 @@ from rigidcli.grading.trajectories.heads import TIME
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import parse_unit
 from rigidcli.report import Report, Table, cells
+from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.expression import parse
 from rigidcli.symbolic.language.tree import Name, Node
@@ -172,11 +172,11 @@ def _orbit(source: Source, table: Table, report: Report) -> Source:
     """An orbit: with its equations, what it conserves, and the angles among its coordinates."""
     tree = report.tree()
     coordinates, momenta = (_below(table, key) for key in ("q", "p"))
-    energy = tree.get("hamiltonian")
+    energy = None if tree.get("hamiltonian") is None else to_tree(tree["hamiltonian"])
     known: dict[str, float | Floats] = {**source.constants, **source.columns, TIME: source.times}
     sizes: dict[str, float] = {}
     turning: tuple[str, ...] = ()
-    if isinstance(energy, get_args(Node)) and names_in(energy) <= known.keys():
+    if energy is not None and names_in(energy) <= known.keys():
         sizes = {"H": size_of_terms(energy, known)}
         turning = angles_in(energy, coordinates, source.times, known)
     laws = {name: Name(name) if name != "H" else energy for name in tree["conserved"]}
@@ -186,7 +186,7 @@ def _orbit(source: Source, table: Table, report: Report) -> Source:
         sizes=sizes,
         turning=turning,
         modular=coordinates,
-        laws={name: root for name, root in laws.items() if isinstance(root, get_args(Node))},
+        laws={name: root for name, root in laws.items() if root is not None},
         equations=equations_of(tree["equations"], (*coordinates, *momenta), source.constants),
     )
 
