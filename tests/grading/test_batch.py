@@ -27,10 +27,11 @@ from rigidcli.errors import ComputationError
 from rigidcli.grading import workers
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.batch import gather, run
+from rigidcli.grading.example import Example
 from rigidcli.grading.files import MOST_BYTES
 from rigidcli.grading.judge import Item
 from rigidcli.grading.judgement import Judgement
-from rigidcli.grading.kinds import KINDS, Example, kind
+from rigidcli.grading.kinds import KINDS, kind
 from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
 from rigidcli.grading.question import Question
 from rigidcli.grading.sandbox import Limits

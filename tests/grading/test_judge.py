@@ -15,9 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.grading.asked import Tree
+from rigidcli.grading.example import Example
 from rigidcli.grading.judge import Item, judge
 from rigidcli.grading.judgement import Judged, Judgement, Sheet, from_bytes, to_bytes
-from rigidcli.grading.kinds import Example, kind
+from rigidcli.grading.kinds import kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.sandbox import ForbiddenError
 

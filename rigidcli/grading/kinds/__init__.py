@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Protocol, cast
 
 from rigidcli.grading.asked import Asked, Tree
+from rigidcli.grading.example import Example
 from rigidcli.grading.outcome import Outcome
 
 KINDS = {
@@ -24,18 +24,6 @@ KINDS = {
     "trajectory": "rigidcli.grading.kinds.trajectory",
     "choice": "rigidcli.grading.kinds.choice",
 }
-
-
-@dataclass(frozen=True, slots=True)
-class Example:
-    """An answer whose outcome is known from how it was made: right where `code` is None, else with that code.
-
-    `what` says how it was made, for the instructor who tests the key.
-    """
-
-    what: str
-    answer: Tree
-    code: str | None = None
 
 
 class Kind(Protocol):

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.kinds import Example
+from rigidcli.grading.example import Example
 from rigidcli.grading.motion import key as equation_key
 from rigidcli.grading.motion.determinacy import is_trivial, is_true, tried
 from rigidcli.grading.motion.findings import EquationSet

@@ -11,18 +11,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Mask
-from rigidcli.core.tensor import shortfall
+from rigidcli.core.tensor import rotate, shortfall
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.arrays.entries import worked
 from rigidcli.grading.arrays.keys import computed, reference
 from rigidcli.grading.arrays.reference import Reference
+from rigidcli.grading.arrays.tensors import mistaken_tensors
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.infer import BY_NAME
 from rigidcli.grading.numbers import ROUNDING
 from rigidcli.grading.principal import pairs
 from rigidcli.grading.principal.eigen import Eigen, default_angle, is_solved, solve, varying
-from rigidcli.grading.principal.mistakes import mistaken
 from rigidcli.grading.principal.pairs import UNIT, Pairs
 from rigidcli.grading.principal.writing import mixed
 from rigidcli.grading.question import Question
@@ -93,7 +93,7 @@ def make(asked: Asked) -> Key:
 
     wrong = tuple(
         (code, solved(each))
-        for code, each in mistaken(asked, tensors, ours)
+        for code, each in _mistaken(asked, tensors, ours)
         if np.isfinite(each).all() and each.any(axis=(1, 2)).all()
     )
     alone = len(asked.path) > 1 and BY_NAME.get(asked.path[-1]) == "axes"
@@ -183,3 +183,13 @@ def _arranged(given: Array, key: Reference) -> Array:
     if np.linalg.det(values[order, 1:]) < 0:
         given[2, 1:] = mixed(-np.eye(3), given[2, 1:])
     return given
+
+
+def _mistaken(asked: Asked, tensors: Floats, key: Reference) -> Iterator[tuple[str, Floats]]:
+    """Codes with the tensors (k by 3 by 3) whose moments and axes come out under them."""
+    yield from mistaken_tensors(asked, tensors, key)
+    if asked.document is not None and asked.document.frame is not None:
+        frames = worked(computed(asked.document.physical.axes), key.points)
+        # Turned the other way.
+        turned = [rotate(tensor, frame @ frame) for tensor, frame in zip(tensors, frames, strict=True)]
+        yield "other_frame", np.array(turned)

@@ -4,23 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from math import isfinite, log10, pi
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.tensor import rotate
-from rigidcli.grading.arrays.entries import worked
-from rigidcli.grading.arrays.keys import computed
-from rigidcli.grading.arrays.reference import Reference
-from rigidcli.grading.arrays.tensors import mistaken_tensors
-from rigidcli.grading.asked import Asked
 from rigidcli.grading.principal import pairs
 from rigidcli.grading.principal.eigen import Eigen, solve
+from rigidcli.grading.principal.key import Key
 from rigidcli.grading.principal.pairs import Pairs
-
-if TYPE_CHECKING:
-    from rigidcli.grading.principal.key import Key
 
 NO_FACTOR = 0.1
 """A common factor as near to 1 as this is no mistake with a name."""
@@ -33,16 +25,6 @@ FACTORS = (2.0, 3.0, 4.0, 5.0, 6.0, 12.0, 3 / 2, 4 / 3, 5 / 3, 5 / 2, pi, 2 * pi
 
 Explanation: TypeAlias = tuple[str, tuple[Sequence[Eigen], Sequence[Pairs]]]
 """The code of a mistake, with the solutions under it and the answer, both at each point."""
-
-
-def mistaken(asked: Asked, tensors: Floats, key: Reference) -> Iterator[tuple[str, Floats]]:
-    """Codes with the tensors (k by 3 by 3) whose moments and axes come out under them."""
-    yield from mistaken_tensors(asked, tensors, key)
-    if asked.document is not None and asked.document.frame is not None:
-        frames = worked(computed(asked.document.physical.axes), key.points)
-        # Turned the other way.
-        turned = [rotate(tensor, frame @ frame) for tensor, frame in zip(tensors, frames, strict=True)]
-        yield "other_frame", np.array(turned)
 
 
 def explanations(key: Key, told: Sequence[Pairs]) -> Iterator[Explanation]:

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.kinds import Example
+from rigidcli.grading.example import Example
 from rigidcli.grading.numbers import NOISE, read_written
 from rigidcli.grading.scalars.key import Key
 from rigidcli.grading.scalars.mistakes import explaining
