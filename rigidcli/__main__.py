@@ -23,6 +23,8 @@ def main() -> NoReturn:
     gc.set_threshold(*THRESHOLDS)
     # Matrices are small here, and a second thread would mostly wait for the first.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    # pydantic looks through all installed distributions for plugins, of which documents use none.
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "1")
     try:
         # This import stands here, so that an interrupt while it loads ends the program in the same way.
         from rigidcli.cli.app import main as program

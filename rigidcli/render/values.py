@@ -103,7 +103,7 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any]:
     if not isinstance(value, np.ndarray):
         return "", notation.exact(value) if is_exact(value) else notation.floating(float(value), digits)
     if is_exact(value):
-        return _exact_entries(value, notation)
+        return _exact_entries(entry, notation)
     if not entry.counts:
         # Of a matrix, a small row or column is judged by itself: a slender body has a small moment.
         size = np.abs(value)
@@ -114,13 +114,16 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any]:
     return "", _each(value, lambda number: notation.floating(float(number), digits))
 
 
-def _exact_entries(value: Any, notation: Notation) -> tuple[str, Any]:
+def _exact_entries(entry: Field, notation: Notation) -> tuple[str, Any]:
+    value = entry.value
     if value.ndim == 2:
         from rigidcli.symbolic.algebra.arithmetic import common_factor
 
         factor, rest = common_factor(value)
         # A factor in front is easier to read when it takes the symbols along, or leaves plain numbers.
-        if factor != 1 and (factor.names or all(entry.as_number is not None for entry in rest.flat)):
+        # Entries without one unit in common, as in A of z' = A z, have no symbols in common but by chance.
+        plain_numbers = all(number.as_number is not None for number in rest.flat)
+        if factor != 1 and (plain_numbers if not factor.names else entry.unit):
             return notation.exact(factor), _each(rest, notation.exact)
     return "", _each(value, notation.exact)
 

@@ -9,8 +9,8 @@ from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Atom, Group, Monomial, Pi, Surd, Symbol
 from rigidcli.symbolic.algebra.calculus import expand, mapped, rebuilt
-from rigidcli.symbolic.algebra.expressions import ONE, Expr, factored, gathered, product, total
-from rigidcli.symbolic.algebra.polynomials import quotient
+from rigidcli.symbolic.algebra.expressions import Expr, factored, gathered, product, total
+from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.roots import Rational
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.trigonometry import (
@@ -123,35 +123,8 @@ def _is_parameter(atom: Atom) -> bool:
 
 
 def _over_one_denominator(e: Expr, allowance: Allowance) -> Expr:
-    """A fraction whose numerator is multiplied out, and divided by the denominator if that leaves no rest."""
-    coefficient, monomial = factored(expand(e, allowance))
-    above = [(atom, n) for atom, n in monomial if isinstance(atom, Group) and n > 0 and n.denominator == 1]
-    below = [(atom, n) for atom, n in monomial if isinstance(atom, Group) and n < 0 and n.denominator == 1]
-    rest = {atom: n for atom, n in monomial if (atom, n) not in above and (atom, n) not in below}
-    numerator = _shortened(product([gathered(1, {atom: n}) for atom, n in above]), allowance)
-    outside, common = factored(numerator)
-    numerator = ONE
-    for atom, n in common:
-        if isinstance(atom, Group) and n > 0 and n.denominator == 1:
-            numerator *= gathered(1, {atom: n})
-        else:
-            rest[atom] = rest.get(atom, 0) + n
-    numerator = expand(numerator, allowance)
-    denominators = []
-    for atom, n in below:
-        divisor = _shortened(gathered(1, {atom: 1}), allowance)
-        left = int(-n)
-        while left and (smaller := quotient(numerator, divisor, allowance)) is not None:
-            numerator = smaller
-            left -= 1
-        if (
-            left
-            and numerator.as_number is None
-            and (inverse := quotient(divisor, numerator, allowance)) is not None
-        ):
-            numerator = ONE
-            denominators.append(inverse)
-            left -= 1
-        denominators.extend([divisor] * left)
-    fraction = product([numerator, *(divisor**-1 for divisor in denominators)])
-    return product([gathered(coefficient * outside, rest), fraction])
+    """A fraction in lowest terms and in factors, where a sum is below; else what is multiplied out."""
+    e = expand(e, allowance)
+    if not any(isinstance(atom, Group) and n < 0 for atom, n in factored(e)[1]):
+        return e
+    return product([_shortened(factor, allowance) ** n for factor, n in factors(e, allowance)])
