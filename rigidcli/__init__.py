@@ -7,9 +7,8 @@
     result["moments"]        # array([ 2., 11., 11.])
 
 `load` and `loads` read documents, `inertia`, `axes`, `precess`, `euler` and `hamilton` answer them with a
-report, which maps the fields of the JSON output to floats, numpy arrays, texts and trees of expressions
-(`rigidcli.symbolic.language.text.text` makes texts of these). Problems are raised as
-`rigidcli.errors.RigidError`.
+report, which maps the fields of the JSON output to floats, numpy arrays, texts and exact expressions
+(`rigidcli.symbolic.algebra.expressions.Expr`). Problems are raised as `rigidcli.errors.RigidError`.
 """
 
 from __future__ import annotations

@@ -12,9 +12,11 @@ from collections.abc import Callable
 from fractions import Fraction
 
 import pytest
+import sympy
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+import rigidcli
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative, expand, substitute
 from rigidcli.symbolic.algebra.expressions import ONE, PI, ZERO, Expr, number, symbol
@@ -382,3 +384,34 @@ def test_a_chain_of_masses_is_quick() -> None:
             to_tree(derivative(lagrangian, f"x{i}"))
 
     assert min(timeit.repeat(derive, number=1, repeat=5)) < 0.1
+
+
+# --- results in Python
+
+
+def test_results_of_all_studies_are_of_one_class() -> None:
+    spring = (
+        "{system: {coordinates: [x], lagrangian: m*xdot**2/2 - k*x**2/2}, parameters: {m: null, k: null}}"
+    )
+    rod = "{body: {shape: rod, length: a, mass: m}, parameters: {a: null, m: null}}"
+    hamiltonian = rigidcli.hamilton(rigidcli.loads(spring))["hamiltonian"]
+    moment = rigidcli.axes(rigidcli.loads(rod))["moments"][2]
+    assert type(hamiltonian) is type(moment) is Expr
+    assert (str(hamiltonian), str(moment)) == ("p_x**2/(2*m) + k*x**2/2", "m*a**2/12")
+    assert moment._repr_latex_() == r"$\frac{m a^{2}}{12}$"
+
+
+def test_expressions_are_evaluated_on_numbers_and_arrays() -> None:
+    e = symbol("a", True) ** 2 * symbol("x") / 3
+    assert e.evaluate(a=3, x=2) == 6.0
+    assert e.evaluate(a=3, x=[1.0, 2.0]).tolist() == [3.0, 6.0]
+    with pytest.raises(ExpressionError, match="no value for `a`"):
+        e.evaluate(x=1)
+    assert float(number(Fraction(1, 4))) == 0.25
+
+
+def test_expressions_become_those_of_sympy() -> None:
+    a, x = sympy.Symbol("a", positive=True), sympy.Symbol("x", real=True)
+    e = (symbol("a", True) ** 3 * (symbol("x") + 1)) ** Fraction(1, 2) / 3 + apply("cos", symbol("x")) * PI
+    assert sympy.simplify(e.to_sympy() - (sympy.sqrt(a**3 * (x + 1)) / 3 + sympy.pi * sympy.cos(x))) == 0
+    assert sympy.expand(symbol("a", True) * (a + x)) == a**2 + a * x
