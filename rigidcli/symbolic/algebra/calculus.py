@@ -23,10 +23,10 @@ from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.roots import Rational, bounded
 
 MAX_STEPS = 100_000
-"""In multiplying one expression out."""
+"""Most steps in multiplying one expression out: about half a second."""
 
 MAX_FACTORS = 20_000
-"""Of the terms of a derivative, all together."""
+"""Most factors of the terms of one derivative, so that none takes longer than a second."""
 
 _SLOPES: dict[str, Callable[[Expr], Expr]] = {
     "sin": lambda x: apply("cos", x),
@@ -248,9 +248,10 @@ def multiplied(left: Monomial, right: Monomial, coefficient: Rational) -> Expr:
 
 
 Polynomial: TypeAlias = dict[tuple[int, ...], Expr]
-"""Coefficients by exponents."""
+"""Coefficients by the exponents of some symbols."""
 
 _STEPS_TO_MULTIPLY = 10
+"""Steps for the product of two coefficients, which is a sum of products itself."""
 
 
 def coefficients(e: Expr, names: Sequence[str]) -> Polynomial | None:

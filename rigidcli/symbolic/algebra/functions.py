@@ -66,6 +66,7 @@ _TANGENTS: dict[Fraction, Expr] = {
     Fraction(3, 8): _root(2) + 1,
     Fraction(5, 12): 2 + _root(3),
 }
+"""The tangents of such multiples of pi that have a short form."""
 
 _KNOWN: dict[tuple[str, Expr], Expr] = {
     **{("asin", sine): PI * part for part, sine in _SINES.items()},

@@ -10,13 +10,13 @@ from rigidcli.errors import ExpressionError
 Rational: TypeAlias = int | Fraction
 
 MAX_BITS = 10_000
-"""Of a numerator or denominator: about 3,000 digits."""
+"""Most bits of a numerator or denominator, about 3,000 digits, so that each operation is quick."""
 
 MAX_ROOT_BITS = 512
-"""Of a number under a root, which is searched for factors: about 150 digits."""
+"""Most bits of a number under a root, about 150 digits, as it is searched for factors."""
 
 MAX_DIVISOR = 2_000
-"""Prime factors beyond this one stay together."""
+"""The largest prime factor that is looked for under a root. Larger ones stay together."""
 
 
 def bounded(value: Rational) -> Rational:

@@ -15,10 +15,10 @@ from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import code
 
 LOW, HIGH = 0.3, 1.7
-"""Where random values lie: of the order of 1, and positive as masses and lengths are."""
+"""Random values lie between these: near 1, and positive as masses and lengths are."""
 
 TRIES = 40
-"""Random points among which those with values are looked for."""
+"""Most random points that are tried, as expressions may have no value at some."""
 
 
 def points(names: Sequence[str], fixed: Mapping[str, float], seed: int = 1) -> Iterator[dict[str, float]]:

@@ -21,15 +21,16 @@ from rigidcli.symbolic.algebra.trigonometry import (
 from rigidcli.symbolic.language.text import text
 
 MAX_TERMS_TO_TIDY = 300
-"""A sum of more terms is left as it is."""
+"""Most terms of a sum that is rearranged at all."""
 
 MAX_STEPS_TO_TIDY = 20_000
-"""In one call, beyond which further forms are not looked for."""
+"""Steps in one call after which no further forms are looked for: a few hundredths of a second."""
 
 _STEPS_TO_WRITE = 50
+"""Steps for one term of a form that is written as text, to compare its length."""
 
 MAX_DEPTH_TO_TIDY = 12
-"""Of functions and groups inside each other, beyond which only the outermost are made shorter."""
+"""Largest depth of functions and groups inside each other that are made shorter at every level."""
 
 
 def tidy(e: Expr) -> Expr:

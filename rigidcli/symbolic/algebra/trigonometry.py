@@ -14,12 +14,13 @@ from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.roots import Rational
 
 MAX_ROUNDS = 200
-"""Of replacing terms by fewer."""
+"""Most times that terms of one sum are replaced by fewer."""
 
 _STEPS_TO_SEARCH = 10
+"""Steps for each pair of functions in a term whose partner is looked for."""
 
 MAX_MULTIPLE = 12
-"""Of an angle, in a sine that is written in sines and cosines of the angle itself."""
+"""Largest multiple of an angle whose sine is written in sines and cosines of the angle itself."""
 
 
 class _Pair(NamedTuple):

@@ -189,6 +189,8 @@ def _eigenvector(tensor: Array, moment: Expr) -> Array:
     pivot = max(range(3), key=lambda k: abs(size(adjugate[k, k])))
     row = tidy_array(adjugate[pivot])
     _require_short(row, "axes")
-    axis = tidy_array(row / root_of_either_sign(row[pivot] * tidy(3 * offset**2 - half)))
+    axis = row / root_of_either_sign(row[pivot] * tidy(3 * offset**2 - half))
+    _require_short(axis, "axes", 2 * LONGEST)  # what is longer does not shrink so much
+    axis = tidy_array(axis)
     _require_short(axis, "axes")
     return axis
