@@ -190,7 +190,7 @@ def sqrt(x: Any) -> Expr:
 def root_of_either_sign(x: Any, of_square: Callable[[Expr], Expr] = lambda x: x) -> Expr:
     """A square root whose sign is free: of x^2 simply x, or what `of_square` makes of x."""
     e = tidy(expr(x))
-    if _is_product(e):
+    if e.as_number is not None:
         return power(e, _HALF)
     try:
         parts = factors(e, Allowance(MAX_STEPS))

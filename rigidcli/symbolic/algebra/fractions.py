@@ -19,7 +19,7 @@ from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Monomial, Surd, interned
 from rigidcli.symbolic.algebra.calculus import expand
-from rigidcli.symbolic.algebra.expressions import ONE, Expr, factored, gathered, product, total
+from rigidcli.symbolic.algebra.expressions import ONE, Expr, atomic, factored, gathered, product, total
 from rigidcli.symbolic.algebra.roots import Rational, magnitude
 
 MOST_TERMS = 250
@@ -149,10 +149,10 @@ def _square(atom: Atom, step: Fraction, radicands: dict[Atom, Expr]) -> Expr | N
 
 @dataclass(frozen=True, slots=True)
 class _Quotient:
-    """An expression as `outside` times a fraction of two polynomials."""
+    """An expression as powers of what stands `outside`, times a fraction of two polynomials."""
 
     ring: _Ring
-    outside: Expr
+    outside: list[tuple[Expr, int]]
     above: Any
     below: Any
 
@@ -165,15 +165,17 @@ def _quotient(e: Expr, allowance: Allowance) -> _Quotient:
     coefficient, monomial = factored(expand(e, allowance))
     above: list[Expr] = []
     below: list[Expr] = []
-    outside: dict[Atom, Rational] = {}
+    outside = [(ONE * coefficient, 1)]
     for atom, exponent in monomial:
         if exponent.denominator == 1 and isinstance(atom, Group):
             (above if exponent > 0 else below).append(gathered(1, {atom: magnitude(exponent)}))
         elif exponent.denominator != 1 and isinstance(atom, Group | Surd):
             above.append(gathered(1, {atom: exponent - math.floor(exponent)}))
             below.append(gathered(1, {atom: -math.floor(exponent)}))
+        elif exponent.denominator == 1:
+            outside.append((atomic(atom), int(exponent)))
         else:
-            outside[atom] = exponent
+            outside.append((gathered(1, {atom: exponent}), 1))
     numerator, denominator = (expand(product(factors), allowance) for factors in (above, below))
     lowest = _lowest((numerator, denominator))
     numerator, denominator = (
@@ -186,7 +188,7 @@ def _quotient(e: Expr, allowance: Allowance) -> _Quotient:
         raise ExpressionError("division by zero")
     over, under = ring.conjugated(over, under)
     common = over.gcd(under)
-    return _Quotient(ring, gathered(coefficient, outside), divmod(over, common)[0], divmod(under, common)[0])
+    return _Quotient(ring, outside, divmod(over, common)[0], divmod(under, common)[0])
 
 
 def _lowest(parts: Sequence[Expr]) -> dict[Atom, Rational]:
@@ -213,7 +215,8 @@ def lowest_terms(e: Expr, allowance: Allowance) -> tuple[Expr, Expr]:
     No square root is below. Raises ExpressionError where it is too large, or the denominator vanishes.
     """
     found = _quotient(e, allowance)
-    multiplied_out = found.outside * found.ring.expr(found.above) / found.ring.expr(found.below)
+    outside = product([factor**power for factor, power in found.outside])
+    multiplied_out = outside * found.ring.expr(found.above) / found.ring.expr(found.below)
     return multiplied_out, product([factor**power for factor, power in _factors(found)])
 
 
@@ -226,7 +229,7 @@ def factors(e: Expr, allowance: Allowance) -> list[tuple[Expr, int]]:
 
 
 def _factors(found: _Quotient) -> list[tuple[Expr, int]]:
-    parts = [(found.outside, 1)]
+    parts = list(found.outside)
     for polynomial, sign in ((found.above, 1), (found.below, -1)):
         content, irreducible = polynomial.factor()
         parts.append((_rational(content) ** sign * ONE, 1))
