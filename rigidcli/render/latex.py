@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.render.values import Notation, column_texts, entries, has_symbols, sampled, visible, written
-from rigidcli.report import Cell, Field, Report, Table
+from rigidcli.render.values import entries, is_exact, shown_columns, written
+from rigidcli.report import Cell, Field, Report, Table, Value
 
 _SPECIAL = str.maketrans(
     {char: f"\\{char}" for char in "&%$#_{}"}
@@ -27,20 +27,21 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         body = " \\\\\n".join(f"  {row}" for row in rows)
         yield f"% {printable(report.name)}: {report.title}\n\\begin{{align*}}\n{body}\n\\end{{align*}}\n"
         for table in report.tables:
-            shown = visible(table, look)
-            if shown:
-                yield _table(table, shown, look.digits)
+            if shown := shown_columns(table, look, _number):
+                yield _table(table, shown)
 
 
-def _table(table: Table, columns: Sequence[Cell], digits: int) -> str:
-    """A table in a `tabular`: heads with their units, then the rows, a few where there are many."""
-    rows = sampled(len(table)) if table.data else range(len(table))
+def _table(table: Table, columns: list[tuple[Cell, list[str]]]) -> str:
+    """A table in a `tabular`: heads with their units, then the rows."""
     heads = [
         (f"${cell.symbol}$" if cell.symbol else _prose(cell.name))
         + (f" ({_prose(cell.unit)})" if cell.unit else "")
-        for cell in columns
+        for cell, _ in columns
     ]
-    texts = [_column(cell, rows, digits) for cell in columns]
+    texts = [
+        [_prose(text) if isinstance(cell.values[0], str | bool) else f"${text}$" for text in column]
+        for cell, column in columns
+    ]
     lines = [" & ".join(line) + r" \\" for line in zip(*texts, strict=True)]
     body = "\n".join(f"  {line}" for line in [" & ".join(heads) + r" \\ \hline", *lines])
     return (
@@ -49,17 +50,11 @@ def _table(table: Table, columns: Sequence[Cell], digits: int) -> str:
     )
 
 
-def _column(cell: Cell, rows: Iterable[int], digits: int) -> list[str]:
-    words = isinstance(cell.values[0], str | bool)
-    texts = column_texts(cell, rows, digits, _NOTATION)
-    return [_prose(text) if words else f"${text}$" for text in texts]
-
-
 def _row(entry: Field, digits: int) -> str:
     left = entry.symbol or rf"\text{{{entry.title}}}"
     if entry.words or entry.value is None:
         return rf"{left} &\colon \text{{{_prose(entry.words or 'not known')}}}"
-    factor, texts = entries(entry, digits, _NOTATION)
+    factor, texts, unit = entries(entry, digits, _number)
     if isinstance(texts, str):
         value = texts
     elif isinstance(texts[0], str):
@@ -69,7 +64,9 @@ def _row(entry: Field, digits: int) -> str:
         apart = r" \\[1ex] " if any("frac" in cell for row in texts for cell in row) else r" \\ "
         rows = apart.join(" & ".join(row) for row in texts)
         value = rf"\begin{{pmatrix}}{rows}\end{{pmatrix}}"
-    return f"{left} &= {factor}{value}{_unit(entry)}"
+    # The unit is in upright letters: `kg m^2/s` becomes kg\,m^2/s.
+    upright = rf"\,\mathrm{{{unit}}}".replace(" ", r"\,") if unit else ""
+    return f"{left} &= {factor}{value}{upright}"
 
 
 def _prose(words: str) -> str:
@@ -88,23 +85,10 @@ def _prose(words: str) -> str:
     return _SYMBOL.sub(symbol, words.translate(_SPECIAL))
 
 
-def _unit(entry: Field) -> str:
-    """The unit in upright letters: `kg m^2/s` becomes kg\\,m^{2}/s."""
-    if not entry.unit or has_symbols(entry.value):
-        return ""
-    words = entry.unit.replace(" ", r"\,")
-    return rf"\,\mathrm{{{words}}}"
+def _number(value: Value, digits: int) -> str:
+    if is_exact(value):
+        from rigidcli.symbolic.language.text import latex
 
-
-def _floating(number: float, digits: int) -> str:
-    mantissa, e, exponent = f"{number:.{digits}g}".partition("e")
+        return written(value, latex)
+    mantissa, e, exponent = f"{value:.{digits}g}".partition("e")
     return rf"{mantissa} \times 10^{{{int(exponent)}}}" if e else mantissa
-
-
-def _exact(number: object) -> str:
-    from rigidcli.symbolic.language.text import latex
-
-    return written(number, latex)
-
-
-_NOTATION = Notation(_floating, _exact)

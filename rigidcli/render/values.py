@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -18,8 +17,8 @@ NOISE = 4 * float(np.finfo(np.float64).eps)
 
 _PLAIN = (float, int, str, bool, type(None))
 
-Writer: TypeAlias = Callable[[Node], str]
-"""One of `text`, `reading` and `latex` of `symbolic.language.text`."""
+Notation: TypeAlias = Callable[[Value, int], str]
+"""How one kind of output writes a number: a float with so many digits, or an exact expression."""
 
 
 def is_exact(value: Value) -> bool:
@@ -29,8 +28,8 @@ def is_exact(value: Value) -> bool:
     return hasattr(type(value), "to_sympy")
 
 
-def written(value: Value, write: Writer) -> str:
-    """An exact expression in one of the ways to write it."""
+def written(value: Value, write: Callable[[Node], str]) -> str:
+    """An exact expression as `text`, `reading` or `latex` of `symbolic.language.text` write it."""
     from rigidcli.symbolic.algebra.trees import to_tree
 
     return write(to_tree(value))
@@ -47,41 +46,30 @@ def plain(value: Value) -> Value:
     return [plain(entry) for entry in value] if isinstance(value, np.ndarray) else str(value)
 
 
-def has_symbols(value: Value) -> bool:
-    """Whether an exact value depends on symbols, which then bring units of their own."""
-    if not is_exact(value):
-        return False
-    return any(entry.names for entry in np.ravel(np.array(value, dtype=object)))
-
-
-@dataclass(frozen=True, slots=True)
-class Notation:
-    """How one kind of output writes a float of so many digits, and an exact number."""
-
-    floating: Callable[[float, int], str]
-    exact: Callable[[Any], str]
-
-
 MOST_ROWS = 11
 """Rows of a table of data that people are shown."""
 
 
-def sampled(length: int) -> list[int]:
-    """Some rows of a table of so many: the first, the last, and evenly between them."""
-    shown = min(length, MOST_ROWS)
-    return [round(k * (length - 1) / max(1, shown - 1)) for k in range(shown)]
+def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Cell, list[str]]]:
+    """The columns that people are shown, and their texts: those that have a unit, or those they asked for.
 
-
-def visible(table: Table, look: Look) -> list[Cell]:
-    """The columns that people are shown: those that have a unit, or those they asked for."""
-    if not len(table):
+    Of data they see a few rows: the first, the last, and evenly between them.
+    """
+    length = len(table)
+    if not length:
         return []
     asked = look.columns if table.data else ()
-    return [cell for cell in cells(table, asked) if asked or cell.unit is not None]
+    count = min(length, MOST_ROWS) if table.data else length
+    rows = [round(k * (length - 1) / max(1, count - 1)) for k in range(count)]
+    return [
+        (cell, _column(cell, rows, look.digits, notation))
+        for cell in cells(table, asked)
+        if asked or cell.unit is not None
+    ]
 
 
-def column_texts(cell: Cell, rows: Iterable[int], digits: int, notation: Notation) -> list[str]:
-    """The values of a column in these rows, for people; rounding noise beside its largest is zero."""
+def _column(cell: Cell, rows: list[int], digits: int, notation: Notation) -> list[str]:
+    """The values of a column in these rows; rounding noise beside its largest is zero."""
     values = cell.values
     if isinstance(values, np.ndarray):
         values = np.where(np.abs(values) < NOISE * np.abs(cell.whole).max(), 0.0, values)
@@ -94,36 +82,37 @@ _TRUTH = {None: "-", True: "yes", False: "no"}
 def _cell_text(value: Value, digits: int, notation: Notation) -> str:
     if value is None or isinstance(value, str | bool):
         return printable(value) if isinstance(value, str) else _TRUTH[value]
-    return notation.exact(value) if is_exact(value) else notation.floating(float(value), digits)
+    return notation(value, digits)
 
 
-def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any]:
-    """A common factor ("" for none), and the text of a number or, nested as it is, of an array."""
-    value = entry.value
-    if not isinstance(value, np.ndarray):
-        return "", notation.exact(value) if is_exact(value) else notation.floating(float(value), digits)
+def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, str]:
+    """A common factor ("" for none), the text of a number or, nested as it is, of an array, and the unit.
+
+    Symbols bring units of their own, so that there is none for a value that depends on them.
+    """
+    value, factor = entry.value, ""
     if is_exact(value):
-        return _exact_entries(value, notation)
-    if not entry.counts:
+        numbers = np.ravel(np.array(value, dtype=object))
+        unit = "" if any(number.names for number in numbers) else entry.unit
+        if np.ndim(value) == 2:
+            from rigidcli.symbolic.algebra.arithmetic import common_factor
+
+            common, rest = common_factor(value)
+            # A factor in front is easier to read when it takes the symbols along, or leaves plain numbers.
+            if common != 1 and (common.names or all(number.as_number is not None for number in rest.flat)):
+                value, factor = rest, notation(common, digits)
+        return factor, _texts(value, digits, notation), unit
+    if isinstance(value, np.ndarray) and not entry.counts:
         # Of a matrix, a small row or column is judged by itself: a slender body has a small moment.
         size = np.abs(value)
         scale = (
             np.minimum(*np.meshgrid(size.max(axis=0), size.max(axis=1))) if value.ndim == 2 else size.max()
         )
         value = np.where(size < NOISE * scale, 0.0, value)
-    return "", _each(value, lambda number: notation.floating(float(number), digits))
+    return "", _texts(value, digits, notation), entry.unit
 
 
-def _exact_entries(value: Any, notation: Notation) -> tuple[str, Any]:
-    if value.ndim == 2:
-        from rigidcli.symbolic.algebra.arithmetic import common_factor
-
-        factor, rest = common_factor(value)
-        # A factor in front is easier to read when it takes the symbols along, or leaves plain numbers.
-        if factor != 1 and (factor.names or all(entry.as_number is not None for entry in rest.flat)):
-            return notation.exact(factor), _each(rest, notation.exact)
-    return "", _each(value, notation.exact)
-
-
-def _each(array: Any, write: Callable[[Any], str]) -> Any:
-    return [_each(entry, write) if isinstance(entry, np.ndarray) else write(entry) for entry in array]
+def _texts(value: Value, digits: int, notation: Notation) -> Any:
+    if isinstance(value, np.ndarray):
+        return [_texts(entry, digits, notation) for entry in value]
+    return notation(value, digits)
