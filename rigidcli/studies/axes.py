@@ -55,23 +55,21 @@ def run(document: Document) -> Report:
 
 def _frame_fields(frame: PrincipalFrame | None, body: Inertia, n: Arithmetic) -> list[Field]:
     """Moments, axes and class; null, and not shown to people, where there is no frame to tell."""
-    moments = {f"lambda{k + 1}": (k,) for k in range(3)}
-    axes = {f"e{k + 1}{axis}": (k, j) for k in range(3) for j, axis in enumerate("xyz")}
+    cells: dict[str, dict[str, tuple[int, ...]]] = {
+        "moments": {f"lambda{k + 1}": (k,) for k in range(3)},
+        "axes": {f"e{k + 1}{axis}": (k, j) for k in range(3) for j, axis in enumerate("xyz")},
+        "groups": {},
+        "class": {"class": ()},
+        "residual": {},
+    }
     if frame is None:
-        return [
-            Field("moments", None, cells=dict(moments)),
-            Field("axes", None, cells=dict(axes)),
-            Field("groups", None),
-            Field("class", None, cells={"class": ()}),
-            Field("residual", None),
-        ]
-    kind = principal.body_class(frame)
-    symbol = r"\lambda_{1,2,3}"
+        return [Field(key, None, cells=columns) for key, columns in cells.items()]
+    kind, symbol = principal.body_class(frame), r"\lambda_{1,2,3}"
     return [
-        Field("moments", frame.moments, "principal moments", symbol, "kg m^2", moments, counts=True),
-        Field("axes", frame.axes, "principal axes (rows)", r"\mathbf{e}_{1,2,3}", "", axes),
+        Field("moments", frame.moments, "principal moments", symbol, "kg m^2", cells["moments"], counts=True),
+        Field("axes", frame.axes, "principal axes (rows)", r"\mathbf{e}_{1,2,3}", "", cells["axes"]),
         Field("groups", [list(group) for group in frame.groups]),
-        Field("class", kind, "class", cells={"class": ()}, words=CLASSES[kind]),
+        Field("class", kind, "class", cells=cells["class"], words=CLASSES[kind]),
         Field("residual", _residual(body.tensor, frame, n)),
     ]
 
