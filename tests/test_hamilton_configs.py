@@ -13,7 +13,6 @@ import random
 import shutil
 import subprocess
 from collections.abc import Callable, Mapping
-from decimal import Decimal
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -32,18 +31,11 @@ from rigidcli.render import Format, Look, renderer
 from rigidcli.studies import hamilton
 from rigidcli.symbolic.language.evaluation import real
 from rigidcli.symbolic.language.parser import read
-from tests.conftest import ROOT, Program
+from tests.conftest import ROOT, Program, printed
 
 Floats = NDArray[np.float64]
 
 CONFIGS = ROOT / "configs"
-
-
-def printed(figure: str) -> Any:
-    """What rounds to the figure, in the digits it is printed in."""
-    exponent = Decimal(figure).as_tuple().exponent
-    assert isinstance(exponent, int)
-    return pytest.approx(float(figure), rel=0, abs=0.5 * 10.0**exponent)
 
 
 @cache

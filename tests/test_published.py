@@ -6,7 +6,6 @@ A published figure is met to the digits in which it is printed.
 from __future__ import annotations
 
 import math
-from decimal import Decimal
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from scipy.integrate import solve_ivp
 import rigidcli
 from rigidcli.core import rotation
 from rigidcli.report import Report
-from tests.conftest import ROOT
+from tests.conftest import ROOT, printed
 from tests.euler_equations import Floats, Torque, integrated, same_turn
 
 DAY = 86400.0
@@ -33,13 +32,6 @@ def precession(name: str, *settings: str) -> Report:
 
 def motion(name: str, *settings: str) -> Report:
     return rigidcli.euler(document(name, *settings))
-
-
-def printed(figure: str) -> Any:
-    """What rounds to the figure, in the digits it is printed in."""
-    exponent = Decimal(figure).as_tuple().exponent
-    assert isinstance(exponent, int)
-    return pytest.approx(float(figure), rel=0, abs=0.5 * 10.0**exponent)
 
 
 # --- tops
