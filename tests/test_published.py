@@ -348,7 +348,7 @@ def test_a_rigid_earth_wobbles() -> None:
 
 
 def test_tennis_racket() -> None:
-    """Growth by the linearised equations, the motion by direct integration.
+    """Growth by the linearised equations.
 
     M. S. Ashbaugh, C. C. Chicone, R. H. Cushman, J. Dyn. Differ. Equ. 3 (1991) 67.
     """

@@ -12,10 +12,10 @@ import rigidcli
 from rigidcli.cli.output import Failures, Output, complain, progress
 from rigidcli.errors import Problem, UsageError
 from rigidcli.render import Format, Look, renderer
-from rigidcli.report import Report, cells
 
 if TYPE_CHECKING:
     from rigidcli.model.document import Document
+    from rigidcli.report import Report
 
 Files = Annotated[
     list[str], typer.Argument(metavar="FILE", help="Documents (YAML or JSON); `-` is standard input.")
@@ -129,7 +129,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
 
 def _require_columns(report: Report, columns: Sequence[str]) -> None:
     """Raise UsageError unless the table of data has these columns; only that of a top has angles."""
-    known = {cell.name for table in report.tables if table.data for cell in cells(table)}
+    known = {name for table in report.tables if table.data for each in table.columns for name in each.cells}
     for name in columns:
         if name not in known:
             raise UsageError(f"`{name}` is no column here: only the motion of a `top` has phi, theta and psi")

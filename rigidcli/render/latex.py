@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.render.values import entries, is_exact, shown_columns, written
-from rigidcli.report import Cell, Field, Report, Table, Value
+from rigidcli.report import Column, Field, Report, Table, Value
 
 _SPECIAL = str.maketrans(
     {char: f"\\{char}" for char in "&%$#_{}"}
@@ -16,8 +16,12 @@ _SPECIAL = str.maketrans(
     | {"<": r"\textless{}", ">": r"\textgreater{}", "[": "{[}"}
 )
 
-_SYMBOL = re.compile(r"\b(lambda|e)([123])\b|\bomega\b")
-"""The symbols that stand in the words of a result, spelled out as in a terminal."""
+_SYMBOLS = {
+    r"\blambda([123])\b": r"$\\lambda_\1$",
+    r"\be([123])\b": r"$\\mathbf{e}_\1$",
+    r"\bomega\b": r"$\\boldsymbol{\\omega}$",
+}
+"""The symbols that stand in the words of a result, spelled out as in a terminal, and how LaTeX has them."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
@@ -31,16 +35,16 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
                 yield _table(table, shown)
 
 
-def _table(table: Table, columns: list[tuple[Cell, list[str]]]) -> str:
+def _table(table: Table, columns: list[tuple[Column, list[str]]]) -> str:
     """A table in a `tabular`: heads with their units, then the rows."""
     heads = [
-        (f"${cell.symbol}$" if cell.symbol else _prose(cell.name))
-        + (f" ({_prose(cell.unit)})" if cell.unit else "")
-        for cell, _ in columns
+        (f"${column.symbols[0]}$" if column.symbols else _prose(column.cells[0]))
+        + (f" ({_prose(column.unit)})" if column.unit else "")
+        for column, _ in columns
     ]
     texts = [
-        [_prose(text) if isinstance(cell.values[0], str | bool) else f"${text}$" for text in column]
-        for cell, column in columns
+        [_prose(text) if isinstance(column.values[0], str | bool) else f"${text}$" for text in told]
+        for column, told in columns
     ]
     lines = [" & ".join(line) + r" \\" for line in zip(*texts, strict=True)]
     body = "\n".join(f"  {line}" for line in [" & ".join(heads) + r" \\ \hline", *lines])
@@ -71,18 +75,10 @@ def _row(entry: Field, digits: int) -> str:
 
 def _prose(words: str) -> str:
     """Words as LaTeX text, symbols of the field as symbols."""
-
-    def symbol(found: re.Match[str]) -> str:
-        letter, index = found.groups()
-        return (
-            rf"$\lambda_{index}$"
-            if letter == "lambda"
-            else rf"$\mathbf{{e}}_{index}$"
-            if letter
-            else r"$\boldsymbol{\omega}$"
-        )
-
-    return _SYMBOL.sub(symbol, words.translate(_SPECIAL))
+    text = words.translate(_SPECIAL)
+    for spelled, symbol in _SYMBOLS.items():
+        text = re.sub(spelled, symbol, text)
+    return text
 
 
 def _number(value: Value, digits: int) -> str:

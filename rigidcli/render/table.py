@@ -9,7 +9,7 @@ from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.render.terminal import GAP, Page, Row
 from rigidcli.render.values import entries, is_exact, shown_columns, written
-from rigidcli.report import Cell, Field, Report, Value
+from rigidcli.report import Column, Field, Report, Value
 
 _Results: TypeAlias = Sequence[tuple[Field, str, str]]
 """Results, each with its value as lines of text, and its unit."""
@@ -25,7 +25,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         head = f"{printable(report.name)}: {report.title}"
         results = [(entry, *_value(entry, look.digits)) for entry in report.fields if entry.title]
         tables = [
-            (table.title, [[_head(cell), *texts] for cell, texts in shown])
+            (table.title, [[_head(column), *texts] for column, texts in shown])
             for table in report.tables
             if (shown := shown_columns(table, look, _number))
         ]
@@ -37,8 +37,8 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         first = False
 
 
-def _head(cell: Cell) -> str:
-    return f"{cell.name} ({cell.unit})" if cell.unit else cell.name
+def _head(column: Column) -> str:
+    return f"{column.cells[0]} ({column.unit})" if column.unit else column.cells[0]
 
 
 def _plain(head: str, results: _Results, tables: _Tables) -> str:

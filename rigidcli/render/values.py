@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.report import Cell, Field, Table, Value, cells
+from rigidcli.report import Column, Field, Table, Value, single_cells
 from rigidcli.symbolic.language.tree import Node
 
 NOISE = 4 * float(np.finfo(np.float64).eps)
@@ -50,10 +51,11 @@ MOST_ROWS = 11
 """Rows of a table of data that people are shown."""
 
 
-def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Cell, list[str]]]:
-    """The columns that people are shown, and their texts: those that have a unit, or those they asked for.
+def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Column, list[str]]]:
+    """The columns, of one cell each, that people are shown, with their texts.
 
-    Of data they see a few rows: the first, the last, and evenly between them.
+    These are columns that have a unit, or those that were asked for. Of data people see a few rows: the
+    first, the last, and evenly between them.
     """
     length = len(table)
     if not length:
@@ -61,19 +63,19 @@ def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Ce
     asked = look.columns if table.data else ()
     count = min(length, MOST_ROWS) if table.data else length
     rows = [round(k * (length - 1) / max(1, count - 1)) for k in range(count)]
+    tidied = replace(table, columns=tuple(map(_without_noise, table.columns)))
     return [
-        (cell, _column(cell, rows, look.digits, notation))
-        for cell in cells(table, asked)
-        if asked or cell.unit is not None
+        (column, [_cell_text(column.values[row], look.digits, notation) for row in rows])
+        for column in single_cells(tidied, asked)
+        if asked or column.unit is not None
     ]
 
 
-def _column(cell: Cell, rows: list[int], digits: int, notation: Notation) -> list[str]:
-    """The values of a column in these rows; rounding noise beside its largest is zero."""
-    values = cell.values
+def _without_noise(column: Column) -> Column:
+    values = column.values
     if isinstance(values, np.ndarray):
-        values = np.where(np.abs(values) < NOISE * np.abs(cell.whole).max(), 0.0, values)
-    return [_cell_text(values[row], digits, notation) for row in rows]
+        values = np.where(np.abs(values) < NOISE * np.abs(values).max(), 0.0, values)
+    return replace(column, values=values)
 
 
 _TRUTH = {None: "-", True: "yes", False: "no"}

@@ -58,8 +58,7 @@ def initial_value_problem(document: Document) -> InitialValueProblem:
     Raises DocumentError where it poses none, or one that a body cannot have.
     """
     motion = document.motion or Motion()
-    if document.arithmetic.exact:
-        require_values(document, "a motion in time")
+    require_values(document, "a motion in time")
     if motion.omega is not None:
         return _of_body(document, motion)
     if document.top is not None:
