@@ -35,8 +35,6 @@ class UsageError(RigidError):
 class ComputationError(RigidError):
     """The document is fine, but what was asked cannot be computed."""
 
-    exit_code = 4
-
 
 class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Problem` of a document
     """A value that cannot be what the document says it is.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 Value: TypeAlias = Any
@@ -104,34 +104,20 @@ class Report(Mapping[str, Value]):
         return len(self.tree())
 
 
-@dataclass(frozen=True, slots=True)
-class Cell:
-    """One component of a column of a table: its head, its unit, its values (n), and all of the column's."""
-
-    name: str
-    symbol: str
-    unit: str | None
-    values: Value
-    whole: Value
-
-
-def cells(table: Table, names: Sequence[str] = ()) -> list[Cell]:
-    """The components of a table one by one: those with these `names` in that order, or all."""
+def single_cells(table: Table, names: Sequence[str] = ()) -> list[Column]:
+    """The columns of a table cut into those of one cell each: these `names` in that order, or all."""
     every = [
-        Cell(
-            name,
-            column.symbols[index] if column.symbols else "",
-            column.unit,
-            column.values if len(column.cells) == 1 else column.values[:, index],
-            column.values,
+        replace(
+            column,
+            values=column.values if len(column.cells) == 1 else column.values[:, index],
+            cells=(name,),
+            symbols=column.symbols[index : index + 1],
         )
         for column in table.columns
         for index, name in enumerate(column.cells)
     ]
-    if not names:
-        return every
-    by_name = {cell.name: cell for cell in every}
-    return [by_name[name] for name in names]
+    by_name = {column.cells[0]: column for column in every}
+    return [by_name[name] for name in names] or every
 
 
 def _nested(table: Table) -> list[tuple[str, Value]]:

@@ -1,4 +1,4 @@
-"""What tests of all parts share: the program, run in this process."""
+"""What tests of all parts share: the program, run in this process, and figures as they are printed."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import os
 import sys
 from collections.abc import Callable
 from dataclasses import dataclass
+from decimal import Decimal
 from pathlib import Path
+from typing import Any
 
 # Matrices here are small: a second thread only waits for the first. numpy reads this when it loads.
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
@@ -23,6 +25,13 @@ ROOT = Path(__file__).parent.parent
 settings.register_profile("gate", derandomize=True)
 settings.register_profile("search", derandomize=False)
 settings.load_profile("gate")
+
+
+def printed(figure: str) -> Any:
+    """What rounds to the figure, in the digits it is printed in."""
+    exponent = Decimal(figure).as_tuple().exponent
+    assert isinstance(exponent, int)
+    return pytest.approx(float(figure), rel=0, abs=0.5 * 10.0**exponent)
 
 
 @dataclass(frozen=True)

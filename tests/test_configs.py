@@ -6,6 +6,8 @@ import csv
 import io
 import json
 import re
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +61,18 @@ def test_runs_in_every_command_and_format(path: Path, command: str, form: str, p
         assert len(rows) == samples or command == "euler"
     if form == "latex":
         assert outcome.out.count(r"\begin{") == outcome.out.count(r"\end{") > 0
+
+
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
+@pytest.mark.parametrize("command", ["axes", "hamilton"])
+def test_latex_compiles(command: str, tmp_path: Path, program: Program) -> None:
+    fragments = program(command, "-f", "latex", *(str(path) for path, name in RUNS if name == command)).out
+    body = f"\\usepackage{{amsmath}}\\begin{{document}}\n{fragments}\\end{{document}}\n"
+    (tmp_path / "all.tex").write_text(f"\\documentclass{{article}}{body}")
+    latex = ["pdflatex", "-halt-on-error", "all.tex"]
+    done = subprocess.run(latex, cwd=tmp_path, check=False, capture_output=True, text=True, timeout=60)
+    complaints = [line for line in done.stdout.splitlines() if line.startswith(("!", "l."))]
+    assert (done.returncode, complaints) == (0, [])
 
 
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)

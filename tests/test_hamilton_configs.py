@@ -10,13 +10,9 @@ from __future__ import annotations
 import json
 import math
 import random
-import shutil
-import subprocess
-from collections.abc import Callable, Mapping
-from decimal import Decimal
+from collections.abc import Mapping
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import mpmath
@@ -32,18 +28,11 @@ from rigidcli.render import Format, Look, renderer
 from rigidcli.studies import hamilton
 from rigidcli.symbolic.language.evaluation import real
 from rigidcli.symbolic.language.parser import read
-from tests.conftest import ROOT, Program
+from tests.conftest import ROOT, Program, printed
 
 Floats = NDArray[np.float64]
 
 CONFIGS = ROOT / "configs"
-
-
-def printed(figure: str) -> Any:
-    """What rounds to the figure, in the digits it is printed in."""
-    exponent = Decimal(figure).as_tuple().exponent
-    assert isinstance(exponent, int)
-    return pytest.approx(float(figure), rel=0, abs=0.5 * 10.0**exponent)
 
 
 @cache
@@ -236,16 +225,6 @@ def test_people_are_told_by_how_much_it_is_not_the_energy(name: str, words: str,
 # --- equations, by sympy
 
 
-class Truth(NamedTuple):
-    """L, its slopes, and T + V where they are given, at coordinates and velocities; H alone: its slopes."""
-
-    momenta: list[float]
-    forces: list[float]
-    energy: float
-    slope_in_time: float
-    total: float | None
-
-
 class Form(NamedTuple):
     """What a document says, in sympy."""
 
@@ -286,39 +265,22 @@ def lagrangian(name: str) -> Form:
     return Form(symbols, coordinates, rates, moves, kinetic + potential, momenta)
 
 
-@cache
-def truth(name: str) -> Callable[[Mapping[str, float]], Truth]:
-    """The values of what a document says."""
-    symbols, coordinates, rates, moves, total, momenta = lagrangian(name)
-    wanted = [
-        *momenta,
-        *(moves.diff(symbols[q]) for q in coordinates),
-        sum(p * symbols[v] for p, v in zip(momenta, rates, strict=True)) - moves,
-        -moves.diff(symbols["t"]),
-        total,
-    ]
-    function = sympy.lambdify(list(symbols.values()), wanted, "math")
-    size = len(coordinates)
-
-    def at(point: Mapping[str, float]) -> Truth:
-        found = [float(number) for number in function(*(point[name] for name in symbols))]
-        told = not raw(name)["system"].keys().isdisjoint(["kinetic", "particles"])
-        return Truth(
-            found[:size],
-            found[size : 2 * size],
-            found[2 * size],
-            found[2 * size + 1],
-            found[2 * size + 2] if told else None,
-        )
-
-    return at
-
-
 @pytest.mark.parametrize("name", [name for name in EXPECTED if "hamiltonian" not in raw(name)["system"]])
 def test_equations_are_those_of_euler_and_lagrange(name: str) -> None:
-    found = derived(name)
+    """dL/dv, dL/dq, H = p v - L and dH/dt; and T + V, where the document tells both."""
+    found, form = derived(name), lagrangian(name)
     assert found["verified"] < 1e-12
     assert found["branches"] == []
+    rates, size = [form.symbols[v] for v in form.rates], len(form.rates)
+    wanted = [
+        *form.momenta,
+        *(form.lagrangian.diff(form.symbols[q]) for q in form.coordinates),
+        sum(p * v for p, v in zip(form.momenta, rates, strict=True)) - form.lagrangian,
+        -form.lagrangian.diff(form.symbols["t"]),
+        form.total,
+    ]
+    truth = sympy.lambdify(list(form.symbols.values()), wanted, "math")
+    has_total = not raw(name)["system"].keys().isdisjoint(["kinetic", "particles"])
     generator = random.Random(f"{name} moves")
 
     def near(number: float) -> Any:
@@ -326,24 +288,23 @@ def test_equations_are_those_of_euler_and_lagrange(name: str) -> None:
 
     for _ in range(3):
         point = random_point(name, generator)
-        known = truth(name)(point)
-        for p, momentum in zip(found["momenta"], known.momenta, strict=True):
+        known = [float(number) for number in truth(*(point[name] for name in form.symbols))]
+        momenta, forces, (energy, slope, total) = known[:size], known[size : 2 * size], known[2 * size :]
+        for p, momentum in zip(found["momenta"], momenta, strict=True):
             assert value(found["momentum_definitions"][p], point) == near(momentum)
         v = {v: point.pop(v) for v in found["velocities"]}
-        here = point | dict(zip(found["momenta"], known.momenta, strict=True))
-        for q, p, force in zip(found["coordinates"], found["momenta"], known.forces, strict=True):
+        here = point | dict(zip(found["momenta"], momenta, strict=True))
+        for q, p, force in zip(found["coordinates"], found["momenta"], forces, strict=True):
             assert value(found["equations"][q], here) == near(v[f"{q}dot"])
             assert value(found["velocity_solutions"][f"{q}dot"], here) == near(v[f"{q}dot"])
             assert value(found["equations"][p], here) == near(force)
-        assert value(found["hamiltonian"], here) == near(known.energy)
-        assert value(found["dH_dt"], here) == near(known.slope_in_time)
-        if known.total is None:
-            assert found["energy"] is None
-        else:
-            assert value(found["energy"], here) == near(known.total)
-            different = known.total != pytest.approx(known.energy, rel=1e-9)
-            assert found["h_equals_energy"] is (not different)
-        assert (abs(known.slope_in_time) > 1e-9) is found["explicit_time"]
+        assert value(found["hamiltonian"], here) == near(energy)
+        assert value(found["dH_dt"], here) == near(slope)
+        assert (abs(slope) > 1e-9) is found["explicit_time"]
+        assert (found["energy"] is not None) is has_total
+        if has_total:
+            assert value(found["energy"], here) == near(total)
+            assert found["h_equals_energy"] is (total == pytest.approx(energy, rel=1e-9))
 
 
 def test_equations_of_a_hamiltonian() -> None:
@@ -690,17 +651,3 @@ def test_a_change_that_is_not_canonical_is_told() -> None:
     assert found["canonical"] is False
     assert found["brackets"] == {"{q, p_q}": "1/2"}
     assert found["hamiltonian"] is found["equations"] is None
-
-
-# --- typesetting
-
-
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
-def test_latex_compiles(tmp_path: Path, program: Program) -> None:
-    fragments = program("hamilton", "-f", "latex", *(f"configs/{name}.yaml" for name in EXPECTED)).out
-    body = f"\\usepackage{{amsmath}}\\begin{{document}}\n{fragments}\\end{{document}}\n"
-    (tmp_path / "all.tex").write_text(f"\\documentclass{{article}}{body}")
-    command = ["pdflatex", "-halt-on-error", "all.tex"]
-    done = subprocess.run(command, cwd=tmp_path, check=False, capture_output=True, text=True, timeout=60)
-    complaints = [line for line in done.stdout.splitlines() if line.startswith(("!", "l."))]
-    assert (done.returncode, complaints) == (0, [])

@@ -129,9 +129,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
 
 def _require_columns(report: Report, columns: Sequence[str]) -> None:
     """Raise UsageError unless the table of data has these columns; only that of a top has angles."""
-    known = {
-        name for table in report.tables if table.data for column in table.columns for name in column.cells
-    }
+    known = {name for table in report.tables if table.data for each in table.columns for name in each.cells}
     for name in columns:
         if name not in known:
             raise UsageError(f"`{name}` is no column here: only the motion of a `top` has phi, theta and psi")

@@ -27,12 +27,6 @@ def complain(text: str) -> None:
         print(text, file=sys.stderr or io.StringIO(), flush=True)
 
 
-def silence_stdout() -> None:
-    """Discard what is still buffered, when standard output takes no more."""
-    if sys.stdout is not None:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
 class Failures:
     """Reports errors instead of raising them, file by file; `code` is the worst exit code so far."""
 
@@ -74,11 +68,12 @@ class Output:
                 raise OSError(errno.EBADF, "it is closed")
             sys.stdout.write(piece)
             sys.stdout.flush()
-        except BrokenPipeError:
-            silence_stdout()
-            raise typer.Exit from None
         except OSError as failure:
-            silence_stdout()
+            if sys.stdout is not None:
+                # It takes no more: what is still buffered is discarded.
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            if isinstance(failure, BrokenPipeError):
+                raise typer.Exit from None
             raise self._failed("standard output", failure) from None
 
     def terminal(self) -> tuple[int | None, bool]:
@@ -137,12 +132,10 @@ def progress() -> Iterator[Callable[[float], None]]:
     def show(fraction: float) -> None:
         nonlocal last
         last = f"\r{fraction:4.0%}\r"
-        terminal.write(last)
-        terminal.flush()
+        print(last, end="", file=terminal, flush=True)
 
     try:
         yield show
     finally:
         if last:
-            terminal.write("    \r")
-            terminal.flush()
+            print("    ", end="\r", file=terminal, flush=True)

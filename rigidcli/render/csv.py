@@ -9,7 +9,7 @@ import orjson
 
 from rigidcli.render import Look
 from rigidcli.render.values import plain
-from rigidcli.report import Cell, Report, Value, cells
+from rigidcli.report import Column, Report, Value, single_cells
 
 ROWS = 50_000
 """Rows of a table that are written at a time, which bounds the memory that the text takes."""
@@ -26,8 +26,8 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
                 row |= {column: _at(entry.value, place) for column, place in entry.cells.items()}
             header, lines = list(row), iter([",".join(map(_cell, row.values())) + "\n"])
         else:
-            columns = cells(data, look.columns)
-            header = [*(["name"] if look.several else []), *(cell.name for cell in columns)]
+            columns = single_cells(data, look.columns)
+            header = [*(["name"] if look.several else []), *(column.cells[0] for column in columns)]
             lines = _rows(columns, _cell(report.name) + "," if look.several else "")
         if look.header and header != written:
             written = header
@@ -35,10 +35,10 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         yield from lines
 
 
-def _rows(columns: Sequence[Cell], start: str) -> Iterator[str]:
+def _rows(columns: Sequence[Column], start: str) -> Iterator[str]:
     """Rows of floats, many at a time, each with `start` before it."""
     for first in range(0, len(columns[0].values), ROWS):
-        block = np.column_stack([cell.values[first : first + ROWS] for cell in columns])
+        block = np.column_stack([column.values[first : first + ROWS] for column in columns])
         text = orjson.dumps(block, option=orjson.OPT_SERIALIZE_NUMPY)
         # The brackets of the rows [[1,2],[3,4]] become the ends of lines.
         yield start + text[2:-2].decode().replace("],[", "\n" + start) + "\n"

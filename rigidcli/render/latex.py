@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.render.values import Notation, column_texts, entries, has_symbols, sampled, visible, written
-from rigidcli.report import Cell, Field, Report, Table
+from rigidcli.render.values import entries, is_exact, shown_columns, written
+from rigidcli.report import Column, Field, Report, Table, Value
 
 _SPECIAL = str.maketrans(
     {char: f"\\{char}" for char in "&%$#_{}"}
@@ -16,8 +16,12 @@ _SPECIAL = str.maketrans(
     | {"<": r"\textless{}", ">": r"\textgreater{}", "[": "{[}"}
 )
 
-_SYMBOL = re.compile(r"\b(lambda|e)([123])\b|\bomega\b")
-"""The symbols that stand in the words of a result, spelled out as in a terminal."""
+_SYMBOLS = {
+    r"\blambda([123])\b": r"$\\lambda_\1$",
+    r"\be([123])\b": r"$\\mathbf{e}_\1$",
+    r"\bomega\b": r"$\\boldsymbol{\\omega}$",
+}
+"""The symbols that stand in the words of a result, spelled out as in a terminal, and how LaTeX has them."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
@@ -27,20 +31,21 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         body = " \\\\\n".join(f"  {row}" for row in rows)
         yield f"% {printable(report.name)}: {report.title}\n\\begin{{align*}}\n{body}\n\\end{{align*}}\n"
         for table in report.tables:
-            shown = visible(table, look)
-            if shown:
-                yield _table(table, shown, look.digits)
+            if shown := shown_columns(table, look, _number):
+                yield _table(table, shown)
 
 
-def _table(table: Table, columns: Sequence[Cell], digits: int) -> str:
-    """A table in a `tabular`: heads with their units, then the rows, a few where there are many."""
-    rows = sampled(len(table)) if table.data else range(len(table))
+def _table(table: Table, columns: list[tuple[Column, list[str]]]) -> str:
+    """A table in a `tabular`: heads with their units, then the rows."""
     heads = [
-        (f"${cell.symbol}$" if cell.symbol else _prose(cell.name))
-        + (f" ({_prose(cell.unit)})" if cell.unit else "")
-        for cell in columns
+        (f"${column.symbols[0]}$" if column.symbols else _prose(column.cells[0]))
+        + (f" ({_prose(column.unit)})" if column.unit else "")
+        for column, _ in columns
     ]
-    texts = [_column(cell, rows, digits) for cell in columns]
+    texts = [
+        [_prose(text) if isinstance(column.values[0], str | bool) else f"${text}$" for text in told]
+        for column, told in columns
+    ]
     lines = [" & ".join(line) + r" \\" for line in zip(*texts, strict=True)]
     body = "\n".join(f"  {line}" for line in [" & ".join(heads) + r" \\ \hline", *lines])
     return (
@@ -49,17 +54,11 @@ def _table(table: Table, columns: Sequence[Cell], digits: int) -> str:
     )
 
 
-def _column(cell: Cell, rows: Iterable[int], digits: int) -> list[str]:
-    words = isinstance(cell.values[0], str | bool)
-    texts = column_texts(cell, rows, digits, _NOTATION)
-    return [_prose(text) if words else f"${text}$" for text in texts]
-
-
 def _row(entry: Field, digits: int) -> str:
     left = entry.symbol or rf"\text{{{entry.title}}}"
     if entry.words or entry.value is None:
         return rf"{left} &\colon \text{{{_prose(entry.words or 'not known')}}}"
-    factor, texts = entries(entry, digits, _NOTATION)
+    factor, texts, unit = entries(entry, digits, _number)
     if isinstance(texts, str):
         value = texts
     elif isinstance(texts[0], str):
@@ -69,42 +68,23 @@ def _row(entry: Field, digits: int) -> str:
         apart = r" \\[1ex] " if any("frac" in cell for row in texts for cell in row) else r" \\ "
         rows = apart.join(" & ".join(row) for row in texts)
         value = rf"\begin{{pmatrix}}{rows}\end{{pmatrix}}"
-    return f"{left} &= {factor}{value}{_unit(entry)}"
+    # The unit is in upright letters: `kg m^2/s` becomes kg\,m^2/s.
+    upright = rf"\,\mathrm{{{unit}}}".replace(" ", r"\,") if unit else ""
+    return f"{left} &= {factor}{value}{upright}"
 
 
 def _prose(words: str) -> str:
     """Words as LaTeX text, symbols of the field as symbols."""
-
-    def symbol(found: re.Match[str]) -> str:
-        letter, index = found.groups()
-        return (
-            rf"$\lambda_{index}$"
-            if letter == "lambda"
-            else rf"$\mathbf{{e}}_{index}$"
-            if letter
-            else r"$\boldsymbol{\omega}$"
-        )
-
-    return _SYMBOL.sub(symbol, words.translate(_SPECIAL))
+    text = words.translate(_SPECIAL)
+    for spelled, symbol in _SYMBOLS.items():
+        text = re.sub(spelled, symbol, text)
+    return text
 
 
-def _unit(entry: Field) -> str:
-    """The unit in upright letters: `kg m^2/s` becomes kg\\,m^{2}/s."""
-    if not entry.unit or has_symbols(entry.value):
-        return ""
-    words = entry.unit.replace(" ", r"\,")
-    return rf"\,\mathrm{{{words}}}"
+def _number(value: Value, digits: int) -> str:
+    if is_exact(value):
+        from rigidcli.symbolic.language.text import latex
 
-
-def _floating(number: float, digits: int) -> str:
-    mantissa, e, exponent = f"{number:.{digits}g}".partition("e")
+        return written(value, latex)
+    mantissa, e, exponent = f"{value:.{digits}g}".partition("e")
     return rf"{mantissa} \times 10^{{{int(exponent)}}}" if e else mantissa
-
-
-def _exact(number: object) -> str:
-    from rigidcli.symbolic.language.text import latex
-
-    return written(number, latex)
-
-
-_NOTATION = Notation(_floating, _exact)

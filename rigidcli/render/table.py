@@ -8,8 +8,8 @@ from typing import TypeAlias
 from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.render.terminal import GAP, Page, Row
-from rigidcli.render.values import Notation, column_texts, entries, has_symbols, sampled, visible, written
-from rigidcli.report import Field, Report
+from rigidcli.render.values import entries, is_exact, shown_columns, written
+from rigidcli.report import Column, Field, Report, Value
 
 _Results: TypeAlias = Sequence[tuple[Field, str, str]]
 """Results, each with its value as lines of text, and its unit."""
@@ -24,7 +24,11 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     for report in reports:
         head = f"{printable(report.name)}: {report.title}"
         results = [(entry, *_value(entry, look.digits)) for entry in report.fields if entry.title]
-        tables = list(_tables(report, look))
+        tables = [
+            (table.title, [[_head(column), *texts] for column, texts in shown])
+            for table in report.tables
+            if (shown := shown_columns(table, look, _number))
+        ]
         if look.width is None:
             block = _plain(head, results, tables)
         else:
@@ -33,19 +37,8 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         first = False
 
 
-def _tables(report: Report, look: Look) -> Iterator[tuple[str, list[list[str]]]]:
-    """The tables that people are shown, and a few rows of those that are data."""
-    for table in report.tables:
-        rows = sampled(len(table)) if table.data else range(len(table))
-        columns = [
-            [
-                f"{cell.name} ({cell.unit})" if cell.unit else cell.name,
-                *column_texts(cell, rows, look.digits, _NOTATION),
-            ]
-            for cell in visible(table, look)
-        ]
-        if columns:
-            yield table.title, columns
+def _head(column: Column) -> str:
+    return f"{column.cells[0]} ({column.unit})" if column.unit else column.cells[0]
 
 
 def _plain(head: str, results: _Results, tables: _Tables) -> str:
@@ -85,8 +78,7 @@ def _value(entry: Field, digits: int) -> tuple[str, str]:
         return entry.words, ""
     if entry.value is None:
         return "not known", ""
-    factor, texts = entries(entry, digits, _NOTATION)
-    unit = "" if has_symbols(entry.value) else entry.unit
+    factor, texts, unit = entries(entry, digits, _number)
     if isinstance(texts, str):
         return texts, unit
     if isinstance(texts[0], str):
@@ -101,14 +93,9 @@ def _value(entry: Field, digits: int) -> tuple[str, str]:
     return "\n".join(rows), unit
 
 
-def _floating(number: float, digits: int) -> str:
-    return f"{number:.{digits}g}"
-
-
-def _exact(number: object) -> str:
+def _number(value: Value, digits: int) -> str:
+    if not is_exact(value):
+        return f"{value:.{digits}g}"
     from rigidcli.symbolic.language.text import reading
 
-    return written(number, reading)
-
-
-_NOTATION = Notation(_floating, _exact)
+    return written(value, reading)

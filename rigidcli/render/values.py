@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.report import Cell, Field, Table, Value, cells
+from rigidcli.report import Column, Field, Table, Value, single_cells
 from rigidcli.symbolic.language.tree import Node
 
 NOISE = 4 * float(np.finfo(np.float64).eps)
@@ -18,8 +18,8 @@ NOISE = 4 * float(np.finfo(np.float64).eps)
 
 _PLAIN = (float, int, str, bool, type(None))
 
-Writer: TypeAlias = Callable[[Node], str]
-"""One of `text`, `reading` and `latex` of `symbolic.language.text`."""
+Notation: TypeAlias = Callable[[Value, int], str]
+"""How one kind of output writes a number: a float with so many digits, or an exact expression."""
 
 
 def is_exact(value: Value) -> bool:
@@ -29,8 +29,8 @@ def is_exact(value: Value) -> bool:
     return hasattr(type(value), "to_sympy")
 
 
-def written(value: Value, write: Writer) -> str:
-    """An exact expression in one of the ways to write it."""
+def written(value: Value, write: Callable[[Node], str]) -> str:
+    """An exact expression as `text`, `reading` or `latex` of `symbolic.language.text` write it."""
     from rigidcli.symbolic.algebra.trees import to_tree
 
     return write(to_tree(value))
@@ -47,45 +47,35 @@ def plain(value: Value) -> Value:
     return [plain(entry) for entry in value] if isinstance(value, np.ndarray) else str(value)
 
 
-def has_symbols(value: Value) -> bool:
-    """Whether an exact value depends on symbols, which then bring units of their own."""
-    if not is_exact(value):
-        return False
-    return any(entry.names for entry in np.ravel(np.array(value, dtype=object)))
-
-
-@dataclass(frozen=True, slots=True)
-class Notation:
-    """How one kind of output writes a float of so many digits, and an exact number."""
-
-    floating: Callable[[float, int], str]
-    exact: Callable[[Any], str]
-
-
 MOST_ROWS = 11
 """Rows of a table of data that people are shown."""
 
 
-def sampled(length: int) -> list[int]:
-    """Some rows of a table of so many: the first, the last, and evenly between them."""
-    shown = min(length, MOST_ROWS)
-    return [round(k * (length - 1) / max(1, shown - 1)) for k in range(shown)]
+def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Column, list[str]]]:
+    """The columns, of one cell each, that people are shown, with their texts.
 
-
-def visible(table: Table, look: Look) -> list[Cell]:
-    """The columns that people are shown: those that have a unit, or those they asked for."""
-    if not len(table):
+    These are columns that have a unit, or those that were asked for. Of data people see a few rows: the
+    first, the last, and evenly between them.
+    """
+    length = len(table)
+    if not length:
         return []
     asked = look.columns if table.data else ()
-    return [cell for cell in cells(table, asked) if asked or cell.unit is not None]
+    count = min(length, MOST_ROWS) if table.data else length
+    rows = [round(k * (length - 1) / max(1, count - 1)) for k in range(count)]
+    tidied = replace(table, columns=tuple(map(_without_noise, table.columns)))
+    return [
+        (column, [_cell_text(column.values[row], look.digits, notation) for row in rows])
+        for column in single_cells(tidied, asked)
+        if asked or column.unit is not None
+    ]
 
 
-def column_texts(cell: Cell, rows: Iterable[int], digits: int, notation: Notation) -> list[str]:
-    """The values of a column in these rows, for people; rounding noise beside its largest is zero."""
-    values = cell.values
+def _without_noise(column: Column) -> Column:
+    values = column.values
     if isinstance(values, np.ndarray):
-        values = np.where(np.abs(values) < NOISE * np.abs(cell.whole).max(), 0.0, values)
-    return [_cell_text(values[row], digits, notation) for row in rows]
+        values = np.where(np.abs(values) < NOISE * np.abs(values).max(), 0.0, values)
+    return replace(column, values=values)
 
 
 _TRUTH = {None: "-", True: "yes", False: "no"}
@@ -94,39 +84,39 @@ _TRUTH = {None: "-", True: "yes", False: "no"}
 def _cell_text(value: Value, digits: int, notation: Notation) -> str:
     if value is None or isinstance(value, str | bool):
         return printable(value) if isinstance(value, str) else _TRUTH[value]
-    return notation.exact(value) if is_exact(value) else notation.floating(float(value), digits)
+    return notation(value, digits)
 
 
-def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any]:
-    """A common factor ("" for none), and the text of a number or, nested as it is, of an array."""
-    value = entry.value
-    if not isinstance(value, np.ndarray):
-        return "", notation.exact(value) if is_exact(value) else notation.floating(float(value), digits)
+def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, str]:
+    """A common factor ("" for none), the text of a number or, nested as it is, of an array, and the unit.
+
+    Symbols bring units of their own, so that there is none for a value that depends on them.
+    """
+    value, factor = entry.value, ""
     if is_exact(value):
-        return _exact_entries(entry, notation)
-    if not entry.counts:
+        numbers = np.ravel(np.array(value, dtype=object))
+        unit = "" if any(number.names for number in numbers) else entry.unit
+        if np.ndim(value) == 2:
+            from rigidcli.symbolic.algebra.arithmetic import common_factor
+
+            common, rest = common_factor(value)
+            # A factor in front is easier to read when it takes the symbols along, or leaves plain numbers.
+            # Entries without one unit in common, as in A of z' = A z, have symbols in common by chance only.
+            plain = all(number.as_number is not None for number in rest.flat)
+            if common != 1 and (entry.unit if common.names else plain):
+                value, factor = rest, notation(common, digits)
+        return factor, _texts(value, digits, notation), unit
+    if isinstance(value, np.ndarray) and not entry.counts:
         # Of a matrix, a small row or column is judged by itself: a slender body has a small moment.
         size = np.abs(value)
         scale = (
             np.minimum(*np.meshgrid(size.max(axis=0), size.max(axis=1))) if value.ndim == 2 else size.max()
         )
         value = np.where(size < NOISE * scale, 0.0, value)
-    return "", _each(value, lambda number: notation.floating(float(number), digits))
+    return "", _texts(value, digits, notation), entry.unit
 
 
-def _exact_entries(entry: Field, notation: Notation) -> tuple[str, Any]:
-    value = entry.value
-    if value.ndim == 2:
-        from rigidcli.symbolic.algebra.arithmetic import common_factor
-
-        factor, rest = common_factor(value)
-        # A factor in front is easier to read when it takes the symbols along, or leaves plain numbers.
-        # Entries without one unit in common, as in A of z' = A z, have no symbols in common but by chance.
-        plain_numbers = all(number.as_number is not None for number in rest.flat)
-        if factor != 1 and (plain_numbers if not factor.names else entry.unit):
-            return notation.exact(factor), _each(rest, notation.exact)
-    return "", _each(value, notation.exact)
-
-
-def _each(array: Any, write: Callable[[Any], str]) -> Any:
-    return [_each(entry, write) if isinstance(entry, np.ndarray) else write(entry) for entry in array]
+def _texts(value: Value, digits: int, notation: Notation) -> Any:
+    if isinstance(value, np.ndarray):
+        return [_texts(entry, digits, notation) for entry in value]
+    return notation(value, digits)

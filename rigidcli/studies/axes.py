@@ -10,7 +10,7 @@ from rigidcli.core.principal import PrincipalFrame
 from rigidcli.errors import ComputationError
 from rigidcli.model.document import Document
 from rigidcli.report import Field, Report
-from rigidcli.studies.body import Inertia, body_frame, inertia, inertia_fields
+from rigidcli.studies.body import body_frame, inertia_fields
 from rigidcli.studies.common import report
 
 SCHEMA = "rigidcli.axes/1"
@@ -36,7 +36,8 @@ CLASSES = {
 def run(document: Document) -> Report:
     """Find the principal axes of the document's body about its point O, and what its motion is there."""
     n = document.arithmetic
-    body = inertia(document)
+    known = inertia_fields(document)
+    tensor = next(field.value for field in known if field.key == "tensor")
     motion, frame, notes = document.motion, None, []
     try:
         frame = body_frame(document)
@@ -46,33 +47,32 @@ def run(document: Document) -> Report:
         if not n.exact or (motion is not None and motion.omega is not None and motion.basis == "principal"):
             raise
         notes.append(error.message)
-    fields = [*inertia_fields(body), *_frame_fields(frame, body, n)]
+    fields = [*known, *_frame_fields(frame, tensor, n)]
     if motion is not None and motion.omega is not None:
-        axes = frame.axes if frame is not None and motion.basis == "principal" else body.axes
-        fields += _motion(axes.T @ n.array(motion.omega), body, frame, n)
+        own = frame if motion.basis == "principal" else None
+        axes = document.physical.axes if own is None else own.axes
+        fields += _motion(axes.T @ n.array(motion.omega), tensor, frame, n)
     return report(document, SCHEMA, "principal moments and axes", fields, notes)
 
 
-def _frame_fields(frame: PrincipalFrame | None, body: Inertia, n: Arithmetic) -> list[Field]:
+def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> list[Field]:
     """Moments, axes and class; null, and not shown to people, where there is no frame to tell."""
-    moments = {f"lambda{k + 1}": (k,) for k in range(3)}
-    axes = {f"e{k + 1}{axis}": (k, j) for k in range(3) for j, axis in enumerate("xyz")}
+    cells: dict[str, dict[str, tuple[int, ...]]] = {
+        "moments": {f"lambda{k + 1}": (k,) for k in range(3)},
+        "axes": {f"e{k + 1}{axis}": (k, j) for k in range(3) for j, axis in enumerate("xyz")},
+        "groups": {},
+        "class": {"class": ()},
+        "residual": {},
+    }
     if frame is None:
-        return [
-            Field("moments", None, cells=dict(moments)),
-            Field("axes", None, cells=dict(axes)),
-            Field("groups", None),
-            Field("class", None, cells={"class": ()}),
-            Field("residual", None),
-        ]
-    kind = principal.body_class(frame)
-    symbol = r"\lambda_{1,2,3}"
+        return [Field(key, None, cells=columns) for key, columns in cells.items()]
+    kind, symbol = principal.body_class(frame), r"\lambda_{1,2,3}"
     return [
-        Field("moments", frame.moments, "principal moments", symbol, "kg m^2", moments, counts=True),
-        Field("axes", frame.axes, "principal axes (rows)", r"\mathbf{e}_{1,2,3}", "", axes),
+        Field("moments", frame.moments, "principal moments", symbol, "kg m^2", cells["moments"], counts=True),
+        Field("axes", frame.axes, "principal axes (rows)", r"\mathbf{e}_{1,2,3}", "", cells["axes"]),
         Field("groups", [list(group) for group in frame.groups]),
-        Field("class", kind, "class", cells={"class": ()}, words=CLASSES[kind]),
-        Field("residual", _residual(body.tensor, frame, n)),
+        Field("class", kind, "class", cells=cells["class"], words=CLASSES[kind]),
+        Field("residual", _residual(tensor, frame, n)),
     ]
 
 
@@ -86,14 +86,14 @@ def _residual(tensor: Array, frame: PrincipalFrame, n: Arithmetic) -> object:
     return 0 * n.pi
 
 
-def _motion(omega: Array, body: Inertia, frame: PrincipalFrame | None, n: Arithmetic) -> tuple[Field, ...]:
+def _motion(omega: Array, tensor: Array, frame: PrincipalFrame | None, n: Arithmetic) -> tuple[Field, ...]:
     """L = I omega and T = omega.L/2 at this angular velocity, and whether the body wobbles."""
     omega = n.tidy(omega)
-    momentum = n.tidy(body.tensor @ omega)
-    if not n.exact and _is_about_massless_axis(body.tensor, omega):
+    momentum = n.tidy(tensor @ omega)
+    if not n.exact and _is_about_massless_axis(tensor, omega):
         momentum = np.zeros(3)
     energy = n.tidy(n.array([omega @ momentum / 2]))[0]
-    largest = frame.moments[2] if frame else max(body.tensor.flat, key=lambda entry: abs(n.size(entry)))
+    largest = frame.moments[2] if frame else max(tensor.flat, key=lambda entry: abs(n.size(entry)))
     angle, wobbles = _wobble(omega, momentum, largest, n)
     return (
         Field("omega", omega, "angular velocity", r"\boldsymbol{\omega}", "rad/s"),

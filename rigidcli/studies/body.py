@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from rigidcli.core import principal, tensor
-from rigidcli.core.arithmetic import Array, Scalar
+from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import ZERO_MOMENT, PrincipalFrame
 from rigidcli.errors import ComputationError, DocumentError, Problem
 from rigidcli.model.document import Document
@@ -17,56 +15,36 @@ NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn 
 """Why an angular velocity along the line of a linear body is refused: no angular momentum determines it."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Inertia:
-    """Mass properties as they are reported: about a point, with all components along `axes`.
-
-    `axes` (3 by 3) has these axes as columns, in the document's components. `com`, and `central`, the tensor
-    about it, are None when nothing is known but a tensor about another point.
-    """
-
-    axes: Array
-    about: Array
-    tensor: Array
-    mass: Scalar | None
-    com: Array | None
-    central: Array | None
-
-
 @np.errstate(over="ignore", invalid="ignore")
-def inertia(document: Document) -> Inertia:
-    """The inertia of a document's body.
+def inertia_fields(document: Document) -> tuple[Field, ...]:
+    """The results with which the reports of `inertia` and `axes` begin, all along the axes of the results.
 
-    Raises DocumentError when it has none, and ComputationError when floats cannot hold it.
+    The centre of mass and the tensor about it are None where a tensor about another point is all there is.
+    Raises DocumentError when there is no body, and ComputationError when floats cannot hold its tensor.
     """
     if document.body is None:
         raise DocumentError([Problem(document.source, "missing, expected a body", key="body")])
     n, physical = document.arithmetic, document.physical
-    axes, body = physical.axes, physical.properties
+    axes, body, mass = physical.axes, physical.properties, None
+    known = body.mass is not None or body.at_com
     about = n.tidy(axes.T @ physical.point)
-    central = n.tidy(tensor.rotate(body.tensor, axes.T))
-    com = n.tidy(axes.T @ body.com)
-    if body.mass is None:
-        known = body.at_com
-        return Inertia(axes, about, central, None, com if known else None, central if known else None)
-    asked = n.tidy(tensor.rotate(physical.tensor, axes.T))
-    mass = n.tidy(n.array([body.mass]))[0]
-    if not n.exact and not np.isfinite([mass, *asked.flat]).all():
-        raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
-    return Inertia(axes, about, asked, mass, com, central)
-
-
-def inertia_fields(body: Inertia) -> tuple[Field, ...]:
-    """The results with which the reports of `inertia` and `axes` begin."""
+    com = n.tidy(axes.T @ body.com) if known else None
+    asked = n.tidy(tensor.rotate(body.tensor, axes.T))
+    central = asked if known else None
+    if body.mass is not None:
+        asked = n.tidy(tensor.rotate(physical.tensor, axes.T))
+        mass = n.tidy(n.array([body.mass]))[0]
+        if not n.exact and not np.isfinite([mass, *asked.flat]).all():
+            raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
     entries = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-    com = {f"com_{axis}": (index,) for index, axis in enumerate("xyz")}
+    places = {f"com_{axis}": (index,) for index, axis in enumerate("xyz")}
     cells = {f"I{name}": place for name, place in entries.items()}
     return (
-        Field("mass", body.mass, "mass", "M", "kg", {"mass": ()}),
-        Field("center_of_mass", body.com, "centre of mass", r"\mathbf{R}", "m", com),
-        Field("about", body.about, "about the point O", r"\mathbf{O}", "m"),
-        Field("tensor", body.tensor, "inertia tensor about O", r"\mathbf{I}_O", "kg m^2", cells),
-        Field("tensor_com", body.central, "about the centre of mass", r"\mathbf{I}_\mathrm{cm}", "kg m^2"),
+        Field("mass", mass, "mass", "M", "kg", {"mass": ()}),
+        Field("center_of_mass", com, "centre of mass", r"\mathbf{R}", "m", places),
+        Field("about", about, "about the point O", r"\mathbf{O}", "m"),
+        Field("tensor", asked, "inertia tensor about O", r"\mathbf{I}_O", "kg m^2", cells),
+        Field("tensor_com", central, "about the centre of mass", r"\mathbf{I}_\mathrm{cm}", "kg m^2"),
     )
 
 

@@ -60,6 +60,11 @@ def _representable(field: Field) -> Value:
     return np.ascontiguousarray(field.value) + 0.0 if np.ndim(field.value) else field.value + 0.0
 
 
+def if_known(field: Field) -> Field:
+    """The field, which people are not shown where its value is not known."""
+    return field if field.value is not None else replace(field, title="")
+
+
 def require_values(document: Document, what: str) -> None:
     """Raise unless the document's numbers are floats; `what` needs them: "an orbit".
 

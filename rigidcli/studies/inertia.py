@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rigidcli.model.document import Document
 from rigidcli.report import Report
-from rigidcli.studies.body import inertia, inertia_fields
+from rigidcli.studies.body import inertia_fields
 from rigidcli.studies.common import report
 
 SCHEMA = "rigidcli.inertia/1"
@@ -12,4 +12,4 @@ SCHEMA = "rigidcli.inertia/1"
 
 def run(document: Document) -> Report:
     """Find the mass properties of the document's body."""
-    return report(document, SCHEMA, "inertia tensor", inertia_fields(inertia(document)))
+    return report(document, SCHEMA, "inertia tensor", inertia_fields(document))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from typing import NamedTuple
+from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
@@ -20,75 +19,69 @@ from rigidcli.model.tide import Perturber, Tide
 from rigidcli.model.top import Top
 from rigidcli.report import Column, Field, Report, Table, Value
 from rigidcli.studies.body import body_frame, principal_omega
-from rigidcli.studies.common import report
+from rigidcli.studies.common import if_known, report
 
 SCHEMA = "rigidcli.precess/1"
 
 
-class Entry(NamedTuple):
-    """How a result is shown to people: title, LaTeX symbol, unit, and whether it is a vector."""
-
-    title: str
-    symbol: str = ""
-    unit: str = ""
-    vector: bool = False
-
-
-SECTIONS: dict[str, dict[str, Entry]] = {
-    "top": {
-        "mass": Entry("mass", "M", "kg"),
-        "distance": Entry("from pivot to centre of mass", "R", "m"),
-        "lambda1": Entry("moment across the axis", r"\lambda_1", "kg m^2"),
-        "lambda3": Entry("moment about the axis", r"\lambda_3", "kg m^2"),
-        "spin": Entry("spin", r"\omega_3", "rad/s"),
-        "tilt": Entry("tilt", r"\theta", "rad"),
-        "gravity": Entry("gravity", "g", "m/s^2"),
-        "torque": Entry("torque, leaning towards x", r"\boldsymbol{\Gamma}", "N m", vector=True),
-        "torque_magnitude": Entry("its magnitude", r"\Gamma", "N m"),
-        "gyroscopic_rate": Entry("gyroscopic precession", r"M g R/\lambda_3\omega_3", "rad/s"),
-        "gyroscopic_period": Entry("its period", "", "s"),
-        "gyroscopic_error": Entry("its error, as the top is not infinitely fast"),
-        "slow_rate": Entry("slow steady precession", r"\Omega_\mathrm{slow}", "rad/s"),
-        "fast_rate": Entry("fast steady precession", r"\Omega_\mathrm{fast}", "rad/s"),
-        "minimum_spin": Entry("least spin for steady precession", r"\omega_\mathrm{min}", "rad/s"),
-        "sleeping_spin": Entry("least spin to sleep upright", r"\omega_\mathrm{sleep}", "rad/s"),
-        "sleeping": Entry("upright"),
-        "sleeping_growth_rate": Entry("growth of its fall from upright", "", "1/s"),
-        "sleeping_frequencies": Entry("rates of its wobble upright", "", "rad/s", vector=True),
-        "theta_min": Entry("least tilt", r"\theta_\mathrm{min}", "rad"),
-        "theta_max": Entry("greatest tilt", r"\theta_\mathrm{max}", "rad"),
-        "phi_dot_at_theta_min": Entry("precession at the least tilt", "", "rad/s"),
-        "phi_dot_at_theta_max": Entry("precession at the greatest tilt", "", "rad/s"),
-        "nutation_period": Entry("period of nutation", "", "s"),
-        "precession_per_nutation": Entry("precession in a nutation", r"\Delta\phi", "rad"),
-        "mean_precession_rate": Entry("mean precession", r"\overline{\dot\phi}", "rad/s"),
-        "nutation_kind": Entry("nutation"),
-    },
-    "free": {
-        "moments": Entry("principal moments about O", r"\lambda_{1,2,3}", "kg m^2", vector=True),
-        "angular_momentum": Entry("angular momentum", "L", "kg m^2/s"),
-        "kinetic_energy": Entry("kinetic energy", "T", "J"),
-        "body_rate": Entry("omega about e3 in the body", r"\Omega_\mathrm{body}", "rad/s"),
-        "body_period": Entry("its period", "", "s"),
-        "space_rate": Entry("e3 about L in space", r"\Omega_\mathrm{space}", "rad/s"),
-        "space_period": Entry("its period", "", "s"),
-        "spin_rate": Entry("spin about e3 besides", r"\dot\psi", "rad/s"),
-        "wobble_to_spin_ratio": Entry("wobble to spin"),
-        "body_cone_angle": Entry("angle between omega and e3", "", "rad"),
-        "space_cone_angle": Entry("angle between omega and L", "", "rad"),
-        "axis_angle": Entry("angle between e3 and L", r"\theta", "rad"),
-        "polhode_period": Entry("period of omega in the body", r"\tau", "s"),
-        "flip_interval": Entry("time between flips", r"\tau/2", "s"),
-        "mean_space_rate": Entry("mean rate about L", r"\overline{\dot\phi}", "rad/s"),
-        "mean_space_period": Entry("its period", "", "s"),
-    },
-    "tide": {
-        "rate": Entry("precession, retrograde", r"\dot\psi", "rad/s"),
-        "rate_arcsec_per_year": Entry("in seconds of arc a Julian year", "", "arcsec/yr"),
-        "period_years": Entry("its period in Julian years", "", "yr"),
-    },
+SECTIONS: dict[str, tuple[Field, ...]] = {
+    "top": (
+        Field("mass", None, "mass", "M", "kg"),
+        Field("distance", None, "from pivot to centre of mass", "R", "m"),
+        Field("lambda1", None, "moment across the axis", r"\lambda_1", "kg m^2"),
+        Field("lambda3", None, "moment about the axis", r"\lambda_3", "kg m^2"),
+        Field("spin", None, "spin", r"\omega_3", "rad/s"),
+        Field("tilt", None, "tilt", r"\theta", "rad"),
+        Field("gravity", None, "gravity", "g", "m/s^2"),
+        Field("torque", None, "torque, leaning towards x", r"\boldsymbol{\Gamma}", "N m", counts=True),
+        Field("torque_magnitude", None, "its magnitude", r"\Gamma", "N m"),
+        Field("gyroscopic_rate", None, "gyroscopic precession", r"M g R/\lambda_3\omega_3", "rad/s"),
+        Field("gyroscopic_period", None, "its period", "", "s"),
+        Field("gyroscopic_error", None, "its error, as the top is not infinitely fast"),
+        Field("slow_rate", None, "slow steady precession", r"\Omega_\mathrm{slow}", "rad/s"),
+        Field("fast_rate", None, "fast steady precession", r"\Omega_\mathrm{fast}", "rad/s"),
+        Field("minimum_spin", None, "least spin for steady precession", r"\omega_\mathrm{min}", "rad/s"),
+        Field("sleeping_spin", None, "least spin to sleep upright", r"\omega_\mathrm{sleep}", "rad/s"),
+        Field("sleeping", None, "upright"),
+        Field("sleeping_growth_rate", None, "growth of its fall from upright", "", "1/s"),
+        Field("sleeping_frequencies", None, "rates of its wobble upright", "", "rad/s", counts=True),
+        Field("theta_min", None, "least tilt", r"\theta_\mathrm{min}", "rad"),
+        Field("theta_max", None, "greatest tilt", r"\theta_\mathrm{max}", "rad"),
+        Field("phi_dot_at_theta_min", None, "precession at the least tilt", "", "rad/s"),
+        Field("phi_dot_at_theta_max", None, "precession at the greatest tilt", "", "rad/s"),
+        Field("nutation_period", None, "period of nutation", "", "s"),
+        Field("precession_per_nutation", None, "precession in a nutation", r"\Delta\phi", "rad"),
+        Field("mean_precession_rate", None, "mean precession", r"\overline{\dot\phi}", "rad/s"),
+        Field("nutation_kind", None, "nutation"),
+    ),
+    "free": (
+        Field("moments", None, "principal moments about O", r"\lambda_{1,2,3}", "kg m^2", counts=True),
+        Field("angular_momentum", None, "angular momentum", "L", "kg m^2/s"),
+        Field("kinetic_energy", None, "kinetic energy", "T", "J"),
+        Field("body_rate", None, "omega about e3 in the body", r"\Omega_\mathrm{body}", "rad/s"),
+        Field("body_period", None, "its period", "", "s"),
+        Field("space_rate", None, "e3 about L in space", r"\Omega_\mathrm{space}", "rad/s"),
+        Field("space_period", None, "its period", "", "s"),
+        Field("spin_rate", None, "spin about e3 besides", r"\dot\psi", "rad/s"),
+        Field("wobble_to_spin_ratio", None, "wobble to spin"),
+        Field("body_cone_angle", None, "angle between omega and e3", "", "rad"),
+        Field("space_cone_angle", None, "angle between omega and L", "", "rad"),
+        Field("axis_angle", None, "angle between e3 and L", r"\theta", "rad"),
+        Field("polhode_period", None, "period of omega in the body", r"\tau", "s"),
+        Field("flip_interval", None, "time between flips", r"\tau/2", "s"),
+        Field("mean_space_rate", None, "mean rate about L", r"\overline{\dot\phi}", "rad/s"),
+        Field("mean_space_period", None, "its period", "", "s"),
+    ),
+    "tide": (
+        Field("rate", None, "precession, retrograde", r"\dot\psi", "rad/s"),
+        Field("rate_arcsec_per_year", None, "in seconds of arc a Julian year", "", "arcsec/yr"),
+        Field("period_years", None, "its period in Julian years", "", "yr"),
+    ),
 }
-"""The results of each section of a document, in the order in which they are shown, by their keys in json."""
+"""The results of each section of a document, still without values, in the order in which they are shown.
+
+A vector, each of whose entries `counts` by itself, has no column in CSV.
+"""
 
 WORDS: dict[str, dict[str | None, str]] = {
     "sleeping": {
@@ -138,24 +131,22 @@ def run(document: Document) -> Report:
         problem = "nothing here precesses, expected a `top`, a `tide`, or a `body` with `motion.omega`"
         raise DocumentError([Problem(document.source, problem)])
     fields = [
-        _field(section, key, entry, found.values.get(section))
+        _field(section, entry, found.values.get(section))
         for section, entries in SECTIONS.items()
-        for key, entry in entries.items()
+        for entry in entries
     ]
     return report(document, SCHEMA, "precession", fields, found.notes, found.tables)
 
 
-def _field(section: str, key: str, entry: Entry, values: Mapping[str, Value] | None) -> Field:
+def _field(section: str, entry: Field, values: Mapping[str, Value] | None) -> Field:
     """A result; of a section that does not apply only the column of CSV."""
-    column = {} if entry.vector else {f"{section}.{key}": ()}
+    key = f"{section}.{entry.key}"
+    column = {} if entry.counts else {key: ()}
     if values is None:
         return Field("", None, cells=column)
-    value = values.get(key)
-    words = WORDS[key].get(value, "") if key in WORDS else ""
-    title = entry.title if value is not None else ""
-    return Field(
-        f"{section}.{key}", value, title, entry.symbol, entry.unit, column, words, counts=entry.vector
-    )
+    value = values.get(entry.key)
+    words = WORDS[entry.key].get(value, "") if entry.key in WORDS else ""
+    return if_known(replace(entry, key=key, value=value, cells=column, words=words))
 
 
 def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
@@ -192,21 +183,15 @@ def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
             "sleeping_frequencies": None if sleeping.frequencies is None else n.array(sleeping.frequencies),
         }
     if section.tilt is not None and top.lambda1 is not None:
-        values |= _at_tilt(section, section.tilt, top.lambda1, top.lambda3, fall, n, found)
+        given = (top.lambda1, top.lambda3, section.spin, section.tilt)
+        values |= _at_tilt(section, given, fall, n, found)
     return values
 
 
 def _at_tilt(
-    section: Top,
-    tilt: Scalar,
-    lambda1: Scalar,
-    lambda3: Scalar,
-    fall: Scalar,
-    n: Arithmetic,
-    found: _Found,
+    section: Top, top: tuple[Scalar, Scalar, Scalar, Scalar], fall: Scalar, n: Arithmetic, found: _Found
 ) -> dict[str, Value]:
-    """Steady precession at this tilt, and the nutation that follows from the initial rates."""
-    top = (lambda1, lambda3, section.spin, tilt)
+    """Steady precession of a `top` (lambda1, lambda3, spin, tilt), and nutation from its initial rates."""
     steady = heavytop.steady(*top, fall, n)
     values: dict[str, Value] = {
         "slow_rate": steady.slow,

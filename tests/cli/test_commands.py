@@ -9,7 +9,6 @@ import json
 import os
 import pty
 import re
-import shutil
 import stat
 import struct
 import subprocess
@@ -57,16 +56,15 @@ def folder(tmp_path: Path) -> Path:
 def process(
     *arguments: str | bytes, stdin: bytes = b"", environment: Mapping[str, str] | None = None, **options: Any
 ) -> subprocess.CompletedProcess[bytes]:
-    """The program in a process of its own."""
+    """The program in a process of its own, whose output is kept unless the `options` say where it goes."""
     return subprocess.run(
         [sys.executable, "-m", "rigidcli", *arguments],
         cwd=ROOT,
         input=stdin,
-        capture_output=True,
         timeout=30,
         env={**os.environ, **(environment or {})},
         check=False,
-        **options,
+        **({"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | options),
     )
 
 
@@ -236,41 +234,30 @@ HOSTILE = "\x1b[31m\x9b1m\u202e\nevil.yaml:1: name: fine"
 
 
 SOLID = {"shape": "cube", "side": 1, "mass": 1}
+HOSTILE_TREES: list[dict[str, Any]] = [
+    {HOSTILE: 1},
+    {"name": {HOSTILE: 1}},
+    *({"body": SOLID | {"side": f"{start}{HOSTILE}"}} for start in ("", "5 ", "5 cm", "sin(")),
+    *({"body": SOLID | more} for more in ({"shape": HOSTILE}, {HOSTILE: 1}, {"anchor": HOSTILE})),
+    *({"body": {"points": name}} for name in (HOSTILE, f"{HOSTILE}.csv", "a\0b.npy")),
+    {"body": {HOSTILE: 1}},
+    {"body": SOLID, "about": HOSTILE},
+    {"body": SOLID, "frame": {"euler": [1, 2, 3], "sequence": HOSTILE}},
+    {"body": SOLID, "motion": {"omega": [1, 2, 3], "basis": HOSTILE}},
+    {"parameters": {HOSTILE: 1}},
+    {"parameters": {"a": HOSTILE}},
+    {"parameters": {"a": f"b + {'x' * 5000}"}, "body": SOLID | {"side": "y" * 5000}},
+]
+HOSTILE_SYNTAX = [f'{{"a{HOSTILE[:5]}": 1}}', "a: !%1B%5B31m x", '{"a\\u001b": 1, "a\\u001b": 2}']
 
 
-@pytest.mark.parametrize(
-    "tree",
-    [
-        {HOSTILE: 1},
-        {"name": {HOSTILE: 1}},
-        *({"body": SOLID | {"side": f"{start}{HOSTILE}"}} for start in ("", "5 ", "5 cm", "sin(")),
-        *({"body": SOLID | more} for more in ({"shape": HOSTILE}, {HOSTILE: 1}, {"anchor": HOSTILE})),
-        *({"body": {"points": name}} for name in (HOSTILE, f"{HOSTILE}.csv", "a\0b.npy")),
-        {"body": {HOSTILE: 1}},
-        {"body": SOLID, "about": HOSTILE},
-        {"body": SOLID, "frame": {"euler": [1, 2, 3], "sequence": HOSTILE}},
-        {"body": SOLID, "motion": {"omega": [1, 2, 3], "basis": HOSTILE}},
-        {"parameters": {HOSTILE: 1}},
-        {"parameters": {"a": HOSTILE}},
-        {"parameters": {"a": f"b + {'x' * 5000}"}, "body": SOLID | {"side": "y" * 5000}},
-    ],
-    ids=range(19),
-)
-def test_a_hostile_document_is_harmless_in_error_messages(tree: object, program: Program) -> None:
-    outcome = program("inertia", "-", stdin=json.dumps(tree))
+@pytest.mark.parametrize("text", [*map(json.dumps, HOSTILE_TREES), *HOSTILE_SYNTAX], ids=range(22))
+def test_a_hostile_document_is_harmless_in_error_messages(text: str, program: Program) -> None:
+    outcome = program("inertia", "-", stdin=text)
     assert (outcome.code, outcome.out) == (3, "")
     assert all(line.isprintable() for line in outcome.err.split("\n"))
     assert "\nevil.yaml" not in outcome.err
     assert len(outcome.err) < 2500
-
-
-@pytest.mark.parametrize(
-    "text", [f'{{"a{HOSTILE[:5]}": 1}}', "a: !%1B%5B31m x", '{"a\\u001b": 1, "a\\u001b": 2}']
-)
-def test_hostile_syntax_is_harmless_in_error_messages(text: str, program: Program) -> None:
-    outcome = program("validate", "-", stdin=text)
-    assert outcome.code == 3
-    assert all(line.isprintable() for line in outcome.err.split("\n"))
 
 
 def test_a_hostile_file_name_is_harmless(tmp_path: Path, program: Program) -> None:
@@ -765,14 +752,7 @@ def test_a_closed_pipe_ends_quietly(arguments: list[str]) -> None:
     """As in `rigidcli ... | head -1`, when head has gone before the first byte comes."""
     reader, writer = os.pipe()
     os.close(reader)
-    done = subprocess.run(
-        [sys.executable, "-m", "rigidcli", *arguments],
-        cwd=ROOT,
-        stdout=writer,
-        stderr=subprocess.PIPE,
-        timeout=30,
-        check=False,
-    )
+    done = process(*arguments, stdout=writer)
     os.close(writer)
     assert (done.returncode, done.stderr) == (0, b"")
 
@@ -929,28 +909,14 @@ def test_the_schema_helps_whoever_types(schema: Any) -> None:
 
 
 @pytest.mark.parametrize("kind", Kind)
-def test_a_starter_is_commented_valid_and_runs(kind: str, validator: Any, program: Program) -> None:
+def test_a_starter_is_commented_and_valid(kind: str, validator: Any, program: Program) -> None:
     starter = program("new", kind).out
     assert starter.startswith("# ")
     assert starter.count("#") >= 3
     assert "\t" not in starter
     assert max(map(len, starter.splitlines())) <= 120
     validator.validate(read_tree(starter, kind))
-    commands = ("hamilton",) if kind == "system" else ("inertia", "axes")
-    for command in (["validate"], *([command, "-q"] for command in commands)):
-        outcome = program(*command, "-", stdin=starter)
-        assert (outcome.code, outcome.err) == (0, "")
+    outcome = program("validate", "-", stdin=starter)
+    assert (outcome.code, outcome.err) == (0, "")
     assert set(re.findall(r"rigidcli (\w+)", starter)) <= set(COMMANDS)
     assert kind != "shape" or program("new").out == starter
-
-
-@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
-def test_latex_compiles(tmp_path: Path, program: Program) -> None:
-    fragments = program("axes", "-f", "latex", *map(str, BODIES)).out
-    source = (
-        "\\documentclass{article}\\usepackage{amsmath}\\begin{document}\n" + fragments + "\\end{document}\n"
-    )
-    (tmp_path / "all.tex").write_text(source)
-    subprocess.run(
-        ["pdflatex", "-halt-on-error", "all.tex"], cwd=tmp_path, check=True, capture_output=True, timeout=60
-    )

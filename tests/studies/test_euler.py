@@ -31,6 +31,10 @@ def euler(text: str, **options: Any) -> Report:
     return run(loads(text, **options))
 
 
+def driven(body: str, torque: str, more: str = "omega: [0, 0, 1], duration: 10") -> Report:
+    return euler(f"{body}motion: {{{more}, torque: {torque}}}\n")
+
+
 def arrays(report: Report) -> dict[str, Floats]:
     return {key: np.asarray(values) for key, values in report["trajectory"].items()}
 
@@ -137,6 +141,10 @@ def test_trust_falls_with_time_and_near_the_separatrix() -> None:
     assert digits[2] < digits[0] - 3
 
 
+SWING = 2 * math.sqrt(0.02 / 0.980665) * 2.768063145
+"""From end to end of a pendulum, 2 sqrt(lambda1/(M g R)) K(sin(75 deg)): a nutation of a top without spin."""
+
+
 @pytest.mark.parametrize(
     ("text", "end", "words"),
     [
@@ -145,17 +153,8 @@ def test_trust_falls_with_time_and_near_the_separatrix() -> None:
         (BODY + "motion: {omega: [0, 0, 0], torque: {body: [1, 0, 0]}}\n", 1, "1 s is shown"),
         (f"top: {{spin: 20, tilt: 0, {TOP}}}\n", math.pi, "10 turns are shown"),
         (f"top: {{spin: 0, tilt: 180 deg, {TOP}}}\n", 1, ""),
-        # A pendulum: 4 sqrt(lambda1/(M g R)) K(sin(75 deg)) a swing, as long as two half-nutations.
-        (
-            f"top: {{spin: 0, tilt: 30 deg, {TOP}}}\n",
-            6 * math.sqrt(0.02 / 0.980665) * 2.768063145,
-            "3 nutations",
-        ),
-        (
-            f"top: {{spin: 1e-3, tilt: 30 deg, {TOP}}}\n",
-            6 * math.sqrt(0.02 / 0.980665) * 2.768063145,
-            "3 nut",
-        ),
+        (f"top: {{spin: 0, tilt: 30 deg, {TOP}}}\n", 3 * SWING, "3 nutations are shown"),
+        (f"top: {{spin: 1e-3, tilt: 30 deg, {TOP}}}\n", 3 * SWING, "3 nutations are shown"),
     ],
 )
 def test_the_default_time_is_noted(text: str, end: float, words: str) -> None:
@@ -271,11 +270,9 @@ def test_the_nutation_of_precess_is_that_of_euler(spin: float) -> None:
     assert phi[-1] == pytest.approx(10 * told["precession_per_nutation"], abs=1e-8)
 
 
-def test_steady_precession_is_steady_and_other_torques_add_to_the_weight() -> None:
-    text = f"top: {{spin: 100, tilt: 40 deg, precession: steady, {TOP}}}\nmotion: {{duration: 2"
-    steady = arrays(euler(text + "}\n"))["angles"][:, 1]
-    np.testing.assert_allclose(steady, math.radians(40), rtol=1e-10)
-    braked = arrays(euler(text + ', torque: {body: [0, 0, "-0.001*w3"]}}\n'))
+def test_other_torques_add_to_the_weight_of_a_top() -> None:
+    text = f"top: {{spin: 100, tilt: 40 deg, precession: steady, {TOP}}}\n"
+    braked = arrays(driven(text, '{body: [0, 0, "-0.001*w3"]}', "duration: 2"))
     np.testing.assert_allclose(braked["omega"][:, 2], 100 * np.exp(-0.1 * braked["t"]), rtol=1e-10)
 
 
@@ -288,10 +285,6 @@ def test_going_back_in_time_by_reversing_omega() -> None:
     back = arrays(euler(body + f"motion: {{{start}, times: [2], torque: {{gravity: 9.81}}}}\n"))
     np.testing.assert_allclose(back["omega"][0], [-1, -2, 1], atol=1e-9)
     assert same_turn(back["orientation"], np.array([[1.0, 0, 0, 0]])) < 1e-9
-
-
-def driven(body: str, torque: str, more: str = "omega: [0, 0, 1], duration: 10") -> Report:
-    return euler(f"{body}motion: {{{more}, torque: {torque}}}\n")
 
 
 @pytest.mark.parametrize(
@@ -464,19 +457,14 @@ def test_the_weight_of_a_rod_in_closed_form_and_integrated() -> None:
         ("log(0.25 - t)", 0.25),
         ("1/(1 - 2*t)", 0.5),
         ("(0.6 - t)^0.3", 0.6),
+        ("1/t", 0.0),
     ],
 )
-def test_a_torque_without_a_value_ends_the_motion_at_a_named_time(torque: str, time: float | None) -> None:
+def test_a_torque_without_a_value_ends_the_motion_at_a_named_time(torque: str, time: float) -> None:
     with pytest.raises(ComputationError) as caught:
-        euler(BODY + f'motion: {{omega: [0, 0, 1], duration: 2, torque: {{body: [0, 0, "{torque}"]}}}}\n')
-    if time is not None:
-        told = [float(word) for word in caught.value.message.replace(",", " ").split() if word[0].isdigit()]
-        assert any(value == pytest.approx(time, abs=1e-3) for value in told)
-
-
-def test_a_torque_without_a_value_at_the_start_is_refused() -> None:
-    with pytest.raises(ComputationError):
-        euler(BODY + 'motion: {omega: [0, 0, 1], duration: 2, torque: {body: [0, 0, "1/t"]}}\n')
+        driven(BODY, f'{{body: [0, 0, "{torque}"]}}', "omega: [0, 0, 1], duration: 2")
+    told = [float(word) for word in caught.value.message.replace(",", " ").split() if word[0].isdigit()]
+    assert any(value == pytest.approx(time, abs=1e-3) for value in told)
 
 
 POINT = "body: {moments: [0, 0, 0]}\nabout: com\n"
@@ -585,10 +573,6 @@ def test_problems_that_a_study_finds_have_lines(program: Program) -> None:
     assert program("inertia", "-", stdin=text).err == "-: body: missing, expected a body\n"
     text = "body: {moments: [1, 2, 2]}\nabout: com\nmotion:\n  omega: [0, 0, 1]\n  torque: {gravity: 9.81}\n"
     assert program("euler", "-", stdin=text).err == "-:1: body.mass: missing: a weight needs it\n"
-    text = f"name: x\ntop:\n  {TOP.replace(', ', chr(10) + '  ')}\n  spin: 0\n  tilt: 1\nmotion: {{}}\n"
-    assert program("euler", "-f", "csv", "-", stdin=text.replace("  tilt: 1\n", "")).err.startswith(
-        "-:2: top.tilt"
-    )
 
 
 def test_a_top_has_its_angles_besides(program: Program) -> None:
@@ -610,10 +594,3 @@ def test_a_table_tells_why(program: Program) -> None:
     assert "time between flips" in out
     assert "stable" in out
     assert max(map(len, program("euler", "-", stdin=DOCUMENT).out.splitlines())) < 130
-
-
-def test_a_failure_leaves_standard_output_empty(program: Program) -> None:
-    document = BODY + 'motion: {omega: [0, 0, 1], duration: 2, torque: {body: [0, 0, "1/(t-1)^2"]}}\n'
-    outcome = program("euler", "-f", "csv", "-", stdin=document)
-    assert (outcome.code, outcome.out) == (4, "")
-    assert outcome.err.startswith("-: ")

@@ -19,7 +19,7 @@ from rigidcli.grading.trajectories.field import Equations, angles_in, equations_
 from rigidcli.grading.trajectories.heads import TIME
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import parse_unit
-from rigidcli.report import Report, Table, cells
+from rigidcli.report import Report, Table, single_cells
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.expression import parse
@@ -200,7 +200,8 @@ def _table(report: Report, key: str) -> Table:
 
 
 def _columns(table: Table) -> dict[str, Floats]:
-    return {cell.name: np.asarray(cell.values, dtype=np.float64) for cell in cells(table)}
+    columns = single_cells(table)
+    return {column.cells[0]: np.asarray(column.values, dtype=np.float64) for column in columns}
 
 
 def _below(table: Table, key: str) -> tuple[str, ...]:

@@ -9,15 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigidcli.core import stability
-from rigidcli.core.arithmetic import FLOAT, Floats
+from rigidcli.core.arithmetic import FLOAT
 from rigidcli.errors import ValueProblem
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Table
-from rigidcli.studies.common import report
+from rigidcli.studies.common import if_known, report
 from rigidcli.studies.euler.columns import trajectory_table
-from rigidcli.studies.euler.free import free_trajectory
 from rigidcli.studies.euler.initial import initial_value_problem
-from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory
+from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory, free_trajectory
 
 if TYPE_CHECKING:
     from rigidcli.core.integrate import Engine
@@ -84,13 +83,15 @@ def follow(
 
 def _body(motion: Trajectory) -> tuple[Field, ...]:
     frame, energy = motion.problem.frame, float(motion.energy[0])
+    # So small an energy has lost its digits, while omega has not.
+    is_lost = 0 < abs(energy) < np.finfo(np.float64).tiny
     return (
         Field(
             "moments", frame.moments, "principal moments about O", r"\lambda_{1,2,3}", "kg m^2", counts=True
         ),
         Field("axes", frame.axes, "principal axes (rows)", r"\mathbf{e}_{1,2,3}"),
-        Field("angular_momentum", _length(motion.momentum[0]), "angular momentum", "L", "kg m^2/s"),
-        Field("kinetic_energy", _representable(energy), "kinetic energy", "T", "J"),
+        Field("angular_momentum", FLOAT.hypot(*motion.momentum[0]), "angular momentum", "L", "kg m^2/s"),
+        Field("kinetic_energy", None if is_lost else energy, "kinetic energy", "T", "J"),
     )
 
 
@@ -103,16 +104,11 @@ def _kind(motion: Trajectory) -> tuple[Field, ...]:
     turns = None if flip is None or rate is None else flip * rate / (2 * math.pi)
     return (
         Field("motion", kind, "motion", words=words),
-        _if_known("period", period, "period of omega in the body", r"\tau", "s"),
-        _if_known("flip_interval", flip, "time between flips", r"\tau/2", "s"),
-        _if_known("turns_per_flip", turns, "turns about L between flips"),
-        _if_known("mean_space_rate", rate, "mean rate about L", r"\overline{\dot\phi}", "rad/s"),
+        if_known(Field("period", period, "period of omega in the body", r"\tau", "s")),
+        if_known(Field("flip_interval", flip, "time between flips", r"\tau/2", "s")),
+        if_known(Field("turns_per_flip", turns, "turns about L between flips")),
+        if_known(Field("mean_space_rate", rate, "mean rate about L", r"\overline{\dot\phi}", "rad/s")),
     )
-
-
-def _if_known(key: str, value: float | None, title: str, symbol: str = "", unit: str = "") -> Field:
-    """A result that people are not shown where it is None."""
-    return Field(key, value, title if value is not None else "", symbol, unit)
 
 
 def _quality(motion: Trajectory) -> tuple[Field, ...]:
@@ -132,7 +128,7 @@ def _stability(motion: Trajectory) -> Table:
     """The three axes, and what becomes of a rotation about each with the initial |omega|."""
     frame = motion.problem.frame
     found = stability.about_axes(frame.moments, frame.groups)
-    speed = _length(motion.problem.omega)
+    speed = FLOAT.hypot(*motion.problem.omega)
     rates = [None if one.rate_per_spin is None else one.rate_per_spin * speed for one in found]
     return Table(
         "stability",
@@ -146,13 +142,3 @@ def _stability(motion: Trajectory) -> Table:
         ),
         records=True,
     )
-
-
-def _length(vector: Floats) -> float:
-    """|v|, also where its square is beyond the range of floats."""
-    return FLOAT.hypot(*vector)
-
-
-def _representable(value: float) -> float | None:
-    """A number, or None if it is so small that floats lose its digits."""
-    return None if 0 < abs(value) < np.finfo(np.float64).tiny else value

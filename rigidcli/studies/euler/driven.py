@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import random
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -239,8 +238,7 @@ def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> 
     """Whether the torque has no component along a `line` about which the body does not turn, in any state."""
     if torque[line] == ZERO:
         return True
-    draw = random.Random(0)  # noqa: S311 - no secret
-    tried = np.array([[draw.uniform(-1, 1) for _ in rigid_body.STATE] for _ in range(TRIED)])
+    tried = np.random.default_rng(0).uniform(-1, 1, (TRIED, len(rigid_body.STATE)))
     tried[:, 0] = (1 + tried[:, 0]) / 2 * end
     tried[:, 1:5] /= np.linalg.norm(tried[:, 1:5], axis=1, keepdims=True)
     tried[:, 5:] *= 2 * (np.abs(state[4:]).max() or 1.0)

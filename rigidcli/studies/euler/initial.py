@@ -58,8 +58,7 @@ def initial_value_problem(document: Document) -> InitialValueProblem:
     Raises DocumentError where it poses none, or one that a body cannot have.
     """
     motion = document.motion or Motion()
-    if document.arithmetic.exact:
-        require_values(document, "a motion in time")
+    require_values(document, "a motion in time")
     if motion.omega is not None:
         return _of_body(document, motion)
     if document.top is not None:
@@ -89,19 +88,19 @@ def _of_body(document: Document, motion: Motion) -> InitialValueProblem:
     torque = motion.torque if isinstance(motion.torque, OwnTorque) else None
     if len(frame.groups[-1]) > 1 and torque is not None and torque.names & {"ux", "uy", "uz"}:
         notes.append("e3 is not unique, as its moment equals another: `ux uy uz` are the one that is printed")
-    duration, words = _default_duration(omega, at_rest=torque is None and not weight.any())
+    times, noted = _times(motion, omega, at_rest=torque is None and not weight.any())
     return InitialValueProblem(
         physical.tensor,
         omega,
         _orientation(document, motion),
         weight,
         torque,
-        motion.instants(duration),
+        times,
         motion.tolerance or DEFAULT_TOLERANCE,
         physical.axes,
         frame,
         axes[:, 2],
-        notes=(*notes, *_note_on_duration(motion, words)),
+        notes=(*notes, *noted),
     )
 
 
@@ -148,9 +147,7 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
         top.lambda1, top.lambda3, section.spin, section.tilt, precession, section.nutation, fall
     ).period
     torque = motion.torque if isinstance(motion.torque, OwnTorque) else None
-    duration, words = _default_duration(omega, at_rest=torque is None and period is None)
-    if period is not None:
-        duration, words = DEFAULT_NUTATIONS * period, f"{DEFAULT_NUTATIONS} nutations are"
+    times, noted = _times(motion, omega, at_rest=torque is None and period is None, nutation=period)
     shown = document.physical.axes
     return InitialValueProblem(
         tensor,
@@ -158,27 +155,29 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
         rotation.as_quaternion(tilted @ axes.T),
         top.axis * fall,
         torque,
-        motion.instants(duration),
+        times,
         motion.tolerance or DEFAULT_TOLERANCE,
         shown,
         principal_frame(shown.T @ tensor @ shown),
         axes[:, 2],
         axes,
-        (*top.remarks, *_note_on_duration(motion, words)),
+        (*top.remarks, *noted),
     )
 
 
-def _default_duration(omega: Floats, *, at_rest: bool) -> tuple[float, str]:
-    """The duration (s) where the document gives none, and in words; no words for a body that rests.
+def _times(
+    motion: Motion, omega: Floats, *, at_rest: bool, nutation: float | None = None
+) -> tuple[Floats, tuple[str, ...]]:
+    """The times that are shown (n, s), and a note on a duration that the document does not give.
 
-    It is some turns of a body that turns, and a second of one that does not turn yet, or is `at_rest`.
+    It is some nutations of a top, if its `nutation` has a period (s), or some turns of a body that turns, and
+    a second of one that does not turn yet, or is `at_rest`; nothing is noted of a body that rests.
     """
-    if rate := FLOAT.hypot(*omega):
-        return 2 * math.pi * DEFAULT_TURNS / rate, f"{DEFAULT_TURNS} turns are"
-    return 1.0, "" if at_rest else "1 s is"
-
-
-def _note_on_duration(motion: Motion, words: str) -> tuple[str, ...]:
-    if motion.duration is not None or motion.times is not None or not words:
-        return ()
-    return (f"`motion.duration` is not given: {words} shown",)
+    duration, words = 1.0, "" if at_rest else "1 s is"
+    if nutation is not None:
+        duration, words = DEFAULT_NUTATIONS * nutation, f"{DEFAULT_NUTATIONS} nutations are"
+    elif rate := FLOAT.hypot(*omega):
+        duration, words = 2 * math.pi * DEFAULT_TURNS / rate, f"{DEFAULT_TURNS} turns are"
+    given = motion.duration is not None or motion.times is not None
+    note = f"`motion.duration` is not given: {words} shown"
+    return motion.instants(duration), () if given or not words else (note,)

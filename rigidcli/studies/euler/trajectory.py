@@ -4,17 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigidcli.core import rotation
+from rigidcli.core import freebody, rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import digits
 from rigidcli.studies.euler.initial import InitialValueProblem
-
-if TYPE_CHECKING:
-    from rigidcli.core.freebody import FreeMotion
 
 CLOSED_FORM = "closed form"
 """The name of the method where nothing is integrated."""
@@ -32,7 +28,7 @@ class Trajectory:
     problem: InitialValueProblem
     omega: Floats
     orientation: Floats
-    free: FreeMotion | None
+    free: freebody.FreeMotion | None
     method: str
     steps: int
     trusted_digits: float
@@ -59,13 +55,21 @@ def closed_form(
     omega: Floats,
     orientation: Floats,
     error: float,
-    free: FreeMotion | None = None,
+    free: freebody.FreeMotion | None = None,
 ) -> Trajectory:
     """A trajectory in closed form, whose orientation has this `error` (rad) by the rounding of the input."""
     beginning = problem.times == 0
     omega[beginning], orientation[beginning] = problem.omega, problem.orientation
     drift = drift_of(problem, omega, orientation)
     return Trajectory(problem, omega, orientation, free, CLOSED_FORM, 0, digits(error), drift)
+
+
+def free_trajectory(problem: InitialValueProblem) -> Trajectory:
+    """The trajectory of a body on which no torque acts, by Jacobi's elliptic functions."""
+    given = (problem.tensor, problem.omega, problem.orientation)
+    free = freebody.free_motion(*given)
+    error = freebody.sensitivity(*given, problem.times)
+    return closed_form(problem, *freebody.at(free, problem.times), error, free)
 
 
 def drift_of(problem: InitialValueProblem, omega: Floats, orientation: Floats) -> dict[str, float]:
