@@ -11,38 +11,18 @@ code is never nested, and an operation that comes more than once is done once.
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
 from typing import Any, TypeAlias
 
 from rigidcli.core.solution import Flow
-from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.errors import ComputationError
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.expression import Expression
-from rigidcli.symbolic.language.tree import (
-    FUNCTIONS,
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-)
+from rigidcli.symbolic.language.tree import FUNCTIONS, Node
 
 MOST_MULTIPLIED = 16
 """The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
-
-_OPERATIONS: dict[str, Callable[[float, float], float]] = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": evaluation.divide,
-}
 
 Value: TypeAlias = str | float
 """The name of a variable, or a number where it depends on constants alone."""
@@ -130,46 +110,28 @@ class _Writer:
 
     def write(self, node: Node) -> Value:
         """The value of a tree, after statements that make it."""
-        match node:
-            case Name(name) if name in self.values:
-                return self.values[name]
-            case Name(name) if name not in self.constants:
-                raise ExpressionError(f"no value for `{name}`")
-            case Name() | Number() | Constant():
-                return evaluation.real(node, self.constants)
-            case Negative(operand):
-                value = self.write(operand)
-                return -value if isinstance(value, float) else self.let(f"-{value}")
-            case Sum(terms):
-                return self.joined(0.0, "+-", Negative, terms)
-            case Product(factors):
-                return self.joined(1.0, "*/", Reciprocal, factors)
-            case Reciprocal():
-                return self.joined(1.0, "*/", Reciprocal, (node,))
-            case Power(base, exponent):
-                return self.power(self.write(base), self.write(exponent))
-            case Call(name, arguments):
-                return self.called(name, [self.write(argument) for argument in arguments])
+        by = evaluation.Operations(
+            self.named, evaluation.finite, self.negative, self.joined, self.power, self.called
+        )
+        written: Value = evaluation.value(node, by)
+        return written
 
-    def joined(
-        self, start: float, signs: str, inverse: type[Negative | Reciprocal], operands: Sequence[Node]
-    ) -> Value:
-        """`start` and then, from left to right, each operand with its sign; an inverse has the second one."""
-        total: Value = start
-        for node in operands:
-            sign, inner = (signs[1], node.operand) if isinstance(node, inverse) else (signs[0], node)
-            value = self.write(inner)
-            if isinstance(total, float) and isinstance(value, float):
-                total = evaluation.finite(_OPERATIONS[sign](total, value))
-            elif total == start and sign == signs[0]:
-                total = value
-            else:
-                total = self.let(f"{_text(total)} {sign} {_text(value)}")
-        return total
+    def named(self, name: str) -> Value:
+        return self.values[name] if name in self.values else evaluation.known(name, self.constants)
+
+    def negative(self, value: Value) -> Value:
+        return -value if isinstance(value, float) else self.let(f"-{value}")
+
+    def joined(self, left: Value, sign: str, right: Value) -> Value:
+        if isinstance(left, float) and isinstance(right, float):
+            return evaluation.joined(left, sign, right)
+        if (left, sign) in ((0.0, "+"), (1.0, "*")):
+            return right
+        return self.let(f"{_text(left)} {sign} {_text(right)}")
 
     def power(self, base: Value, exponent: Value) -> Value:
         if isinstance(base, float) and isinstance(exponent, float):
-            return evaluation.finite(evaluation.power(base, exponent))
+            return evaluation.power(base, exponent)
         if isinstance(exponent, float) and exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED:
             return self.multiplied(_text(base), int(exponent))
         self.functions.add("pow")

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import re
 
-_GREEK = frozenset(
-    [
-        "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda",
-        "mu", "nu", "xi", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega",
-        "Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega",
-        "hbar", "ell",
-    ]
-)  # fmt: skip
-"""Names that are LaTeX commands as they stand."""
+from rigidcli.symbolic.language.tokens import GREEK
 
 _LATIN = {
     "omicron": "o", "Alpha": "A", "Beta": "B", "Epsilon": "E", "Zeta": "Z", "Eta": "H", "Iota": "I",
     "Kappa": "K", "Mu": "M", "Nu": "N", "Omicron": "O", "Rho": "P", "Tau": "T", "Chi": "X",
 }  # fmt: skip
 """Greek letters that look like Latin ones, for which LaTeX has no commands."""
+
+_COMMANDS = {*GREEK, *map(str.capitalize, GREEK), "hbar", "ell"} - _LATIN.keys()
+"""Names that are LaTeX commands as they stand."""
 
 _DECORATED = re.compile(r"(?P<letters>[A-Za-z]+)(?P<digits>[0-9]*)(?P<indices>(?:_[A-Za-z0-9]+)*)")
 
@@ -43,7 +38,7 @@ def _latex_index(index: str) -> str:
 
 
 def _latex_letters(letters: str) -> str:
-    if letters in _GREEK:
+    if letters in _COMMANDS:
         return rf"\{letters}"
     if letters in _LATIN:
         return rf"\mathrm{{{_LATIN[letters]}}}"

@@ -96,9 +96,9 @@ def _folded(root: Node, write: Callable[[Node], _Writing]) -> str:
 
 def _each(operands: Iterable[Node]) -> Generator[Node, _Piece, list[_Piece]]:
     """All operands, one after the other."""
-    written = []
+    written: list[_Piece] = []
     for operand in operands:
-        written.append((yield operand))
+        written += [(yield operand)]
     return written
 
 
