@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rigidcli.errors import ExpressionError
@@ -42,6 +42,7 @@ class Operations(NamedTuple):
 
 def value(node: Node, by: Operations) -> Any:
     """The value of a tree by these operations, from left to right."""
+    total: Any
     match node:
         case Name(name):
             return by.name(name)
@@ -51,25 +52,19 @@ def value(node: Node, by: Operations) -> Any:
             return by.number(CONSTANTS[name])
         case Negative(operand):
             return by.negative(value(operand, by))
-        case Sum(terms):
-            return _joined(0.0, "+-", Negative, terms, by)
-        case Product(factors):
-            return _joined(1.0, "*/", Reciprocal, factors, by)
-        case Reciprocal():
-            return _joined(1.0, "*/", Reciprocal, (node,), by)
         case Power(base, exponent):
             return by.power(value(base, by), value(exponent, by))
         case Call(function, arguments):
             return by.call(function, [value(argument, by) for argument in arguments])
-
-
-def _joined(
-    start: float, signs: str, inverse: type[Negative | Reciprocal], operands: Sequence[Node], by: Operations
-) -> Any:
-    """`start` and then each operand with its sign; an inverse has the second one."""
-    total: Any = start
-    for node in operands:
-        sign, inner = (signs[1], node.operand) if isinstance(node, inverse) else (signs[0], node)
+        case Sum(operands):
+            total, signs = 0.0, "+-"
+        case Product(operands):
+            total, signs = 1.0, "*/"
+        case Reciprocal():
+            total, signs, operands = 1.0, "*/", (node,)
+    inverse = Negative if signs == "+-" else Reciprocal
+    for operand in operands:
+        sign, inner = (signs[1], operand.operand) if isinstance(operand, inverse) else (signs[0], operand)
         total = by.joined(total, sign, value(inner, by))
     return total
 

@@ -21,18 +21,16 @@ MAX_DIGITS = 400
 MAX_EXPONENT_DIGITS = 4
 """The most digits of the power of ten of one number, for the same reason."""
 
-GREEK = (
-    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu "
-    "nu xi omicron pi rho sigma tau upsilon phi chi psi omega"
-).split()
+GREEK = [
+    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu",
+    "nu", "xi", "omicron", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega",
+]  # fmt: skip
 """The names of the Greek letters, in their order; those of capitals begin with one."""
 
 _GREEK = str.maketrans(
-    {
-        **dict(zip("αβγδεζηθικλμνξοπρστυφχψω", GREEK, strict=True)),
-        **dict(zip("ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ", map(str.capitalize, GREEK), strict=True)),
-        **{"ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma", "\N{MICRO SIGN}": "mu"},
-    }
+    dict(zip("αβγδεζηθικλμνξοπρστυφχψω", GREEK, strict=True))
+    | dict(zip("ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ", map(str.capitalize, GREEK), strict=True))
+    | {"ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma", "\N{MICRO SIGN}": "mu"}
 )
 _LETTER = "A-Za-z_" + "".join(map(chr, _GREEK))
 
