@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.model.system import System
-from rigidcli.symbolic.algebra.calculus import coefficients, derivative
+from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language.expression import Expression
 from rigidcli.symbolic.mechanics import energies
+from rigidcli.symbolic.mechanics.hamilton_equations import linear
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +123,5 @@ def _from_particles(system: System, potential: Expr, reader: _Reader) -> tuple[E
 
 def _without_magnetic_terms(potential: Expr, system: System) -> Expr:
     """A potential without terms linear in the velocities: a magnetic field does no work, and is no energy."""
-    found = coefficients(potential, system.velocities)
-    if found is None or any(sum(powers) > 1 for powers in found):
-        return potential
-    return found.get((0,) * len(system.velocities), ZERO)
+    parts = linear([potential], system.velocities)
+    return potential if parts is None else parts[1][0]

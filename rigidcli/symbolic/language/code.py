@@ -19,10 +19,12 @@ from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.expression import Expression
-from rigidcli.symbolic.language.tree import FUNCTIONS, Node
+from rigidcli.symbolic.language.tree import FUNCTIONS, Function, Node
 
 MOST_MULTIPLIED = 16
 """The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
+
+_POWER = Function(2, math.pow, "power", "Pow", None)
 
 Value: TypeAlias = str | float
 """The name of a variable, or a number where it depends on constants alone."""
@@ -69,22 +71,16 @@ def function(
 
 def _operation(name: str, module: ModuleType) -> Callable[..., Any]:
     """What a function, or `pow`, is for the numbers of a module."""
-    operation: Callable[..., Any]
-    match module.__name__, name:
-        case "math", "pow":
-            return math.pow
-        case "numpy", "pow":
-            operation = module.power
-        case _, "pow":
-            # Of the two, heyoka wants the base to be one of its own expressions.
-            return lambda base, exponent: module.expression(1.0) * base**exponent
-        case "math", _:
-            return FUNCTIONS[name].real
-        case kind, _:
-            known = FUNCTIONS[name].numpy if kind == "numpy" else FUNCTIONS[name].heyoka
-            if known is None:
-                raise ComputationError(f"`{name}` has no Taylor series")
-            operation = getattr(module, known)
+    function = FUNCTIONS.get(name, _POWER)
+    if module is math:
+        return function.real
+    if module.__name__ != "numpy" and function is _POWER:
+        # Of the two, heyoka wants the base to be one of its own expressions.
+        return lambda base, exponent: module.expression(1.0) * base**exponent
+    known = function.numpy if module.__name__ == "numpy" else function.heyoka
+    if known is None:
+        raise ComputationError(f"`{name}` has no Taylor series")
+    operation: Callable[..., Any] = getattr(module, known)
     return operation
 
 

@@ -28,13 +28,8 @@ def latex_name(name: str) -> str:
     if dots:
         letters = rf"\{dots}{{{letters}}}"
     indices = [index for index in (parts["digits"], *parts["indices"].split("_")) if index]
-    if not indices:
-        return letters
-    return f"{letters}_{{{','.join(_latex_index(index) for index in indices)}}}"
-
-
-def _latex_index(index: str) -> str:
-    return index if index.isdigit() else latex_name(index)
+    written = ",".join(index if index.isdigit() else latex_name(index) for index in indices)
+    return f"{letters}_{{{written}}}" if written else letters
 
 
 def _latex_letters(letters: str) -> str:

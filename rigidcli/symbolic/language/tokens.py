@@ -101,8 +101,7 @@ def tokenize(text: str) -> list[Token]:
         if kind == "number":
             _check_number(piece, column)
         elif kind == "name":
-            if not piece.isascii():
-                piece = piece.translate(_GREEK)
+            piece = piece.translate(_GREEK)
         elif kind == "operator":
             piece = _OPERATORS.get(piece, piece)
         elif kind == "stranger":
@@ -114,8 +113,6 @@ def tokenize(text: str) -> list[Token]:
 
 
 def _check_number(piece: str, column: int) -> None:
-    if len(piece) <= MAX_EXPONENT_DIGITS:
-        return
     digits, _, exponent = piece.lower().partition("e")
     if len(digits) > MAX_DIGITS:
         raise ExpressionError(f"a number has at most {MAX_DIGITS} digits", column=column)

@@ -103,20 +103,12 @@ def quadratic_form(found: dict[tuple[int, ...], Expr], size: int) -> list[list[E
 
 def _of_root(A: Expr, B: Expr, raised: Sequence[Expr], square: Expr) -> Branch:
     """K = A sqrt(B + v.Q.v)."""
-    if _is_positive(B):
+    if len(B.terms) == 1 and B.sign() == 1:
         root = _root(tidy(expand(B * (1 - square / A**2))))
         return Branch(tuple(w * B / (A * root) for w in raised), -A * root)
     R2 = tidy(1 - square / A**2)
     S = _root(B / R2)
     return Branch(tuple(w * S / A for w in raised), -A * S * R2)
-
-
-def _is_positive(e: Expr) -> bool:
-    """Whether it is a positive number times even powers."""
-    if len(e.terms) != 1:
-        return False
-    ((monomial, coefficient),) = e.terms.items()
-    return coefficient > 0 and all(exponent % 2 == 0 for _, exponent in monomial)
 
 
 def _of_power(A: Expr, n: Fraction, P: Expr) -> list[Branch]:
