@@ -69,12 +69,7 @@ def value(node: Node, by: Operations) -> Any:
     return total
 
 
-_SIGNS: dict[str, Callable[[Any, Any], Any]] = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": operator.truediv,
-}
+_SIGNS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 
 
 def real(node: Node, values: Mapping[str, float]) -> float:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from rigidcli.symbolic.algebra.calculus import coefficients, derivative
+from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
 from rigidcli.symbolic.algebra.simplification import tidy
 
@@ -41,6 +41,11 @@ def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:
     )
 
 
+def coefficient(polynomial: Polynomial, size: int, *places: int) -> Expr:
+    """That of the product of the variables at these places, among as many as there are."""
+    return polynomial.get(tuple(map(places.count, range(size))), ZERO)
+
+
 def linear(expressions: Sequence[Expr], names: Sequence[str]) -> tuple[list[list[Expr]], list[Expr]] | None:
     """A and b of expressions that are A z + b, z being the names; None if they are not linear in them."""
     size = len(names)
@@ -49,7 +54,6 @@ def linear(expressions: Sequence[Expr], names: Sequence[str]) -> tuple[list[list
         found = coefficients(expression, names)
         if found is None or any(sum(powers) > 1 for powers in found):
             return None
-        offset.append(found.get((0,) * size, ZERO))
-        units = [tuple(int(i == place) for i in range(size)) for place in range(size)]
-        matrix.append([tidy(found.get(unit, ZERO)) for unit in units])
+        offset.append(coefficient(found, size))
+        matrix.append([tidy(coefficient(found, size, place)) for place in range(size)])
     return matrix, offset

@@ -25,6 +25,7 @@ from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivat
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
+from rigidcli.symbolic.mechanics.hamilton_equations import coefficient
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch, inverted_velocities, quadratic_form
 
 MOST_BRANCHES = 16
@@ -79,7 +80,7 @@ def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Par
     every = range(len(velocities))
     found = coefficients(lagrangian, velocities)
     if found is not None and _is_quadratic(found):
-        still = found.get((0,) * len(velocities), ZERO)
+        still = coefficient(found, len(velocities))
         return still, [(lagrangian - still, list(every))]
     terms = [
         (term, {i for i in every if velocities[i] in term.names})
@@ -103,8 +104,7 @@ def _inverted(part: _Part, velocities: Sequence[str], momenta: Sequence[Expr]) -
         terms = [Expr({monomial: factor}) for monomial, factor in e.terms.items()]
         others = [term for term in terms if not _is_linear(coefficients(term, names))]
         found = coefficients(e - total(others), names) or {}
-    linear = [found.get(tuple(int(i == j) for j in range(size)), ZERO) for i in range(size)]
-    shifted = [momenta[place] - b for place, b in zip(places, linear, strict=True)]
+    shifted = [momenta[place] - coefficient(found, size, i) for i, place in enumerate(places)]
     if not others:
         return _of_masses([[2 * entry for entry in row] for row in quadratic_form(found, size)], shifted)
     return inverted_velocities(others[0], names, shifted) if len(others) == 1 else []

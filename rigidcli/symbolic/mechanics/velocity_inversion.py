@@ -23,11 +23,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from rigidcli.symbolic.algebra.atoms import Applied, Group, Symbol
-from rigidcli.symbolic.algebra.calculus import coefficients, expand
+from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, expand
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, number, total
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.mechanics import mass_matrix
+from rigidcli.symbolic.mechanics.hamilton_equations import coefficient
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,14 +92,10 @@ def _of_quadratic(
     return [Branch(velocities, (2 * k - 1) * A * s**up)]
 
 
-def quadratic_form(found: dict[tuple[int, ...], Expr], size: int) -> list[list[Expr]]:
+def quadratic_form(found: Polynomial, size: int) -> list[list[Expr]]:
     """The symmetric matrix Q of the terms v.Q.v among the coefficients of a polynomial in v."""
-
-    def entry(i: int, j: int) -> Expr:
-        powers = tuple(int(i == k) + int(j == k) for k in range(size))
-        return found.get(powers, ZERO) * (1 if i == j else Fraction(1, 2))
-
-    return [[entry(i, j) for j in range(size)] for i in range(size)]
+    places, half = range(size), Fraction(1, 2)
+    return [[coefficient(found, size, i, j) * (1 if i == j else half) for j in places] for i in places]
 
 
 def _of_root(A: Expr, B: Expr, raised: Sequence[Expr], square: Expr) -> Branch:
