@@ -37,6 +37,7 @@ MOST_COLUMNS = 8
 """The widest matrix that people are shown: a terminal has room for no more."""
 
 SPECTRUM = ("eigenvalues", "frequencies", "stability")
+"""The keys of what the matrix of linear equations tells."""
 
 STABILITY = {
     "stable": "stable: motion stays bounded",

@@ -25,6 +25,7 @@ MOST_MULTIPLIED = 16
 """The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
 
 _POWER = Function(2, math.pow, "power", "Pow", None)
+"""What `pow` is in code; documents write `^`."""
 
 Value: TypeAlias = str | float
 """The name of a variable, or a number where it depends on constants alone."""
