@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeGuard
 
 from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
@@ -46,13 +47,18 @@ def coefficient(polynomial: Polynomial, size: int, *places: int) -> Expr:
     return polynomial.get(tuple(map(places.count, range(size))), ZERO)
 
 
+def has_degrees(polynomial: Polynomial | None, *degrees: int) -> TypeGuard[Polynomial]:
+    """Whether it is a polynomial, and each of its terms of one of these degrees."""
+    return polynomial is not None and {sum(powers) for powers in polynomial} <= {*degrees}
+
+
 def linear(expressions: Sequence[Expr], names: Sequence[str]) -> tuple[list[list[Expr]], list[Expr]] | None:
     """A and b of expressions that are A z + b, z being the names; None if they are not linear in them."""
     size = len(names)
     matrix, offset = [], []
     for expression in expressions:
         found = coefficients(expression, names)
-        if found is None or any(sum(powers) > 1 for powers in found):
+        if not has_degrees(found, 0, 1):
             return None
         offset.append(coefficient(found, size))
         matrix.append([tidy(coefficient(found, size, place)) for place in range(size)])
