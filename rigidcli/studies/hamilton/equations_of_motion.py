@@ -59,7 +59,11 @@ def _motion(
     energy: Sequence[Expr],
     steps: Sequence[Step] = (),
 ) -> EquationsOfMotion:
-    """Variables with these `names` that begin at q and `second`, their `slopes`, p, and the terms of H."""
+    """The motion of variables with these `names`, n of which begin at q and n at `second`.
+
+    `slopes` are their derivatives by time; `momenta` and the terms of H, `energy`, follow from them after
+    `steps`.
+    """
     size, start, slopes = len(initial.q), np.concatenate([initial.q, second]), list(slopes)
     arguments = [TIME, *names]
     observe = code.function([to_tree(e) for e in (*momenta, *energy)], arguments, initial.parameters, steps)

@@ -43,7 +43,7 @@ def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:
 
 
 def coefficient(polynomial: Polynomial, size: int, *places: int) -> Expr:
-    """That of the product of the variables at these places, among as many as there are."""
+    """The coefficient of the product of the variables at these places, of `size` variables in all."""
     return polynomial.get(tuple(map(places.count, range(size))), ZERO)
 
 
