@@ -36,6 +36,9 @@ QUICK = 160
 MOST_COLUMNS = 8
 """The widest matrix that people are shown: a terminal has room for no more."""
 
+SPECTRUM = ("eigenvalues", "frequencies", "stability")
+"""The keys of what the matrix of linear equations tells."""
+
 STABILITY = {
     "stable": "stable: motion stays bounded",
     "marginal": "marginal: motion grows by powers of the time",
@@ -153,23 +156,22 @@ def _expressions(
 def _linear_equations(found: _Results) -> list[Field]:
     """The matrix of linear equations, and its eigenvalues."""
     equations, names = found.derivation.equations, found.derivation.phase.names
-    parts = spectrum = None
+    parts = None
     with suppress(ExpressionError):
         parts = None if equations is None else linear(equations, names)
     if parts is None:
-        fields = [Field("matrix", None), Field("offset", None)]
-    else:
-        matrix, offset = parts
-        spectrum = _spectrum(matrix, found.document)
-        shift = " + b" if any(not e.is_zero for e in offset) else ""
-        title = f"A of z' = A z{shift}, z = ({', '.join(names)})"
-        is_small = len(names) <= MOST_COLUMNS
-        fields = [
-            Field("matrix", np.array(matrix, dtype=object), title if is_small else "", "A"),
-            Field("offset", np.array(offset, dtype=object), "b" if shift and is_small else "", r"\mathbf{b}"),
-        ]
+        return [Field(key, None) for key in ("matrix", "offset", *SPECTRUM)]
+    matrix, offset = parts
+    shift = " + b" if any(not e.is_zero for e in offset) else ""
+    title = f"A of z' = A z{shift}, z = ({', '.join(names)})"
+    is_small = len(names) <= MOST_COLUMNS
+    fields = [
+        Field("matrix", np.array(matrix, dtype=object), title if is_small else "", "A"),
+        Field("offset", np.array(offset, dtype=object), "b" if shift and is_small else "", r"\mathbf{b}"),
+    ]
+    spectrum = _spectrum(matrix, found.document)
     if spectrum is None:
-        return [*fields, *(Field(key, None) for key in ("eigenvalues", "frequencies", "stability"))]
+        return [*fields, *(Field(key, None) for key in SPECTRUM)]
     numeric = all(isinstance(f, float) for f in spectrum.frequencies)
     frequencies = np.array(spectrum.frequencies, dtype=float if numeric else object)
     title, unit = "frequencies" if len(frequencies) else "", "rad/s" if numeric else ""
@@ -267,19 +269,17 @@ def _orbit_table(found: _Results) -> list[Table]:
     orbit, phase = found.orbit, found.derivation.phase
     if orbit is None:
         return []
-    columns = [
-        Column(f"{key}.{name}", column, (name,), "", (latex_name(name),))
-        for key, names, values in (
-            ("q", phase.coordinates, orbit.coordinates),
-            ("p", phase.momenta, orbit.momenta),
-        )
-        for name, column in zip(names, values.T, strict=True)
+    quantities = [
+        ("", TIME, orbit.times),
+        *(("q.", *pair) for pair in zip(phase.coordinates, orbit.coordinates.T, strict=True)),
+        *(("p.", *pair) for pair in zip(phase.momenta, orbit.momenta.T, strict=True)),
+        ("", "H", orbit.energy),
     ]
-    time, energy = (
-        Column("t", orbit.times, ("t",), "s", ("t",)),
-        Column("H", orbit.energy, ("H",), "", ("H",)),
+    columns = (
+        Column(way + name, values, (name,), "s" if name == TIME else "", (latex_name(name),))
+        for way, name, values in quantities
     )
-    return [Table("orbit", "the orbit", (time, *columns, energy), data=True)]
+    return [Table("orbit", "the orbit", tuple(columns), data=True)]
 
 
 def _notes(found: _Results) -> list[str]:

@@ -18,7 +18,7 @@ from rigidcli.errors import ComputationError
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.initial import InitialState
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
-from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
+from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.language.elimination import Step, solved
@@ -41,28 +41,32 @@ class EquationsOfMotion:
     observed: Callable[[Floats, Floats], tuple[Floats, Floats, Floats, Floats]]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class _Equations:
-    """The state by its `names` and `start`, its `slopes`, p, and the terms of H, all after `steps`."""
-
-    names: Sequence[str]
-    start: Floats
-    slopes: Sequence[Node]
-    momenta: Sequence[Expr]
-    energy: Sequence[Expr]
-    steps: Sequence[Step] = ()
-
-
 def equations_of_motion(derivation: Derivation, initial: InitialState) -> EquationsOfMotion:
     """The equations of motion of a system, and its initial state.
 
     Raises ComputationError where the initial velocities are needed, and not given.
     """
-    law = (_lagrange if derivation.equations is None else _hamilton)(derivation, initial)
-    size, start = len(derivation.phase.coordinates), law.start
-    arguments, slopes = [TIME, *law.names], list(law.slopes)
-    observables = [to_tree(e) for e in (*law.momenta, *law.energy)]
-    observe = code.function(observables, arguments, initial.parameters, law.steps)
+    return (_lagrange if derivation.equations is None else _hamilton)(derivation, initial)
+
+
+def _motion(
+    derivation: Derivation,
+    initial: InitialState,
+    names: Sequence[str],
+    second: Floats,
+    slopes: Sequence[Node],
+    momenta: Sequence[Expr],
+    energy: Sequence[Expr],
+    steps: Sequence[Step] = (),
+) -> EquationsOfMotion:
+    """The motion of variables with these `names`, n of which begin at q and n at `second`.
+
+    `slopes` are their derivatives by time; `momenta` and the terms of H, `energy`, follow from them after
+    `steps`.
+    """
+    size, start, slopes = len(initial.q), np.concatenate([initial.q, second]), list(slopes)
+    arguments = [TIME, *names]
+    observe = code.function([to_tree(e) for e in (*momenta, *energy)], arguments, initial.parameters, steps)
     if derivation.explicit_time:
         start, arguments = np.append(start, 0.0), [*arguments, ENERGY_CHANGE]
         slopes.append(to_tree(derivation.power))
@@ -71,22 +75,19 @@ def equations_of_motion(derivation: Derivation, initial: InitialState) -> Equati
         rows = columns(observe, times, states[:, : 2 * size])
         return states[:, :size], rows[:size].T, rows[size:].sum(axis=0), rows[size:]
 
-    flow = code.function(slopes, arguments, initial.parameters, law.steps)
-    return EquationsOfMotion(flow, start, observed)
+    return EquationsOfMotion(code.function(slopes, arguments, initial.parameters, steps), start, observed)
 
 
-def _hamilton(derivation: Derivation, initial: InitialState) -> _Equations:
+def _hamilton(derivation: Derivation, initial: InitialState) -> EquationsOfMotion:
     """Hamilton's equations."""
     assert derivation.equations is not None
     assert derivation.hamiltonian is not None
-    phase, start = derivation.phase, np.concatenate([initial.q, initial.p])
-    slopes = [to_tree(e) for e in derivation.equations]
-    return _Equations(
-        phase.names, start, slopes, list(map(symbol, phase.momenta)), terms(derivation.hamiltonian)
-    )
+    phase, slopes = derivation.phase, [to_tree(e) for e in derivation.equations]
+    p, energy = [symbol(name) for name in phase.momenta], terms(derivation.hamiltonian)
+    return _motion(derivation, initial, phase.names, initial.p, slopes, p, energy)
 
 
-def _lagrange(derivation: Derivation, initial: InitialState) -> _Equations:
+def _lagrange(derivation: Derivation, initial: InitialState) -> EquationsOfMotion:
     """Lagrange's equations, for the momenta if the velocities follow from linear equations, or for these."""
     phase, velocities, lagrangian = derivation.phase, derivation.velocity_names, derivation.system.lagrangian
     assert lagrangian is not None
@@ -106,25 +107,20 @@ def _lagrange(derivation: Derivation, initial: InitialState) -> _Equations:
         p, at_rest = [symbol(name) for name in phase.momenta], dict.fromkeys(velocities, ZERO)
         steps, found = solutions(a - substitute(e, at_rest) for a, e in zip(p, definitions, strict=True))
         steps += zip(velocities, found, strict=True)
-        start, slopes = np.concatenate([initial.q, initial.p]), [*rates, *map(to_tree, forces)]
-        return _Equations(phase.names, start, slopes, p, energy(p), steps)
+        slopes = [*rates, *map(to_tree, forces)]
+        return _motion(derivation, initial, phase.names, initial.p, slopes, p, energy(p), steps)
     if initial.v is None:
         raise ComputationError(
             "the velocities have no closed form in the momenta",
             hint=f"begin the orbit with velocities: {', '.join(velocities)}",
         )
+    moving = [*zip(phase.coordinates, v, strict=True), (TIME, ONE)]
     steps, found = solutions(
-        total(
-            [
-                f,
-                *(-derivative(p, q) * w for q, w in zip(phase.coordinates, v, strict=True)),
-                -derivative(p, TIME),
-            ]
-        )
+        total([f, *(-derivative(p, name) * rate for name, rate in moving)])
         for f, p in zip(forces, definitions, strict=True)
     )
-    start, names = np.concatenate([initial.q, initial.v]), (*phase.coordinates, *velocities)
-    return _Equations(names, start, [*rates, *found], definitions, energy(definitions), steps)
+    names, slopes = (*phase.coordinates, *velocities), [*rates, *found]
+    return _motion(derivation, initial, names, initial.v, slopes, definitions, energy(definitions), steps)
 
 
 def columns(f: Flow, times: Floats, states: Floats) -> Floats:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -14,12 +15,7 @@ from rigidcli.errors import ComputationError
 from rigidcli.model.orbit import Orbit
 from rigidcli.model.sampling import DEFAULT_TOLERANCE
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.equations_of_motion import (
-    EquationsOfMotion,
-    columns,
-    equations_of_motion,
-    flow_of_terms,
-)
+from rigidcli.studies.hamilton.equations_of_motion import columns, equations_of_motion, flow_of_terms
 from rigidcli.studies.hamilton.initial import InitialState
 from rigidcli.symbolic.algebra.expressions import Expr
 
@@ -79,20 +75,13 @@ def solve_orbit(
     motion = equations_of_motion(derivation, initial)
     times = orbit.instants(1.0)
     tolerance = orbit.tolerance or DEFAULT_TOLERANCE
-    engine: integrate.Engine = "symplectic" if orbit.method == "symplectic" else "auto"
-    solution = integrate.integrate(
-        motion.flow,
-        motion.start,
-        (0.0, float(times[-1])),
-        tolerance=tolerance,
-        engine=engine,
-        progress=progress,
-        name="the orbit",
-    )
+    follow = partial(integrate.integrate, motion.flow, engine=orbit.method, name="the orbit")
+    solution = follow(motion.start, (0.0, float(times[-1])), tolerance=tolerance, progress=progress)
     _require_range(solution, derivation, initial)
     states = solution.at(times)
     coordinates, momenta, energy, terms = motion.observed(times, states)
-    error, lost = _estimated_error(motion, times, states, tolerance, engine)
+    coarse = partial(follow, tolerance=min(1e-3, tolerance * COARSER))
+    error, lost = _estimated_error(coarse, motion.start, times, states)
     gained = states[:, -1] if derivation.explicit_time else np.zeros(len(times))
     drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms)}
     for name in derivation.cyclic:
@@ -142,23 +131,20 @@ def _require_range(solution: integrate.Solution, derivation: Derivation, initial
 
 
 def _estimated_error(
-    motion: EquationsOfMotion, times: Floats, states: Floats, tolerance: float, engine: integrate.Engine
+    follow: Callable[..., integrate.Solution], state: Floats, times: Floats, states: Floats
 ) -> tuple[float, float | None]:
     """The largest error of the states (k by n), in units of the variables' sizes, and when digits are lost.
 
-    It is estimated from a second, coarser integration, which is done piece by piece: as soon as it has lost
-    all digits, as in chaotic motion, there is no need to go on.
+    It is estimated from a second, coarser integration, which `follow` does piece by piece from the first
+    `state`: as soon as it has lost all digits, as in chaotic motion, there is no need to go on.
     """
     scale = np.abs(states).max(axis=0)
     scale[scale == 0] = 1.0
-    coarse = min(1e-3, tolerance * COARSER)
     end = float(times[-1])
-    t, state, error = 0.0, motion.start, 0.0
+    t, error = 0.0, 0.0
     for piece in reversed(range(PIECES)):
         until = end / 2**piece
-        solution = integrate.integrate(
-            motion.flow, state, (t, until), tolerance=coarse, engine=engine, name="the orbit"
-        )
+        solution = follow(state, (t, until))
         inside = (times > t) & (times <= until)
         misses = np.abs((solution.at(times[inside]) - states[inside]) / scale).max(axis=1, initial=0.0)
         error = max(error, float(misses.max(initial=0.0)) / COARSER**ORDER)

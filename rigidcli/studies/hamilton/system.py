@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.model.system import System
-from rigidcli.symbolic.algebra.calculus import coefficients, derivative
+from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language.expression import Expression
 from rigidcli.symbolic.mechanics import energies
+from rigidcli.symbolic.mechanics.hamilton_equations import linear
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +33,10 @@ class SystemFunctions:
     reason: str = ""
 
 
+_Read: TypeAlias = Callable[[Expression | None, str], Expr | None]
+"""Makes an expression under a key of the system exact; None for None."""
+
+
 def system_functions(document: Document) -> SystemFunctions:
     """The functions of the system of a document.
 
@@ -40,14 +46,21 @@ def system_functions(document: Document) -> SystemFunctions:
     if system is None:
         hint = "`hamilton` needs `coordinates`, and a `lagrangian`, energies, particles or a `hamiltonian`"
         raise document.refusal("missing", "system", hint=hint)
-    reader = _Reader(document, derived_parameters(document))
-    hamiltonian = reader.read(system.hamiltonian, "hamiltonian")
+    derived = derived_parameters(document)
+
+    def read(expression: Expression | None, key: str) -> Expr | None:
+        try:
+            return None if expression is None else from_tree(expression.root, derived)
+        except ExpressionError as error:
+            raise document.refusal(error.message, f"system.{key}") from error
+
+    hamiltonian = read(system.hamiltonian, "hamiltonian")
     if hamiltonian is not None:
         return SystemFunctions(None, hamiltonian, reason="H alone does not tell what its coordinates are")
-    lagrangian, kinetic = reader.read(system.lagrangian, "lagrangian"), reader.read(system.kinetic, "kinetic")
-    potential = reader.read(system.potential, "potential") or ZERO
+    lagrangian, kinetic = read(system.lagrangian, "lagrangian"), read(system.kinetic, "kinetic")
+    potential = read(system.potential, "potential") or ZERO
     if system.particles is not None:
-        kinetic, potential, natural, reason = _from_particles(system, potential, reader)
+        kinetic, potential, natural, reason = _from_particles(system, potential, read)
     elif kinetic is not None:
         wrong = energies.unnatural(kinetic, system.velocities)
         natural, reason = wrong is None, "T is homogeneous of degree 2 in the velocities, without the time"
@@ -80,34 +93,19 @@ def known_values(document: Document) -> dict[str, Expr]:
     return known
 
 
-@dataclass(frozen=True, slots=True)
-class _Reader:
-    """Reads the expressions of a document, in which derived parameters are what they are derived from."""
-
-    document: Document
-    derived: Mapping[str, Expr]
-
-    def read(self, expression: Expression | None, key: str) -> Expr | None:
-        """An expression under this key of the system; None for None."""
-        try:
-            return None if expression is None else from_tree(expression.root, self.derived)
-        except ExpressionError as error:
-            raise self.document.refusal(error.message, f"system.{key}") from error
-
-
-def _from_particles(system: System, potential: Expr, reader: _Reader) -> tuple[Expr, Expr, bool, str]:
+def _from_particles(system: System, potential: Expr, read: _Read) -> tuple[Expr, Expr, bool, str]:
     """T, V, whether the coordinates are natural, and why."""
     particles, potentials, driven = [], [potential], []
     for index, particle in enumerate(system.particles or ()):
         where = f"particles.{index}"
         paths = {f"position.{i}": path for i, path in enumerate(particle.position or ())}
-        read = {key: reader.read(path, f"{where}.{key}") for key, path in paths.items()}
-        position = tuple(path for path in read.values() if path is not None)
-        moment = reader.read(particle.moment_of_inertia, f"{where}.moment_of_inertia")
-        angle = reader.read(particle.angle, f"{where}.angle")
-        mass = reader.read(particle.mass, f"{where}.mass")
+        found = [read(path, f"{where}.{key}") for key, path in paths.items()]
+        position = tuple(path for path in found if path is not None)
+        moment = read(particle.moment_of_inertia, f"{where}.moment_of_inertia")
+        angle = read(particle.angle, f"{where}.angle")
+        mass = read(particle.mass, f"{where}.mass")
         particles.append(energies.Particle(mass, position, moment, angle))
-        potentials.append(reader.read(particle.potential, f"{where}.potential") or ZERO)
+        potentials.append(read(particle.potential, f"{where}.potential") or ZERO)
         driven += [
             given.text
             for given, path in zip((*paths.values(), particle.angle), (*position, angle), strict=True)
@@ -122,7 +120,5 @@ def _from_particles(system: System, potential: Expr, reader: _Reader) -> tuple[E
 
 def _without_magnetic_terms(potential: Expr, system: System) -> Expr:
     """A potential without terms linear in the velocities: a magnetic field does no work, and is no energy."""
-    found = coefficients(potential, system.velocities)
-    if found is None or any(sum(powers) > 1 for powers in found):
-        return potential
-    return found.get((0,) * len(system.velocities), ZERO)
+    parts = linear([potential], system.velocities)
+    return potential if parts is None else parts[1][0]

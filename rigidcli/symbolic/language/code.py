@@ -11,38 +11,21 @@ code is never nested, and an operation that comes more than once is done once.
 from __future__ import annotations
 
 import math
-import operator
 from collections.abc import Callable, Mapping, Sequence
 from types import ModuleType
 from typing import Any, TypeAlias
 
 from rigidcli.core.solution import Flow
-from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.errors import ComputationError
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.expression import Expression
-from rigidcli.symbolic.language.tree import (
-    FUNCTIONS,
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-)
+from rigidcli.symbolic.language.tree import FUNCTIONS, Function, Node
 
 MOST_MULTIPLIED = 16
 """The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
 
-_OPERATIONS: dict[str, Callable[[float, float], float]] = {
-    "+": operator.add,
-    "-": operator.sub,
-    "*": operator.mul,
-    "/": evaluation.divide,
-}
+_POWER = Function(2, math.pow, "power", "Pow", None)
+"""What `pow` is in code; documents write `^`."""
 
 Value: TypeAlias = str | float
 """The name of a variable, or a number where it depends on constants alone."""
@@ -89,22 +72,16 @@ def function(
 
 def _operation(name: str, module: ModuleType) -> Callable[..., Any]:
     """What a function, or `pow`, is for the numbers of a module."""
-    operation: Callable[..., Any]
-    match module.__name__, name:
-        case "math", "pow":
-            return math.pow
-        case "numpy", "pow":
-            operation = module.power
-        case _, "pow":
-            # Of the two, heyoka wants the base to be one of its own expressions.
-            return lambda base, exponent: module.expression(1.0) * base**exponent
-        case "math", _:
-            return FUNCTIONS[name].real
-        case kind, _:
-            known = FUNCTIONS[name].numpy if kind == "numpy" else FUNCTIONS[name].heyoka
-            if known is None:
-                raise ComputationError(f"`{name}` has no Taylor series")
-            operation = getattr(module, known)
+    function = FUNCTIONS.get(name, _POWER)
+    if module is math:
+        return function.real
+    if module.__name__ != "numpy" and function is _POWER:
+        # Of the two, heyoka wants the base to be one of its own expressions.
+        return lambda base, exponent: module.expression(1.0) * base**exponent
+    known = function.numpy if module.__name__ == "numpy" else function.heyoka
+    if known is None:
+        raise ComputationError(f"`{name}` has no Taylor series")
+    operation: Callable[..., Any] = getattr(module, known)
     return operation
 
 
@@ -130,46 +107,28 @@ class _Writer:
 
     def write(self, node: Node) -> Value:
         """The value of a tree, after statements that make it."""
-        match node:
-            case Name(name) if name in self.values:
-                return self.values[name]
-            case Name(name) if name not in self.constants:
-                raise ExpressionError(f"no value for `{name}`")
-            case Name() | Number() | Constant():
-                return evaluation.real(node, self.constants)
-            case Negative(operand):
-                value = self.write(operand)
-                return -value if isinstance(value, float) else self.let(f"-{value}")
-            case Sum(terms):
-                return self.joined(0.0, "+-", Negative, terms)
-            case Product(factors):
-                return self.joined(1.0, "*/", Reciprocal, factors)
-            case Reciprocal():
-                return self.joined(1.0, "*/", Reciprocal, (node,))
-            case Power(base, exponent):
-                return self.power(self.write(base), self.write(exponent))
-            case Call(name, arguments):
-                return self.called(name, [self.write(argument) for argument in arguments])
+        by = evaluation.Operations(
+            self.named, evaluation.finite, self.negative, self.joined, self.power, self.called
+        )
+        written: Value = evaluation.value(node, by)
+        return written
 
-    def joined(
-        self, start: float, signs: str, inverse: type[Negative | Reciprocal], operands: Sequence[Node]
-    ) -> Value:
-        """`start` and then, from left to right, each operand with its sign; an inverse has the second one."""
-        total: Value = start
-        for node in operands:
-            sign, inner = (signs[1], node.operand) if isinstance(node, inverse) else (signs[0], node)
-            value = self.write(inner)
-            if isinstance(total, float) and isinstance(value, float):
-                total = evaluation.finite(_OPERATIONS[sign](total, value))
-            elif total == start and sign == signs[0]:
-                total = value
-            else:
-                total = self.let(f"{_text(total)} {sign} {_text(value)}")
-        return total
+    def named(self, name: str) -> Value:
+        return self.values[name] if name in self.values else evaluation.known(name, self.constants)
+
+    def negative(self, value: Value) -> Value:
+        return -value if isinstance(value, float) else self.let(f"-{value}")
+
+    def joined(self, left: Value, sign: str, right: Value) -> Value:
+        if isinstance(left, float) and isinstance(right, float):
+            return evaluation.joined(left, sign, right)
+        if (left, sign) in ((0.0, "+"), (1.0, "*")):
+            return right
+        return self.let(f"{_text(left)} {sign} {_text(right)}")
 
     def power(self, base: Value, exponent: Value) -> Value:
         if isinstance(base, float) and isinstance(exponent, float):
-            return evaluation.finite(evaluation.power(base, exponent))
+            return evaluation.power(base, exponent)
         if isinstance(exponent, float) and exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED:
             return self.multiplied(_text(base), int(exponent))
         self.functions.add("pow")

@@ -27,7 +27,8 @@ def solved(matrix: Sequence[Sequence[Node]], right: Sequence[Node]) -> tuple[lis
         steps.append((f"_{kind}{len(steps)}", value))
         return Name(steps[-1][0])
 
-    rows = [[_plain(entry) for entry in row] for row in matrix]
+    # Zero has one tree from here on, however it is written.
+    rows = [[ZERO if getattr(entry, "value", None) == 0 else entry for entry in row] for row in matrix]
     factors: list[list[Node]] = [[ZERO] * size for _ in rows]
     pivots: list[Node] = []
     for j in range(size):
@@ -49,8 +50,3 @@ def solved(matrix: Sequence[Sequence[Node]], right: Sequence[Node]) -> tuple[lis
             "x", plus(own, *(minus(times(factors[k][i], answers[k])) for k in range(i + 1, size)))
         )
     return steps, answers
-
-
-def _plain(entry: Node) -> Node:
-    """The entry, zero as the one tree that stands for it."""
-    return ZERO if getattr(entry, "value", None) == 0 else entry

@@ -1,10 +1,11 @@
-"""Trees to numbers: with `math` for single values, with numpy for whole arrays of them."""
+"""Trees to values: with `math` for single numbers, with numpy for whole arrays, with others in `code`."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+import operator
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.language.tree import (
@@ -27,45 +28,66 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+class Operations(NamedTuple):
+    """What names, numbers and operations are, where trees are worked out in one kind of values."""
+
+    name: Callable[[str], Any]
+    number: Callable[[float], Any]
+    negative: Callable[[Any], Any]
+    joined: Callable[[Any, str, Any], Any]
+    """What two values with one of `+-*/` between them come to; a sum begins with 0.0, a product with 1.0."""
+    power: Callable[[Any, Any], Any]
+    call: Callable[[str, list[Any]], Any]
+
+
+def value(node: Node, by: Operations) -> Any:
+    """The value of a tree by these operations, from left to right."""
+    total: Any
+    match node:
+        case Name(name):
+            return by.name(name)
+        case Number(_, number):
+            return by.number(number)
+        case Constant(name):
+            return by.number(CONSTANTS[name])
+        case Negative(operand):
+            return by.negative(value(operand, by))
+        case Power(base, exponent):
+            return by.power(value(base, by), value(exponent, by))
+        case Call(function, arguments):
+            return by.call(function, [value(argument, by) for argument in arguments])
+        case Sum(operands):
+            total, signs = 0.0, "+-"
+        case Product(operands):
+            total, signs = 1.0, "*/"
+        case Reciprocal():
+            total, signs, operands = 1.0, "*/", (node,)
+    inverse = Negative if signs == "+-" else Reciprocal
+    for operand in operands:
+        sign, inner = (signs[1], operand.operand) if isinstance(operand, inverse) else (signs[0], operand)
+        total = by.joined(total, sign, value(inner, by))
+    return total
+
+
+_SIGNS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
+
+
 def real(node: Node, values: Mapping[str, float]) -> float:
     """The value of a tree, a finite number.
 
     Raises:
         ExpressionError: there is no such value, at any step of the way.
     """
-    match node:
-        case Name(name):
-            return _known(name, values[name])
-        case Number(_, value):
-            return finite(value)
-        case Constant(name):
-            return CONSTANTS[name]
-        case Negative(operand):
-            return -real(operand, values)
-        case Sum(terms):
-            total = 0.0
-            for term in terms:
-                total += real(term, values)
-            return finite(total)
-        case Product(factors):
-            product = 1.0
-            for factor in factors:
-                if isinstance(factor, Reciprocal):
-                    product = divide(product, real(factor.operand, values))
-                else:
-                    product *= real(factor, values)
-            return finite(product)
-        case Reciprocal(operand):
-            return finite(divide(1.0, real(operand, values)))
-        case Power(base, exponent):
-            return power(real(base, values), real(exponent, values))
-        case Call(function, arguments):
-            return call(function, [real(argument, values) for argument in arguments])
+    by = Operations(lambda name: known(name, values), finite, operator.neg, joined, power, call)
+    return float(value(node, by))
 
 
-def _known(name: str, value: float) -> float:
+def known(name: str, values: Mapping[str, float]) -> float:
+    """The value of a name, a finite number; ExpressionError if it has none."""
+    if name not in values:
+        raise ExpressionError(f"no value for `{name}`")
     try:
-        number = float(value)
+        number = float(values[name])
     except OverflowError:  # an integer beyond the range of floats
         number = math.inf
     if math.isfinite(number):
@@ -80,11 +102,12 @@ def finite(value: float) -> float:
     raise ExpressionError("the value is too large" if math.isinf(value) else "there is no value")
 
 
-def divide(numerator: float, denominator: float) -> float:
-    """The quotient; ExpressionError where the denominator is zero."""
-    if denominator == 0.0:
-        raise ExpressionError("division by zero")
-    return numerator / denominator
+def joined(left: float, sign: str, right: float) -> float:
+    """The sum, difference, product or quotient; ExpressionError where it is not finite."""
+    try:
+        return finite(_SIGNS[sign](left, right))
+    except ZeroDivisionError:
+        raise ExpressionError("division by zero") from None
 
 
 def power(base: float, exponent: float) -> float:
@@ -116,38 +139,13 @@ def array(node: Node, values: Mapping[str, float | NDArray[np.float64]]) -> NDAr
     """The values of a tree, element by element; infinite or NaN where there is none."""
     import numpy as np
 
-    numbers = {name: np.asarray(value, dtype=np.float64) for name, value in values.items()}
+    by = Operations(
+        lambda name: np.asarray(values[name], dtype=np.float64),
+        np.float64,
+        operator.neg,
+        lambda left, sign, right: _SIGNS[sign](left, right),
+        np.power,
+        lambda function, arguments: getattr(np, FUNCTIONS[function].numpy)(*arguments),
+    )
     with np.errstate(all="ignore"):
-        return np.asarray(_elements(node, numbers, np))
-
-
-def _elements(node: Node, values: Mapping[str, Any], np: Any) -> Any:
-    match node:
-        case Name(name):
-            return values[name]
-        case Number(_, value):
-            return np.float64(value)
-        case Constant(name):
-            return np.float64(CONSTANTS[name])
-        case Negative(operand):
-            return -_elements(operand, values, np)
-        case Sum(terms):
-            total = np.float64(0.0)
-            for term in terms:
-                total = total + _elements(term, values, np)
-            return total
-        case Product(factors):
-            product = np.float64(1.0)
-            for factor in factors:
-                if isinstance(factor, Reciprocal):
-                    product = product / _elements(factor.operand, values, np)
-                else:
-                    product = product * _elements(factor, values, np)
-            return product
-        case Reciprocal(operand):
-            return np.float64(1.0) / _elements(operand, values, np)
-        case Power(base, exponent):
-            return np.power(_elements(base, values, np), _elements(exponent, values, np))
-        case Call(function, arguments):
-            operation = getattr(np, FUNCTIONS[function].numpy)
-            return operation(*(_elements(argument, values, np) for argument in arguments))
+        return np.asarray(value(node, by))

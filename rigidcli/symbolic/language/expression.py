@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, TypeVar, overload
+from typing import TYPE_CHECKING, Any, overload
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.language import evaluation
@@ -23,8 +23,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 __all__ = ["FUNCTIONS", "RESERVED", "Expression", "parse"]
-
-_Value = TypeVar("_Value")
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,17 +48,13 @@ class Expression:
         Raises:
             ExpressionError: a name has no value, or floats lead to no finite real value.
         """
-        used = self._used(values)
-        scalars = {name: value for name, value in used.items() if isinstance(value, (float, int))}
-        if len(scalars) == len(used):
-            return evaluation.real(self.root, scalars)
-        return evaluation.array(self.root, used)
-
-    def _used(self, values: Mapping[str, _Value]) -> dict[str, _Value]:
         missing = sorted(name for name in self.names if name not in values)
         if missing:
             raise ExpressionError(f"no value for {', '.join(f'`{name}`' for name in missing[:5])}")
-        return {name: values[name] for name in self.names}
+        known: Mapping[str, Any] = values
+        if all(isinstance(known[name], (float, int)) for name in self.names):
+            return evaluation.real(self.root, known)
+        return evaluation.array(self.root, known)
 
 
 def parse(text: str) -> Expression:

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 import re
 
-_GREEK = frozenset(
-    [
-        "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda",
-        "mu", "nu", "xi", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega",
-        "Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega",
-        "hbar", "ell",
-    ]
-)  # fmt: skip
-"""Names that are LaTeX commands as they stand."""
+from rigidcli.symbolic.language.tokens import GREEK
 
 _LATIN = {
     "omicron": "o", "Alpha": "A", "Beta": "B", "Epsilon": "E", "Zeta": "Z", "Eta": "H", "Iota": "I",
     "Kappa": "K", "Mu": "M", "Nu": "N", "Omicron": "O", "Rho": "P", "Tau": "T", "Chi": "X",
 }  # fmt: skip
 """Greek letters that look like Latin ones, for which LaTeX has no commands."""
+
+_COMMANDS = {*GREEK, *map(str.capitalize, GREEK), "hbar", "ell"} - _LATIN.keys()
+"""Names that are LaTeX commands as they stand."""
 
 _DECORATED = re.compile(r"(?P<letters>[A-Za-z]+)(?P<digits>[0-9]*)(?P<indices>(?:_[A-Za-z0-9]+)*)")
 
@@ -33,17 +28,12 @@ def latex_name(name: str) -> str:
     if dots:
         letters = rf"\{dots}{{{letters}}}"
     indices = [index for index in (parts["digits"], *parts["indices"].split("_")) if index]
-    if not indices:
-        return letters
-    return f"{letters}_{{{','.join(_latex_index(index) for index in indices)}}}"
-
-
-def _latex_index(index: str) -> str:
-    return index if index.isdigit() else latex_name(index)
+    written = ",".join(index if index.isdigit() else latex_name(index) for index in indices)
+    return f"{letters}_{{{written}}}" if written else letters
 
 
 def _latex_letters(letters: str) -> str:
-    if letters in _GREEK:
+    if letters in _COMMANDS:
         return rf"\{letters}"
     if letters in _LATIN:
         return rf"\mathrm{{{_LATIN[letters]}}}"

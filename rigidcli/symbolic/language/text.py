@@ -12,10 +12,10 @@ deeper than any text that can be read.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from enum import IntEnum
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from rigidcli.symbolic.language.latex_names import latex_name
 from rigidcli.symbolic.language.tree import (
@@ -39,12 +39,12 @@ def text(node: Node) -> str:
     could be left out, but for those of `x**(-2)`. A tree beyond the bounds of `parser.read` is written
     all the same.
     """
-    return _signed(_folded(node, _operands, partial(_plain, times="*", power="**")))
+    return _folded(node, partial(_plain, times="*", power="**"))
 
 
 def reading(node: Node) -> str:
     """A tree as a person would write it: `M a^2/12`, `x/(2 m)`, `a (b + c)`, `10*2^(1/3)`."""
-    return _signed(_folded(node, _operands, partial(_plain, times=" ", power="^")))
+    return _folded(node, partial(_plain, times=" ", power="^"))
 
 
 def latex(node: Node) -> str:
@@ -53,8 +53,7 @@ def latex(node: Node) -> str:
     A function of a single name or number goes without parentheses, at the end of its product:
     `x \sin\theta`.
     """
-    written = _signed(_folded(node, _latex_operands, _latex))
-    return written.replace("(", r"\left(").replace(")", r"\right)")
+    return _folded(node, _latex).replace("(", r"\left(").replace(")", r"\right)")
 
 
 class _Strength(IntEnum):
@@ -77,24 +76,30 @@ class _Piece(NamedTuple):
     """Whether it ends in what a further factor would seem to belong to: a divisor, a bare argument."""
 
 
-def _folded(
-    root: Node,
-    operands: Callable[[Node], Sequence[Node]],
-    write: Callable[[Node, Sequence[_Piece]], _Piece],
-) -> _Piece:
-    """The root, written by `write` from its written operands, as these are from theirs."""
-    pending: list[tuple[Node, int]] = [(root, 0)]
-    done: list[_Piece] = []
+_Writing: TypeAlias = Generator[Node, _Piece, _Piece]
+"""The writing of a node: it yields each of its operands, is sent the written one, and returns its own."""
+
+
+def _folded(root: Node, write: Callable[[Node], _Writing]) -> str:
+    """The text of the root, written by `write` from its written operands, as these are from theirs."""
+    pending = [write(root)]
+    done: Any = None
     while pending:
-        node, count = pending.pop()
-        if count:
-            done[-count:] = [write(node, done[-count:])]
-        elif below := operands(node):
-            pending.append((node, len(below)))
-            pending.extend([(operand, 0) for operand in reversed(below)])
-        else:
-            done.append(write(node, ()))
-    return done.pop()
+        try:
+            pending.append(write(pending[-1].send(done)))
+            done = None
+        except StopIteration as end:
+            done = end.value
+            pending.pop()
+    return _signed(done)
+
+
+def _each(operands: Iterable[Node]) -> Generator[Node, _Piece, list[_Piece]]:
+    """All operands, one after the other."""
+    written: list[_Piece] = []
+    for operand in operands:
+        written += [(yield operand)]
+    return written
 
 
 def _signed(piece: _Piece) -> str:
@@ -121,54 +126,36 @@ def _sum(terms: Sequence[_Piece]) -> _Piece:
     return _Piece(" ".join(written), _Strength.SUM)
 
 
-def _sign(factors: Sequence[_Piece]) -> bool:
-    """Whether a product is negative by the signs of its factors, which it takes over."""
-    return sum(factor.negative for factor in factors) % 2 == 1
-
-
-def _operands(node: Node) -> Sequence[Node]:
-    """What a node is written from; in a product a divisor stands for its reciprocal."""
-    match node:
-        case Name() | Number() | Constant():
-            return ()
-        case Negative(operand) | Reciprocal(operand):
-            return (operand,)
-        case Sum(terms):
-            return terms
-        case Product(factors):
-            return [factor.operand if isinstance(factor, Reciprocal) else factor for factor in factors]
-        case Power(base, exponent):
-            return (base, exponent)
-        case Call(_, arguments):
-            return arguments
-
-
-def _plain(node: Node, parts: Sequence[_Piece], *, times: str, power: str) -> _Piece:
+def _plain(node: Node, *, times: str, power: str) -> _Writing:
     """A node in one line of plain text."""
     match node:
         case Name(word) | Number(word, _) | Constant(word):
             return _Piece(word, _Strength.ATOM)
-        case Negative():
-            return parts[0]._replace(negative=not parts[0].negative)
-        case Sum():
-            return _sum(parts)
+        case Negative(operand):
+            piece = yield operand
+            return piece._replace(negative=not piece.negative)
+        case Sum(terms):
+            return _sum((yield from _each(terms)))
         case Reciprocal():
-            return _line([node], parts, times)
+            return (yield from _line([node], times))
         case Product(factors):
-            return _line(factors, parts, times)
+            return (yield from _line(factors, times))
         case Power():
-            base, exponent = parts
+            base, exponent = yield from _each((node.base, node.exponent))
             # Powers group from the right: a**b**c is a**(b**c).
             word = f"{_whole(base, _Strength.ATOM)}{power}{_whole(exponent, _Strength.POWER)}"
             return _Piece(word, _Strength.POWER)
-        case Call(function, _):
+        case Call(function, arguments):
+            parts = yield from _each(arguments)
             return _Piece(f"{function}({', '.join(map(_signed, parts))})", _Strength.ATOM)
 
 
-def _line(factors: Sequence[Node], parts: Sequence[_Piece], times: str) -> _Piece:
+def _line(factors: Sequence[Node], times: str) -> _Writing:
     """A product from left to right, its reciprocals as divisions."""
-    written, is_open = "", False
-    for factor, part in zip(factors, parts, strict=True):
+    written, negative, is_open = "", False, False
+    for factor in factors:
+        part = yield factor.operand if isinstance(factor, Reciprocal) else factor
+        negative ^= part.negative
         if isinstance(factor, Reciprocal):
             written = f"{written or '1'}/{_within(part, _Strength.POWER)}"
             is_open = True
@@ -178,7 +165,7 @@ def _line(factors: Sequence[Node], parts: Sequence[_Piece], times: str) -> _Piec
             written += ("*" if is_open or _starts_with_number(right) else times) + right
         else:
             written, is_open = _within(part, _Strength.PRODUCT), part.is_open
-    return _Piece(written, _Strength.PRODUCT, _sign(parts), is_open)
+    return _Piece(written, _Strength.PRODUCT, negative, is_open)
 
 
 def _starts_with_number(written: str) -> bool:
@@ -207,18 +194,7 @@ _WORD_AT_START = re.compile(r"(?:\\d?dot\{)?\\mathrm\{\w{2,}\}")
 _SMALL_FRACTION = re.compile(r"(-?)\\frac\{(\w+)\}\{(\w+)\}")
 
 
-def _latex_operands(node: Node) -> Sequence[Node]:
-    match node:
-        case Negative() | Product() | Reciprocal():
-            over, under, _ = _fraction(node)
-            return [*over, *under]
-        case Power(Call(function, (argument,)), Number(digits, _)) if _is_raised(function, digits):
-            return (argument,)
-        case _:
-            return _operands(node)
-
-
-def _latex(node: Node, parts: Sequence[_Piece]) -> _Piece:
+def _latex(node: Node) -> _Writing:
     """A node as LaTeX, but with plain parentheses."""
     match node:
         case Number(word, _):
@@ -226,24 +202,25 @@ def _latex(node: Node, parts: Sequence[_Piece]) -> _Piece:
         case Constant(name) | Name(name):
             return _Piece(latex_name(name), _Strength.ATOM)
         case Negative() | Product() | Reciprocal():
-            over, _, negative = _fraction(node)
-            product = _latex_fraction(parts[: len(over)], parts[len(over) :])
-            return product._replace(negative=negative != _sign(parts))
-        case Sum():
-            return _sum(parts)
-        case Power(Call(function, (_,)), Number(digits, _)) if _is_raised(function, digits):
-            return _latex_call(f"{_LATEX_FUNCTIONS[function]}^{{{digits}}}", parts)
+            over, under, negative = _fraction(node)
+            parts = yield from _each([*over, *under])
+            negative ^= sum(part.negative for part in parts) % 2 == 1
+            return _latex_fraction(parts[: len(over)], parts[len(over) :])._replace(negative=negative)
+        case Sum(terms):
+            return _sum((yield from _each(terms)))
+        case Power(Call(function, (argument,)), Number(digits, _)) if _is_raised(function, digits):
+            return _latex_call(f"{_LATEX_FUNCTIONS[function]}^{{{digits}}}", [(yield argument)])
         case Power():
-            base, exponent = parts
+            base, exponent = yield from _each((node.base, node.exponent))
             # A fraction in small type is hard to read.
             small = _SMALL_FRACTION.fullmatch(_signed(exponent))
             raised = "{}{}/{}".format(*small.groups()) if small else _signed(exponent)
             return _Piece(f"{_whole(base, _Strength.ATOM)}^{{{raised}}}", _Strength.POWER)
-        case Call(function, _) if function in _LATEX_SHAPES:
+        case Call(function, arguments) if function in _LATEX_SHAPES:
             shape, strength = _LATEX_SHAPES[function]
-            return _Piece(shape.format(_signed(parts[0])), strength)
-        case Call(function, _):
-            return _latex_call(_LATEX_FUNCTIONS[function], parts)
+            return _Piece(shape.format(_signed((yield arguments[0]))), strength)
+        case Call(function, arguments):
+            return _latex_call(_LATEX_FUNCTIONS[function], (yield from _each(arguments)))
 
 
 def _latex_number(word: str) -> _Piece:

@@ -21,20 +21,17 @@ MAX_DIGITS = 400
 MAX_EXPONENT_DIGITS = 4
 """The most digits of the power of ten of one number, for the same reason."""
 
+GREEK = [
+    "alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu",
+    "nu", "xi", "omicron", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega",
+]  # fmt: skip
+"""The names of the Greek letters, in their order; those of capitals begin with one."""
+
 _GREEK = str.maketrans(
-    {
-        "α": "alpha", "β": "beta", "γ": "gamma", "δ": "delta", "ε": "epsilon", "ζ": "zeta",
-        "η": "eta", "θ": "theta", "ι": "iota", "κ": "kappa", "λ": "lambda", "μ": "mu",
-        "ν": "nu", "ξ": "xi", "ο": "omicron", "π": "pi", "ρ": "rho", "σ": "sigma",
-        "τ": "tau", "υ": "upsilon", "φ": "phi", "χ": "chi", "ψ": "psi", "ω": "omega",
-        "Α": "Alpha", "Β": "Beta", "Γ": "Gamma", "Δ": "Delta", "Ε": "Epsilon", "Ζ": "Zeta",
-        "Η": "Eta", "Θ": "Theta", "Ι": "Iota", "Κ": "Kappa", "Λ": "Lambda", "Μ": "Mu",
-        "Ν": "Nu", "Ξ": "Xi", "Ο": "Omicron", "Π": "Pi", "Ρ": "Rho", "Σ": "Sigma",
-        "Τ": "Tau", "Υ": "Upsilon", "Φ": "Phi", "Χ": "Chi", "Ψ": "Psi", "Ω": "Omega",
-        "ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma",
-        "\N{MICRO SIGN}": "mu",
-    }
-)  # fmt: skip
+    dict(zip("αβγδεζηθικλμνξοπρστυφχψω", GREEK, strict=True))
+    | dict(zip("ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ", map(str.capitalize, GREEK), strict=True))
+    | {"ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma", "\N{MICRO SIGN}": "mu"}
+)
 _LETTER = "A-Za-z_" + "".join(map(chr, _GREEK))
 
 _OPERATORS = {"^": "**", "\N{MINUS SIGN}": "-", "\N{MIDDLE DOT}": "*", "\N{DOT OPERATOR}": "*"}
@@ -104,8 +101,7 @@ def tokenize(text: str) -> list[Token]:
         if kind == "number":
             _check_number(piece, column)
         elif kind == "name":
-            if not piece.isascii():
-                piece = piece.translate(_GREEK)
+            piece = piece.translate(_GREEK)
         elif kind == "operator":
             piece = _OPERATORS.get(piece, piece)
         elif kind == "stranger":
@@ -117,8 +113,6 @@ def tokenize(text: str) -> list[Token]:
 
 
 def _check_number(piece: str, column: int) -> None:
-    if len(piece) <= MAX_EXPONENT_DIGITS:
-        return
     digits, _, exponent = piece.lower().partition("e")
     if len(digits) > MAX_DIGITS:
         raise ExpressionError(f"a number has at most {MAX_DIGITS} digits", column=column)

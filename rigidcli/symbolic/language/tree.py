@@ -85,14 +85,10 @@ Node = Number | Constant | Name | Negative | Reciprocal | Sum | Product | Power 
 def rebuilt(node: Node, change: Callable[[Node], Node]) -> Node:
     """The same operation on changed operands."""
     match node:
-        case Negative(operand):
-            return Negative(change(operand))
-        case Reciprocal(operand):
-            return Reciprocal(change(operand))
-        case Sum(terms):
-            return Sum(tuple(map(change, terms)))
-        case Product(factors):
-            return Product(tuple(map(change, factors)))
+        case Negative(operand) | Reciprocal(operand):
+            return type(node)(change(operand))
+        case Sum(operands) | Product(operands):
+            return type(node)(tuple(map(change, operands)))
         case Power(base, exponent):
             return Power(change(base), change(exponent))
         case Call(function, arguments):

@@ -36,11 +36,8 @@ def _of_block(matrix: mass_matrix.Matrix, fixed: Mapping[str, Expr]) -> int | No
     size = len(matrix)
     exact = [[substitute(entry, fixed) for entry in row] for row in matrix]
     if size <= mass_matrix.LARGEST:
-        return (
-            size
-            if not is_zero(mass_matrix.determinant(exact))
-            else size - len(mass_matrix.null_vectors(exact))
-        )
+        is_regular = not is_zero(mass_matrix.determinant(exact))
+        return size if is_regular else size - len(mass_matrix.null_vectors(exact))
     found = samples.values([entry for row in exact for entry in row], {})
     if found is None:
         return None

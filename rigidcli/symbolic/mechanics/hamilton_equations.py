@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeGuard
 
-from rigidcli.symbolic.algebra.calculus import coefficients, derivative
+from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
 from rigidcli.symbolic.algebra.simplification import tidy
 
@@ -41,15 +42,24 @@ def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:
     )
 
 
+def coefficient(polynomial: Polynomial, size: int, *places: int) -> Expr:
+    """The coefficient of the product of the variables at these places, of `size` variables in all."""
+    return polynomial.get(tuple(map(places.count, range(size))), ZERO)
+
+
+def has_degrees(polynomial: Polynomial | None, *degrees: int) -> TypeGuard[Polynomial]:
+    """Whether it is a polynomial, and each of its terms of one of these degrees."""
+    return polynomial is not None and {sum(powers) for powers in polynomial} <= {*degrees}
+
+
 def linear(expressions: Sequence[Expr], names: Sequence[str]) -> tuple[list[list[Expr]], list[Expr]] | None:
     """A and b of expressions that are A z + b, z being the names; None if they are not linear in them."""
     size = len(names)
     matrix, offset = [], []
     for expression in expressions:
         found = coefficients(expression, names)
-        if found is None or any(sum(powers) > 1 for powers in found):
+        if not has_degrees(found, 0, 1):
             return None
-        offset.append(found.get((0,) * size, ZERO))
-        units = [tuple(int(i == place) for i in range(size)) for place in range(size)]
-        matrix.append([tidy(found.get(unit, ZERO)) for unit in units])
+        offset.append(coefficient(found, size))
+        matrix.append([tidy(coefficient(found, size, place)) for place in range(size)])
     return matrix, offset

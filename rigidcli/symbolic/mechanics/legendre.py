@@ -21,10 +21,11 @@ from fractions import Fraction
 from itertools import product as combinations
 from typing import TypeAlias
 
-from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative
+from rigidcli.symbolic.algebra.calculus import coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
+from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch, inverted_velocities, quadratic_form
 
 MOST_BRANCHES = 16
@@ -78,8 +79,8 @@ def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Par
     """The terms without velocities, and the others: all, if they are quadratic, or those that share some."""
     every = range(len(velocities))
     found = coefficients(lagrangian, velocities)
-    if found is not None and _is_quadratic(found):
-        still = found.get((0,) * len(velocities), ZERO)
+    if has_degrees(found, 0, 1, 2):
+        still = coefficient(found, len(velocities))
         return still, [(lagrangian - still, list(every))]
     terms = [
         (term, {i for i in every if velocities[i] in term.names})
@@ -90,28 +91,19 @@ def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Par
     return total(term for term, places in terms if not places), parts
 
 
-def _is_quadratic(polynomial: Polynomial) -> bool:
-    return all(sum(powers) <= 2 for powers in polynomial)
-
-
 def _inverted(part: _Part, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
     """All that is known of going back from the momenta of a part to its velocities."""
     e, places = part
     names, size = [velocities[place] for place in places], len(places)
     found, others = coefficients(e, names), []
-    if found is None or not _is_quadratic(found):
+    if not has_degrees(found, 0, 1, 2):
         terms = [Expr({monomial: factor}) for monomial, factor in e.terms.items()]
-        others = [term for term in terms if not _is_linear(coefficients(term, names))]
+        others = [term for term in terms if not has_degrees(coefficients(term, names), 1)]
         found = coefficients(e - total(others), names) or {}
-    linear = [found.get(tuple(int(i == j) for j in range(size)), ZERO) for i in range(size)]
-    shifted = [momenta[place] - b for place, b in zip(places, linear, strict=True)]
+    shifted = [momenta[place] - coefficient(found, size, i) for i, place in enumerate(places)]
     if not others:
         return _of_masses([[2 * entry for entry in row] for row in quadratic_form(found, size)], shifted)
     return inverted_velocities(others[0], names, shifted) if len(others) == 1 else []
-
-
-def _is_linear(polynomial: Polynomial | None) -> bool:
-    return polynomial is not None and all(sum(powers) == 1 for powers in polynomial)
 
 
 def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:

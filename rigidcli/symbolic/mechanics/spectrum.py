@@ -101,11 +101,9 @@ def symbolic_spectrum(matrix: Sequence[Sequence[Expr]], fixed: Mapping[str, floa
         if sign is None:
             return None
         root = tidy((square * sign) ** Fraction(1, 2)) if sign else ZERO
+        pairs += [(ZERO, e) if sign < 0 else (e, ZERO) for e in (-root, root)]
         if sign < 0:
-            pairs += [(ZERO, -root), (ZERO, root)]
             frequencies[root] = None
-        else:
-            pairs += [(-root, ZERO), (root, ZERO)]
         bounded = sign < 0 or all(e.is_zero for row in own for e in row)
         verdicts.append("stable" if bounded else "unstable" if sign else "marginal")
     return Spectrum(tuple(pairs), tuple(frequencies), max(verdicts, key=_WORSE.index))

@@ -23,11 +23,12 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from rigidcli.symbolic.algebra.atoms import Applied, Group, Symbol
-from rigidcli.symbolic.algebra.calculus import coefficients, expand
-from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, number, total
+from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, expand
+from rigidcli.symbolic.algebra.expressions import ONE, Expr, number, total
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.mechanics import mass_matrix
+from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,13 +70,13 @@ def _of_quadratic(
 ) -> list[Branch]:
     """K = A (B + v.Q.v)^k, with a B where k is 1/2, and without one where it is not."""
     found = coefficients(inner, names)
-    if found is None or any(sum(powers) not in (0, 2) for powers in found):
+    if not has_degrees(found, 0, 2):
         return []
     form = quadratic_form(found, len(names))
     inverse = mass_matrix.inverse(form)
     if inverse is None or mass_matrix.determinant(form).is_zero:
         return []
-    constant = found.get((0,) * len(names), ZERO)
+    constant = coefficient(found, len(names))
     raised = [total(a * P for a, P in zip(row, momenta, strict=True)) for row in inverse]
     square = tidy(total(w * P for w, P in zip(raised, momenta, strict=True)))
     if (k == Fraction(1, 2)) is constant.is_zero:
@@ -91,32 +92,20 @@ def _of_quadratic(
     return [Branch(velocities, (2 * k - 1) * A * s**up)]
 
 
-def quadratic_form(found: dict[tuple[int, ...], Expr], size: int) -> list[list[Expr]]:
+def quadratic_form(found: Polynomial, size: int) -> list[list[Expr]]:
     """The symmetric matrix Q of the terms v.Q.v among the coefficients of a polynomial in v."""
-
-    def entry(i: int, j: int) -> Expr:
-        powers = tuple(int(i == k) + int(j == k) for k in range(size))
-        return found.get(powers, ZERO) * (1 if i == j else Fraction(1, 2))
-
-    return [[entry(i, j) for j in range(size)] for i in range(size)]
+    places, half = range(size), Fraction(1, 2)
+    return [[coefficient(found, size, i, j) * (1 if i == j else half) for j in places] for i in places]
 
 
 def _of_root(A: Expr, B: Expr, raised: Sequence[Expr], square: Expr) -> Branch:
     """K = A sqrt(B + v.Q.v)."""
-    if _is_positive(B):
+    if len(B.terms) == 1 and B.sign() == 1:
         root = _root(tidy(expand(B * (1 - square / A**2))))
         return Branch(tuple(w * B / (A * root) for w in raised), -A * root)
     R2 = tidy(1 - square / A**2)
     S = _root(B / R2)
     return Branch(tuple(w * S / A for w in raised), -A * S * R2)
-
-
-def _is_positive(e: Expr) -> bool:
-    """Whether it is a positive number times even powers."""
-    if len(e.terms) != 1:
-        return False
-    ((monomial, coefficient),) = e.terms.items()
-    return coefficient > 0 and all(exponent % 2 == 0 for _, exponent in monomial)
 
 
 def _of_power(A: Expr, n: Fraction, P: Expr) -> list[Branch]:
@@ -140,9 +129,9 @@ def _of_absolute(A: Expr, n: Fraction, P: Expr) -> list[Branch]:
 def _of_function(A: Expr, exponent: Fraction, atom: Applied[Expr], name: str, P: Expr) -> list[Branch]:
     """K = A f(c v + d), where f is one of `INVERSE_SLOPES`, or A |v|^n."""
     found = coefficients(atom.arguments[0], [name])
-    if found is None or set(found) - {(0,), (1,)}:
+    if not has_degrees(found, 0, 1):
         return []
-    c, d = found[(1,)], found.get((0,), ZERO)
+    d, c = coefficient(found, 1), coefficient(found, 1, 0)
     if atom.function == "abs":
         straight = d.is_zero and c == ONE and exponent != 1
         return _of_absolute(A, exponent, P) if straight else []
