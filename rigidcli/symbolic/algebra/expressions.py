@@ -41,7 +41,6 @@ from rigidcli.symbolic.algebra.roots import Rational, bounded, magnitude, root, 
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.expression import Expression
 from rigidcli.symbolic.language.text import latex, text
-from rigidcli.symbolic.language.tree import FUNCTIONS
 
 MAX_TERMS = 10_000
 """Most terms of a sum: adding so many takes a hundredth of a second."""
@@ -450,7 +449,7 @@ def to_sympy(e: Expr) -> Any:
             case Applied(function="pow", arguments=(base, exponent)):
                 return to_sympy(base) ** to_sympy(exponent)
             case Applied(function=function, arguments=arguments):
-                return getattr(sympy, FUNCTIONS[function].sympy)(*map(to_sympy, arguments))
+                return getattr(sympy, "Abs" if function == "abs" else function)(*map(to_sympy, arguments))
             case _:
                 return sympy.pi
 

@@ -137,7 +137,7 @@ def _sign(x: float) -> float:
 
 
 class Function(NamedTuple):
-    """What a function is for each kind of number: a callable for floats, names in numpy, sympy and heyoka.
+    """What a function is for each kind of number: a callable for floats, names in numpy and heyoka.
 
     heyoka has none for what is not smooth: a Taylor series does not see a corner ahead.
     """
@@ -145,29 +145,28 @@ class Function(NamedTuple):
     arity: int
     real: Callable[..., float]
     numpy: str
-    sympy: str
     heyoka: str | None
 
 
 FUNCTIONS: dict[str, Function] = {
-    "sin": Function(1, math.sin, "sin", "sin", "sin"),
-    "cos": Function(1, math.cos, "cos", "cos", "cos"),
-    "tan": Function(1, math.tan, "tan", "tan", "tan"),
-    "asin": Function(1, math.asin, "arcsin", "asin", "asin"),
-    "acos": Function(1, math.acos, "arccos", "acos", "acos"),
-    "atan": Function(1, math.atan, "arctan", "atan", "atan"),
-    "atan2": Function(2, math.atan2, "arctan2", "atan2", "atan2"),
-    "sinh": Function(1, math.sinh, "sinh", "sinh", "sinh"),
-    "cosh": Function(1, math.cosh, "cosh", "cosh", "cosh"),
-    "tanh": Function(1, math.tanh, "tanh", "tanh", "tanh"),
-    "asinh": Function(1, math.asinh, "arcsinh", "asinh", "asinh"),
-    "acosh": Function(1, math.acosh, "arccosh", "acosh", "acosh"),
-    "atanh": Function(1, math.atanh, "arctanh", "atanh", "atanh"),
-    "exp": Function(1, math.exp, "exp", "exp", "exp"),
-    "log": Function(1, math.log, "log", "log", "log"),
-    "sqrt": Function(1, math.sqrt, "sqrt", "sqrt", "sqrt"),
-    "abs": Function(1, math.fabs, "fabs", "Abs", None),
-    "sign": Function(1, _sign, "sign", "sign", None),
+    "sin": Function(1, math.sin, "sin", "sin"),
+    "cos": Function(1, math.cos, "cos", "cos"),
+    "tan": Function(1, math.tan, "tan", "tan"),
+    "asin": Function(1, math.asin, "arcsin", "asin"),
+    "acos": Function(1, math.acos, "arccos", "acos"),
+    "atan": Function(1, math.atan, "arctan", "atan"),
+    "atan2": Function(2, math.atan2, "arctan2", "atan2"),
+    "sinh": Function(1, math.sinh, "sinh", "sinh"),
+    "cosh": Function(1, math.cosh, "cosh", "cosh"),
+    "tanh": Function(1, math.tanh, "tanh", "tanh"),
+    "asinh": Function(1, math.asinh, "arcsinh", "asinh"),
+    "acosh": Function(1, math.acosh, "arccosh", "acosh"),
+    "atanh": Function(1, math.atanh, "arctanh", "atanh"),
+    "exp": Function(1, math.exp, "exp", "exp"),
+    "log": Function(1, math.log, "log", "log"),
+    "sqrt": Function(1, math.sqrt, "sqrt", "sqrt"),
+    "abs": Function(1, math.fabs, "fabs", None),
+    "sign": Function(1, _sign, "sign", None),
 }
 
 CONSTANTS: dict[str, float] = {"pi": math.pi}
