@@ -8,6 +8,7 @@ from fractions import Fraction
 from typing import Any
 
 import mpmath
+import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
@@ -17,6 +18,7 @@ from rigidcli.core.arithmetic import FLOAT
 from rigidcli.core.top import Nutation, nutation, sleeping, steady
 from rigidcli.symbolic.algebra import arithmetic, expressions
 from rigidcli.symbolic.algebra.arithmetic import EXACT
+from tests.core.rigid_motion import Motion, by_series
 
 fewest = settings(max_examples=15, deadline=None)
 few = settings(max_examples=30, deadline=None)
@@ -688,38 +690,20 @@ def test_without_weight_the_axis_goes_round_the_angular_momentum(start: Start) -
 # --- the equations of motion themselves
 
 
-def moved(start: Start, time: float, digits: int = 30) -> tuple[list[Any], list[Any]]:
-    """The axis and L in space after `time`, started in the plane xz: L' = M g R z x e, lambda1 e' = L x e.
-
-    By Taylor series of 30 terms; neither Euler angles nor first integrals.
-    """
-    with mpmath.workdps(digits):
-        lambda1, lambda3, spin, tilt, precession, rate, weight = map(mpmath.mpf, start)
-        s, c = mpmath.sin(tilt), mpmath.cos(tilt)
-        e = [s, mpmath.mpf(0), c]
-        turn = [-precession * s * c, rate, precession * s * s]  # e x e'
-        momentum = [lambda1 * turn[k] + lambda3 * spin * e[k] for k in range(3)]
-        fastest = mpmath.sqrt(sum(x * x for x in momentum)) / lambda1 + mpmath.sqrt(weight / lambda1)
-        count = int(mpmath.ceil(3 * mpmath.mpf(time) * fastest)) + 1
-        step, order = mpmath.mpf(time) / count, 30
-        for _ in range(count):
-            axes, momenta = [e], [momentum]
-            for k in range(order):
-                x, y, _z = axes[k]
-                momenta.append([-weight * y / (k + 1), weight * x / (k + 1), mpmath.mpf(0)])
-                axes.append(
-                    [
-                        mpmath.fsum(
-                            momenta[j][p] * axes[k - j][q] - momenta[j][q] * axes[k - j][p]
-                            for j in range(k + 1)
-                        )
-                        / (lambda1 * (k + 1))
-                        for p, q in ((1, 2), (2, 0), (0, 1))
-                    ]
-                )
-            e = [mpmath.polyval([row[k] for row in reversed(axes)], step) for k in range(3)]
-            momentum = [mpmath.polyval([row[k] for row in reversed(momenta)], step) for k in range(3)]
-        return e, momentum
+def moved(start: Start, time: float) -> list[float]:
+    """theta, phi, phi-dot and theta-dot after `time`, from phi = 0, by the equations of motion."""
+    lambda1, lambda3, spin, tilt, precession, rate, weight = start
+    omega = [-precession * math.sin(tilt), rate, spin]
+    orientation = [math.cos(tilt / 2), 0, math.sin(tilt / 2), 0]
+    motion = Motion(np.diag([lambda1, lambda1, lambda3]), omega, orientation, weight=weight)
+    (((w1, w2, _), attitude),) = by_series(motion, [time])
+    with mpmath.workdps(30):
+        x, y, _ = attitude[:, 2]
+        z1, z2, z3 = attitude[2, :]
+        across = mpmath.hypot(z1, z2)
+        phi_dot, theta_dot = (w1 * z1 + w2 * z2) / across**2, (z2 * w1 - z1 * w2) / across
+        found = mpmath.atan2(across, z3), mpmath.atan2(y, x), phi_dot, theta_dot
+    return list(map(float, found))
 
 
 MOTIONS: dict[str, Start] = {
@@ -740,17 +724,13 @@ def test_the_equations_of_motion_have_this_period_and_precession(start: Start) -
     found = nutation(*start)
     assert found.period is not None
     assert found.precession_per_nutation is not None
-    (x, y, z), _ = moved(start, found.period)
-    assert float(z) == pytest.approx(math.cos(start[3]), abs=1e-13)
-    turned = float(mpmath.atan2(y, x)) - found.precession_per_nutation
-    assert math.remainder(turned, 2 * math.pi) == pytest.approx(0, abs=3e-13)
+    theta, phi, _, _ = moved(start, found.period)
+    assert math.cos(theta) == pytest.approx(math.cos(start[3]), abs=1e-13)
+    assert math.remainder(phi - found.precession_per_nutation, 2 * math.pi) == pytest.approx(0, abs=3e-13)
     if start[5] == 0:
-        (x, y, z), momentum = moved(start, found.period / 2)
+        theta, _, rate, _ = moved(start, found.period / 2)
         other = found.theta_max if found.theta_min == start[3] else found.theta_min
-        assert float(z) == pytest.approx(math.cos(other), abs=1e-13)
-        # The velocity there is horizontal: phi-dot = (x y' - y x')/(x^2 + y^2), with lambda1 e' = L x e.
-        velocity = [momentum[p] * (x, y, z)[q] - momentum[q] * (x, y, z)[p] for p, q in ((1, 2), (2, 0))]
-        rate = float((x * velocity[1] - y * velocity[0]) / (x * x + y * y)) / start[0]
+        assert math.cos(theta) == pytest.approx(math.cos(other), abs=1e-13)
         at_other = found.phi_dot_at_theta_max if other == found.theta_max else found.phi_dot_at_theta_min
         assert rate == pytest.approx(at_other, rel=1e-12)
 
@@ -759,17 +739,16 @@ def test_the_equations_of_motion_have_this_period_and_precession(start: Start) -
 @pytest.mark.parametrize("tilt", [0.5, 2.5])
 def test_steady_precession_solves_the_equations_of_motion(branch: str, tilt: float) -> None:
     rate = getattr(steady(1.0, 0.5, -12.0, tilt, 1.0, FLOAT), branch)
-    (x, y, z), _ = moved((1.0, 0.5, -12.0, tilt, rate, 0.0, 1.0), 2.0)
-    assert float(z) == pytest.approx(math.cos(tilt), abs=1e-14)
-    assert math.remainder(float(mpmath.atan2(y, x)) - 2 * rate, 2 * math.pi) == pytest.approx(0, abs=1e-13)
+    theta, phi, _, _ = moved((1.0, 0.5, -12.0, tilt, rate, 0.0, 1.0), 2.0)
+    assert math.cos(theta) == pytest.approx(math.cos(tilt), abs=1e-14)
+    assert math.remainder(phi - 2 * rate, 2 * math.pi) == pytest.approx(0, abs=1e-13)
 
 
 def test_an_unstable_sleeper_falls_at_its_growth_rate() -> None:
     growth = sleeping(1.0, 0.5, 1.0, 1.0, FLOAT).growth_rate
     assert growth is not None
-    (x1, y1, _), _ = moved((1.0, 0.5, 1.0, 1e-12, 0.0, 0.0, 1.0), 10 / growth)
-    (x2, y2, _), _ = moved((1.0, 0.5, 1.0, 1e-12, 0.0, 0.0, 1.0), 11 / growth)
-    assert float(mpmath.log(mpmath.hypot(x2, y2) / mpmath.hypot(x1, y1))) == pytest.approx(1, abs=1e-8)
+    one, two = (moved((1.0, 0.5, 1.0, 1e-12, 0.0, 0.0, 1.0), time / growth)[0] for time in (10, 11))
+    assert math.log(two / one) == pytest.approx(1, abs=1e-8)
 
 
 # --- laws of nutation
@@ -819,20 +798,9 @@ def test_the_nutation_is_the_same_from_any_point_of_the_way(start: Start, part: 
     lambda1, lambda3, spin, tilt, *_, weight = start
     fastest = max(abs(spin) * lambda3 / lambda1, abs(start[4]), abs(start[5]), math.sqrt(weight / lambda1))
     assume(fastest * found.period < 60 and tilt > 0.01)
-    (x, y, z), momentum = moved(start, part * found.period)
-    with mpmath.workdps(30):
-        velocity = [
-            (momentum[p] * (x, y, z)[q] - momentum[q] * (x, y, z)[p]) / lambda1
-            for p, q in ((1, 2), (2, 0), (0, 1))
-        ]
-        square = x * x + y * y
-        assume(square > 1e-4)
-        there = (
-            float(mpmath.atan2(mpmath.sqrt(square), z)),
-            float((x * velocity[1] - y * velocity[0]) / square),
-            float(-velocity[2] / mpmath.sqrt(square)),
-        )
-    again = nutation(lambda1, lambda3, spin, *there, weight)
+    theta, _, phi_dot, theta_dot = moved(start, part * found.period)
+    assume(math.sin(theta) > 0.01)
+    again = nutation(lambda1, lambda3, spin, theta, phi_dot, theta_dot, weight)
     assume(again.kind not in ("steady", "none") and min(found.theta_min, math.pi - found.theta_max) > 1e-3)
     assert again.theta_min == pytest.approx(found.theta_min, abs=1e-11)
     assert again.theta_max == pytest.approx(found.theta_max, abs=1e-11)
