@@ -58,8 +58,9 @@ class Motion(NamedTuple):
     def sensitivity(self, times: Iterable[float]) -> float:
         """What rounding of the inputs may turn the body by."""
         at = np.array(list(times), float)
-        sensitivity = lagrange.sensitivity if self.weight else freebody.sensitivity
-        return sensitivity(*self.inputs, at)
+        if self.weight:
+            return lagrange.sensitivity(*self.inputs, at)
+        return freebody.sensitivity(*self.inputs, at)
 
     def limit(self, times: Iterable[float]) -> float:
         """What rounding of the inputs may do, ten times over."""
