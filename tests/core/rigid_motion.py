@@ -57,10 +57,9 @@ class Motion(NamedTuple):
 
     def sensitivity(self, times: Iterable[float]) -> float:
         """What rounding of the inputs may turn the body by."""
-        at = np.array(list(times), float)
-        if self.weight:
-            return lagrange.sensitivity(*self.inputs, at)
-        return freebody.sensitivity(*self.inputs, at)
+        arguments = (*self.inputs, np.array(list(times), float))
+        found: float = (lagrange if self.weight else freebody).sensitivity(*arguments)
+        return found
 
     def limit(self, times: Iterable[float]) -> float:
         """What rounding of the inputs may do, ten times over."""

@@ -44,7 +44,11 @@ def compiled(*problem: Any, **options: Any) -> Solution:
     return integrate.integrate(*problem, engine="taylor", **options)
 
 
-ENGINES = {runge_kutta: plain, taylor: compiled, symplectic: partial(plain, engine="symplectic")}
+ENGINES: dict[ModuleType, Callable[..., Solution]] = {
+    runge_kutta: plain,
+    taylor: compiled,
+    symplectic: partial(plain, engine="symplectic"),
+}
 """The module of each engine, and an integration by it."""
 
 by_every_engine = pytest.mark.parametrize("module", ENGINES, ids=lambda module: module.__name__[14:])
