@@ -21,6 +21,7 @@ from rigidcli.core.precession import Free, free, tidal_rate
 from rigidcli.errors import ComputationError
 from rigidcli.symbolic.algebra import arithmetic, expressions
 from rigidcli.symbolic.algebra.arithmetic import EXACT
+from tests.core.rigid_motion import Motion, angle, by_series, leaning, matrix
 
 Floats = NDArray[np.float64]
 
@@ -76,47 +77,19 @@ def test_rates_and_angles_at_high_precision(
 def test_euler_angles_at_these_rates_are_the_motion(
     lambda1: float, lambda3: float, along: float, across: float
 ) -> None:
+    # With z along L: Euler angles (zxz) that begin as (0, axis_angle, 0).
     found = free(lambda1, lambda3, along, across, FLOAT)
     assert found.axis_angle is not None
-    momentum = math.hypot(lambda1 * across, lambda3 * along)
-
-    def turn(axis: int, angle: Any) -> Any:
-        c, s = mpmath.cos(angle), mpmath.sin(angle)
-        if axis == 2:
-            return mpmath.matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-        return mpmath.matrix([[1, 0, 0], [0, c, -s], [0, s, c]])
-
-    def attitude(t: Any) -> Any:
-        """Body to space, z along L, by zxz Euler angles."""
-        return turn(2, found.space_rate * t) * turn(0, found.axis_angle) * turn(2, found.spin_rate * t)
-
-    with mpmath.workdps(40):
-        for moment in (0, 0.7):
-            t, step = mpmath.mpf(moment), mpmath.mpf(10) ** -12
-            rotation = attitude(t)
-            spin = rotation.T * (attitude(t + step) - attitude(t - step)) / (2 * step)
-            omega = [float(spin[2, 1]), float(spin[0, 2]), float(spin[1, 0])]
-            scale = math.hypot(along, across)
-            assert omega[2] == pytest.approx(along, abs=1e-13 * scale * (1 + lambda3 / lambda1))
-            assert math.hypot(omega[0], omega[1]) == pytest.approx(across, rel=1e-12)
-            # I omega is L, constant along z of space.
-            body = mpmath.matrix([lambda1 * omega[0], lambda1 * omega[1], lambda3 * omega[2]])
-            space = [float(component) for component in rotation * body]
-            assert space == pytest.approx([0, 0, momentum], abs=1e-12 * momentum)
-            # In the body, omega goes round e3 at the body rate.
-            angle = math.atan2(omega[1], omega[0])
-            expected = math.pi / 2 + found.body_rate * moment
-            assert math.remainder(angle - expected, 2 * math.pi) == pytest.approx(0, abs=1e-11)
-
-
-@many
-@given(MOMENTS, MOMENTS, st.floats(-9, 9), st.floats(0, 9))
-def test_the_body_rate_solves_eulers_equations(
-    lambda1: float, lambda3: float, along: float, across: float
-) -> None:
-    # omega = (w cos(R t), w sin(R t), w3): at t = 0 lambda1 omega2' = (lambda3 - lambda1) omega3 omega1.
-    rate = free(lambda1, lambda3, along, across, FLOAT).body_rate
-    assert lambda1 * across * rate == pytest.approx((lambda3 - lambda1) * along * across, rel=1e-14)
+    start = leaning(found.axis_angle)
+    motion = Motion(np.diag([lambda1, lambda1, lambda3]), [0, across, along], start)
+    for turns in (0.7, -2.0):
+        t = turns / (abs(found.space_rate) + abs(found.spin_rate))
+        ((omega, attitude),) = by_series(motion, [t])
+        expected = leaning(found.axis_angle, found.space_rate * t, found.spin_rate * t)
+        assert angle(matrix(expected), attitude) < 1e-14
+        # In the body, omega goes round e3 at the body rate.
+        seen = float(mpmath.atan2(omega[1], omega[0])) - math.pi / 2 - found.body_rate * t
+        assert math.remainder(seen, 2 * math.pi) == pytest.approx(0, abs=1e-14)
 
 
 @many

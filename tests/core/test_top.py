@@ -632,27 +632,6 @@ def test_numbers_without_measure_end_in_numbers(start: Start) -> None:
     assert found.period > 0
 
 
-# --- without weight
-
-
-@few
-@given(starts())
-def test_without_weight_the_axis_goes_round_the_angular_momentum(start: Start) -> None:
-    lambda1, lambda3, spin, tilt, precession, rate, _ = start
-    assume(abs(precession) + abs(rate) > 0)
-    found = nutation(*start[:-1], 0.0)
-    assume(found.kind not in ("steady", "none"))
-    momentum = lambda1 * math.hypot(rate, precession * math.sin(tilt), lambda3 / lambda1 * spin)
-    assert found.period == pytest.approx(2 * math.pi * lambda1 / momentum, rel=1e-13)
-    # L leans by `lean` from the vertical, the axis by `cone` from L.
-    cone = math.atan2(lambda1 * math.hypot(rate, precession * math.sin(tilt)), abs(lambda3 * spin))
-    cone = cone if spin >= 0 else math.pi - cone
-    vertical = lambda1 * precession * math.sin(tilt) ** 2 + lambda3 * spin * math.cos(tilt)
-    lean = math.acos(max(-1, min(1, vertical / momentum)))
-    assert found.theta_min == pytest.approx(abs(lean - cone), abs=1e-6)
-    assert found.theta_max == pytest.approx(math.pi - abs(math.pi - lean - cone), abs=1e-6)
-
-
 # --- the equations of motion themselves
 
 
