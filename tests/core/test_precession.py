@@ -123,14 +123,6 @@ def test_units_do_not_matter(
     )
 
 
-def test_prolate_bodies_wobble_against_their_spin() -> None:
-    found = free(2.0, 0.5, 4.0, 1.0, FLOAT)
-    assert (found.body_rate, found.spin_rate) == (-3, 3)
-    assert found.axis_angle is not None
-    assert found.body_cone_angle is not None
-    assert found.space_cone_angle == pytest.approx(found.axis_angle - found.body_cone_angle, rel=1e-14)
-
-
 def test_what_there_is_not_is_none() -> None:
     assert free(1.0, 2.0, 0.0, 0.0, FLOAT) == Free(0, None, 0, None, 0, None, None, None, None)
     sphere = free(1.0, 1.0, 3.0, 4.0, FLOAT)
