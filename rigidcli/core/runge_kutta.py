@@ -322,8 +322,8 @@ def sampler(
 ) -> Callable[[Floats], Floats]:
     """A function from times (k) to states (k by n), where steps begin at `knots` (m) from `states` (m by n).
 
-    From the knot before, `parts` steps of the method go there, for many times at once. A single time that they
-    do not reach is left to `follow`, which takes that knot, its state and the time.
+    From the knot before, `parts` steps of the method go there, for many times at once. A single time that
+    they do not reach is left to `follow`, which takes that knot, its state and the time.
     """
     f = flow(np)
     ahead = 1.0 if knots[-1] >= knots[0] else -1.0

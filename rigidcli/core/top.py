@@ -304,8 +304,8 @@ def swing(start: Start, slack: Decimal = _ZERO) -> Swing:
 
     u-dot^2 = f(u) = (1 - u^2)(alpha - beta u) - (b - a u)^2, and the cubic f has roots u1 <= u2 <= 1 <= u3.
     Unlike in the source, f is expanded about u0: x = u - u0 keeps its digits however small the nutation is,
-    and a start at a limit is the root x = 0. The tilt is constant where f is zero at u0, and the slope of f is
-    less than `slack` there, in units of its terms.
+    and a start at a limit is the root x = 0. The tilt is constant where f is zero at u0 and its slope there
+    is at most `slack`, in units of the terms of that slope.
     """
     a, beta, down, up = start.a, start.beta, start.down, start.up
     terms = (2 * start.turning * a, (down - up) * start.energy, -beta * down * up)
