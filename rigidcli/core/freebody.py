@@ -86,9 +86,9 @@ def free_motion(tensor: Floats, omega: Floats, orientation: Floats) -> FreeMotio
             path: Steady | Polhode = _steady(omega, orientation)
         else:
             path = _path(state, omega, orientation)
-        period = _period(regime, state, path)
+        period, mean_space_rate = _period_and_rate(regime, state, path)
         flip = period / 2 if period is not None and regime in ("about_lowest", "about_highest") else None
-        return FreeMotion(regime, period, flip, _mean_space_rate(regime, state, path), path)
+        return FreeMotion(regime, period, flip, mean_space_rate, path)
 
 
 def at(motion: FreeMotion, times: Floats) -> tuple[Floats, Floats]:
@@ -173,38 +173,27 @@ def _excess_noise(state: State) -> Decimal:
     return noise
 
 
-def _period(regime: Regime, state: State, path: Steady | Polhode) -> float | None:
-    """The period of omega in the body (s); within CONTEXT."""
-    if regime in ("oblate", "prolate"):
-        along, across = _symmetric(regime, state)
-        spin = state.rates[2 if regime == "oblate" else 0]
-        wobble = abs((along - across) * spin) / across
-        period = float(2 * PI / wobble) if wobble else math.inf
-    elif regime in ("about_lowest", "about_highest") and isinstance(path, Polhode):
-        period = 2 * path.half.high
-    else:
-        return None
-    return period if math.isfinite(period) else None
-
-
-def _mean_space_rate(regime: Regime, state: State, path: Steady | Polhode) -> float | None:
-    """The mean rate of the turn about L (rad/s); within CONTEXT."""
-    if regime == "rest":
-        return None
-    if regime in ("oblate", "prolate"):
-        return float(state.momentum() / _symmetric(regime, state)[1])
-    if regime == "separatrix":
-        return float(state.momentum() / state.moments[1])
-    if regime in ("about_lowest", "about_highest") and isinstance(path, Polhode):
-        return path.mean_rate
-    return float(state.speed())
-
-
-def _symmetric(regime: Regime, state: State) -> tuple[Decimal, Decimal]:
-    """The moment about the axis of a symmetric body, and the mean of the two that count as equal."""
+def _period_and_rate(
+    regime: Regime, state: State, path: Steady | Polhode
+) -> tuple[float | None, float | None]:
+    """The period of omega in the body (s) and the mean rate of the turn about L (rad/s); within CONTEXT."""
     low, middle, high = state.moments
-    along, across = (high, low + middle) if regime == "oblate" else (low, middle + high)
-    return along, across / 2
+    period = math.inf
+    if regime == "rest":
+        return None, None
+    if regime in ("oblate", "prolate"):
+        # Of the two moments that count as equal, the mean is taken.
+        along, across, spin = (high, low + middle, 2) if regime == "oblate" else (low, middle + high, 0)
+        wobble = abs((2 * along - across) * state.rates[spin]) / across
+        period = float(2 * PI / wobble) if wobble else math.inf
+        rate = float(2 * state.momentum() / across)
+    elif regime == "separatrix":
+        rate = float(state.momentum() / middle)
+    elif regime in ("about_lowest", "about_highest") and isinstance(path, Polhode):
+        period, rate = 2 * path.half.high, path.mean_rate
+    else:
+        rate = float(state.speed())
+    return period if math.isfinite(period) else None, rate
 
 
 def _path(state: State, omega: Floats, orientation: Floats) -> Steady | Polhode:

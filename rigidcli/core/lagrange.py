@@ -31,7 +31,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elliptic import BLOCK, argument, carlson_rj, complete_first, complete_third, growth, jacobi
 from rigidcli.core.high_precision import CONTEXT, PI, Cycle, decimals
 from rigidcli.core.sensitivity import representative, to_rounding
-from rigidcli.core.top import SEPARATRIX, turning_points
+from rigidcli.core.top import Start, swing
 
 Complexes: TypeAlias = NDArray[np.complex128]
 
@@ -97,23 +97,11 @@ def heavy_motion(
         a = Decimal(lambda3) * w3 / Decimal(lambda1)
         beta = 2 * Decimal(weight_moment) / Decimal(lambda1)
         turning, slope, energy = w1 * z1 + w2 * z2, w2 * z1 - w1 * z2, w1 * w1 + w2 * w2
-        # f about the initial u, as in `top.nutation`; its value there is the square of u-dot.
-        c1 = 2 * turning * a - (up - down) * energy - beta * down * up
-        stiffness = energy + a * a - (up - down) * beta
-        if slope or c1:
-            low, high = turning_points(slope * slope, c1, -stiffness, beta, -up)
-            # beta (u3 - u0) by Vieta's product: the sum of the roots loses it beside the vertical.
-            third = -slope * slope / (low * high) if slope else c1 / (low + high)
-            gap = third - beta * high
-            if gap <= SEPARATRIX * third:
-                gap, high = Decimal(0), down
-            rise = gap + beta * (high - low)
-            complement = (gap / rise).sqrt()
-        else:  # steady, be it stable or not
-            low, high, rise, complement = Decimal(0), Decimal(0), Decimal(1), Decimal(1)
+        found = swing(Start(a, beta, turning, slope, energy, down, up))
+        low, high, complement = found.low, found.high, found.complement
         downs = down - low, _distance(down - high, (down - low) * complement * complement)
         ups = _distance(up + low, up + high), up + high
-        rate, width = rise.sqrt() / 2, high - low
+        rate, width = found.rise.sqrt() / 2, high - low
         motion = HeavyMotion(
             spin=float(w3),
             down=(float(downs[0]), float(downs[1])),
@@ -124,7 +112,7 @@ def heavy_motion(
                 float(turning - a * high) if downs[1] else 0.0,
             ),
             width=float(width),
-            k=float((beta * width / rise).sqrt()),
+            k=float((beta * width / found.rise).sqrt()),
             complement=float(complement),
             rate=float(rate),
             start=_start(low, high, slope, complement) / float(rate),

@@ -68,9 +68,6 @@ LARGE = 1e300
 MOST_DIGITS = 15.9
 """Decimal digits of a float."""
 
-BLOCK = 32_768
-"""Floats of the states that are sampled at once, so that the arrays of the stages stay in the cache."""
-
 
 class Stop(StrEnum):
     """Why a solution does not reach the end of its span."""
@@ -165,38 +162,6 @@ class Solution:
         if not np.all((times >= low - slack) & (times <= high + slack)):
             raise ValueError(f"a time is outside the span from {low!r} to {high!r}")
         return self.sample(np.clip(times, low, high))
-
-
-def dense_output(
-    leap: Callable[[Floats, Floats, Floats], Floats],
-    knots: Floats,
-    states: Floats,
-    follow: Callable[[float, State, float], State],
-) -> Callable[[Floats], Floats]:
-    """A function from times (k) to states (k by n), where steps begin at `knots` (m) from `states` (m by n).
-
-    Shorter steps go there, for many times at once: `leap` takes t (k), h (k) and y (n by k), and makes
-    the step of each column. A single time that it does not reach is left to `follow`, which takes the knot
-    before, its state and the time.
-    """
-    ahead = 1.0 if knots[-1] >= knots[0] else -1.0
-    count = states.shape[1]
-    block = max(1, BLOCK // count)
-
-    def sample(times: Floats) -> Floats:
-        result = np.empty((len(times), count))
-        for start in range(0, len(times), block):
-            part = times[start : start + block]
-            index = np.searchsorted(ahead * knots, ahead * part, side="right") - 1
-            with np.errstate(all="ignore"):
-                found = leap(knots[index], part - knots[index], np.ascontiguousarray(states[index].T))
-            for lost in np.flatnonzero(~np.isfinite(found).all(axis=0)):
-                before = int(index[lost])
-                found[:, lost] = follow(float(knots[before]), states[before].tolist(), float(part[lost]))
-            result[start : start + block] = found.T
-        return result
-
-    return sample
 
 
 def joined(parts: Sequence[Solution]) -> Solution:

@@ -23,7 +23,6 @@ from typing import Literal, TypeAlias
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.elliptic import complete_first, complete_third
 from rigidcli.core.high_precision import CONTEXT, NOISE, PI
-from rigidcli.core.tensor import PHYSICAL_SLACK
 
 ROUNDING = 4 * 2.0**-52
 """The largest difference of two equal numbers, in units of either, that a few roundings leave."""
@@ -102,32 +101,6 @@ def sine(angle: Scalar, n: Arithmetic) -> Scalar:
     value = n.sin(angle)
     straight = n.sign(n.pi - angle) == 0 if n.exact else abs(angle - n.pi) <= ROUNDING
     return 0 * value if straight else value
-
-
-def reaches_pivot(lambda1: Scalar, mass: Scalar, distance: Scalar, n: Arithmetic) -> bool | None:
-    """Whether lambda1 >= M R^2, Steiner's theorem; None where that depends on symbols."""
-    return _at_least(lambda1, mass * distance**2, n)
-
-
-def spins_as_body(lambda1: Scalar, lambda3: Scalar, n: Arithmetic) -> bool | None:
-    """Whether lambda3 <= 2 lambda1, the triangle inequality about the pivot; None as above."""
-    return _at_least(2 * lambda1, lambda3, n)
-
-
-def spins_as_body_at_com(
-    lambda1: Scalar, lambda3: Scalar, mass: Scalar, distance: Scalar, n: Arithmetic
-) -> bool | None:
-    """Whether lambda3 <= 2 (lambda1 - M R^2), the triangle inequality about the centre of mass.
-
-    It is stricter than that about the pivot. A model of a disc on a light rod often breaks it, by leaving
-    out the disc's own transverse moment. None as above.
-    """
-    return _at_least(2 * lambda1, lambda3 + 2 * mass * distance**2, n)
-
-
-def _at_least(larger: Scalar, smaller: Scalar, n: Arithmetic) -> bool | None:
-    sign = n.sign(larger - smaller if n.exact else larger * (1 + PHYSICAL_SLACK) - smaller)
-    return None if sign is None else sign >= 0
 
 
 def gyroscopic_rate(lambda3: Scalar, spin: Scalar, weight_moment: Scalar, n: Arithmetic) -> Scalar | None:
@@ -253,21 +226,35 @@ _ZERO, _TWO = Decimal(0), Decimal(2)
 _TOUCHING = Decimal("1e-50")
 """A limit closer to the vertical than this, in units of its distance at the start, goes through it."""
 
-SEPARATRIX = Decimal("1e-30")
+_SEPARATRIX = Decimal("1e-30")
 """Where u3 - u2 is less than this, in units of u3 - u0, the top takes infinite time to rise upright."""
 
 
 @dataclass(frozen=True, slots=True)
-class _Start:
-    """a, beta, b - a u and alpha - beta u of the source, and 1 - u, 1 + u and theta, all at the start."""
+class Start:
+    """a, beta, b - a u, u-dot but for its sign, and alpha - beta u of the source, 1 - u and 1 + u, at u0."""
 
     a: Decimal
     beta: Decimal
     turning: Decimal
+    slope: Decimal
     energy: Decimal
     down: Decimal
     up: Decimal
-    tilt: float
+
+
+@dataclass(frozen=True, slots=True)
+class Swing:
+    """The limits `low` <= 0 <= `high` of x = u - u0 in a nutation; both are 0 at a constant tilt.
+
+    `rise` is beta (u3 - u1), in 1/s^2, and `complement` the k' of its elliptic functions: 0 where the
+    top takes infinite time to rise upright.
+    """
+
+    low: Decimal
+    high: Decimal
+    rise: Decimal
+    complement: Decimal
 
 
 @dataclass(frozen=True, slots=True)
@@ -293,29 +280,47 @@ def nutation(
 ) -> Nutation:
     """The nutation of a top that starts at `tilt` with phi-dot `precession` and theta-dot `nutation` (rad/s).
 
-    With u = cos(theta), u-dot^2 = f(u) = (1 - u^2)(alpha - beta u) - (b - a u)^2, and the cubic f has roots
-    u1 <= u2 <= 1 <= u3. Unlike in the source, f is expanded about the initial u: x = u - u0
-    keeps its digits however small the nutation is, and a start at a limit is the root x = 0. All
-    is done with 80 digits, from the sines of the given floats.
+    All is done with 80 digits, from the sines of the given floats: see `swing`.
 
     Without weight this is the free precession of the body about L, in which theta varies too. A start
     with the rates of `steady`, but for rounding, is steady.
     """
     with localcontext(CONTEXT):
         down, up = _distances(tilt)
-        square, height = down * up, (up - down) / 2
+        square = down * up
         a = Decimal(lambda3) * Decimal(spin) / Decimal(lambda1)
         beta = 2 * Decimal(weight_moment) / Decimal(lambda1)
-        turning = Decimal(precession) * square
+        turning, slope = Decimal(precession) * square, Decimal(nutation) * square.sqrt()
         energy = Decimal(nutation) ** 2 + Decimal(precession) * turning
-        start = _Start(a, beta, turning, energy, down, up, tilt)
-        terms = (2 * turning * a, -2 * height * energy, -beta * square)
-        c0, c1, c2 = square * Decimal(nutation) ** 2, sum(terms, _ZERO), 2 * height * beta - energy - a * a
-        if c0 == 0 and abs(c1) <= 4 * Decimal(ROUNDING) * sum(map(abs, terms), _ZERO):
-            return _constant_tilt(tilt, precession if square else None, -c2)
-        low, high = turning_points(c0, c1, c2, beta, -up)
-        # The third root by Vieta's product: differences of the coefficients lose it beside the vertical.
-        return _between(start, low, high, -c0 / (low * high) if c0 else c1 / (low + high))
+        start = Start(a, beta, turning, slope, energy, down, up)
+        found = swing(start, 4 * Decimal(ROUNDING))
+        if found.low == found.high:
+            return _constant_tilt(tilt, precession if square else None, found.rise)
+        return _between(start, tilt, found)
+
+
+def swing(start: Start, slack: Decimal = _ZERO) -> Swing:
+    """The swing of u = cos(theta) about its initial value u0, to some 70 digits; within CONTEXT.
+
+    u-dot^2 = f(u) = (1 - u^2)(alpha - beta u) - (b - a u)^2, and the cubic f has roots u1 <= u2 <= 1 <= u3.
+    Unlike in the source, f is expanded about u0: x = u - u0 keeps its digits however small the nutation is,
+    and a start at a limit is the root x = 0. The tilt is constant where f is zero at u0 and its slope there
+    is at most `slack`, in units of the terms of that slope.
+    """
+    a, beta, down, up = start.a, start.beta, start.down, start.up
+    terms = (2 * start.turning * a, (down - up) * start.energy, -beta * down * up)
+    c0, c1, c2 = start.slope**2, sum(terms, _ZERO), (up - down) * beta - start.energy - a * a
+    if c0 == 0 and abs(c1) <= slack * sum(map(abs, terms), _ZERO):
+        # Of an unstable top the rise is not positive, and nothing moves in its units.
+        return Swing(_ZERO, _ZERO, -c2 if c2 < 0 else Decimal(1), Decimal(1))
+    low, high = _turning_points(c0, c1, c2, beta, -up)
+    # beta (u3 - u0) by Vieta's product: the sum of the roots loses it beside the vertical.
+    third = -c0 / (low * high) if c0 else c1 / (low + high)
+    gap = third - beta * high
+    if gap <= _SEPARATRIX * third:
+        gap, high = _ZERO, down
+    rise = gap + beta * (high - low)
+    return Swing(low, high, rise, (gap / rise).sqrt())
 
 
 def _constant_tilt(tilt: float, rate: float | None, stiffness: Decimal) -> Nutation:
@@ -326,21 +331,19 @@ def _constant_tilt(tilt: float, rate: float | None, stiffness: Decimal) -> Nutat
     return Nutation(tilt, tilt, 0.0, rate, rate, float(period), float(Decimal(rate) * period), rate, "steady")
 
 
-def _between(start: _Start, low: Decimal, high: Decimal, third: Decimal) -> Nutation:
-    """The nutation between the limits x = low and high; `third` is beta (u3 - u0)."""
-    lower, upper = (_limit(x, start, abs(start.a) * (high - low)) for x in (low, high))
-    gap = third - start.beta * high
+def _between(start: Start, tilt: float, swing: Swing) -> Nutation:
+    """The nutation of a tilt that is not constant."""
+    variation = abs(start.a) * (swing.high - swing.low)
+    lower, upper = (_limit(x, start, tilt, variation) for x in (swing.low, swing.high))
     period = advance = mean = None
-    if gap > SEPARATRIX * third:
-        rise = gap + start.beta * (high - low)  # beta (u3 - u1), so that 1 - k^2 = gap/rise
-        complement = (gap / rise).sqrt()
-        exact_mean = _mean_rate(start, lower, upper, complement)
-        exact_period = 4 * complete_first(complement) / rise.sqrt()
+    if swing.complement:
+        exact_mean = _mean_rate(start, lower, upper, swing.complement)
+        exact_period = 4 * complete_first(swing.complement) / swing.rise.sqrt()
         mean, period, advance = float(exact_mean), float(exact_period), float(exact_mean * exact_period)
     kind: NutationKind = "looping" if (lower.rate > 0) != (upper.rate > 0) else "wavy"
     return Nutation(
-        min(upper.theta, start.tilt),
-        max(lower.theta, start.tilt),
+        min(upper.theta, tilt),
+        max(lower.theta, tilt),
         _amplitude(lower, upper),
         float(upper.rate),
         float(lower.rate),
@@ -351,7 +354,7 @@ def _between(start: _Start, low: Decimal, high: Decimal, third: Decimal) -> Nuta
     )
 
 
-def _limit(x: Decimal, start: _Start, variation: Decimal) -> _Limit:
+def _limit(x: Decimal, start: Start, tilt: float, variation: Decimal) -> _Limit:
     """The limit at x, exactly vertical where it comes within rounding of that.
 
     phi-dot = (b - a u)/(1 - u^2). `variation` is that of b - a u between the limits.
@@ -361,7 +364,7 @@ def _limit(x: Decimal, start: _Start, variation: Decimal) -> _Limit:
         return _Limit(x, _ZERO, _TWO, 0.0, start.a / 2, start.a == 0)
     if up <= _TOUCHING * (start.up + abs(x)):
         return _Limit(x, _TWO, _ZERO, math.pi, -start.a / 2, start.a == 0)
-    theta = start.tilt if x == 0 else 2 * math.atan2(float(down.sqrt()), float(up.sqrt()))
+    theta = tilt if x == 0 else 2 * math.atan2(float(down.sqrt()), float(up.sqrt()))
     turning = start.turning - start.a * x
     resting = abs(turning) <= Decimal(CUSP) * (abs(start.turning) + variation)
     return _Limit(x, down, up, theta, turning / (down * up), resting)
@@ -374,7 +377,7 @@ def _amplitude(lower: _Limit, upper: _Limit) -> float:
     return 2 * math.atan2(float(2 * sine), float(twice_cosine))
 
 
-def _mean_rate(start: _Start, lower: _Limit, upper: _Limit, complement: Decimal) -> Decimal:
+def _mean_rate(start: Start, lower: _Limit, upper: _Limit, complement: Decimal) -> Decimal:
     """The mean of phi-dot in time, by partial fractions ((b - a)/(1 - u) + (b + a)/(1 + u))/2.
 
     In u = u1 + (u2 - u1) sn^2 the mean of each lies between its values at the limits, at a
@@ -392,7 +395,7 @@ def _mean_rate(start: _Start, lower: _Limit, upper: _Limit, complement: Decimal)
     return mean
 
 
-def turning_points(
+def _turning_points(
     c0: Decimal, c1: Decimal, c2: Decimal, c3: Decimal, bottom: Decimal
 ) -> tuple[Decimal, Decimal]:
     """The roots low <= 0 <= high between which f = c0 + c1 x + c2 x^2 + c3 x^3 >= 0, for c0 >= 0, c3 >= 0.

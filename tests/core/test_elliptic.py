@@ -81,15 +81,6 @@ def test_jacobi_of_modulus_0_and_1() -> None:
     assert np.array_equal(cn, dn)
 
 
-@few
-@given(st.floats(1e-9, 1), st.floats(-1, 1))
-def test_jacobi_keeps_its_identities(complement: float, share: float) -> None:
-    sn, cn, dn = (float(f[0]) for f in jacobi(column(share * quarter(complement)), complement))
-    assert sn**2 + cn**2 == pytest.approx(1, abs=8 * EPS)
-    # dn^2 = cn^2 + k'^2 sn^2 (DLMF 22.6.1) has no cancellation.
-    assert dn**2 == pytest.approx(complement**2 * sn**2 + cn**2, rel=30 * EPS, abs=0)
-
-
 # --- symmetric integrals
 
 

@@ -1,7 +1,6 @@
-"""Torque-free motion against two independent truths, its laws, and the names and numbers of its regimes.
+"""Torque-free motion against two independent truths, and the names and numbers of its regimes.
 
-One truth is a Taylor series of Euler's equations for the angular momentum and of the quaternion,
-summed in decimals of 40 digits step by step. The other is the textbook closed form (Landau and Lifshitz,
+One truth is a Taylor series in decimals. The other is the textbook closed form (Landau and Lifshitz,
 section 37, with Legendre's integral of the third kind) by mpmath, with as many digits as it takes.
 """
 
@@ -10,7 +9,6 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from decimal import Context, Decimal, localcontext
 from typing import Any
 
 import mpmath
@@ -18,22 +16,19 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
-from rigidcli.core import tensor
-from rigidcli.core.freebody import FreeMotion, at, free_motion, sensitivity
+from rigidcli.core import rotation, tensor
+from rigidcli.core.freebody import at, free_motion, sensitivity
 from rigidcli.core.principal import principal_frame
 from rigidcli.errors import ComputationError
-
-Floats = NDArray[np.float64]
+from tests.core.rigid_motion import START, Floats, Motion, State, cross, effect_of_rounding, matrix
 
 few = settings(max_examples=40, deadline=None)
 
-EPS = float(np.finfo(np.float64).eps)
 TURNED = np.array(Rotation.from_quat([0.3, -0.5, 0.2, 0.7]).as_matrix())
-START = np.array([0.5, -0.7, 0.1, 0.5])
+EPS = float(np.finfo(np.float64).eps)
 
 
 def body(moments: Sequence[float], turn: Floats | None = None) -> Floats:
@@ -41,67 +36,12 @@ def body(moments: Sequence[float], turn: Floats | None = None) -> Floats:
     return diagonal if turn is None else tensor.rotate(diagonal, turn)
 
 
-def exactly(values: Any) -> Any:
-    return [exactly(value) for value in values] if np.ndim(values) else Decimal(float(values))
+# --- the textbook closed form
 
 
-# --- the first truth: Taylor series in decimals
-
-
-def cross(a: Any, b: Any) -> Any:
-    return [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
-
-
-def taylor(inertia: Floats, omega: Floats, times: Sequence[float]) -> list[tuple[Any, Any]]:
-    """omega and quaternion at `times` (away from 0), by series of order 32 in steps of 0.4/|largest rate|."""
-    order = 32
-    with localcontext(Context(prec=40, Emax=10**9, Emin=-(10**9))):
-        rows = exactly(inertia)
-        adjugate = [cross(rows[1], rows[2]), cross(rows[2], rows[0]), cross(rows[0], rows[1])]
-        volume = sum(a * b for a, b in zip(rows[0], adjugate[0], strict=True))
-
-        def rate(L: Any) -> Any:
-            return [sum(a * b for a, b in zip(row, L, strict=True)) / volume for row in adjugate]
-
-        w = exactly(omega)
-        L = [sum(a * b for a, b in zip(row, w, strict=True)) for row in rows]
-        q = exactly(START)
-        size = max(abs(entry) for row in adjugate for entry in row) / volume
-        step = Decimal("0.4") / (size * sum(x * x for x in L).sqrt())
-        t, states = Decimal(0), []
-        for time in times:
-            target = +Decimal(time)
-            while t != target:
-                h = max(-step, min(step, target - t))
-                Ls, ws, qs = [L], [rate(L)], [q]
-                for n in range(order):
-                    torque, spun = [Decimal(0)] * 3, [Decimal(0)] * 4
-                    for k in range(n + 1):
-                        torque = [a + b for a, b in zip(torque, cross(Ls[k], ws[n - k]), strict=True)]
-                        a, b, c, d = qs[k]
-                        x, y, z = ws[n - k]
-                        product = (
-                            -b * x - c * y - d * z,
-                            a * x + c * z - d * y,
-                            a * y + d * x - b * z,
-                            a * z + b * y - c * x,
-                        )
-                        spun = [a + b for a, b in zip(spun, product, strict=True)]
-                    Ls.append([x / (n + 1) for x in torque])
-                    ws.append(rate(Ls[-1]))
-                    qs.append([x / (2 * n + 2) for x in spun])
-                L = [sum(part[i] * h**n for n, part in enumerate(Ls)) for i in range(3)]
-                q = [sum(part[i] * h**n for n, part in enumerate(qs)) for i in range(4)]
-                t += h
-            states.append((rate(L), list(q)))
-        return states
-
-
-# --- the second truth: the textbook closed form
-
-
-def textbook(inertia: Floats, omega: Floats, times: Sequence[float], digits: int) -> list[tuple[Any, Any]]:
-    """omega (3) and the rotation since t = 0 (matrix) at `times`, of a body whose motion is periodic."""
+def textbook(motion: Motion, times: Sequence[float], digits: int = 40) -> list[State]:
+    """The states at `times` of a body whose motion is periodic."""
+    inertia, omega, orientation = motion.inputs
     with mpmath.workdps(digits):
         if np.count_nonzero(inertia - np.diag(np.diag(inertia))):
             values, vectors = mpmath.eigsy(mpmath.matrix(inertia.tolist()))
@@ -157,40 +97,9 @@ def textbook(inertia: Floats, omega: Floats, times: Sequence[float], digits: int
                 up,
             ]
             states.append((spin, mpmath.matrix(rows)))
-        first = states[0][1].T
+        first = matrix(orientation) * states[0][1].T
         return [(spin, first * rows) for spin, rows in states[1:]]
 
-
-def matrix(quaternion: Any) -> Any:
-    """The rotation matrix of a quaternion of any length."""
-    w, x, y, z = (mpmath.mpf(str(c) if isinstance(c, Decimal) else float(c)) for c in quaternion)
-    rows = [
-        [w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z],
-    ]
-    return mpmath.matrix(rows) / (w * w + x * x + y * y + z * z)
-
-
-def angle(one: Any, other: Any) -> float:
-    """The angle (rad) between two rotations."""
-    chord = mpmath.sqrt(sum(x * x for x in one - other)) / (2 * mpmath.sqrt(2))
-    return float(2 * mpmath.asin(min(mpmath.mpf(1), chord)))
-
-
-def require(found: tuple[Floats, Floats], true: Sequence[tuple[Any, Any]], limit: float) -> None:
-    """omega (in units of its size) and attitude are within `limit` of the truth."""
-    for omega, quaternion, (spin, attitude) in zip(*found, true, strict=True):
-        size = math.sqrt(sum(float(x) ** 2 / float(max(map(abs, spin))) ** 2 for x in spin))
-        scale = float(max(map(abs, spin))) * size
-        exact = [mpmath.mpf(str(x)) if isinstance(x, Decimal) else x for x in spin]
-        assert max(abs(float(a - float(b))) for a, b in zip(exact, omega, strict=True)) <= limit * scale
-        reference = matrix(attitude) if isinstance(attitude, list) else matrix(START) * attitude
-        assert angle(matrix(quaternion), reference) <= limit
-        assert abs(float(quaternion @ quaternion) - 1) < 1e-14
-
-
-SHORT = [0.3, 2.0]
 
 INTEGRATED: list[tuple[str, Sequence[float], Sequence[float]]] = [
     *(
@@ -237,27 +146,20 @@ INTEGRATED: list[tuple[str, Sequence[float], Sequence[float]]] = [
     ("moments", "omega"), [case[1:] for case in INTEGRATED], ids=[c[0] for c in INTEGRATED]
 )
 def test_against_direct_integration(moments: list[float], omega: list[float]) -> None:
-    inertia, w = body(moments), np.array(omega)
-    motion = free_motion(inertia, w, START)
     # Near the separatrix, phases of up to K = 23 are rounded; elsewhere there is nothing but rounding.
-    require(at(motion, np.array(SHORT)), taylor(inertia, w, SHORT), 1e-14)
-    require(at(motion, np.array([-1.0])), taylor(inertia, w, [-1.0]), 1e-14)
+    Motion(body(moments), omega).require(1e-14)
 
 
 @pytest.mark.parametrize(
     "moments", [[1, 2, 2.5], [1, 1, 1.6], [1, 1.6, 1.6], [1, 2, 3], [1, 1, 1], [3, 4, 6]]
 )
 def test_full_tensors_against_direct_integration(moments: list[float]) -> None:
-    inertia = body(moments, TURNED)
-    w = TURNED @ np.array([2, -0.5, 1]) / 2
-    require(at(free_motion(inertia, w, START), np.array(SHORT)), taylor(inertia, w, SHORT), 1e-14)
+    Motion(body(moments, TURNED), TURNED @ np.array([2, -0.5, 1]) / 2).require(1e-14)
 
 
 def test_the_separatrix_for_long() -> None:
     # Ten times longer than it takes to come next to the middle axis; the error grows with the phase.
-    inertia, w = body([3, 4, 6]), np.array([2.0, -0.5, 1.0])
-    times = [8.0, 20.0]
-    require(at(free_motion(inertia, w, START), np.array(times)), taylor(inertia, w, times), 4e-14)
+    Motion(body([3, 4, 6]), [2.0, -0.5, 1.0], times=(8.0, 20.0)).require(4e-14)
 
 
 # --- long spans
@@ -298,41 +200,34 @@ LONG: list[tuple[str, Sequence[float], Sequence[float], int]] = [
     ("moments", "omega", "digits"), [case[1:] for case in LONG], ids=[c[0] for c in LONG]
 )
 def test_long_spans_against_the_textbook(moments: list[float], omega: list[float], digits: int) -> None:
-    inertia, w = body(moments), np.array(omega)
+    w = np.array(omega)
     turn = 2 * math.pi / math.hypot(*(w / np.abs(w).max())) / np.abs(w).max()
     times = [turn * x for x in (0.4, -3.3, TURNS / 7, TURNS, -TURNS)]
-    found = at(free_motion(inertia, w, START), np.array(times))
-    with mpmath.workdps(digits):
-        require(found, textbook(inertia, w, times, digits), 4e-14)
+    motion = Motion(body(moments), w, times=times)
+    motion.require(4e-14, textbook(motion, times, digits))
 
 
 def test_a_tiny_wobble_about_the_middle_axis_flips_the_body_again_and_again() -> None:
-    inertia, w, times = body([1, 2, 2.5]), np.array([1e-160, 1.0, -1e-160]), [-6e4]
-    motion = free_motion(inertia, w, START)
-    assert motion.flip_interval == pytest.approx(2e3, rel=0.2)
-    with mpmath.workdps(400):
-        # The phase goes up to K = 370, and is rounded.
-        require(at(motion, np.array(times)), textbook(inertia, w, times, 400), 1e-13)
+    motion = Motion(body([1, 2, 2.5]), [1e-160, 1.0, -1e-160], times=[-6e4])
+    assert free_motion(*motion.inputs).flip_interval == pytest.approx(2e3, rel=0.2)
+    # The phase goes up to K = 370, and is rounded.
+    motion.require(1e-13, textbook(motion, motion.times, 400))
 
 
 @pytest.mark.parametrize("periods", [1e6, 1e9, 1e12])
 def test_many_periods(periods: float) -> None:
-    inertia, w = body([1, 2, 2.5]), np.array([-0.3, 0.5, 0.9])
-    motion = free_motion(inertia, w, START)
-    assert motion.period is not None
-    times = [motion.period * periods * x for x in (1.0, 0.7123, -1.3)]
-    with mpmath.workdps(50):
-        require(at(motion, np.array(times)), textbook(inertia, w, times, 50), 4e-15)
+    motion = Motion(body([1, 2, 2.5]), [-0.3, 0.5, 0.9])
+    period = free_motion(*motion.inputs).period
+    assert period is not None
+    times = [period * periods * x for x in (1.0, 0.7123, -1.3)]
+    motion.require(4e-15, textbook(motion, times, 50), times)
 
 
 @pytest.mark.parametrize("moments", [[1, 2, 2.5], [1, 1, 1.6], [1, 1.6, 1.6], [1e-3, 1, 1.0005]])
 @pytest.mark.parametrize("omega", [[0.3, 0.5, 0.9], [-0.9, -0.5, 0.3]])
 def test_long_spans_of_full_tensors(moments: list[float], omega: list[float]) -> None:
-    inertia, w = body(moments, TURNED), TURNED @ np.array(omega)
-    times = [-6e4, 6e4]
-    found = at(free_motion(inertia, w, START), np.array(times))
-    with mpmath.workdps(70):
-        require(found, textbook(inertia, w, times, 70), 1e-14)
+    motion = Motion(body(moments, TURNED), TURNED @ np.array(omega), times=[-6e4, 6e4])
+    motion.require(1e-14, textbook(motion, motion.times, 70))
 
 
 # --- what the inputs themselves leave open
@@ -342,21 +237,9 @@ def test_long_spans_of_full_tensors(moments: list[float], omega: list[float]) ->
 def test_the_sensitivity_is_what_rounding_of_the_inputs_does(
     moments: list[float], omega: list[float]
 ) -> None:
-    inertia, w = body(moments), np.array(omega)
-    with mpmath.workdps(40):
-        ((_, reference),) = textbook(inertia, w, [6e4], 40)
-        total = mpmath.mpf(0)
-        for k in range(3):
-            other = inertia.copy()
-            other[k, k] *= 1 + 2**-36
-            total += angle(reference, textbook(other, w, [6e4], 40)[0][1]) ** 2
-            changed = w.copy()
-            changed[k] *= 1 + 2**-36
-            total += angle(reference, textbook(inertia, changed, [6e4], 40)[0][1]) ** 2
-        # One unit in the last place is between eps/2 and eps of a number.
-        expected = float(mpmath.sqrt(total)) * 2**36 * EPS
-    found = sensitivity(inertia, w, START, np.array([6e4]))
-    assert expected / 2.1 < found < expected * 1.1
+    motion = Motion(body(moments), np.array(omega))
+    expected = effect_of_rounding(motion, lambda body: textbook(body, [6e4]))
+    assert expected / 2.1 < motion.sensitivity([6e4]) < expected * 1.1
 
 
 def test_the_sensitivity_of_a_steady_spin() -> None:
@@ -482,38 +365,13 @@ def test_an_exactly_symmetric_full_tensor() -> None:
     # Moments 1, 1, 3 without rounding, but with irrational axes.
     inertia = np.array([[2.0, -1, 0], [-1, 2, 0], [0, 0, 1]])
     for w in ([1.0, 1, 0], [1, 1, 5], [1, -1, 0], [1, 0, 0]):
-        times = np.array([0.5, 2.0])
-        motion = free_motion(inertia, np.array(w), START)
-        assert motion.regime == ("oblate" if w == [1, 0, 0] else "principal")
-        require(at(motion, times), taylor(inertia, np.array(w), times.tolist()), 2e-15)
-        assert sensitivity(inertia, np.array(w), START, times) < 1e-14
+        motion = Motion(inertia, w, times=[0.5, 2.0])
+        assert free_motion(*motion.inputs).regime == ("oblate" if w == [1, 0, 0] else "principal")
+        motion.require(2e-15)
+        assert motion.sensitivity(motion.times) < 1e-14
 
 
 # --- periods and rates
-
-
-def test_toutatis() -> None:
-    # Takahashi, Busch, Scheeres, Astron. J. 146 (2013) 95: long-axis mode, 5.38 days about the long
-    # axis, which precesses about L in 7.40 days on average.
-    degrees = np.array([14.5, 33.7, -98.5]) * math.pi / 180
-    motion = free_motion(body([3.0836, 3.235, 1]), degrees, START)
-    assert motion.regime == "about_lowest"
-    assert motion.period == pytest.approx(5.38, abs=0.02)
-    assert motion.mean_space_rate is not None
-    assert 2 * math.pi / motion.mean_space_rate == pytest.approx(7.40, abs=0.03)
-
-
-def test_the_rigid_earth() -> None:
-    # (C-A)/A = 1/305 gives Euler's period of 305 sidereal days.
-    motion = free_motion(body([305, 305, 306]), np.array([1e-6, 0, 2 * math.pi]), START)
-    assert motion.period == pytest.approx(305, rel=1e-14)
-
-
-def test_feynmans_plate() -> None:
-    # A thin disc that wobbles slightly: its axis goes round twice while it spins once.
-    motion = free_motion(body([1, 1, 2]), np.array([1e-4, 0, 5.0]), START)
-    assert motion.mean_space_rate == pytest.approx(10, rel=1e-8)
-    assert motion.period == pytest.approx(2 * math.pi / 5, rel=1e-15)
 
 
 @few
@@ -557,6 +415,22 @@ def test_the_middle_component_changes_its_sign_after_a_flip_interval() -> None:
     assert there == pytest.approx(here * [-1, -1, 1], abs=2e-15)
 
 
+@pytest.mark.parametrize("moments", [[1, 2, 2.5], [1, 1, 1.6], [1, 1.6, 1.6], [1e-3, 1, 1.0005]])
+@pytest.mark.parametrize("omega", [[0.3, 0.5, 0.9], [-0.9, -0.5, 0.3]])
+def test_in_a_period_the_body_turns_about_its_angular_momentum(
+    moments: list[float], omega: list[float]
+) -> None:
+    inertia, w = body(moments, TURNED), TURNED @ np.array(omega)
+    motion = free_motion(inertia, w, START)
+    assert motion.period is not None
+    assert motion.mean_space_rate is not None
+    _, q = at(motion, np.array([0.0, motion.period]))
+    L = rotation.turned(q[0], inertia @ w)
+    half = motion.mean_space_rate * motion.period / 2
+    turn = np.array([math.cos(half), *(math.sin(half) * L / np.linalg.norm(L))])
+    assert rotation.angles_between(q[1:], rotation.compose(turn, q[:1]))[0] < 1e-11
+
+
 def test_the_symmetric_limit() -> None:
     # A gap of 1e-12 changes the attitude after 10 s by some 1e-11, and neither name nor period jumps.
     times = np.linspace(0, 10, 50)
@@ -568,102 +442,6 @@ def test_the_symmetric_limit() -> None:
         assert other.mean_space_rate == pytest.approx(exact.mean_space_rate, rel=1e-10)
         for one, two in zip(at(exact, times), at(other, times), strict=True):
             assert two == pytest.approx(one, abs=5e-11)
-
-
-# --- laws
-
-
-@st.composite
-def bodies(draw: st.DrawFn) -> tuple[Floats, Floats]:
-    """The tensor of a few masses, of any shape and axes, and an omega."""
-    points = draw(st.lists(st.tuples(*[st.floats(-1, 1)] * 3), min_size=2, max_size=5))
-    rows = np.array([[1.0, *point] for point in points] + [[1.0, 0.1, 0.2, 0.9], [2.0, 0.5, -0.8, 0.3]])
-    omega = draw(st.tuples(*[st.floats(-2, 2)] * 3).filter(lambda w: math.hypot(*w) > 0.1))
-    return tensor.of_points(rows).tensor, np.array(omega)
-
-
-def turn_matrices(quaternions: Floats) -> Floats:
-    return np.array(Rotation.from_quat(np.roll(quaternions, -1, axis=1)).as_matrix())
-
-
-TIMES = st.lists(st.floats(-1e4, 1e4), min_size=1, max_size=20)
-
-
-@few
-@given(bodies(), TIMES)
-def test_energy_and_momentum_in_space_are_kept(state: tuple[Floats, Floats], times: list[float]) -> None:
-    inertia, omega = state
-    w, q = at(free_motion(inertia, omega, START), np.array(times))
-    assert np.einsum("ti,ij,tj->t", w, inertia, w) == pytest.approx(omega @ inertia @ omega, rel=1e-14)
-    L = np.einsum("tij,tj->ti", turn_matrices(q), w @ inertia)
-    L0 = turn_matrices(START[None])[0] @ inertia @ omega
-    assert np.abs(L - L0).max() < 1e-14 * np.linalg.norm(inertia) * np.linalg.norm(omega)
-    assert np.sum(q**2, axis=1) == pytest.approx(1, abs=4e-15)
-
-
-def apart(one: Floats, other: Floats) -> float:
-    """The largest angle between rotations (n by 4 each)."""
-    relative = Rotation.from_quat(np.roll(one, -1, axis=1)).inv() * Rotation.from_quat(
-        np.roll(other, -1, axis=1)
-    )
-    return float(relative.magnitude().max())
-
-
-@settings(max_examples=20, deadline=None)
-@given(bodies(), st.floats(-30, 30), st.floats(-30, 30))
-def test_motions_go_on_from_where_they_are(state: tuple[Floats, Floats], first: float, second: float) -> None:
-    inertia, omega = state
-    w, q = at(free_motion(inertia, omega, START), np.array([first, first + second]))
-    onward_w, onward_q = at(free_motion(inertia, w[0], q[0]), np.array([second]))
-    # The state in between is rounded: what follows is open by so much, some ten times over.
-    limit = 20 * sensitivity(inertia, w[0], q[0], np.array([second, first + second])) + 1e-14
-    limit += 20 * sensitivity(inertia, omega, START, np.array([first, first + second]))
-    if limit < 1e-6:
-        assert apart(onward_q, q[1:]) < limit
-        assert np.abs(onward_w - w[1:]).max() < limit * 10
-
-
-@few
-@given(bodies(), TIMES)
-def test_time_reversal(state: tuple[Floats, Floats], times: list[float]) -> None:
-    # With omega reversed, the body goes back along its own way.
-    inertia, omega = state
-    w, q = at(free_motion(inertia, omega, START), np.array(times))
-    back_w, back_q = at(free_motion(inertia, -omega, START), -np.array(times))
-    assert back_w == pytest.approx(-w, abs=4e-14)
-    assert apart(q, back_q) < 4e-14
-
-
-@few
-@given(bodies())
-def test_montgomerys_phase(state: tuple[Floats, Floats]) -> None:
-    # R. Montgomery, Am. J. Phys. 59 (1991) 394: in one period of omega the body turns about L by 2 T P/L less
-    # the solid angle that L, seen in the body, goes round.
-    inertia, omega = state
-    motion = free_motion(inertia, omega, START)
-    if motion.flip_interval is None or motion.period is None or motion.period > 1e3:
-        return
-    w, q = at(motion, np.linspace(0, motion.period, 4097))
-    L = w @ inertia
-    size = float(np.linalg.norm(L[0]))
-    unit = L / size
-    start = turn_matrices(q[:1])[0]
-    turned = Rotation.from_matrix(turn_matrices(q[-1:])[0] @ start.T).as_rotvec()
-    rotation = float(turned @ (start @ unit[0]))
-    assert turned == pytest.approx(rotation * (start @ unit[0]), abs=1e-11)
-    # Solid angle seen from the axis that omega circulates about: the triangles (axis, L, L + dL).
-    vectors = np.linalg.eigh(inertia)[1]
-    axis = vectors[:, 2 if motion.regime == "about_highest" else 0]
-    axis = axis * np.sign(axis @ unit[0])
-    a, b = unit[:-1], unit[1:]
-    volume = np.cross(a, b) @ axis
-    angles = 2 * np.arctan2(volume, 1 + a @ axis + b @ axis + np.einsum("ij,ij->i", a, b))
-    energy = float(omega @ inertia @ omega)
-    expected = energy * motion.period / size - float(angles.sum())
-    # The polygon of 4096 sides misses some of the solid angle.
-    assert abs(math.remainder(rotation - expected, 2 * math.pi)) < 1e-4
-    assert motion.mean_space_rate is not None
-    assert abs(math.remainder(rotation - motion.mean_space_rate * motion.period, 2 * math.pi)) < 1e-11
 
 
 # --- samples
@@ -678,22 +456,6 @@ def test_quaternions_do_not_jump() -> None:
     # They change the sign in a full turn.
     _, q = at(free_motion(body([1, 1, 1]), np.array([0, 0, 1.0]), START), np.linspace(0, 2 * math.pi, 20))
     assert q[-1] == pytest.approx(-START, abs=4 * EPS)
-
-
-def test_samples_do_not_depend_on_each_other() -> None:
-    motion: FreeMotion = free_motion(body([1, 2, 2.5]), np.array([0.3, 0.5, 0.9]), START)
-    times = np.linspace(-1e4, 1e4, 20001)
-    w, q = at(motion, times)
-    for k in (0, 8191, 8192, 16384, 20000):
-        one_w, one_q = at(motion, times[k : k + 1])
-        assert one_w[0] == pytest.approx(w[k], abs=4 * EPS)
-        assert np.abs(np.outer(one_q[0], one_q[0]) - np.outer(q[k], q[k])).max() < 8 * EPS
-
-
-@pytest.mark.parametrize("omega", [[0, 0, 0], [0, 0, 1.0], [0.3, 0.5, 0.9]])
-def test_no_samples(omega: list[float]) -> None:
-    w, q = at(free_motion(body([1, 2, 2.5]), np.array(omega), START), np.array([]))
-    assert (w.shape, q.shape) == ((0, 3), (0, 4))
 
 
 def test_rest() -> None:

@@ -21,6 +21,7 @@ from rigidcli.core.precession import Free, free, tidal_rate
 from rigidcli.errors import ComputationError
 from rigidcli.symbolic.algebra import arithmetic, expressions
 from rigidcli.symbolic.algebra.arithmetic import EXACT
+from tests.core.rigid_motion import Motion, angle, by_series, leaning, matrix
 
 Floats = NDArray[np.float64]
 
@@ -76,47 +77,19 @@ def test_rates_and_angles_at_high_precision(
 def test_euler_angles_at_these_rates_are_the_motion(
     lambda1: float, lambda3: float, along: float, across: float
 ) -> None:
+    # With z along L: Euler angles (zxz) that begin as (0, axis_angle, 0).
     found = free(lambda1, lambda3, along, across, FLOAT)
     assert found.axis_angle is not None
-    momentum = math.hypot(lambda1 * across, lambda3 * along)
-
-    def turn(axis: int, angle: Any) -> Any:
-        c, s = mpmath.cos(angle), mpmath.sin(angle)
-        if axis == 2:
-            return mpmath.matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])
-        return mpmath.matrix([[1, 0, 0], [0, c, -s], [0, s, c]])
-
-    def attitude(t: Any) -> Any:
-        """Body to space, z along L, by zxz Euler angles."""
-        return turn(2, found.space_rate * t) * turn(0, found.axis_angle) * turn(2, found.spin_rate * t)
-
-    with mpmath.workdps(40):
-        for moment in (0, 0.7):
-            t, step = mpmath.mpf(moment), mpmath.mpf(10) ** -12
-            rotation = attitude(t)
-            spin = rotation.T * (attitude(t + step) - attitude(t - step)) / (2 * step)
-            omega = [float(spin[2, 1]), float(spin[0, 2]), float(spin[1, 0])]
-            scale = math.hypot(along, across)
-            assert omega[2] == pytest.approx(along, abs=1e-13 * scale * (1 + lambda3 / lambda1))
-            assert math.hypot(omega[0], omega[1]) == pytest.approx(across, rel=1e-12)
-            # I omega is L, constant along z of space.
-            body = mpmath.matrix([lambda1 * omega[0], lambda1 * omega[1], lambda3 * omega[2]])
-            space = [float(component) for component in rotation * body]
-            assert space == pytest.approx([0, 0, momentum], abs=1e-12 * momentum)
-            # In the body, omega goes round e3 at the body rate.
-            angle = math.atan2(omega[1], omega[0])
-            expected = math.pi / 2 + found.body_rate * moment
-            assert math.remainder(angle - expected, 2 * math.pi) == pytest.approx(0, abs=1e-11)
-
-
-@many
-@given(MOMENTS, MOMENTS, st.floats(-9, 9), st.floats(0, 9))
-def test_the_body_rate_solves_eulers_equations(
-    lambda1: float, lambda3: float, along: float, across: float
-) -> None:
-    # omega = (w cos(R t), w sin(R t), w3): at t = 0 lambda1 omega2' = (lambda3 - lambda1) omega3 omega1.
-    rate = free(lambda1, lambda3, along, across, FLOAT).body_rate
-    assert lambda1 * across * rate == pytest.approx((lambda3 - lambda1) * along * across, rel=1e-14)
+    start = leaning(found.axis_angle)
+    motion = Motion(np.diag([lambda1, lambda1, lambda3]), [0, across, along], start)
+    for turns in (0.7, -2.0):
+        t = turns / (abs(found.space_rate) + abs(found.spin_rate))
+        ((omega, attitude),) = by_series(motion, [t])
+        expected = leaning(found.axis_angle, found.space_rate * t, found.spin_rate * t)
+        assert angle(matrix(expected), attitude) < 1e-14
+        # In the body, omega goes round e3 at the body rate.
+        seen = float(mpmath.atan2(omega[1], omega[0])) - math.pi / 2 - found.body_rate * t
+        assert math.remainder(seen, 2 * math.pi) == pytest.approx(0, abs=1e-14)
 
 
 @many
@@ -148,29 +121,6 @@ def test_units_do_not_matter(
         one.axis_angle,
         one.wobble_to_spin_ratio,
     )
-
-
-def test_feynmans_plate_wobbles_twice_as_fast_as_it_spins() -> None:
-    # R. P. Feynman, Surely You're Joking, has it the other way round: B. F. Chao, Physics Today 42 (1989) 15.
-    found = free(0.5, 1.0, 10.0, 0.01, FLOAT)
-    assert found.wobble_to_spin_ratio == pytest.approx(2, rel=1e-6)
-    assert free(0.5, 1.0, -10.0, 0.0, FLOAT).wobble_to_spin_ratio == 2
-
-
-def test_the_rigid_earth_wobbles_in_305_sidereal_days() -> None:
-    spin = 7.292115e-5
-    found = free(1.0, 1 + 1 / 305, spin, 1e-6 * spin, FLOAT)
-    assert found.body_period is not None
-    assert found.body_period * spin / (2 * math.pi) == pytest.approx(305, rel=1e-12)
-    assert found.body_rate > 0  # in the sense of the spin
-
-
-def test_prolate_bodies_wobble_against_their_spin() -> None:
-    found = free(2.0, 0.5, 4.0, 1.0, FLOAT)
-    assert (found.body_rate, found.spin_rate) == (-3, 3)
-    assert found.axis_angle is not None
-    assert found.body_cone_angle is not None
-    assert found.space_cone_angle == pytest.approx(found.axis_angle - found.body_cone_angle, rel=1e-14)
 
 
 def test_what_there_is_not_is_none() -> None:
@@ -224,29 +174,8 @@ def test_symbols_stay_formulas() -> None:
 
 # --- tides
 
-MOON = (4.9028e12, 384_399e3, 0.0549, math.radians(5.145))
 SUN = (1.32712e20, 1.495979e11, 0.0167, 0.0)
 EARTH = (0.0032737949, math.radians(23.4393), 7.292115e-5)
-
-
-def per_year(perturber: tuple[float, float, float, float]) -> float:
-    return precession.arcseconds_per_year(tidal_rate(*perturber, *EARTH, FLOAT), FLOAT)
-
-
-def test_the_earth() -> None:
-    """The Moon's share is about 34.5, the Sun's about 15.9 arcsec a year.
-
-    The lunisolar term of first order is 5040.7047 arcsec a century with this ellipticity (G. Bourda,
-    N. Capitaine, Astron. Astrophys. 428 (2004) 691, table 2).
-    The Sun makes the Moon's orbit no ellipse: they agree to 1.3e-4.
-    """
-    moon, sun = per_year(MOON), per_year(SUN)
-    assert moon == pytest.approx(34.45, abs=0.05)
-    assert sun == pytest.approx(15.95, abs=0.05)
-    assert moon + sun == pytest.approx(50.407047, rel=3e-4)
-    rate = tidal_rate(*MOON, *EARTH, FLOAT) + tidal_rate(*SUN, *EARTH, FLOAT)
-    # The general precession of 25,772 years contains some more: planets, and the moving ecliptic.
-    assert precession.period_in_years(rate, FLOAT) == pytest.approx(25772, rel=3e-3)
 
 
 def test_mars() -> None:
