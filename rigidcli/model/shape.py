@@ -12,7 +12,7 @@ from pydantic.config import JsonDict
 
 from rigidcli.core import rotation, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ValueProblem, at
 from rigidcli.model import units
 from rigidcli.model.base import (
     AsList,
@@ -50,13 +50,11 @@ class Form(Section):
     def motion(self, arithmetic: Arithmetic) -> tuple[Array, Array]:
         """Rotation (3 by 3) and displacement (3, m) that take the form from its own axes to its place."""
         turn = arithmetic.array(np.eye(3, dtype=int))
-        try:
+        with at("rotation" if self.axis is None else "axis"):
             if self.rotation is not None:
                 turn = self.rotation.as_matrix(arithmetic)
             elif self.axis is not None:
                 turn = rotation.onto(self.axis, arithmetic)
-        except ValueProblem as problem:
-            raise problem.below("rotation" if self.axis is None else "axis") from None
         return turn, arithmetic.array(self.position or [0, 0, 0]) - turn @ self.pivot(arithmetic)
 
     def properties(self, arithmetic: Arithmetic) -> tensor.MassProperties:

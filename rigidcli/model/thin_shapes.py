@@ -9,7 +9,7 @@ from pydantic import AfterValidator, Field
 
 from rigidcli.core import solids
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ValueProblem, at
 from rigidcli.model.base import AsList, Coordinate, Length, OptionalLength
 from rigidcli.model.shape import (
     ORIGIN,
@@ -212,10 +212,8 @@ class Polygon(_Flat):
     vertices: Annotated[tuple[Vertex, ...], AsList, Field(min_length=3, max_length=1000)]
 
     def check(self, n: Arithmetic) -> None:
-        try:
+        with at("vertices"):
             solids.require_simple_polygon(n.array(self.vertices), n)
-        except ValueProblem as problem:
-            raise problem.below("vertices") from None
 
     def geometry(self, n: Arithmetic) -> Geometry:
         return Geometry(*solids.polygon(n.array(self.vertices), n))

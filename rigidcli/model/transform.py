@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field, ValidationInfo
 
-from rigidcli.errors import ValueProblem, nearest, shown
+from rigidcli.errors import ValueProblem, gathered, shown
 from rigidcli.model.base import ReadBy, Section, environment, refusal
 from rigidcli.model.parameters import read_names
 from rigidcli.model.variables import (
@@ -19,6 +19,7 @@ from rigidcli.model.variables import (
     momentum,
     names_schema,
     read_expression,
+    require_known,
 )
 from rigidcli.symbolic.language.expression import Expression
 
@@ -63,19 +64,12 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     found: dict[str, Expression] = {}
     spelling, problems = read_names(raw)
     for name, key in spelling.items():
-        try:
-            if side is not None and name not in side:
-                near = nearest(name, side)
-                raise ValueProblem(
-                    f"unknown name{f' (did you mean {near}?)' if near else ''}",
-                    hint=f"expected {', '.join(side)}",
-                )
+        with gathered(problems, key):
+            require_known(name, side, f"expected {', '.join(side or ())}")
             if other is None:
                 found[name] = env.symbolic(raw[key])
             else:
                 found[name] = read_expression(raw[key], env, (*other, "t"), misplaced, hint)
-        except ValueProblem as problem:
-            problems.append(problem.below(key))
     problems += [
         ValueProblem("missing, expected an expression for it", path=(name,))
         for name in side or ()

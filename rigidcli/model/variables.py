@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from pydantic.json_schema import JsonSchemaValue
 
-from rigidcli.errors import ExpressionError, ValueProblem, shown
+from rigidcli.errors import ExpressionError, ValueProblem, gathered, nearest, shown
 from rigidcli.model.base import refusal
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_name
@@ -68,7 +68,7 @@ class Names:
         self.problems: list[ValueProblem] = []
         self._what = what
         for index, entry in enumerate(raw):
-            try:
+            with gathered(self.problems, index):
                 name = read_name(entry)
                 if name in self.index:
                     raise ValueProblem(f"{shown(entry)} stands here already")
@@ -76,14 +76,19 @@ class Names:
                     raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
                 self.index[name] = index
                 blame_parameter(name, f"one of the {what}", env)
-            except ValueProblem as problem:
-                self.problems.append(problem.below(index))
 
     def all(self) -> tuple[str, ...]:
         """The names. Raises all problems together."""
         if self.problems:
             raise refusal(self._what, self.problems)
         return tuple(self.index)
+
+
+def require_known(name: str, known: Sequence[str] | None, hint: str) -> None:
+    """Raise ValueProblem for a name that is none of the `known` ones, where these are known."""
+    if known is not None and name not in known:
+        near = nearest(name, known)
+        raise ValueProblem(f"unknown name{f' (did you mean {near}?)' if near else ''}", hint=hint)
 
 
 def blame_parameter(name: str, what: str, env: Environment) -> None:
