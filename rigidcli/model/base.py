@@ -23,7 +23,7 @@ from pydantic import (
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, InitErrorDetails, core_schema
 
-from rigidcli.core.arithmetic import Scalar
+from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.model import units
 from rigidcli.model.environment import Environment, number_of
@@ -200,11 +200,16 @@ def _read_whole(raw: object, info: ValidationInfo) -> int:
     return int(value)
 
 
-def _require_polar_angle(angle: Scalar, info: ValidationInfo) -> Scalar:
-    n = environment(info).arithmetic
-    if n.sign(angle) == -1 or n.sign(n.pi - angle) == -1:
-        raise ValueProblem(f"read {n.size(angle):.6g} rad, expected an angle from 0 to 180 deg")
-    return angle
+def limited(fits: Callable[[Any, Arithmetic], bool], expected: str, unit: str = "") -> AfterValidator:
+    """Marks a number that is refused where it does not fit; `expected` says in words what does."""
+
+    def check(value: Scalar, info: ValidationInfo) -> Scalar:
+        n = environment(info).arithmetic
+        if not fits(value, n):
+            raise ValueProblem(f"read {n.size(value):.6g}{unit}, expected {expected}")
+        return value
+
+    return AfterValidator(check)
 
 
 Mass = Annotated[Scalar, Quantity(units.MASS, "positive")]
@@ -212,7 +217,9 @@ Length = Annotated[Scalar, Quantity(units.LENGTH, "positive")]
 OptionalLength = Annotated[Scalar, Quantity(units.LENGTH, "nonnegative")]
 Coordinate = Annotated[Scalar, Quantity(units.LENGTH)]
 Angle = Annotated[Scalar, Quantity(units.ANGLE)]
-PolarAngle = Annotated[Angle, AfterValidator(_require_polar_angle)]
+PolarAngle = Annotated[
+    Angle, limited(lambda x, n: -1 not in (n.sign(x), n.sign(n.pi - x)), "an angle from 0 to 180 deg", " rad")
+]
 AngularVelocity = Annotated[Scalar, Quantity(units.ANGULAR_VELOCITY)]
 MomentOfInertia = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA)]
 PrincipalMoment = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA, "nonnegative")]

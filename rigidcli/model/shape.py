@@ -81,17 +81,22 @@ class Form(Section):
         return tensor.shift_from_com(body.tensor, body.mass, body.com - point)
 
 
+Bounds: TypeAlias = tuple[tuple[float, float], ...]
+"""The least box round a shape: (low, high) along each local axis, m."""
+
+
 class Geometry(NamedTuple):
-    """A shape with a uniform density: its measure, centre of mass and spread, in its own axes.
+    """A shape with a uniform density: its measure, centre of mass, spread and extent, in its own axes.
 
     `measure` is the volume (m^3), area (m^2) or length (m); `centre` is (x, y, z) in m from the natural
     origin; `second` holds the means of x^2, y^2, z^2 about the centre (m^2), or of all of r r^T
-    (3 by 3) where local axes are not principal.
+    (3 by 3) where local axes are not principal; `bounds` is empty where `Region.bounds` works it out.
     """
 
     measure: Scalar
     centre: Any
     second: Any
+    bounds: Bounds = ()
 
 
 def _complete_schema(schema: JsonDict, shape: type[Any]) -> None:
@@ -147,7 +152,7 @@ class Shape(Form):
 
     def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
         """Mass properties in the shape's own axes and from its natural origin."""
-        measure, centre, second = self.geometry(arithmetic)
+        measure, centre, second, _ = self.geometry(arithmetic)
         mass = self.mass if self.mass is not None else (self.density or 0) * measure
         second = arithmetic.array(second)
         if second.ndim == 1:
@@ -155,15 +160,12 @@ class Shape(Form):
         return tensor.MassProperties(mass, arithmetic.array(centre), tensor.from_second_moments(mass, second))
 
 
-Bounds: TypeAlias = tuple[tuple[float, float], ...]
-
-
 class Region(Shape):
     """A shape that says which points it fills."""
 
-    @abstractmethod
     def bounds(self) -> Bounds:
-        """The least box round the shape: (low, high) along each local axis, m."""
+        """The least box round the shape, from its `geometry` unless a subclass knows better."""
+        return self.geometry(FLOAT).bounds
 
     @abstractmethod
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:

@@ -44,13 +44,9 @@ class _Prism(Solid):
 
     def geometry(self, n: Arithmetic) -> Geometry:
         section, height = self.swept()
-        area, centre, (xx, yy, _) = section.geometry(n)
-        return Geometry(area * height, centre, [xx, yy, height**2 / 12])
-
-    def bounds(self) -> Bounds:
-        section, height = self.swept()
-        x, y, _ = section.bounds()
-        return x, y, (-height / 2, height / 2)
+        area, centre, (xx, yy, _), (x, y, _) = section.geometry(n)
+        bounds = x, y, (-height / 2, height / 2)
+        return Geometry(area * height, centre, [xx, yy, height**2 / 12], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         section, height = self.swept()
@@ -90,10 +86,8 @@ class Sphere(Solid):
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
-        return Geometry(4 * n.pi * self.radius**3 / 3, ORIGIN, 3 * [self.radius**2 / 5])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.radius, -self.radius, self.radius)
+        R = self.radius
+        return Geometry(4 * n.pi * R**3 / 3, ORIGIN, 3 * [R**2 / 5], round_bounds(R, -R, R))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return x**2 + y**2 + z**2 <= self.radius**2
@@ -112,10 +106,8 @@ class HollowSphere(Solid):
     def geometry(self, n: Arithmetic) -> Geometry:
         R, r = self.outer_radius, self.inner_radius
         volume = 4 * n.pi * (R - r) * powers(R, r, 2) / 3
-        return Geometry(volume, ORIGIN, 3 * [powers(R, r, 4) / (5 * powers(R, r, 2))])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.outer_radius, -self.outer_radius, self.outer_radius)
+        spread = powers(R, r, 4) / (5 * powers(R, r, 2))
+        return Geometry(volume, ORIGIN, 3 * [spread], round_bounds(R, -R, R))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         square = x**2 + y**2 + z**2
@@ -130,11 +122,8 @@ class Ellipsoid(Solid):
 
     def geometry(self, n: Arithmetic) -> Geometry:
         a, b, c = self.semi_axes
-        return Geometry(4 * n.pi * a * b * c / 3, ORIGIN, [axis**2 / 5 for axis in self.semi_axes])
-
-    def bounds(self) -> Bounds:
-        a, b, c = self.semi_axes
-        return (-a, a), (-b, b), (-c, c)
+        bounds = (-a, a), (-b, b), (-c, c)
+        return Geometry(4 * n.pi * a * b * c / 3, ORIGIN, [a**2 / 5, b**2 / 5, c**2 / 5], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         a, b, c = self.semi_axes
@@ -179,11 +168,8 @@ class EllipticCylinder(Solid):
 
     def geometry(self, n: Arithmetic) -> Geometry:
         (a, b), h = self.semi_axes, self.height
-        return Geometry(n.pi * a * b * h, ORIGIN, [a**2 / 4, b**2 / 4, h**2 / 12])
-
-    def bounds(self) -> Bounds:
-        (a, b), h = self.semi_axes, self.height
-        return (-a, a), (-b, b), (-h / 2, h / 2)
+        bounds = (-a, a), (-b, b), (-h / 2, h / 2)
+        return Geometry(n.pi * a * b * h, ORIGIN, [a**2 / 4, b**2 / 4, h**2 / 12], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         a, b = self.semi_axes
@@ -211,11 +197,8 @@ class Cone(Solid):
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R, h = self.radius, self.height
-        across = 3 * R**2 / 20
-        return Geometry(n.pi * R**2 * h / 3, (0, 0, 3 * h / 4), [across, across, 3 * h**2 / 80])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.radius, 0, self.height)
+        second = [3 * R**2 / 20, 3 * R**2 / 20, 3 * h**2 / 80]
+        return Geometry(n.pi * R**2 * h / 3, (0, 0, 3 * h / 4), second, round_bounds(R, 0, h))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (x**2 + y**2 <= (self.radius * z / self.height) ** 2) & (z >= 0) & (z <= self.height)
@@ -260,11 +243,8 @@ class Pyramid(Solid):
 
     def geometry(self, n: Arithmetic) -> Geometry:
         (x, y), h = self.base, self.height
-        return Geometry(x * y * h / 3, (0, 0, h / 4), [x**2 / 20, y**2 / 20, 3 * h**2 / 80])
-
-    def bounds(self) -> Bounds:
-        (x, y), h = self.base, self.height
-        return (-x / 2, x / 2), (-y / 2, y / 2), (0, h)
+        bounds = (-x / 2, x / 2), (-y / 2, y / 2), (0, h)
+        return Geometry(x * y * h / 3, (0, 0, h / 4), [x**2 / 20, y**2 / 20, 3 * h**2 / 80], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         (a, b), scale = self.base, 1 - z / self.height
@@ -279,10 +259,8 @@ class Hemisphere(Solid):
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R = self.radius
-        return Geometry(2 * n.pi * R**3 / 3, (0, 0, 3 * R / 8), [R**2 / 5, R**2 / 5, 19 * R**2 / 320])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.radius, 0, self.radius)
+        second = [R**2 / 5, R**2 / 5, 19 * R**2 / 320]
+        return Geometry(2 * n.pi * R**3 / 3, (0, 0, 3 * R / 8), second, round_bounds(R, 0, R))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (x**2 + y**2 + z**2 <= self.radius**2) & (z >= 0)
@@ -331,10 +309,8 @@ class Capsule(Solid):
         cylinder, balls = 3 * h / (3 * h + 4 * R), 4 * R / (3 * h + 4 * R)
         across = cylinder * R**2 / 4 + balls * R**2 / 5
         along = cylinder * h**2 / 12 + balls * (R**2 / 5 + 3 * R * h / 8 + h**2 / 4)
-        return Geometry(n.pi * R**2 * (3 * h + 4 * R) / 3, ORIGIN, [across, across, along])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.radius, -self.height / 2 - self.radius, self.height / 2 + self.radius)
+        bounds = round_bounds(R, -h / 2 - R, h / 2 + R)
+        return Geometry(n.pi * R**2 * (3 * h + 4 * R) / 3, ORIGIN, [across, across, along], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         beyond: Floats = np.maximum(abs(z) - self.height / 2, 0)
@@ -359,10 +335,8 @@ class Torus(Solid):
     def geometry(self, n: Arithmetic) -> Geometry:
         R, r = self.major_radius, self.minor_radius
         across = R**2 / 2 + 3 * r**2 / 8
-        return Geometry(2 * n.pi**2 * R * r**2, ORIGIN, [across, across, r**2 / 4])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.major_radius + self.minor_radius, -self.minor_radius, self.minor_radius)
+        bounds = round_bounds(R + r, -r, r)
+        return Geometry(2 * n.pi**2 * R * r**2, ORIGIN, [across, across, r**2 / 4], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (np.hypot(x, y) - self.major_radius) ** 2 + z**2 <= self.minor_radius**2

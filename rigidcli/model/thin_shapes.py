@@ -91,11 +91,8 @@ class Plate(Lamina):
 
     def geometry(self, n: Arithmetic) -> Geometry:
         x, y = self.size
-        return Geometry(x * y, ORIGIN, [x**2 / 12, y**2 / 12, 0])
-
-    def bounds(self) -> Bounds:
-        x, y = self.size
-        return (-x / 2, x / 2), (-y / 2, y / 2), (0, 0)
+        bounds = (-x / 2, x / 2), (-y / 2, y / 2), (0, 0)
+        return Geometry(x * y, ORIGIN, [x**2 / 12, y**2 / 12, 0], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         a, b = self.size
@@ -110,10 +107,7 @@ class Disk(Lamina):
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R = self.radius
-        return Geometry(n.pi * R**2, ORIGIN, [R**2 / 4, R**2 / 4, 0])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.radius, 0, 0)
+        return Geometry(n.pi * R**2, ORIGIN, [R**2 / 4, R**2 / 4, 0], round_bounds(R, 0, 0))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return x**2 + y**2 <= self.radius**2
@@ -132,10 +126,7 @@ class Annulus(Lamina):
     def geometry(self, n: Arithmetic) -> Geometry:
         R, r = self.outer_radius, self.inner_radius
         across = (R**2 + r**2) / 4
-        return Geometry(n.pi * (R - r) * (R + r), ORIGIN, [across, across, 0])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.outer_radius, 0, 0)
+        return Geometry(n.pi * (R - r) * (R + r), ORIGIN, [across, across, 0], round_bounds(R, 0, 0))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         square = x**2 + y**2
@@ -151,10 +142,8 @@ class HalfDisk(Lamina):
     def geometry(self, n: Arithmetic) -> Geometry:
         R = self.radius
         along = R**2 * (9 * n.pi**2 - 64) / (36 * n.pi**2)
-        return Geometry(n.pi * R**2 / 2, (0, 4 * R / (3 * n.pi), 0), [R**2 / 4, along, 0])
-
-    def bounds(self) -> Bounds:
-        return (-self.radius, self.radius), (0, self.radius), (0, 0)
+        bounds = (-R, R), (0, R), (0, 0)
+        return Geometry(n.pi * R**2 / 2, (0, 4 * R / (3 * n.pi), 0), [R**2 / 4, along, 0], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (x**2 + y**2 <= self.radius**2) & (y >= 0)
