@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias
@@ -100,10 +101,12 @@ class Geometry(NamedTuple):
 
 
 def _complete_schema(schema: JsonDict, shape: type[Any]) -> None:
-    """Tell JSON Schema the anchors of a shape, and that it has a mass or a density."""
+    """Tell JSON Schema the name and the anchors of a shape, and that it has a mass or a density."""
     properties = schema["properties"]
     assert isinstance(properties, dict)
     anchors: JsonDict = {"title": "Anchor", "description": "The point that is put at `position`"}
+    name = re.sub("(?<=[a-z])(?=[A-Z])", "_", shape.__name__).lower()  # `HalfDisk` is a `half_disk`
+    properties["shape"] = {"const": name, "title": "Shape", "type": "string"}
     properties["anchor"] = anchors | {"enum": ["com", *shape.ANCHORS]}
     schema["oneOf"] = [{"required": ["mass"]}, {"required": ["density"]}]
 
@@ -122,6 +125,7 @@ class Shape(Form):
     mass: Mass | None = None
     density: Scalar | None = None
     anchor: str | None = None
+    shape: str
 
     @model_validator(mode="after")
     def _complete(self, info: ValidationInfo) -> Self:

@@ -9,7 +9,7 @@ shapes; frustum, cap and capsule are integrated. Tests hold every formula agains
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -57,7 +57,6 @@ class Box(_Prism):
     """A rectangular block; origin at its centre."""
 
     ANCHORS: ClassVar = {"corner": lambda s: tuple(-side / 2 for side in s.size)}
-    shape: Literal["box"]
     size: Size3
 
     def swept(self) -> tuple[Lamina, Length]:
@@ -69,7 +68,6 @@ class Cube(_Prism):
     """A cube; origin at its centre."""
 
     ANCHORS: ClassVar = {"corner": lambda s: 3 * (-s.side / 2,)}
-    shape: Literal["cube"]
     side: Length
 
     def swept(self) -> tuple[Lamina, Length]:
@@ -82,7 +80,6 @@ class Cube(_Prism):
 class Sphere(Solid):
     """A solid ball; origin at its centre."""
 
-    shape: Literal["sphere"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
@@ -96,7 +93,6 @@ class Sphere(Solid):
 class HollowSphere(Solid):
     """A ball with a concentric spherical hole; origin at its centre."""
 
-    shape: Literal["hollow_sphere"]
     outer_radius: Length
     inner_radius: OptionalLength
 
@@ -117,7 +113,6 @@ class HollowSphere(Solid):
 class Ellipsoid(Solid):
     """A solid ellipsoid; origin at its centre."""
 
-    shape: Literal["ellipsoid"]
     semi_axes: Size3
 
     def geometry(self, n: Arithmetic) -> Geometry:
@@ -134,7 +129,6 @@ class Cylinder(_Prism):
     """A circular cylinder along z; origin at its centre."""
 
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
-    shape: Literal["cylinder"]
     radius: Length
     height: Length
 
@@ -146,7 +140,6 @@ class Tube(_Prism):
     """A cylinder along z with a coaxial hole; origin at its centre."""
 
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
-    shape: Literal["tube"]
     outer_radius: Length
     inner_radius: OptionalLength
     height: Length
@@ -162,7 +155,6 @@ class EllipticCylinder(Solid):
     """A cylinder along z on an ellipse; origin at its centre."""
 
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
-    shape: Literal["elliptic_cylinder"]
     semi_axes: Size2
     height: Length
 
@@ -179,7 +171,6 @@ class EllipticCylinder(Solid):
 class HalfCylinder(_Prism):
     """The half y >= 0 of a cylinder along z; origin at the centre of the flat face."""
 
-    shape: Literal["half_cylinder"]
     radius: Length
     height: Length
 
@@ -191,7 +182,6 @@ class Cone(Solid):
     """A circular cone opening to +z; origin at its apex."""
 
     ANCHORS: ClassVar = {"apex": lambda s: ORIGIN, "base": lambda s: (0, 0, s.height)}
-    shape: Literal["cone"]
     radius: Length
     height: Length
 
@@ -208,7 +198,6 @@ class Frustum(Solid):
     """A cone cut parallel to its base, along +z; origin at the centre of the bottom."""
 
     ANCHORS: ClassVar = {"top": lambda s: (0, 0, s.height)}
-    shape: Literal["frustum"]
     bottom_radius: OptionalLength
     top_radius: OptionalLength
     height: Length
@@ -237,7 +226,6 @@ class Pyramid(Solid):
     """A right pyramid on a rectangle, apex at +z; origin at the centre of the base."""
 
     ANCHORS: ClassVar = {"apex": lambda s: (0, 0, s.height)}
-    shape: Literal["pyramid"]
     base: Size2
     height: Length
 
@@ -254,7 +242,6 @@ class Pyramid(Solid):
 class Hemisphere(Solid):
     """A solid half ball bulging to +z; origin at the centre of the flat face."""
 
-    shape: Literal["hemisphere"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
@@ -269,7 +256,6 @@ class Hemisphere(Solid):
 class SphericalCap(Solid):
     """What a plane cuts off a ball, on its +z side; origin at the centre of the ball."""
 
-    shape: Literal["spherical_cap"]
     radius: Length
     cap_height: Length
 
@@ -300,7 +286,6 @@ class SphericalCap(Solid):
 class Capsule(Solid):
     """A cylinder along z of the given height with half balls on both ends; origin at its centre."""
 
-    shape: Literal["capsule"]
     radius: Length
     height: OptionalLength
 
@@ -320,7 +305,6 @@ class Capsule(Solid):
 class Torus(Solid):
     """A ring of circular section round z; origin at its centre."""
 
-    shape: Literal["torus"]
     major_radius: Length
     minor_radius: Length
 
@@ -345,7 +329,6 @@ class Torus(Solid):
 class Tetrahedron(Solid):
     """A tetrahedron, its vertices as given."""
 
-    shape: Literal["tetrahedron"]
     vertices: Annotated[tuple[Vector3, Vector3, Vector3, Vector3], AsList]
 
     def check(self, n: Arithmetic) -> None:

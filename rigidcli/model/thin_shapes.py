@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 import numpy as np
 from pydantic import AfterValidator, Field
@@ -37,7 +37,6 @@ Vertex = Annotated[
 class SphericalShell(Shell):
     """A thin sphere; origin at its centre."""
 
-    shape: Literal["spherical_shell"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
@@ -47,7 +46,6 @@ class SphericalShell(Shell):
 class HemisphericalShell(Shell):
     """A thin half sphere bulging to +z; origin at the centre of its rim."""
 
-    shape: Literal["hemispherical_shell"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
@@ -59,7 +57,6 @@ class CylindricalShell(Shell):
     """A thin cylinder along z, open at both ends; origin at its centre."""
 
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
-    shape: Literal["cylindrical_shell"]
     radius: Length
     height: Length
 
@@ -72,7 +69,6 @@ class ConicalShell(Shell):
     """The thin lateral surface of a cone opening to +z; origin at its apex."""
 
     ANCHORS: ClassVar = {"apex": lambda s: ORIGIN, "base": lambda s: (0, 0, s.height)}
-    shape: Literal["conical_shell"]
     radius: Length
     height: Length
 
@@ -86,7 +82,6 @@ class Plate(Lamina):
     """A thin rectangle, normal along z; origin at its centre."""
 
     ANCHORS: ClassVar = {"corner": lambda s: (-s.size[0] / 2, -s.size[1] / 2, 0)}
-    shape: Literal["plate"]
     size: Size2
 
     def geometry(self, n: Arithmetic) -> Geometry:
@@ -102,7 +97,6 @@ class Plate(Lamina):
 class Disk(Lamina):
     """A thin disk, normal along z; origin at its centre."""
 
-    shape: Literal["disk"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
@@ -116,7 +110,6 @@ class Disk(Lamina):
 class Annulus(Lamina):
     """A thin disk with a concentric hole, normal along z; origin at its centre."""
 
-    shape: Literal["annulus"]
     outer_radius: Length
     inner_radius: OptionalLength
 
@@ -136,7 +129,6 @@ class Annulus(Lamina):
 class HalfDisk(Lamina):
     """The half y >= 0 of a thin disk, normal along z; origin at the centre of the straight edge."""
 
-    shape: Literal["half_disk"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
@@ -182,7 +174,6 @@ class _Flat(Lamina):
 class Triangle(_Flat):
     """A thin triangle, its vertices as given, in space or (two coordinates) in the plane z = 0."""
 
-    shape: Literal["triangle"]
     vertices: Annotated[tuple[Vertex, Vertex, Vertex], AsList]
 
     def check(self, n: Arithmetic) -> None:
@@ -197,7 +188,6 @@ class Triangle(_Flat):
 class Polygon(_Flat):
     """A thin plane polygon without crossings, its vertices in order, in space or in the plane z = 0."""
 
-    shape: Literal["polygon"]
     vertices: Annotated[tuple[Vertex, ...], AsList, Field(min_length=3, max_length=1000)]
 
     def check(self, n: Arithmetic) -> None:
@@ -212,7 +202,6 @@ class Rod(Wire):
     """A thin straight rod along z; origin at its centre."""
 
     ANCHORS: ClassVar = {"end": lambda s: (0, 0, -s.length / 2)}
-    shape: Literal["rod"]
     length: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
@@ -222,7 +211,6 @@ class Rod(Wire):
 class Ring(Wire):
     """A thin circular ring, normal along z; origin at its centre."""
 
-    shape: Literal["ring"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
