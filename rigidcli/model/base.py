@@ -81,9 +81,10 @@ def _error(loc: tuple[int | str, ...], read: object, problem: ValueProblem) -> I
     return InitErrorDetails(type="value_error", loc=loc, input=read, ctx={"error": problem})
 
 
-def refusal(title: str, problems: Sequence[ValueProblem]) -> ValidationError:
-    """Several problems of one value, to be raised together; each by the path that it has."""
-    return ValidationError.from_exception_data(title, [_error((), None, problem) for problem in problems])
+def refuse(title: str, problems: Sequence[ValueProblem]) -> None:
+    """Raise the problems of one value together, if there are any; each by the path that it has."""
+    if problems:
+        raise ValidationError.from_exception_data(title, [_error((), None, problem) for problem in problems])
 
 
 def _unknown_key(key: str, section: type[BaseModel]) -> ValueProblem:
@@ -287,17 +288,6 @@ class Alternative:
         return {"anyOf": [self.schema, handler(schema)]}
 
 
-def or_word(*words: str, otherwise: Any) -> Alternative:
-    """Marks a field in which one of a few words may stand."""
-
-    def read(raw: str, env: Environment) -> str:
-        if raw not in words:
-            raise ValueProblem(not_one_of(raw, words))
-        return raw
-
-    return Alternative(str, read, otherwise, {"enum": list(words)})
-
-
 def by_key(forms: Mapping[str, type[Section]]) -> Choice:
     """Marks a field that takes the section of the one key of `forms` that the mapping has."""
 
@@ -331,4 +321,13 @@ def not_one_of(raw: object, words: Sequence[str]) -> str:
     return f"read {shown(raw)}, expected one of {', '.join(words)}"
 
 
-Point: TypeAlias = Annotated[tuple[Scalar, Scalar, Scalar] | str, or_word("origin", "com", otherwise=Vector3)]
+def _read_point(raw: str, env: Environment) -> str:
+    if raw not in ("origin", "com"):
+        raise ValueProblem(not_one_of(raw, ("origin", "com")))
+    return raw
+
+
+Point: TypeAlias = Annotated[
+    tuple[Scalar, Scalar, Scalar] | str,
+    Alternative(str, _read_point, otherwise=Vector3, schema={"enum": ["origin", "com"]}),
+]

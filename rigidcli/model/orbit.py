@@ -10,7 +10,7 @@ from pydantic import Field, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, gathered, shown
-from rigidcli.model.base import ReadBy, environment, refusal
+from rigidcli.model.base import ReadBy, environment, refuse
 from rigidcli.model.parameters import read_names
 from rigidcli.model.sampling import Sampling
 from rigidcli.model.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, require_known, velocity
@@ -37,8 +37,7 @@ def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
             require_known(name, known, f"expected {_all_of(names)}, and {_second_half(names)}")
             values[name] = env.read(raw[key], None)
     problems += _missing(spelling, names) if names else ()
-    if problems:
-        raise refusal("initial", problems)
+    refuse("initial", problems)
     return values
 
 

@@ -13,19 +13,19 @@ from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.model import units
-from rigidcli.model.base import AsList, ReadBy, Reader, Section, environment
+from rigidcli.model.base import AsList, ReadBy, Reader, Section, environment, refuse
 from rigidcli.model.units import Dimension
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
     RESULTS,
-    Names,
     acceleration,
     blame_parameter,
     derived_names,
     momentum,
     names_schema,
     read_expression,
+    read_new_names,
     velocity,
 )
 from rigidcli.symbolic.language.expression import Expression
@@ -36,19 +36,20 @@ MOST_PARTICLES = 200
 
 def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     env = environment(info)
-    names = Names(raw, env, RESULTS, MOST_COORDINATES, "coordinates")
+    index, problems = read_new_names(raw, env, RESULTS, MOST_COORDINATES, "coordinates")
     meaning: dict[str, str] = {}
-    for coordinate in names.index:
+    for coordinate in index:
         for name, what in derived_names([coordinate]).items():
-            if name in names.index:
-                problem = ValueProblem(f"`{name}` is {what}, expected another name")
-                names.problems.append(problem.below(names.index[name]))
+            if name in index:
+                message = f"`{name}` is {what}, expected another name"
+                problems.append(ValueProblem(message, path=(index[name],)))
             elif name in meaning:
-                problem = ValueProblem(f"`{name}` would be {what}, and {meaning[name]}")
-                names.problems.append(problem.below(names.index[coordinate]))
+                message = f"`{name}` would be {what}, and {meaning[name]}"
+                problems.append(ValueProblem(message, path=(index[coordinate],)))
             meaning[name] = what
             blame_parameter(name, what, env)
-    env.coordinates = names.all()
+    refuse("coordinates", problems)
+    env.coordinates = tuple(index)
     return env.coordinates
 
 

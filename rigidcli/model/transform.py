@@ -8,17 +8,17 @@ from typing import Annotated, ClassVar
 from pydantic import Field, ValidationInfo
 
 from rigidcli.errors import ValueProblem, gathered, shown
-from rigidcli.model.base import ReadBy, Section, environment, refusal
+from rigidcli.model.base import ReadBy, Section, environment, refuse
 from rigidcli.model.parameters import read_names
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
     RESULTS,
-    Names,
     derived_names,
     momentum,
     names_schema,
     read_expression,
+    read_new_names,
     require_known,
 )
 from rigidcli.symbolic.language.expression import Expression
@@ -32,7 +32,9 @@ def _meanings(coordinates: tuple[str, ...]) -> dict[str, str]:
 def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     env = environment(info)
     taken = {**RESULTS, **_meanings(env.coordinates or ())}
-    names = Names(raw, env, taken, 2 * MOST_COORDINATES, "new variables").all()
+    index, problems = read_new_names(raw, env, taken, 2 * MOST_COORDINATES, "new variables")
+    refuse("new variables", problems)
+    names = tuple(index)
     if len(names) % 2:
         hint = "new coordinates first, then their momenta in the same order, as in [Q1, Q2, P1, P2]"
         raise ValueProblem(f"read {len(names)} names, expected an even number of them", hint=hint)
@@ -75,8 +77,7 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
         for name in side or ()
         if name not in spelling
     ]
-    if problems:
-        raise refusal("transform", problems)
+    refuse("transform", problems)
     return {name: found[name] for name in side or found}
 
 

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Mapping, Sequence
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.errors import ExpressionError, ValueProblem, gathered, nearest, shown
-from rigidcli.model.base import refusal
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import Dimension
@@ -53,35 +52,29 @@ def acceleration(coordinate: str) -> str:
     return f"{coordinate}ddot"
 
 
-class Names:
+def read_new_names(
+    raw: object, env: Environment, taken: Mapping[str, str], most: int, what: str
+) -> tuple[dict[str, int], list[ValueProblem]]:
     """The new names in a list of the document, each with its index, and the problems of the others.
 
     `taken` tells what a name is already. A parameter of the same name is at fault, not the name.
     """
-
-    def __init__(self, raw: object, env: Environment, taken: Mapping[str, str], most: int, what: str) -> None:
-        if not isinstance(raw, list | tuple):
-            raise ValueProblem(f"read {shown(raw)}, expected a list of {what}, such as [x, y]")
-        if not 1 <= len(raw) <= most:
-            raise ValueProblem(f"read {shown(raw)}, expected 1 to {most} {what}")
-        self.index: dict[str, int] = {}
-        self.problems: list[ValueProblem] = []
-        self._what = what
-        for index, entry in enumerate(raw):
-            with gathered(self.problems, index):
-                name = read_name(entry)
-                if name in self.index:
-                    raise ValueProblem(f"{shown(entry)} stands here already")
-                if name in taken:
-                    raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
-                self.index[name] = index
-                blame_parameter(name, f"one of the {what}", env)
-
-    def all(self) -> tuple[str, ...]:
-        """The names. Raises all problems together."""
-        if self.problems:
-            raise refusal(self._what, self.problems)
-        return tuple(self.index)
+    if not isinstance(raw, list | tuple):
+        raise ValueProblem(f"read {shown(raw)}, expected a list of {what}, such as [x, y]")
+    if not 1 <= len(raw) <= most:
+        raise ValueProblem(f"read {shown(raw)}, expected 1 to {most} {what}")
+    found: dict[str, int] = {}
+    problems: list[ValueProblem] = []
+    for index, entry in enumerate(raw):
+        with gathered(problems, index):
+            name = read_name(entry)
+            if name in found:
+                raise ValueProblem(f"{shown(entry)} stands here already")
+            if name in taken:
+                raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
+            found[name] = index
+            blame_parameter(name, f"one of the {what}", env)
+    return found, problems
 
 
 def require_known(name: str, known: Sequence[str] | None, hint: str) -> None:
