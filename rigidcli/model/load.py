@@ -8,8 +8,9 @@ import pathlib
 import stat
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from decimal import Decimal
-from types import MappingProxyType
+from functools import cached_property
 
 from pydantic import ValidationError
 
@@ -78,7 +79,7 @@ def loads(
         # Read again, so that decimals are kept digit by digit.
         tree = apply(read_tree(text, source, Decimal), _changes(settings, given, Decimal), source)
     changed = {path: given.get(path, "--set") for path, _ in changes}
-    return _document(tree, source, Places(text, source, changed), folder or pathlib.Path(), exact)
+    return _document(tree, Places(text, source, changed), folder or pathlib.Path(), exact)
 
 
 def read_text(name: str, source: str) -> str:
@@ -98,13 +99,12 @@ def read_text(name: str, source: str) -> str:
         require_bounded(data, source)
         return data.decode("utf-8-sig")
     except OSError as error:
-        raise DocumentError([Problem(source, f"cannot be read: {error.strerror or error}")]) from None
+        message = f"cannot be read: {error.strerror or error}"
     except UnicodeDecodeError as error:
-        raise DocumentError(
-            [Problem(source, f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}")]
-        ) from None
+        message = f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}"
     except ValueError:  # there is a NUL in it
-        raise DocumentError([Problem(source, "cannot be read: no file has such a name")]) from None
+        message = "cannot be read: no file has such a name"
+    raise DocumentError([Problem(source, message)])
 
 
 def _changes(
@@ -124,42 +124,44 @@ def _has_symbols(tree: object) -> bool:
     return isinstance(parameters, dict) and None in parameters.values()
 
 
+@dataclass
 class Places:
     """Where the values of a text stand: its lines are looked up in a second pass, when first asked for.
 
     `changed` has the paths to values that are given from outside, each with the option that gave it.
     """
 
-    def __init__(self, text: str, source: str, changed: Mapping[Path, str] = MappingProxyType({})) -> None:
-        self._text = text
-        self._source = source
-        self._changed = changed
-        self._known: dict[Path, int] | None = None
+    text: str
+    source: str
+    changed: dict[Path, str] = field(default_factory=dict)
+
+    @cached_property
+    def _lines(self) -> dict[Path, int]:
+        lines: dict[Path, int] = {}
+        read_tree(self.text, self.source, lines=lines)
+        return lines
 
     def of(self, path: Path) -> Place:
         """The source and line of a value, or of what is nearest above it; without a line if set outside."""
-        for changed, option in reversed(list(self._changed.items())):
+        for changed, option in reversed(self.changed.items()):
             if path[: len(changed)] == changed:
-                return f"{self._source} with {option}", None
-        if self._known is None:
-            self._known = {}
-            read_tree(self._text, self._source, lines=self._known)
-        known = (path[:end] for end in range(len(path), 0, -1) if path[:end] in self._known)
-        return self._source, self._known.get(next(known, ()))
+                return f"{self.source} with {option}", None
+        known = (path[:end] for end in range(len(path), 0, -1) if path[:end] in self._lines)
+        return self.source, self._lines.get(next(known, ()))
 
     def problem(self, problem: ValueProblem) -> Problem:
         """The problem, at the place of its value."""
         source, line = self.of(problem.path)
-        if source == self._source:
+        if source == self.source:
             line = line or 1  # that of the document itself
         return Problem(source, problem.message, line, ".".join(map(str, problem.path)), problem.hint)
 
 
-def _document(tree: object, source: str, places: Places, folder: pathlib.Path, exact: bool) -> Document:
+def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -> Document:
     """The document of a tree, with its mass properties; DocumentError with all problems otherwise."""
     if not isinstance(tree, dict):
         read = "an empty document" if tree is None else shown(tree)
-        raise DocumentError([Problem(source, f"read {read}, expected a mapping")])
+        raise DocumentError([Problem(places.source, f"read {read}, expected a mapping")])
     positive: frozenset[str] = frozenset()
     while True:
         arithmetic = _arithmetic(exact and not _is_symbolic(tree))
@@ -185,7 +187,7 @@ def _document(tree: object, source: str, places: Places, folder: pathlib.Path, e
         positive = positive | env.positive
     unused = sorted((env.parameters.keys() | env.open.keys()) - env.used)
     notes = [*dict.fromkeys(env.notes), *(f"parameter `{name}` is not used" for name in unused)]
-    return document.came_from(source, notes, places.of)
+    return document.came_from(places.source, notes, places.of)
 
 
 def _is_symbolic(tree: Mapping[str, object]) -> bool:
