@@ -175,13 +175,13 @@ class Region(Shape):
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         """Which of the points (m, local axes) the shape fills, its surface included."""
 
-    def heart(self) -> Floats:
-        """A point in the shape where it is convex (3, m): its centre of mass."""
-        return np.array(self.geometry(FLOAT).centre, dtype=np.float64)
-
     def corners(self) -> Floats:
-        """Vertices (3 by k, m), which no grid finds; most shapes have none."""
-        return np.zeros((3, 0))
+        """Vertices (k by 3, m, own axes), which no grid finds; most shapes have none."""
+        return np.array(getattr(self, "vertices", ()), dtype=np.float64).reshape(-1, 3)
+
+    def plane(self) -> tuple[Array, Array]:
+        """Rotation (3 by 3) and displacement (3, m) from the axes of `bounds` and `contains` to its own."""
+        return np.eye(3), np.zeros(3)
 
 
 class Solid(Region):
@@ -191,13 +191,9 @@ class Solid(Region):
 
 
 class Lamina(Region):
-    """A flat shape, of no thickness; `bounds` and `contains` speak of points in its plane, z = 0."""
+    """A flat shape, of no thickness; to `bounds` and `contains` its `plane` is z = 0."""
 
     density: Annotated[Scalar, Quantity(units.AREA_DENSITY, "positive")] | None = None
-
-    def plane(self) -> tuple[Array, Array]:
-        """Rotation (3 by 3) and displacement (3, m) from the plane z = 0 to the shape's own axes."""
-        return np.eye(3), np.zeros(3)
 
 
 class Shell(Shape):

@@ -340,10 +340,7 @@ class Tetrahedron(Solid):
         return Geometry(solids.simplex_measure(vertices, n), *solids.simplex_moments(vertices))
 
     def bounds(self) -> Bounds:
-        return solids.bounds(np.array(self.vertices))
-
-    def corners(self) -> Floats:
-        return np.array(self.vertices, dtype=np.float64).T
+        return solids.bounds(self.corners())
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        return solids.in_simplex(np.array(self.vertices, dtype=np.float64), np.stack([x, y, z]))
+        return solids.in_simplex(self.corners(), np.stack([x, y, z]))

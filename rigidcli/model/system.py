@@ -103,25 +103,13 @@ class SystemExpression(Reader):
         return expression
 
 
+_ENERGY_HINT = "write it in coordinates, velocities and t; momenta belong to a `hamiltonian`"
+_HAMILTONIAN_HINT = "write it in coordinates, momenta and t; velocities belong to a `lagrangian`"
 _POSITION_HINT = "where a particle is depends on coordinates and t; its velocity follows from that"
 _MASS_HINT = "a mass may depend on coordinates and t; give what moves otherwise by its `lagrangian`"
 
-InVelocities: TypeAlias = Annotated[
-    Expression,
-    SystemExpression(
-        units.ENERGY,
-        ("velocities",),
-        "write it in coordinates, velocities and t; momenta belong to a `hamiltonian`",
-    ),
-]
-InMomenta: TypeAlias = Annotated[
-    Expression,
-    SystemExpression(
-        units.ENERGY,
-        ("momenta",),
-        "write it in coordinates, momenta and t; velocities belong to a `lagrangian`",
-    ),
-]
+InVelocities: TypeAlias = Annotated[Expression, SystemExpression(units.ENERGY, ("velocities",), _ENERGY_HINT)]
+InMomenta: TypeAlias = Annotated[Expression, SystemExpression(units.ENERGY, ("momenta",), _HAMILTONIAN_HINT)]
 CartesianCoordinate: TypeAlias = Annotated[Expression, SystemExpression(units.LENGTH, (), _POSITION_HINT)]
 Turning: TypeAlias = Annotated[Expression, SystemExpression(units.ANGLE, (), _POSITION_HINT)]
 Inertia: TypeAlias = Annotated[Expression, SystemExpression(units.MASS, (), _MASS_HINT, "positive")]

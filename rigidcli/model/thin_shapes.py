@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar
 
-import numpy as np
 from pydantic import AfterValidator, Field
 
 from rigidcli.core import solids
@@ -147,20 +146,11 @@ class _Flat(Lamina):
     vertices: tuple[tuple[Scalar, ...], ...]
 
     def plane(self) -> tuple[Array, Array]:
-        return solids.plane_of(np.array(self.vertices, dtype=np.float64))
-
-    def heart(self) -> Floats:
-        turn, origin = self.plane()
-        centre: Floats = (super().heart() - origin) @ turn
-        return centre
-
-    def corners(self) -> Floats:
-        turn, origin = self.plane()
-        corners: Floats = ((np.array(self.vertices, dtype=np.float64) - origin) @ turn).T
-        return corners
+        return solids.plane_of(self.corners())
 
     def _outline(self) -> Array:
-        return self.corners()[:2].T
+        turn, origin = self.plane()
+        return ((self.corners() - origin) @ turn)[:, :2]
 
     def bounds(self) -> Bounds:
         outline = self._outline()
