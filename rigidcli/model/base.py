@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -100,16 +99,14 @@ def environment(info: ValidationInfo) -> Environment:
     return info.context if isinstance(info.context, Environment) else Environment()
 
 
-class Reader(ABC):
-    """Marks a field with a reader of its own: `read` turns what is written into what the field holds."""
+class Reader:
+    """Marks a field with a reader of its own: `read` turns what is written into what the field holds.
 
-    @abstractmethod
-    def read(self, raw: object, info: ValidationInfo) -> Any:
-        """The value of the field. Raises ValueProblem."""
+    It raises ValueProblem. `json_schema` gives the JSON Schema of what may be written.
+    """
 
-    @abstractmethod
-    def json_schema(self) -> JsonSchemaValue:
-        """JSON Schema of what may be written."""
+    read: Callable[[Any, ValidationInfo], Any]
+    json_schema: Callable[[], JsonSchemaValue]
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_plain_validator_function(self.read)
@@ -122,14 +119,10 @@ class Reader(ABC):
 
 @dataclass(frozen=True, eq=False)
 class ReadBy(Reader):
-    """Marks a field that a function reads; `schema` is its JSON Schema."""
+    """Marks a field that a function, `read`, reads; `schema` is its JSON Schema."""
 
-    function: Callable[[object, ValidationInfo], Any]
+    read: Callable[[Any, ValidationInfo], Any]
     schema: JsonSchemaValue
-
-    def read(self, raw: object, info: ValidationInfo) -> Any:
-        """The value that the function returns."""
-        return self.function(raw, info)
 
     def json_schema(self) -> JsonSchemaValue:
         """The schema that was given."""

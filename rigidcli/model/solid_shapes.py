@@ -212,10 +212,8 @@ class Frustum(Solid):
         centre = h * (a**2 + 2 * a * b + 3 * b**2) / (4 * s)
         across = 3 * powers(a, b, 4) / (20 * s)
         along = 3 * h**2 * (a**4 + 4 * a**3 * b + 10 * a**2 * b**2 + 4 * a * b**3 + b**4) / (80 * s**2)
-        return Geometry(n.pi * h * s / 3, (0, 0, centre), [across, across, along])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(max(self.bottom_radius, self.top_radius), 0, self.height)
+        bounds = round_bounds(max(a, b, key=n.size), 0, h)
+        return Geometry(n.pi * h * s / 3, (0, 0, centre), [across, across, along], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         radius = self.bottom_radius + (self.top_radius - self.bottom_radius) * z / self.height
