@@ -7,7 +7,8 @@ that says what to do about it.
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import ClassVar, Self, TypeAlias
 
@@ -53,6 +54,25 @@ class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Proble
         """The same problem, as seen from further up the document."""
         self.path = (*path, *self.path)
         return self
+
+
+@contextmanager
+def at(*path: str | int) -> Iterator[None]:
+    """A context in which the problem of a value gets the path that leads to the value."""
+    try:
+        yield
+    except ValueProblem as problem:
+        problem.below(*path)
+        raise
+
+
+@contextmanager
+def gathered(problems: list[ValueProblem], *path: str | int) -> Iterator[None]:
+    """A context that ends at the problem of a value, which is added to `problems` with its path."""
+    try:
+        yield
+    except ValueProblem as problem:
+        problems.append(problem.below(*path))
 
 
 class ExpressionError(ValueProblem):

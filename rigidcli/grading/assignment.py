@@ -20,7 +20,7 @@ from rigidcli.grading.infer import kind_of
 from rigidcli.grading.judge import Item
 from rigidcli.grading.kinds import Kind, kind
 from rigidcli.grading.question import Assignment, Question, idle
-from rigidcli.model.load import STDIN, Lines, explain, load, read_text
+from rigidcli.model.load import STDIN, Places, explain, load, read_text
 from rigidcli.model.sampling import DEFAULT_TOLERANCE
 from rigidcli.model.syntax import read_tree
 
@@ -68,17 +68,19 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study]) -> Prepa
     file = os.fspath(path)
     source = os.fsencode(file).decode(errors="backslashreplace")
     text = read_text(file, source)
-    tree, lines = _tree(text, source), Lines(text, source)
+    tree, places = _tree(text, source), Places(text, source)
     items, problems, notes = dict[str, Item](), list[Problem](), list[Problem]()
 
     def placed(keys: Keys, message: str, hint: str | None = None) -> Problem:
-        return Problem(source, message, lines.of(keys) or 1, ".".join(map(str, keys)), hint)
+        return places.problem(ValueProblem(message, path=keys, hint=hint))
 
     try:
         assignment = Assignment.model_validate(tree)
         title, questions = assignment.assignment, assignment.questions
     except ValidationError as error:
-        problems += [placed(keys, _discreet(keys, message), hint) for keys, message, hint in explain(error)]
+        problems += [
+            placed(found.path, _discreet(found.path, found.message), found.hint) for found in explain(error)
+        ]
         title, questions = "", _sound(tree.get("questions"))
     library = _Library(Path() if file == STDIN else Path(file).parent, studies)
     for id, question in questions.items():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from importlib import import_module
@@ -23,7 +22,7 @@ from pydantic import (
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, InitErrorDetails, core_schema
 
-from rigidcli.core.arithmetic import Scalar
+from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.model import units
 from rigidcli.model.environment import Environment, number_of
@@ -81,9 +80,10 @@ def _error(loc: tuple[int | str, ...], read: object, problem: ValueProblem) -> I
     return InitErrorDetails(type="value_error", loc=loc, input=read, ctx={"error": problem})
 
 
-def refusal(title: str, problems: Sequence[ValueProblem]) -> ValidationError:
-    """Several problems of one value, to be raised together; each by the path that it has."""
-    return ValidationError.from_exception_data(title, [_error((), None, problem) for problem in problems])
+def refuse(title: str, problems: Sequence[ValueProblem]) -> None:
+    """Raise the problems of one value together, if there are any; each by the path that it has."""
+    if problems:
+        raise ValidationError.from_exception_data(title, [_error((), None, problem) for problem in problems])
 
 
 def _unknown_key(key: str, section: type[BaseModel]) -> ValueProblem:
@@ -99,16 +99,14 @@ def environment(info: ValidationInfo) -> Environment:
     return info.context if isinstance(info.context, Environment) else Environment()
 
 
-class Reader(ABC):
-    """Marks a field with a reader of its own: `read` turns what is written into what the field holds."""
+class Reader:
+    """Marks a field with a reader of its own: `read` turns what is written into what the field holds.
 
-    @abstractmethod
-    def read(self, raw: object, info: ValidationInfo) -> Any:
-        """The value of the field. Raises ValueProblem."""
+    It raises ValueProblem. `json_schema` gives the JSON Schema of what may be written.
+    """
 
-    @abstractmethod
-    def json_schema(self) -> JsonSchemaValue:
-        """JSON Schema of what may be written."""
+    read: Callable[[Any, ValidationInfo], Any]
+    json_schema: Callable[[], JsonSchemaValue]
 
     def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
         return core_schema.with_info_plain_validator_function(self.read)
@@ -121,14 +119,10 @@ class Reader(ABC):
 
 @dataclass(frozen=True, eq=False)
 class ReadBy(Reader):
-    """Marks a field that a function reads; `schema` is its JSON Schema."""
+    """Marks a field that a function, `read`, reads; `schema` is its JSON Schema."""
 
-    function: Callable[[object, ValidationInfo], Any]
+    read: Callable[[Any, ValidationInfo], Any]
     schema: JsonSchemaValue
-
-    def read(self, raw: object, info: ValidationInfo) -> Any:
-        """The value that the function returns."""
-        return self.function(raw, info)
 
     def json_schema(self) -> JsonSchemaValue:
         """The schema that was given."""
@@ -200,11 +194,16 @@ def _read_whole(raw: object, info: ValidationInfo) -> int:
     return int(value)
 
 
-def _require_polar_angle(angle: Scalar, info: ValidationInfo) -> Scalar:
-    n = environment(info).arithmetic
-    if n.sign(angle) == -1 or n.sign(n.pi - angle) == -1:
-        raise ValueProblem(f"read {n.size(angle):.6g} rad, expected an angle from 0 to 180 deg")
-    return angle
+def limited(fits: Callable[[Any, Arithmetic], bool], expected: str, unit: str = "") -> AfterValidator:
+    """Marks a number that is refused where it does not fit; `expected` says in words what does."""
+
+    def check(value: Scalar, info: ValidationInfo) -> Scalar:
+        n = environment(info).arithmetic
+        if not fits(value, n):
+            raise ValueProblem(f"read {n.size(value):.6g}{unit}, expected {expected}")
+        return value
+
+    return AfterValidator(check)
 
 
 Mass = Annotated[Scalar, Quantity(units.MASS, "positive")]
@@ -212,7 +211,9 @@ Length = Annotated[Scalar, Quantity(units.LENGTH, "positive")]
 OptionalLength = Annotated[Scalar, Quantity(units.LENGTH, "nonnegative")]
 Coordinate = Annotated[Scalar, Quantity(units.LENGTH)]
 Angle = Annotated[Scalar, Quantity(units.ANGLE)]
-PolarAngle = Annotated[Angle, AfterValidator(_require_polar_angle)]
+PolarAngle = Annotated[
+    Angle, limited(lambda x, n: -1 not in (n.sign(x), n.sign(n.pi - x)), "an angle from 0 to 180 deg", " rad")
+]
 AngularVelocity = Annotated[Scalar, Quantity(units.ANGULAR_VELOCITY)]
 MomentOfInertia = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA)]
 PrincipalMoment = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA, "nonnegative")]
@@ -280,17 +281,6 @@ class Alternative:
         return {"anyOf": [self.schema, handler(schema)]}
 
 
-def or_word(*words: str, otherwise: Any) -> Alternative:
-    """Marks a field in which one of a few words may stand."""
-
-    def read(raw: str, env: Environment) -> str:
-        if raw not in words:
-            raise ValueProblem(not_one_of(raw, words))
-        return raw
-
-    return Alternative(str, read, otherwise, {"enum": list(words)})
-
-
 def by_key(forms: Mapping[str, type[Section]]) -> Choice:
     """Marks a field that takes the section of the one key of `forms` that the mapping has."""
 
@@ -324,4 +314,13 @@ def not_one_of(raw: object, words: Sequence[str]) -> str:
     return f"read {shown(raw)}, expected one of {', '.join(words)}"
 
 
-Point: TypeAlias = Annotated[tuple[Scalar, Scalar, Scalar] | str, or_word("origin", "com", otherwise=Vector3)]
+def _read_point(raw: str, env: Environment) -> str:
+    if raw not in ("origin", "com"):
+        raise ValueProblem(not_one_of(raw, ("origin", "com")))
+    return raw
+
+
+Point: TypeAlias = Annotated[
+    tuple[Scalar, Scalar, Scalar] | str,
+    Alternative(str, _read_point, otherwise=Vector3, schema={"enum": ["origin", "com"]}),
+]

@@ -13,7 +13,7 @@ from pydantic import Field
 
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
-from rigidcli.errors import ComputationError, ValueProblem
+from rigidcli.errors import ComputationError, ValueProblem, at
 from rigidcli.model import holes, points
 from rigidcli.model.base import (
     Alternative,
@@ -89,14 +89,12 @@ class PointMasses(Form):
     def _in_file(self) -> tensor.MassProperties:
         path = self.points
         assert isinstance(path, pathlib.Path)
-        try:
+        with at("points"):
             body = tensor.of_blocks(lambda: points.blocks(path, checked=False))
             if not np.isfinite(body.tensor).all():
                 for _ in points.blocks(path):
                     pass  # names the row to blame
             return body
-        except ValueProblem as problem:
-            raise problem.below("points") from None
 
     def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
         """The tensor summed over the points; that of a file is shifted, so that the file is read once."""
@@ -170,12 +168,10 @@ class Composite(Form):
         """Parts added and holes taken away, refused where nothing would be left."""
         bodies = []
         for index, part in enumerate(self.parts):
-            try:
+            with at("parts", index):
                 body = part.properties(arithmetic)
                 if body.mass is None:
                     raise ValueProblem("missing, expected the mass of a part", path=("mass",))
-            except ValueProblem as problem:
-                raise problem.below("parts", index) from None
             if part.hole:
                 body = replace(body, mass=-body.mass, tensor=-body.tensor)
             bodies.append(body)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Self, TypeAlias
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
-from rigidcli.errors import DocumentError, Problem, ValueProblem
+from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
 from rigidcli.model.base import Point, Section, elsewhere, environment
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import definitions
@@ -66,7 +66,7 @@ class Document(Section):
     _environment: Environment = PrivateAttr()
     _source: str = PrivateAttr(default="")
     _notes: tuple[str, ...] = PrivateAttr(default=())
-    _place: Callable[[str], Place] | None = PrivateAttr(default=None)
+    _place: Callable[[Path], Place] | None = PrivateAttr(default=None)
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
@@ -118,14 +118,15 @@ class Document(Section):
         """What the reader of the document should know about it."""
         return self._notes
 
-    def came_from(self, source: str, notes: Sequence[str], place: Callable[[str], Place]) -> Self:
-        """The document, knowing its source and notes, and the place of a key such as `body.parts.0`."""
+    def came_from(self, source: str, notes: Sequence[str], place: Callable[[Path], Place]) -> Self:
+        """The document, knowing its source and notes, and the place of each of its values."""
         self._source, self._notes, self._place = source, tuple(notes), place
         return self
 
     def problem(self, message: str, key: str, *, hint: str | None = None) -> Problem:
         """A problem that was found after reading, at the line of the key path or of the nearest one above."""
-        source, line = self._place(key) if self._place is not None else (self._source, None)
+        place = self._place or (lambda path: (self._source, None))
+        source, line = place(tuple(int(step) if step.isdecimal() else step for step in key.split(".")))
         return Problem(source, message, line, key, hint)
 
     def refusal(self, message: str, key: str, *, hint: str | None = None) -> DocumentError:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import pathlib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from fractions import Fraction
@@ -210,8 +210,7 @@ class Environment:
 
     def _undeclared(self, names: list[str], variables: tuple[str, ...]) -> ValueProblem:
         near = nearest(names[0], [*variables, *self._declared_in_order])
-        more = f" and {len(variables) - LONGEST_LIST} more" if len(variables) > LONGEST_LIST else ""
-        also = f"; variables here: {', '.join(variables[:LONGEST_LIST])}{more}" if variables else ""
+        also = f"; variables here: {_listed(variables, str)}" if variables else ""
         return ExpressionError(
             f"undeclared name{'s' if len(names) > 1 else ''} {_listed(names)}"
             f"{f' (did you mean {near}?)' if near else ''}",
@@ -226,10 +225,10 @@ def _exact(expression: Expression, values: Mapping[str, Any]) -> Any:
     return worked_out(expression.root, values)
 
 
-def _listed(names: list[str]) -> str:
+def _listed(names: Sequence[str], show: Callable[[str], str] = shown) -> str:
     """At most LONGEST_LIST names, for a message."""
     more = f" and {len(names) - LONGEST_LIST} more" if len(names) > LONGEST_LIST else ""
-    return (", ".join(map(shown, names[:LONGEST_LIST])) or "none") + more
+    return (", ".join(map(show, names[:LONGEST_LIST])) or "none") + more
 
 
 def _number_or_text(raw: object, expected: str) -> float | int | str | Decimal:

@@ -111,9 +111,8 @@ class _Placed:
         except _NoValueError:
             return None
         assert isinstance(shape, Region)
-        if isinstance(shape, Lamina):
-            plane, origin = shape.plane()
-            turn, shift = turn @ plane, turn @ origin + shift
+        plane, origin = shape.plane()
+        turn, shift = turn @ plane, turn @ origin + shift
         return cls(shape, leaf.sign, turn, shift, shape.uniform_density(FLOAT), leaf.path)
 
     @property
@@ -152,8 +151,9 @@ class _Placed:
         grid = np.stack(np.meshgrid(steps, steps, [0.0] if self.flat else steps, indexing="ij"))
         inner = middle + half * grid.reshape(3, -1)
         inner = inner[:, self.shape.contains(*inner)]
-        centre = self.shape.heart()[:, None]
-        corners = self.shape.corners()
+        plane, origin = self.shape.plane()
+        centre = plane.T @ (np.array(self.shape.geometry(FLOAT).centre) - origin)[:, None]
+        corners = plane.T @ (self.shape.corners() - origin).T
         parts = [inner, centre, centre + (1 - MARGIN) * (corners - centre)]
         starts = np.hstack([centre, inner[:, :: max(1, inner.shape[1] // 8)]])
         around = 2 * half * _directions(flat=self.flat)

@@ -8,7 +8,9 @@ import pathlib
 import stat
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from decimal import Decimal
+from functools import cached_property
 
 from pydantic import ValidationError
 
@@ -77,7 +79,7 @@ def loads(
         # Read again, so that decimals are kept digit by digit.
         tree = apply(read_tree(text, source, Decimal), _changes(settings, given, Decimal), source)
     changed = {path: given.get(path, "--set") for path, _ in changes}
-    return _Reading(text, source, folder or pathlib.Path(), changed).document(tree, exact)
+    return _document(tree, Places(text, source, changed), folder or pathlib.Path(), exact)
 
 
 def read_text(name: str, source: str) -> str:
@@ -97,13 +99,12 @@ def read_text(name: str, source: str) -> str:
         require_bounded(data, source)
         return data.decode("utf-8-sig")
     except OSError as error:
-        raise DocumentError([Problem(source, f"cannot be read: {error.strerror or error}")]) from None
+        message = f"cannot be read: {error.strerror or error}"
     except UnicodeDecodeError as error:
-        raise DocumentError(
-            [Problem(source, f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}")]
-        ) from None
+        message = f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}"
     except ValueError:  # there is a NUL in it
-        raise DocumentError([Problem(source, "cannot be read: no file has such a name")]) from None
+        message = "cannot be read: no file has such a name"
+    raise DocumentError([Problem(source, message)])
 
 
 def _changes(
@@ -123,83 +124,70 @@ def _has_symbols(tree: object) -> bool:
     return isinstance(parameters, dict) and None in parameters.values()
 
 
-class Lines:
-    """The lines of a text at which its values stand, looked up in a second pass when first asked for."""
+@dataclass
+class Places:
+    """Where the values of a text stand: its lines are looked up in a second pass, when first asked for.
 
-    def __init__(self, text: str, source: str) -> None:
-        self._text = text
-        self._source = source
-        self._known: dict[Path, int] | None = None
+    `changed` has the paths to values that are given from outside, each with the option that gave it.
+    """
 
-    def of(self, path: Path) -> int | None:
-        """The line of a value, or of what is nearest above it; None if nothing is."""
-        if self._known is None:
-            self._known = {}
-            read_tree(self._text, self._source, lines=self._known)
-        known = (path[:end] for end in range(len(path), 0, -1) if path[:end] in self._known)
-        return self._known.get(next(known, ()))
+    text: str
+    source: str
+    changed: dict[Path, str] = field(default_factory=dict)
 
+    @cached_property
+    def _lines(self) -> dict[Path, int]:
+        lines: dict[Path, int] = {}
+        read_tree(self.text, self.source, lines=lines)
+        return lines
 
-class _Reading:
-    """One reading of a document: gathers problems, and knows how to say where they are."""
-
-    def __init__(self, text: str, source: str, folder: pathlib.Path, changed: Mapping[Path, str]) -> None:
-        self._source = source
-        self._folder = folder
-        self._changed = changed
-        self._lines = Lines(text, source)
-
-    def document(self, tree: object, exact: bool) -> Document:
-        """The document of a tree, with its mass properties; DocumentError with all problems otherwise."""
-        if not isinstance(tree, dict):
-            read = "an empty document" if tree is None else shown(tree)
-            raise DocumentError([Problem(self._source, f"read {read}, expected a mapping")])
-        positive: frozenset[str] = frozenset()
-        while True:
-            arithmetic = _arithmetic(exact and not _is_symbolic(tree))
-            env = Environment(arithmetic, folder=self._folder, exact_results=exact)
-            raw = tree.get("parameters")
-            wrong = read_parameters(env, raw, positive) if isinstance(raw, dict) else []
-            problems = [self._problem(problem.path, problem.message, problem.hint) for problem in wrong]
-            document = None
-            try:
-                document = Document.model_validate(tree, context=env)
-                if not problems and not env.faults:
-                    document.physical.require()
-            except ValidationError as error:
-                problems += [self._problem(*item) for item in explain(error)]
-            except ValueProblem as problem:
-                problems.append(self._problem(problem.path, problem.message, problem.hint))
-            problems += [
-                self._problem(("parameters", name), fault.message, fault.hint)
-                for name, fault in sorted(env.faults.items())
-            ]
-            if problems:
-                raise DocumentError(sorted(problems, key=lambda problem: problem.line or 0))
-            assert document is not None
-            if env.positive <= positive:
-                break
-            # Symbols that stand for masses and lengths are positive; knowing that, read once more.
-            positive = positive | env.positive
-        unused = sorted((env.parameters.keys() | env.open.keys()) - env.used)
-        notes = [*dict.fromkeys(env.notes), *(f"parameter `{name}` is not used" for name in unused)]
-        return document.came_from(self._source, notes, self._place_of_key)
-
-    def _problem(self, path: Path, message: str, hint: str | None = None) -> Problem:
-        source, line = self._place(path)
-        if source == self._source:
-            line = line or 1  # that of the document itself
-        return Problem(source, message, line, ".".join(map(str, path)), hint)
-
-    def _place_of_key(self, key: str) -> Place:
-        return self._place(tuple(int(step) if step.isdecimal() else step for step in key.split(".")))
-
-    def _place(self, path: Path) -> Place:
+    def of(self, path: Path) -> Place:
         """The source and line of a value, or of what is nearest above it; without a line if set outside."""
-        for changed, option in reversed(list(self._changed.items())):
+        for changed, option in reversed(self.changed.items()):
             if path[: len(changed)] == changed:
-                return f"{self._source} with {option}", None
-        return self._source, self._lines.of(path)
+                return f"{self.source} with {option}", None
+        known = (path[:end] for end in range(len(path), 0, -1) if path[:end] in self._lines)
+        return self.source, self._lines.get(next(known, ()))
+
+    def problem(self, problem: ValueProblem) -> Problem:
+        """The problem, at the place of its value."""
+        source, line = self.of(problem.path)
+        if source == self.source:
+            line = line or 1  # that of the document itself
+        return Problem(source, problem.message, line, ".".join(map(str, problem.path)), problem.hint)
+
+
+def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -> Document:
+    """The document of a tree, with its mass properties; DocumentError with all problems otherwise."""
+    if not isinstance(tree, dict):
+        read = "an empty document" if tree is None else shown(tree)
+        raise DocumentError([Problem(places.source, f"read {read}, expected a mapping")])
+    positive: frozenset[str] = frozenset()
+    while True:
+        arithmetic = _arithmetic(exact and not _is_symbolic(tree))
+        env = Environment(arithmetic, folder=folder, exact_results=exact)
+        raw = tree.get("parameters")
+        problems = read_parameters(env, raw, positive) if isinstance(raw, dict) else []
+        document = None
+        try:
+            document = Document.model_validate(tree, context=env)
+            if not problems and not env.faults:
+                document.physical.require()
+        except ValidationError as error:
+            problems += explain(error)
+        except ValueProblem as problem:
+            problems.append(problem)
+        problems += [fault.below("parameters", name) for name, fault in sorted(env.faults.items())]
+        if problems:
+            raise DocumentError(sorted(map(places.problem, problems), key=lambda placed: placed.line or 0))
+        assert document is not None
+        if env.positive <= positive:
+            break
+        # Symbols that stand for masses and lengths are positive; knowing that, read once more.
+        positive = positive | env.positive
+    unused = sorted((env.parameters.keys() | env.open.keys()) - env.used)
+    notes = [*dict.fromkeys(env.notes), *(f"parameter `{name}` is not used" for name in unused)]
+    return document.came_from(places.source, notes, places.of)
 
 
 def _is_symbolic(tree: Mapping[str, object]) -> bool:
@@ -215,30 +203,30 @@ def _arithmetic(exact: bool) -> Arithmetic:
     return EXACT
 
 
-def explain(error: ValidationError) -> list[tuple[Path, str, str | None]]:
-    """Path, message and hint for every complaint of pydantic, in the document's words."""
-    explained: dict[Path, tuple[str, str | None]] = {}
+def explain(error: ValidationError) -> list[ValueProblem]:
+    """Every complaint of pydantic, in the document's words."""
+    explained: dict[Path, ValueProblem] = {}
     for complaint in error.errors(include_url=False):
         path, kind, read = complaint["loc"], complaint["type"], complaint["input"]
         context = complaint.get("ctx", {})
-        problem = context.get("error")
+        problem, hint = context.get("error"), None
         if isinstance(problem, ValueProblem):
-            explained[(*path, *problem.path)] = problem.message, problem.hint
-        elif kind == "missing" and isinstance(path[-1], int):
+            path, message, hint = (*path, *problem.path), problem.message, problem.hint
+        elif kind == "missing" and isinstance(last := path[-1], int):
             # A list that is too short lacks each of its last entries; that is one problem.
-            explained[path[:-1]] = f"read {shown(read)}, expected {path[-1] + 1} entries", None
+            path, message = path[:-1], f"read {shown(read)}, expected {last + 1} entries"
         elif kind == "missing":
-            explained[path] = "missing", None
+            message = "missing"
         elif kind == "too_short" and len(read) >= context["min_length"]:
             continue  # long enough, but for the entries that have problems of their own
         elif kind in ("too_long", "too_short"):
             bound = context.get("max_length", context.get("min_length"))
             most = "at most" if kind == "too_long" else "at least"
-            entries = "entry" if bound == 1 else "entries"
-            explained[path] = f"read {shown(read)}, expected {most} {bound} {entries}", None
+            message = f"read {shown(read)}, expected {most} {bound} {'entry' if bound == 1 else 'entries'}"
         else:
             expected = _TYPES.get(kind, str(context.get("expected", complaint["msg"]))).format(**context)
-            quoted = kind == "string_type" and isinstance(read, int | float | Decimal)
-            hint = f'write it in quotes: "{read}"' if quoted else None
-            explained[path] = f"read {shown(read)}, expected {expected.replace(chr(39), '')}", hint
-    return [(path, message, hint) for path, (message, hint) in explained.items()]
+            message = f"read {shown(read)}, expected {expected.replace(chr(39), '')}"
+            if kind == "string_type" and isinstance(read, int | float | Decimal):
+                hint = f'write it in quotes: "{read}"'
+        explained[path] = ValueProblem(message, path=path, hint=hint)
+    return list(explained.values())

@@ -9,11 +9,11 @@ import numpy as np
 from pydantic import Field, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
-from rigidcli.errors import ValueProblem, nearest, shown
-from rigidcli.model.base import ReadBy, environment, refusal
-from rigidcli.model.parameters import read_name
+from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.model.base import ReadBy, environment, refuse
+from rigidcli.model.parameters import read_names
 from rigidcli.model.sampling import Sampling
-from rigidcli.model.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, velocity
+from rigidcli.model.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, require_known, velocity
 
 if TYPE_CHECKING:
     from rigidcli.model.system import System
@@ -26,39 +26,19 @@ def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
     if len(raw) > 3 * MOST_COORDINATES:
         raise ValueProblem(f"read {len(raw)} values, expected at most {2 * MOST_COORDINATES}")
     values: dict[str, Scalar] = {}
-    problems: list[ValueProblem] = []
-    spelling: dict[str, str] = {}
-    for key, value in raw.items():
-        try:
-            name = str(key) if key == "t" else read_name(key)
-            if name in spelling:
-                raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
-            spelling[name] = key
-            _require_known(name, env.coordinates)
-            values[name] = env.read(value, None)
-        except ValueProblem as problem:
-            problems.append(problem.below(key))
-    if env.coordinates is not None:
-        problems += _missing(spelling, env.coordinates)
-    if problems:
-        raise refusal("initial", problems)
+    spelling, problems = read_names({key: value for key, value in raw.items() if key != "t"})
+    if "t" in raw:
+        hint = "put the beginning into the system: t + t0 for t"
+        problems.append(ValueProblem("an orbit begins at t = 0", path=("t",), hint=hint))
+    names = env.coordinates or ()
+    known = [*names, *map(momentum, names), *map(velocity, names)] or None
+    for name, key in spelling.items():
+        with gathered(problems, key):
+            require_known(name, known, f"expected {_all_of(names)}, and {_second_half(names)}")
+            values[name] = env.read(raw[key], None)
+    problems += _missing(spelling, names) if names else ()
+    refuse("initial", problems)
     return values
-
-
-def _require_known(name: str, coordinates: tuple[str, ...] | None) -> None:
-    """Raise ValueProblem for a name that the system does not have."""
-    if name == "t":
-        raise ValueProblem("an orbit begins at t = 0", hint="put the beginning into the system: t + t0 for t")
-    if coordinates is None:
-        return
-    known = [*coordinates, *map(momentum, coordinates), *map(velocity, coordinates)]
-    if name not in known:
-        near = nearest(name, known)
-        meant = f" (did you mean {near}?)" if near else ""
-        raise ValueProblem(
-            f"unknown name{meant}",
-            hint=f"expected {_all_of(coordinates)}, and {_second_half(coordinates)}",
-        )
 
 
 def _missing(given: Mapping[str, str], coordinates: tuple[str, ...]) -> Iterator[ValueProblem]:

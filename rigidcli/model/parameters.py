@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
-from rigidcli.errors import ExpressionError, ValueProblem, shown
+from rigidcli.errors import ExpressionError, ValueProblem, gathered, shown
 from rigidcli.model.environment import Environment
 from rigidcli.model.units import split_quantity
 from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, Expression, parse
@@ -24,20 +24,18 @@ def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable
     are floats, it and what hangs on it are only `open`. One with a problem is `broken` in the
     environment, so that what uses it is not blamed.
     """
-    spelling, found = read_names(raw)
-    problems = [problem.below("parameters") for problem in found]
+    spelling, problems = read_names(raw)
     env.declared |= spelling.keys()
     uses = {}
     for name, key in spelling.items():
-        try:
+        with gathered(problems, key):
             uses[name] = _names_in(raw[key]) & spelling.keys()
-        except ValueProblem as problem:
-            env.broken.add(name)
-            problems.append(problem.below("parameters", key))
+    env.broken |= spelling.keys() - uses.keys()
     for name in _in_order(uses, env, problems, spelling):
         if name in env.broken:
             continue
-        try:
+        env.broken.add(name)  # until it is read
+        with gathered(problems, spelling[name]):
             value = raw[spelling[name]]
             symbols = frozenset[str]().union(*(env.open.get(other, ()) for other in uses[name]))
             if value is None:
@@ -53,10 +51,8 @@ def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable
             dimension = env.dimension(value)
             if dimension is not None:
                 env.dimensions[name] = dimension
-        except ValueProblem as problem:
-            env.broken.add(name)
-            problems.append(problem.below("parameters", spelling[name]))
-    return problems
+            env.broken.discard(name)
+    return [problem.below("parameters") for problem in problems]
 
 
 def definitions(env: Environment, raw: Mapping[str, Any]) -> dict[str, Expression | None]:
@@ -75,13 +71,11 @@ def read_names(raw: Mapping[str, Any]) -> tuple[dict[str, str], list[ValueProble
     spelling: dict[str, str] = {}
     problems: list[ValueProblem] = []
     for key in raw:
-        try:
+        with gathered(problems, key):
             name = read_name(key)
             if name in spelling:
                 raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
             spelling[name] = key
-        except ValueProblem as problem:
-            problems.append(problem.below(key))
     return spelling, problems
 
 
@@ -133,5 +127,5 @@ def _in_order(
             names = list(path)
             circle = [*names[names.index(name) :], name]
             problem = ValueProblem(f"parameters in a circle: {' -> '.join(circle)}")
-            problems.append(problem.below("parameters", spelling[name]))
+            problems.append(problem.below(spelling[name]))
     return order

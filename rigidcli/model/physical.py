@@ -13,7 +13,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.core.tensor import MassProperties
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ValueProblem, at
 from rigidcli.model.base import Point
 from rigidcli.model.rotations import Rotation
 
@@ -50,10 +50,8 @@ class Physical:
         """Mass, centre of mass (3, m) and the tensor of the body."""
         if self.body is None:
             raise ValueProblem("missing, expected a body", path=("body",))
-        try:
+        with at("body"):
             properties = self.body.properties(self.arithmetic)
-        except ValueProblem as problem:
-            raise problem.below("body") from None
         if properties.mass is None:
             self._require_known(properties)
         return properties
@@ -120,7 +118,5 @@ class Physical:
     def _matrix(self, rotation: Rotation | None, *path: str) -> Array:
         if rotation is None:
             return self.arithmetic.array(np.eye(3, dtype=int))
-        try:
+        with at(*path):
             return rotation.as_matrix(self.arithmetic)
-        except ValueProblem as problem:
-            raise problem.below(*path) from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias
@@ -12,7 +13,7 @@ from pydantic.config import JsonDict
 
 from rigidcli.core import rotation, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ValueProblem, at
 from rigidcli.model import units
 from rigidcli.model.base import (
     AsList,
@@ -50,13 +51,11 @@ class Form(Section):
     def motion(self, arithmetic: Arithmetic) -> tuple[Array, Array]:
         """Rotation (3 by 3) and displacement (3, m) that take the form from its own axes to its place."""
         turn = arithmetic.array(np.eye(3, dtype=int))
-        try:
+        with at("rotation" if self.axis is None else "axis"):
             if self.rotation is not None:
                 turn = self.rotation.as_matrix(arithmetic)
             elif self.axis is not None:
                 turn = rotation.onto(self.axis, arithmetic)
-        except ValueProblem as problem:
-            raise problem.below("rotation" if self.axis is None else "axis") from None
         return turn, arithmetic.array(self.position or [0, 0, 0]) - turn @ self.pivot(arithmetic)
 
     def properties(self, arithmetic: Arithmetic) -> tensor.MassProperties:
@@ -83,24 +82,31 @@ class Form(Section):
         return tensor.shift_from_com(body.tensor, body.mass, body.com - point)
 
 
+Bounds: TypeAlias = tuple[tuple[float, float], ...]
+"""The least box round a shape: (low, high) along each local axis, m."""
+
+
 class Geometry(NamedTuple):
-    """A shape with a uniform density: its measure, centre of mass and spread, in its own axes.
+    """A shape with a uniform density: its measure, centre of mass, spread and extent, in its own axes.
 
     `measure` is the volume (m^3), area (m^2) or length (m); `centre` is (x, y, z) in m from the natural
     origin; `second` holds the means of x^2, y^2, z^2 about the centre (m^2), or of all of r r^T
-    (3 by 3) where local axes are not principal.
+    (3 by 3) where local axes are not principal; `bounds` is empty where `Region.bounds` works it out.
     """
 
     measure: Scalar
     centre: Any
     second: Any
+    bounds: Bounds = ()
 
 
 def _complete_schema(schema: JsonDict, shape: type[Any]) -> None:
-    """Tell JSON Schema the anchors of a shape, and that it has a mass or a density."""
+    """Tell JSON Schema the name and the anchors of a shape, and that it has a mass or a density."""
     properties = schema["properties"]
     assert isinstance(properties, dict)
     anchors: JsonDict = {"title": "Anchor", "description": "The point that is put at `position`"}
+    name = re.sub("(?<=[a-z])(?=[A-Z])", "_", shape.__name__).lower()  # `HalfDisk` is a `half_disk`
+    properties["shape"] = {"const": name, "title": "Shape", "type": "string"}
     properties["anchor"] = anchors | {"enum": ["com", *shape.ANCHORS]}
     schema["oneOf"] = [{"required": ["mass"]}, {"required": ["density"]}]
 
@@ -119,6 +125,7 @@ class Shape(Form):
     mass: Mass | None = None
     density: Scalar | None = None
     anchor: str | None = None
+    shape: str
 
     @model_validator(mode="after")
     def _complete(self, info: ValidationInfo) -> Self:
@@ -149,7 +156,7 @@ class Shape(Form):
 
     def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
         """Mass properties in the shape's own axes and from its natural origin."""
-        measure, centre, second = self.geometry(arithmetic)
+        measure, centre, second, _ = self.geometry(arithmetic)
         mass = self.mass if self.mass is not None else (self.density or 0) * measure
         second = arithmetic.array(second)
         if second.ndim == 1:
@@ -157,27 +164,24 @@ class Shape(Form):
         return tensor.MassProperties(mass, arithmetic.array(centre), tensor.from_second_moments(mass, second))
 
 
-Bounds: TypeAlias = tuple[tuple[float, float], ...]
-
-
 class Region(Shape):
     """A shape that says which points it fills."""
 
-    @abstractmethod
     def bounds(self) -> Bounds:
-        """The least box round the shape: (low, high) along each local axis, m."""
+        """The least box round the shape, from its `geometry` unless a subclass knows better."""
+        return self.geometry(FLOAT).bounds
 
     @abstractmethod
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         """Which of the points (m, local axes) the shape fills, its surface included."""
 
-    def heart(self) -> Floats:
-        """A point in the shape where it is convex (3, m): its centre of mass."""
-        return np.array(self.geometry(FLOAT).centre, dtype=np.float64)
-
     def corners(self) -> Floats:
-        """Vertices (3 by k, m), which no grid finds; most shapes have none."""
-        return np.zeros((3, 0))
+        """Vertices (k by 3, m, own axes), which no grid finds; most shapes have none."""
+        return np.array(getattr(self, "vertices", ()), dtype=np.float64).reshape(-1, 3)
+
+    def plane(self) -> tuple[Array, Array]:
+        """Rotation (3 by 3) and displacement (3, m) from the axes of `bounds` and `contains` to its own."""
+        return np.eye(3), np.zeros(3)
 
 
 class Solid(Region):
@@ -187,13 +191,9 @@ class Solid(Region):
 
 
 class Lamina(Region):
-    """A flat shape, of no thickness; `bounds` and `contains` speak of points in its plane, z = 0."""
+    """A flat shape, of no thickness; to `bounds` and `contains` its `plane` is z = 0."""
 
     density: Annotated[Scalar, Quantity(units.AREA_DENSITY, "positive")] | None = None
-
-    def plane(self) -> tuple[Array, Array]:
-        """Rotation (3 by 3) and displacement (3, m) from the plane z = 0 to the shape's own axes."""
-        return np.eye(3), np.zeros(3)
 
 
 class Shell(Shape):

@@ -9,7 +9,7 @@ shapes; frustum, cap and capsule are integrated. Tests hold every formula agains
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
 import numpy as np
 
@@ -44,13 +44,9 @@ class _Prism(Solid):
 
     def geometry(self, n: Arithmetic) -> Geometry:
         section, height = self.swept()
-        area, centre, (xx, yy, _) = section.geometry(n)
-        return Geometry(area * height, centre, [xx, yy, height**2 / 12])
-
-    def bounds(self) -> Bounds:
-        section, height = self.swept()
-        x, y, _ = section.bounds()
-        return x, y, (-height / 2, height / 2)
+        area, centre, (xx, yy, _), (x, y, _) = section.geometry(n)
+        bounds = x, y, (-height / 2, height / 2)
+        return Geometry(area * height, centre, [xx, yy, height**2 / 12], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         section, height = self.swept()
@@ -61,7 +57,6 @@ class Box(_Prism):
     """A rectangular block; origin at its centre."""
 
     ANCHORS: ClassVar = {"corner": lambda s: tuple(-side / 2 for side in s.size)}
-    shape: Literal["box"]
     size: Size3
 
     def swept(self) -> tuple[Lamina, Length]:
@@ -73,7 +68,6 @@ class Cube(_Prism):
     """A cube; origin at its centre."""
 
     ANCHORS: ClassVar = {"corner": lambda s: 3 * (-s.side / 2,)}
-    shape: Literal["cube"]
     side: Length
 
     def swept(self) -> tuple[Lamina, Length]:
@@ -86,14 +80,11 @@ class Cube(_Prism):
 class Sphere(Solid):
     """A solid ball; origin at its centre."""
 
-    shape: Literal["sphere"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
-        return Geometry(4 * n.pi * self.radius**3 / 3, ORIGIN, 3 * [self.radius**2 / 5])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.radius, -self.radius, self.radius)
+        R = self.radius
+        return Geometry(4 * n.pi * R**3 / 3, ORIGIN, 3 * [R**2 / 5], round_bounds(R, -R, R))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return x**2 + y**2 + z**2 <= self.radius**2
@@ -102,7 +93,6 @@ class Sphere(Solid):
 class HollowSphere(Solid):
     """A ball with a concentric spherical hole; origin at its centre."""
 
-    shape: Literal["hollow_sphere"]
     outer_radius: Length
     inner_radius: OptionalLength
 
@@ -112,10 +102,8 @@ class HollowSphere(Solid):
     def geometry(self, n: Arithmetic) -> Geometry:
         R, r = self.outer_radius, self.inner_radius
         volume = 4 * n.pi * (R - r) * powers(R, r, 2) / 3
-        return Geometry(volume, ORIGIN, 3 * [powers(R, r, 4) / (5 * powers(R, r, 2))])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.outer_radius, -self.outer_radius, self.outer_radius)
+        spread = powers(R, r, 4) / (5 * powers(R, r, 2))
+        return Geometry(volume, ORIGIN, 3 * [spread], round_bounds(R, -R, R))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         square = x**2 + y**2 + z**2
@@ -125,16 +113,12 @@ class HollowSphere(Solid):
 class Ellipsoid(Solid):
     """A solid ellipsoid; origin at its centre."""
 
-    shape: Literal["ellipsoid"]
     semi_axes: Size3
 
     def geometry(self, n: Arithmetic) -> Geometry:
         a, b, c = self.semi_axes
-        return Geometry(4 * n.pi * a * b * c / 3, ORIGIN, [axis**2 / 5 for axis in self.semi_axes])
-
-    def bounds(self) -> Bounds:
-        a, b, c = self.semi_axes
-        return (-a, a), (-b, b), (-c, c)
+        bounds = (-a, a), (-b, b), (-c, c)
+        return Geometry(4 * n.pi * a * b * c / 3, ORIGIN, [a**2 / 5, b**2 / 5, c**2 / 5], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         a, b, c = self.semi_axes
@@ -145,7 +129,6 @@ class Cylinder(_Prism):
     """A circular cylinder along z; origin at its centre."""
 
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
-    shape: Literal["cylinder"]
     radius: Length
     height: Length
 
@@ -157,7 +140,6 @@ class Tube(_Prism):
     """A cylinder along z with a coaxial hole; origin at its centre."""
 
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
-    shape: Literal["tube"]
     outer_radius: Length
     inner_radius: OptionalLength
     height: Length
@@ -173,17 +155,13 @@ class EllipticCylinder(Solid):
     """A cylinder along z on an ellipse; origin at its centre."""
 
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
-    shape: Literal["elliptic_cylinder"]
     semi_axes: Size2
     height: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
         (a, b), h = self.semi_axes, self.height
-        return Geometry(n.pi * a * b * h, ORIGIN, [a**2 / 4, b**2 / 4, h**2 / 12])
-
-    def bounds(self) -> Bounds:
-        (a, b), h = self.semi_axes, self.height
-        return (-a, a), (-b, b), (-h / 2, h / 2)
+        bounds = (-a, a), (-b, b), (-h / 2, h / 2)
+        return Geometry(n.pi * a * b * h, ORIGIN, [a**2 / 4, b**2 / 4, h**2 / 12], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         a, b = self.semi_axes
@@ -193,7 +171,6 @@ class EllipticCylinder(Solid):
 class HalfCylinder(_Prism):
     """The half y >= 0 of a cylinder along z; origin at the centre of the flat face."""
 
-    shape: Literal["half_cylinder"]
     radius: Length
     height: Length
 
@@ -205,17 +182,13 @@ class Cone(Solid):
     """A circular cone opening to +z; origin at its apex."""
 
     ANCHORS: ClassVar = {"apex": lambda s: ORIGIN, "base": lambda s: (0, 0, s.height)}
-    shape: Literal["cone"]
     radius: Length
     height: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R, h = self.radius, self.height
-        across = 3 * R**2 / 20
-        return Geometry(n.pi * R**2 * h / 3, (0, 0, 3 * h / 4), [across, across, 3 * h**2 / 80])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.radius, 0, self.height)
+        second = [3 * R**2 / 20, 3 * R**2 / 20, 3 * h**2 / 80]
+        return Geometry(n.pi * R**2 * h / 3, (0, 0, 3 * h / 4), second, round_bounds(R, 0, h))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (x**2 + y**2 <= (self.radius * z / self.height) ** 2) & (z >= 0) & (z <= self.height)
@@ -225,7 +198,6 @@ class Frustum(Solid):
     """A cone cut parallel to its base, along +z; origin at the centre of the bottom."""
 
     ANCHORS: ClassVar = {"top": lambda s: (0, 0, s.height)}
-    shape: Literal["frustum"]
     bottom_radius: OptionalLength
     top_radius: OptionalLength
     height: Length
@@ -240,10 +212,8 @@ class Frustum(Solid):
         centre = h * (a**2 + 2 * a * b + 3 * b**2) / (4 * s)
         across = 3 * powers(a, b, 4) / (20 * s)
         along = 3 * h**2 * (a**4 + 4 * a**3 * b + 10 * a**2 * b**2 + 4 * a * b**3 + b**4) / (80 * s**2)
-        return Geometry(n.pi * h * s / 3, (0, 0, centre), [across, across, along])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(max(self.bottom_radius, self.top_radius), 0, self.height)
+        bounds = round_bounds(max(a, b, key=n.size), 0, h)
+        return Geometry(n.pi * h * s / 3, (0, 0, centre), [across, across, along], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         radius = self.bottom_radius + (self.top_radius - self.bottom_radius) * z / self.height
@@ -254,17 +224,13 @@ class Pyramid(Solid):
     """A right pyramid on a rectangle, apex at +z; origin at the centre of the base."""
 
     ANCHORS: ClassVar = {"apex": lambda s: (0, 0, s.height)}
-    shape: Literal["pyramid"]
     base: Size2
     height: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
         (x, y), h = self.base, self.height
-        return Geometry(x * y * h / 3, (0, 0, h / 4), [x**2 / 20, y**2 / 20, 3 * h**2 / 80])
-
-    def bounds(self) -> Bounds:
-        (x, y), h = self.base, self.height
-        return (-x / 2, x / 2), (-y / 2, y / 2), (0, h)
+        bounds = (-x / 2, x / 2), (-y / 2, y / 2), (0, h)
+        return Geometry(x * y * h / 3, (0, 0, h / 4), [x**2 / 20, y**2 / 20, 3 * h**2 / 80], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         (a, b), scale = self.base, 1 - z / self.height
@@ -274,15 +240,12 @@ class Pyramid(Solid):
 class Hemisphere(Solid):
     """A solid half ball bulging to +z; origin at the centre of the flat face."""
 
-    shape: Literal["hemisphere"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R = self.radius
-        return Geometry(2 * n.pi * R**3 / 3, (0, 0, 3 * R / 8), [R**2 / 5, R**2 / 5, 19 * R**2 / 320])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.radius, 0, self.radius)
+        second = [R**2 / 5, R**2 / 5, 19 * R**2 / 320]
+        return Geometry(2 * n.pi * R**3 / 3, (0, 0, 3 * R / 8), second, round_bounds(R, 0, R))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (x**2 + y**2 + z**2 <= self.radius**2) & (z >= 0)
@@ -291,7 +254,6 @@ class Hemisphere(Solid):
 class SphericalCap(Solid):
     """What a plane cuts off a ball, on its +z side; origin at the centre of the ball."""
 
-    shape: Literal["spherical_cap"]
     radius: Length
     cap_height: Length
 
@@ -322,7 +284,6 @@ class SphericalCap(Solid):
 class Capsule(Solid):
     """A cylinder along z of the given height with half balls on both ends; origin at its centre."""
 
-    shape: Literal["capsule"]
     radius: Length
     height: OptionalLength
 
@@ -331,10 +292,8 @@ class Capsule(Solid):
         cylinder, balls = 3 * h / (3 * h + 4 * R), 4 * R / (3 * h + 4 * R)
         across = cylinder * R**2 / 4 + balls * R**2 / 5
         along = cylinder * h**2 / 12 + balls * (R**2 / 5 + 3 * R * h / 8 + h**2 / 4)
-        return Geometry(n.pi * R**2 * (3 * h + 4 * R) / 3, ORIGIN, [across, across, along])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.radius, -self.height / 2 - self.radius, self.height / 2 + self.radius)
+        bounds = round_bounds(R, -h / 2 - R, h / 2 + R)
+        return Geometry(n.pi * R**2 * (3 * h + 4 * R) / 3, ORIGIN, [across, across, along], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         beyond: Floats = np.maximum(abs(z) - self.height / 2, 0)
@@ -344,7 +303,6 @@ class Capsule(Solid):
 class Torus(Solid):
     """A ring of circular section round z; origin at its centre."""
 
-    shape: Literal["torus"]
     major_radius: Length
     minor_radius: Length
 
@@ -359,10 +317,8 @@ class Torus(Solid):
     def geometry(self, n: Arithmetic) -> Geometry:
         R, r = self.major_radius, self.minor_radius
         across = R**2 / 2 + 3 * r**2 / 8
-        return Geometry(2 * n.pi**2 * R * r**2, ORIGIN, [across, across, r**2 / 4])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.major_radius + self.minor_radius, -self.minor_radius, self.minor_radius)
+        bounds = round_bounds(R + r, -r, r)
+        return Geometry(2 * n.pi**2 * R * r**2, ORIGIN, [across, across, r**2 / 4], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (np.hypot(x, y) - self.major_radius) ** 2 + z**2 <= self.minor_radius**2
@@ -371,7 +327,6 @@ class Torus(Solid):
 class Tetrahedron(Solid):
     """A tetrahedron, its vertices as given."""
 
-    shape: Literal["tetrahedron"]
     vertices: Annotated[tuple[Vector3, Vector3, Vector3, Vector3], AsList]
 
     def check(self, n: Arithmetic) -> None:
@@ -383,10 +338,7 @@ class Tetrahedron(Solid):
         return Geometry(solids.simplex_measure(vertices, n), *solids.simplex_moments(vertices))
 
     def bounds(self) -> Bounds:
-        return solids.bounds(np.array(self.vertices))
-
-    def corners(self) -> Floats:
-        return np.array(self.vertices, dtype=np.float64).T
+        return solids.bounds(self.corners())
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        return solids.in_simplex(np.array(self.vertices, dtype=np.float64), np.stack([x, y, z]))
+        return solids.in_simplex(self.corners(), np.stack([x, y, z]))

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from typing import Any
 
 import yaml
@@ -99,22 +100,15 @@ def _line(event: yaml.Event) -> int:
     return int(mark.line) + 1
 
 
+@dataclass(slots=True)
 class _Builder:
     """Puts events together. Containers within containers are worked by recursion, to MAX_DEPTH."""
 
-    def __init__(
-        self,
-        events: Iterator[yaml.Event],
-        source: str,
-        decimal: Callable[[str], object],
-        lines: dict[Path, int] | None,
-        typed: bool,
-    ) -> None:
-        self._events = events
-        self._source = source
-        self._decimal = decimal
-        self._lines = lines
-        self._typed = typed
+    _events: Iterator[yaml.Event]
+    _source: str
+    _decimal: Callable[[str], object]
+    _lines: dict[Path, int] | None
+    _typed: bool
 
     def root(self) -> Any:
         """The one document of the stream; None where there is nothing."""

@@ -13,19 +13,19 @@ from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.model import units
-from rigidcli.model.base import AsList, ReadBy, Reader, Section, environment
+from rigidcli.model.base import AsList, ReadBy, Reader, Section, environment, refuse
 from rigidcli.model.units import Dimension
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
     RESULTS,
-    Names,
     acceleration,
     blame_parameter,
     derived_names,
     momentum,
     names_schema,
     read_expression,
+    read_new_names,
     velocity,
 )
 from rigidcli.symbolic.language.expression import Expression
@@ -36,19 +36,20 @@ MOST_PARTICLES = 200
 
 def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     env = environment(info)
-    names = Names(raw, env, RESULTS, MOST_COORDINATES, "coordinates")
+    index, problems = read_new_names(raw, env, RESULTS, MOST_COORDINATES, "coordinates")
     meaning: dict[str, str] = {}
-    for coordinate in names.index:
+    for coordinate in index:
         for name, what in derived_names([coordinate]).items():
-            if name in names.index:
-                problem = ValueProblem(f"`{name}` is {what}, expected another name")
-                names.problems.append(problem.below(names.index[name]))
+            if name in index:
+                message = f"`{name}` is {what}, expected another name"
+                problems.append(ValueProblem(message, path=(index[name],)))
             elif name in meaning:
-                problem = ValueProblem(f"`{name}` would be {what}, and {meaning[name]}")
-                names.problems.append(problem.below(names.index[coordinate]))
+                message = f"`{name}` would be {what}, and {meaning[name]}"
+                problems.append(ValueProblem(message, path=(index[coordinate],)))
             meaning[name] = what
             blame_parameter(name, what, env)
-    env.coordinates = names.all()
+    refuse("coordinates", problems)
+    env.coordinates = tuple(index)
     return env.coordinates
 
 
@@ -102,25 +103,13 @@ class SystemExpression(Reader):
         return expression
 
 
+_ENERGY_HINT = "write it in coordinates, velocities and t; momenta belong to a `hamiltonian`"
+_HAMILTONIAN_HINT = "write it in coordinates, momenta and t; velocities belong to a `lagrangian`"
 _POSITION_HINT = "where a particle is depends on coordinates and t; its velocity follows from that"
 _MASS_HINT = "a mass may depend on coordinates and t; give what moves otherwise by its `lagrangian`"
 
-InVelocities: TypeAlias = Annotated[
-    Expression,
-    SystemExpression(
-        units.ENERGY,
-        ("velocities",),
-        "write it in coordinates, velocities and t; momenta belong to a `hamiltonian`",
-    ),
-]
-InMomenta: TypeAlias = Annotated[
-    Expression,
-    SystemExpression(
-        units.ENERGY,
-        ("momenta",),
-        "write it in coordinates, momenta and t; velocities belong to a `lagrangian`",
-    ),
-]
+InVelocities: TypeAlias = Annotated[Expression, SystemExpression(units.ENERGY, ("velocities",), _ENERGY_HINT)]
+InMomenta: TypeAlias = Annotated[Expression, SystemExpression(units.ENERGY, ("momenta",), _HAMILTONIAN_HINT)]
 CartesianCoordinate: TypeAlias = Annotated[Expression, SystemExpression(units.LENGTH, (), _POSITION_HINT)]
 Turning: TypeAlias = Annotated[Expression, SystemExpression(units.ANGLE, (), _POSITION_HINT)]
 Inertia: TypeAlias = Annotated[Expression, SystemExpression(units.MASS, (), _MASS_HINT, "positive")]

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, ClassVar
 
-import numpy as np
 from pydantic import AfterValidator, Field
 
 from rigidcli.core import solids
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ValueProblem, at
 from rigidcli.model.base import AsList, Coordinate, Length, OptionalLength
 from rigidcli.model.shape import (
     ORIGIN,
@@ -37,7 +36,6 @@ Vertex = Annotated[
 class SphericalShell(Shell):
     """A thin sphere; origin at its centre."""
 
-    shape: Literal["spherical_shell"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
@@ -47,7 +45,6 @@ class SphericalShell(Shell):
 class HemisphericalShell(Shell):
     """A thin half sphere bulging to +z; origin at the centre of its rim."""
 
-    shape: Literal["hemispherical_shell"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
@@ -59,7 +56,6 @@ class CylindricalShell(Shell):
     """A thin cylinder along z, open at both ends; origin at its centre."""
 
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
-    shape: Literal["cylindrical_shell"]
     radius: Length
     height: Length
 
@@ -72,7 +68,6 @@ class ConicalShell(Shell):
     """The thin lateral surface of a cone opening to +z; origin at its apex."""
 
     ANCHORS: ClassVar = {"apex": lambda s: ORIGIN, "base": lambda s: (0, 0, s.height)}
-    shape: Literal["conical_shell"]
     radius: Length
     height: Length
 
@@ -86,16 +81,12 @@ class Plate(Lamina):
     """A thin rectangle, normal along z; origin at its centre."""
 
     ANCHORS: ClassVar = {"corner": lambda s: (-s.size[0] / 2, -s.size[1] / 2, 0)}
-    shape: Literal["plate"]
     size: Size2
 
     def geometry(self, n: Arithmetic) -> Geometry:
         x, y = self.size
-        return Geometry(x * y, ORIGIN, [x**2 / 12, y**2 / 12, 0])
-
-    def bounds(self) -> Bounds:
-        x, y = self.size
-        return (-x / 2, x / 2), (-y / 2, y / 2), (0, 0)
+        bounds = (-x / 2, x / 2), (-y / 2, y / 2), (0, 0)
+        return Geometry(x * y, ORIGIN, [x**2 / 12, y**2 / 12, 0], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         a, b = self.size
@@ -105,15 +96,11 @@ class Plate(Lamina):
 class Disk(Lamina):
     """A thin disk, normal along z; origin at its centre."""
 
-    shape: Literal["disk"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R = self.radius
-        return Geometry(n.pi * R**2, ORIGIN, [R**2 / 4, R**2 / 4, 0])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.radius, 0, 0)
+        return Geometry(n.pi * R**2, ORIGIN, [R**2 / 4, R**2 / 4, 0], round_bounds(R, 0, 0))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return x**2 + y**2 <= self.radius**2
@@ -122,7 +109,6 @@ class Disk(Lamina):
 class Annulus(Lamina):
     """A thin disk with a concentric hole, normal along z; origin at its centre."""
 
-    shape: Literal["annulus"]
     outer_radius: Length
     inner_radius: OptionalLength
 
@@ -132,10 +118,7 @@ class Annulus(Lamina):
     def geometry(self, n: Arithmetic) -> Geometry:
         R, r = self.outer_radius, self.inner_radius
         across = (R**2 + r**2) / 4
-        return Geometry(n.pi * (R - r) * (R + r), ORIGIN, [across, across, 0])
-
-    def bounds(self) -> Bounds:
-        return round_bounds(self.outer_radius, 0, 0)
+        return Geometry(n.pi * (R - r) * (R + r), ORIGIN, [across, across, 0], round_bounds(R, 0, 0))
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         square = x**2 + y**2
@@ -145,16 +128,13 @@ class Annulus(Lamina):
 class HalfDisk(Lamina):
     """The half y >= 0 of a thin disk, normal along z; origin at the centre of the straight edge."""
 
-    shape: Literal["half_disk"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R = self.radius
         along = R**2 * (9 * n.pi**2 - 64) / (36 * n.pi**2)
-        return Geometry(n.pi * R**2 / 2, (0, 4 * R / (3 * n.pi), 0), [R**2 / 4, along, 0])
-
-    def bounds(self) -> Bounds:
-        return (-self.radius, self.radius), (0, self.radius), (0, 0)
+        bounds = (-R, R), (0, R), (0, 0)
+        return Geometry(n.pi * R**2 / 2, (0, 4 * R / (3 * n.pi), 0), [R**2 / 4, along, 0], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (x**2 + y**2 <= self.radius**2) & (y >= 0)
@@ -166,20 +146,11 @@ class _Flat(Lamina):
     vertices: tuple[tuple[Scalar, ...], ...]
 
     def plane(self) -> tuple[Array, Array]:
-        return solids.plane_of(np.array(self.vertices, dtype=np.float64))
-
-    def heart(self) -> Floats:
-        turn, origin = self.plane()
-        centre: Floats = (super().heart() - origin) @ turn
-        return centre
-
-    def corners(self) -> Floats:
-        turn, origin = self.plane()
-        corners: Floats = ((np.array(self.vertices, dtype=np.float64) - origin) @ turn).T
-        return corners
+        return solids.plane_of(self.corners())
 
     def _outline(self) -> Array:
-        return self.corners()[:2].T
+        turn, origin = self.plane()
+        return ((self.corners() - origin) @ turn)[:, :2]
 
     def bounds(self) -> Bounds:
         outline = self._outline()
@@ -193,7 +164,6 @@ class _Flat(Lamina):
 class Triangle(_Flat):
     """A thin triangle, its vertices as given, in space or (two coordinates) in the plane z = 0."""
 
-    shape: Literal["triangle"]
     vertices: Annotated[tuple[Vertex, Vertex, Vertex], AsList]
 
     def check(self, n: Arithmetic) -> None:
@@ -208,14 +178,11 @@ class Triangle(_Flat):
 class Polygon(_Flat):
     """A thin plane polygon without crossings, its vertices in order, in space or in the plane z = 0."""
 
-    shape: Literal["polygon"]
     vertices: Annotated[tuple[Vertex, ...], AsList, Field(min_length=3, max_length=1000)]
 
     def check(self, n: Arithmetic) -> None:
-        try:
+        with at("vertices"):
             solids.require_simple_polygon(n.array(self.vertices), n)
-        except ValueProblem as problem:
-            raise problem.below("vertices") from None
 
     def geometry(self, n: Arithmetic) -> Geometry:
         return Geometry(*solids.polygon(n.array(self.vertices), n))
@@ -225,7 +192,6 @@ class Rod(Wire):
     """A thin straight rod along z; origin at its centre."""
 
     ANCHORS: ClassVar = {"end": lambda s: (0, 0, -s.length / 2)}
-    shape: Literal["rod"]
     length: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:
@@ -235,7 +201,6 @@ class Rod(Wire):
 class Ring(Wire):
     """A thin circular ring, normal along z; origin at its centre."""
 
-    shape: Literal["ring"]
     radius: Length
 
     def geometry(self, n: Arithmetic) -> Geometry:

@@ -20,7 +20,16 @@ from rigidcli.model.base import (
     Quantity,
     Section,
     environment,
+    limited,
 )
+
+Eccentricity = Annotated[
+    Number,
+    limited(lambda e, n: n.sign(e) != -1 and n.sign(1 - e) not in (0, -1), "a number from 0 to below 1"),
+]
+Ellipticity = Annotated[
+    Number, limited(lambda x, n: -1 not in (n.sign(1 - x), n.sign(1 + x)), "(C - A)/C, a number from -1 to 1")
+]
 
 
 class Perturber(Section):
@@ -34,20 +43,10 @@ class Perturber(Section):
         default=None, description="Gravitational parameter G m (m^3/s^2), often known better than the mass"
     )
     distance: Length = Field(description="Semi-major axis of the orbit (m)")
-    eccentricity: Number = Field(default=0, validate_default=True)
+    eccentricity: Eccentricity = Field(default=0, validate_default=True)
     inclination: PolarAngle = Field(
         default=0, validate_default=True, description="Of the orbit to the plane from which obliquity counts"
     )
-
-    @model_validator(mode="after")
-    def _check_orbit(self, info: ValidationInfo) -> Self:
-        n = environment(info).arithmetic
-        if n.sign(self.eccentricity) == -1 or n.sign(1 - self.eccentricity) in (0, -1):
-            raise ValueProblem(
-                f"read {n.size(self.eccentricity):g}, expected a number from 0 to below 1",
-                path=("eccentricity",),
-            )
-        return self
 
 
 class Tide(Section):
@@ -62,7 +61,7 @@ class Tide(Section):
     moments: Annotated[tuple[PositiveMoment, PositiveMoment, PositiveMoment], AsList] | None = Field(
         default=None, description="A, B, C; C about the spin"
     )
-    ellipticity: Number | None = Field(default=None, description="(C - A)/C")
+    ellipticity: Ellipticity | None = Field(default=None, description="(C - A)/C")
     perturbers: Annotated[tuple[Perturber, ...], AsList, Field(min_length=1)]
 
     @model_validator(mode="after")
@@ -70,19 +69,12 @@ class Tide(Section):
         n = environment(info).arithmetic
         if n.sign(self.spin) == 0:
             raise ValueProblem("read zero, expected a planet that spins", path=("spin",))
-        if self.ellipticity is not None and any(
-            n.sign(room) == -1 for room in (1 - self.ellipticity, 1 + self.ellipticity)
-        ):
-            raise ValueProblem(
-                f"read {n.size(self.ellipticity):g}, expected (C - A)/C, a number from -1 to 1",
-                path=("ellipticity",),
-            )
-        if self.moments is not None:
-            for index in range(3):
-                a, b, c = (self.moments[(index + k) % 3] for k in range(3))
-                if n.sign(b + c - a) == -1:
-                    raise ValueProblem(
-                        f"{n.size(a):.6g} > {n.size(b):.6g} + {n.size(c):.6g}: no body has these moments",
-                        path=("moments", index),
-                    )
+        moments = self.moments or ()
+        for index in range(len(moments)):
+            a, b, c = (moments[(index + k) % 3] for k in range(3))
+            if n.sign(b + c - a) == -1:
+                raise ValueProblem(
+                    f"{n.size(a):.6g} > {n.size(b):.6g} + {n.size(c):.6g}: no body has these moments",
+                    path=("moments", index),
+                )
         return self

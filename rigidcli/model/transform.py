@@ -7,18 +7,19 @@ from typing import Annotated, ClassVar
 
 from pydantic import Field, ValidationInfo
 
-from rigidcli.errors import ValueProblem, nearest, shown
-from rigidcli.model.base import ReadBy, Section, environment, refusal
+from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.model.base import ReadBy, Section, environment, refuse
 from rigidcli.model.parameters import read_names
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
     RESULTS,
-    Names,
     derived_names,
     momentum,
     names_schema,
     read_expression,
+    read_new_names,
+    require_known,
 )
 from rigidcli.symbolic.language.expression import Expression
 
@@ -31,7 +32,9 @@ def _meanings(coordinates: tuple[str, ...]) -> dict[str, str]:
 def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
     env = environment(info)
     taken = {**RESULTS, **_meanings(env.coordinates or ())}
-    names = Names(raw, env, taken, 2 * MOST_COORDINATES, "new variables").all()
+    index, problems = read_new_names(raw, env, taken, 2 * MOST_COORDINATES, "new variables")
+    refuse("new variables", problems)
+    names = tuple(index)
     if len(names) % 2:
         hint = "new coordinates first, then their momenta in the same order, as in [Q1, Q2, P1, P2]"
         raise ValueProblem(f"read {len(names)} names, expected an even number of them", hint=hint)
@@ -63,26 +66,18 @@ def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
     found: dict[str, Expression] = {}
     spelling, problems = read_names(raw)
     for name, key in spelling.items():
-        try:
-            if side is not None and name not in side:
-                near = nearest(name, side)
-                raise ValueProblem(
-                    f"unknown name{f' (did you mean {near}?)' if near else ''}",
-                    hint=f"expected {', '.join(side)}",
-                )
+        with gathered(problems, key):
+            require_known(name, side, f"expected {', '.join(side or ())}")
             if other is None:
                 found[name] = env.symbolic(raw[key])
             else:
                 found[name] = read_expression(raw[key], env, (*other, "t"), misplaced, hint)
-        except ValueProblem as problem:
-            problems.append(problem.below(key))
     problems += [
         ValueProblem("missing, expected an expression for it", path=(name,))
         for name in side or ()
         if name not in spelling
     ]
-    if problems:
-        raise refusal("transform", problems)
+    refuse("transform", problems)
     return {name: found[name] for name in side or found}
 
 

@@ -81,16 +81,12 @@ ANGULAR_VELOCITY = Dimension(angle=1, time=-1)
 FREQUENCY = Dimension(cycle=1, time=-1)
 AREA = Dimension(length=2)
 VOLUME = Dimension(length=3)
-VELOCITY = Dimension(length=1, time=-1)
 ACCELERATION = Dimension(length=1, time=-2)
 LINE_DENSITY = Dimension(mass=1, length=-1)
 AREA_DENSITY = Dimension(mass=1, length=-2)
 DENSITY = Dimension(mass=1, length=-3)
 MOMENT_OF_INERTIA = Dimension(mass=1, length=2)
-FORCE = Dimension(mass=1, length=1, time=-2)
 ENERGY = Dimension(mass=1, length=2, time=-2)  # a torque, too
-POWER = Dimension(mass=1, length=2, time=-3)
-PRESSURE = Dimension(mass=1, length=-1, time=-2)
 GRAVITATIONAL_PARAMETER = Dimension(length=3, time=-2)  # G m
 CURRENT = Dimension(current=1)
 TEMPERATURE = Dimension(temperature=1)
@@ -106,7 +102,7 @@ _DIMENSION_NAMES = {
     FREQUENCY: "frequency (Hz)",
     AREA: "area (m^2)",
     VOLUME: "volume (m^3)",
-    VELOCITY: "velocity (m/s)",
+    Dimension(length=1, time=-1): "velocity (m/s)",
     ACCELERATION: "acceleration (m/s^2)",
     LINE_DENSITY: "mass per length (kg/m)",
     AREA_DENSITY: "mass per area (kg/m^2)",
@@ -115,10 +111,10 @@ _DIMENSION_NAMES = {
     Dimension(mass=1, length=1, time=-1): "momentum (kg m/s)",
     Dimension(mass=1, length=2, time=-1): "angular momentum (kg m^2/s)",
     Dimension(mass=1, time=-2): "stiffness (N/m)",
-    FORCE: "force (N)",
+    Dimension(mass=1, length=1, time=-2): "force (N)",
     ENERGY: "torque or energy (N m)",
-    POWER: "power (W)",
-    PRESSURE: "pressure (Pa)",
+    Dimension(mass=1, length=2, time=-3): "power (W)",
+    Dimension(mass=1, length=-1, time=-2): "pressure (Pa)",
     GRAVITATIONAL_PARAMETER: "gravitational parameter (m^3/s^2)",
     CURRENT: "electric current (A)",
     TEMPERATURE: "temperature (K)",
@@ -160,15 +156,12 @@ class Unit:
 # --- the table
 
 # fmt: off
-_PREFIXES = {
-    "q": -30, "r": -27, "y": -24, "z": -21, "a": -18, "f": -15, "p": -12, "n": -9, "u": -6, "µ": -6,
-    "m": -3, "c": -2, "d": -1, "da": 1, "h": 2, "k": 3, "M": 6, "G": 9, "T": 12, "P": 15, "E": 18,
-    "Z": 21, "Y": 24, "R": 27, "Q": 30,
-    "quecto": -30, "ronto": -27, "yocto": -24, "zepto": -21, "atto": -18, "femto": -15, "pico": -12,
-    "nano": -9, "micro": -6, "milli": -3, "centi": -2, "deci": -1, "deca": 1, "hecto": 2, "kilo": 3,
-    "mega": 6, "giga": 9, "tera": 12, "peta": 15, "exa": 18, "zetta": 21, "yotta": 24, "ronna": 27,
-    "quetta": 30,
-}
+_PREFIXES = {prefix: power for power, prefixes in {
+    -30: "q quecto", -27: "r ronto", -24: "y yocto", -21: "z zepto", -18: "a atto", -15: "f femto",
+    -12: "p pico", -9: "n nano", -6: "u µ micro", -3: "m milli", -2: "c centi", -1: "d deci", 1: "da deca",
+    2: "h hecto", 3: "k kilo", 6: "M mega", 9: "G giga", 12: "T tera", 15: "P peta", 18: "E exa",
+    21: "Z zetta", 24: "Y yotta", 27: "R ronna", 30: "Q quetta",
+}.items() for prefix in prefixes.split()}
 """SI prefixes with their powers of ten; up to two letters stand before symbols, the others before words."""
 
 _SYMBOLS = frozenset([
@@ -223,10 +216,8 @@ _TABLE: tuple[tuple[str, Unit | str], ...] = (
     ("fermi", "1e-15 m"),
     ("au astronomical_unit astronomical_units", "149597870700 m"),
     ("ly light_year light_years lightyear lightyears", "c a"),
-    (
-        "pc parsec parsecs",
-        Unit("pc", Fraction(648_000 * 149_597_870_700), -1, LENGTH),
-    ),  # IAU 2015 resolution B2
+    # IAU 2015 resolution B2
+    ("pc parsec parsecs", Unit("pc", Fraction(648_000 * 149_597_870_700), -1, LENGTH)),
     ("R_sun solar_radius solar_radii", "695700 km"),  # nominal values of IAU 2015 resolution B3
     ("R_earth earth_radius earth_radii", "6378.1 km"),
     ("GM_sun", "1.3271244e20 m^3/s^2"),

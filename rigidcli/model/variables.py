@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from pydantic.json_schema import JsonSchemaValue
 
-from rigidcli.errors import ExpressionError, ValueProblem, shown
-from rigidcli.model.base import refusal
+from rigidcli.errors import ExpressionError, ValueProblem, gathered, nearest, shown
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import Dimension
@@ -53,37 +52,36 @@ def acceleration(coordinate: str) -> str:
     return f"{coordinate}ddot"
 
 
-class Names:
+def read_new_names(
+    raw: object, env: Environment, taken: Mapping[str, str], most: int, what: str
+) -> tuple[dict[str, int], list[ValueProblem]]:
     """The new names in a list of the document, each with its index, and the problems of the others.
 
     `taken` tells what a name is already. A parameter of the same name is at fault, not the name.
     """
+    if not isinstance(raw, list | tuple):
+        raise ValueProblem(f"read {shown(raw)}, expected a list of {what}, such as [x, y]")
+    if not 1 <= len(raw) <= most:
+        raise ValueProblem(f"read {shown(raw)}, expected 1 to {most} {what}")
+    found: dict[str, int] = {}
+    problems: list[ValueProblem] = []
+    for index, entry in enumerate(raw):
+        with gathered(problems, index):
+            name = read_name(entry)
+            if name in found:
+                raise ValueProblem(f"{shown(entry)} stands here already")
+            if name in taken:
+                raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
+            found[name] = index
+            blame_parameter(name, f"one of the {what}", env)
+    return found, problems
 
-    def __init__(self, raw: object, env: Environment, taken: Mapping[str, str], most: int, what: str) -> None:
-        if not isinstance(raw, list | tuple):
-            raise ValueProblem(f"read {shown(raw)}, expected a list of {what}, such as [x, y]")
-        if not 1 <= len(raw) <= most:
-            raise ValueProblem(f"read {shown(raw)}, expected 1 to {most} {what}")
-        self.index: dict[str, int] = {}
-        self.problems: list[ValueProblem] = []
-        self._what = what
-        for index, entry in enumerate(raw):
-            try:
-                name = read_name(entry)
-                if name in self.index:
-                    raise ValueProblem(f"{shown(entry)} stands here already")
-                if name in taken:
-                    raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
-                self.index[name] = index
-                blame_parameter(name, f"one of the {what}", env)
-            except ValueProblem as problem:
-                self.problems.append(problem.below(index))
 
-    def all(self) -> tuple[str, ...]:
-        """The names. Raises all problems together."""
-        if self.problems:
-            raise refusal(self._what, self.problems)
-        return tuple(self.index)
+def require_known(name: str, known: Sequence[str] | None, hint: str) -> None:
+    """Raise ValueProblem for a name that is none of the `known` ones, where these are known."""
+    if known is not None and name not in known:
+        near = nearest(name, known)
+        raise ValueProblem(f"unknown name{f' (did you mean {near}?)' if near else ''}", hint=hint)
 
 
 def blame_parameter(name: str, what: str, env: Environment) -> None:

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.errors import ValueProblem, shown
+from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.numbers import NOISE, read_written
@@ -69,12 +69,10 @@ def read_key(asked: Asked) -> Key:
     if not math.isfinite(reference) or (value and not reference):
         raise ValueProblem("the number is beyond the range of SI units")
     plain = 1.0 if literal else unit.scale
-    try:
+    with at("modulo"):
         period = None if question.modulo is None else _period(question.modulo, unit, plain)
         if period is not None and abs(reference) > MOST_PERIODS * period:
             raise ValueProblem("the number is too many periods from zero")
-    except ValueProblem as problem:
-        raise problem.below("modulo") from None
     needless = question.kind == "number" or unit.dimension in (DIMENSIONLESS, ANGLE)
     return Key(
         reference,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.errors import ValueProblem, shown
+from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.grading.functions.formula import names_in
 from rigidcli.grading.question import RELATIVE, Question, Tolerance
 from rigidcli.grading.trajectories.field import size_of_terms
@@ -54,10 +54,8 @@ def listed(source: Source, question: Question) -> list[Conserved]:
     """What the question says is conserved. Raises ValueProblem for names that have no values."""
     laws = []
     for name, text in (question.conserved or {}).items():
-        try:
+        with at("conserved", name):
             root = parse(text).root
-        except ValueProblem as problem:
-            raise problem.below("conserved", name) from None
         if isinstance(root, Name):  # `H` by its formula, so that answers need no column of it
             root = source.laws.get(root.name, root)
         law = _law(name, root, source, required=True)

@@ -14,7 +14,7 @@ from rigidcli.core import integrate, rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.principal import ZERO_MOMENT
 from rigidcli.core.solution import digits, joined
-from rigidcli.errors import ComputationError, Path, ValueProblem
+from rigidcli.errors import ComputationError, Path, ValueProblem, at
 from rigidcli.model.environment import Formula
 from rigidcli.model.motion import VARIABLES, SpaceTorque
 from rigidcli.studies.euler.balance import BalanceErrors, balance_errors
@@ -284,8 +284,6 @@ def _bound(formula: Formula, values: dict[str, Node], path: Path) -> Node:
     """The formula in the names of the state. Raises ValueProblem where a part of it has no value."""
     constants = {name: number(value) for name, value in formula.constants.items()}
     node = bound(formula.expression.root, values | constants)
-    try:
+    with at(*path):
         code.function([node], rigid_body.STATE, {})
-    except ValueProblem as problem:
-        raise problem.below(*path) from None
     return node
