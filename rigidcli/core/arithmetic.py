@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rigidcli.errors import ValueProblem
 
 Scalar: TypeAlias = float
-"""A float, or an exact number (a sympy expression) in its place: the `Arithmetic` says which."""
+"""A float, or an exact number (an `Expr` of the algebra) in its place: the `Arithmetic` says which."""
 
 Array: TypeAlias = NDArray[Any]
 """An array of float64, or of exact numbers (dtype object)."""

@@ -83,18 +83,27 @@ def _npy_blocks(file: BufferedReader, name: str, checked: bool) -> Iterator[Bloc
     found = file.seek(0, os.SEEK_END) - start_of_data
     if found != size:
         raise ValueProblem(f"{name}: {found} bytes of data, expected {size} for {rows} rows of `{dtype}`")
-    runs = len(COLUMNS) if fortran_order else 1  # a block is so many runs of bytes
-    raw = np.empty(len(COLUMNS) * min(rows, BLOCK_ROWS), dtype)
+    file.seek(start_of_data)
+
+    most = min(rows, BLOCK_ROWS)
+    raw = np.empty((len(COLUMNS), most) if fortran_order else (most, len(COLUMNS)), dtype)
+    converted = np.empty((most, len(COLUMNS)))
     for start in range(0, rows, BLOCK_ROWS):
         count = min(BLOCK_ROWS, rows - start)
-        part = raw[: len(COLUMNS) * count]
-        for index, run in enumerate(part.view(np.uint8).reshape(runs, -1)):
-            file.seek(start_of_data + (index * rows + start * len(COLUMNS) // runs) * dtype.itemsize)
-            if file.readinto(run.data) != run.nbytes:
-                raise ValueProblem(f"{name}: the data end early")
-        with np.errstate(over="ignore"):  # an extended number that becomes infinite is refused
-            table = part.reshape((-1, len(COLUMNS)), order="F" if fortran_order else "C")
-            block = table.astype(np.float64, order="C", copy=False)
+        if fortran_order:
+            for index in range(len(COLUMNS)):
+                file.seek(start_of_data + (index * rows + start) * dtype.itemsize)
+                _fill(raw[index, :count], file, name)
+            part = raw[:, :count].T
+        else:
+            part = raw[:count]
+            _fill(part, file, name)
+        block = converted[:count]
+        if part.dtype == block.dtype and part.flags.c_contiguous:
+            block = part
+        else:
+            with np.errstate(over="ignore"):  # an extended number that becomes infinite is refused
+                np.copyto(block, part)
         if checked:
             _require_points(block, start, name)
         yield block
@@ -120,6 +129,12 @@ def _npy_header(file: BufferedReader, name: str) -> tuple[int, bool, np.dtype[np
         raise ValueProblem(f"{name}: shape {shown(str(shape))}, expected (n, 4) for m, x, y, z", hint=hint)
     file.seek(head.tell())
     return shape[0], fortran_order, dtype
+
+
+def _fill(part: NDArray[np.generic], file: BufferedReader, name: str) -> None:
+    buffer = part.view(np.uint8).data
+    if file.readinto(buffer) != buffer.nbytes:
+        raise ValueProblem(f"{name}: the data end early")
 
 
 def _require_points(block: Block, start: int, name: str) -> None:
