@@ -17,7 +17,7 @@ from typing import Any, cast
 import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array
-from rigidcli.errors import ExpressionError
+from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra import simplification, values
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group
@@ -37,14 +37,23 @@ SHORT_KEY = 600
 LONG_KEY = 4_000
 """Length of the key of the longest fraction in lowest terms that is: the text would be a page long."""
 
+LONGEST_KEY = 40_000
+"""Length of the key of the longest result: its text would be several pages long."""
+
 _HALF = Fraction(1, 2)
 
 
 @lru_cache(maxsize=4096)
 def tidy(e: Expr) -> Expr:
-    """The shortest of the forms that cheap rearrangements find; 0 for a hidden zero."""
+    """The shortest of the forms that cheap rearrangements find; 0 for a hidden zero.
+
+    Raises:
+        ComputationError: all forms are too long for anybody to read.
+    """
     if len(e.key) > SHORT_KEY:
         e = simplification.shortest([e, *_fractions(e)])
+        if len(e.key) > LONGEST_KEY:
+            raise ComputationError("an exact result is too long to print")
         if len(e.key) > LONG_KEY:
             return ZERO if values.is_zero(e) else e
     short = simplification.tidy(e)

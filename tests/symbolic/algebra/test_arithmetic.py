@@ -14,8 +14,9 @@ import pytest
 import sympy
 from hypothesis import given, settings
 
-from rigidcli.errors import ExpressionError
+from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra.arithmetic import EXACT, common_factor, tidy, worked_out
+from rigidcli.symbolic.algebra.calculus import expand
 from rigidcli.symbolic.algebra.expressions import Expr, expr, symbol
 from rigidcli.symbolic.language.parser import read
 from tests.symbolic.trees import CONTEXT, NAMES, POINTS, TREES, NoValueError, value
@@ -253,8 +254,14 @@ def test_any_text_is_accepted_or_refused_within_a_second(text: str) -> None:
 
 @pytest.mark.parametrize("text", HOSTILE.values(), ids=HOSTILE.keys())
 def test_what_was_accepted_is_tidied_in_bounded_time(text: str) -> None:
-    with contextlib.suppress(ExpressionError):
+    with contextlib.suppress(ExpressionError, ComputationError):
         e = exact(text)
         start = time.process_time()
         tidy(e)
         assert time.process_time() - start < 2.0
+
+
+def test_a_result_of_pages_is_refused() -> None:
+    angles = "*".join(f"(sin({k}) + a*cos({k})^2 + b*tan({k}))" for k in range(1, 7))
+    with pytest.raises(ComputationError, match="too long to print"):
+        tidy(expand(exact(angles)))
