@@ -18,8 +18,8 @@ from rigidcli.errors import Path as Keys
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.infer import kind_of
 from rigidcli.grading.judge import Item
-from rigidcli.grading.kinds import Kind, kind
-from rigidcli.grading.question import Assignment, Question, idle
+from rigidcli.grading.kinds import KINDS
+from rigidcli.grading.question import EVERYWHERE, Assignment, Question
 from rigidcli.model.load import STDIN, Places, explain, load, read_text
 from rigidcli.model.sampling import DEFAULT_TOLERANCE
 from rigidcli.model.syntax import read_tree
@@ -95,10 +95,15 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study]) -> Prepa
             problems.append(placed(keys, error.message, error.hint))
         else:
             message = f"note: this means nothing to the kind `{name}`"
-            notes += [placed(("questions", id, option), message) for option in idle(question, name)]
+            notes += [placed(("questions", id, option), message) for option in _idle(question, name)]
     if problems:
         raise DocumentError(problems)
     return Prepared(title or Path(file).stem, source, items, tuple(notes))
+
+
+def _idle(question: Question, name: str) -> list[str]:
+    """The options of a question that mean nothing to its kind."""
+    return sorted(question.model_fields_set - EVERYWHERE - KINDS[name].options)
 
 
 def _tree(text: str, source: str) -> dict[str, Any]:
@@ -180,16 +185,16 @@ def _trajectory(report: Report) -> Mapping[str, Value]:
 
 def _item(asked: Asked, name: str) -> Item:
     try:
-        key = kind(name).read_key(asked)
-        return Item(kind(name), key, asked.question.points, _in_words(kind(name), key))
+        kind = KINDS[name]
+        key = kind.read_key(asked)
+        return Item(kind, key, asked.question.points, _in_words(kind.typed(key)))
     except ValueProblem as problem:
         raise problem if problem.path else problem.below("ask" if asked.path else "answer") from None
 
 
-def _in_words(kind: Kind, key: Any) -> str:
-    """The key as it would be typed, if that is short."""
-    first = next(kind.examples(key), None)
-    text = "" if first is None else _flow(first.answer)
+def _in_words(typed: Tree | None) -> str:
+    """A key as it would be typed, if that is short."""
+    text = "" if typed is None else _flow(typed)
     return text if len(text) <= LONGEST_KEY else ""
 
 

@@ -117,4 +117,4 @@ def _warm_up(items: Mapping[str, Item]) -> None:
         # What is wrong with a key is told by its own test.
         with contextlib.suppress(Exception):
             for example in islice(item.kind.examples(item.key), EXAMPLES):
-                item.kind.judge(item.key, example.answer, Path())
+                item.kind.judge(item.key, item.kind.read_answer(item.key, example.answer, Path()))

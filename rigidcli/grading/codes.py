@@ -1,4 +1,4 @@
-"""What can be said of an answer: every code, and the sentence that a student reads with it.
+"""What can be said of an answer besides named mistakes: codes, and the sentence for a student.
 
 The sentences hold no number, so that none of them can give a reference value away.
 """
@@ -73,9 +73,9 @@ CODES: dict[str, str] = {
     "transposed": "rows and columns are exchanged",
     "triangle_inequality": "no body has such moments: one is larger than the sum of the others",
     "trivial_equation": "is true of every motion, and says nothing",
-    "unit_conversion": "a unit is not converted right",
     "unit_incompatible": "the unit does not fit what is asked",
     "unit_missing": "the unit is missing",
+    "undecided": "it cannot be told whether this is right: a person must look at it",
     "unknown_symbol": "holds a symbol that is not in the question",
     "velocity_in_hamiltonian": "H is a function of coordinates and momenta, and holds no velocity",
     "wrong_initial_condition": "does not begin where it should",

@@ -7,14 +7,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from hashlib import sha256
-from importlib import import_module
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from rigidcli.errors import DocumentError, nearest, shown
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.judgement import Sheet, judged, same_for_all
-from rigidcli.grading.kinds import Kind
+from rigidcli.grading.kinds.base import Kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable
 from rigidcli.grading.sandbox import ForbiddenError, LateError, timed
 from rigidcli.model.syntax import read_tree
@@ -45,14 +44,6 @@ class Item:
     key: Any
     points: float
     reference: str = ""
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """A module cannot be pickled, and goes to another process by its name."""
-        return _item, (getattr(self.kind, "__name__", ""), self.key, self.points, self.reference)
-
-
-def _item(module: str, *rest: Any) -> Item:
-    return Item(cast(Kind, import_module(module)), *rest)
 
 
 def judge(text: str, source: str, folder: Path, items: Mapping[str, Item]) -> Sheet:
@@ -129,7 +120,7 @@ def _with_reference(found: Outcome, item: Item) -> Outcome:
 
 def _outcome(item: Item, answer: Tree, folder: Path) -> Outcome:
     try:
-        return item.kind.judge(item.key, answer, folder)
+        return item.kind.judge(item.key, item.kind.read_answer(item.key, answer, folder))
     except Unreadable as unreadable:
         return unreadable.outcome
     except MemoryError:

@@ -5,16 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias, get_args
 
-from rigidcli.grading.codes import CODES
-
-Verdict: TypeAlias = Literal["correct", "partial", "incorrect", "invalid", "missing"]
+Verdict: TypeAlias = Literal["correct", "partial", "incorrect", "invalid", "missing", "review"]
 
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 """From the best to the worst, as they are told."""
-
-
-LONGEST_DETAIL = 500
-"""Characters of what more is said of an answer."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,15 +23,6 @@ class Finding:
     place: str = ""
     detail: str = ""
     reference: str = ""
-
-    def __post_init__(self) -> None:
-        assert self.code in CODES, self.code
-
-    def message(self, *, full: bool = False) -> str:
-        """The sentence for a student."""
-        text = f"{self.place}: {CODES[self.code]}" if self.place else CODES[self.code]
-        text = f"{text}; {self.detail[:LONGEST_DETAIL]}" if self.detail else text
-        return f"{text}; {self.reference}" if full and self.reference else text
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +42,11 @@ def correct(*remarks: Finding) -> Outcome:
 def wrong(*findings: Finding, share: float = 0.0) -> Outcome:
     """A wrong answer, or one that is right in part when it earns a share."""
     return Outcome("partial" if share > 0 else "incorrect", share, findings)
+
+
+def review(detail: str, *findings: Finding) -> Outcome:
+    """An answer of which it cannot be told whether it is right, with the reason."""
+    return Outcome("review", 0.0, (Finding("undecided", detail=detail), *findings))
 
 
 class Unreadable(Exception):  # noqa: N818 - it is a finding on the way to its outcome

@@ -46,6 +46,18 @@ class Tolerance(Section):
     conserved: Positive | None = None
 
 
+Share = Annotated[float, Field(ge=0, le=1)]
+"""A part of the points of a question."""
+
+
+class Accepted(Section):
+    """Another answer that earns a `credit`: literal, and of the kind of its question."""
+
+    answer: Any
+    credit: Share = 1.0
+    message: str = ""
+
+
 class Question(Section):
     """One question: what it asks of a document, or a literal answer of some kind."""
 
@@ -59,11 +71,11 @@ class Question(Section):
     tolerance: Tolerance = Tolerance()
     order: Literal["free", "ascending"] = "free"
     direction: Literal["exact", "sense", "sign_free", "parallel"] = "exact"
-    normalized: Literal["required", "optional"] = "required"
+    normalized: Literal["optional", "required"] = "optional"
     orthogonal: Literal["required", "optional"] = "required"
     handed: Literal["any", "right"] = "any"
     constant: Literal["allowed", "forbidden"] = "allowed"
-    unit: Literal["required", "optional"] = "required"
+    unit: Literal["optional", "required"] = "optional"
     modulo: Any = None
     symbols: dict[str, Literal["positive", "real"]] | None = None
     coordinates: Names = ()
@@ -72,6 +84,11 @@ class Question(Section):
     columns: Names = ()
     angles: Names = ()
     conserved: dict[str, str] | None = None
+    form: Literal["any", "first_order"] = "any"
+    numbers: Literal["symbols", "allowed"] = "symbols"
+    products: Literal["minus", "plus"] = "minus"
+    credit: Literal["parts", "whole"] | dict[str, Share] = "parts"
+    accept: Annotated[tuple[Accepted, ...], AsList] = ()
 
 
 _NAMES = frozenset({"symbols", "coordinates", "momenta", "velocities"})
@@ -91,12 +108,8 @@ OPTIONS: dict[str, frozenset[str]] = {
 }
 """The options that mean something to a kind, besides those of every question."""
 
-EVERYWHERE = frozenset({"document", "ask", "answer", "kind", "points", "tolerance"})
-
-
-def idle(question: Question, name: str) -> list[str]:
-    """The options of a question that mean nothing to its kind."""
-    return sorted(question.model_fields_set - EVERYWHERE - OPTIONS[name])
+EVERYWHERE = frozenset({"document", "ask", "answer", "kind", "points", "tolerance", "credit", "accept"})
+"""The options of every question."""
 
 
 class Assignment(Section):

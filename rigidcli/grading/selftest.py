@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rigidcli.errors import printable
-from rigidcli.grading.example import Example
 from rigidcli.grading.judge import Item, outcome
+from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.outcome import Outcome
 
 REMARKS = ("chaotic_divergence_after_horizon", "second_order_form")

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from hypothesis import strategies as st
 
-from rigidcli.grading.functions.formula import parts_of
+from rigidcli.grading.expressions.formula import parts_of
 from rigidcli.symbolic.language.tree import (
     Call,
     Constant,

@@ -26,6 +26,7 @@ from scipy.spatial.transform import Rotation
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
+from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds import axes
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.principal import eigen
@@ -646,7 +647,7 @@ def test_wrong_axes_to_moments_in_symbols(masses: Key) -> None:
     rows = [["0", "cos(pi/3)", "-sin(pi/3)"], ["0", "sin(pi/3)", "cos(pi/3)"], ["1", "0", "0"]]
     judged = outcome(masses, symbolic(right, rows))
     assert codes(judged) == {"not_an_eigenvector"}
-    assert "off by 15 degrees" in judged.findings[0].message()
+    assert "off by 15 degrees" in sentence(judged.findings[0])
     assert codes(outcome(masses, symbolic(right[:2], MASSES_ROWS[:2]))) == {"missing_axis"}
     judged = outcome(masses, symbolic(right, [*MASSES_ROWS[:2], ["sqrt(-a)", "0", "0"]]))
     assert codes(judged) == {"not_an_eigenvector"}
@@ -732,7 +733,7 @@ def test_axes_that_depend_on_symbols() -> None:
     assert codes(outcome(key, symbolic([f"-{size}", size, "c"], rows))) == {"moment_axis_pairing"}
     judged = outcome(key, symbolic([size, f"-{size}", "c"], [["1", "2", "0"], ["-2", "1", "0"], rows[2]]))
     assert codes(judged) == {"number_for_symbol"}
-    assert "a^2-b^2" in judged.findings[0].message(full=True)
+    assert "a^2-b^2" in sentence(judged.findings[0], full=True)
     strict = key_of({"tensor": tensor}, symbols=ABC)
     assert codes(outcome(strict, symbolic([size, f"-{size}", "c"], rows))) == {"axis_not_normalised"}
 
@@ -789,8 +790,8 @@ def test_axes_alone_where_they_are_asked() -> None:
         judged = outcome(key, answer)
         assert codes(judged) == {code}
         assert judged.share == pytest.approx(share)
-        assert "along (0, 0.707107, -0.707107)" in judged.findings[0].message(full=True)
-        assert "707" not in judged.findings[0].message()
+        assert "along (0, 0.707107, -0.707107)" in sentence(judged.findings[0], full=True)
+        assert "707" not in sentence(judged.findings[0])
     with pytest.raises(Unreadable):
         outcome(key, [*MASSES_ROWS, MASSES_ROWS[0]])
     with pytest.raises(Unreadable):
@@ -986,16 +987,16 @@ def test_no_reference_value_is_told_below_full(seed: int) -> None:
     _, answer = wronged(body, chance, 1e-3, key)
     right = [*(f"{m:.4g}" for m in body.moments), *(f"{abs(c):.3g}" for c in SKEW.flat)]
     for finding in outcome(key, answer).findings:
-        assert not any(text in finding.message() for text in right if text not in str(answer))
+        assert not any(text in sentence(finding) for text in right if text not in str(answer))
 
 
 def test_the_reference_is_told_at_full() -> None:
     answer = [{"moment": "2", "axis": ["1", "0", "0"]}, *RIGHT[1:]]
-    told = "; ".join(finding.message(full=True) for finding in outcome(key_of(PLATE), answer).findings)
+    told = "; ".join(sentence(finding, full=True) for finding in outcome(key_of(PLATE), answer).findings)
     assert "expected 1 kg m^2" in told
     assert "0.707107" in told
     plane = pairs([2, 11, 11], [DIAGONAL, ACROSS, turned(THIRD, DIAGONAL, 0.3)])
-    told = "; ".join(finding.message(full=True) for finding in outcome(key_of(CUBE), plane).findings)
+    told = "; ".join(sentence(finding, full=True) for finding in outcome(key_of(CUBE), plane).findings)
     assert "expected at right angles to" in told
 
 
@@ -1005,19 +1006,19 @@ def test_the_reference_is_told_at_full() -> None:
 def test_the_first_finding_tells_all(pairs_told: Tree) -> None:
     first = outcome(key_of(PLATE), pairs_told).findings[0]
     assert first.code in ("missing_axis", "moment_axis_pairing")
-    told = first.message(full=True)
+    told = sentence(first, full=True)
     assert all(f"{moment} kg m^2 along (" in told for moment in ("1", "3", "4"))
-    assert "kg" not in first.message()
+    assert "kg" not in sentence(first)
 
 
 @pytest.mark.parametrize("factor", [2, 10, -1])
 def test_a_named_mistake_tells_the_reference(factor: int, masses: Key) -> None:
     judged = outcome(key_of(CUBE), pairs([2 * factor, 11 * factor, 11 * factor], [DIAGONAL, ACROSS, THIRD]))
-    told = judged.findings[0].message(full=True)
+    told = sentence(judged.findings[0], full=True)
     assert "2 kg m^2 along (" in told
     assert "11 kg m^2 at right angles to (" in told
     moments = [f"{factor * size}*m*a^2" for size in (5, 7, 10)]
-    told = outcome(masses, symbolic(moments, MASSES_ROWS)).findings[0].message(full=True)
+    told = sentence(outcome(masses, symbolic(moments, MASSES_ROWS)).findings[0], full=True)
     assert "10*m*a**2 along (1, 0, 0)" in told
 
 

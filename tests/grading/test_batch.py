@@ -27,42 +27,30 @@ from rigidcli.errors import ComputationError
 from rigidcli.grading import workers
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.batch import gather, run
-from rigidcli.grading.example import Example
+from rigidcli.grading.feedback import sentence
 from rigidcli.grading.files import MOST_BYTES
 from rigidcli.grading.judge import Item
 from rigidcli.grading.judgement import Judgement
-from rigidcli.grading.kinds import KINDS, kind
-from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
+from rigidcli.grading.kinds import KINDS
+from rigidcli.grading.outcome import Outcome, correct
 from rigidcli.grading.question import Question
 from rigidcli.grading.sandbox import Limits
+from tests.grading.asking import Same
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no such files and limits")
 
 SHORT = Limits(seconds=2.0, memory=200_000_000)
 
 
-class Same:
-    """A kind whose answer must be its key."""
-
-    def read_key(self, asked: Any) -> Any:
-        return asked.value
-
-    def judge(self, key: Any, answer: Tree, folder: Path) -> Outcome:
-        return correct() if answer == key else wrong(Finding("outside_tolerance", detail=f"read {answer}"))
-
-    def examples(self, key: Any) -> Iterator[Example]:
-        yield Example("the key", key)
-
-
 class Doing(Same):
     """A kind that a bad answer has taken over: it does what its key, a mapping, has under the answer."""
 
-    def judge(self, key: Any, answer: Tree, folder: Path) -> Outcome:
+    def judge(self, key: Any, answer: Tree) -> Outcome:
         if answer in key:
             key[answer]()
         return correct()
 
-    def examples(self, key: Any) -> Iterator[Example]:
+    def right_forms(self, key: Any) -> Iterator[tuple[str, Tree]]:
         return iter(())
 
 
@@ -453,7 +441,7 @@ def test_nothing_is_written_started_or_reached(tmp_path: Path) -> None:
     for name, judgement in found.items():
         assert (name, codes(judgement)) == (name, {"not_allowed"})
         # Refused by Python, before the system is asked.
-        assert "stopped" not in judgement.questions[0].findings[0].message()
+        assert "stopped" not in sentence(judgement.questions[0].findings[0])
 
 
 def test_a_file_that_is_open_already_takes_nothing(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -500,11 +488,11 @@ sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from pathlib import Path
 from rigidcli.grading.batch import run
 from rigidcli.grading.judge import Item
-from rigidcli.grading.kinds import kind
+from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.question import Question
 question = Question.model_validate({{"answer": "1", "kind": "number"}})
-items = {{"a": Item(kind("number"), kind("number").read_key(Asked(question, "1")), 1.0)}}
+items = {{"a": Item(KINDS["number"], KINDS["number"].read_key(Asked(question, "1")), 1.0)}}
 judgements = list(run(items, [Path({str(tmp_path / "a.yaml")!r})] * 3))
 sys.exit(len([j for j in judgements if j.score == 1]))
 """
@@ -649,7 +637,7 @@ def real_items() -> dict[str, Item]:
     items = {}
     for name, entry in questions.items():
         question = Question.model_validate(entry | {"kind": name})
-        items[name] = Item(kind(name), kind(name).read_key(Asked(question, entry["answer"])), 1.0)
+        items[name] = Item(KINDS[name], KINDS[name].read_key(Asked(question, entry["answer"])), 1.0)
     return items
 
 

@@ -14,6 +14,7 @@ from hypothesis import strategies as st
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
+from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds import choice
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Question
@@ -167,8 +168,8 @@ def test_every_example_is_judged_as_made(text: str) -> None:
 
 def test_only_those_who_may_read_it_are_told_the_key() -> None:
     (finding,) = choice.judge(literal("looping"), "wavy", HERE).findings
-    assert finding.message() == CODES["outside_tolerance"]
-    assert finding.message(full=True) == f"{CODES['outside_tolerance']}; expected `looping`"
+    assert sentence(finding) == CODES["outside_tolerance"]
+    assert sentence(finding, full=True) == f"{CODES['outside_tolerance']}; expected `looping`"
 
 
 @pytest.mark.parametrize("text", ["looping", "true", "No", "Sub-critical damping", "straße"])

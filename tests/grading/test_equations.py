@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked
+from rigidcli.grading.equations.key import Key
+from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds import equations as kind
-from rigidcli.grading.motion.key import Key
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question
 from rigidcli.model.load import load, loads
@@ -463,7 +464,7 @@ def test_a_trivial_equation_beside_a_right_set_does_no_harm() -> None:
 def test_what_cannot_be_read(answer: Any, code: str, words: str) -> None:
     outcome = judged(of_document("notes_spring"), answer)
     assert (outcome.verdict, codes(outcome)) == ("invalid", [code])
-    assert words in outcome.findings[0].message()
+    assert words in sentence(outcome.findings[0])
 
 
 @pytest.mark.parametrize(
@@ -592,7 +593,7 @@ def test_a_wrong_sign_says_whether_it_is_that_of_one_term() -> None:
     ):
         (finding,) = judged(key, answer).findings
         assert finding.code == "sign_error"
-        assert ("of one term" in finding.message()) == one_term
+        assert ("of one term" in sentence(finding)) == one_term
 
 
 @pytest.mark.parametrize(
@@ -629,7 +630,7 @@ def test_a_number_tells_the_symbol_in_whose_place_it_stands(
 ) -> None:
     (finding,) = judged(of_document(name), answer).findings
     assert finding.code == "number_for_symbol"
-    assert finding.message().endswith(f"; {missing}")
+    assert sentence(finding).endswith(f"; {missing}")
 
 
 def test_a_term_that_the_values_of_the_document_hide_is_no_number() -> None:
@@ -764,8 +765,8 @@ def test_a_literal_key_in_any_form() -> None:
     key = literal(["p_x = m*xdot", "p_xdot + k*x = 0"], symbols={"m": "positive", "k": "positive"})
     assert judged(key, ["m*xddot = -k*x"]).verdict == "correct"
     assert codes(judged(key, ["xdot = p_x/m", "p_xdot = k*x"])) == ["hamilton_sign"]
-    assert "`m`" in judged(key, ["xdot = y"]).findings[0].message()
-    assert "`m`" not in judged(literal({"xdot": "v/m"}), ["xdot = y"]).findings[0].message()
+    assert "`m`" in sentence(judged(key, ["xdot = y"]).findings[0])
+    assert "`m`" not in sentence(judged(literal({"xdot": "v/m"}), ["xdot = y"]).findings[0])
 
 
 def test_a_domain_decides_what_is_equal() -> None:
@@ -831,10 +832,10 @@ def test_no_reference_is_told_below_full() -> None:
     first = ["xdot = x", "ydot = y"]
     for answer in (first, ["xdot = z"], ["xdot = 2*t"], ["ydot = x", "xdot = y", "0 = 1"], ["xdot"]):
         outcome = judged(key, answer)
-        told = " ".join(finding.message() for finding in outcome.findings)
+        told = " ".join(sentence(finding) for finding in outcome.findings)
         assert "secret" not in told
         assert "hidden" not in told
-    full = judged(key, first).findings[0].message(full=True)
+    full = sentence(judged(key, first).findings[0], full=True)
     assert "secret*x" in full
 
 

@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigidcli.grading.functions.digits import exactly, precisely
-from rigidcli.grading.functions.estimate import Ball, Estimate, estimate
+from rigidcli.grading.expressions.digits import exactly, precisely
+from rigidcli.grading.expressions.estimate import Ball, Estimate, estimate
 from rigidcli.symbolic.language.parser import read
 from rigidcli.symbolic.language.tree import FUNCTIONS, Call, Name, Node
 from tests.symbolic.trees import CONTEXT, NAMES, TREES, NoValueError, value

@@ -16,8 +16,9 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
-from rigidcli.grading.functions.formula import names_in
-from rigidcli.grading.functions.key import Key
+from rigidcli.grading.expressions.formula import names_in
+from rigidcli.grading.expressions.key import Key
+from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds.expression import examples, judge, read_key
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question
@@ -774,9 +775,9 @@ def test_nothing_of_the_key_is_told_below_full() -> None:
     for answer in ["0", "p_x^2", "z", "2x", "p_x^2/4 + 4*x^2", f"-({H})", "m + k", "xdot", f"{H} + 1"]:
         found = outcome(key, answer)
         for finding in found.findings:
-            assert "p_x**2" not in json.dumps(finding.message())
+            assert "p_x**2" not in json.dumps(sentence(finding))
             if found.verdict == "incorrect":
-                assert "expected p_x**2/(2*m) + k*x**2/2" in finding.message(full=True)
+                assert "expected p_x**2/(2*m) + k*x**2/2" in sentence(finding, full=True)
 
 
 def test_symbols_are_told_unless_they_give_the_key_away() -> None:

@@ -9,8 +9,16 @@ import numpy as np
 import pytest
 
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.functions.agreement import Reference, factor, refer
-from rigidcli.grading.functions.formula import Vocabulary, draw, names_in, read, replaced, size_of, spellings
+from rigidcli.grading.expressions.agreement import Reference, factor, refer
+from rigidcli.grading.expressions.formula import (
+    Vocabulary,
+    draw,
+    names_in,
+    read,
+    replaced,
+    size_of,
+    spellings,
+)
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.symbolic.language import parser
 from rigidcli.symbolic.language.text import text

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import DocumentError, ExpressionError
 from rigidcli.grading.assignment import prepare
+from rigidcli.grading.feedback import sentence
 from rigidcli.grading.judge import Item, judge
 from rigidcli.studies import axes, euler, hamilton, inertia, precess
 from rigidcli.symbolic.language.expression import parse
@@ -92,8 +93,8 @@ def judged(text: str) -> None:
         assert (question.verdict == "correct") == (question.score == question.max_score)
         assert question.verdict in ("correct", "missing") or question.findings
         for finding in question.findings:
-            assert "cannot be judged" not in finding.message()
-            finding.message(full=True)
+            assert "cannot be judged" not in sentence(finding)
+            sentence(finding, full=True)
 
 
 @many

@@ -5,7 +5,6 @@ from __future__ import annotations
 import pickle
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,12 +14,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.example import Example
+from rigidcli.grading.feedback import sentence
 from rigidcli.grading.judge import Item, judge
 from rigidcli.grading.judgement import Judged, Judgement, Sheet, from_bytes, to_bytes
-from rigidcli.grading.kinds import kind
+from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.sandbox import ForbiddenError
+from tests.grading.asking import Same
 
 FAILURES = {
     "unreadable": Unreadable("not_a_number", "read `unreadable`", place="entry 1"),
@@ -31,13 +31,10 @@ FAILURES = {
 }
 
 
-class Same:
-    """A kind whose answer must be its key; some answers have it fail in one way or another."""
+class Failing(Same):
+    """Some answers have it fail in one way or another."""
 
-    def read_key(self, asked: Any) -> Any:
-        return asked.value
-
-    def judge(self, key: Any, answer: Tree, folder: Path) -> Outcome:
+    def judge(self, key: Any, answer: Tree) -> Outcome:
         if isinstance(answer, str) and answer in FAILURES:
             raise FAILURES[answer]
         if isinstance(answer, list):
@@ -45,11 +42,8 @@ class Same:
             return correct() if right == 1 else wrong(Finding("component_wrong"), share=right)
         return correct() if answer == key else wrong(Finding("outside_tolerance", reference=f"it is {key}"))
 
-    def examples(self, key: Any) -> Iterator[Example]:
-        yield Example("the key", key)
 
-
-ITEMS = {id: Item(Same(), "42", 2.0) for id in ("10.35a", "b", "c")}
+ITEMS = {id: Item(Failing(), "42", 2.0) for id in ("10.35a", "b", "c")}
 
 
 def judged(text: str) -> dict[str, Judged]:
@@ -85,7 +79,7 @@ def test_json_is_read_too() -> None:
 
 
 def test_scalars_are_judged_as_typed() -> None:
-    item = Item(Same(), "1e-3", 1.0)
+    item = Item(Failing(), "1e-3", 1.0)
     texts = ["1e-3", "'1e-3'", '"1e-3"']
     for text in texts:
         assert judge(f"answers: {{a: {text}}}", "a", Path(), {"a": item}).questions[0].verdict == "correct"
@@ -156,7 +150,7 @@ def test_an_answer_that_fails_harms_no_other(answer: str, code: str) -> None:
     assert [question.verdict for question in found.values()] == ["correct", "invalid", "correct"]
     assert found["b"].codes == (code,)
     # What an error says may hold the key.
-    assert "41.99" not in found["b"].findings[0].message(full=True)
+    assert "41.99" not in sentence(found["b"].findings[0], full=True)
 
 
 def test_answers_that_differ_in_blanks_and_last_digits_are_told_as_one() -> None:
@@ -215,7 +209,7 @@ def test_scores_add_up() -> None:
 
 
 def test_an_item_is_pickled_with_the_name_of_its_kind() -> None:
-    item = Item(kind("choice"), {"any": np.array([1.0])}, 2.0)
+    item = Item(KINDS["choice"], {"any": np.array([1.0])}, 2.0)
     copy = pickle.loads(pickle.dumps(item))
     assert copy.kind is sys.modules["rigidcli.grading.kinds.choice"]
     assert copy.points == item.points
@@ -235,13 +229,13 @@ def test_many_answers_to_no_question_are_counted() -> None:
     assert "995 more" in notes[-1]
 
 
-class Endless(Same):
+class Endless(Failing):
     """A kind that never comes to an end with one answer."""
 
-    def judge(self, key: Any, answer: Tree, folder: Path) -> Outcome:
+    def judge(self, key: Any, answer: Tree) -> Outcome:
         while answer == "loop":
             pass
-        return super().judge(key, answer, folder)
+        return super().judge(key, answer)
 
 
 def test_an_answer_that_takes_too_long_is_no_harm_to_others(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -19,11 +19,12 @@ from rigidcli.errors import ValueProblem
 from rigidcli.grading import numbers
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.kinds import number
+from rigidcli.grading.feedback import sentence
+from rigidcli.grading.kinds.number import Number
 from rigidcli.grading.numbers import read_number, read_written
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question, Tolerance
-from rigidcli.grading.scalars.key import Key
+from rigidcli.grading.scalars import Key
 from rigidcli.grading.units import read_unit
 from rigidcli.model import units
 from rigidcli.model.load import load
@@ -35,20 +36,22 @@ HERE = Path()
 many = settings(max_examples=100, deadline=None)
 some = settings(max_examples=60, deadline=None)  # where each example judges dozens of answers
 
+NUMBER = Number()
+
 
 def literal(answer: str, **options: Any) -> Key:
     question = Question.model_validate({"answer": answer, **options})
-    return number.read_key(Asked(question, answer))
+    return NUMBER.read_key(Asked(question, answer))
 
 
 def computed(value: object, si: str = "", path: tuple[str, ...] = (), **options: Any) -> Key:
     question = Question.model_validate({"ask": ".".join(path) or "x", **options})
-    return number.read_key(Asked(question, value, si, path, report=cast(Report, {})))
+    return NUMBER.read_key(Asked(question, value, si, path, report=cast(Report, {})))
 
 
 def judged(key: Key, answer: Any) -> Outcome:
     try:
-        return number.judge(key, answer, HERE)
+        return NUMBER.judge(key, NUMBER.read_answer(key, answer, HERE))
     except Unreadable as unreadable:
         return unreadable.outcome
 
@@ -761,7 +764,7 @@ def test_a_key_from_a_document() -> None:
     value = report["top"]["gyroscopic_rate"]
     question = Question.model_validate({"document": "x", "ask": "precess.top.gyroscopic_rate"})
     path = ("precess", "top", "gyroscopic_rate")
-    key = number.read_key(Asked(question, value, "rad/s", path, document, report))
+    key = NUMBER.read_key(Asked(question, value, "rad/s", path, document, report))
     assert told(key, f"{value:.5g} rad/s") == "correct"
     assert told(key, f"{value * 30 / math.pi:.5g} rpm") == "correct"
     assert told(key, f"{-value:.5g} rad/s") == "precession_sense"
@@ -779,15 +782,15 @@ def test_a_key_passes_through_a_pipe() -> None:
 @given(decimals(), decimals(), decimals(), st.sampled_from(["", " m", " cm", " kg", "foo"]))
 def test_nothing_told_hangs_on_the_reference(one: Decimal, two: Decimal, answer: Decimal, unit: str) -> None:
     outcomes = [judged(literal(f"{value:e} m"), f"{answer:f}{unit}") for value in (one, two)]
-    messages = [{finding.code: finding.message() for finding in outcome.findings} for outcome in outcomes]
+    messages = [{finding.code: sentence(finding) for finding in outcome.findings} for outcome in outcomes]
     for code in messages[0].keys() & messages[1].keys():
         assert messages[0][code] == messages[1][code]
 
 
 def test_only_those_who_may_read_it_are_told_the_reference() -> None:
     (finding,) = judged(literal("20.8791 rad/s"), "3 rad/s").findings
-    assert finding.message(full=True) == f"{CODES['outside_tolerance']}; expected 20.8791 rad/s"
-    assert finding.message() == CODES["outside_tolerance"]
+    assert sentence(finding, full=True) == f"{CODES['outside_tolerance']}; expected 20.8791 rad/s"
+    assert sentence(finding) == CODES["outside_tolerance"]
 
 
 # --- examples
@@ -818,7 +821,7 @@ KEYS = [
 @pytest.mark.parametrize(("answer", "options"), KEYS)
 def test_examples_are_judged_as_they_were_made(answer: str, options: dict[str, Any]) -> None:
     key = literal(answer, **options)
-    examples = list(number.examples(key))
+    examples = list(NUMBER.examples(key))
     for made in examples:
         assert told(key, made.answer) == (made.code or "correct"), made
     assert examples[0].code is None
@@ -833,7 +836,7 @@ def test_examples_are_judged_as_they_were_made(answer: str, options: dict[str, A
 @given(decimals(), st.sampled_from(sorted(SCALES)), st.sampled_from([{}, figures(2), figures(4, "written")]))
 def test_examples_of_any_key(value: Decimal, unit: str, options: dict[str, Any]) -> None:
     key = literal(f"{value:e} {unit}".strip(), **options)
-    for made in number.examples(key):
+    for made in NUMBER.examples(key):
         assert told(key, made.answer) == (made.code or "correct"), made
 
 

@@ -18,7 +18,7 @@ from rich.cells import cell_len
 
 from rigidcli.grading import reports
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.feedback import Feedback, codes, remarks
+from rigidcli.grading.feedback import Feedback, codes, remarks, sentence
 from rigidcli.grading.judgement import Judged, Judgement
 from rigidcli.grading.outcome import VERDICTS, Finding
 from rigidcli.grading.reports import FORMATS, Style, items, renderer
@@ -103,7 +103,7 @@ def test_a_table_is_broken_at_the_edge_between_words() -> None:
     assert all(re.match(r"    \S", line) for line in narrow[2:])
     words = " ".join(" ".join(wide).split())
     assert words == " ".join(" ".join(narrow).split())
-    assert words.endswith(long.message())
+    assert words.endswith(sentence(long))
 
 
 def test_colours_are_on_verdicts_and_names_only() -> None:

@@ -22,6 +22,7 @@ from scipy.spatial.transform import Rotation
 
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
+from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds import trajectory
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question
@@ -458,9 +459,9 @@ def test_messages_below_full_do_not_tell_the_reference() -> None:
     for columns in wrong:
         for finding in judged(key, columns).findings:
             for digits in ("765", "345", "876", "966", "2.3"):
-                assert digits not in finding.message()
-            assert finding.reference not in finding.message() or not finding.reference
-    told = judged(key, wrong[0]).findings[0].message(full=True)
+                assert digits not in sentence(finding)
+            assert finding.reference not in sentence(finding) or not finding.reference
+    told = sentence(judged(key, wrong[0]).findings[0], full=True)
     assert "0.765432" in told
 
 
@@ -995,7 +996,7 @@ def test_nothing_else_is_ever_raised(answer: object) -> None:
         except Unreadable as unreadable:
             outcome = unreadable.outcome
         assert outcome.verdict in ("incorrect", "invalid")
-        assert outcome.findings[0].message()
+        assert sentence(outcome.findings[0])
 
 
 @settings(max_examples=50, deadline=None)
@@ -1121,8 +1122,8 @@ def test_messages_on_files_are_harmless(folder: Path) -> None:
     for name in ("\x1b[31m", "\u202egpj.csv", "a" * 200, *string.punctuation):
         with pytest.raises(Unreadable) as refusal:
             trajectory.judge(OSCILLATOR, {"file": name}, folder)
-        assert refusal.value.finding.message().isprintable()
-        assert len(refusal.value.finding.message()) < 200
+        assert sentence(refusal.value.finding).isprintable()
+        assert len(sentence(refusal.value.finding)) < 200
 
 
 def test_energy_that_grows_is_told() -> None:

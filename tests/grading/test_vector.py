@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rigidcli.errors import ValueProblem
+from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds import vector
 from rigidcli.grading.kinds.vector import Key
 from tests.grading.asking import Asking, codes, tolerance
@@ -353,7 +354,7 @@ def test_nothing_gives_the_key_away(sizes: list[float], data: st.DataObject) -> 
         assert finding.detail == ""
         assert not set(finding.place) - set("component 12345,;")
         if finding.code != "wrong_shape":
-            assert finding.message(full=True) != finding.message()
+            assert sentence(finding, full=True) != sentence(finding)
 
 
 # --- examples
@@ -395,8 +396,8 @@ def test_examples_of_literal_keys(answer: list[str], direction: str) -> None:
 
 def test_the_answer_is_told_in_the_unit_of_the_key() -> None:
     finding = judged(literal(["1 cm", "2 cm", "0"]), ["7", "5", "3"]).findings[0]
-    assert finding.message(full=True).endswith("expected [1, 2, 0] cm")
-    assert "[1" not in finding.message()
+    assert sentence(finding, full=True).endswith("expected [1, 2, 0] cm")
+    assert "[1" not in sentence(finding)
 
 
 def test_values_near_the_ends_of_floats() -> None:

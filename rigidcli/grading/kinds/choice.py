@@ -15,7 +15,7 @@ import numpy as np
 
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.example import Example
+from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 
 LONGEST = 1000

@@ -14,12 +14,12 @@ from pathlib import Path
 
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.example import Example
-from rigidcli.grading.motion import key as equation_key
-from rigidcli.grading.motion.determinacy import is_trivial, is_true, tried
-from rigidcli.grading.motion.findings import EquationSet
-from rigidcli.grading.motion.key import Key
-from rigidcli.grading.motion.text import equations
+from rigidcli.grading.equations import key as equation_key
+from rigidcli.grading.equations.determinacy import is_trivial, is_true, tried
+from rigidcli.grading.equations.findings import EquationSet
+from rigidcli.grading.equations.key import Key
+from rigidcli.grading.equations.text import equations
+from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.algebra.calculus import derivative, substitute

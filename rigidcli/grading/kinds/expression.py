@@ -14,13 +14,13 @@ from pathlib import Path
 
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.example import Example
-from rigidcli.grading.functions import key as expression_key
-from rigidcli.grading.functions.dimensions import mismatch
-from rigidcli.grading.functions.findings import findings
-from rigidcli.grading.functions.formula import names_in, read, replaced
-from rigidcli.grading.functions.key import Key
-from rigidcli.grading.functions.rounding import rounded
+from rigidcli.grading.expressions import key as expression_key
+from rigidcli.grading.expressions.dimensions import mismatch
+from rigidcli.grading.expressions.findings import findings
+from rigidcli.grading.expressions.formula import names_in, read, replaced
+from rigidcli.grading.expressions.key import Key
+from rigidcli.grading.expressions.rounding import rounded
+from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
 from rigidcli.symbolic.algebra.calculus import expand
 from rigidcli.symbolic.algebra.reading import from_tree

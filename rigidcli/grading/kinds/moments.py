@@ -29,7 +29,7 @@ from rigidcli.grading.arrays.mistakes import (
 from rigidcli.grading.arrays.reference import Reference, Typed, exactly
 from rigidcli.grading.arrays.tensors import impossible, mistaken_tensors, moments_of
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.example import Example
+from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 
 MOST = 100

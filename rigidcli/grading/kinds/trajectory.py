@@ -21,8 +21,8 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.errors import shown
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.example import Example
 from rigidcli.grading.files import read_beside
+from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.trajectories.building import key_of
 from rigidcli.grading.trajectories.columns import read_columns

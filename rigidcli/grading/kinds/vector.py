@@ -42,7 +42,7 @@ from rigidcli.grading.arrays.vectors import (
     without_noise,
 )
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.example import Example
+from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.numbers import MOST_ENTRIES, are_near, margin
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 

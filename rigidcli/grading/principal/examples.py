@@ -10,7 +10,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.grading.arrays.mistakes import as_typed
-from rigidcli.grading.example import Example
+from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.principal.eigen import is_solved, match
 from rigidcli.grading.principal.findings import OF_SET
 from rigidcli.grading.principal.key import Key

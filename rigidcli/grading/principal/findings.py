@@ -9,7 +9,7 @@ from math import degrees, pi, sin
 import numpy as np
 
 from rigidcli.grading.arrays.mistakes import told as entries_told
-from rigidcli.grading.mistakes import explained
+from rigidcli.grading.kinds.modules import explained
 from rigidcli.grading.numbers import ROUNDING
 from rigidcli.grading.outcome import Finding
 from rigidcli.grading.principal.eigen import Match, angles_off, is_solved

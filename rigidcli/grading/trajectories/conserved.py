@@ -9,7 +9,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, at, shown
-from rigidcli.grading.functions.formula import names_in
+from rigidcli.grading.expressions.formula import names_in
 from rigidcli.grading.question import RELATIVE, Question, Tolerance
 from rigidcli.grading.trajectories.field import size_of_terms
 from rigidcli.grading.trajectories.heads import TIME

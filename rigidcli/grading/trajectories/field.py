@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.grading.functions.formula import names_in
+from rigidcli.grading.expressions.formula import names_in
 from rigidcli.grading.trajectories.heads import TIME
 from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.algebra.trees import to_tree

@@ -15,7 +15,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from rigidcli.errors import ExpressionError, shown
-from rigidcli.grading.functions.formula import spellings
+from rigidcli.grading.expressions.formula import spellings
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.units import read_unit
 from rigidcli.model.units import TIME as OF_TIME

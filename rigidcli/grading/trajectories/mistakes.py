@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.grading.mistakes import explained
+from rigidcli.grading.kinds.modules import explained
 from rigidcli.grading.trajectories.key import Key, Rows
 from rigidcli.grading.trajectories.retiming import (
     OSCILLATING,

@@ -11,7 +11,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.functions.formula import names_in
+from rigidcli.grading.expressions.formula import names_in
 from rigidcli.grading.numbers import read_number
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.trajectories.columns import read_columns

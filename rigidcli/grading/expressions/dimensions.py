@@ -15,7 +15,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.functions.formula import names_in, parts_of, size_of
+from rigidcli.grading.expressions.formula import names_in, parts_of, size_of
 from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import DIMENSIONLESS, ENERGY, TIME, Dimension, parse_unit, split_quantity

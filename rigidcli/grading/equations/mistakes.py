@@ -11,8 +11,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError
-from rigidcli.grading.functions.formula import Points, names_in
-from rigidcli.grading.motion.states import Motion
+from rigidcli.grading.equations.states import Motion
+from rigidcli.grading.expressions.formula import Points, names_in
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.algebra.calculus import derivative, expand
 from rigidcli.symbolic.algebra.expressions import Expr, scaled, total

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError, nearest, shown
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.functions.estimate import Ball, Estimate, estimate
+from rigidcli.grading.expressions.estimate import Ball, Estimate, estimate
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.symbolic.language import parser
 from rigidcli.symbolic.language.tokens import MAX_TEXT
@@ -226,7 +226,7 @@ class Points:
     @cached_property
     def decimals(self) -> Mapping[str, Ball]:
         """The same with 80 digits."""
-        from rigidcli.grading.functions.digits import exactly, precisely
+        from rigidcli.grading.expressions.digits import exactly, precisely
 
         known = exactly(self.values)
         for name, node in self.derived.items():
@@ -240,7 +240,7 @@ class Points:
 
     def precisely_at(self, node: Node) -> Estimate:
         """The values of a tree, with 80 digits."""
-        from rigidcli.grading.functions.digits import precisely
+        from rigidcli.grading.expressions.digits import precisely
 
         return precisely(node, self.decimals, self.count)
 

@@ -10,12 +10,12 @@ import numpy as np
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.functions.agreement import Reference, refer
-from rigidcli.grading.functions.dimensions import mismatch
-from rigidcli.grading.functions.energy import additive_terms, mistaken, split
-from rigidcli.grading.functions.estimate import Estimate
-from rigidcli.grading.functions.formula import Points, names_in, read
-from rigidcli.grading.functions.vocabulary import TIME, Names, names_of
+from rigidcli.grading.expressions.agreement import Reference, refer
+from rigidcli.grading.expressions.dimensions import mismatch
+from rigidcli.grading.expressions.energy import additive_terms, mistaken, split
+from rigidcli.grading.expressions.estimate import Estimate
+from rigidcli.grading.expressions.formula import Points, names_in, read
+from rigidcli.grading.expressions.vocabulary import TIME, Names, names_of
 from rigidcli.grading.numbers import margin
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Tolerance

@@ -17,10 +17,10 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError
-from rigidcli.grading.functions.agreement import Reference
-from rigidcli.grading.functions.estimate import Estimate
-from rigidcli.grading.functions.fitting import fitted
-from rigidcli.grading.functions.formula import names_in, parts_of, replaced, size_of
+from rigidcli.grading.expressions.agreement import Reference
+from rigidcli.grading.expressions.estimate import Estimate
+from rigidcli.grading.expressions.fitting import fitted
+from rigidcli.grading.expressions.formula import names_in, parts_of, replaced, size_of
 from rigidcli.grading.question import RELATIVE
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.tree import Name, Node, Number, Power, rebuilt

@@ -10,7 +10,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.core.high_precision import CONTEXT, PI
-from rigidcli.grading.functions.estimate import Ball, Estimate, Numbers, Values, estimate
+from rigidcli.grading.expressions.estimate import Ball, Estimate, Numbers, Values, estimate
 from rigidcli.symbolic.language.tree import FUNCTIONS, Node
 
 QUIET = Context(prec=CONTEXT.prec, Emax=CONTEXT.Emax, Emin=CONTEXT.Emin, traps=[])

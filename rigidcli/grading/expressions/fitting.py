@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.grading.functions.estimate import Estimate
-from rigidcli.grading.functions.formula import Points
+from rigidcli.grading.expressions.estimate import Estimate
+from rigidcli.grading.expressions.formula import Points
 from rigidcli.symbolic.language.tree import Node
 
 MOST_UNKNOWN = 12

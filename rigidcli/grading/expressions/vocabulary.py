@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigidcli.grading.asked import Asked
-from rigidcli.grading.functions.dimensions import declared, followed
-from rigidcli.grading.functions.formula import Domain, Vocabulary, draw, spellings
+from rigidcli.grading.expressions.dimensions import declared, followed
+from rigidcli.grading.expressions.formula import Domain, Vocabulary, draw, spellings
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import Dimension
 from rigidcli.model.variables import momentum, velocity

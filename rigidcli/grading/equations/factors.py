@@ -10,9 +10,9 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from rigidcli.grading.functions.formula import Points
-from rigidcli.grading.motion.determinacy import Tried
-from rigidcli.grading.motion.states import POSITIVE, Motion
+from rigidcli.grading.equations.determinacy import Tried
+from rigidcli.grading.equations.states import POSITIVE, Motion
+from rigidcli.grading.expressions.formula import Points
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.language.evaluation import array
 

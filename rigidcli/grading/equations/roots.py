@@ -12,8 +12,8 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.grading.functions.formula import Points
-from rigidcli.grading.motion.determinacy import Tried, floats
+from rigidcli.grading.equations.determinacy import Tried, floats
+from rigidcli.grading.expressions.formula import Points
 from rigidcli.symbolic.language.evaluation import array
 from rigidcli.symbolic.language.tree import Node
 

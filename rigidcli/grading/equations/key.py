@@ -13,12 +13,13 @@ from numpy.typing import NDArray
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.functions.formula import Domain, Points, Vocabulary, draw
-from rigidcli.grading.motion.determinacy import Stencil, Tried, stencil, tried
-from rigidcli.grading.motion.mistakes import Mistake, mistakes
-from rigidcli.grading.motion.states import POSITIVE, REAL, STATES, Motion, paired, with_derivatives
-from rigidcli.grading.motion.text import Equation, equations, texts
-from rigidcli.grading.outcome import Finding, Unreadable
+from rigidcli.grading.codes import CODES
+from rigidcli.grading.equations.determinacy import Stencil, Tried, stencil, tried
+from rigidcli.grading.equations.mistakes import Mistake, mistakes
+from rigidcli.grading.equations.states import POSITIVE, REAL, STATES, Motion, paired, with_derivatives
+from rigidcli.grading.equations.text import Equation, equations, texts
+from rigidcli.grading.expressions.formula import Domain, Points, Vocabulary, draw
+from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Question
 from rigidcli.model.variables import acceleration, momentum, velocity
 from rigidcli.symbolic.algebra.calculus import coefficients, substitute
@@ -143,8 +144,7 @@ def of_text(asked: Asked) -> Motion:
         return with_derivatives(_typed(question, asked.value))
     except Unreadable as unreadable:
         # Without place and detail, which repeat what was typed: this is the key.
-        told = Finding(unreadable.finding.code)
-        raise ValueProblem(f"the equations cannot be read: {told.message()}") from None
+        raise ValueProblem(f"the equations cannot be read: {CODES[unreadable.finding.code]}") from None
     except ExpressionError as error:
         where = "" if error.column is None else f", for what stands at column {error.column} of one of them"
         raise ValueProblem(f"the equations cannot be worked with{where}") from None

@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats, Mask
-from rigidcli.grading.mistakes import explained
-from rigidcli.grading.motion import determinacy as d
-from rigidcli.grading.motion.factors import lasting_zeros
-from rigidcli.grading.motion.key import Key
-from rigidcli.grading.motion.mistakes import Mistake
-from rigidcli.grading.motion.roots import is_linear, others
-from rigidcli.grading.motion.states import STATES
+from rigidcli.grading.equations import determinacy as d
+from rigidcli.grading.equations.factors import lasting_zeros
+from rigidcli.grading.equations.key import Key
+from rigidcli.grading.equations.mistakes import Mistake
+from rigidcli.grading.equations.roots import is_linear, others
+from rigidcli.grading.equations.states import STATES
+from rigidcli.grading.kinds.modules import explained
 from rigidcli.grading.outcome import Finding
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.language.evaluation import array

@@ -8,13 +8,13 @@ from collections.abc import Iterator
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.grading.functions.agreement import CHANGE, factor
-from rigidcli.grading.functions.dimensions import mismatch
-from rigidcli.grading.functions.estimate import Estimate
-from rigidcli.grading.functions.fitting import fitted
-from rigidcli.grading.functions.formula import names_in
-from rigidcli.grading.functions.key import Key
-from rigidcli.grading.functions.vocabulary import TIME
+from rigidcli.grading.expressions.agreement import CHANGE, factor
+from rigidcli.grading.expressions.dimensions import mismatch
+from rigidcli.grading.expressions.estimate import Estimate
+from rigidcli.grading.expressions.fitting import fitted
+from rigidcli.grading.expressions.formula import names_in
+from rigidcli.grading.expressions.key import Key
+from rigidcli.grading.expressions.vocabulary import TIME
 from rigidcli.grading.outcome import Finding
 from rigidcli.symbolic.language.tree import Name, Node
 

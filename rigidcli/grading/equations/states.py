@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rigidcli.errors import ExpressionError, ValueProblem
-from rigidcli.grading.functions.formula import Domain, Points, Vocabulary, draw, spellings
+from rigidcli.grading.expressions.formula import Domain, Points, Vocabulary, draw, spellings
 from rigidcli.model.variables import acceleration, momentum, velocity
 from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import Expr, symbol

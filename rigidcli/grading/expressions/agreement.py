@@ -19,9 +19,9 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.functions.digits import QUIET
-from rigidcli.grading.functions.estimate import Estimate, Values
-from rigidcli.grading.functions.formula import Points, Vocabulary, draw, names_in, size_of
+from rigidcli.grading.expressions.digits import QUIET
+from rigidcli.grading.expressions.estimate import Estimate, Values
+from rigidcli.grading.expressions.formula import Points, Vocabulary, draw, names_in, size_of
 from rigidcli.symbolic.language.tree import Node, Sum
 
 STRICT = 1e-9

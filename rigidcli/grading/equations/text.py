@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from rigidcli.errors import shown
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.functions.formula import Vocabulary, names_in, read
+from rigidcli.grading.expressions.formula import Vocabulary, names_in, read
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.symbolic.language.tree import Name, Negative, Node, Sum
 

@@ -1,4 +1,4 @@
-"""Mistakes that are factors: the reference times each of them is what comes of the mistake.
+"""The one list of factors by which numbers are wrong, and where each of them is a mistake.
 
 Which there are depends on the dimension of what is asked, and on what the result is: a sign is the sense of
 a precession in some, and just a sign in the others.

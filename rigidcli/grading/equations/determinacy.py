@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats, Mask
-from rigidcli.grading.functions.estimate import Estimate
-from rigidcli.grading.functions.formula import Points, names_in, size_of
-from rigidcli.grading.motion.states import SINGULAR, Motion
+from rigidcli.grading.equations.states import SINGULAR, Motion
+from rigidcli.grading.expressions.estimate import Estimate
+from rigidcli.grading.expressions.formula import Points, names_in, size_of
 from rigidcli.symbolic.language.evaluation import array
 from rigidcli.symbolic.language.tree import Node
 
