@@ -6,7 +6,7 @@ import contextlib
 import os
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -86,7 +86,7 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study]) -> Prepa
     for id, question in questions.items():
         try:
             asked, name = _asked(question, library)
-            items[id] = _item(asked, name)
+            items[id] = _item(replace(asked, name=id), name)
         except DocumentError as error:
             problems.append(placed(("questions", id, "document"), f"{shown(question.document)} is refused"))
             problems += [each for each in error.problems if each not in problems]
