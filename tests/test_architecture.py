@@ -20,7 +20,7 @@ from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.kinds.base import Kind as KindOfAnswer
 from rigidcli.grading.mistakes import MISTAKES
 from rigidcli.grading.question import KindName
-from rigidcli.grading.reports import FORMATS
+from rigidcli.grading.reports.formats import FORMATS
 from rigidcli.model import shapes, solid_shapes, thin_shapes
 from rigidcli.model.shape import Lamina, Shape, Shell, Solid, Wire
 from rigidcli.render import Format, renderer

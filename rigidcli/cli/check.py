@@ -4,6 +4,7 @@
 
 from collections.abc import Callable, Iterator
 from enum import StrEnum
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
@@ -140,14 +141,12 @@ def _view(
     format: CheckFormat, items: bool, regrade: str | None, canvas: str | None, column: str, quiet: bool
 ) -> "View":
     """The function that turns judgements into text; other files that it needs are read at once."""
-    from rigidcli.grading import reports
-
     if items:
         from rigidcli.grading.reports import items as report
 
         return lambda judgements, style: report.TEXTS[format](report.tally(judgements), style)
     if regrade is not None:
-        from rigidcli.grading import regrade as again
+        from rigidcli.grading.reports import regrade as again
 
         old = again.read(regrade)
         return lambda judgements, style: again.TEXTS[format](
@@ -164,7 +163,9 @@ def _view(
             yield filled.text
 
         return fill
-    return reports.renderer(format)
+    from rigidcli.grading.reports.formats import render
+
+    return partial(render, format)
 
 
 def _selftest(prepared: "Prepared", target: Output, failures: Failures) -> None:

@@ -65,8 +65,24 @@ def test_nothing_else_changes_byte_for_byte() -> None:
     assert fill(BOOK, scores, "Homework 10").text == (
         BOOK.replace("10.00,,90.00", "10.00,9,90.00")
         .replace("8.00,,80.00", "8.00,0,80.00")
-        .replace("7.00,1.00,70.00", "7.00,8.333333,70.00")
+        .replace("7.00,1.00,70.00", "7.00,8.33,70.00")
     )
+
+
+@pytest.mark.parametrize(
+    ("score", "written"), [(7.5, "7.5"), (8.999999, "9"), (1.005, "1.01"), (0.125, "0.13"), (0.004, "0")]
+)
+def test_scores_are_rounded_as_canvas_rounds_points(score: float, written: str) -> None:
+    filled = fill(BOOK, [judged("103", score)], "Homework 10")
+    assert column(filled.text)[2] == written
+    assert ("replaced" in filled.notes[-1]) == (float(written) != 1)
+
+
+def test_the_cell_of_a_student_whose_answer_waits_stays() -> None:
+    waiting = Judgement("103", "103.yaml", (*judged("103", 8.0).questions, Judged("b", "review", 0, 1)))
+    filled = fill(BOOK, [waiting, judged("jdoe", 2.0)], "Homework 10")
+    assert column(filled.text) == ["2", "", "1.00", ""]
+    assert "an answer waits for a person to judge, and the cell left as it was: `103`" in filled.notes
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
@@ -211,7 +227,7 @@ TEXTS = st.text(st.characters(exclude_categories=["Cs"], exclude_characters="\r"
 
 
 @given(
-    st.lists(st.tuples(TEXTS, TEXTS, st.floats(0, 9).map(lambda score: round(score, 6))), max_size=6),
+    st.lists(st.tuples(TEXTS, TEXTS, st.integers(0, 900).map(lambda score: score / 100)), max_size=6),
     st.sampled_from([csv.QUOTE_ALL, csv.QUOTE_MINIMAL]),
     st.sampled_from([",", ";"]),
     st.sampled_from(["\n", "\r\n"]),

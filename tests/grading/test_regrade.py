@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.errors import DocumentError
-from rigidcli.grading import regrade
 from rigidcli.grading.feedback import Feedback
 from rigidcli.grading.judgement import Judged, Judgement
 from rigidcli.grading.outcome import Finding
-from rigidcli.grading.regrade import Change, Mark, changes, parse
-from rigidcli.grading.reports import Style, renderer
-from rigidcli.grading.reports.layout import columns
+from rigidcli.grading.reports import Style, regrade
+from rigidcli.grading.reports.formats import render
+from rigidcli.grading.reports.regrade import Change, Mark, changes, parse
+from rigidcli.render.terminal import cells
 
 SIGN = (Finding("sign_error", reference="expected 6.28318"),)
 
@@ -27,7 +27,7 @@ BOB = Judgement(
 
 
 def written(*judgements: Judgement, feedback: Feedback = Feedback.hint) -> bytes:
-    return "".join(renderer("json")(judgements, Style(feedback))).encode()
+    return "".join(render("json", judgements, Style(feedback))).encode()
 
 
 OLD = parse(written(AMY, BOB), "old.json")
@@ -205,7 +205,7 @@ def test_hostile_names_in_an_old_run_are_harmless(name: str, width: int | None, 
         assert "6.28318" not in output
     if width is not None:
         assert (
-            max(map(columns, "".join(regrade.table(changes(old, [AMY]), Style(width=width))).splitlines()))
+            max(map(cells, "".join(regrade.table(changes(old, [AMY]), Style(width=width))).splitlines()))
             <= width
         )
     coloured = "".join(regrade.table(changes(old, [AMY]), Style(width=1000, colour=colour)))
