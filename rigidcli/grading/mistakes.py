@@ -67,7 +67,7 @@ MISTAKES = (
     Mistake("power_of_ten", "is wrong by a power of ten", {"number": scalars.times("power_of_ten")}),
     Mistake(
         "constant_factor",
-        "differs from what was expected by a constant factor",
+        "differs from the expected answer by a constant factor",
         {"number": scalars.times("constant_factor")},
     ),
     Mistake(
@@ -78,7 +78,7 @@ MISTAKES = (
     ),
     Mistake(
         "frequency_vs_angular_frequency",
-        "a frequency and an angular frequency are confused (a factor of 2 pi)",
+        "a frequency and an angular frequency are confused",
         {"number": scalars.times("frequency_vs_angular_frequency")},
     ),
     Mistake(
@@ -90,7 +90,7 @@ MISTAKES = (
     Mistake("too_few_sig_figs", "has too few significant figures", fits={"number": scalars.with_few_figures}),
     Mistake(
         "precision_insufficient",
-        "is right as far as it goes, but has too few digits",
+        "agrees with the expected answer, but has too few digits",
         fits={"number": scalars.rounded},
     ),
 )
