@@ -112,12 +112,16 @@ def check(
             view = _view(format, items, regrade, canvas, column or prepared.title, quiet)
             with progress() as show:
                 files, missing = batch.gather(answers or (), assignment)
+                # Gradescope waits for a result of those, too, who have handed in nothing.
+                unhanded = format is CheckFormat.gradescope and not files
                 for problem in missing:
                     complain(str(problem))
-                    failures.code = max(failures.code, UsageError.exit_code)
+                    failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
                 # On a terminal, the results themselves show the progress.
                 seen = (lambda fraction: None) if width else show
                 judgements = batch.run(prepared.items, files, jobs, seen)
+                if unhanded:
+                    judgements = iter([batch.nothing(prepared.items, (answers or [""])[0])])
                 for piece in view(_noted(judgements, failures, quiet), style):
                     target.write(piece)
     raise typer.Exit(failures.code)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from rigidcli.errors import Problem, printable
 from rigidcli.grading.files import read_file
-from rigidcli.grading.judge import Item, judge
+from rigidcli.grading.judge import MISSING, Item, judge
 from rigidcli.grading.judgement import Judgement, Sheet, from_bytes, same_for_all, to_bytes
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.sandbox import LIMITS, Limits
@@ -88,6 +88,12 @@ def run(
     for file, result in zip(files, results, strict=True):
         sheet = _ended(items, result) if isinstance(result, Ended) else from_bytes(result)
         yield Judgement(_name(file.stem), _name(os.fspath(file)), sheet.questions, sheet.notes)
+
+
+def nothing(items: Mapping[str, Item], source: str) -> Judgement:
+    """The judgement of a student of whom there is no answer file at `source`: every question is missing."""
+    sheet = same_for_all({id: item.points for id, item in items.items()}, MISSING)
+    return Judgement(_name(Path(source).stem), _name(source), sheet.questions)
 
 
 def judge_file(items: Mapping[str, Item], path: Path) -> bytes:

@@ -104,8 +104,8 @@ def test_formats_for_programs(small: Path, program: Program) -> None:
     words = ("check", f"{small}/hw.yaml", f"{small}/answers", "-f")
     table = program(*words, "csv").out
     header, first, second = csv.reader(io.StringIO(table))
-    assert header == ["student", "question", "verdict", "score", "max_score", "codes", "message"]
-    assert first == ["one", "a", "correct", "4.0", "4.0", "", ""]
+    assert header == ["student", "question", "verdict", "score", "max_score", "codes", "message", "source"]
+    assert first == ["one", "a", "correct", "4.0", "4.0", "", "", f"{small}/answers/one.yaml"]
     assert second[:3] == ["two", "a", "incorrect"]
     assert program(*words, "csv", "--no-header").out == table.partition("\n")[2]
     suites = list(ET.fromstring(program(*words, "junit").out))
@@ -114,6 +114,21 @@ def test_formats_for_programs(small: Path, program: Program) -> None:
     assert scores == [4, 0]
     tally = json.loads(program(*words, "json", "--items").out)
     assert (tally["question"], tally["correct"], tally["incorrect"]) == ("a", 1, 1)
+
+
+@pytest.mark.parametrize("place", ["nowhere.yaml", "nowhere", "empty", ""])
+def test_gradescope_has_a_result_also_when_nothing_was_handed_in(
+    place: str, small: Path, program: Program
+) -> None:
+    (small / "empty").mkdir()
+    results, path = small / "results.json", str(small / place) if place else ""
+    done = program("check", f"{small}/hw.yaml", path, "-f", "gradescope", "-o", str(results))
+    assert (done.code, done.out, len(done.err.splitlines())) == (1, "", 1)
+    found = json.loads(results.read_text())
+    assert found["score"] == 0
+    assert [(test["name"], test["max_score"], test["output"]) for test in found["tests"]] == [
+        ("a", 4, "missing (0/4)")
+    ]
 
 
 def test_a_gradebook_is_filled(small: Path, program: Program) -> None:

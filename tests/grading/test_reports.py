@@ -173,9 +173,6 @@ ANT: dict[str, tuple[str, set[str]]] = {
 OPTIONAL = {"testsuite": {"skipped"}, "error": {"message"}, "failure": {"message"}}
 """The other attributes that it allows; of `skipped` it allows all."""
 
-WHOLE = "id|tests|failures|errors|skipped|time"
-"""Attributes of a suite that are numbers."""
-
 
 @pytest.mark.parametrize("feedback", Feedback)
 def test_junit_is_valid_by_the_schema_of_ant(feedback: Feedback) -> None:
@@ -183,11 +180,13 @@ def test_junit_is_valid_by_the_schema_of_ant(feedback: Feedback) -> None:
     for element in root.iter():
         children, required = ANT[element.tag]
         assert re.fullmatch(children, "".join(f"{child.tag} " for child in element)), element.tag
-        assert element.keys() >= required
-        assert element.tag == "skipped" or set(element.keys()) <= required | OPTIONAL.get(element.tag, set())
+        given, allowed = set(element.keys()), required | OPTIONAL.get(element.tag, set())
+        assert given >= required
+        assert given <= allowed or element.tag == "skipped"
     for number, suite in enumerate(root):
         assert suite.get("id") == str(number)
-        assert all(re.fullmatch("[0-9]+", suite.attrib[name]) for name in WHOLE.split("|"))
+        counts = ("tests", "failures", "errors", "skipped", "time")
+        assert all(re.fullmatch("[0-9]+", suite.attrib[name]) for name in counts)
         assert re.fullmatch(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d", suite.attrib["timestamp"])
         assert all(suite.get(name) for name in ("name", "hostname"))
 
@@ -328,6 +327,32 @@ def test_every_format_begins_before_the_class_is_judged() -> None:
 
     for name in FORMATS:
         assert next(render(name, judged_one(), Style(width=80)))  # type: ignore[arg-type]
+
+
+PUBLISHED = """
+    additive_constant axes_not_orthogonal axes_dependent axes_permuted axis_not_normalised
+    chaotic_divergence_after_horizon component_wrong components_permuted conserved_quantity_drift
+    constant_factor coupling_term_missing degrees_radians dimension_mismatch duplicate_key equation_wrong
+    euler_sign extra_solutions frequency_vs_angular_frequency frequency_wrong hamilton_sign kinetic_factor
+    kinetic_term_wrong lagrangian_or_potential_sign left_handed missing_axis missing_column missing_equation
+    missing_file moment_axis_pairing multiplicity not_a_finite_number not_a_number not_allowed
+    not_an_eigenvector not_physical not_symmetric number_for_symbol opposite_direction other_frame
+    outside_tolerance parallel_axis_missing parallel_axis_off_diagonal_missing parallel_axis_sign parse_error
+    path_outside potential_sign potential_wrong power_of_ten precession_sense precision_insufficient
+    products_of_inertia_missing products_of_inertia_sign second_order_form sig_figs_ambiguous sign_error
+    term_wrong time_range_short time_reversed time_shift time_unit timeout too_deep too_few_sig_figs too_large
+    transposed triangle_inequality trivial_equation unit_conversion unit_incompatible unit_missing
+    unknown_symbol velocity_in_hamiltonian wrong_initial_condition wrong_order wrong_shape
+    wrong_unit_right_number zero_vector
+"""
+"""The codes that scripts depend on."""
+
+
+def test_every_published_code_has_a_short_sentence_without_numbers() -> None:
+    assert set(SAYS) == {*PUBLISHED.split(), "undecided"}
+    for code, says in SAYS.items():
+        assert len(says) <= 80, code
+        assert not re.search(r"[0-9.;\n]", says), code
 
 
 PIECES = st.sampled_from(
