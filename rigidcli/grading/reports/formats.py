@@ -73,14 +73,17 @@ def json_line(entry: object) -> str:
 
 def _csv(students: Students, style: Style) -> Iterator[str]:
     """A row for each question."""
-    rows = (_row(student, question) for student in students for question in student.questions)
+    rows = (
+        (student.student, *_judged(question), student.source)
+        for student in students
+        for question in student.questions
+    )
     return csv_rows(HEADER, rows, style)
 
 
-def _row(student: Student, question: Told) -> tuple[Cell, ...]:
+def _judged(question: Told) -> tuple[Cell, ...]:
     message = question.message.replace("\n", "; ")
-    judged = (question.verdict, question.score, question.max_score, question.codes, message)
-    return (student.student, question.id, *judged, student.source)
+    return question.id, question.verdict, question.score, question.max_score, question.codes, message
 
 
 def _json(students: Students, style: Style) -> Iterator[str]:
@@ -149,15 +152,12 @@ def _suite(number: int, student: Student, style: Style) -> ET.Element:
         "errors": elements.count("error"),
         "skipped": elements.count("skipped"),
     }
-    counted = {name: str(count) for name, count in counts.items()}
-    suite = ET.Element(
-        "testsuite", {"id": str(number), "name": student.student} | NOWHERE | counted | UNTIMED
-    )
+    named = {"id": str(number), "name": student.student, **{name: str(n) for name, n in counts.items()}}
+    suite = ET.Element("testsuite", named | NOWHERE | UNTIMED)
     properties = ET.SubElement(suite, "properties")
     ET.SubElement(properties, "property", name="source", value=student.source)
     for question in student.questions:
-        attributes = {"name": question.id, "classname": student.student} | UNTIMED
-        case = ET.SubElement(suite, "testcase", attributes)
+        case = ET.SubElement(suite, "testcase", UNTIMED, name=question.id, classname=student.student)
         if question.verdict in ELEMENTS:
             case.append(_result(question, silent=style.feedback is Feedback.none))
     suite.extend([ET.Element("system-out"), ET.Element("system-err")])

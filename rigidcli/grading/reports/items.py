@@ -35,20 +35,10 @@ MOST_TOLD = 10
 LONGEST_ANSWER = 60
 """Characters of an answer that people are shown."""
 
-UNNAMED = frozenset(
-    [
-        "component_wrong",
-        "conserved_quantity_drift",
-        "equation_wrong",
-        "frequency_wrong",
-        "kinetic_term_wrong",
-        "not_an_eigenvector",
-        "outside_tolerance",
-        "potential_wrong",
-        "term_wrong",
-        "wrong_initial_condition",
-    ]
-)
+UNNAMED = {
+    "component_wrong", "conserved_quantity_drift", "equation_wrong", "frequency_wrong", "kinetic_term_wrong",
+    "not_an_eigenvector", "outside_tolerance", "potential_wrong", "term_wrong", "wrong_initial_condition",
+}  # fmt: skip
 """Codes that tell what is wrong, but not by which mistake."""
 
 
@@ -87,22 +77,18 @@ def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
 
 def _tally(id: str, given: Sequence[Judged]) -> Tally:
     verdicts = Counter(each.verdict for each in given)
-    least = max(
-        LEAST_SHARED, LEAST_SHARE * (len(given) - verdicts["missing"]), LEAST_BESIDE * verdicts["correct"]
-    )
+    answered = len(given) - verdicts["missing"]
+    least = max(LEAST_SHARED, LEAST_SHARE * answered, LEAST_BESIDE * verdicts["correct"])
     told = [each for each in given if each.answer and each.verdict not in ("correct", "missing")]
     alike = Counter((each.answer, each.verdict, tuple(dict.fromkeys(each.codes))) for each in told)
+    # What waits for a person, then what many have in common.
+    ranked = sorted(alike.items(), key=lambda entry: (entry[0][1] != "review", -entry[1], entry[0]))
     answers = tuple(
         Taken(printable(answer), count, verdict, codes, count >= least and _is_unexplained(answer, codes))
-        for (answer, verdict, codes), count in sorted(alike.items(), key=_rank)
+        for (answer, verdict, codes), count in ranked
     )
     counts = {verdict: verdicts[verdict] for verdict in VERDICTS}
     return Tally(printable(id), counts, any(answer.suspicious for answer in answers), answers)
-
-
-def _rank(entry: tuple[tuple[str, Verdict, tuple[str, ...]], int]) -> tuple[object, ...]:
-    (answer, verdict, codes), count = entry
-    return verdict != "review", -count, answer, verdict, codes
 
 
 def _is_unexplained(answer: str, codes: tuple[str, ...]) -> bool:
@@ -144,8 +130,10 @@ def json(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
 
 
 HEADER = ("question", *VERDICTS, *(field.name for field in fields(Taken)))
+"""The columns of csv."""
 
-NO_ANSWER = (None,) * len(fields(Taken))
+NOBODY = (None,) * len(fields(Taken))
+"""The cells of an answer where all are right."""
 
 
 def csv(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
@@ -153,7 +141,7 @@ def csv(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
     rows = (
         (tally.question, *tally.verdicts.values(), *answer)
         for tally in tallies
-        for answer in (map(astuple, tally.answers) if tally.answers else [NO_ANSWER])
+        for answer in (map(astuple, tally.answers) if tally.answers else [NOBODY])
     )
     return csv_rows(HEADER, rows, style)
 

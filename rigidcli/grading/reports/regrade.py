@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, astuple, dataclass, fields
 from itertools import chain, groupby
 from typing import Literal
 
@@ -64,7 +64,7 @@ def parse(data: bytes, source: str) -> tuple[Student, ...]:
         orjson.loads(whole)
     except orjson.JSONDecodeError:
         lines = [(number, line) for number, line in enumerate(data.splitlines(), 1) if line.strip()]
-        return tuple(_students(b"[%b]" % line, source, number)[0] for number, line in lines)
+        return tuple(chain(*(_students(b"[%b]" % line, source, number) for number, line in lines)))
     return _students(whole, source)
 
 
@@ -169,22 +169,21 @@ def json(found: Sequence[Change], style: Style) -> Iterator[str]:
     yield from (json_line({"schema": SCHEMA} | asdict(change)) for change in found)
 
 
-MARK = [field.name for field in fields(Mark)]
-
-HEADER = ("student", "question", *(f"{run}_{name}" for name in MARK for run in ("old", "new")))
+HEADER = ("student", "question", *(f"{run}_{mark.name}" for mark in fields(Mark) for run in ("old", "new")))
+"""The columns of csv: of each part of a mark what it was, and what it is."""
 
 
 def csv(found: Sequence[Change], style: Style) -> Iterator[str]:
     """A row for each change; that of a whole student has an empty question."""
-    rows = ((each.student, each.question, *_pairs(each)) for each in found)
+    rows = (
+        (each.student, each.question, *chain(*zip(_cells(each.old), _cells(each.new), strict=True)))
+        for each in found
+    )
     return csv_rows(HEADER, rows, style)
 
 
-def _pairs(change: Change) -> Iterator[Cell]:
-    """What it was, and is now, column by column."""
-    return chain.from_iterable(
-        (getattr(change.old, name, None), getattr(change.new, name, None)) for name in MARK
-    )
+def _cells(mark: Mark | None) -> tuple[Cell, ...]:
+    return (None,) * len(fields(Mark)) if mark is None else astuple(mark)
 
 
 TEXTS = {"table": table, "json": json, "csv": csv}
