@@ -122,6 +122,8 @@ class DocumentError(RigidError):
 
 def printable(text: str) -> str:
     """`text` without what could steer a terminal: control characters and marks of direction are escaped."""
+    if text.isprintable():
+        return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
