@@ -152,7 +152,8 @@ def _suite(number: int, student: Student, style: Style) -> ET.Element:
         "errors": elements.count("error"),
         "skipped": elements.count("skipped"),
     }
-    named = {"id": str(number), "name": student.student, **{name: str(n) for name, n in counts.items()}}
+    named = {"id": str(number), "name": student.student.strip() or "-"}
+    named |= {name: str(count) for name, count in counts.items()}
     suite = ET.Element("testsuite", named | NOWHERE | UNTIMED)
     properties = ET.SubElement(suite, "properties")
     ET.SubElement(properties, "property", name="source", value=student.source)
@@ -166,12 +167,13 @@ def _suite(number: int, student: Student, style: Style) -> ET.Element:
 
 def _result(question: Told, *, silent: bool) -> ET.Element:
     """What is told of an answer that is not right."""
-    if silent:
-        return ET.Element(ELEMENTS[question.verdict], message="", type="")
-    reasons = question.message.replace("\n", "; ")
-    message = f"{_earned(question)}: {reasons}" if reasons else _earned(question)
-    element = ET.Element(ELEMENTS[question.verdict], message=message, type=question.verdict)
-    element.text = question.message
+    element = ET.Element(ELEMENTS[question.verdict], message="")
+    if element.tag != "skipped":
+        element.set("type", "" if silent else question.verdict)
+    if not silent:
+        reasons = question.message.replace("\n", "; ")
+        element.set("message", f"{_earned(question)}: {reasons}" if reasons else _earned(question))
+        element.text = question.message
     return element
 
 
