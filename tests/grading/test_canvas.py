@@ -115,6 +115,8 @@ def test_semicolons_and_decimal_commas() -> None:
     assert filled.notes == ()
     book = 'Student,ID,SIS Login ID,Section,HW (1)\n    Points Possible,,,,"9,00"\nDoe,1,doe,A,\n'
     assert cells(fill(book, [judged("doe", 2.5)], "HW").text)[2][4] == "2,5"
+    book = book.replace("HW", '"a;b;c;d;e;f').replace("(1)", '(1)"')
+    assert cells(fill(book, [judged("doe", 2.5)], "1").text)[2][4] == "2,5"
 
 
 def test_names_in_two_columns() -> None:

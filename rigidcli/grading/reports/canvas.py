@@ -139,15 +139,15 @@ def fill(text: str, judgements: Iterable[Judgement], column: str) -> Filled:
 
 def _book(text: str) -> _Book:
     """The gradebook of a file, whichever mark separates its cells. Raises UsageError."""
-    mark = max(",;", key=text.partition("\n")[0].count)
-    rows: list[_Row] = [[]]
-    for cell, end in re.findall(_CELL.format(mark=mark), text):
-        rows[-1].append(_Cell(cell, end))
-        if end != mark:
-            rows.append([])
-    book = _Book(mark, rows, next((row for row in rows if POINTS in _value(row, 0)), []))
-    if "ID" in book.names and {"Student", "LastName"} & set(book.names):
-        return book
+    for mark in ",;":
+        rows: list[_Row] = [[]]
+        for cell, end in re.findall(_CELL.format(mark=mark), text):
+            rows[-1].append(_Cell(cell, end))
+            if end != mark:
+                rows.append([])
+        book = _Book(mark, rows, next((row for row in rows if POINTS in _value(row, 0)), []))
+        if "ID" in book.names and {"Student", "LastName"} & set(book.names):
+            return book
     hint = "it begins with the columns `Student` and `ID`"
     raise UsageError("this is not a gradebook that Canvas has exported", hint=hint)
 
@@ -170,7 +170,7 @@ def _students(book: _Book) -> dict[int, dict[str, str]]:
 
 def _number(text: str) -> float | None:
     try:
-        return float(text.strip().replace(",", "."))
+        return float(text.replace(",", "."))
     except ValueError:
         return None
 

@@ -69,9 +69,8 @@ def _block(student: Student, style: Style) -> str:
 
 def _as_one(student: Student) -> Sequence[Told]:
     """The questions, or a single one for all of them where the same is said of each, and none has points."""
-    first, *others = student.questions
-    alike = all((first.verdict, first.feedback) == (other.verdict, other.feedback) for other in others)
-    if not others or not alike or first.verdict not in SHARED:
+    first, said = student.questions[0], {(each.verdict, each.feedback) for each in student.questions}
+    if len(student.questions) == 1 or len(said) > 1 or first.verdict not in SHARED:
         return student.questions
     return [Told("every question", first.verdict, student.score, student.max_score, first.feedback)]
 
