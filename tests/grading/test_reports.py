@@ -226,8 +226,8 @@ eve  0/5
   a  0/3  incorrect  {SAYS["sign_error"]}
 
 2 students, mean 2.5/5 (50%)
-  a   50%  1 correct, 1 incorrect
   b   50%  1 review, 1 correct
+  a   50%  1 correct, 1 incorrect
 """
     )
 

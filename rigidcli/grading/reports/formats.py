@@ -1,4 +1,4 @@
-"""The formats in which judgements are told: output begins before the last answer file is judged."""
+"""The formats in which judgements are told, one answer file after another as far as the format allows."""
 
 from __future__ import annotations
 

@@ -97,7 +97,7 @@ def _summary(students: Sequence[Student], style: Style) -> str:
             counts[question.id][question.verdict] += 1
     rows = [
         Row(((f"  {id}", ""), (f"{verdicts['correct'] / len(students):>4.0%}", "")), counted(verdicts))
-        for id, verdicts in counts.items()
+        for id, verdicts in sorted(counts.items(), key=lambda entry: not entry[1]["review"])
     ]
     mean, most = sum(student.score for student in students) / len(students), students[-1].max_score
     share = f" ({mean / most:.0%})" if most else ""
