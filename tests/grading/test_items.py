@@ -136,6 +136,12 @@ def test_a_question_that_all_got_right_is_told_too() -> None:
     assert "".join(csv(found, Style(header=False))) == "q,0,1,0,0,0,0,,,,,\n"
 
 
+def test_questions_of_which_an_answer_waits_come_first() -> None:
+    questions = (Judged("a", "incorrect", 0, 1), Judged("b", "correct", 1, 1), Judged("c", "review", 0, 1))
+    found = tally([Judgement("x", "x.yaml", questions)])
+    assert [each.question for each in found] == ["c", "a", "b"]
+
+
 def test_a_table_tells_the_first_wrong_answers() -> None:
     found = tally(handed_in([("incorrect", f"{k:02}", "sign_error") for k in range(MOST_TOLD + 5)]))
     lines = "".join(table(found, Style())).splitlines()

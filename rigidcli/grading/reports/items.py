@@ -67,12 +67,13 @@ class Tally:
 
 
 def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
-    """What the class has made of each question, in the order of the assignment."""
+    """What the class has made of each question, those first of which an answer waits for a person."""
     given: dict[str, list[Judged]] = {}
     for judgement in judgements:
         for question in judgement.questions:
             given.setdefault(question.id, []).append(question)
-    return tuple(_tally(id, answers) for id, answers in given.items())
+    tallies = (_tally(id, answers) for id, answers in given.items())
+    return tuple(sorted(tallies, key=lambda tally: not tally.verdicts["review"]))
 
 
 def _tally(id: str, given: Sequence[Judged]) -> Tally:
