@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import Any, TypeAlias
 
 from rigidcli.grading import scalars
+from rigidcli.grading.trajectories import mistakes as trajectories
 
 DECISIVE, CAUSE, DESCRIPTION = LEVELS = (0, 1, 2)
 """What is asked first: a tensor about the wrong point may also differ by a constant factor."""
@@ -58,28 +59,46 @@ MISTAKES = (
         fits={"number": scalars.in_other_unit},
         level=DECISIVE,
     ),
-    Mistake("sign_error", "has the wrong sign", {"number": scalars.times("sign_error")}),
+    Mistake(
+        "sign_error",
+        "has the wrong sign",
+        {"number": scalars.times("sign_error"), "trajectory": trajectories.scaled("sign_error")},
+        {"trajectory": trajectories.fitting("sign_error")},
+    ),
     Mistake(
         "precession_sense",
         "the precession goes the other way round",
         {"number": scalars.times("precession_sense")},
     ),
-    Mistake("power_of_ten", "is wrong by a power of ten", {"number": scalars.times("power_of_ten")}),
+    Mistake(
+        "power_of_ten",
+        "is wrong by a power of ten",
+        {"number": scalars.times("power_of_ten"), "trajectory": trajectories.scaled("power_of_ten")},
+        {"trajectory": trajectories.fitting("power_of_ten")},
+    ),
     Mistake(
         "constant_factor",
         "differs from what was expected by a constant factor",
-        {"number": scalars.times("constant_factor")},
+        {"number": scalars.times("constant_factor"), "trajectory": trajectories.scaled("constant_factor")},
+        {"trajectory": trajectories.fitting("constant_factor")},
     ),
     Mistake(
         "degrees_radians",
         "degrees and radians are confused",
-        {"number": scalars.times("degrees_radians")},
-        {"number": scalars.converted_twice("degrees_radians")},
+        {
+            "number": scalars.times("degrees_radians"),
+            "trajectory": trajectories.scaled("degrees_radians"),
+        },
+        {
+            "number": scalars.converted_twice("degrees_radians"),
+            "trajectory": trajectories.fitting("degrees_radians"),
+        },
     ),
     Mistake(
         "frequency_vs_angular_frequency",
         "a frequency and an angular frequency are confused (a factor of 2 pi)",
         {"number": scalars.times("frequency_vs_angular_frequency")},
+        {"trajectory": trajectories.fitting("frequency_vs_angular_frequency")},
     ),
     Mistake(
         "unit_conversion",
@@ -91,7 +110,32 @@ MISTAKES = (
     Mistake(
         "precision_insufficient",
         "is right as far as it goes, but has too few digits",
-        fits={"number": scalars.rounded},
+        fits={"number": scalars.rounded, "trajectory": trajectories.rounded},
+    ),
+    Mistake(
+        "components_permuted",
+        "the components are right, but stand in another order",
+        {"trajectory": trajectories.exchanged},
+        {"trajectory": trajectories.permuted},
+    ),
+    Mistake("time_unit", "the time is in another unit", {"trajectory": trajectories.in_other_units}),
+    Mistake(
+        "time_shift",
+        "is right, but begins at another time",
+        {"trajectory": trajectories.later},
+        {"trajectory": trajectories.shifted},
+    ),
+    Mistake(
+        "time_reversed",
+        "runs backwards in time",
+        {"trajectory": trajectories.reversed_},
+        {"trajectory": trajectories.backwards},
+    ),
+    Mistake(
+        "frequency_wrong",
+        "the motion has the right form, but another frequency",
+        {"trajectory": trajectories.slower},
+        {"trajectory": trajectories.at_other_frequency},
     ),
 )
 """All named mistakes. One that changes nothing in a key is none there."""

@@ -11,9 +11,8 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.grading.expressions.formula import names_in
 from rigidcli.grading.question import RELATIVE, Question, Tolerance
-from rigidcli.grading.trajectories.field import size_of_terms
-from rigidcli.grading.trajectories.heads import TIME
-from rigidcli.grading.trajectories.source import Source
+from rigidcli.grading.trajectories.source import Source, size_of_terms
+from rigidcli.grading.trajectories.tables import TIME
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.expression import parse
 from rigidcli.symbolic.language.tree import Name, Node
@@ -104,18 +103,16 @@ def _law(name: str, root: Node, source: Source, *, required: bool) -> Conserved 
 def _allowed(
     law: Conserved, columns: Mapping[str, Floats], tolerance: Tolerance, margins: Mapping[str, float]
 ) -> float:
-    """The drift that is allowed; by default not less than that of an answer that is just right."""
+    """The drift that is allowed; by default not less than that of an answer that is just right.
+
+    That is twice what the law changes by where every judged column is wrong by as much as is allowed.
+    """
     size = size_of_terms(law.root, {**law.constants, **columns})
     if tolerance.conserved is not None:
         return tolerance.conserved * size
-    return max(DRIFT * (tolerance.relative or RELATIVE) * size, 2 * _spread(law, columns, margins))
-
-
-def _spread(law: Conserved, columns: Mapping[str, Floats], margins: Mapping[str, float]) -> float:
-    """By how much it changes where every judged column is wrong by as much as is allowed."""
     middle, spread = law.values(columns), 0.0
     for name in law.names & margins.keys():
         for side in (margins[name], -margins[name]):
             change = np.abs(law.values({**columns, name: columns[name] + side}) - middle)
-            spread = spread + float(np.max(change, where=np.isfinite(change), initial=0.0)) / 2
-    return spread
+            spread += float(np.max(change, where=np.isfinite(change), initial=0.0)) / 2
+    return max(DRIFT * (tolerance.relative or RELATIVE) * size, 2 * spread)

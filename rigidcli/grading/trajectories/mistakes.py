@@ -1,37 +1,41 @@
-"""Named mistakes of trajectories: other times, factors, digits, or columns exchanged."""
+"""What mistakes make of the key of a trajectory: other times, factors, digits, or columns exchanged.
+
+Each is a key that reads an answer in another way. What shift or frequency it is, is told from some of the
+rows: the best of many guesses, in the grid of the key, is made better by minimising the deviation.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rigidcli.core.arithmetic import Floats
-from rigidcli.grading.kinds.modules import explained
+from rigidcli.core.arithmetic import Floats, Mask
+from rigidcli.grading.factors import CONSTANTS, DEGREES, TENS, TURN
 from rigidcli.grading.trajectories.key import Key, Rows
-from rigidcli.grading.trajectories.retiming import (
-    OSCILLATING,
-    RATIOS,
-    at_other_frequency,
-    backwards,
-    by_ratio,
-    in_other_unit,
-    probed,
-    shifted,
-    with_inverses,
-)
 
-FACTORS = (2.0, 3.0, 4.0, 1.5, math.sqrt(2))
-"""Factors, and their inverses, that are told from other wrong numbers."""
+FACTORS = {
+    "sign_error": (-1.0,),
+    "degrees_radians": (DEGREES, 1 / DEGREES),
+    "frequency_vs_angular_frequency": (TURN, 1 / TURN),
+    "constant_factor": (*CONSTANTS, *(1 / factor for factor in CONSTANTS)),
+    "power_of_ten": (*TENS, *(1 / factor for factor in TENS)),
+}
+"""What columns are multiplied by, by the mistake that it is; only angular velocities by a whole turn."""
 
-DEGREES = 180 / math.pi
+RATIOS = {
+    "frequency_vs_angular_frequency": (TURN, 1 / TURN),
+    "degrees_radians": (DEGREES, 1 / DEGREES),
+}
+"""Ratios of frequencies that are tried by themselves, by the mistake that each is."""
 
-TURN = 2 * math.pi
+TIME_UNITS = (60.0, 3600.0, 1e3, 1e6)
+"""Units of time that stand for seconds by mistake, or seconds for them."""
 
-POWERS = range(1, 10)
-"""Of ten."""
+LEAST_SEEN = 10.0
+"""How large a column must be, or what it must change by, to show a factor or a frequency, in margins."""
 
 DECIMALS = tuple(10.0**-n for n in range(-6, 10))
 """Units of the last place that a column may be rounded to."""
@@ -52,44 +56,126 @@ SMALL = 0.05
 BARELY = 0.1
 """The least that it must become, in margins."""
 
-LEAST_SEEN = 10.0
-"""How large a column must be, in margins, to show a factor."""
+EDGE = 0.01
+"""How far from the ends of the span, in units of it, times may begin and end."""
+
+PROBES = 32
+"""Rows at which a shift or another frequency is looked for."""
+
+LEAST_GUESSES, MOST_GUESSES = 101, 2001
+PER_CROSSING = 10
+"""Shifts or frequencies that are tried, more of them where the motion is faster."""
+
+LOWEST_RATIO = 0.3
+"""Of frequencies; the highest is its inverse."""
+
+OSCILLATING = 2
+"""Crossings of its middle from which a motion has a frequency."""
+
+CLEARLY = 0.05
+"""The part of an answer's deviation that another frequency leaves."""
+
+FAINT = 0.01
+"""A deviation, in units of a column's range, that may as well be that of a coarse integration."""
+
+PROMISING = 0.5
+"""Deviation, in units of the columns' ranges, of a first guess from which it can get better."""
+
+FINE = 1e-8
+"""How exactly a parameter is found, in units of the distance of guesses."""
+
+FAR = 4.0
+"""The largest square of a deviation in these units that counts: beyond, one row is as wrong as another."""
+
+ENOUGH = 0.5
+"""The part of the rows of which a shift or a frequency must tell what they are."""
 
 
-def code_of(key: Key, rows: Rows, otherwise: str) -> str:
-    """The code of the one mistake that explains the answer, or the other."""
-    return explained(_checks(key, rows), lambda check: check(), otherwise).code
+# --- other values
 
 
-def explaining(key: Key, rows: Rows) -> set[str]:
-    """The codes of all mistakes that explain the answer."""
-    return {code for code, check in _checks(key, rows) if check()}
+def _failing(key: Key, rows: Rows) -> tuple[Mask, Floats, Floats]:
+    """Which columns are wrong (m), with the values and what is expected (k by m); none where rows are few."""
+    if key.lacks(rows):
+        return np.zeros(len(key.columns), dtype=bool), rows.values, rows.values
+    _, values, expected = key.compared(rows)
+    return rows.present & (key.misses(values, expected) > 1).any(axis=0), values, expected
 
 
-def _checks(key: Key, rows: Rows) -> Iterator[tuple[str, Callable[[], bool]]]:
-    yield "time_unit", partial(in_other_unit, key, rows)
-    yield "time_shift", partial(shifted, key, rows)
-    if not rows.failing:
-        return
-    yield "time_reversed", partial(backwards, key, rows)
-    if key.crossings >= OSCILLATING:
-        yield "frequency_wrong", partial(at_other_frequency, key, rows)
-        for code, ratios in RATIOS.items():
-            yield code, partial(by_ratio, key, rows, ratios)
-    if key.rates:
-        yield "frequency_vs_angular_frequency", partial(_in_turns, key, rows)
-    yield "sign_error", partial(_by_factors, key, rows, (-1.0,))
-    yield "degrees_radians", partial(_by_factors, key, rows, (DEGREES, 1 / DEGREES))
-    yield "constant_factor", partial(_by_factors, key, rows, with_inverses(FACTORS))
-    yield "power_of_ten", partial(_by_factors, key, rows, with_inverses([10.0**n for n in POWERS]))
-    yield "precision_insufficient", partial(_rounded, key, rows)
-    yield "components_permuted", partial(_exchanged, key, rows)
+def scaled(code: str) -> Callable[[Key], Iterator[Key]]:
+    """What makes the key with all columns, or angles, multiplied by a factor that this mistake has."""
+
+    def changes(key: Key) -> Iterator[Key]:
+        factor = FACTORS[code][0]
+        yield key.read_with(
+            factors=np.where(np.isfinite(key.periods) | (code != "degrees_radians"), factor, 1.0)
+        )
+
+    return changes
 
 
-def _predicted(key: Key, rows: Rows) -> tuple[Floats, Floats]:
-    """The values up to the horizon, and what they should be."""
-    inside = (rows.times >= key.start) & (rows.times <= key.horizon)
-    return rows.values[inside], key.at(rows.times[inside])
+def fitting(code: str) -> Callable[[Key, Rows], Iterator[Key]]:
+    """What makes the key in which each wrong column has the factor of this mistake that fits best.
+
+    Where it has ratios of frequencies, too, the keys of these follow.
+    """
+
+    def fits(key: Key, rows: Rows) -> Iterator[Key]:
+        failing, values, expected = _failing(key, rows)
+        large = np.abs(expected).max(axis=0, initial=0.0) > LEAST_SEEN * key.margins
+        if code == "frequency_vs_angular_frequency":
+            large &= np.isin(np.arange(len(large)), key.rates)
+        if failing.any() and large[failing].all():
+            factors = _best(key, values, expected, FACTORS[code])
+            yield key.read_with(factors=np.where(failing, factors, 1.0))
+        if failing.any():
+            for ratio in RATIOS.get(code, ()):
+                yield from _faster(key, rows, ratio)
+
+    return fits
+
+
+def _best(key: Key, values: Floats, expected: Floats, factors: Sequence[float]) -> Floats:
+    """The factor that fits each column best (m)."""
+    off = [key.misses(values / factor, expected).max(axis=0, initial=0.0) for factor in factors]
+    best: Floats = np.array(factors)[np.argmin(off, axis=0)]
+    return best
+
+
+def exchanged(key: Key) -> Iterator[Key]:
+    """The key with every column in the place of the next."""
+    count = key.required
+    if count > 1:
+        yield key.read_with(order=(*range(1, count), 0, *range(count, len(key.columns))))
+
+
+def permuted(key: Key, rows: Rows) -> Iterator[Key]:
+    """The key in which the wrong columns are in the order that fits best."""
+    from scipy.optimize import linear_sum_assignment
+
+    failing, values, expected = _failing(key, rows)
+    places, order = np.flatnonzero(failing), np.arange(len(key.columns))
+    away = [np.abs(key.wrapped(values[:, [place]] - expected)).max(axis=0) for place in places]
+    if away:
+        column, place = linear_sum_assignment((np.array(away) > key.margins)[:, places])
+        order[places[place]] = places[column]
+        yield key.read_with(order=tuple(order.tolist()))
+
+
+def rounded(key: Key, rows: Rows) -> Iterator[Key]:
+    """The key with as many decimal places as each wrong column has."""
+    failing, values, _ = _failing(key, rows)
+    more = np.zeros(len(failing))
+    for place in np.flatnonzero(failing):
+        for unit in DECIMALS:
+            written = values[:, place] / unit
+            if (np.abs(written - np.round(written)) < WHOLE).all():
+                more[place] = unit / 2
+                break
+        if not 0 < 2 * more[place] <= COARSEST * key.ranges[place]:
+            return
+    if failing.any():
+        yield key.read_with(more=more)
 
 
 def grows(key: Key, rows: Rows) -> bool:
@@ -97,93 +183,159 @@ def grows(key: Key, rows: Rows) -> bool:
 
     That is what too coarse an integration does; so does a constant that is not quite right.
     """
-    moving = [place for place in rows.present if key.moving[place]]
-    values, expected = _predicted(key, rows)
-    off = key.misses(values, expected)
-    times = rows.times[(rows.times >= key.start) & (rows.times <= key.horizon)]
+    times, values, expected = key.compared(rows)
+    off, moving = key.misses(values, expected), rows.present & key.moving
     part = (QUARTERS * (times - key.start) / (key.horizon - key.start)).astype(int).clip(0, QUARTERS - 1)
-    if not moving or not np.isin(np.arange(QUARTERS), part).all():
+    if not moving.any() or not np.isin(np.arange(QUARTERS), part).all():
         return False
-    worst = np.array([off[part == quarter].max(axis=0) for quarter in range(QUARTERS)])[:, moving]
+    worst = np.array([off[part == quarter].max(axis=0) for quarter in range(QUARTERS)])
     is_growing = (worst[-1] > np.maximum(GROWING * worst[0], BARELY)) & (worst[-1] >= worst[1])
-    is_small = (worst * key.margins[moving] <= SMALL * key.ranges[moving]).all(axis=0)
-    return bool((is_growing & is_small & (off[0, moving] <= 1)).all())
+    is_small = (worst * key.margins <= SMALL * key.ranges).all(axis=0)
+    return bool((is_growing & is_small & (off[0] <= 1))[moving].all())
 
 
-def _by_factors(key: Key, rows: Rows, factors: Sequence[float], among: Sequence[int] | None = None) -> bool:
-    """Whether each wrong column is right but for one of the factors, which is then seen in it.
+# --- other times
 
-    Wrong columns must be `among` these places, if any are given.
+
+def in_other_units(key: Key) -> Iterator[Key]:
+    """The keys of times in other units than seconds."""
+    for unit in TIME_UNITS:
+        yield key.read_with(rate=1 / unit, whole=True)
+        yield key.read_with(rate=unit, whole=True)
+
+
+def later(key: Key) -> Iterator[Key]:
+    """The key of times that begin a tenth of the span later."""
+    yield key.read_with(shift=-0.1 * key.span, whole=True)
+
+
+def shifted(key: Key, rows: Rows) -> Iterator[Key]:
+    """The key of x(t + s), with the shift s that fits best."""
+    low, high, whole = -0.5 * key.span, 0.5 * key.span, False
+    if key.lacks(rows):
+        edge, whole = EDGE * key.span, True
+        low, high = key.stop - edge - rows.times[-1], key.start + edge - rows.times[0]
+    if low <= high:  # else its times do not cover the span, wherever they begin
+        guesses = np.linspace(low, high, LEAST_GUESSES if whole else _guesses(key))
+        shift = _found(key, rows, guesses, lambda shift, times: times + shift)
+        if shift is not None:
+            yield key.read_with(shift=shift, whole=whole)
+
+
+def reversed_(key: Key) -> Iterator[Key]:
+    """The key of a motion from the end to the beginning."""
+    yield key.read_with(rate=-1.0, shift=key.start + key.stop)
+
+
+def backwards(key: Key, rows: Rows) -> Iterator[Key]:
+    """The same for the times of the answer, columns that are rates perhaps with the other sign."""
+    reading = key.read_with(rate=-1.0, shift=rows.times[0] + rows.times[-1])
+    if not key.lacks(rows) and not reading.lacks(rows):
+        _, values, expected = reading.compared(rows)
+        factors = _best(key, values, expected, (1.0, -1.0))
+        if (factors > 0)[rows.present & key.moving].any():
+            yield key.read_with(rate=reading.rate, shift=reading.shift, factors=factors)
+
+
+def slower(key: Key) -> Iterator[Key]:
+    """The key of a motion at four fifths of its speed, if it oscillates."""
+    if key.crossings >= OSCILLATING:
+        yield key.read_with(rate=0.8, shift=0.2 * key.start)
+
+
+def at_other_frequency(key: Key, rows: Rows) -> Iterator[Key]:
+    """The keys of x(a t), with known ratios a, and the one that fits best if it clearly does."""
+    if key.crossings < OSCILLATING or key.lacks(rows):
+        return
+    for known in (2.0, 3.0, 1 / 2, 1 / 3):
+        yield from _faster(key, rows, known)
+    guesses = np.geomspace(LOWEST_RATIO, 1 / LOWEST_RATIO, _guesses(key))
+    ratio = _found(key, rows, guesses, lambda ratio, t: key.start + ratio * (t - key.start), rates=True)
+    moving = rows.present & key.moving
+    for reading in [] if ratio is None else _faster(key, rows, ratio):
+        left = reading.misses(*reading.compared(rows)[1:])[:, moving].max(axis=0)
+        whole = key.misses(*key.compared(rows)[1:])[:, moving].max(axis=0)
+        is_seen = whole > FAINT * (key.ranges[moving] / key.margins[moving])
+        if (left < CLEARLY * whole).all() and is_seen.any():
+            yield reading
+
+
+def _faster(key: Key, rows: Rows, ratio: float) -> Iterator[Key]:
+    """The key of x(a t); rates may then have the factor a, and amplitudes 1/a."""
+    shift = key.start * (1 - ratio)
+    reading = key.read_with(rate=ratio, shift=shift)
+    if key.crossings < OSCILLATING:
+        return
+    if (reading.ranges > LEAST_SEEN * key.margins)[key.moving].all() and not reading.lacks(rows):
+        factors = _best(key, *reading.compared(rows)[1:], (1.0, ratio, 1 / ratio))
+        yield key.read_with(rate=ratio, shift=shift, factors=factors)
+
+
+def _guesses(key: Key) -> int:
+    return min(MOST_GUESSES, max(LEAST_GUESSES, PER_CROSSING * key.crossings))
+
+
+Retiming = Callable[[Floats, Floats], Floats]
+"""Times of the reference for a parameter (p by 1) and times of an answer (k)."""
+
+
+def _found(key: Key, rows: Rows, guesses: Floats, retiming: Retiming, *, rates: bool = False) -> float | None:
+    """The parameter that fits best; None where none comes near.
+
+    The parameter of `rates` is tried as a factor of the columns, too.
     """
-    failing = list(rows.failing or ())
-    values, expected = _predicted(key, rows)
-    found = np.zeros(values.shape[1], dtype=bool)
-    for factor in factors:
-        scaled = values.copy()
-        scaled[:, failing] /= factor
-        found |= (key.misses(scaled, expected) <= 1).all(axis=0)
-    seen = np.abs(expected).max(axis=0) > LEAST_SEEN * key.margins
-    fit = among is None or set(failing) <= set(among)
-    return fit and bool((found & seen)[failing].all())
+    from scipy.optimize import minimize_scalar
 
-
-def _in_turns(key: Key, rows: Rows) -> bool:
-    """Whether angular velocities are in turns instead of radians, or the other way round."""
-    return _by_factors(key, rows, (TURN, 1 / TURN), key.rates)
-
-
-def _rounded(key: Key, rows: Rows) -> bool:
-    """Whether each wrong column is right to the decimal places that it has."""
-    values, expected = _predicted(key, rows)
-    for place in rows.failing or ():
-        for unit in DECIMALS:
-            written = values[:, place] / unit
-            if (np.abs(written - np.round(written)) < WHOLE).all():
-                break
-        else:
-            return False
-        off = np.abs(key.wrapped(values - expected))[:, place]
-        if unit > COARSEST * key.ranges[place] or (off > unit / 2 + key.margins[place]).any():
-            return False
-    return True
-
-
-def _exchanged(key: Key, rows: Rows) -> bool:
-    """Whether the wrong columns are right in another order."""
-    failing = list(rows.failing or ())
-    values, expected = _predicted(key, rows)
-    some = probed(len(values))
-    order = _order(key, values[some], expected[some], failing)
-    if order is None:
-        return False
-    exchanged = expected.copy()
-    exchanged[:, order] = values[:, failing]
-    return bool((key.misses(exchanged, expected) <= 1).all())
-
-
-def _order(key: Key, values: Floats, expected: Floats, failing: list[int]) -> list[int] | None:
-    """Other places for the failing columns (k by m), at which each is right; None where there are none."""
-    taken: dict[int, int] = {}  # by the place, the column that has it
-    fitting = {
-        column: [
-            place
-            for place in failing
-            if (np.abs(values[:, column] - expected[:, place]) <= key.margins[place]).all()
-        ]
-        for column in failing
-    }
-
-    def placed(column: int, tried: set[int]) -> bool:
-        """Whether the column finds a place, moving others on (H. W. Kuhn's augmenting paths)."""
-        for place in fitting[column]:
-            if place not in tried:
-                tried.add(place)
-                if place not in taken or placed(taken[place], tried):
-                    taken[place] = column
-                    return True
-        return False
-
-    if not all(placed(column, set()) for column in failing):
+    if not (rows.present & np.isfinite(key.margins)).any():
         return None
-    place_of = {column: place for place, column in taken.items()}
-    return [place_of[column] for column in failing]
+    some = _probed(len(rows.times))
+    few = Rows(rows.times[some], rows.values[some])
+    off = _deviation(key, few, guesses, retiming, key.roughly_at, rates=rates)
+    best = int(np.argmin(off))
+    if not off[best] < PROMISING**2:
+        return None
+    near = guesses[max(best - 1, 0) : best + 2]
+
+    def deviation(change: float) -> float:
+        guess = np.array([guesses[best] + change])
+        return float(_deviation(key, few, guess, retiming, key.at, rates=rates)[0])
+
+    bounds = near[0] - guesses[best], near[-1] - guesses[best]
+    found = minimize_scalar(
+        deviation, bounds=bounds, method="bounded", options={"xatol": FINE * np.ptp(near)}
+    )
+    return float(guesses[best] + found.x)
+
+
+def _probed(count: int) -> NDArray[np.int64]:
+    """Some of so many rows, at irregular distances: of regular ones, several frequencies look the same."""
+    golden = (math.sqrt(5) - 1) / 2
+    return np.unique((np.arange(PROBES) * golden % 1 * count).astype(np.int64))
+
+
+def _deviation(
+    key: Key,
+    rows: Rows,
+    guesses: Floats,
+    retiming: Retiming,
+    reference: Callable[[Floats], Floats],
+    *,
+    rates: bool,
+) -> Floats:
+    """The mean square of what columns are off by for each guess (p), in units of their ranges.
+
+    It is FAR where too few rows can be compared.
+    """
+    times = retiming(guesses[:, None], rows.times)
+    inside = (times >= key.start) & (times <= key.horizon)
+    count = inside.sum(axis=1)
+    expected = reference(times.ravel()).reshape(*times.shape, -1)
+    squares = []
+    for factor in [np.ones_like(guesses)] + ([guesses, 1 / guesses] if rates else []):
+        away = key.wrapped(rows.values / factor[:, None, None] - expected) / key.ranges
+        away[~inside] = 0.0
+        squares.append(np.minimum(away**2, FAR).sum(axis=1) / np.maximum(count, 1)[:, None])
+    total = np.min(squares, axis=0)[:, rows.present & np.isfinite(key.margins)].mean(axis=1)
+    least = max(2.0, ENOUGH * len(rows.times) * (key.horizon - key.start) / key.span)
+    off: Floats = np.where(count >= least, total, FAR)
+    return off

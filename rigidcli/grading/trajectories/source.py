@@ -12,18 +12,17 @@ from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.expressions.formula import names_in
+from rigidcli.grading.factors import TURN
 from rigidcli.grading.numbers import read_number
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.grading.trajectories.columns import read_columns
-from rigidcli.grading.trajectories.field import Equations, angles_in, equations_of, size_of_terms
-from rigidcli.grading.trajectories.heads import TIME
+from rigidcli.grading.trajectories.tables import TIME, read_columns
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import parse_unit
 from rigidcli.report import Report, Table, single_cells
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.expression import parse
-from rigidcli.symbolic.language.tree import Name, Node
+from rigidcli.symbolic.language.tree import Name, Node, Sum
 
 ANGLES = ("phi", "psi")
 """Columns of a motion that are angles without being listed; theta goes from 0 to pi and back."""
@@ -34,9 +33,20 @@ BY_DEFAULT = {"orbit": ("q", "p"), "trajectory": ("omega",)}
 SECTIONS = {"orbit": "orbit", "trajectory": "motion"}
 """The sections of a document that these tables are from."""
 
-LEAST_SAMPLES, MOST_SAMPLES = 16, 1_000_000
+LEAST_SAMPLES, MOST_SAMPLES = 11, 1_000_000
+"""Of a table, and of formulas; fewer would leave longer gaps than an answer may have."""
+
 FORMULA_SAMPLES = 4001
 """Of formulas, from which sizes are told."""
+
+SHIFTS = (0.5, 1.7, 2.9, 4.1, 5.3)
+"""By which an angle is changed to see that a function depends on it at all (rad)."""
+
+NOTHING, SOMETHING = 1e-6, 1e-9
+"""A turn changes nothing below the first part of what these do, and they nothing below that of all terms."""
+
+MOST_STATES = 50
+"""States at which this is tried."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +72,7 @@ class Source:
     modular: tuple[str, ...] = ()
     rates: tuple[str, ...] = ()
     remedy: str = ""
-    """How to get more samples."""
+    """How to get more samples, where there can be more."""
     formulas: Mapping[str, Node] | None = None
     other: Mapping[str, Floats] | None = None
     """The columns of a second, coarser run (n each, by name, `t` among them)."""
@@ -72,7 +82,6 @@ class Source:
     """What is conserved, by name."""
     constants: Mapping[str, float] = field(default_factory=dict)
     """The values of names that are no columns."""
-    equations: Equations | None = None
 
 
 def source_of(asked: Asked) -> Source:
@@ -99,7 +108,7 @@ def _of_table(text: Tree) -> Source:
             f"expected a column `t` of at least {LEAST_SAMPLES} ascending times", path=("answer", "csv")
         )
     names = tuple(columns)
-    return Source(times, columns, names, (names,), modular=names, remedy="give more rows, with more digits")
+    return Source(times, columns, names, (names,), modular=names)
 
 
 def _of_formulas(span: Tree, texts: Tree) -> Source:
@@ -178,7 +187,7 @@ def _orbit(source: Source, table: Table, report: Report) -> Source:
     turning: tuple[str, ...] = ()
     if energy is not None and names_in(energy) <= known.keys():
         sizes = {"H": size_of_terms(energy, known)}
-        turning = angles_in(energy, coordinates, source.times, known)
+        turning = _angles(energy, coordinates, source.times, known)
     laws = {name: Name(name) if name != "H" else energy for name in tree["conserved"]}
     return replace(
         source,
@@ -187,7 +196,6 @@ def _orbit(source: Source, table: Table, report: Report) -> Source:
         turning=turning,
         modular=coordinates,
         laws={name: root for name, root in laws.items() if root is not None},
-        equations=equations_of(tree["equations"], (*coordinates, *momenta), source.constants),
     )
 
 
@@ -212,3 +220,33 @@ def _below(table: Table, key: str) -> tuple[str, ...]:
         if column.key == key or column.key.startswith(f"{key}.")
         for name in column.cells
     )
+
+
+def size_of_terms(root: Node, values: Mapping[str, float | Floats]) -> float:
+    """The largest sum of the sizes of the terms of a function."""
+    terms = root.terms if isinstance(root, Sum) else (root,)
+    return float(np.max(sum(np.abs(evaluation.array(term, values)) for term in terms)))
+
+
+def _angles(
+    root: Node, coordinates: tuple[str, ...], times: Floats, values: Mapping[str, float | Floats]
+) -> tuple[str, ...]:
+    """The coordinates on which a function depends, and which it does not tell from those a turn further.
+
+    It is tried along a trajectory, in which names have one value, or one for each of the times (n).
+    """
+    names = names_in(root)
+    some = np.linspace(0, len(times) - 1, MOST_STATES).astype(int)
+    known = {name: np.broadcast_to(values[name], times.shape)[some] for name in names}
+    middle = evaluation.array(root, known)
+
+    def change(name: str, shifts: tuple[float, ...]) -> float:
+        changed = [evaluation.array(root, {**known, name: known[name] + shift}) for shift in shifts]
+        return float(np.max([np.abs(each - middle) for each in changed]))
+
+    found, least = [], SOMETHING * size_of_terms(root, known)
+    for name in coordinates:
+        most = change(name, SHIFTS) if name in names else 0.0
+        if least < most < np.inf and change(name, (TURN, -TURN)) <= NOTHING * most:
+            found.append(name)
+    return tuple(found)
