@@ -50,7 +50,8 @@ def answered(key: Key, answer: object, folder: Path) -> Outcome:
 
 def literal(answer: object, **options: Any) -> Key:
     question = Question.model_validate({"answer": answer, "kind": "trajectory", **options})
-    return KIND.read_key(Asked(question, question.answer))
+    key: Key = KIND.read_key(Asked(question, question.answer))
+    return key
 
 
 def formulas(stop: float, texts: Mapping[str, str], **options: Any) -> Key:
@@ -66,7 +67,8 @@ def computed(text: str, ask: str, samples: int = 4001, **options: Any) -> Key:
         for tolerance in ("1e-12", "1e-10")
     ]
     asked = Asked(question, None, "", tuple(ask.split(".")), loads(text), runs[0], runs[1])
-    return KIND.read_key(asked)
+    key: Key = KIND.read_key(asked)
+    return key
 
 
 def table(columns: Columns, separator: str = ",", form: Callable[[float], str] = repr) -> dict[str, str]:
@@ -215,6 +217,46 @@ def test_a_key_may_be_a_table() -> None:
     assert judged(key, oscillator(np.linspace(0, 10, 333), phase=0.31)).verdict == "incorrect"
 
 
+@pytest.mark.parametrize(
+    "heads", [("Time", "x", "p"), ("TIME", "X", "P"), ("Time (s)", "x (m)", "p (kg m/s)")]
+)
+def test_a_key_and_an_answer_may_spell_their_heads_differently(heads: tuple[str, str, str]) -> None:
+    spelled = dict(zip(heads, oscillator().values(), strict=True))
+    assert judged(OSCILLATOR, spelled).verdict == "correct"
+    assert judged(literal(table(spelled)), oscillator()).verdict == "correct"
+
+
+def fast(t: Floats, off: float = 0.0) -> dict[str, Floats]:
+    """A motion of which 41 rows do not tell what is between them."""
+    return {"t": t, "x": np.cos(4 * t) + off * t, "phi": 3 * t % (2 * math.pi)}
+
+
+def test_a_key_of_few_rows_is_compared_at_its_own_times() -> None:
+    t = np.linspace(0, 20, 41)
+    key = literal(table(fast(t), ",", "{:.8g}".format), angles=["phi"])
+    assert key.times is not None
+    assert judged(key, fast(t)).verdict == "correct"
+    dense = np.linspace(0, 20, 2001)
+    for own in (dense, np.linspace(0, 20, 1777), np.union1d(t, dense + 0.003)[:-1], np.round(dense, 5)):
+        assert judged(key, fast(own)).verdict == "correct"
+        assert judged(key, fast(own, 1e-3)).verdict == "partial"
+    for wrong, code in (
+        (fast(t) | {"x": -fast(t)["x"]}, "sign_error"),
+        (fast(1000 * t) | fast(t) | {"t": 1000 * t}, "time_unit"),
+        (fast(dense) | {"x": 2 * fast(dense)["x"]}, "constant_factor"),
+        (fast(t[:-4]), "time_range_short"),
+        (fast(t) | {"x": np.where(np.arange(41) == 20, 0, fast(t)["x"])}, "outside_tolerance"),
+    ):
+        assert codes(judged(key, wrong)) == [code]
+    # Rows that are neither at its times, nor near enough to each other to tell.
+    other = judged(key, fast(np.linspace(0, 20, 38)))
+    assert (other.verdict, codes(other), other.share) == ("review", ["undecided"], 0)
+    assert judged(key, fast(np.linspace(0, 20, 38)) | {"x": np.zeros(38)}).share == 0.5
+    # Every second of its rows is dense enough.
+    assert judged(key, fast(t[::2])).verdict == "correct"
+    assert judged(key, fast(t[::2], 1e-3)).verdict == "partial"
+
+
 def test_a_table_with_corners_is_interpolated_by_lines() -> None:
     t = np.linspace(0, 10, 501)
     key = literal(table({"t": t, "x": np.abs(t - 5.0)}))
@@ -253,6 +295,11 @@ def test_the_period_may_be_in_degrees() -> None:
         ("T", "X", "P_X"),
         ("t/s", "x/m", "p_x/(kg m/s)"),
         ("t [s]", "x [m]", "px [N s]"),
+        ("Time", "x", "p_x"),
+        ("TIME", "X", "P X"),
+        ("Time (s)", "x (m)", "p_x"),
+        (" tIME  [s] ", " X ", "p_X (kg m/s)"),
+        ("Time/s", "x(t)", "px(t)"),
     ],
 )
 def test_names_may_be_spelled_in_the_usual_ways(heads: tuple[str, str, str]) -> None:
@@ -1059,6 +1106,84 @@ def test_a_file_beside_the_answer(folder: Path) -> None:
     for name in ("orbit.csv", "ö r b i t", "..csv", "a..b", "-rf"):
         (folder / name).write_text(table(oscillator())["csv"], encoding="utf-8-sig")
         assert answered(OSCILLATOR, {"file": name}, folder).verdict == "correct"
+
+
+@pytest.mark.parametrize(
+    ("answer", "there", "outcome"),
+    [
+        # As Canvas, or Moodle, names what is handed in.
+        ("doejane_4711_98764_answers.yaml", ["doejane_4711_98765_orbit.csv"], "correct"),
+        ("doejane_LATE_4711_98764_answers.yaml", ["doejane_LATE_4711_98765_orbit.csv"], "correct"),
+        ("doejane_4711_98764_answers.yaml", ["doejane_LATE_4711_98765_orbit.csv"], "correct"),
+        ("doejane_4711_98764_answers-1.yaml", ["doejane_4711_98765_orbit-1.csv"], "correct"),
+        (
+            "Jane Doe_4711_assignsubmission_file_a.yaml",
+            ["Jane Doe_4711_assignsubmission_file_orbit.csv"],
+            "correct",
+        ),
+        ("doejane_4711_98764_answers.yaml", ["orbit.csv"], "correct"),
+        ("answers.yaml", ["orbit.csv", "orbit_b.csv", "notes.txt"], "correct"),
+        # Those of others are not seen.
+        ("doejane_4711_98764_answers.yaml", ["roerick_12_98765_orbit.csv"], "missing_file"),
+        ("doejane_4711_98764_answers.yaml", ["doejane_4712_98765_orbit.csv"], "missing_file"),
+        (
+            "Jane Doe_4711_assignsubmission_file_a.yaml",
+            ["Jane Roe_1_assignsubmission_file_orbit.csv"],
+            "missing_file",
+        ),
+        ("answers.yaml", ["doejane_4711_98765_orbit.csv"], "missing_file"),
+        (
+            "doejane_4711_8_answers.yaml",
+            ["doejane_4711_9_orbit.csv", "doejane_4711_7_orbit.csv"],
+            "missing_file",
+        ),
+        (
+            "doejane_4711_8_answers.yaml",
+            ["doejane_4711_9_my_orbit.csv", "doejane_4711_7_orbitXcsv"],
+            "missing_file",
+        ),
+    ],
+)
+def test_a_file_is_found_as_canvas_and_moodle_name_it(
+    tmp_path: Path, answer: str, there: list[str], outcome: str
+) -> None:
+    for name in (answer, *there):
+        (tmp_path / name).write_text(table(oscillator())["csv"], encoding="utf-8")
+    with suppress(Unreadable):
+        assert answered(OSCILLATOR, {"file": "orbit.csv"}, tmp_path / answer).verdict == outcome
+        return
+    assert refused(OSCILLATOR, {"file": "orbit.csv"}, tmp_path / answer) == outcome
+
+
+@pytest.mark.parametrize(
+    ("answer", "named", "is_own"),
+    [
+        ("ada.yaml", "ada_orbit.csv", True),
+        ("bob.yaml", "ada_orbit.csv", False),
+        ("bob.yaml", "Ada-orbit.csv", False),
+        ("bob.yaml", "adages.csv", True),
+        ("bob.yaml", "ada.yaml", False),
+        ("ann-marie.yaml", "ann-marie.csv", True),
+        ("ann.yaml", "ann-marie.csv", False),
+        ("bob.yaml", "run_4711_2_orbit.csv", True),
+        ("bob.yaml", "doejane_4711_98765_orbit.csv", False),
+        ("roerick_12_98764_answers.yaml", "doejane_4711_98765_orbit.csv", False),
+        ("doejane_4711_98764_answers.yaml", "doejane_4711_98765_orbit.csv", True),
+        ("Rick Roe_12_assignsubmission_file_a.yaml", "Jane Roe_1_assignsubmission_file_orbit.csv", False),
+    ],
+)
+def test_the_file_of_another_student_is_no_answer(
+    tmp_path: Path, answer: str, named: str, is_own: bool
+) -> None:
+    students = ("ada.yaml", "bob.yaml", "ann.yaml", "ann-marie.yaml", "doejane_4711_98764_answers.yaml")
+    for name in {*students, answer, named}:
+        (tmp_path / name).write_text(table(oscillator())["csv"], encoding="utf-8")
+    if is_own:
+        assert answered(OSCILLATOR, {"file": named}, tmp_path / answer).verdict == "correct"
+    else:
+        with pytest.raises(Unreadable, match="belongs to another student") as refusal:
+            answered(OSCILLATOR, {"file": named}, tmp_path / answer)
+        assert refusal.value.finding.code == "not_allowed"
 
 
 @pytest.mark.parametrize(

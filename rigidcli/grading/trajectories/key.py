@@ -210,10 +210,12 @@ class Key:
 
     def lacks(self, rows: Rows) -> str:
         """What is wrong with the times of an answer; empty where nothing is."""
-        times = self.read(rows).times
+        return self._lacks(self.read(rows).times)
+
+    def _lacks(self, times: Floats) -> str:
         own = np.clip(times, self.start, self.stop)
-        if np.ptp(own) < COVERED * self.span:
-            return f"read times from {rows.times[0]:g} to {rows.times[-1]:g}"
+        if not len(own) or np.ptp(own) < COVERED * self.span:
+            return f"read times from {times.min():g} to {times.max():g}" if len(times) else "there are none"
         if np.diff(own).max() > (self.gap + SAME_TIME) * self.span:
             return "the gaps between its rows are too long"
         own = times[self.inside(times) & (times <= self.horizon + SLACK * self.span)]
@@ -246,7 +248,10 @@ class Key:
         between, off = interpolated(rows.times, values, self.margins, self.horizon)
         told = np.where(rows.present & (off <= OFF * self.margins), between(times), np.nan)
         has_row = np.abs(rows.times[near] - times) <= slack
-        return Rows(times, np.where(has_row[:, None], rows.values[near], told))
+        values = np.where(has_row[:, None], rows.values[near], told)
+        # Where the rows that it has at these times would do alone, others are needless.
+        own = has_row | bool(self._lacks(times[has_row])) | ~np.isnan(told[:, rows.present]).any(axis=1)
+        return Rows(times[own], values[own])
 
     def misses(self, values: Floats, expected: Floats) -> Floats:
         """By how much values are off, in units of the margins (all k by m)."""
