@@ -62,7 +62,7 @@ MISTAKES = (
     Mistake(
         "sign_error",
         "has the wrong sign",
-        {"number": scalars.times("sign_error"), "trajectory": trajectories.scaled("sign_error")},
+        {"number": scalars.times("sign_error")},
         {"trajectory": trajectories.fitting("sign_error")},
     ),
     Mistake(
@@ -73,22 +73,19 @@ MISTAKES = (
     Mistake(
         "power_of_ten",
         "is wrong by a power of ten",
-        {"number": scalars.times("power_of_ten"), "trajectory": trajectories.scaled("power_of_ten")},
+        {"number": scalars.times("power_of_ten")},
         {"trajectory": trajectories.fitting("power_of_ten")},
     ),
     Mistake(
         "constant_factor",
         "differs from what was expected by a constant factor",
-        {"number": scalars.times("constant_factor"), "trajectory": trajectories.scaled("constant_factor")},
+        {"number": scalars.times("constant_factor")},
         {"trajectory": trajectories.fitting("constant_factor")},
     ),
     Mistake(
         "degrees_radians",
         "degrees and radians are confused",
-        {
-            "number": scalars.times("degrees_radians"),
-            "trajectory": trajectories.scaled("degrees_radians"),
-        },
+        {"number": scalars.times("degrees_radians")},
         {
             "number": scalars.converted_twice("degrees_radians"),
             "trajectory": trajectories.fitting("degrees_radians"),
@@ -115,27 +112,23 @@ MISTAKES = (
     Mistake(
         "components_permuted",
         "the components are right, but stand in another order",
-        {"trajectory": trajectories.exchanged},
-        {"trajectory": trajectories.permuted},
+        fits={"trajectory": trajectories.permuted},
     ),
     Mistake("time_unit", "the time is in another unit", {"trajectory": trajectories.in_other_units}),
     Mistake(
         "time_shift",
         "is right, but begins at another time",
-        {"trajectory": trajectories.later},
-        {"trajectory": trajectories.shifted},
+        fits={"trajectory": trajectories.shifted},
     ),
     Mistake(
         "time_reversed",
         "runs backwards in time",
-        {"trajectory": trajectories.reversed_},
-        {"trajectory": trajectories.backwards},
+        fits={"trajectory": trajectories.backwards},
     ),
     Mistake(
         "frequency_wrong",
         "the motion has the right form, but another frequency",
-        {"trajectory": trajectories.slower},
-        {"trajectory": trajectories.at_other_frequency},
+        fits={"trajectory": trajectories.at_other_frequency},
     ),
 )
 """All named mistakes. One that changes nothing in a key is none there."""

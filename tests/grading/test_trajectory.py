@@ -1275,3 +1275,152 @@ def test_the_times_themselves_cannot_be_asked() -> None:
     text = (ROOT / "configs/notes_spring.yaml").read_text()
     with pytest.raises(ValueProblem, match="the student's own"):
         computed(text, "hamilton.orbit.t")
+
+
+# --- right answers are never wrong, and wrong ones never right
+
+Motion = tuple[Key, Callable[[Floats], dict[str, Floats]]]
+"""A key, and the same motion at any times by a closed form or another integrator."""
+
+
+def pendulum_swing(t: Floats) -> dict[str, Floats]:
+    def slopes(_: float, y: Floats) -> list[float]:
+        return [y[1], -9.81 * math.sin(y[0])]
+
+    # A step of its own for every answer, as other programs have.
+    solved = solve_ivp(slopes, (0, 6), [2.5, 0], method="DOP853", rtol=1e-9, atol=1e-9, dense_output=True)
+    assert solved.sol is not None
+    return {"t": t, "theta": solved.sol(t)[0], "p_theta": solved.sol(t)[1]}
+
+
+def spinning(t: Floats) -> dict[str, Floats]:
+    quaternions = np.array([turn.as_quat() for turn in free_top(t)[1]])[:, [3, 0, 1, 2]]
+    return {"t": t} | {f"q{k}": quaternions[:, k] for k in range(4)}
+
+
+@pytest.fixture(scope="module")
+def motions() -> list[Motion]:
+    swing = "system: {coordinates: [theta], lagrangian: thetadot^2/2 + 9.81*cos(theta)}\n"
+    swing += "orbit: {initial: {theta: 2.5, p_theta: 0}, duration: 6}"
+    angle = formulas(20, {"phi": "1.3*t + 0.2*sin(t)", "r": "1 + 0.3*cos(t)"}, angles=["phi"])
+    small = formulas(10, {"x": "3*cos(2*t)", "y": "1e-7*sin(3*t)"})
+    few = literal(table(fast(np.linspace(0, 20, 41))), angles=["phi"])
+    return [
+        (OSCILLATOR, oscillator),
+        (DAMPED, damped),
+        (angle, lambda t: {"t": t, "phi": 1.3 * t + 0.2 * np.sin(t), "r": 1 + 0.3 * np.cos(t)}),
+        (small, lambda t: {"t": t, "x": 3 * np.cos(2 * t), "y": 1e-7 * np.sin(3 * t)}),
+        (few, fast),
+        (computed(swing, "hamilton.orbit"), pendulum_swing),
+        (computed(TOP, "euler.trajectory.orientation"), spinning),
+    ]
+
+
+def a_right_answer(motion: Motion, chance: np.random.Generator) -> dict[str, str]:
+    """The motion at times, with heads and in a form, that a student may choose."""
+    key, truth = motion
+    steps = chance.uniform(0.3, 1, chance.integers(150, 400))
+    t = key.start + np.append(0, np.cumsum(steps)) / steps.sum() * key.span
+    if key.times is not None:
+        t = key.times[:: chance.choice([1, 2, 4])] if chance.random() < 0.5 else np.union1d(key.times, t[:-1])
+    elif chance.random() < 0.3:
+        t = np.linspace(key.start, key.stop, chance.integers(60, 500))
+    columns = truth(t)
+    for place, name in enumerate(key.columns[: key.required]):
+        columns[name] = columns[name] + 0.5 * key.margins[place] * chance.uniform(-1, 1, len(t))
+        if np.isfinite(key.periods[place]):
+            columns[name] += key.periods[place] * chance.integers(-2, 3, len(t))
+    if key.quaternion:
+        signs = chance.choice([-1, 1], len(t))
+        columns = {name: values if name == "t" else values * signs for name, values in columns.items()}
+    heads = {"t": chance.choice(["t", "T", "Time", "TIME (s)", "time [s]", " t / s "])}
+    named = {heads.get(name, name.upper()): columns[name] for name in chance.permutation(list(columns))}
+    return table(named, chance.choice([",", ";", "\t"]), chance.choice([repr, "{:.12g}".format]))
+
+
+ATTACKS = (
+    "frozen",
+    "replay",
+    "back",
+    "chance",
+    "four",
+    "warp",
+    "swap",
+    "one",
+    "still",
+    "zeros",
+    "noise",
+    "late",
+)
+
+
+def a_wrong_answer(motion: Motion, chance: np.random.Generator, attack: str) -> dict[str, Floats]:
+    """The motion with something that must not be right."""
+    key, truth = motion
+    t = np.linspace(key.start, key.stop, chance.integers(61, 300))
+    if key.times is not None:
+        t = np.union1d(t, key.times)
+    right = truth(t)
+    place = int(chance.choice(np.flatnonzero(key.moving[: key.required])))
+    name, margin, row = key.columns[place], key.margins[place], chance.integers(len(t))
+    row = int(np.argmin(abs(t - chance.choice(key.times)))) if key.times is not None else row
+    off = float(chance.choice([-1, 1]) * margin * chance.uniform(1.6, 20))
+    match attack:
+        case "warp":  # on time at both ends
+            other = truth(t + 0.05 * key.span * np.sin(np.pi * (t - key.start) / key.span))
+        case "late":
+            other = truth(t - 0.02 * key.span)
+        case "swap":
+            other = dict(zip(right, np.roll(list(right.values())[1:], 1, axis=0), strict=False))
+            other = {"t": t} | dict(
+                zip(list(right)[1:], np.roll(list(right.values())[1:], 1, axis=0), strict=True)
+            )
+        case "one":
+            other = right | {name: right[name] + off * (np.arange(len(t)) == row)}
+        case "still":
+            other = right | {name: np.full_like(t, right[name][row])}
+        case "zeros":  # at times at which the column is near nothing, as often as it likes
+            crossing = np.flatnonzero(np.diff(np.sign(right[name] - right[name].mean())))
+            t = np.linspace(t[crossing[0]], t[crossing[-1]], 2 * len(crossing) - 1)
+            other = {each: np.zeros_like(t) for each in right}
+        case "noise":
+            other = right | {name: right[name] + off * chance.normal(1, 0.5, len(t))}
+        case _:
+            other = gone_on(right, key.start + chance.uniform(0.05, 0.85) * key.span, attack)
+    return other | {"t": t} if attack != "four" else other
+
+
+def error(motion: Motion, columns: Columns) -> float:
+    """The most that a judged column is off by, in margins."""
+    key, truth = motion
+    right = truth(columns["t"])
+    off = [
+        np.abs(
+            (columns[name] - right[name] + period / 2) % period - period / 2
+            if period < np.inf
+            else columns[name] - right[name]
+        )
+        / margin
+        for name, margin, period in zip(key.columns[: key.required], key.margins, key.periods, strict=False)
+    ]
+    return float(np.max(off))
+
+
+@many
+@given(st.integers(0, 10**9))
+def test_right_answers_are_never_wrong(motions: list[Motion], seed: int) -> None:
+    chance = np.random.default_rng(seed)
+    motion = motions[chance.integers(len(motions))]
+    assert answered(motion[0], a_right_answer(motion, chance), HERE).verdict == "correct"
+
+
+@many
+@given(st.integers(0, 10**9), st.sampled_from(ATTACKS))
+def test_wrong_answers_are_never_right(motions: list[Motion], seed: int, attack: str) -> None:
+    chance = np.random.default_rng(seed)
+    motion = motions[chance.integers(len(motions))]
+    columns = a_wrong_answer(motion, chance, attack)
+    assume(error(motion, columns) > 1.5)
+    outcome = judged(motion[0], columns)
+    assert outcome.verdict in ("incorrect", "partial")
+    assert outcome.findings

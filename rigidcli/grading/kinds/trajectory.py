@@ -25,8 +25,8 @@ from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.files import read_beside
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, review, wrong
+from rigidcli.grading.trajectories import mistakes
 from rigidcli.grading.trajectories.key import Key, Rows, key_of
-from rigidcli.grading.trajectories.mistakes import grows
 from rigidcli.grading.trajectories.source import source_of
 from rigidcli.grading.trajectories.tables import TIME, read_columns
 
@@ -107,7 +107,7 @@ class Trajectory(Kind):
         places = np.flatnonzero(failing).tolist()
         if found := self.explanation(key, answer):
             return [found if found.code in OF_TIME else replace(found, place=_names(key, places))]
-        if grows(key, answer):
+        if mistakes.grows(key, answer):
             return [Finding("precision_insufficient", _names(key, places), GROWS)]
         times, _, expected = key.compared(answer)
         first = np.argmax(off > 1, axis=0)
@@ -144,7 +144,13 @@ class Trajectory(Kind):
             yield "modulo periods and the signs of quaternions", _table(key, Rows(itself.times, turned))
 
     def wrong_forms(self, key: Key) -> Iterator[Example]:
-        """The key cut short, and backwards."""
+        """The key under mistakes of which a number is told from the answer, cut short, and backwards."""
+        for code, changed in mistakes.examples(key):
+            form = self.typed(changed)
+            answer = self.read_answer(key, form, Path())
+            found = None if self.is_right(key, answer) else self.explanation(key, answer)
+            if found is not None and found.code == code:
+                yield Example(code.replace("_", " "), form, code)
         rows = key.written(np.linspace(key.start, key.stop, EXAMPLE_ROWS))
         half = Rows(rows.times[: EXAMPLE_ROWS // 2], rows.values[: EXAMPLE_ROWS // 2])
         yield Example("the first half", _table(key, half), "time_range_short")

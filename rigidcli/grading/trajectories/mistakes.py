@@ -8,13 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.grading.factors import CONSTANTS, DEGREES, TENS, TURN
-from rigidcli.grading.trajectories.key import Key, Rows
+from rigidcli.grading.trajectories.key import COVERED, Key, Rows
 
 FACTORS = {
     "sign_error": (-1.0,),
@@ -25,11 +27,8 @@ FACTORS = {
 }
 """What columns are multiplied by, by the mistake that it is; only angular velocities by a whole turn."""
 
-RATIOS = {
-    "frequency_vs_angular_frequency": (TURN, 1 / TURN),
-    "degrees_radians": (DEGREES, 1 / DEGREES),
-}
-"""Ratios of frequencies that are tried by themselves, by the mistake that each is."""
+OF_FREQUENCIES = ("degrees_radians", "frequency_vs_angular_frequency")
+"""Those of them that may be the ratio of two frequencies, too."""
 
 TIME_UNITS = (60.0, 3600.0, 1e3, 1e6)
 """Units of time that stand for seconds by mistake, or seconds for them."""
@@ -46,40 +45,30 @@ WHOLE = 1e-6
 COARSEST = 0.1
 """The largest such unit that still shows how a column moves, in units of its range."""
 
-QUARTERS = 4
-GROWING = 2.0
-"""How much larger an error must be in the last of so many parts of the time than it is in the first."""
+QUARTERS, GROWING = 4, 2.0
+"""In the last of so many parts of the time, an error that grows is so much larger than in the first."""
 
-SMALL = 0.05
-"""How large it may become, in units of a column's range."""
-
-BARELY = 0.1
-"""The least that it must become, in margins."""
-
-EDGE = 0.01
-"""How far from the ends of the span, in units of it, times may begin and end."""
+SMALL, BARELY = 0.05, 0.1
+"""The most that it may become, in units of a column's range, and the least, in margins."""
 
 PROBES = 32
 """Rows at which a shift or another frequency is looked for."""
 
-LEAST_GUESSES, MOST_GUESSES = 101, 2001
-PER_CROSSING = 10
+ENOUGH = 0.3
+"""The part of these of which a shift or a frequency must tell what they are."""
+
+LEAST_GUESSES, MOST_GUESSES, PER_CROSSING = 101, 2001, 10
 """Shifts or frequencies that are tried, more of them where the motion is faster."""
 
-LOWEST_RATIO = 0.3
-"""Of frequencies; the highest is its inverse."""
+HIGHEST_RATIO = 3.3
+"""Of frequencies that are looked for; the lowest is its inverse."""
 
 OSCILLATING = 2
 """Crossings of its middle from which a motion has a frequency."""
 
-CLEARLY = 0.05
-"""The part of an answer's deviation that another frequency leaves."""
-
-FAINT = 0.01
-"""A deviation, in units of a column's range, that may as well be that of a coarse integration."""
-
-PROMISING = 0.5
-"""Deviation, in units of the columns' ranges, of a first guess from which it can get better."""
+PROMISING = 0.25
+"""Deviation, in units of the columns' ranges, of a guess from which it can get better: its phase is right to
+a fraction of a radian."""
 
 FINE = 1e-8
 """How exactly a parameter is found, in units of the distance of guesses."""
@@ -87,13 +76,15 @@ FINE = 1e-8
 FAR = 4.0
 """The largest square of a deviation in these units that counts: beyond, one row is as wrong as another."""
 
-ENOUGH = 0.5
-"""The part of the rows of which a shift or a frequency must tell what they are."""
+CLEARLY, FAINT = 0.05, 0.01
+"""Another frequency leaves at most the first part of a deviation, and this is more than the second one of a
+column's range: less may as well be that of a coarse integration."""
 
 
 # --- other values
 
 
+@lru_cache(8)
 def _failing(key: Key, rows: Rows) -> tuple[Mask, Floats, Floats]:
     """Which columns are wrong (m), with the values and what is expected (k by m); none where rows are few."""
     if key.lacks(rows):
@@ -102,51 +93,29 @@ def _failing(key: Key, rows: Rows) -> tuple[Mask, Floats, Floats]:
     return rows.present & (key.misses(values, expected) > 1).any(axis=0), values, expected
 
 
-def scaled(code: str) -> Callable[[Key], Iterator[Key]]:
-    """What makes the key with all columns, or angles, multiplied by a factor that this mistake has."""
-
-    def changes(key: Key) -> Iterator[Key]:
-        factor = FACTORS[code][0]
-        yield key.read_with(
-            factors=np.where(np.isfinite(key.periods) | (code != "degrees_radians"), factor, 1.0)
-        )
-
-    return changes
+def _scaled(reading: Key, rows: Rows, factors: Sequence[float], columns: Mask) -> Iterator[Key]:
+    """The reading by which each of these columns has the factor that fits it best, if one fits each."""
+    _, values, expected = reading.compared(rows)
+    off = np.array([reading.misses(values / each, expected).max(axis=0, initial=0.0) for each in factors])
+    if (off.min(axis=0) <= 1)[columns].all():
+        yield replace(reading, factors=np.where(columns, np.array(factors)[off.argmin(axis=0)], 1.0))
 
 
 def fitting(code: str) -> Callable[[Key, Rows], Iterator[Key]]:
-    """What makes the key in which each wrong column has the factor of this mistake that fits best.
-
-    Where it has ratios of frequencies, too, the keys of these follow.
-    """
+    """What makes the keys with a factor of this mistake in each wrong column, or as a ratio of frequencies."""
 
     def fits(key: Key, rows: Rows) -> Iterator[Key]:
-        failing, values, expected = _failing(key, rows)
+        failing, _, expected = _failing(key, rows)
         large = np.abs(expected).max(axis=0, initial=0.0) > LEAST_SEEN * key.margins
         if code == "frequency_vs_angular_frequency":
             large &= np.isin(np.arange(len(large)), key.rates)
         if failing.any() and large[failing].all():
-            factors = _best(key, values, expected, FACTORS[code])
-            yield key.read_with(factors=np.where(failing, factors, 1.0))
-        if failing.any():
-            for ratio in RATIOS.get(code, ()):
+            yield from _scaled(key.read_with(), rows, FACTORS[code], failing)
+        if failing.any() and code in OF_FREQUENCIES:
+            for ratio in FACTORS[code]:
                 yield from _faster(key, rows, ratio)
 
     return fits
-
-
-def _best(key: Key, values: Floats, expected: Floats, factors: Sequence[float]) -> Floats:
-    """The factor that fits each column best (m)."""
-    off = [key.misses(values / factor, expected).max(axis=0, initial=0.0) for factor in factors]
-    best: Floats = np.array(factors)[np.argmin(off, axis=0)]
-    return best
-
-
-def exchanged(key: Key) -> Iterator[Key]:
-    """The key with every column in the place of the next."""
-    count = key.required
-    if count > 1:
-        yield key.read_with(order=(*range(1, count), 0, *range(count, len(key.columns))))
 
 
 def permuted(key: Key, rows: Rows) -> Iterator[Key]:
@@ -156,7 +125,7 @@ def permuted(key: Key, rows: Rows) -> Iterator[Key]:
     failing, values, expected = _failing(key, rows)
     places, order = np.flatnonzero(failing), np.arange(len(key.columns))
     away = [np.abs(key.wrapped(values[:, [place]] - expected)).max(axis=0) for place in places]
-    if away:
+    if len(away) > 1:
         column, place = linear_sum_assignment((np.array(away) > key.margins)[:, places])
         order[places[place]] = places[column]
         yield key.read_with(order=tuple(order.tolist()))
@@ -167,13 +136,12 @@ def rounded(key: Key, rows: Rows) -> Iterator[Key]:
     failing, values, _ = _failing(key, rows)
     more = np.zeros(len(failing))
     for place in np.flatnonzero(failing):
-        for unit in DECIMALS:
-            written = values[:, place] / unit
-            if (np.abs(written - np.round(written)) < WHOLE).all():
-                more[place] = unit / 2
-                break
-        if not 0 < 2 * more[place] <= COARSEST * key.ranges[place]:
+        written = (values[:, place] / unit for unit in DECIMALS)
+        whole = [bool((np.abs(each - np.round(each)) < WHOLE).all()) for each in written]
+        unit = DECIMALS[whole.index(True)] if any(whole) else np.inf
+        if unit > COARSEST * key.ranges[place]:
             return
+        more[place] = unit / 2
     if failing.any():
         yield key.read_with(more=more)
 
@@ -204,71 +172,62 @@ def in_other_units(key: Key) -> Iterator[Key]:
         yield key.read_with(rate=unit, whole=True)
 
 
-def later(key: Key) -> Iterator[Key]:
-    """The key of times that begin a tenth of the span later."""
-    yield key.read_with(shift=-0.1 * key.span, whole=True)
-
-
 def shifted(key: Key, rows: Rows) -> Iterator[Key]:
     """The key of x(t + s), with the shift s that fits best."""
-    low, high, whole = -0.5 * key.span, 0.5 * key.span, False
-    if key.lacks(rows):
-        edge, whole = EDGE * key.span, True
+    low, high, whole = -0.5 * key.span, 0.5 * key.span, bool(key.lacks(rows))
+    if whole:  # its times must cover the span, wherever they begin
+        edge = (1 - COVERED) * key.span
         low, high = key.stop - edge - rows.times[-1], key.start + edge - rows.times[0]
-    if low <= high:  # else its times do not cover the span, wherever they begin
-        guesses = np.linspace(low, high, LEAST_GUESSES if whole else _guesses(key))
-        shift = _found(key, rows, guesses, lambda shift, times: times + shift)
+    if low <= high:
+        shift = _found(key, rows, np.linspace(low, high, _guesses(key)), lambda shift, times: times + shift)
         if shift is not None:
             yield key.read_with(shift=shift, whole=whole)
 
 
-def reversed_(key: Key) -> Iterator[Key]:
-    """The key of a motion from the end to the beginning."""
-    yield key.read_with(rate=-1.0, shift=key.start + key.stop)
-
-
 def backwards(key: Key, rows: Rows) -> Iterator[Key]:
-    """The same for the times of the answer, columns that are rates perhaps with the other sign."""
+    """The key of a motion from the end to the beginning, rates perhaps with the other sign."""
     reading = key.read_with(rate=-1.0, shift=rows.times[0] + rows.times[-1])
     if not key.lacks(rows) and not reading.lacks(rows):
-        _, values, expected = reading.compared(rows)
-        factors = _best(key, values, expected, (1.0, -1.0))
-        if (factors > 0)[rows.present & key.moving].any():
-            yield key.read_with(rate=reading.rate, shift=reading.shift, factors=factors)
-
-
-def slower(key: Key) -> Iterator[Key]:
-    """The key of a motion at four fifths of its speed, if it oscillates."""
-    if key.crossings >= OSCILLATING:
-        yield key.read_with(rate=0.8, shift=0.2 * key.start)
+        for found in _scaled(reading, rows, (1.0, -1.0), rows.present):
+            if (np.asarray(found.factors) > 0)[rows.present & key.moving].any():
+                yield found
 
 
 def at_other_frequency(key: Key, rows: Rows) -> Iterator[Key]:
-    """The keys of x(a t), with known ratios a, and the one that fits best if it clearly does."""
+    """The key of x(a t), with the ratio a that fits best, if it clearly does."""
     if key.crossings < OSCILLATING or key.lacks(rows):
         return
-    for known in (2.0, 3.0, 1 / 2, 1 / 3):
-        yield from _faster(key, rows, known)
-    guesses = np.geomspace(LOWEST_RATIO, 1 / LOWEST_RATIO, _guesses(key))
+    guesses = np.geomspace(1 / HIGHEST_RATIO, HIGHEST_RATIO, _guesses(key))
     ratio = _found(key, rows, guesses, lambda ratio, t: key.start + ratio * (t - key.start), rates=True)
     moving = rows.present & key.moving
     for reading in [] if ratio is None else _faster(key, rows, ratio):
         left = reading.misses(*reading.compared(rows)[1:])[:, moving].max(axis=0)
         whole = key.misses(*key.compared(rows)[1:])[:, moving].max(axis=0)
-        is_seen = whole > FAINT * (key.ranges[moving] / key.margins[moving])
+        is_seen = whole > FAINT * key.ranges[moving] / key.margins[moving]
         if (left < CLEARLY * whole).all() and is_seen.any():
             yield reading
 
 
 def _faster(key: Key, rows: Rows, ratio: float) -> Iterator[Key]:
     """The key of x(a t); rates may then have the factor a, and amplitudes 1/a."""
-    shift = key.start * (1 - ratio)
-    reading = key.read_with(rate=ratio, shift=shift)
-    if key.crossings < OSCILLATING:
-        return
-    if (reading.ranges > LEAST_SEEN * key.margins)[key.moving].all() and not reading.lacks(rows):
-        factors = _best(key, *reading.compared(rows)[1:], (1.0, ratio, 1 / ratio))
-        yield key.read_with(rate=ratio, shift=shift, factors=factors)
+    reading = key.read_with(rate=ratio, shift=key.start * (1 - ratio))
+    is_seen = (reading.ranges > LEAST_SEEN * key.margins)[key.moving].all()
+    if key.crossings >= OSCILLATING and is_seen and not reading.lacks(rows):
+        yield from _scaled(reading, rows, (1.0, ratio, 1 / ratio), rows.present)
+
+
+def examples(key: Key) -> Iterator[tuple[str, Key]]:
+    """Some mistakes, and the keys that they make."""
+    angles = np.isfinite(key.periods)
+    for code, factors in FACTORS.items():
+        if code != "frequency_vs_angular_frequency":
+            only = angles | (code != "degrees_radians")
+            yield code, key.read_with(factors=np.where(only, factors[0], 1.0))
+    order = (*range(1, key.required), 0, *range(key.required, len(key.columns)))
+    yield "components_permuted", key.read_with(order=order)
+    yield "time_shift", key.read_with(shift=-0.1 * key.span, whole=True)
+    yield "time_reversed", key.read_with(rate=-1.0, shift=key.start + key.stop)
+    yield "frequency_wrong", key.read_with(rate=0.8, shift=0.2 * key.start)
 
 
 def _guesses(key: Key) -> int:

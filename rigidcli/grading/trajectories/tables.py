@@ -4,7 +4,7 @@ Cells are parted by commas, semicolons, tabs or blanks, whichever the line of na
 quotation marks mean nothing. Empty lines, and lines with `#` before the names, are passed over; as numpy
 writes it, the last of these may hold the names. A head is a name, perhaps with a unit: `t`, `Time (s)`,
 `t [ms]`, `theta/rad`, `θ1`, `px`. Names are told from each other as typed, then in ASCII and without the
-unit, then in the usual spellings, and at last without regard to case and blanks: each time only where one head
+unit, then in the usual spellings, and at last without regard to case or blanks: each time only where one head
 and one column have the same name.
 """
 
