@@ -9,6 +9,7 @@ times instead. Two runs of a document show how long its motion can be predicted.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
@@ -240,7 +241,8 @@ class Key:
 
     def _sampled(self, rows: Rows, times: Floats) -> Rows:
         """The rows of an answer at these times, of which it has a row, or from its rows about them."""
-        slack = SAME_TIME * self.span
+        slack, apart = SAME_TIME * self.span, np.diff(rows.times, prepend=-np.inf) > 0
+        rows = Rows(rows.times[apart], rows.values[apart])
         times = times[(times >= rows.times[0] - slack) & (times <= rows.times[-1] + slack)]
         after = np.searchsorted(rows.times, times).clip(1, len(rows.times) - 1)
         near = after - (times - rows.times[after - 1] < rows.times[after] - times)
@@ -298,17 +300,24 @@ def interpolated(times: Floats, values: Floats, margins: Floats, end: float) -> 
     """
     from scipy.interpolate import make_interp_spline
 
-    found: list[tuple[float, int, Floats]] = []
+    found: list[tuple[float, Trajectory, Floats]] = []
     rows = slice(1, 2 * int((times[1:-1:2] <= end).sum()), 2)
     for degree in ORDERS:
-        if degree < len(times[::2]):
-            half = make_interp_spline(times[::2], values[::2], degree)
-            off = np.abs(half(times[rows]) - values[rows]).max(axis=0, initial=0.0)
-            found.append((float((off / margins).max()), degree, off))
-            if found[-1][0] < EXACT:
-                break
-    _, degree, off = min(found, key=lambda each: each[0])
-    return make_interp_spline(times, values, degree), off
+        # A spline of high degree may not be told from samples that are very near to each other.
+        with suppress(np.linalg.LinAlgError):
+            if degree < len(times[::2]):
+                half = make_interp_spline(times[::2], values[::2], degree)
+                off = np.abs(half(times[rows]) - values[rows]).max(axis=0, initial=0.0)
+                found.append(
+                    (
+                        float(np.nan_to_num(off / margins, nan=np.inf).max()),
+                        make_interp_spline(times, values, degree),
+                        off,
+                    )
+                )
+                if found[-1][0] < EXACT:
+                    break
+    return min(found, key=lambda each: each[0])[1:]
 
 
 # --- the making of a key
@@ -338,8 +347,16 @@ def key_of(source: Source, question: Question) -> Key:
     if not (margins < periods / 4)[first].all():
         raise ValueProblem("any angle is within this tolerance", path=("tolerance",))
     allowed = np.minimum(PARTED * margins, AMPLIFIED * np.array(sizes))
-    horizons = _horizons(names, source, values, allowed, periods, joint)
-    horizon = _long_enough(source, float(horizons[first].min()))
+    # Until when the columns can be predicted: two runs differ by no more than is allowed.
+    other = smooth(
+        np.column_stack([(source.other or source.columns)[name] for name in names]), periods, joint
+    )
+    apart = np.abs(values - other) > allowed
+    horizons = np.where(apart.any(axis=0), times[np.maximum(0, np.argmax(apart, axis=0) - 1)], times[-1])
+    horizon = float(horizons[first].min())
+    if horizon - times[0] < LEAST_HORIZON * (times[-1] - times[0]):
+        problem = "two runs soon differ: only a small part of this motion can be predicted"
+        raise ValueProblem(problem, hint="ask for a shorter time, or lower the tolerance of the orbit itself")
     important = np.where(np.arange(len(names)) < len(required), margins, np.inf)
     reference: Trajectory
     if source.formulas is not None:
@@ -425,31 +442,3 @@ def _sizes(names: Sequence[str], source: Source, values: Floats, most: Floats) -
         is_zero = size <= (NOISE * largest if source.vectors else 0.0)
         sizes.append((largest or max(own) or 1.0) if is_zero else size)
     return sizes
-
-
-def _horizons(
-    names: Sequence[str],
-    source: Source,
-    values: Floats,
-    allowed: Floats,
-    periods: Floats,
-    joint: tuple[int, ...],
-) -> Floats:
-    """Until when the columns can be predicted (m): two runs differ by no more than is `allowed` (m)."""
-    times = source.times
-    if source.other is None:
-        return np.full(len(names), times[-1])
-    other = smooth(np.column_stack([source.other[name] for name in names]), periods, joint)
-    apart = np.abs(values - other) > allowed
-    last: Floats = times[np.maximum(0, np.argmax(apart, axis=0) - 1)]
-    return np.where(apart.any(axis=0), last, times[-1])
-
-
-def _long_enough(source: Source, horizon: float) -> float:
-    """The horizon. Raises ValueProblem where next to nothing can be predicted."""
-    if horizon - source.times[0] < LEAST_HORIZON * (source.times[-1] - source.times[0]):
-        raise ValueProblem(
-            "two runs soon differ: only a small part of this motion can be predicted",
-            hint="ask for a shorter time, or lower the tolerance of the orbit itself",
-        )
-    return horizon

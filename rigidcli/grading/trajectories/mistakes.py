@@ -12,11 +12,10 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.grading.factors import CONSTANTS, DEGREES, TENS, TURN
-from rigidcli.grading.trajectories.key import COVERED, Key, Rows
+from rigidcli.grading.trajectories.key import COVERED, Key, Rows, Trajectory
 
 FACTORS = {
     "sign_error": (-1.0,),
@@ -102,7 +101,7 @@ def _scaled(reading: Key, rows: Rows, factors: Sequence[float], columns: Mask) -
 
 
 def fitting(code: str) -> Callable[[Key, Rows], Iterator[Key]]:
-    """What makes the keys with a factor of this mistake in each wrong column, or as a ratio of frequencies."""
+    """What makes the keys with a factor of this mistake in each wrong column, or in the frequency."""
 
     def fits(key: Key, rows: Rows) -> Iterator[Key]:
         failing, _, expected = _failing(key, rows)
@@ -178,10 +177,9 @@ def shifted(key: Key, rows: Rows) -> Iterator[Key]:
     if whole:  # its times must cover the span, wherever they begin
         edge = (1 - COVERED) * key.span
         low, high = key.stop - edge - rows.times[-1], key.start + edge - rows.times[0]
-    if low <= high:
-        shift = _found(key, rows, np.linspace(low, high, _guesses(key)), lambda shift, times: times + shift)
-        if shift is not None:
-            yield key.read_with(shift=shift, whole=whole)
+    found = _found(key, rows, low, high, lambda shift: (np.ones_like(shift), shift)) if low <= high else None
+    if found is not None:
+        yield key.read_with(shift=found[1], whole=whole)
 
 
 def backwards(key: Key, rows: Rows) -> Iterator[Key]:
@@ -197,10 +195,10 @@ def at_other_frequency(key: Key, rows: Rows) -> Iterator[Key]:
     """The key of x(a t), with the ratio a that fits best, if it clearly does."""
     if key.crossings < OSCILLATING or key.lacks(rows):
         return
-    guesses = np.geomspace(1 / HIGHEST_RATIO, HIGHEST_RATIO, _guesses(key))
-    ratio = _found(key, rows, guesses, lambda ratio, t: key.start + ratio * (t - key.start), rates=True)
+    most = math.log(HIGHEST_RATIO)
+    found = _found(key, rows, -most, most, lambda power: (np.exp(power), key.start * (1 - np.exp(power))))
     moving = rows.present & key.moving
-    for reading in [] if ratio is None else _faster(key, rows, ratio):
+    for reading in [] if found is None else _faster(key, rows, found[0]):
         left = reading.misses(*reading.compared(rows)[1:])[:, moving].max(axis=0)
         whole = key.misses(*key.compared(rows)[1:])[:, moving].max(axis=0)
         is_seen = whole > FAINT * key.ranges[moving] / key.margins[moving]
@@ -230,71 +228,48 @@ def examples(key: Key) -> Iterator[tuple[str, Key]]:
     yield "frequency_wrong", key.read_with(rate=0.8, shift=0.2 * key.start)
 
 
-def _guesses(key: Key) -> int:
-    return min(MOST_GUESSES, max(LEAST_GUESSES, PER_CROSSING * key.crossings))
+Way = Callable[[Floats], tuple[Floats, Floats]]
+"""The rates and shifts of the times (p each) that parameters (p) stand for."""
 
 
-Retiming = Callable[[Floats, Floats], Floats]
-"""Times of the reference for a parameter (p by 1) and times of an answer (k)."""
-
-
-def _found(key: Key, rows: Rows, guesses: Floats, retiming: Retiming, *, rates: bool = False) -> float | None:
-    """The parameter that fits best; None where none comes near.
-
-    The parameter of `rates` is tried as a factor of the columns, too.
-    """
+def _found(key: Key, rows: Rows, low: float, high: float, way: Way) -> tuple[float, float] | None:
+    """The rate and the shift by the parameter from low to high that fits best; None where none comes near."""
     from scipy.optimize import minimize_scalar
 
     if not (rows.present & np.isfinite(key.margins)).any():
         return None
-    some = _probed(len(rows.times))
+    # At irregular distances: of regular ones, several frequencies look the same.
+    some = np.unique((np.arange(PROBES) * (math.sqrt(5) - 1) / 2 % 1 * len(rows.times)).astype(np.int64))
     few = Rows(rows.times[some], rows.values[some])
-    off = _deviation(key, few, guesses, retiming, key.roughly_at, rates=rates)
-    best = int(np.argmin(off))
-    if not off[best] < PROMISING**2:
+    guesses = np.linspace(low, high, min(MOST_GUESSES, max(LEAST_GUESSES, PER_CROSSING * key.crossings)))
+    off = _deviation(key, few, *way(guesses), key.roughly_at)
+    best, step = guesses[np.argmin(off)], guesses[1] - guesses[0]
+    if not off.min() < PROMISING**2:
         return None
-    near = guesses[max(best - 1, 0) : best + 2]
-
-    def deviation(change: float) -> float:
-        guess = np.array([guesses[best] + change])
-        return float(_deviation(key, few, guess, retiming, key.at, rates=rates)[0])
-
-    bounds = near[0] - guesses[best], near[-1] - guesses[best]
     found = minimize_scalar(
-        deviation, bounds=bounds, method="bounded", options={"xatol": FINE * np.ptp(near)}
+        lambda change: _deviation(key, few, *way(np.array([best + change])), key.at)[0],
+        bounds=(max(low - best, -step), min(high - best, step)),
+        method="bounded",
+        options={"xatol": FINE * step},
     )
-    return float(guesses[best] + found.x)
+    rate, shift = way(np.array([best + found.x]))
+    return float(rate[0]), float(shift[0])
 
 
-def _probed(count: int) -> NDArray[np.int64]:
-    """Some of so many rows, at irregular distances: of regular ones, several frequencies look the same."""
-    golden = (math.sqrt(5) - 1) / 2
-    return np.unique((np.arange(PROBES) * golden % 1 * count).astype(np.int64))
+def _deviation(key: Key, rows: Rows, rate: Floats, shift: Floats, reference: Trajectory) -> Floats:
+    """The mean square of what columns are off by for other times (p), in units of their ranges.
 
-
-def _deviation(
-    key: Key,
-    rows: Rows,
-    guesses: Floats,
-    retiming: Retiming,
-    reference: Callable[[Floats], Floats],
-    *,
-    rates: bool,
-) -> Floats:
-    """The mean square of what columns are off by for each guess (p), in units of their ranges.
-
-    It is FAR where too few rows can be compared.
+    It is FAR where too few rows can be compared. The rate is tried as a factor of the columns, too.
     """
-    times = retiming(guesses[:, None], rows.times)
+    times = rate[:, None] * rows.times + shift[:, None]
     inside = (times >= key.start) & (times <= key.horizon)
     count = inside.sum(axis=1)
     expected = reference(times.ravel()).reshape(*times.shape, -1)
     squares = []
-    for factor in [np.ones_like(guesses)] + ([guesses, 1 / guesses] if rates else []):
-        away = key.wrapped(rows.values / factor[:, None, None] - expected) / key.ranges
+    for power in (0, 1, -1) if (rate != 1).any() else (0,):
+        away = key.wrapped(rows.values / rate[:, None, None] ** power - expected) / key.ranges
         away[~inside] = 0.0
         squares.append(np.minimum(away**2, FAR).sum(axis=1) / np.maximum(count, 1)[:, None])
     total = np.min(squares, axis=0)[:, rows.present & np.isfinite(key.margins)].mean(axis=1)
     least = max(2.0, ENOUGH * len(rows.times) * (key.horizon - key.start) / key.span)
-    off: Floats = np.where(count >= least, total, FAR)
-    return off
+    return np.where(count >= least, total, FAR)

@@ -149,67 +149,62 @@ def _times(span: Tree) -> Floats:
 def _of_report(asked: Asked, report: Report) -> Source:
     if asked.path[2:] == (TIME,):
         raise ValueProblem("the times are the student's own", path=("ask",))
-    table = _table(report, asked.path[1])
-    columns = _columns(table)
+    table, columns = _table(report, asked.path[1])
     times = columns.pop(TIME)
     if len(times) < LEAST_SAMPLES:
         raise ValueProblem(f"expected at least {LEAST_SAMPLES} samples of the trajectory", path=("document",))
     keys = (".".join(asked.path[2:]),) if len(asked.path) > 2 else BY_DEFAULT[table.key]
     default = tuple(name for key in keys for name in _below(table, key))
-    document = asked.document
+    constants = {} if asked.document is None else asked.document.values
+    angles = tuple(name for name in ANGLES if name in columns)
     source = Source(
         times,
         columns,
         default,
         tuple(column.cells for column in table.columns),
         () if len(asked.path) > 2 else tuple(name for name in columns if name not in default),
+        vectors=True,
+        angles=angles,
+        modular=angles,
+        rates=_below(table, "omega"),
         remedy=f"raise `{SECTIONS[table.key]}.samples`",
-        other=None if asked.second is None else _columns(_table(asked.second, table.key)),
+        other=None if asked.second is None else _table(asked.second, table.key)[1],
         in_si=True,
-        constants={name: float(value) for name, value in document.values.items()} if document else {},
+        constants={name: float(value) for name, value in constants.items()},
     )
-    return _orbit(source, table, report) if table.key == "orbit" else _turning(source, table)
-
-
-def _turning(source: Source, table: Table) -> Source:
-    """The turning of a body."""
-    angles = tuple(name for name in ANGLES if name in source.columns)
-    return replace(source, vectors=True, angles=angles, modular=angles, rates=_below(table, "omega"))
+    return _orbit(source, table, report) if table.key == "orbit" else source
 
 
 def _orbit(source: Source, table: Table, report: Report) -> Source:
-    """An orbit: with its equations, what it conserves, and the angles among its coordinates."""
+    """An orbit: with what it conserves, and the angles among its coordinates."""
     tree = report.tree()
-    coordinates, momenta = (_below(table, key) for key in ("q", "p"))
+    coordinates = _below(table, "q")
     energy = None if tree.get("hamiltonian") is None else to_tree(tree["hamiltonian"])
-    known: dict[str, float | Floats] = {**source.constants, **source.columns, TIME: source.times}
-    sizes: dict[str, float] = {}
-    turning: tuple[str, ...] = ()
-    if energy is not None and names_in(energy) <= known.keys():
-        sizes = {"H": size_of_terms(energy, known)}
-        turning = _angles(energy, coordinates, source.times, known)
-    laws = {name: Name(name) if name != "H" else energy for name in tree["conserved"]}
-    return replace(
+    laws: dict[str, Node] = {name: Name(name) for name in tree["conserved"] if name != "H"}
+    if energy is not None and "H" in tree["conserved"]:
+        laws["H"] = energy
+    orbit = replace(
         source,
-        families=(coordinates, momenta),
-        sizes=sizes,
-        turning=turning,
+        families=(coordinates, _below(table, "p")),
+        vectors=False,
+        angles=(),
         modular=coordinates,
-        laws={name: root for name, root in laws.items() if root is not None},
+        laws=laws,
     )
+    known: dict[str, float | Floats] = {**source.constants, **source.columns, TIME: source.times}
+    if energy is None or not names_in(energy) <= known.keys():
+        return orbit
+    turning = _angles(energy, coordinates, source.times, known)
+    return replace(orbit, sizes={"H": size_of_terms(energy, known)}, turning=turning)
 
 
-def _table(report: Report, key: str) -> Table:
-    """The table of samples."""
+def _table(report: Report, key: str) -> tuple[Table, dict[str, Floats]]:
+    """The table of samples, and its columns by name."""
     found = next((table for table in report.tables if table.key == key and key in BY_DEFAULT), None)
     if found is None:
         raise ValueProblem("this result is no trajectory", path=("ask",))
-    return found
-
-
-def _columns(table: Table) -> dict[str, Floats]:
-    columns = single_cells(table)
-    return {column.cells[0]: np.asarray(column.values, dtype=np.float64) for column in columns}
+    cells = single_cells(found)
+    return found, {cell.cells[0]: np.asarray(cell.values, dtype=np.float64) for cell in cells}
 
 
 def _below(table: Table, key: str) -> tuple[str, ...]:
