@@ -18,6 +18,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from rigidcli.errors import ValueProblem
@@ -113,59 +114,6 @@ def damped(t: Floats = T, rate: float = 3.0) -> dict[str, Floats]:
 # --- right in any form
 
 
-@many
-@given(
-    rate=st.floats(0.2, 20),
-    size=st.floats(1e-6, 1e6),
-    phase=st.floats(-3, 3),
-    steps=st.lists(st.floats(0.2, 1), min_size=70, max_size=200),
-    separator=st.sampled_from([",", ";", "\t", " ", " , "]),
-    seed=st.integers(0, 10**6),
-)
-def test_an_oscillation_at_any_times_is_right_within_the_tolerance_and_wrong_beyond(
-    rate: float, size: float, phase: float, steps: list[float], separator: str, seed: int
-) -> None:
-    x, v = f"{size!r}*cos({rate!r}*t + {phase!r})", f"-{rate!r}*{size!r}*sin({rate!r}*t + {phase!r})"
-    key = formulas(10, {"x": x, "v": v.replace("--", "")})
-    t = np.cumsum([0.0, *steps])
-    t *= 10 / t[-1]
-    x_, v_ = size * np.cos(rate * t + phase), -rate * size * np.sin(rate * t + phase)
-    chance = np.random.default_rng(seed)
-    sizes = [float(np.abs(key.grid[:, k]).max()) for k in range(2)]
-    for error, right in ((0.0, True), (0.5e-3, True), (0.95e-3, True), (1.3e-3, False), (5e-3, False)):
-        off = chance.uniform(-1, 1, (2, len(t)))
-        off[chance.integers(2), chance.integers(len(t))] = chance.choice([-1, 1])
-        columns = {
-            "v": v_ + error * sizes[1] * off[0],
-            "t": t,
-            "more": np.zeros_like(t),
-            "x": x_ + error * sizes[0] * off[1],
-        }
-        outcome = answered(key, table(columns, separator), HERE)
-        assert (outcome.verdict == "correct") is right, (error, outcome)
-
-
-@many
-@given(
-    st.lists(st.floats(-3, 3), min_size=4, max_size=4),
-    st.integers(0, 3),
-    st.sampled_from([0.01, -0.01, 0.1, -0.5, 1.0]),
-)
-def test_a_polynomial_with_a_wrong_coefficient_is_wrong(
-    coefficients: list[float], place: int, off: float
-) -> None:
-    text = " + ".join(f"({c!r})*t^{k}" for k, c in enumerate(coefficients))
-    key = formulas(2, {"y": text})
-    t = np.linspace(0, 2, 57)
-    right = sum(c * t**k for k, c in enumerate(coefficients))
-    assert judged(key, {"t": t, "y": np.asarray(right)}).verdict == "correct"
-    changed = np.asarray(right + off * t**place)
-    assume(np.abs(changed - right).max() > 1.1e-3 * np.abs(key.grid).max())
-    outcome = judged(key, {"t": t, "y": changed})
-    assert outcome.verdict == "incorrect"
-    assert outcome.share == 0
-
-
 def test_extra_rows_before_and_after_are_not_looked_at() -> None:
     t = np.linspace(-1, 12, 600)
     assert judged(OSCILLATOR, oscillator(t)).verdict == "correct"
@@ -194,11 +142,6 @@ def test_the_text_may_have_any_line_ends_blanks_comments_and_minus_signs() -> No
     ]
     for other in others:
         assert answered(OSCILLATOR, {"csv": other}, HERE).verdict == "correct", other[:60]
-
-
-def test_greek_heads_are_names_in_ascii() -> None:
-    key = formulas(10, {"theta": "cos(t)"})
-    assert judged(key, {"t": T, "θ": np.cos(T)}).verdict == "correct"
 
 
 def test_a_file_of_numpy_is_read(tmp_path: Path) -> None:
@@ -467,39 +410,6 @@ def test_columns_exchanged_in_any_way(order: list[int]) -> None:
         assert outcome.share == pytest.approx((12 - moved) / 12)
     else:
         assert outcome.verdict == "correct"
-
-
-@many
-@given(st.data())
-def test_random_answers_are_never_right(data: st.DataObject) -> None:
-    change = data.draw(
-        st.sampled_from(["size", "rate", "phase", "one", "noise", "other", "constant", "swap", "late"])
-    )
-    seed = np.random.default_rng(data.draw(st.integers(0, 10**6)))
-    off = data.draw(st.floats(0.005, 2)) * data.draw(st.sampled_from([-1, 1]))
-    columns = oscillator()
-    if change == "size":
-        columns = oscillator(size=1.5 * (1 + off))
-    elif change == "rate":
-        columns = oscillator(rate=2 * (1 + off))
-    elif change == "phase":
-        columns = oscillator(phase=0.3 + off)
-    elif change == "one":
-        columns["x"][seed.integers(len(T))] += off
-    elif change == "noise":
-        columns["p"] = columns["p"] + seed.normal(0, abs(off) + 0.01, len(T))
-    elif change == "other":
-        columns["x"] = np.abs(columns["x"]) + off
-    elif change == "constant":
-        columns["x"] = np.full_like(T, off)
-    elif change == "swap":
-        columns = {"t": T, "x": columns["p"], "p": columns["x"]}
-    else:
-        columns = {name: values[: int(0.9 * len(T))] for name, values in columns.items()}
-    outcome = judged(OSCILLATOR, columns)
-    assert outcome.verdict in ("incorrect", "partial")
-    assert outcome.share <= 0.5
-    assert outcome.findings
 
 
 def test_messages_below_full_do_not_tell_the_reference() -> None:
@@ -1299,7 +1209,9 @@ def spinning(t: Floats) -> dict[str, Floats]:
 
 
 @pytest.fixture(scope="module")
-def motions() -> list[Motion]:
+def motions(forty: Key) -> list[Motion]:
+    many_rows = double_pendulum(40, 1e-10, 8001)
+    chaos = make_interp_spline(many_rows["t"], np.column_stack(list(many_rows.values())), 7)
     swing = "system: {coordinates: [theta], lagrangian: thetadot^2/2 + 9.81*cos(theta)}\n"
     swing += "orbit: {initial: {theta: 2.5, p_theta: 0}, duration: 6}"
     angle = formulas(20, {"phi": "1.3*t + 0.2*sin(t)", "r": "1 + 0.3*cos(t)"}, angles=["phi"])
@@ -1313,6 +1225,7 @@ def motions() -> list[Motion]:
         (few, fast),
         (computed(swing, "hamilton.orbit"), pendulum_swing),
         (computed(TOP, "euler.trajectory.orientation"), spinning),
+        (forty, lambda t: dict(zip(many_rows, (t, *chaos(t).T[1:]), strict=True))),
     ]
 
 
@@ -1327,7 +1240,7 @@ def a_right_answer(motion: Motion, chance: np.random.Generator) -> dict[str, str
         t = np.linspace(key.start, key.stop, chance.integers(60, 500))
     columns = truth(t)
     for place, name in enumerate(key.columns[: key.required]):
-        columns[name] = columns[name] + 0.5 * key.margins[place] * chance.uniform(-1, 1, len(t))
+        columns[name] = columns[name] + 0.95 * key.margins[place] * chance.uniform(-1, 1, len(t))
         if np.isfinite(key.periods[place]):
             columns[name] += key.periods[place] * chance.integers(-2, 3, len(t))
     if key.quaternion:
@@ -1335,7 +1248,7 @@ def a_right_answer(motion: Motion, chance: np.random.Generator) -> dict[str, str
         columns = {name: values if name == "t" else values * signs for name, values in columns.items()}
     heads = {"t": chance.choice(["t", "T", "Time", "TIME (s)", "time [s]", " t / s "])}
     named = {heads.get(name, name.upper()): columns[name] for name in chance.permutation(list(columns))}
-    return table(named, chance.choice([",", ";", "\t"]), chance.choice([repr, "{:.12g}".format]))
+    return table(named, chance.choice([",", ";", "\t"]), repr if chance.random() < 0.5 else "{:.12g}".format)
 
 
 ATTACKS = (
@@ -1351,6 +1264,9 @@ ATTACKS = (
     "zeros",
     "noise",
     "late",
+    "size",
+    "slope",
+    "tiny",
 )
 
 
@@ -1362,21 +1278,27 @@ def a_wrong_answer(motion: Motion, chance: np.random.Generator, attack: str) -> 
         t = np.union1d(t, key.times)
     right = truth(t)
     place = int(chance.choice(np.flatnonzero(key.moving[: key.required])))
-    name, margin, row = key.columns[place], key.margins[place], chance.integers(len(t))
-    row = int(np.argmin(abs(t - chance.choice(key.times)))) if key.times is not None else row
-    off = float(chance.choice([-1, 1]) * margin * chance.uniform(1.6, 20))
+    name, margin = key.columns[place], key.margins[place]
+    row = int(np.argmin(np.abs(t - chance.choice(t if key.times is None else key.times))))
+    off = float(chance.choice([-1, 1]) * margin * chance.uniform(1.1, 20))
     match attack:
         case "warp":  # on time at both ends
             other = truth(t + 0.05 * key.span * np.sin(np.pi * (t - key.start) / key.span))
         case "late":
             other = truth(t - 0.02 * key.span)
         case "swap":
-            other = dict(zip(right, np.roll(list(right.values())[1:], 1, axis=0), strict=False))
             other = {"t": t} | dict(
                 zip(list(right)[1:], np.roll(list(right.values())[1:], 1, axis=0), strict=True)
             )
         case "one":
             other = right | {name: right[name] + off * (np.arange(len(t)) == row)}
+        case "size":
+            other = right | {name: right[name] * (1 + off)}
+        case "slope":
+            other = right | {name: right[name] + off * (t - key.start) / key.span}
+        case "tiny":  # so that no column is so small that it need not be right
+            small = min(key.columns[: key.required], key=lambda each: np.ptp(right[each]))
+            other = right | {small: np.zeros_like(t)}
         case "still":
             other = right | {name: np.full_like(t, right[name][row])}
         case "zeros":  # at times at which the column is near nothing, as often as it likes
@@ -1391,19 +1313,15 @@ def a_wrong_answer(motion: Motion, chance: np.random.Generator, attack: str) -> 
 
 
 def error(motion: Motion, columns: Columns) -> float:
-    """The most that a judged column is off by, in margins."""
+    """The most that a judged column is off by where it can be judged, in margins."""
     key, truth = motion
-    right = truth(columns["t"])
-    off = [
-        np.abs(
-            (columns[name] - right[name] + period / 2) % period - period / 2
-            if period < np.inf
-            else columns[name] - right[name]
-        )
-        / margin
-        for name, margin, period in zip(key.columns[: key.required], key.margins, key.periods, strict=False)
-    ]
-    return float(np.max(off))
+    seen = (columns["t"] <= key.horizon) & (key.times is None or np.isin(columns["t"], key.times))
+    right, worst = truth(columns["t"]), 0.0
+    for place, name in enumerate(key.columns[: key.required]):
+        off, period = columns[name] - right[name], key.periods[place]
+        off = off - period * np.round(off / period) if np.isfinite(period) else off
+        worst = max(worst, float(np.abs(off[seen]).max(initial=0) / key.margins[place]))
+    return worst
 
 
 @many
@@ -1420,7 +1338,7 @@ def test_wrong_answers_are_never_right(motions: list[Motion], seed: int, attack:
     chance = np.random.default_rng(seed)
     motion = motions[chance.integers(len(motions))]
     columns = a_wrong_answer(motion, chance, attack)
-    assume(error(motion, columns) > 1.5)
+    assume(error(motion, columns) > 1.05)
     outcome = judged(motion[0], columns)
     assert outcome.verdict in ("incorrect", "partial")
     assert outcome.findings
