@@ -117,6 +117,8 @@ def damped(t: Floats = T, rate: float = 3.0) -> dict[str, Floats]:
 def test_extra_rows_before_and_after_are_not_looked_at() -> None:
     t = np.linspace(-1, 12, 600)
     assert judged(OSCILLATOR, oscillator(t)).verdict == "correct"
+    far = np.concatenate([[-90.0], T[T < 9.2], [90.0]])
+    assert codes(judged(OSCILLATOR, oscillator(far))) == ["time_range_short"]
 
 
 @pytest.mark.parametrize(

@@ -202,7 +202,7 @@ def _off(key: Key, answer: Rows, until: float | None = None) -> Floats:
 
 def _kept(key: Key, answer: Rows) -> dict[str, bool]:
     """Whether each conserved quantity stays the same, if the answer has the columns for it."""
-    inside = key.inside(answer.times)
+    inside = key.inside(answer.times, key.stop)
     columns = {TIME: answer.times[inside]}
     for place in np.flatnonzero(answer.present):
         columns[key.columns[place]] = answer.values[inside, place]

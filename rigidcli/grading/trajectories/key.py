@@ -21,7 +21,7 @@ from rigidcli.grading.factors import TURN
 from rigidcli.grading.numbers import NOISE, margin, read_number
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Question
-from rigidcli.grading.trajectories.conserved import Conserved, conserved, listed
+from rigidcli.grading.trajectories.conserved import Conserved, conserved, laws_of
 from rigidcli.grading.trajectories.source import Source
 from rigidcli.grading.trajectories.tables import TIME
 from rigidcli.model.units import parse_unit
@@ -179,9 +179,7 @@ class Key:
             stop=stop,
             horizon=min(self.horizon, stop),
             margins=self.margins + more,
-            ranges=np.maximum(
-                part.max(axis=0, initial=-np.inf) - part.min(axis=0, initial=np.inf), self.margins
-            ),
+            ranges=np.maximum(np.ptp(part, axis=0) if len(part) else 0.0, self.margins),
             rate=rate,
             shift=shift,
             factors=factors,
@@ -203,23 +201,24 @@ class Key:
         forwards = slice(None, None, 1 if self.rate > 0 else -1)
         return Rows(((times - self.shift) / self.rate)[forwards], values[forwards])
 
-    def inside(self, times: Floats) -> Mask:
-        """Which times belong to the span."""
+    def inside(self, times: Floats, until: float) -> Mask:
+        """Which times belong to the span, or the part of it until a time."""
         slack = SLACK * self.span
-        mask: Mask = (times >= self.start - slack) & (times <= self.stop + slack)
-        return mask
+        return np.asarray((times >= self.start - slack) & (times <= until + slack))
 
     def lacks(self, rows: Rows) -> str:
         """What is wrong with the times of an answer; empty where nothing is."""
         return self._lacks(self.read(rows).times)
 
     def _lacks(self, times: Floats) -> str:
-        own = np.clip(times, self.start, self.stop)
+        longest = (self.gap + SAME_TIME) * self.span
+        near = times[(times >= self.start - longest) & (times <= self.stop + longest)]
+        own = np.clip(near, self.start, self.stop)
         if not len(own) or np.ptp(own) < COVERED * self.span:
-            return f"read times from {times.min():g} to {times.max():g}" if len(times) else "there are none"
-        if np.diff(own).max() > (self.gap + SAME_TIME) * self.span:
+            return f"read times from {times[0]:g} to {times[-1]:g}" if len(times) else "there are none"
+        if np.diff(own).max() > longest:
             return "the gaps between its rows are too long"
-        own = times[self.inside(times) & (times <= self.horizon + SLACK * self.span)]
+        own = times[self.inside(times, self.horizon)]
         seen = np.ptp(self.roughly_at(own), axis=0) if len(own) else 0.0
         unseen = self.moving & (seen < SHOWN * self.ranges)
         if not len(own) or unseen[: self.required].any():
@@ -235,8 +234,7 @@ class Key:
         rows = self.read(rows)
         if self.times is not None:
             rows = self._sampled(rows, self.times)
-        until = self.horizon if until is None else until
-        own = self.inside(rows.times) & (rows.times <= until + SLACK * self.span)
+        own = self.inside(rows.times, self.horizon if until is None else until)
         return rows.times[own], rows.values[own], self.at(rows.times[own])
 
     def _sampled(self, rows: Rows, times: Floats) -> Rows:
@@ -330,9 +328,9 @@ def key_of(source: Source, question: Question) -> Key:
     from scipy.interpolate import make_interp_spline
 
     times, required = source.times, _required(source, question)
-    laws = listed(source, question)
+    laws = laws_of(source, question)
     known = () if question.columns else tuple(name for name in source.known if name not in required)
-    needed = frozenset(required).union(*(law.names for law in laws))
+    needed = frozenset(required).union(*(law.names for law in laws if law.required))
     names = (*required, *known, *sorted(needed.difference(required, known)))
     first = slice(len(required))
     listed_angles = question.angles or (source.modular if question.modulo is not None else ())
@@ -387,7 +385,9 @@ def key_of(source: Source, question: Question) -> Key:
         quaternion=joint,
         rates=tuple(place for place, name in enumerate(names) if name in source.rates),
         in_si=source.in_si,
-        conserved=conserved(source, question, laws, dict(zip(required, margins.tolist(), strict=False))),
+        conserved=conserved(
+            laws, source, question.tolerance, dict(zip(required, margins.tolist(), strict=False))
+        ),
         instants=instants,
         grid=grid,
         ranges=np.maximum(np.ptp(grid, axis=0), margins),
