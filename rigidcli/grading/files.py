@@ -6,6 +6,7 @@ import errno
 import os
 import re
 import stat
+from contextlib import suppress
 from pathlib import Path
 
 from rigidcli.errors import shown
@@ -52,11 +53,9 @@ def handed_in(name: str) -> tuple[str, str]:
     found = _HANDED_IN.fullmatch(name)
     if found is None:
         return "", name
-    return (
-        (found["moodle"], found["file"])
-        if found["file"]
-        else (f"{found['name']}_{found['id']}", found["own"])
-    )
+    if found["file"]:
+        return found["moodle"], found["file"]
+    return f"{found['name']}_{found['id']}", found["own"]
 
 
 def read_beside(name: Tree, beside: Path) -> str:
@@ -77,33 +76,33 @@ def read_beside(name: Tree, beside: Path) -> str:
 
 
 def _name_beside(name: str, answer: Path) -> str:
-    """The name that a student's file has beside the answer. Raises Unreadable for a file of another student."""
-    try:
-        there = os.listdir(answer.parent)
-    except OSError:
-        there = []
-    student, _ = handed_in(answer.name)
-    # Canvas tells a file that is handed in again by a number: `orbit-1.csv`.
-    stem, dot, ending = name.rpartition(".")
-    again = re.compile(rf"{re.escape(stem)}(-[0-9]+)?{re.escape(dot + ending)}")
-    own = [each for each in there if student == handed_in(each)[0] and again.fullmatch(handed_in(each)[1])]
-    if student and own:
-        if len(own) > 1:
-            raise Unreadable("missing_file", "several files of yours have this name", place=shown(name))
-        return own[0]
-    answers = [each for each in there if Path(each).suffix.lower() in SUFFIXES]
-    owner, _ = handed_in(name)
-    if owner not in ("", student) and (student or owner in [handed_in(each)[0] for each in answers]):
-        raise _belongs_to_another(name)
-    stems = [Path(each).stem.casefold() for each in (*answers, answer.name)]
-    heading = [each for each in stems if re.match(rf"{re.escape(each)}(?![^\W_])", name.casefold())]
-    if heading and max(heading, key=len) != answer.stem.casefold():
-        raise _belongs_to_another(name)
+    """The name that a file of this name has beside an answer. Raises Unreadable for that of another student.
+
+    Of another student is what Canvas or Moodle names so, and what begins with the name of another answer file.
+    """
+    with suppress(OSError):
+        there = [path.name for path in answer.parent.iterdir()]
+        student, _ = handed_in(answer.name)
+        if student:
+            own = [(each, handed_in(each)[1]) for each in there if handed_in(each)[0] == student]
+            # Canvas tells a file that is handed in again by a number: `orbit-1.csv`.
+            stem, dot, ending = name.rpartition(".")
+            again = re.compile(rf"{re.escape(stem)}-[0-9]+{re.escape(dot + ending)}")
+            fitting = [each for each, before in own if before == name]
+            fitting = fitting or [each for each, before in own if again.fullmatch(before)]
+            if len(fitting) > 1:
+                raise Unreadable("missing_file", "several files of yours have this name", place=shown(name))
+            if fitting:
+                return fitting[0]
+        answers = [Path(each) for each in there if Path(each).suffix.lower() in SUFFIXES]
+        owner, _ = handed_in(name)
+        others = {handed_in(each.name)[0] for each in answers} | ({owner} if student else set())
+        stems = {each.stem.casefold() for each in (*answers, answer)}
+        heading = [stem for stem in stems if re.match(rf"{re.escape(stem)}(?![^\W_])", name.casefold())]
+        is_headed = bool(heading) and max(heading, key=len) != answer.stem.casefold()
+        if is_headed or owner in others - {"", student}:
+            raise Unreadable("not_allowed", "the file belongs to another student's answer", place=shown(name))
     return name
-
-
-def _belongs_to_another(name: str) -> Unreadable:
-    return Unreadable("not_allowed", "the file belongs to another student's answer", place=shown(name))
 
 
 def read_file(path: Path, place: str = "") -> str:

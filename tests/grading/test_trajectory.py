@@ -220,6 +220,8 @@ def test_angles_are_equal_modulo_their_period(turns: int, seed: int) -> None:
         assert judged(key, {"t": t, "phi": shown, "r": r}).verdict == "correct"
         assert judged(key, {"t": t, "phi": shown + 0.01, "r": r}).verdict == "partial"
         assert judged(key, {"t": t, "phi": phi, "r": r + 2 * math.pi}).verdict == "partial"
+    for huge in (1e15, 1e17, 1e300):  # whose digits do not tell what is left of it modulo 2 pi
+        assert judged(key, {"t": t, "phi": np.full(200, huge), "r": r}).share == 0.5
 
 
 def test_the_period_may_be_in_degrees() -> None:
@@ -1029,6 +1031,11 @@ def test_a_file_beside_the_answer(folder: Path) -> None:
         ("doejane_LATE_4711_98764_answers.yaml", ["doejane_LATE_4711_98765_orbit.csv"], "correct"),
         ("doejane_4711_98764_answers.yaml", ["doejane_LATE_4711_98765_orbit.csv"], "correct"),
         ("doejane_4711_98764_answers-1.yaml", ["doejane_4711_98765_orbit-1.csv"], "correct"),
+        (
+            "doejane_4711_8_answers.yaml",
+            ["doejane_4711_9_orbit.csv", "doejane_4711_7_orbit-1.csv"],
+            "correct",
+        ),
         (
             "Jane Doe_4711_assignsubmission_file_a.yaml",
             ["Jane Doe_4711_assignsubmission_file_orbit.csv"],

@@ -43,7 +43,7 @@ EXACT = 1e-3
 """The part of a margin that is as good as nothing: no further degree is tried."""
 
 OFF = 0.25
-"""The part of a margin that a spline itself may be off by."""
+"""The part of a margin that a spline, or rounding, may be off by."""
 
 PARTED = 0.1
 """The part of a margin by which two runs of a document may differ."""
@@ -263,10 +263,13 @@ class Key:
         return np.abs(self.wrapped(values - expected)) / self.margins
 
     def wrapped(self, differences: Floats) -> Floats:
-        """Differences of the columns (... by m), those of angles to the nearest of their periods."""
+        """Differences of the columns (... by m), those of angles to the nearest of their periods.
+
+        Those that are so large that their digits do not tell the rest stay as they are.
+        """
         own = np.where(np.isfinite(self.periods), self.periods, 1.0)
-        near = differences - own * np.round(differences / own)
-        return np.where(np.isfinite(self.periods), near, differences)
+        told = np.isfinite(self.periods) & (np.spacing(np.abs(differences)) <= OFF * self.margins)
+        return np.where(told, differences - own * np.round(differences / own), differences)
 
 
 def smooth(values: Floats, periods: Floats, quaternion: Sequence[int]) -> Floats:
