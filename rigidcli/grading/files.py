@@ -78,7 +78,7 @@ def read_beside(name: Tree, beside: Path) -> str:
 def _name_beside(name: str, answer: Path) -> str:
     """The name that a file of this name has beside an answer. Raises Unreadable for that of another student.
 
-    Of another student is what Canvas or Moodle names so, and what begins with the name of another answer file.
+    Of another student is what Canvas or Moodle names so, or what begins as another answer file does.
     """
     with suppress(OSError):
         there = [path.name for path in answer.parent.iterdir()]

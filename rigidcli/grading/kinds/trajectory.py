@@ -143,14 +143,13 @@ class Trajectory(Kind):
         if (turned != itself.values).any():
             yield "modulo periods and the signs of quaternions", _table(key, Rows(itself.times, turned))
 
+    def mistaken(self, key: Key) -> Iterator[tuple[str, Key]]:
+        """Codes of mistakes, and the keys that they make."""
+        yield from super().mistaken(key)
+        yield from mistakes.examples(key)
+
     def wrong_forms(self, key: Key) -> Iterator[Example]:
-        """The key under mistakes of which a number is told from the answer, cut short, and backwards."""
-        for code, changed in mistakes.examples(key):
-            form = self.typed(changed)
-            answer = self.read_answer(key, form, Path())
-            found = None if self.is_right(key, answer) else self.explanation(key, answer)
-            if found is not None and found.code == code:
-                yield Example(code.replace("_", " "), form, code)
+        """The key cut short, and backwards."""
         rows = key.written(np.linspace(key.start, key.stop, EXAMPLE_ROWS))
         half = Rows(rows.times[: EXAMPLE_ROWS // 2], rows.values[: EXAMPLE_ROWS // 2])
         yield Example("the first half", _table(key, half), "time_range_short")

@@ -83,7 +83,7 @@ column's range: less may as well be that of a coarse integration."""
 # --- other values
 
 
-@lru_cache(8)
+@lru_cache(1)  # several mistakes ask it of one answer
 def _failing(key: Key, rows: Rows) -> tuple[Mask, Floats, Floats]:
     """Which columns are wrong (m), with the values and what is expected (k by m); none where rows are few."""
     if key.lacks(rows):
