@@ -10,15 +10,12 @@ from itertools import islice
 from pathlib import Path
 
 from rigidcli.errors import Problem, printable
-from rigidcli.grading.files import read_file
+from rigidcli.grading.files import SUFFIXES, read_file
 from rigidcli.grading.judge import MISSING, Item, judge
 from rigidcli.grading.judgement import Judgement, Sheet, from_bytes, same_for_all, to_bytes
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.sandbox import LIMITS, Limits
 from rigidcli.grading.workers import Ended, each, usable_cores
-
-SUFFIXES = frozenset([".yaml", ".yml", ".json"])
-"""Ends of the names of answer files, in small letters or capitals."""
 
 
 def gather(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from rigidcli.grading.kinds.base import Kind
 from rigidcli.grading.kinds.modules import Module
 from rigidcli.grading.kinds.number import Number
+from rigidcli.grading.kinds.trajectory import Trajectory
 
 KINDS: dict[str, Kind] = {
     "number": Number(),
@@ -16,6 +17,6 @@ KINDS: dict[str, Kind] = {
     "axes": Module("axes"),
     "expression": Module("expression"),
     "equations": Module("equations"),
-    "trajectory": Module("trajectory"),
+    "trajectory": Trajectory(),
     "choice": Module("choice"),
 }

@@ -83,12 +83,16 @@ class Kind(ABC):
         """Right answers, and wrong ones by every mistake that changes the key and looks like no other."""
         yield from (Example(what, form) for what, form in self.right_forms(key))
         yield from self.wrong_forms(key)
-        for mistake, variant in variants(self.name, key):
-            form = self.typed(variant.key)
+        for code, changed in self.mistaken(key):
+            form = self.typed(changed)
             if form is None:
                 continue
             answer = self.read_answer(key, form, Path())
             if not self.is_right(key, answer):
                 found = self.explanation(key, answer)
-                if found is not None and found.code == mistake.code:
-                    yield Example(mistake.code.replace("_", " "), form, mistake.code)
+                if found is not None and found.code == code:
+                    yield Example(code.replace("_", " "), form, code)
+
+    def mistaken(self, key: Any) -> Iterator[tuple[str, Any]]:
+        """Codes of mistakes, and the keys that they make. A kind may add some that are otherwise fitted."""
+        yield from ((mistake.code, variant.key) for mistake, variant in variants(self.name, key))
