@@ -169,7 +169,10 @@ FUNCTIONS: dict[str, Function] = {
     "sign": Function(1, _sign, "sign", None),
 }
 
+ALIASES = {"ln": "log"}
+"""Further names of functions, which are read and never written."""
+
 CONSTANTS: dict[str, float] = {"pi": math.pi}
 
-RESERVED: frozenset[str] = frozenset(FUNCTIONS) | frozenset(CONSTANTS) | {"t"}
+RESERVED: frozenset[str] = frozenset(FUNCTIONS) | frozenset(ALIASES) | frozenset(CONSTANTS) | {"t"}
 """Names that a document cannot give to a parameter of its own; `t` is time."""
