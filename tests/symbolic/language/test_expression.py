@@ -15,8 +15,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.language.evaluation import real
 from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, parse
-from rigidcli.symbolic.language.text import text
+from rigidcli.symbolic.language.text import reading, text
 from rigidcli.symbolic.language.tree import (
     Call,
     Constant,
@@ -422,26 +423,33 @@ def test_the_deepest_text_leaves_room_on_the_stack() -> None:
 
 SOUP = st.one_of(
     st.text(max_size=40),
-    st.text(alphabet="0123456789.eE+-*/^(), xytpiπΩ_−·'\"[]=:", max_size=40),
-    st.lists(
-        st.sampled_from([*FUNCTIONS, "pi", "x", "y", "(", ")", "+", "-", "*", "/", "^", ",", "2", "0", ".5"]),
-        max_size=20,
-    ).map(" ".join),
+    st.text(alphabet="0123456789.eE+-*/^(), xytpiπΩ_−·'\"[]=:²³⁻√½", max_size=40),
+    *(
+        st.lists(st.sampled_from([*FUNCTIONS, *"xy()+-*/^,20²√½", "ln", "pi", ".5"]), max_size=20).map(
+            blank.join
+        )
+        for blank in (" ", "")
+    ),
+    st.lists(st.sampled_from([*"xy()/2²√½", "sin(x)", "(x + y)"]), max_size=9).map(" ".join),
 )
 
 
 @settings(max_examples=400, deadline=None)
 @given(SOUP)
-def test_soup_is_an_expression_or_an_expression_error(text: str) -> None:
+def test_soup_is_an_expression_or_an_expression_error(source: str) -> None:
     error = None
     result = 0.0
     try:
-        expression = parse(text)
+        expression = parse(source)
         result = expression.evaluate(dict.fromkeys(expression.names, 1.5))
     except ExpressionError as caught:
         error = caught
+    else:
+        again = parse(reading(expression.root)).root
+        assert again == parse(text(expression.root)).root
+        assert real(again, dict.fromkeys(expression.names, 1.5)) == result
     assert math.isfinite(result)
-    assert error is None or error.column is None or 1 <= error.column <= len(text) + 1
+    assert error is None or error.column is None or 1 <= error.column <= len(source) + 1
 
 
 NAMED = {"x": 0.75, "y": -1.25, "m_1": 3.0}
