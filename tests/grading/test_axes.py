@@ -655,7 +655,7 @@ def test_wrong_axes_to_moments_in_symbols(masses: Key) -> None:
 
 @pytest.mark.parametrize(
     ("moment", "code"),
-    [("5*M*a^2", "unknown_symbol"), ("5*m*", "parse_error"), ("5 m", "unit_incompatible")],
+    [("5*M*a^2", "unknown_symbol"), ("5*m*", "parse_error"), ("5 kg", "unit_incompatible")],
 )
 def test_symbols_that_cannot_be_read(masses: Key, moment: str, code: str) -> None:
     with pytest.raises(Unreadable) as refused:

@@ -17,7 +17,7 @@ from rigidcli.errors import ExpressionError, nearest, shown
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.numbers import read_rounded
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.model.units import Unit, split_quantity
+from rigidcli.model.units import Unit, is_unit, split_quantity
 from rigidcli.symbolic.language.expression import Expression, parse
 
 Entry: TypeAlias = float | Expression
@@ -44,11 +44,11 @@ def read_entry(cell: Cell, unit: Unit | None, names: frozenset[str]) -> tuple[En
     answer, place = cell.answer, cell.place
     if not names or not isinstance(answer, str):
         return read_rounded(answer, unit, place)
+    if is_quantity(answer, names):
+        return read_rounded(answer, unit, place)
     try:
         expression = parse(answer)
     except ExpressionError as error:
-        if split_quantity(answer) is not None:
-            return read_rounded(answer, unit, place)
         raise Unreadable("parse_error", f"read {shown(answer)}: {error.message}", place=place) from None
     unknown = sorted(expression.names - names)
     if unknown:
@@ -56,6 +56,17 @@ def read_entry(cell: Cell, unit: Unit | None, names: frozenset[str]) -> tuple[En
         hint = f", did you mean {shown(near)}?" if near else ""
         raise Unreadable("unknown_symbol", f"read {shown(unknown[0])}{hint}", place=place)
     return (expression, 0.0) if expression.names else read_rounded(answer, unit, place)
+
+
+def is_quantity(text: str, names: frozenset[str]) -> bool:
+    """Whether a text is a number with a unit, and no expression in symbols of these names."""
+    if split_quantity(text) is None:
+        return False
+    try:
+        used = parse(text).names
+    except ExpressionError:
+        return True
+    return not used <= names and all(map(is_unit, used))
 
 
 def read_entries(cells: Array, unit: Unit | None, names: frozenset[str]) -> tuple[Array, Floats]:

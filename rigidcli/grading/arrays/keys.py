@@ -11,7 +11,17 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ExpressionError, ValueProblem
-from rigidcli.grading.arrays.entries import Cell, Entry, Layout, Point, filled, read_entries, value_at, worked
+from rigidcli.grading.arrays.entries import (
+    Cell,
+    Entry,
+    Layout,
+    Point,
+    filled,
+    is_quantity,
+    read_entries,
+    value_at,
+    worked,
+)
 from rigidcli.grading.arrays.reference import Reference
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
@@ -92,15 +102,15 @@ def _is_exact(asked: Asked) -> bool:
 
 def _unit_of(cell: Cell, names: frozenset[str]) -> Unit | None:
     """The unit of an entry of a literal key, if it has one. Raises Unreadable."""
-    if names and _is_expression(cell.answer):
+    if names and _is_expression(cell.answer, names):
         return None
     written = read_written(cell.answer, cell.place)
     return None if written.unit is None else read_unit(written.unit, place=cell.place)
 
 
-def _is_expression(answer: Tree) -> bool:
+def _is_expression(answer: Tree, names: frozenset[str]) -> bool:
     try:
-        return isinstance(answer, str) and bool(parse(answer).names)
+        return isinstance(answer, str) and not is_quantity(answer, names) and bool(parse(answer).names)
     except ExpressionError:
         return False
 

@@ -71,12 +71,12 @@ def declared(document: Document) -> dict[str, Dimension]:
     for name, definition in document.definitions.items():
         value = raw.get(name)
         quantity = split_quantity(value) if isinstance(value, str) else None
-        if quantity is not None:
-            known[name] = parse_unit(quantity[1]).dimension
-        elif definition is not None and definition.names:
-            with suppress(ValueProblem):
+        with suppress(ValueProblem):  # also of what follows a number and is no unit
+            if definition is not None and definition.names:
                 dimension = dimension_of(definition.root, known)
-                known |= {} if dimension is None else {name: dimension}
+            else:
+                dimension = None if quantity is None else parse_unit(quantity.unit).dimension
+            known |= {} if dimension is None else {name: dimension}
     return known
 
 
