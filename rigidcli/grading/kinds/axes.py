@@ -169,7 +169,7 @@ def _broken(key: Key, answer: Answer, found: Match) -> Iterator[Finding]:
         if not _has_length(key, answer, index):
             yield Finding("axis_not_normalised", f"axis {index + 1}")
     yield from map(Finding, _of_set(key, answer, range(len(answer))))
-    if answer.bare:
+    if answer.bare and key.question.unit == "required":
         yield Finding("unit_missing", ", ".join(f"moment {index + 1}" for index in answer.bare))
     if key.question.order == "ascending" and not match(key.eigen, answer, ordered=True).complete:
         told = answer.moments

@@ -57,7 +57,13 @@ NAMES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 OTHER_PRODUCTS = 2 * np.eye(3) - 1
 """By what a tensor is multiplied to have its products of inertia in the other sign convention."""
 
-LAX = {"order": "free", "normalized": "optional", "orthogonal": "optional", "handed": "any"}
+LAX = {
+    "order": "free",
+    "normalized": "optional",
+    "orthogonal": "optional",
+    "handed": "any",
+    "unit": "optional",
+}
 """Options under which a mistake explains an answer; what breaks a rule of the question is told besides."""
 
 
@@ -300,7 +306,8 @@ def _three_cells(numbers: Tree, place: str) -> list[Cell]:
     """The cells of a list of three, or of a mapping from x, y and z. Raises Unreadable."""
     if isinstance(numbers, dict):
         by_name = {name.strip().lower(): number for name, number in numbers.items()}
-        numbers = [by_name[name] for name in "xyz"] if sorted(by_name) == [*"xyz"] else numbers
+        named = len(numbers) == 3 and by_name.keys() == set("xyz")
+        numbers = [by_name[name] for name in "xyz"] if named else numbers
     if not isinstance(numbers, list) or len(numbers) != 3:
         detail = f"read {shown(numbers)}, expected a list of three numbers, or `{{x, y, z}}`"
         raise Unreadable("wrong_shape", detail, place=place)
