@@ -49,13 +49,15 @@ class Axes(Kind):
     def read_key(self, asked: Asked) -> Key:
         """The eigen-problem of the tensor that is asked for, and its solution. Raises ValueProblem."""
         key = make(asked)
-        found = solution(asked, key)
+        found = solution(key)
         if found is not None and self.is_right(key, key.typed(found)):
-            return replace(key, solution=found)
+            key = replace(key, solution=found)
+            return replace(key, told=_told(key))
         if asked.question.order == "ascending":
             message = "the order of the moments depends on the symbols, or cannot be told"
             raise ValueProblem(message, path=("order",))
-        return key
+        entries = entries_told(key.reference).removeprefix("expected ")
+        return replace(key, told=f"expected the moments and axes of {entries}")
 
     def read_answer(self, key: Key, answer: Tree, folder: Path) -> Answer:
         """A list of pairs, or of axes. Raises Unreadable."""
@@ -67,8 +69,9 @@ class Axes(Kind):
         said = [*self._of_pairs(key, answer, found), *_broken(key, answer, found)]
         if not said:
             return correct()
-        placed = match(key.eigen, answer, ordered=key.question.order == "ascending")
-        return wrong(replace(said[0], reference=_told(key)), *said[1:], share=_share(key, answer, placed))
+        if key.question.order == "ascending":
+            found = Match(found.moments, found.axes, np.sort(found.places, axis=1))
+        return wrong(replace(said[0], reference=key.told), *said[1:], share=_share(key, answer, found))
 
     def is_right(self, key: Key, answer: Answer) -> bool:
         """Whether the pairs are the three solutions, and break no rule of the question."""
@@ -171,7 +174,7 @@ def _broken(key: Key, answer: Answer, found: Match) -> Iterator[Finding]:
     yield from map(Finding, _of_set(key, answer, range(len(answer))))
     if answer.bare and key.question.unit == "required":
         yield Finding("unit_missing", ", ".join(f"moment {index + 1}" for index in answer.bare))
-    if key.question.order == "ascending" and not match(key.eigen, answer, ordered=True).complete:
+    if key.question.order == "ascending" and len(answer) <= 3 and (np.diff(found.places) < 0).any():
         told = answer.moments
         if found.complete or (told is not None and (np.diff(told[0]) < -key.eigen.allowed[0].max()).any()):
             yield Finding("wrong_order")
@@ -219,8 +222,7 @@ def _share(key: Key, answer: Answer, found: Match) -> float:
 
 def _told(key: Key) -> str:
     """The right answer, for those who may see it."""
-    if key.solution is None:
-        return entries_told(key.reference).replace("expected ", "expected the moments and axes of ", 1)
+    assert key.solution is not None
     moments = ["", "", ""] if key.alone else [f"{m} " for m in _moments_typed(key, key.solution[:, 0], ".6g")]
     return f"expected {', '.join(moments[k] + _place(key, k) for k in range(3))}"
 

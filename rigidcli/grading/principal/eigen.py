@@ -8,6 +8,7 @@ problem for each of k points at which they are given values, and what is right i
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -56,7 +57,7 @@ class Eigen:
         return np.asarray(self.same.all(axis=(1, 2)))
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Answer:
     """Moments (k by n, kg m^2) and axes (k by n by 3) as typed; of axes alone there are no moments.
 
@@ -70,7 +71,7 @@ class Answer:
     def __len__(self) -> int:
         return int(self.axes.shape[1])
 
-    @property
+    @cached_property
     def units(self) -> Floats:
         """Unit vectors along the axes (k by n by 3); zero where there is no direction or no value."""
         known = np.where(np.isfinite(self.axes).all(axis=2, keepdims=True), self.axes, 0.0)
@@ -118,7 +119,7 @@ def solve(tensors: Floats, tolerance: Tolerance, angle: float) -> Eigen:
 # --- an answer beside the solutions
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Match:
     """Which `moments` and `axes` of an answer are right for which solution (k by n by 3).
 
@@ -129,14 +130,14 @@ class Match:
     axes: Mask
     places: np.ndarray
 
-    @property
+    @cached_property
     def right(self) -> Mask:
         """Which moments, and which axes, are right in their places at every point (2 by n)."""
         both, slots = np.array([self.moments, self.axes]), self.places[None, ..., None]
         found = np.take_along_axis(both, slots, axis=3) & (slots >= 0)
         return np.asarray(found.all(axis=(1, 3)))
 
-    @property
+    @cached_property
     def known(self) -> Mask:
         """Which moments, and which axes, are those of some solution at every point (2 by n)."""
         found = np.array([self.moments, self.axes]).any(axis=3)
@@ -165,10 +166,10 @@ class Match:
         return bool(moment and not axis and self.known[1, index] and not self.axes[0, index, taken].any())
 
 
-def match(eigen: Eigen, answer: Answer, *, ordered: bool = False) -> Match:
-    """Pair an answer with the solutions at each point, so that as much as can be is right.
+def match(eigen: Eigen, answer: Answer) -> Match:
+    """Pair an answer with the solutions at each point, so that as much as can be is right, in order if it can.
 
-    Three pairs that are `ordered` keep their order. Axes without moments stand for moments, too.
+    Axes without moments stand for moments, too.
     """
     squares = (answer.units @ eigen.axes.swapaxes(1, 2)) ** 2
     inside, outside = np.sqrt(squares @ eigen.same), np.sqrt(squares @ ~eigen.same)
@@ -180,8 +181,6 @@ def match(eigen: Eigen, answer: Answer, *, ordered: bool = False) -> Match:
     if answer.moments is not None:
         # Where every direction is an axis, one is worth nothing without its moment.
         worth[~moments & eigen.isotropic[:, None, None]] = 0
-    if ordered and len(answer) == 3:
-        return Match(moments, axes, np.tile(np.arange(3), (len(worth), 1)))
     worth -= TIE * np.subtract.outer(np.arange(len(answer)), np.arange(3)) ** 2
     return Match(moments, axes, np.array([_assigned(each) for each in worth]))
 

@@ -73,8 +73,9 @@ class Key:
 
     `reference` has the entries of the tensor (3 by 3), or of pairs (3 by 4). Moments without a unit are in
     `unit`. `alone` says that axes need no moments. `solution` (3 by 4) has the moments, which ascend at the
-    first point, and right-handed axes in entries, where they are known. `mistaken` has codes with the tensors
-    (k by 3 by 3) under them. `columns` says that the axes of an answer stand in columns.
+    first point, and right-handed axes in entries, where they are known; `told` has it for those who may read
+    it. `mistaken` has codes with the tensors (k by 3 by 3) under them. `columns` says that the axes of an
+    answer stand in columns.
     """
 
     question: Question
@@ -86,6 +87,7 @@ class Key:
     alone: bool
     mistaken: tuple[tuple[str, Floats], ...]
     solution: Array | None = None
+    told: str = ""
     columns: bool = False
 
     def typed(self, entries: Array, bare: tuple[int, ...] = ()) -> Answer:
@@ -146,21 +148,15 @@ def make(asked: Asked) -> Key:
 
 
 def _reported(asked: Asked) -> Reference:
-    """The tensor that is asked for, the one of the report, or its moments and axes."""
+    """The tensor that is asked for, or the moments and axes of the report, or its tensor."""
     assert asked.report is not None
-    tensor = asked.value if BY_NAME.get(asked.path[-1]) == "tensor" else asked.report.get("tensor")
-    value = _reported_pairs(asked) if tensor is None else tensor
+    value = asked.value if BY_NAME.get(asked.path[-1]) == "tensor" else asked.report.get("tensor")
+    moments, axes = (asked.report.get(name) for name in ("moments", "axes"))
+    if moments is not None and axes is not None and value is not asked.value:
+        value = np.column_stack([np.asarray(moments, dtype=object), np.asarray(axes, dtype=object)])
     if value is None:
         raise ValueProblem("this document has no principal axes")
     return reference(replace(asked, value=value, unit="kg m^2"), _tensor_cells)
-
-
-def _reported_pairs(asked: Asked) -> Array | None:
-    """The moments and axes of a report (3 by 4)."""
-    moments, axes = (asked.report.get(name) if asked.report else None for name in ("moments", "axes"))
-    if moments is None or axes is None:
-        return None
-    return np.column_stack([np.asarray(moments, dtype=object), np.asarray(axes, dtype=object)])
 
 
 def _literal(asked: Asked) -> Reference:
@@ -196,19 +192,16 @@ def _tensor_of_pairs(values: Floats) -> Floats:
 # --- the answer in entries
 
 
-def solution(asked: Asked, key: Key) -> Array | None:
-    """The answer (3 by 4), if its form is known: in numbers, or as the key, the report or algebra has it."""
+def solution(key: Key) -> Array | None:
+    """The answer (3 by 4), if its form is known: in numbers, or as the key or the report or algebra has it."""
     ours = key.reference
     if not ours.names:
         return _of_first_point(key.eigen)
-    reported = _reported_pairs(asked)
-    if reported is not None:
-        return _arranged(computed(reported), ours)
     if ours.shape == (3, 3):
         return _solved_exactly(key)
     pairs = _arranged(ours.entries, ours)
     if are_numbers(pairs[:, 1:]):
-        pairs[:, 1:] = key.eigen.axes[0]
+        pairs[:, 1:] = key.typed(pairs).units[0]
     return pairs
 
 
