@@ -24,7 +24,7 @@ from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.numbers import ROUNDING
 from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
-from rigidcli.grading.principal.eigen import Answer, Match, match
+from rigidcli.grading.principal.eigen import Answer, Match, are_moments, match
 from rigidcli.grading.principal.key import Key, are_numbers, make, read, solution
 from rigidcli.symbolic.language.expression import Expression
 
@@ -75,6 +75,8 @@ class Axes(Kind):
 
     def is_right(self, key: Key, answer: Answer) -> bool:
         """Whether the pairs are the three solutions, and break no rule of the question."""
+        if answer.moments is not None and not are_moments(key.eigen, answer.moments).any(axis=1).all():
+            return False  # for speed: under most mistakes a moment is not told
         answer = replace(answer, axes=answer.axes.swapaxes(1, 2)) if key.columns else answer
         found = match(key.eigen, answer)
         return found.complete and not any(_broken(key, answer, found))
@@ -133,11 +135,8 @@ class Axes(Kind):
             return
         moments, axes = key.solution[:, 0], key.solution[:, 1:]
         for what, code, told, along in _wrong(moments, axes):
-            form = (
-                as_typed(along)
-                if key.alone
-                else _typed(key, told, along, unit="" if "unit" in code else None)
-            )
+            unit = "" if code == "unit_missing" else None
+            form = as_typed(along) if key.alone else _typed(key, told, along, unit)
             outcome = self.judge(key, self.read_answer(key, form, Path()))
             if {finding.code for finding in outcome.findings} == {code}:
                 yield Example(what, form, code)

@@ -166,6 +166,11 @@ class Match:
         return bool(moment and not axis and self.known[1, index] and not self.axes[0, index, taken].any())
 
 
+def are_moments(eigen: Eigen, moments: Floats) -> Mask:
+    """Which moments (k by n) are right for which solution (k by n by 3)."""
+    return np.asarray(np.abs(moments[..., None] - eigen.moments[:, None]) <= eigen.allowed[:, None])
+
+
 def match(eigen: Eigen, answer: Answer) -> Match:
     """Pair an answer with the solutions at each point, so that as much as can be is right, in order if it can.
 
@@ -174,9 +179,8 @@ def match(eigen: Eigen, answer: Answer) -> Match:
     squares = (answer.units @ eigen.axes.swapaxes(1, 2)) ** 2
     inside, outside = np.sqrt(squares @ eigen.same), np.sqrt(squares @ ~eigen.same)
     off = np.where(inside > 0, np.arctan2(outside, inside), np.inf)
-    axes = moments = off <= eigen.angles[:, None] * (1 + ROUNDING)
-    if answer.moments is not None:
-        moments = np.abs(answer.moments[..., None] - eigen.moments[:, None]) <= eigen.allowed[:, None]
+    axes = off <= eigen.angles[:, None] * (1 + ROUNDING)
+    moments = axes if answer.moments is None else are_moments(eigen, answer.moments)
     worth = 1.0 * moments + axes + (moments & axes) / 8
     if answer.moments is not None:
         # Where every direction is an axis, one is worth nothing without its moment.
