@@ -1,7 +1,7 @@
 """Pairs of a moment and an axis, beside tensors that are made of moments and axes chosen here.
 
-A right answer may be in any order, with any signs, with any basis where moments are equal, rounded as the
-tolerance allows, and in other units; what is turned, scaled or paired otherwise is wrong.
+A right answer may be in any order, with any signs and lengths, with any basis where moments are equal,
+rounded as the tolerance allows, and in other units; what is turned, scaled or paired otherwise is wrong.
 """
 
 from __future__ import annotations
@@ -9,8 +9,10 @@ from __future__ import annotations
 import math
 import pickle
 import random
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -35,12 +37,13 @@ from rigidcli.model.document import Document
 from rigidcli.model.load import load
 from rigidcli.report import Report
 from rigidcli.studies import axes as study
+from tests.grading.asking import Asking, judged_alone
+from tests.grading.asking import rows as typed_rows
 
 Floats = NDArray[np.float64]
 Tree = Any
 
 AXES = KINDS["axes"]
-FOLDER = Path()
 CONFIGS = Path(__file__).parents[2] / "configs"
 
 many = settings(max_examples=100, deadline=None)
@@ -53,8 +56,7 @@ SEEDS = st.integers(0, 2**32)
 
 
 def key_of(answer: Tree, **options: Any) -> Key:
-    question = Question.model_validate({"answer": answer, "kind": "axes", **options})
-    key: Key = AXES.read_key(Asked(question, answer))
+    key: Key = Asking("axes").literal(answer, **options)
     return key
 
 
@@ -77,7 +79,7 @@ def key_from(
 
 
 def outcome(key: Key, answer: Tree) -> Outcome:
-    return AXES.judge(key, AXES.read_answer(key, answer, FOLDER))
+    return judged_alone("axes", key, answer)
 
 
 def codes(of: Outcome) -> set[str]:
@@ -85,14 +87,28 @@ def codes(of: Outcome) -> set[str]:
 
 
 def texts(tensor: Floats) -> Tree:
-    return {"tensor": [[repr(float(entry)) for entry in row] for row in tensor]}
+    return {"tensor": typed_rows(tensor)}
 
 
-def pairs(moments: Sequence[float] | Floats, rows: Sequence[Sequence[float] | Floats] | Floats) -> Tree:
+def pairs(moments: Sequence[float] | Floats, rows: Any) -> Tree:
+    moments = np.asarray(moments, dtype=float)
     return [
-        {"moment": repr(float(moment)), "axis": [repr(float(component)) for component in row]}
-        for moment, row in zip(moments, rows, strict=True)
+        {"moment": repr(float(m)), "axis": axis} for m, axis in zip(moments, typed_rows(rows), strict=True)
     ]
+
+
+def symbolic(moments: Sequence[str], rows: Sequence[Sequence[str]]) -> Tree:
+    return [{"moment": moment, "axis": list(row)} for moment, row in zip(moments, rows, strict=True)]
+
+
+ROOTS = {"h": "sqrt(1/2)", "t": "sqrt(1/3)", "s": "sqrt(1/6)"}
+
+
+def typed(text: str) -> Tree:
+    """Pairs in short, as in `1: h h 0; 4: 0 0 1`: a moment, and the components of its axis, with ROOTS."""
+    text = re.sub(r"\b[hts]\b", lambda found: ROOTS[found[0]], text)
+    told = [pair.split(":") for pair in text.split(";") if pair.strip()]
+    return [{"moment": moment.strip(), "axis": axis.split()} for moment, axis in told]
 
 
 def turned(row: Floats, towards: Floats, angle: float) -> Floats:
@@ -274,18 +290,6 @@ def test_expressions_are_components() -> None:
     assert outcome(key, answer).verdict == "correct"
 
 
-def test_three_decimal_places_pass_by_default() -> None:
-    key = key_of(CUBE, normalized="required")
-    answer = [
-        {"moment": "2.00", "axis": ["0.577", "0.577", "0.577"]},
-        {"moment": "11.0", "axis": ["0.816", "-0.408", "-0.408"]},
-        {"moment": "11.0", "axis": ["0", "0.707", "-0.707"]},
-    ]
-    assert outcome(key, answer).verdict == "correct"
-    answer[0]["axis"] = ["0.58", "0.58", "0.58"]
-    assert codes(outcome(key, answer)) == {"axis_not_normalised"}
-
-
 # --- wrong answers
 
 
@@ -378,183 +382,108 @@ def test_random_numbers_are_not_right(body: Body, numbers: list[float]) -> None:
 # --- what is said of them
 
 PLATE = {"tensor": [["2", "-1", "0"], ["-1", "2", "0"], ["0", "0", "4"]]}
-HALF = "0.70710678118654752"
-RIGHT = [
-    {"moment": "1", "axis": [HALF, HALF, "0"]},
-    {"moment": "3", "axis": [HALF, f"-{HALF}", "0"]},
-    {"moment": "4", "axis": ["0", "0", "1"]},
-]
+RIGHT = typed("1: h h 0; 3: h -h 0; 4: 0 0 1")
 CUBE = {"Ixx": "8", "Iyy": "8", "Izz": "8", "Ixy": "-3", "Ixz": "-3", "Iyz": "-3"}
+BALL = {"tensor": [["3", "0", "0"], ["0", "3", "0"], ["0", "0", "3"]]}
 DIAGONAL, ACROSS, THIRD = np.array([[1, 1, 1], [1, -1, 0], [1, 1, -2]]) / np.sqrt([[3], [2], [6]])
 SKEW = np.array(Rotation.from_rotvec([0.4, -0.7, 0.3]).as_matrix())
+KEYS = {"plate": PLATE, "cube": CUBE, "ball": BALL}
+
+TOLD = """
+plate                     | 1: h h 0; 3: h -h 0; 4: 0 0 1        |                            | 1
+plate                     | 3: h h 0; 1: h -h 0; 4: 0 0 1        | moment_axis_pairing        | 2/3
+plate | 1: 0 0 1; 3: h -h 0; 4: .6 0 .8 \
+    | moment_axis_pairing@pair-1 not_an_eigenvector@axis-3 axes_not_orthogonal | 4/6
+plate | 1: h h 0; 3: h -h 0; 4: .6 0 .8 | not_an_eigenvector@axis-3 axes_not_orthogonal | 5/6
+plate orthogonal=optional | 1: h h 0; 3: h -h 0; 4: .6 0 .8      | not_an_eigenvector@axis-3  | 5/6
+plate                     | 1: h h 0; 3.01: h -h 0; 4: 0 0 1     | outside_tolerance@moment-2 | 5/6
+plate                     | 1: h h 0; 3.002: h -h 0; 4: 0 0 1    |                            | 1
+plate                     | 1: 1 1 0; 3: h -h 0; 4: 0 0 -2       |                            | 1
+plate normalized=required | 1: h h 0; 3: h -h 0; 4: 0 0 -2       | axis_not_normalised@axis-3 | 5/6
+plate normalized=required | 1: h h 0; 3: h -h 0; 4: 0 0 1.0009   |                            | 1
+cube normalized=required | 2.00: .577 .577 .577; 11.0: .816 -.408 -.408; 11: 0 .707 -.707 |  | 1
+cube normalized=required | 2: .58 .58 .58; 11: .816 -.408 -.408; 11: 0 .707 -.707 \
+    | axis_not_normalised@axis-1 | 5/6
+plate                     | 1: 0 0 0; 3: h -h 0; 4: 0 0 1        | zero_vector@axis-1         | 5/6
+ball                      | 3: 0 0 0; 3: 0 1 0; 3: 0 0 1         | zero_vector@axis-1         | 5/6
+plate                     | 1: h h 0; 3: -h h 0; 4: 0 0 -1       |                            | 1
+plate handed=right        | 1: h h 0; 3: h -h 0; 4: 0 0 1        | left_handed                | 5/6
+plate handed=right        | 3: h -h 0; 1: h h 0; 4: 0 0 1        |                            | 1
+plate handed=right        | 1: h h 0; 3: h -h 0                  | missing_axis               | 2/3
+plate order=ascending     | 1: h h 0; 3: h -h 0; 4: 0 0 1        |                            | 1
+plate order=ascending     | 4: 0 0 1; 3: h -h 0; 1: h h 0        | wrong_order                | 1/3
+plate order=ascending | 4: 0 0 1; 3: h -h 0; 1.1: h h 0 | outside_tolerance@moment-3 wrong_order | 1/3
+plate                     | 4: 0 0 1; 3: h -h 0; 1: h h 0        |                            | 1
+plate                     |                                      | missing_axis               | 0
+plate                     | 1: h h 0; 3: h -h 0                  | missing_axis               | 2/3
+plate                     | 3: h h 0                             | missing_axis moment_axis_pairing | 1/6
+cube                      | 2: t t t; 11: h -h 0; 11: s s -2*s   |                            | 1
+cube                      | 2: t t t; 2: h -h 0; 11: s s -2*s    | multiplicity               | 5/6
+cube                      | 2: t t t; 11: h -h 0                 | missing_axis multiplicity  | 2/3
+cube                      | 2: t t t; 11: h -h 0; 11: s s -2*s; 11: 0 h -h | multiplicity               | 3/4
+cube                      | 2: t t t; 11: h -h 0; 11: s s -2*s; 5: t t t | outside_tolerance@moment-4 | 3/4
+cube                      | 2: t t t; 11: h -h 0; 11: -h h 0     | axes_dependent             | 5/6
+cube                      | 2: t t t; 11: h -h 0; 11: h 0 -h     | axes_not_orthogonal        | 5/6
+cube orthogonal=optional  | 2: t t t; 11: h -h 0; 11: h 0 -h     |                            | 1
+ball orthogonal=optional  | 3: 1 0 0; 3: 0 1 0; 3: .6 .8 0       | axes_dependent             | 5/6
+ball                      | 3: .6 .8 0; 3: .8 -.6 0; 3: 0 0 1    |                            | 1
+ball | 3: .6 .8 0; 7: .8 -.6 0; 8: 0 0 1 | outside_tolerance@moment-2 outside_tolerance@moment-3 | 1/3
+cube                      | 4: t t t; 22: h -h 0; 22: s s -2*s   | constant_factor            | 1/2
+cube                      | 1/6: t t t; 11/12: h -h 0; 11/12: s s -2*s | constant_factor            | 1/2
+cube                      | -2: t t t; -11: h -h 0; -11: s s -2*s | sign_error                 | 1/2
+cube                      | 2e4: t t t; 11e4: h -h 0; 11e4: s s -2*s | power_of_ten               | 1/2
+cube                      | 2e-7: t t t; 11e-7: h -h 0; 11e-7: s s -2*s | power_of_ten               | 1/2
+cube                      | 4: t t t; 11: h -h 0; 11: s s -2*s   | outside_tolerance@moment-1 | 5/6
+ball                      | 6: 1 0 0; 6: 0 1 0; 6: 0 0 1         | constant_factor            | 0
+plate unit=required | 1 kg m^2: h h 0; 3 kg m^2: h -h 0; 4 kg m^2: 0 0 1 |  | 1
+plate unit=required       | 1 kg m^2: h h 0; 3: h -h 0; 4: 0 0 1 | unit_missing@moment-2,-moment-3 | 4/6
+plate unit=required | 2: h h 0; 6: h -h 0; 8: 0 0 1 \
+    | constant_factor unit_missing@moment-1,-moment-2,-moment-3 | 1/2
+"""
+"""A key with options, an answer, what is told (a code with its place), and the share of the points."""
 
 
 def changed(index: int, **parts: Any) -> Tree:
     return [pair | parts if k == index else pair for k, pair in enumerate(RIGHT)]
 
 
-def test_moments_and_axes_that_are_crossed() -> None:
-    answer = [dict(pair, moment=moment) for pair, moment in zip(RIGHT, ("3", "1", "4"), strict=True)]
-    judged = outcome(key_of(PLATE), answer)
-    assert codes(judged) == {"moment_axis_pairing"}
-    assert judged.share == pytest.approx(2 / 3)
-
-
-def test_crossed_beside_a_wrong_axis() -> None:
-    key = key_of(PLATE)
-    answer = [
-        {"moment": "1", "axis": ["0", "0", "1"]},
-        {"moment": "3", "axis": [HALF, f"-{HALF}", "0"]},
-        {"moment": "4", "axis": ["0.6", "0", "0.8"]},
-    ]
-    judged = outcome(key, answer)
-    assert [(f.code, f.place) for f in judged.findings if f.code != "axes_not_orthogonal"] == [
-        ("moment_axis_pairing", "pair 1"),
-        ("not_an_eigenvector", "axis 3"),
-    ]
-    assert judged.share == pytest.approx((1 + 2 + 1) / 6)
+@pytest.mark.parametrize("case", TOLD.strip().splitlines())
+def test_what_is_told(case: str) -> None:
+    asked, answer, told, share = map(str.strip, case.split("|"))
+    name, *options = asked.split()
+    judged = outcome(key_of(KEYS[name], **dict(each.split("=") for each in options)), typed(answer))
+    found = [f"{each.code}@{each.place}".rstrip("@").replace(" ", "-") for each in judged.findings]
+    assert found == told.split()
+    assert judged.share == pytest.approx(float(Fraction(share)))
+    assert not any(each.detail for each in judged.findings)
 
 
 @pytest.mark.parametrize("angle", [30, 4.3, 0.1, 12.345])
-def test_two_axes_that_are_turned_are_told_without_a_number(angle: float) -> None:
+def test_how_far_an_axis_is_off_is_not_told(angle: float) -> None:
     rows = np.eye(3)
-    rows[0], rows[1] = (
-        turned(rows[0], rows[1], math.radians(angle)),
-        turned(rows[1], -rows[0], math.radians(angle)),
-    )
+    rows[:2] = Rotation.from_rotvec([0, 0, math.radians(angle)]).as_matrix()[:2]
     judged = outcome(key_of(texts(np.diag([1.0, 1.5, 2.25]))), pairs([1, 1.5, 2.25], rows))
-    assert [(f.code, f.place, f.detail) for f in judged.findings] == [
-        ("not_an_eigenvector", "axis 1", ""),
-        ("not_an_eigenvector", "axis 2", ""),
-    ]
+    told = "is not along a principal axis"
+    assert [sentence(found) for found in judged.findings] == [f"axis 1: {told}", f"axis 2: {told}"]
     assert judged.share == pytest.approx(4 / 6)
-
-
-def test_an_axis_that_is_oblique_only() -> None:
-    answer = changed(2, axis=["0.6", "0", "0.8"])
-    judged = outcome(key_of(PLATE), answer)
-    assert codes(judged) == {"not_an_eigenvector", "axes_not_orthogonal"}
-    assert judged.share == pytest.approx(5 / 6)
-    assert codes(outcome(key_of(PLATE, orthogonal="optional"), answer)) == {"not_an_eigenvector"}
-
-
-def test_one_wrong_moment() -> None:
-    judged = outcome(key_of(PLATE), changed(1, moment="3.01"))
-    assert [(f.code, f.place) for f in judged.findings] == [("outside_tolerance", "moment 2")]
-    assert judged.share == pytest.approx(5 / 6)
-    assert outcome(key_of(PLATE), changed(1, moment="3.002")).verdict == "correct"
-
-
-def test_length() -> None:
-    answer = changed(2, axis=["0", "0", "-2"])
-    judged = outcome(key_of(PLATE, normalized="required"), answer)
-    assert [(f.code, f.place) for f in judged.findings] == [("axis_not_normalised", "axis 3")]
-    assert judged.share == pytest.approx(5 / 6)
-    assert outcome(key_of(PLATE), answer).verdict == "correct"
 
 
 @pytest.mark.parametrize("size", ["1e-320", "1e-200", "1e200", "1.7e308"])
 def test_any_length_where_it_is_free(size: str) -> None:
-    key = key_of(PLATE, normalized="required")
-    assert outcome(key_of(PLATE), changed(0, axis=[size, size, "0"])).verdict == "correct"
-    assert outcome(key, changed(0, axis=[size, size, "0"])).verdict == "partial"
+    answer = changed(0, axis=[size, size, "0"])
+    assert outcome(key_of(PLATE), answer).verdict == "correct"
+    assert outcome(key_of(PLATE, normalized="required"), answer).verdict == "partial"
 
 
-def test_no_direction() -> None:
-    judged = outcome(key_of(PLATE), changed(0, axis=["0", "0", "0"]))
-    assert [(f.code, f.place) for f in judged.findings] == [("zero_vector", "axis 1")]
-    sphere = key_of({"tensor": np.eye(3).astype(str).tolist()})
-    assert codes(outcome(sphere, pairs([1, 1, 1], [np.zeros(3), *SKEW[1:]]))) == {"zero_vector"}
-
-
-def test_handedness() -> None:
-    left = pairs([1, 3, 4], [[0.5**0.5, 0.5**0.5, 0], [-(0.5**0.5), 0.5**0.5, 0], [0, 0, -1]])
-    assert outcome(key_of(PLATE), left).verdict == "correct"
-    key = key_of(PLATE, handed="right")
-    judged = outcome(key, left)
-    assert codes(judged) == {"left_handed"}
-    assert judged.share == pytest.approx(5 / 6)
-    assert outcome(key, [left[1], left[0], left[2]]).verdict == "correct"
-    assert codes(outcome(key, RIGHT)) == {"left_handed"}
-    # Two of them are no set yet.
-    assert codes(outcome(key, RIGHT[:2])) == {"missing_axis"}
-
-
-def test_order() -> None:
-    key = key_of(PLATE, order="ascending")
-    assert outcome(key, RIGHT).verdict == "correct"
-    judged = outcome(key, RIGHT[::-1])
-    assert codes(judged) == {"wrong_order"}
-    assert judged.share == pytest.approx(1 / 3)
-    assert outcome(key_of(PLATE), RIGHT[::-1]).verdict == "correct"
-    # Those that are not told apart have no order.
+def test_what_is_not_told_apart_has_no_order() -> None:
     rows = np.array([DIAGONAL, ACROSS, THIRD])
     close = key_of(texts(rows.T * [2, 11.0001, 11.0003] @ rows), order="ascending")
     assert outcome(close, pairs([2, 11.0003, 11.0001], rows[[0, 2, 1]])).verdict == "correct"
 
 
-def test_fewer_than_three() -> None:
-    key = key_of(PLATE)
-    judged = outcome(key, RIGHT[:2])
-    assert codes(judged) == {"missing_axis"}
-    assert judged.share == pytest.approx(2 / 3)
-    assert outcome(key, []).findings[0].code == "missing_axis"
-    assert outcome(key, []).share == 0
-    crossed = outcome(key, [dict(RIGHT[0], moment="3")])
-    assert codes(crossed) == {"missing_axis", "moment_axis_pairing"}
-
-
-def test_an_equal_moment_is_told_as_often_as_it_is_one() -> None:
-    key = key_of(CUBE)
-    rows = np.array([DIAGONAL, ACROSS, THIRD])
-    assert outcome(key, pairs([2, 11, 11], rows)).verdict == "correct"
-    assert codes(outcome(key, pairs([2, 2, 11], rows))) == {"multiplicity"}
-    assert codes(outcome(key, pairs([2, 11], rows[:2]))) == {"missing_axis", "multiplicity"}
-    often = outcome(key, pairs([2, 11, 11, 11], [*rows, [0, 0.5**0.5, -(0.5**0.5)]]))
-    assert codes(often) == {"multiplicity"}
-    assert often.share == pytest.approx(3 / 4)
-    assert codes(outcome(key, pairs([2, 11, 11, 5], [*rows, rows[0]]))) == {"outside_tolerance"}
-
-
-def test_axes_to_equal_moments_span_their_plane() -> None:
-    key = key_of(CUBE)
-    double = outcome(key, pairs([2, 11, 11], [DIAGONAL, ACROSS, -ACROSS]))
-    assert codes(double) == {"axes_dependent"}
-    assert double.share == pytest.approx(5 / 6)
-    oblique = pairs([2, 11, 11], [DIAGONAL, ACROSS, turned(ACROSS, THIRD, 1.0)])
-    assert codes(outcome(key, oblique)) == {"axes_not_orthogonal"}
-    assert outcome(key_of(CUBE, orthogonal="optional"), oblique).verdict == "correct"
-    flat = np.array([[1, 0, 0], [0, 1, 0], [0.6, 0.8, 0]])
-    sphere = {"tensor": (3 * np.eye(3)).astype(str).tolist()}
-    assert codes(outcome(key_of(sphere, orthogonal="optional"), pairs([3, 3, 3], flat))) == {"axes_dependent"}
-
-
-def test_where_every_direction_is_an_axis_none_earns_by_itself() -> None:
-    key = key_of({"tensor": (3 * np.eye(3)).astype(str).tolist()})
-    assert outcome(key, pairs([3, 3, 3], SKEW)).verdict == "correct"
-    assert outcome(key, pairs([5, 7, 8], SKEW)).share == 0
-    assert outcome(key, pairs([3, 7, 8], SKEW)).share == pytest.approx(1 / 3)
-
-
-@pytest.mark.parametrize(
-    ("factor", "code"),
-    [
-        (2, "constant_factor"),
-        (1 / 12, "constant_factor"),
-        (1e-7, "power_of_ten"),
-        (1e4, "power_of_ten"),
-        (-1, "sign_error"),
-    ],
-)
-def test_a_factor_that_all_moments_have(factor: float, code: str) -> None:
-    rows = np.array([DIAGONAL, ACROSS, THIRD])
-    judged = outcome(key_of(CUBE), pairs(np.array([2, 11, 11]) * factor, rows))
-    assert codes(judged) == {code}
-    assert judged.share == pytest.approx(1 / 2)
-    if code == "constant_factor":
-        assert "constant_factor" not in codes(outcome(key_of(CUBE), pairs([2 * factor, 11, 11], rows)))
-        turned_too = outcome(key_of(CUBE), pairs(np.array([2, 11, 11]) * factor, SKEW))
-        assert codes(turned_too) >= {"not_an_eigenvector", "outside_tolerance"}
+def test_a_factor_is_none_where_axes_are_wrong() -> None:
+    judged = outcome(key_of(CUBE), pairs([4, 22, 22], SKEW))
+    assert codes(judged) >= {"not_an_eigenvector", "outside_tolerance"}
 
 
 def test_axes_written_otherwise() -> None:
@@ -564,13 +493,9 @@ def test_axes_written_otherwise() -> None:
     assert codes(outcome(key, pairs(body.moments, SKEW.T))) == {"transposed"}
     for order in ([1, 2, 0], [0, 2, 1], [2, 1, 0]):
         assert codes(outcome(key, pairs(body.moments, SKEW[:, order]))) == {"axes_permuted"}
-
-
-def test_a_mistake_is_named_only_when_no_other_explains_it() -> None:
     # In a plane, the other sign of Ixy and rows for columns come to the same.
     rows = np.array([[0.6, 0.8, 0], [-0.8, 0.6, 0], [0, 0, 1]])
-    tensor = rows.T * [2, 3, 4] @ rows
-    judged = outcome(key_of(texts(tensor)), pairs([2, 3, 4], rows.T))
+    judged = outcome(key_of(texts(rows.T * [2, 3, 4] @ rows)), pairs([2, 3, 4], rows.T))
     assert codes(judged) == {"not_an_eigenvector"}
 
 
@@ -634,12 +559,9 @@ def test_mistakes_on_the_way_to_the_tensor() -> None:
 # --- symbols
 
 NO_VALUES = ("parameters.m=null", "parameters.a=null")
+HALF = "0.70710678118654752"
 MASSES_ROWS = [["0", HALF, f"-{HALF}"], ["0", HALF, HALF], ["1", "0", "0"]]
 ABC = dict.fromkeys("abc", "positive")
-
-
-def symbolic(moments: Sequence[str], rows: Sequence[Sequence[str]]) -> Tree:
-    return [{"moment": moment, "axis": list(row)} for moment, row in zip(moments, rows, strict=True)]
 
 
 @pytest.fixture(scope="module")
