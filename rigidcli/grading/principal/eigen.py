@@ -156,7 +156,7 @@ class Match:
     @property
     def miscounted(self) -> bool:
         """Whether each moment is told, and nothing but them, yet not as often as it should be."""
-        told = bool(self.known[0].all() and self.moments.any(axis=1).all())
+        told = bool(self.known[0].all() and np.all(self.moments.any(axis=1)))
         return told and not (len(self.places[0]) == 3 and _one_to_one(self.moments))
 
     def is_misplaced(self, index: int) -> bool:
