@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import Any, TypeAlias
 
 from rigidcli.grading import scalars
+from rigidcli.grading.principal import key as principal
 
 DECISIVE, CAUSE, DESCRIPTION = LEVELS = (0, 1, 2)
 """What is asked first: a tensor about the wrong point may also differ by a constant factor."""
@@ -58,17 +59,64 @@ MISTAKES = (
         fits={"number": scalars.in_other_unit},
         level=DECISIVE,
     ),
-    Mistake("sign_error", "has the wrong sign", {"number": scalars.times("sign_error")}),
+    Mistake(
+        "parallel_axis_missing",
+        "this is about the centre of mass: the parallel-axis theorem is not applied",
+        {"axes": principal.worked_out("parallel_axis_missing")},
+    ),
+    Mistake(
+        "parallel_axis_sign",
+        "the parallel-axis theorem is applied with the wrong sign",
+        {"axes": principal.worked_out("parallel_axis_sign")},
+    ),
+    Mistake(
+        "parallel_axis_off_diagonal_missing",
+        "the parallel-axis theorem is applied to the diagonal only",
+        {"axes": principal.worked_out("parallel_axis_off_diagonal_missing")},
+    ),
+    Mistake(
+        "products_of_inertia_sign",
+        "the products of inertia have the wrong sign",
+        {"axes": principal.worked_out("products_of_inertia_sign")},
+    ),
+    Mistake(
+        "products_of_inertia_missing",
+        "the products of inertia are missing",
+        {"axes": principal.worked_out("products_of_inertia_missing")},
+    ),
+    Mistake(
+        "axes_permuted",
+        "the coordinate axes are in another order",
+        {"axes": principal.worked_out("axes_permuted")},
+    ),
+    Mistake(
+        "other_frame",
+        "is right along other axes than those asked for",
+        {"axes": principal.worked_out("other_frame")},
+    ),
+    Mistake("transposed", "rows and columns are exchanged", {"axes": principal.in_columns}),
+    Mistake(
+        "sign_error",
+        "has the wrong sign",
+        {"number": scalars.times("sign_error")},
+        {"axes": principal.by_factor("sign_error")},
+    ),
     Mistake(
         "precession_sense",
         "the precession goes the other way round",
         {"number": scalars.times("precession_sense")},
     ),
-    Mistake("power_of_ten", "is wrong by a power of ten", {"number": scalars.times("power_of_ten")}),
+    Mistake(
+        "power_of_ten",
+        "is wrong by a power of ten",
+        {"number": scalars.times("power_of_ten")},
+        {"axes": principal.by_factor("power_of_ten")},
+    ),
     Mistake(
         "constant_factor",
         "differs from the expected answer by a constant factor",
         {"number": scalars.times("constant_factor")},
+        {"axes": principal.by_factor("constant_factor")},
     ),
     Mistake(
         "degrees_radians",

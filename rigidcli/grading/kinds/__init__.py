@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from rigidcli.grading.kinds.axes import Axes
 from rigidcli.grading.kinds.base import Kind
 from rigidcli.grading.kinds.modules import Module
 from rigidcli.grading.kinds.number import Number
@@ -14,7 +15,7 @@ KINDS: dict[str, Kind] = {
     "moments": Module("moments"),
     "matrix": Module("matrix"),
     "tensor": Module("tensor"),
-    "axes": Module("axes"),
+    "axes": Axes(),
     "expression": Module("expression"),
     "equations": Module("equations"),
     "trajectory": Trajectory(),
