@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, TypeAlias
 
-from rigidcli.grading import scalars
+from rigidcli.grading import samples, scalars, tensors
+from rigidcli.grading.factors import times
 
 DECISIVE, CAUSE, DESCRIPTION = LEVELS = (0, 1, 2)
 """What is asked first: a tensor about the wrong point may also differ by a constant factor."""
@@ -31,7 +32,7 @@ class Variant:
 
 
 Change: TypeAlias = Callable[[Any], Iterable[Any]]
-"""The keys (or Variants of one) that a mistake makes of a key: worked once for each key."""
+"""The keys, or pairs of a place and a key, that a mistake makes of a key: worked once for each key."""
 
 Fit: TypeAlias = Callable[[Any, Any], Iterable[Any]]
 """The same where a number in the mistake, as a factor, is told from the answer: of a key and an answer."""
@@ -51,6 +52,11 @@ class Mistake:
     level: int = CAUSE
 
 
+VECTOR, MOMENTS, MATRIX, TENSOR = ARRAYS = ("vector", "moments", "matrix", "tensor")
+"""The kinds of many numbers."""
+
+ALONG_OTHER_AXES = "is right along other axes than those asked for"
+
 MISTAKES = (
     Mistake(
         "wrong_unit_right_number",
@@ -58,40 +64,112 @@ MISTAKES = (
         fits={"number": scalars.in_other_unit},
         level=DECISIVE,
     ),
-    Mistake("sign_error", "has the wrong sign", {"number": scalars.times("sign_error")}),
+    Mistake(
+        "transposed",
+        "rows and columns are exchanged",
+        {MATRIX: samples.transposed},
+        level=DECISIVE,
+    ),
+    Mistake(
+        "opposite_direction",
+        "points the opposite way",
+        {VECTOR: samples.opposite},
+        level=DECISIVE,
+    ),
+    Mistake(
+        "components_permuted",
+        "the components are right, but stand in another order",
+        {VECTOR: samples.moved_on},
+        {VECTOR: samples.permuted},
+        level=DECISIVE,
+    ),
+    Mistake(
+        "axes_permuted",
+        "the coordinate axes are in another order",
+        dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("axes_permuted")),
+        level=DECISIVE,
+    ),
+    Mistake(
+        "other_frame",
+        ALONG_OTHER_AXES,
+        dict.fromkeys((VECTOR, TENSOR, MOMENTS), samples.worked_out("other_frame")),
+        level=DECISIVE,
+    ),
+    Mistake("other_frame", ALONG_OTHER_AXES, fits={TENSOR: tensors.turned}, level=DESCRIPTION),
+    Mistake(
+        "products_of_inertia_sign",
+        "the products of inertia have the wrong sign",
+        dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("products_of_inertia_sign")),
+        level=DECISIVE,
+    ),
+    Mistake(
+        "products_of_inertia_missing",
+        "the products of inertia are missing",
+        dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("products_of_inertia_missing")),
+        level=DECISIVE,
+    ),
+    Mistake(
+        "parallel_axis_missing",
+        "this is about the centre of mass: the parallel-axis theorem is not applied",
+        dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("parallel_axis_missing")),
+        level=DECISIVE,
+    ),
+    Mistake(
+        "parallel_axis_sign",
+        "the parallel-axis theorem is applied with the wrong sign",
+        dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("parallel_axis_sign")),
+        level=DECISIVE,
+    ),
+    Mistake(
+        "parallel_axis_off_diagonal_missing",
+        "the parallel-axis theorem is applied to the diagonal only",
+        dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("parallel_axis_off_diagonal_missing")),
+        level=DECISIVE,
+    ),
+    Mistake(
+        "sign_error",
+        "has the wrong sign",
+        {"number": times("sign_error")} | dict.fromkeys(ARRAYS, samples.one_sign),
+        dict.fromkeys(ARRAYS, samples.signs),
+    ),
     Mistake(
         "precession_sense",
         "the precession goes the other way round",
-        {"number": scalars.times("precession_sense")},
+        {"number": times("precession_sense")},
     ),
-    Mistake("power_of_ten", "is wrong by a power of ten", {"number": scalars.times("power_of_ten")}),
+    Mistake(
+        "power_of_ten",
+        "is wrong by a power of ten",
+        dict.fromkeys(("number", *ARRAYS), times("power_of_ten")),
+    ),
     Mistake(
         "constant_factor",
         "differs from what was expected by a constant factor",
-        {"number": scalars.times("constant_factor")},
+        dict.fromkeys(("number", *ARRAYS), times("constant_factor")),
+        dict.fromkeys(ARRAYS, samples.any_factor),
     ),
     Mistake(
         "degrees_radians",
         "degrees and radians are confused",
-        {"number": scalars.times("degrees_radians")},
+        dict.fromkeys(("number", *ARRAYS), times("degrees_radians")),
         {"number": scalars.converted_twice("degrees_radians")},
     ),
     Mistake(
         "frequency_vs_angular_frequency",
         "a frequency and an angular frequency are confused (a factor of 2 pi)",
-        {"number": scalars.times("frequency_vs_angular_frequency")},
+        dict.fromkeys(("number", *ARRAYS), times("frequency_vs_angular_frequency")),
     ),
     Mistake(
         "unit_conversion",
         "a unit is not converted right",
-        {"number": scalars.times("unit_conversion")},
+        dict.fromkeys(("number", *ARRAYS), times("unit_conversion")),
         {"number": scalars.converted_twice("unit_conversion")},
     ),
     Mistake("too_few_sig_figs", "has too few significant figures", fits={"number": scalars.with_few_figures}),
     Mistake(
         "precision_insufficient",
         "is right as far as it goes, but has too few digits",
-        fits={"number": scalars.rounded},
+        fits={"number": scalars.rounded} | dict.fromkeys(ARRAYS, samples.rounded),
     ),
 )
 """All named mistakes. One that changes nothing in a key is none there."""
@@ -117,4 +195,5 @@ def explaining(kind: str, key: Any, answer: Any, level: int) -> Iterator[tuple[M
 
 
 def _variant(changed: Any) -> Variant:
-    return changed if isinstance(changed, Variant) else Variant(changed)
+    """What a function of the table made: a key, or a place and a key."""
+    return Variant(changed[1], changed[0]) if isinstance(changed, tuple) else Variant(changed)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterator
 from fractions import Fraction
 
 from rigidcli.errors import ValueProblem, shown
@@ -39,6 +40,14 @@ PRODUCTS = {
     )
 }
 """Two units that homework runs together; a power belongs to the second, as in `kgm^2`."""
+
+EXAMPLES = (
+    "%", "m", "cm", "mm", "km", "in", "ft", "kg", "g", "lb", "s", "ms", "min", "h", "yr", "rad", "deg", "rev",
+    "rad/s", "1/s", "rpm", "deg/s", "rev/s", "Hz", "kHz", "m/s", "km/h", "cm/s", "m/s^2", "cm/s^2", "kg m^2",
+    "g cm^2", "kg m^2/s", "g cm^2/s", "N", "kN", "dyn", "N m", "J", "kJ", "erg", "W", "kW", "Pa", "bar",
+    "kg/m^3", "g/cm^3", "N/m", "m^2", "cm^2", "m^3", "L", "kg m/s",
+)  # fmt: skip
+"""Units in which a student may give an answer."""
 
 _RAISED = "⁰¹²³⁴-⁹"
 _NAME = re.compile(
@@ -136,3 +145,14 @@ def scale_in(unit: Unit, expected: Dimension) -> float:
         return unit.scale / (2 * math.pi) ** given.angle
     check_dimension(unit.text, given, expected)
     return unit.scale
+
+
+def other_units(unit: Unit) -> Iterator[tuple[str, float]]:
+    """Other units for the same, and how much of the SI unit one of them is."""
+    for text in EXAMPLES:
+        try:
+            scale = scale_in(read_unit(text), unit.dimension)
+        except ValueProblem:
+            continue
+        if text != unit.text:
+            yield text, scale

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.kinds import matrix
-from rigidcli.grading.kinds.matrix import Key
+from rigidcli.grading.kinds import KINDS
+from rigidcli.grading.samples import Reference as Key
 from tests.grading.asking import Asking, codes, rows, tolerance
 
 Floats = NDArray[np.float64]
@@ -222,12 +222,12 @@ def test_bad_keys_are_refused_without_being_told(answer: Any) -> None:
 def test_examples(text: str) -> None:
     for key in (computed(text), literal(MATRIX), literal(rows([[1, 2, 3], [4, 5, 6]]))):
         seen = set()
-        for example in matrix.examples(key):
+        for example in KINDS["matrix"].examples(key):
             outcome = judged(key, example.answer)
             assert (outcome.verdict == "correct") == (example.code is None), example
             assert example.code is None or codes(outcome) == [example.code], example
             seen.add(example.code)
-        assert seen == {None, "transposed", "power_of_ten", "constant_factor", "sign_error"}
+        assert seen >= {None, "transposed", "power_of_ten", "constant_factor", "sign_error"}
 
 
 def test_parameters_of_which_some_have_values() -> None:

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.kinds import moments
-from rigidcli.grading.kinds.moments import Key
+from rigidcli.grading.kinds import KINDS
+from rigidcli.grading.samples import Reference as Key
 from tests.grading.asking import Asking, codes, tolerance
 
 Floats = NDArray[np.float64]
@@ -276,7 +276,7 @@ def test_what_cannot_be_read(answer: Any, code: str) -> None:
 def test_examples(text: str, least: int, order: str) -> None:
     key = computed(text, order=order)
     seen = set()
-    for example in moments.examples(key):
+    for example in KINDS["moments"].examples(key):
         outcome = judged(key, example.answer)
         assert (outcome.verdict == "correct") == (example.code is None), example
         assert example.code is None or codes(outcome) == [example.code], example

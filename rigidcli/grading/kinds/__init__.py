@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from rigidcli.grading.kinds.arrays import Matrix, Vector
 from rigidcli.grading.kinds.base import Kind
 from rigidcli.grading.kinds.modules import Module
+from rigidcli.grading.kinds.moments import Moments
 from rigidcli.grading.kinds.number import Number
+from rigidcli.grading.kinds.tensor import Tensor
 
 KINDS: dict[str, Kind] = {
     "number": Number(),
     "quantity": Number(),
-    "vector": Module("vector"),
-    "moments": Module("moments"),
-    "matrix": Module("matrix"),
-    "tensor": Module("tensor"),
+    "vector": Vector(),
+    "moments": Moments(),
+    "matrix": Matrix(),
+    "tensor": Tensor(),
     "axes": Module("axes"),
     "expression": Module("expression"),
     "equations": Module("equations"),

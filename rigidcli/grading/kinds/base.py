@@ -89,6 +89,6 @@ class Kind(ABC):
                 continue
             answer = self.read_answer(key, form, Path())
             if not self.is_right(key, answer):
-                found = self.explanation(key, answer)
-                if found is not None and found.code == mistake.code:
+                first = self.judge(key, answer).findings[:1]
+                if [found.code for found in first] == [mistake.code]:
                     yield Example(mistake.code.replace("_", " "), form, mistake.code)
