@@ -65,6 +65,9 @@ Point: TypeAlias = Mapping[str, float]
 Symmetry: TypeAlias = frozenset[Literal["order", "sign", "length"]]
 """What may be different in a right answer."""
 
+TENSORS = (("tensor",), ("tensor_com",))
+"""The last names of the paths of inertia tensors."""
+
 CLOSING = {"[": "]", "{": "}", "(": ")"}
 
 
@@ -553,6 +556,11 @@ def _entry(value: Any) -> Entry:
         return expression if expression.names else expression.evaluate({})
     except ExpressionError:
         raise ValueProblem("this result is too long, or has no value, and cannot be compared") from None
+
+
+def is_product(path: tuple[str, ...]) -> bool:
+    """Whether a result is one product of inertia of a tensor of a document."""
+    return path[-3:-2] in TENSORS and path[-2] != path[-1]
 
 
 def size_beside(asked: Asked) -> float:

@@ -22,7 +22,7 @@ from rigidcli.grading.factors import DEGREES, factors
 from rigidcli.grading.numbers import NOISE, Written, margin, narrowed, read_written, unnamed
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Tolerance
-from rigidcli.grading.samples import size_beside
+from rigidcli.grading.samples import is_product, size_beside
 from rigidcli.grading.units import PERCENT, read_unit, scale_in
 from rigidcli.model.units import ANGLE, DIMENSIONLESS, Unit, parse_unit
 
@@ -121,6 +121,8 @@ def read_key(asked: Asked) -> Key:
     value, unit = _literal(asked.value, question.kind) if literal else _computed(asked.value, asked.unit)
     if tolerance.figures != "value" and tolerance.significant_figures is None:
         raise ValueProblem("how the figures count is told, but not how many: give `significant_figures`")
+    if question.products == "plus" and is_product(asked.path):
+        value = -value
     reference = value * unit.scale
     if not math.isfinite(reference) or (value and not reference):
         raise ValueProblem("the number is beyond the range of SI units")

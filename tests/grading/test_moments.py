@@ -260,6 +260,40 @@ def test_what_cannot_be_read(answer: Any, code: str) -> None:
     assert (outcome.verdict, codes(outcome)) == ("invalid", [code])
 
 
+@pytest.mark.parametrize(
+    "answer",
+    [
+        "[2, 11, 11] kg m^2",
+        "[11, 2, 11]",
+        {"x": "2", "y": "11", "z": "11"},
+        {"lambda1": "11", "lambda2": "2", "lambda3": "11 kg m^2"},
+        "{I1: 2e7, I2: 11e7, I3: 11e7} g cm^2",
+    ],
+)
+def test_mappings_and_one_unit_behind_all(answer: Any) -> None:
+    assert judged(literal(["2 kg m^2", "11", "11"]), answer).verdict == "correct"
+    assert codes(judged(literal(["2 kg m^2", "11", "12"]), answer)) == ["component_wrong"]
+
+
+def test_a_unit_may_be_required() -> None:
+    key = literal(["2 kg m^2", "11", "11"], unit="required")
+    assert judged(key, "[11, 11, 2] kg m^2").verdict == "correct"
+    assert codes(judged(key, ["2", "11", "11"])) == ["unit_missing"]
+    assert None in {example.code for example in KINDS["moments"].examples(key)}
+
+
+@many
+@given(st.lists(st.sampled_from([1e-30, 1e-3, 1.0, 1.0005, 2.0, 1e25]), min_size=1, max_size=6), st.data())
+def test_hugely_different_sizes(values: list[float], data: st.DataObject) -> None:
+    """A small moment beside a large one is no zero, unless it is below rounding."""
+    answer = data.draw(st.permutations(values))
+    assert judged(literal(typed(values)), typed(answer)).verdict == "correct"
+    place = data.draw(st.integers(0, len(values) - 1))
+    wrong = [value * 1.1 if k == place else value for k, value in enumerate(answer)]
+    small = answer[place] <= 1e-12 * max(values) or max(values) == 0
+    assert small or judged(literal(typed(values)), typed(wrong)).verdict != "correct"
+
+
 # --- examples
 
 

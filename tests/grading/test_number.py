@@ -30,6 +30,7 @@ from rigidcli.model import units
 from rigidcli.model.load import load
 from rigidcli.report import Field, Report
 from rigidcli.studies import precess
+from tests.grading.asking import Asking
 
 HERE = Path()
 
@@ -186,6 +187,60 @@ def test_what_is_no_number_is_invalid_and_told_why(text: str, code: str, hint: s
     (finding,) = outcome.findings
     assert finding.code == code
     assert hint in finding.detail
+
+
+@pytest.mark.parametrize(
+    ("key", "answer"),
+    [
+        ("20.8 rad/s", "omega = 20.8 rad/s"),
+        ("20.8 rad/s", "ω=20.8 rad/s"),
+        ("20.8 rad/s", "omega_1 = 20.8"),
+        ("20.8 rad/s", "  phi_dot  =  20.8 1/s"),
+        ("0.025 kg m^2", "2.5 x 10^-2 kg m^2"),
+        ("0.025 kg m^2", "2.5 x 10⁻² kg m²"),
+        ("0.025 kg m^2", "2.5·10⁻² kg·m²"),
+        ("0.025 kg m^2", "I_zz = 2.5 × 10⁻²kg.m²"),
+        ("0.025 kg m^2", "0.025 kg.m^2"),
+        ("0.025 kg m^2", "0.025 kg·m^2"),
+        ("0.025 kg m^2", "0.025 kg-m^2"),
+        ("2.5e12 m", "2.5 x 10¹² m"),
+        ("3 N m", "3 N-m"),
+        ("3 N m", "3 N·m"),
+        ("3 N m", "3 N.m"),
+        ("0.05 m", "5cm"),
+        ("0.5", "1/2"),
+        ("omega = 0.5 rad/s", "1/2 rad/s"),
+        ("2*pi rad", "2*π rad"),
+        ("0", "cos(pi/2)"),
+        ("cos(pi/2)", "0"),
+        ("cos(pi/2) m", "0 m"),
+        ("1 - 0.9 - 0.1", "0"),
+        ("0", "sin(pi)"),
+        ("0", "sqrt(2)^2 - 2"),
+        ("0", "1 - 0.9 - 0.1"),
+    ],
+)
+def test_spellings_of_homework(key: str, answer: str) -> None:
+    assert told(literal(key, tolerance={"relative": 1e-12}), answer) == "correct"
+    assert told(literal(key), key) == "correct"
+
+
+@pytest.mark.parametrize(
+    ("key", "answer"),
+    [
+        ("1e-17", "0"),
+        ("1e-17", "cos(pi/2)"),
+        ("0", "1e-17"),
+        ("0", "sin(3.14159265358979)"),
+        ("0", "1 - 0.9 - 0.1000000000000001"),
+        ("cos(pi/2)", "6.123e-17"),
+        ("0.025 kg m^2", "2.5 x 10² kg m^2"),
+        ("0.025 kg m^2", "2.5 x 10-2 kg m^2"),
+        ("20.8 rad/s", "omega = omega"),
+    ],
+)
+def test_what_only_looks_like_it_is_wrong(key: str, answer: str) -> None:
+    assert told(literal(key), answer) != "correct"
 
 
 def test_lists_and_mappings_are_no_numbers() -> None:
@@ -678,6 +733,49 @@ def test_what_is_not_zero_is_not() -> None:
     assert told(computed(1e-17, "rad"), "0 rad") == "correct"  # an angle has a scale of its own
     assert told(literal("1e-17 rad"), "0 rad") == told(computed(1e-17, "m"), "0 m") == "outside_tolerance"
     assert told(computed(1e-6, "rad"), "0 rad") == "outside_tolerance"
+
+
+RING = [[1, math.cos(2 * math.pi * k / 7), math.sin(2 * math.pi * k / 7), 0] for k in range(7)]
+"""Seven equal masses on a ring: by symmetry, its products of inertia are zero."""
+
+
+def of_document(text: str, ask: str, si: str, **options: Any) -> Key:
+    key: Key = Asking("quantity").computed(text, ask, si, **options)
+    return key
+
+
+@pytest.mark.parametrize(
+    ("text", "ask", "si"),
+    [
+        (f"body: {{points: {RING}}}", "inertia.tensor.0.1", "kg m^2"),
+        (f"body: {{points: {RING}}}", "inertia.center_of_mass.0", "m"),
+        (f"body: {{points: {RING}}}\nframe: {{axis: [0, 0, 1], angle: 0.3}}", "inertia.tensor.1.0", "kg m^2"),
+        ("body: {points: [[3, 0.1, 0.2, 0.3], [3, -0.1, -0.2, -0.3]]}", "inertia.center_of_mass.2", "m"),
+    ],
+)
+def test_a_key_that_is_rounding_noise_is_zero(text: str, ask: str, si: str) -> None:
+    key = of_document(text, ask, si)
+    for answer in ("0", f"0 {si}", "0.0", "-0", "1e-17", f"{key.reference!r} {si}", "cos(pi/2)"):
+        assert told(key, answer) == "correct"
+    for answer in ("1e-3", "-0.1", "1", f"1e-6 {si}"):
+        assert told(key, answer) not in ("correct", "power_of_ten", "sign_error", "constant_factor")
+    for made in NUMBER.examples(key):
+        assert told(key, made.answer) == (made.code or "correct"), made
+
+
+def test_a_small_entry_that_is_no_noise_is_not_zero() -> None:
+    text = "body: {points: [[1, 1, 0, 0], [1, -1, 0, 0], [1e-9, 1, 1, 0]]}"
+    assert told(of_document(text, "inertia.tensor.0.1", "kg m^2"), "0") == "outside_tolerance"
+    text = "body: {inertia: [[1, 0, 0], [0, 1, 0], [0, 0, 1e-15]], mass: 1}"
+    assert told(of_document(text, "axes.moments.0", "kg m^2"), "0") in ("correct", "outside_tolerance")
+
+
+def test_products_of_inertia_with_a_plus_sign() -> None:
+    text = "body: {shape: cube, side: 1, mass: 12, anchor: corner}"
+    minus, plus = (of_document(text, "inertia.tensor.0.1", "", products=sign) for sign in ("minus", "plus"))
+    assert (told(minus, "-3"), told(plus, "3")) == ("correct", "correct")
+    assert (told(minus, "3"), told(plus, "-3")) == ("sign_error", "sign_error")
+    assert told(of_document(text, "inertia.tensor.1.1", "", products="plus"), "8") == "correct"
 
 
 # --- modulo

@@ -32,6 +32,8 @@ SCALES = st.sampled_from([1e-47, 1.0, 12.5, 1e37])
 TOLERANCES = st.sampled_from([None, 1e-6, 0.02])
 
 
+MASSES: list[tuple[float, ...]] = [(1, 1, 0, 0), (2, 0, 1, 1), (3, 0.5, 1, -1)]
+
 asking = Asking("tensor")
 literal, judged = asking.literal, asking.judged
 
@@ -306,6 +308,76 @@ def test_zeros_earn_nothing() -> None:
     key = literal(rows(np.diag([2.0, 3, 4])))
     outcome = judged(key, rows(np.diag([2.5, 3.5, 4.7])))
     assert (outcome.verdict, outcome.share, codes(outcome)) == ("incorrect", 0.0, ["outside_tolerance"])
+
+
+# --- the other sign of products
+
+PLUS = [("tensor", "inertia.tensor"), ("matrix", "inertia.tensor"), ("tensor", "inertia.tensor_com")]
+
+
+@pytest.mark.parametrize(("kind", "ask"), PLUS)
+def test_products_of_inertia_with_a_plus_sign(kind: str, ask: str) -> None:
+    text, names = json.dumps({"body": {"points": MASSES}, "about": [1, 2, 3]}), {"products": "plus"}
+    plus = Asking(kind).computed(text, ask, "kg m^2", **names)
+    minus = Asking(kind).computed(text, ask, "kg m^2")
+    usual = about(MASSES, centre(MASSES) if ask.endswith("com") else (1, 2, 3))
+    other = 2 * np.diag(np.diag(usual)) - usual
+    assert Asking(kind).judged(plus, rows(other)).verdict == "correct"
+    assert Asking(kind).judged(minus, rows(usual)).verdict == "correct"
+    code = ["products_of_inertia_sign"] if kind == "tensor" else ["sign_error"]
+    assert codes(Asking(kind).judged(plus, rows(usual))) == code
+    assert codes(Asking(kind).judged(minus, rows(other))) == code
+    assert "expected" in Asking(kind).judged(plus, rows(usual)).findings[0].reference
+
+
+@settings(max_examples=20, deadline=None)
+@given(POINTS, st.tuples(*[COORDINATES] * 3))
+def test_mistakes_with_a_plus_sign(points: list[tuple[float, ...]], origin: tuple[float, ...]) -> None:
+    """Every mistake keeps its name when all signs of products are the other way round."""
+    turn = Rotation.from_rotvec([0.3, -0.5, 0.4]).as_matrix()
+    frame = {"matrix": turn.tolist()}
+    text = json.dumps({"body": {"points": points}, "about": origin, "frame": frame})
+    tensors = candidates(points, np.array(origin), turn)
+    assume(apart(tensors))
+    signs = 2 * np.eye(3) - 1
+    for sign, factor in (("minus", np.ones((3, 3))), ("plus", signs)):
+        key = computed(text, products=sign)
+        for code, mistaken in tensors.items():
+            assert codes(judged(key, rows(mistaken * factor))) == code.split()[:1]
+            assert judged(key, named(mistaken * factor)) == judged(key, rows(mistaken * factor))
+
+
+def test_a_literal_key_has_the_signs_of_the_question() -> None:
+    """Of the signs that are asked it depends whether a body has a tensor."""
+    entries = rows([[8, 3, 3], [3, 8, 3], [3, 3, 8]])
+    for sign, code in (("plus", "component_wrong"), ("minus", "component_wrong")):
+        key = literal(entries, products=sign)
+        assert judged(key, entries).verdict == "correct"
+        assert codes(judged(key, CUBE)) == ["products_of_inertia_sign"]
+        assert codes(judged(key, rows([[8, 3, 3], [3, 8, 3], [3, 3, 9]]))) == [code]
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        "[[8, -3, -3], [-3, 8, -3], [-3, -3, 8]] kg m^2",
+        "I = [[8, -3, -3], [-3, 8, -3], [-3, -3, 8]]",
+        "{Ixx: 8, Iyy: 8, Izz: 8, Ixy: -3, Ixz: -3, Iyz: -3} kg m^2",
+        "[[80000, -30000, -30000], [-30000, 80000, -30000], [-30000, -30000, 80000]] kg cm^2",
+    ],
+)
+def test_one_unit_behind_all(answer: str) -> None:
+    key = literal("[[8, -3, -3], [-3, 8, -3], [-3, -3, 8]] kg m^2", unit="optional")
+    assert judged(key, answer).verdict == "correct"
+    required = literal("[[8, -3, -3], [-3, 8, -3], [-3, -3, 8]] kg m^2", unit="required")
+    assert (judged(required, answer).verdict == "correct") == answer.endswith("m^2")
+
+
+def test_all_that_cannot_be_read_is_told_at_once() -> None:
+    six = {"Ixx": "eight", "Iyy": "8", "Izz": "8", "Ixy": "-3 m", "Ixz": "-3", "Iyz": "-3"}
+    outcome = judged(literal(CUBE), six)
+    assert codes(outcome) == ["not_a_number", "unit_incompatible"]
+    assert [finding.place for finding in outcome.findings] == ["`Ixx`", "`Ixy`"]
 
 
 # --- symbols

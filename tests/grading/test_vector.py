@@ -95,6 +95,107 @@ def test_a_unit_of_another_dimension_cannot_be_read() -> None:
     assert [finding.place for finding in outcome.findings] == ["component 1", "component 2"]
 
 
+FORCE = ["1 cm", "-2 cm", "0 cm"]
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        "[1, -2, 0] cm",
+        "[1, -2, 0]",
+        " [ 0.01, -0.02, 0 ] m ",
+        "r = [1, -2, 0] cm",
+        "(1, -2, 0) cm",
+        "{x: 1, y: -2, z: 0} cm",
+        "[1 cm, -20 mm, 0]",
+        "[2/2, -sqrt(4), 0] cm",
+        "[1e-2, -2 x 10^-2, 0] m",
+        {"x": "1", "y": "-2", "z": "0"},
+        {"z": "0", "Y": "-20 mm", "x": "1 cm"},
+        {"r_x": "1", "r_y": "-2", "r_z": "0"},
+        {"r1": "1", "r2": "-2", "r3": "0"},
+    ],
+)
+def test_one_unit_behind_all_and_names_of_components(answer: Any) -> None:
+    for key in (literal(FORCE), literal("[1, -2, 0] cm"), literal({"x": "1 cm", "y": "-2", "z": "0"})):
+        assert judged(key, answer).verdict == "correct"
+
+
+@pytest.mark.parametrize(
+    ("answer", "code"),
+    [
+        ("[1, -2, 0] kg", "unit_incompatible"),
+        ("[1 cm, -2, 0] cm", "unit_incompatible"),
+        ("[1, -2] cm", "wrong_shape"),
+        ("[1, -2, 0", "wrong_shape"),
+        ("[1, -2, 0]] cm", "parse_error"),
+        ("[[1, -2, 0] cm", "parse_error"),
+        ("[[1, -2, 0]] cm", "wrong_shape"),
+        ("[&a 1, *a, 0] cm", "parse_error"),
+        ("(1, -2, 0) + (0, 0, 0)", "not_a_number"),
+        ("1, -2, 0 cm", "wrong_shape"),
+        ({"x": "1", "y": "-2"}, "wrong_shape"),
+        ({"x": "1", "X": "-2", "z": "0"}, "duplicate_key"),
+        ({"x": "1", "y": "-2", "w": "0"}, "wrong_shape"),
+        ({"x": "1", "1": "-2", "z": "0"}, "duplicate_key"),
+        ({"vx": "1", "wy": "-2", "vz": "0"}, "wrong_shape"),
+        ({"": "1", "y": "-2", "z": "0"}, "wrong_shape"),
+        ({}, "wrong_shape"),
+    ],
+)
+def test_what_is_no_list_of_three(answer: Any, code: str) -> None:
+    outcome = judged(literal(FORCE), answer)
+    assert outcome.verdict == "invalid"
+    assert codes(outcome)[0] == code
+
+
+@many
+@given(VECTORS.filter(lambda sizes: len(sizes) <= 3), SCALES, st.data())
+def test_mappings_are_right_where_lists_are(sizes: list[float], scale: float, data: st.DataObject) -> None:
+    """A component under the name of another is as wrong as in its place."""
+    key = literal([f"{size * scale!r} m" for size in sizes])
+    order = data.draw(st.permutations(range(len(sizes))))
+    unit, per = data.draw(st.sampled_from([("m", 1.0), ("cm", 100.0), ("km", 1e-3)]))
+    answer = [f"{sizes[k] * scale * per!r}" for k in order]
+    right = judged(key, [f"{entry} {unit}" for entry in answer])
+    names = data.draw(st.permutations(list(zip("xyz", answer, strict=False))))
+    assert judged(key, {name: f"{entry} {unit}" for name, entry in names}) == right
+    assert judged(key, f"[{', '.join(answer)}] {unit}") == right
+    assert judged(key, f"{{{', '.join(f'{name}: {entry}' for name, entry in names)}}} {unit}") == right
+    off = [abs(sizes[k] - size) > 3e-3 * max(map(abs, sizes)) for k, size in zip(order, sizes, strict=True)]
+    assert right.verdict != "correct" or not any(off)
+
+
+def test_a_unit_may_be_required() -> None:
+    key = literal(FORCE, unit="required")
+    for answer in (["1 cm", "-2 cm", "0"], "[1, -2, 0] cm", ["0.01 m", "-20 mm", "0 km"]):
+        assert judged(key, answer).verdict == "correct"
+    for answer in (["1", "-2", "0"], ["1 cm", "-2", "0"], "[1, -2, 0]", ["7", "8", "9"]):
+        outcome = judged(key, answer)
+        assert (outcome.verdict, outcome.share, codes(outcome)) == ("incorrect", 0.0, ["unit_missing"])
+    # Nothing to require of pure numbers, of angles, or of symbols.
+    assert judged(literal(["1", "2"], unit="required"), ["1", "2"]).verdict == "correct"
+    assert judged(literal(["1 deg", "2 deg"], unit="required"), ["1", "2"]).verdict == "correct"
+    key = literal(["2*k", "3 m"], unit="required", symbols={"k": "positive"})
+    assert judged(key, ["2*k", "3"]).verdict == "correct"
+
+
+def test_all_that_cannot_be_read_is_told_at_once() -> None:
+    outcome = judged(literal(FORCE), ["one", "2 kg", "1e999"])
+    assert codes(outcome) == ["not_a_number", "unit_incompatible", "not_a_finite_number"]
+    assert [finding.place for finding in outcome.findings] == ["component 1", "component 2", "component 3"]
+    assert len(judged(literal(["1"] * 500), ["x"] * 500).findings) == 500
+
+
+def test_a_direction_may_have_to_be_a_unit_vector() -> None:
+    for direction in ("sense", "parallel"):
+        key = literal(["0", "3", "4"], direction=direction, normalized="required")
+        assert judged(key, ["0", "0.6", "0.8"]).verdict == "correct"
+        assert codes(judged(key, ["0", "3", "4"])) == ["axis_not_normalised"]
+        assert judged(literal(["0", "3", "4"], direction=direction), ["0", "300", "400"]).verdict == "correct"
+        assert judged(key, ["0", "0.8", "0.6"]).verdict == "incorrect"
+
+
 # --- wrong answers
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from rigidcli.grading.kinds.arrays import Matrix, Vector
 from rigidcli.grading.kinds.base import Kind
+from rigidcli.grading.kinds.choice import Choice
 from rigidcli.grading.kinds.modules import Module
 from rigidcli.grading.kinds.moments import Moments
 from rigidcli.grading.kinds.number import Number
@@ -20,5 +21,5 @@ KINDS: dict[str, Kind] = {
     "expression": Module("expression"),
     "equations": Module("equations"),
     "trajectory": Module("trajectory"),
-    "choice": Module("choice"),
+    "choice": Choice(),
 }

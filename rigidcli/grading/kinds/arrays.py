@@ -21,6 +21,7 @@ from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.numbers import MOST_ENTRIES, margin
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.samples import (
+    TENSORS,
     Cell,
     Reference,
     Symmetry,
@@ -162,7 +163,7 @@ class Arrays(Kind):
 
 
 def _units_of(key: Reference) -> dict[str, float]:
-    """Units in which a key may be typed, and how much of the SI unit one of them is; symbols bring their own."""
+    """Units in which a key may be typed, and how much of the SI unit each is; symbols bring their own."""
     if key.unit is None or key.names:
         return {"": 1.0}
     bare = {} if key.needs_unit else {"": key.unit.scale}
@@ -296,9 +297,8 @@ class Matrix(Arrays):
 
 
 def _with_products(key: Reference) -> Reference:
-    """The key of a tensor that a document has, with the products of inertia in the convention that is asked."""
-    is_tensor = key.path[-1:] in (("tensor",), ("tensor_com",))
-    if not is_tensor or key.question.products == "minus":
+    """The key of a tensor that a document has, with products of inertia in the convention that is asked."""
+    if key.path[-1:] not in TENSORS or key.question.products == "minus":
         return key
     turned = key.times(OTHER_PRODUCTS)
     return replace(turned, entries=times(key.entries, OTHER_PRODUCTS), numbers=1.0)

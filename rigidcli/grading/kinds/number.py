@@ -26,7 +26,7 @@ class Number(Kind):
     """A number, or a quantity: a number with a unit."""
 
     name: ClassVar[str] = "number"
-    options: ClassVar[frozenset[str]] = frozenset({"modulo", "unit"})
+    options: ClassVar[frozenset[str]] = frozenset({"modulo", "products", "unit"})
 
     def read_key(self, asked: Asked) -> Key:
         """The number that is asked for. Raises ValueProblem."""
