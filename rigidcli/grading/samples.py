@@ -368,11 +368,21 @@ class Reference:
 
     def holds(self, answer: Typed) -> bool:
         """Whether an answer is right, as far as the symmetry asks."""
-        if answer.shape != self.shape:
+        if answer.shape != self.shape or not self._may_hold(answer):
             return False
         if "length" in self.symmetry:
             return all(self._is_along(answer.values[k], self.values[k]) for k in answer.rows)
         return bool(self.facing(answer).agree(answer).all())
+
+    def _may_hold(self, answer: Typed) -> bool:
+        """Whether the size of the first entry is right: told soon, as many keys are tried."""
+        if "length" in self.symmetry:
+            return True
+        count = self.values[0].size if "order" in self.symmetry else 1
+        first, own, allowed = (
+            array[0].ravel()[:count] for array in (answer.values, self.values, self.allowed)
+        )
+        return bool((abs(abs(first[0]) - abs(own)) <= allowed).any())
 
     def _is_along(self, one: Floats, other: Floats) -> bool:
         angle = angle_between(one, other)

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from contextlib import suppress
 from fractions import Fraction
+from functools import cache
 
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.grading.outcome import Unreadable
@@ -147,12 +148,11 @@ def scale_in(unit: Unit, expected: Dimension) -> float:
     return unit.scale
 
 
-def other_units(unit: Unit) -> Iterator[tuple[str, float]]:
-    """Other units for the same, and how much of the SI unit one of them is."""
+@cache
+def other_units(dimension: Dimension) -> dict[str, float]:
+    """The EXAMPLES of units of this dimension, and how much of the SI unit each is."""
+    fitting = {}
     for text in EXAMPLES:
-        try:
-            scale = scale_in(read_unit(text), unit.dimension)
-        except ValueProblem:
-            continue
-        if text != unit.text:
-            yield text, scale
+        with suppress(ValueProblem):
+            fitting[text] = scale_in(read_unit(text), dimension)
+    return fitting

@@ -18,6 +18,7 @@ from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.base import Example, Kind
+from rigidcli.grading.mistakes import variants
 from rigidcli.grading.numbers import MOST_ENTRIES, margin
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.samples import (
@@ -77,6 +78,11 @@ class Arrays(Kind):
     def read_answer(self, key: Reference, answer: Tree, folder: Path) -> Typed:
         """An answer, worked out. Raises Unreadable."""
         return key.read(answer, self.layout)
+
+    def prepare(self, key: Reference) -> None:
+        """Work out what judging needs, that of changed keys too."""
+        for _, variant in variants(self.name, key):
+            _ = variant.key.allowed
 
     def judge(self, key: Reference, answer: Typed) -> Outcome:
         """The outcome of an answer: a mistake that explains it, or which of its entries are wrong."""
@@ -167,7 +173,8 @@ def _units_of(key: Reference) -> dict[str, float]:
     if key.unit is None or key.names:
         return {"": 1.0}
     bare = {} if key.needs_unit else {"": key.unit.scale}
-    return bare | {key.unit.text: key.unit.scale} | dict(islice(other_units(key.unit), OTHER_UNITS))
+    others = islice(other_units(key.unit.dimension).items(), OTHER_UNITS)
+    return bare | {key.unit.text: key.unit.scale} | dict(others)
 
 
 def _size(shape: tuple[int, ...]) -> str:

@@ -43,6 +43,10 @@ class Kind(ABC):
     def read_key(self, asked: Asked) -> Any:
         """The key of a question, worked once. Raises ValueProblem where what is asked is not of this kind."""
 
+    def prepare(self, key: Any) -> None:
+        """Work out what judging needs, before processes are forked that judge by the key."""
+        variants(self.name, key)
+
     @abstractmethod
     def read_answer(self, key: Any, answer: Tree, folder: Path) -> Any:
         """An answer to that question; files that it names lie in `folder`. Raises Unreadable."""

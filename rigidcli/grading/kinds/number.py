@@ -141,7 +141,7 @@ def _joined(number: str, unit: str) -> str:
 
 def _other_units(key: Key) -> Iterator[tuple[str, float]]:
     """Other units that fit, and in which the reference is neither too large nor too small to be typed."""
-    for text, scale in other_units(key.unit):
+    for text, scale in other_units(key.unit.dimension).items():
         size = abs(key.reference / scale)
-        if size == 0 or TYPABLE[0] < size < TYPABLE[1]:
+        if text != key.unit.text and (size == 0 or TYPABLE[0] < size < TYPABLE[1]):
             yield text, scale
