@@ -55,8 +55,6 @@ class Mistake:
 VECTOR, MOMENTS, MATRIX, TENSOR = ARRAYS = ("vector", "moments", "matrix", "tensor")
 """The kinds of many numbers."""
 
-ALONG_OTHER_AXES = "is right along other axes than those asked for"
-
 MISTAKES = (
     Mistake(
         "wrong_unit_right_number",
@@ -90,13 +88,6 @@ MISTAKES = (
         level=DECISIVE,
     ),
     Mistake(
-        "other_frame",
-        ALONG_OTHER_AXES,
-        dict.fromkeys((VECTOR, TENSOR, MOMENTS), samples.worked_out("other_frame")),
-        level=DECISIVE,
-    ),
-    Mistake("other_frame", ALONG_OTHER_AXES, fits={TENSOR: tensors.turned}, level=DESCRIPTION),
-    Mistake(
         "products_of_inertia_sign",
         "the products of inertia have the wrong sign",
         dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("products_of_inertia_sign")),
@@ -125,6 +116,12 @@ MISTAKES = (
         "the parallel-axis theorem is applied to the diagonal only",
         dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("parallel_axis_off_diagonal_missing")),
         level=DECISIVE,
+    ),
+    Mistake(
+        "other_frame",
+        "is right along other axes than those asked for",
+        dict.fromkeys((VECTOR, TENSOR, MOMENTS), samples.worked_out("other_frame")),
+        {TENSOR: tensors.turned},
     ),
     Mistake(
         "sign_error",

@@ -52,7 +52,7 @@ _RAISED = str.maketrans("⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹", "-+0123456789")
 _NAMES = rf"(?:{'|'.join([*sorted(FUNCTIONS), 'ln', 'pi'])}|π)(?![^\W\d])"
 """Functions and constants, which are no units."""
 
-_UNIT = rf"(?!{_NAMES})[^\W\d_]|[°′″%]"
+_UNIT = rf"(?!{_NAMES}|[⁰¹²³⁴-⁹])[^\W\d_]|[°′″%]"
 """How a unit begins."""
 
 _PER = rf"/\s*(?!(?:{'|'.join(sorted(RESERVED))}|π)\b)[^\W\d_]"
