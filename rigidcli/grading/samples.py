@@ -217,17 +217,9 @@ def _times(entry: Entry, number: float) -> Entry:
 
 
 def told(key: Reference) -> str:
-    """The right answer, for those who may see it."""
-    # Symbols bring units of their own.
-    if key.unit is None or key.names:
-        return f"expected {_shown(key.entries)}"
-    return f"expected {_shown(times(key.entries, 1 / key.unit.scale))} {key.unit.text}"
-
-
-def _shown(entries: Any) -> str:
-    if isinstance(entries, np.ndarray):
-        return f"[{', '.join(map(_shown, entries))}]"
-    return entries.text if isinstance(entries, Expression) else f"{entries:.6g}"
+    """The right answer, for those who may see it; symbols bring units of their own."""
+    unit, scale = ("", 1.0) if key.unit is None or key.names else (key.unit.text, key.unit.scale)
+    return f"expected {as_typed(times(key.entries, 1 / scale), '.6g')} {unit}".replace("'", "").rstrip()
 
 
 def listed(mask: Mask, labels: Array) -> str:
@@ -315,16 +307,14 @@ class Reference:
     def nonzero(self) -> Mask:
         """Which entries (...) are not zero, but for rounding."""
         size = np.abs(self.values)
-        largest = size.max(axis=tuple(range(1, size.ndim)), keepdims=True, initial=0.0)
-        mask: Mask = (size > NOISE * np.maximum(largest, self.beside)).any(axis=0)
-        return mask
+        largest = size.max(axis=tuple(range(1, size.ndim)), keepdims=True, initial=self.beside)
+        return np.asarray((size > NOISE * largest).any(axis=0))
 
     @property
     def varies(self) -> Mask:
         """Which entries (...) depend on symbols that have no value."""
         values = self.values[: self.known]
-        mask: Mask = ~(np.abs(values - values[0]) <= self.allowed[: self.known]).all(axis=0)
-        return mask
+        return np.asarray(~(np.abs(values - values[0]) <= self.allowed[: self.known]).all(axis=0))
 
     @cached_property
     def slack(self) -> float:
@@ -420,8 +410,7 @@ class Reference:
     def _ranked(self, answer: Typed) -> Array:
         """The entries (n) that have the ranks of those of an answer, by their sizes."""
         ranks = np.abs(answer.values[0]).argsort(kind="stable").argsort()
-        order: Array = np.abs(self.values[0]).argsort(kind="stable")[ranks]
-        return order
+        return np.asarray(np.abs(self.values[0]).argsort(kind="stable")[ranks])
 
     def _matched(self, answer: Typed) -> Array:
         """The entries (n) that belong to those of an answer: as many as can be are right, others by rank."""
@@ -429,15 +418,14 @@ class Reference:
 
         ranks = self._ranked(answer).argsort()
         far = np.abs(np.subtract.outer(np.arange(len(ranks)), ranks)) / (1 + len(ranks) ** 2)
-        columns: Array = linear_sum_assignment(far.T + ~self.fits(answer))[1]
-        return columns
+        return np.asarray(linear_sum_assignment(far.T + ~self.fits(answer))[1])
 
     def fits(self, answer: Typed) -> Mask:
         """Which entries (m) of an answer are which here (n): m by n."""
         with np.errstate(all="ignore"):
             gaps = np.abs(answer.values[:, :, np.newaxis] - self.values[:, np.newaxis])
-        mask: Mask = (gaps <= self.allowed[:, np.newaxis]) | ~answer.counts[:, :, np.newaxis]
-        return np.asarray(mask.all(axis=0))
+        near = (gaps <= self.allowed[:, np.newaxis]) | ~answer.counts[:, :, np.newaxis]
+        return np.asarray(near.all(axis=0))
 
     def times(self, numbers: Any) -> Reference:
         """The same with entries so many times as large."""
@@ -473,7 +461,9 @@ class Reference:
 
     @property
     def written(self) -> Array | None:
-        """The entries as they are to be typed; None where the values are known at the points only."""
+        """The entries as they are to be typed; None where the values are known at the points only, or infinite."""
+        if not np.isfinite(self.values).all():
+            return None
         if self.names and not any(isinstance(entry, Expression) for entry in self.entries.flat):
             return None
         return times(self.entries, self.numbers)
@@ -499,7 +489,7 @@ def angle_between(one: Floats, other: Floats) -> float:
 # --- keys
 
 
-def reference(asked: Asked, layout: Layout, symmetry: Symmetry = frozenset()) -> Reference:
+def reference(asked: Asked, layout: Layout) -> Reference:
     """The key of a question, literal (laid out as answers are) or computed. Raises ValueProblem."""
     question, beside = asked.question, 0.0
     if question.tolerance.figures != "value":
@@ -517,10 +507,8 @@ def reference(asked: Asked, layout: Layout, symmetry: Symmetry = frozenset()) ->
         beside = size_beside(asked)
     points, given, known = _points(asked, entries)
     values, labels = worked(entries, points), labelled("entry", entries.shape)
-    return Reference(
-        question, asked.path, entries, values, points, given, known, unit, question.tolerance, labels, beside,
-        symmetry,
-    )  # fmt: skip
+    rest = (points, given, known, unit, question.tolerance, labels, beside)
+    return Reference(question, asked.path, entries, values, *rest)
 
 
 def labelled(word: str, shape: tuple[int, ...]) -> Array:

@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import replace
 from itertools import islice
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, TypeAlias
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from rigidcli.grading.samples import (
     as_typed,
     computed,
     each,
+    exactly,
     filled,
     labelled,
     length,
@@ -48,6 +49,9 @@ AXES = {name: k for names in ("xyz", "123456789") for k, name in enumerate(names
 OTHER_UNITS = 2
 """Units besides its own in which examples of a key are written."""
 
+LARGEST = 1e300
+"""In another unit, an example has no larger number than this: what is larger may not be a float."""
+
 SYMMETRIES: dict[str, Symmetry] = {
     "exact": frozenset(),
     "sense": frozenset({"length"}),
@@ -55,6 +59,8 @@ SYMMETRIES: dict[str, Symmetry] = {
     "parallel": frozenset({"length", "sign"}),
 }
 """What may be different in a right vector, by how its direction is judged."""
+
+Findings: TypeAlias = tuple[Finding, ...]
 
 LENGTHS = {"exact": (), "sense": (2.5,), "sign_free": (-1.0,), "parallel": (2.5, -0.4)}
 """By what a right vector may be multiplied."""
@@ -80,9 +86,10 @@ class Arrays(Kind):
         return key.read(answer, self.layout)
 
     def prepare(self, key: Reference) -> None:
-        """Work out what judging needs, that of changed keys too."""
+        """Work out what judging needs, and load it."""
         for _, variant in variants(self.name, key):
-            _ = variant.key.allowed
+            variant.key.holds(exactly(variant.key.values))
+        self.explanation(key, exactly(key.values))
 
     def judge(self, key: Reference, answer: Typed) -> Outcome:
         """The outcome of an answer: a mistake that explains it, or which of its entries are wrong."""
@@ -115,20 +122,20 @@ class Arrays(Kind):
         """The share of right entries; nothing where only zeros are right."""
         return float(right.mean()) if bool((right & facing.nonzero).any()) else 0.0
 
-    def findings(self, key: Reference, answer: Typed, facing: Reference, share: float) -> tuple[Finding, ...]:
+    def findings(self, key: Reference, answer: Typed, facing: Reference, share: float) -> Findings:
         """What is said of a wrong answer of the right shape, beside the key that `facing` it is."""
         return self.explained(key, answer) or self.wrong_entries(answer, facing, share)
 
-    def explained(self, key: Reference, answer: Typed) -> tuple[Finding, ...]:
+    def explained(self, key: Reference, answer: Typed) -> Findings:
         """The mistake that explains an answer, if one does."""
         found = self.explanation(key, answer)
         return () if found is None else (found,)
 
     def wrong_entries(
-        self, answer: Typed, facing: Reference, share: float, known: Mask | bool = False
-    ) -> tuple[Finding, ...]:
-        """Which entries are wrong, besides those that are `known` to be, if others earn a share."""
-        off = ~(self.right(facing, answer) | known)
+        self, answer: Typed, facing: Reference, share: float, odd: Mask | bool = False
+    ) -> Findings:
+        """Which entries are wrong, besides those that are told as `odd`, if others earn a share."""
+        off = ~(self.right(facing, answer) | odd)
         numbers = off & facing.varies & (answer.values == answer.values[0]).all(axis=0)
         if numbers.any():
             return (Finding("number_for_symbol", listed(numbers, facing.labels)),)
@@ -173,8 +180,9 @@ def _units_of(key: Reference) -> dict[str, float]:
     if key.unit is None or key.names:
         return {"": 1.0}
     bare = {} if key.needs_unit else {"": key.unit.scale}
-    others = islice(other_units(key.unit.dimension).items(), OTHER_UNITS)
-    return bare | {key.unit.text: key.unit.scale} | dict(others)
+    largest = float(np.abs(key.values).max())
+    typable = (each for each in other_units(key.unit.dimension).items() if largest / each[1] < LARGEST)
+    return bare | {key.unit.text: key.unit.scale} | dict(islice(typable, OTHER_UNITS))
 
 
 def _size(shape: tuple[int, ...]) -> str:
@@ -234,7 +242,7 @@ class Vector(Arrays):
         """A direction is right as a whole."""
         return 0.0 if "length" in facing.symmetry else super().share(facing, right)
 
-    def findings(self, key: Reference, answer: Typed, facing: Reference, share: float) -> tuple[Finding, ...]:
+    def findings(self, key: Reference, answer: Typed, facing: Reference, share: float) -> Findings:
         """What is said of a wrong vector."""
         if not answer.values.any() and key.nonzero.any():
             return (Finding("zero_vector"),)

@@ -1,7 +1,8 @@
 """A word, yes or no, or a set of words: as text, whatever its case, blanks, underscores and hyphens.
 
-Greek letters stand for their names, and a dot at the end is none. A set is a list of words in any order, or one
-text with commas between them; `none` is the empty one. What a table says instead of a word is right, too.
+Greek letters stand for their names, and a dot at the end does not count. A set is a list of words in any
+order, or one text with commas between them; `none` is the empty one. What a table says instead of a word is
+right, too.
 """
 
 from __future__ import annotations
@@ -149,7 +150,7 @@ def _text(answer: Tree) -> str:
 
 
 def _plain(text: str) -> str:
-    """The text in small Latin letters, with single blanks between its words, and truth values in one spelling."""
+    """The text in small letters, with single blanks between words, and truth values in one spelling."""
     letters = unicodedata.normalize("NFKC", text).casefold().translate(_LETTERS)
     words = _BETWEEN.sub(" ", letters.strip().removesuffix(".").rstrip())
     return TRUTH.get(words, words)

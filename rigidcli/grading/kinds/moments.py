@@ -12,7 +12,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.kinds.arrays import Arrays
+from rigidcli.grading.kinds.arrays import Arrays, Findings
 from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, wrong
 from rigidcli.grading.samples import Reference, Symmetry, Typed, computed, times, told, worked
@@ -41,7 +41,8 @@ class Moments(Arrays):
             raise ValueProblem("this is not a list of moments")
         order = _order(found)[0]
         ordered = asked.question.order == "ascending"
-        if ordered and any((_order(self._elsewhere(asked, k)) != order).any() for k in range(ELSEWHERE)):
+        others = (replace(asked, name=f"{asked.name} {k}") for k in range(ELSEWHERE))
+        if ordered and any((_order(super(Moments, self).read_key(o)) != order).any() for o in others):
             raise ValueProblem("the order of the moments depends on the symbols", path=("order",))
         causes = ((code, np.array(list(map(moments_of, each)))) for code, each in _tensors(asked, found))
         return replace(
@@ -49,10 +50,6 @@ class Moments(Arrays):
             symmetry=frozenset() if ordered else ANY_ORDER,
             mistaken=tuple(causes),
         )
-
-    def _elsewhere(self, asked: Asked, k: int) -> Reference:
-        """The key at other points."""
-        return super().read_key(replace(asked, name=f"{asked.name} {k}"))
 
     def read_answer(self, key: Reference, answer: Tree, folder: Path) -> Typed:
         """An answer, worked out. Raises Unreadable."""
@@ -76,7 +73,7 @@ class Moments(Arrays):
             return wrong(Finding("wrong_order", reference=told(key)), share=share)
         return super().judge(key, answer)
 
-    def findings(self, key: Reference, answer: Typed, facing: Reference, share: float) -> tuple[Finding, ...]:
+    def findings(self, key: Reference, answer: Typed, facing: Reference, share: float) -> Findings:
         """What is said of wrong moments; what is rounded away may cost a triangle its inequality."""
         found = self.explained(key, answer)
         if not found or found[0].code in ("sign_error", "constant_factor"):

@@ -14,7 +14,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Array, Mask
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.kinds.arrays import Matrix, rows
+from rigidcli.grading.kinds.arrays import Findings, Matrix, rows
 from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.numbers import margins
 from rigidcli.grading.outcome import Finding, Unreadable
@@ -66,14 +66,14 @@ class Tensor(Matrix):
         """The share of right components among the six; nothing where only zeros are right."""
         return float(right[UPPER].mean()) if bool((right & facing.nonzero).any()) else 0.0
 
-    def findings(self, key: Reference, answer: Typed, facing: Reference, share: float) -> tuple[Finding, ...]:
+    def findings(self, key: Reference, answer: Typed, facing: Reference, share: float) -> Findings:
         """What is said of a wrong tensor: that it is not symmetric, why it is wrong, or where."""
         odd = ~(_is_mirrored(key, answer) | self.right(key, answer))
         if odd.any():
             return (Finding("not_symmetric", listed(odd, LABELS)), *self._remarks(answer, key, share, odd))
         return self.explained(key, answer) or self._remarks(answer, key, share, odd)
 
-    def _remarks(self, answer: Typed, key: Reference, share: float, known: Mask) -> tuple[Finding, ...]:
+    def _remarks(self, answer: Typed, key: Reference, share: float, known: Mask) -> Findings:
         """What is said where no mistake explains it: that no body has it, and which entries are wrong."""
         if (self.right(key, answer) | known).all():
             return ()
