@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
 from hashlib import sha256
@@ -199,9 +200,9 @@ def as_typed(entries: Any, form: str = ".17g") -> Tree:
     return entries.text if isinstance(entries, Expression) else f"{entries:{form}}"
 
 
-def each(tree: Tree, write: Callable[[str], str]) -> Tree:
+def rewritten(tree: Tree, write: Callable[[str], str]) -> Tree:
     """The same with every entry written otherwise."""
-    return [each(entry, write) for entry in tree] if isinstance(tree, list) else write(tree)
+    return [rewritten(entry, write) for entry in tree] if isinstance(tree, list) else write(tree)
 
 
 def times(entries: Array, numbers: Any) -> Array:
@@ -567,27 +568,18 @@ def size_beside(asked: Asked) -> float:
     It is that of the largest number of the array from which an entry is taken. A centre of mass is at the
     origin beside the radius of gyration.
     """
-    report = asked.report
-    if report is None or not asked.path:
+    if asked.report is None or not asked.path:
         return 0.0
-    if "center_of_mass" in asked.path and report.get("mass") is not None:
-        *tensor, mass = _numbers([*np.ravel(report["tensor"]), report["mass"]])
-        return math.sqrt(max(tensor) / mass) if mass else 0.0
-    counted = {field.key for field in report.fields if field.counts}
-    found: Any = report.tree()
-    for k, step in enumerate(asked.path[1:]):
-        found = found[int(step)] if step.isdecimal() else found[step]
-        if isinstance(found, list | np.ndarray) and ".".join(asked.path[1 : k + 2]) not in counted:
-            return max(_numbers(np.ravel(np.array(found, dtype=object))), default=0.0)
+    counted = {field.key for field in asked.report.fields if field.counts}
+    found: Any = asked.report.tree()
+    with suppress(TypeError, ValueError):  # where results are no numbers
+        if "center_of_mass" in asked.path:
+            return math.sqrt(np.abs(np.array(found["tensor"], dtype=float)).max() / float(found["mass"]))
+        for k, step in enumerate(asked.path[1:], start=2):
+            found = found[int(step)] if step.isdecimal() else found[step]
+            if isinstance(found, list | np.ndarray) and ".".join(asked.path[1:k]) not in counted:
+                return float(np.abs(np.array(found, dtype=float)).max(initial=0.0))
     return 0.0
-
-
-def _numbers(values: Any) -> list[float]:
-    """The sizes of numbers; zeros if one of them is none."""
-    try:
-        return [abs(value) if math.isfinite(value) else 0.0 for value in map(float, values)]
-    except (TypeError, ValueError):
-        return [0.0 for _ in values]
 
 
 # --- points

@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.question import Question
-from tests.grading.asking import Asking
+from tests.grading.asking import Asking, codes, tolerance
 
 Floats = NDArray[np.float64]
 
 many = settings(max_examples=100, deadline=None)
 
-RELATIVE = 1e-3
+TOLERANCES = st.sampled_from([None, 1e-6, 0.02])
 SHAPES = {"vector": (3,), "moments": (3,), "matrix": (2, 3), "tensor": (3, 3)}
 UNITS = {"m": 1.0, "cm": 100.0, "km": 1e-3, "ft": 1 / 0.3048}
 SIZES = st.one_of(
@@ -77,20 +77,22 @@ def keys(draw: st.DrawFn) -> tuple[str, Floats]:
 
 
 @many
-@given(keys(), st.data())
-def test_right_is_never_wrong(made: tuple[str, Floats], data: st.DataObject) -> None:
+@given(keys(), TOLERANCES, st.data())
+def test_right_is_never_wrong(made: tuple[str, Floats], relative: float | None, data: st.DataObject) -> None:
     """Within the tolerance, in any unit and writing, with zeros for noise and noise for zeros."""
     kind, values = made
     asking = Asking(kind)
-    key = asking.literal(tree(values, lambda value: f"{value!r} m"))
+    key = asking.literal(tree(values, "{!r} m".format), **tolerance(relative))
     largest = np.abs(values).max()
     zero = np.abs(values) <= 1e-13 * largest
-    off = filled(kind, data.draw(st.lists(st.floats(-0.9, 0.9), min_size=9, max_size=9))) * RELATIVE
+    off = filled(kind, data.draw(st.lists(st.floats(-0.9, 0.9), min_size=9, max_size=9))) * (relative or 1e-3)
     near = np.where(zero, data.draw(NOISE) * largest, values * (1 + off))
     if kind == "moments":
         near = near[list(data.draw(st.permutations(range(3))))]
     unit, per = data.draw(st.sampled_from(sorted(UNITS.items())))
-    style = data.draw(st.sampled_from(["{:.17g}", "{:.17e}", "-(-({:.17g}))", "({:.17g})*sqrt(4)/2"]))
+    style = data.draw(
+        st.sampled_from(["{:.17g}", "{:.17e}", "-(-({:.17g}))", "({:.17g})*sqrt(4)/2", "0 + {:.17g}"])
+    )
     plain = tree(near * per, style.format)
     each = tree(near * per, lambda value: f"{style.format(value)} {unit}")
     behind = f"{plain} {unit}".replace("'", "")
@@ -101,6 +103,12 @@ def test_right_is_never_wrong(made: tuple[str, Floats], data: st.DataObject) -> 
     assert asking.judged(pickle.loads(pickle.dumps(key)), answer).verdict == "correct"
 
 
+COMPONENTS = {"vector": 3, "matrix": 6, "tensor": 6}
+PLACES: dict[str, Callable[..., str]] = {
+    "vector": lambda k: f"component {k + 1}",
+    "matrix": lambda i, j: f"row {i + 1}, column {j + 1}",
+    "tensor": lambda i, j: f"I{'xyz'[min(i, j)]}{'xyz'[max(i, j)]}",
+}
 CHANGES: dict[str, Callable[[Floats], Floats]] = {
     "one entry off": lambda values: values,
     "another order": lambda values: np.roll(values, 1, axis=-1),
@@ -115,33 +123,36 @@ CHANGES: dict[str, Callable[[Floats], Floats]] = {
 
 
 @many
-@given(keys(), st.sampled_from(sorted(CHANGES)), st.data())
-def test_wrong_is_never_right(made: tuple[str, Floats], change: str, data: st.DataObject) -> None:
-    """And earns no points that it has not: never all, and none where only zeros are right."""
+@given(keys(), TOLERANCES, st.sampled_from(sorted(CHANGES)), st.data())
+def test_wrong_is_never_right(
+    made: tuple[str, Floats], relative: float | None, change: str, data: st.DataObject
+) -> None:
+    """And earns what is right in it: never all, and nothing where only zeros are right."""
     kind, values = made
     asking = Asking(kind)
-    answer = CHANGES[change](values)
+    answer, zero = CHANGES[change](values).copy(), np.abs(values) <= 1e-12 * np.abs(values).max()
+    place = tuple(data.draw(st.integers(0, size - 1)) for size in values.shape)
     if change == "one entry off":
-        answer = answer.copy()
-        place = tuple(data.draw(st.integers(0, size - 1)) for size in values.shape)
-        size = (
-            abs(values[place]) if abs(values[place]) > 1e-12 * np.abs(values).max() else np.abs(values).max()
-        )
-        answer[place] += (
-            data.draw(st.sampled_from([-1, 1])) * data.draw(st.floats(1.1, 1e4)) * RELATIVE * size
-        )
-    assume(not same(kind, answer, values, RELATIVE * 1.001))
+        by = data.draw(st.sampled_from([-1, 1])) * data.draw(st.floats(1.1, 1e4)) * (relative or 1e-3)
+        answer[place] += by * (np.abs(values).max() if zero[place] else abs(values[place]))
+    assume(not same(kind, answer, values, (relative or 1e-3) * 1.001))
     unit, per = data.draw(st.sampled_from(sorted(UNITS.items())))
-    key = asking.literal(tree(values, lambda value: f"{value!r} m"))
-    typed = tree(answer * per, lambda value: f"{value:.17g} {unit}")
+    key = asking.literal(tree(values, "{!r} m".format), **tolerance(relative))
+    typed = tree(answer * per, f"{{:.17g}} {unit}".format)
     named = names(kind, typed) if kind != "tensor" or (answer == answer.T).all() else None
     outcome = asking.judged(key, data.draw(st.sampled_from([typed, named or typed])))
     assert outcome.verdict in ("partial", "incorrect")
     assert outcome.share < 1
     if change == "zeros":
         assert outcome.share == 0
+    if change == "one entry off" and kind != "moments":
+        others = ~zero
+        others[place] = others[place[::-1] if kind == "tensor" else place] = False
+        assert outcome.share == pytest.approx(1 - 1 / COMPONENTS[kind] if others.any() else 0)
+        if codes(outcome) == ["component_wrong"]:
+            assert outcome.findings[0].place == PLACES[kind](*place)
     for finding in outcome.findings:
-        assert not any(character.isdigit() for character in finding.detail)
+        assert finding.detail == ""
 
 
 @pytest.mark.parametrize("kind", sorted(SHAPES))
@@ -149,7 +160,7 @@ def test_wrong_is_never_right(made: tuple[str, Floats], change: str, data: st.Da
 def test_examples_of_any_size(kind: str, size: float) -> None:
     values = filled(kind, [1.0, -2.0, 3.5, 0.5, 4.0, -1.5, 0.25, 6.0, 7.0]) * size
     for unit in ("", " kg m^2", " rad/s"):
-        key = Asking(kind).literal(tree(values, lambda value, unit=unit: f"{value!r}{unit}"))
+        key = Asking(kind).literal(tree(values, f"{{!r}}{unit}".format))
         examples = list(KINDS[kind].examples(key))
         assert examples[0].code is None
         for example in examples:

@@ -18,18 +18,15 @@ from rigidcli.errors import ValueProblem
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.mistakes import DECISIVE, variants
 from rigidcli.grading.samples import Reference as Key
-from tests.grading.asking import Asking, codes, rows, tolerance
+from tests.grading.asking import Asking, codes, rows
 
 Floats = NDArray[np.float64]
 
 many = settings(max_examples=60, deadline=None)
 
-DEFAULT = 1e-3
 NAMES = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
 COORDINATES = st.integers(-4, 4).map(float)
 POINTS = st.lists(st.tuples(st.integers(1, 5).map(float), *[COORDINATES] * 3), min_size=2, max_size=6)
-SCALES = st.sampled_from([1e-47, 1.0, 12.5, 1e37])
-TOLERANCES = st.sampled_from([None, 1e-6, 0.02])
 
 
 MASSES: list[tuple[float, ...]] = [(1, 1, 0, 0), (2, 0, 1, 1), (3, 0.5, 1, -1)]
@@ -64,29 +61,6 @@ def centre(points: list[tuple[float, ...]]) -> Floats:
 # --- right answers
 
 
-@many
-@given(POINTS, SCALES, TOLERANCES, st.data())
-def test_right_in_any_form(
-    points: list[tuple[float, ...]], scale: float, relative: float | None, data: st.DataObject
-) -> None:
-    inertia = about(points, (0, 0, 0)) * scale
-    key = literal(rows(inertia), **tolerance(relative))
-    largest, within = np.abs(inertia).max(), 0.9 * (relative or DEFAULT)
-    off = np.array(data.draw(st.lists(st.floats(-within, within), min_size=9, max_size=9))).reshape(3, 3)
-    near = inertia + off * np.where(inertia == 0, largest, inertia)
-    unit, per = data.draw(st.sampled_from([("kg m^2", 1.0), ("g cm^2", 1e7), ("kg*cm^2", 1e4)]))
-    quantities = literal(
-        [[f"{entry} kg m^2" for entry in row] for row in rows(inertia)], **tolerance(relative)
-    )
-    answer: Any = data.draw(st.sampled_from([rows(near), named(near)]))
-    assert judged(key, answer).verdict == "correct"
-    assert judged(quantities, answer).verdict == "correct"
-    in_unit = [[f"{value * per!r} {unit}" for value in row] for row in near.tolist()]
-    assert judged(quantities, in_unit).verdict == "correct"
-    expressions = [[f"({value!r})*6/sqrt(36)" for value in row] for row in near.tolist()]
-    assert judged(key, expressions).verdict == "correct"
-
-
 @pytest.mark.parametrize(
     "answer",
     [
@@ -107,37 +81,6 @@ def test_a_key_by_names() -> None:
 
 
 # --- wrong answers
-
-
-@many
-@given(POINTS, SCALES, TOLERANCES, st.sampled_from(list(NAMES)), st.data())
-def test_one_component_off_is_never_right(
-    points: list[tuple[float, ...]],
-    scale: float,
-    relative: float | None,
-    name: str,
-    data: st.DataObject,
-) -> None:
-    inertia = about(points, (0, 0, 0)) * scale
-    assume(inertia.any())
-    key = literal(rows(inertia), **tolerance(relative))
-    i, j = NAMES[name]
-    by = data.draw(st.floats(1.1, 1e4)) * (relative or DEFAULT) * data.draw(st.sampled_from([1, -1]))
-    wrong = inertia.copy()
-    wrong[i, j] += by * (abs(inertia[i, j]) or np.abs(inertia).max())
-    if i != j and data.draw(st.booleans()):
-        outcome = judged(key, rows(wrong))
-        if abs(by) > 4 * (relative or DEFAULT):
-            assert "not_symmetric" in codes(outcome)
-    else:
-        wrong[j, i] = wrong[i, j]
-        outcome = judged(key, data.draw(st.sampled_from([rows(wrong), named(wrong)])))
-    assert outcome.verdict in ("partial", "incorrect")
-    earns = any(inertia[place] for other, place in NAMES.items() if other != name)
-    assert outcome.share == pytest.approx(5 / 6 if earns else 0)
-    for finding in outcome.findings:
-        assert finding.detail == ""
-        assert finding.code != "component_wrong" or finding.place == name
 
 
 @many
@@ -473,11 +416,3 @@ def test_examples(text: str, ask: str, least: int) -> None:
         assert example.code is None or codes(outcome)[0] == example.code, example
         seen.add(example.code)
     assert len(seen - {None}) >= least
-
-
-def test_values_near_the_ends_of_floats() -> None:
-    for size in (1e-300, 1e300):
-        key = literal(rows(np.diag([size, size, 2 * size])))
-        assert judged(key, rows(np.diag([size, size, 2 * size]))).verdict == "correct"
-        for wrong in (np.full((3, 3), -1.7e308), np.full((3, 3), 5e-324), np.eye(3)):
-            assert judged(key, rows(wrong)).verdict != "correct"

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rigidcli.errors import ValueProblem
@@ -18,8 +17,6 @@ from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.samples import Reference as Key
 from tests.grading.asking import Asking, codes, tolerance
-
-Floats = NDArray[np.float64]
 
 many = settings(max_examples=120, deadline=None)
 
@@ -149,23 +146,6 @@ def test_what_is_no_list_of_three(answer: Any, code: str) -> None:
     assert codes(outcome)[0] == code
 
 
-@many
-@given(VECTORS.filter(lambda sizes: len(sizes) <= 3), SCALES, st.data())
-def test_mappings_are_right_where_lists_are(sizes: list[float], scale: float, data: st.DataObject) -> None:
-    """A component under the name of another is as wrong as in its place."""
-    key = literal([f"{size * scale!r} m" for size in sizes])
-    order = data.draw(st.permutations(range(len(sizes))))
-    unit, per = data.draw(st.sampled_from([("m", 1.0), ("cm", 100.0), ("km", 1e-3)]))
-    answer = [f"{sizes[k] * scale * per!r}" for k in order]
-    right = judged(key, [f"{entry} {unit}" for entry in answer])
-    names = data.draw(st.permutations(list(zip("xyz", answer, strict=False))))
-    assert judged(key, {name: f"{entry} {unit}" for name, entry in names}) == right
-    assert judged(key, f"[{', '.join(answer)}] {unit}") == right
-    assert judged(key, f"{{{', '.join(f'{name}: {entry}' for name, entry in names)}}} {unit}") == right
-    off = [abs(sizes[k] - size) > 3e-3 * max(map(abs, sizes)) for k, size in zip(order, sizes, strict=True)]
-    assert right.verdict != "correct" or not any(off)
-
-
 def test_a_unit_may_be_required() -> None:
     key = literal(FORCE, unit="required")
     for answer in (["1 cm", "-2 cm", "0"], "[1, -2, 0] cm", ["0.01 m", "-20 mm", "0 km"]):
@@ -197,26 +177,6 @@ def test_a_direction_may_have_to_be_a_unit_vector() -> None:
 
 
 # --- wrong answers
-
-
-@many
-@given(VECTORS, SCALES, TOLERANCES, st.data())
-def test_one_component_off_is_never_right(
-    sizes: list[float], scale: float, relative: float | None, data: st.DataObject
-) -> None:
-    values = np.array(sizes) * scale
-    key = literal(typed(values), **tolerance(relative))
-    place = data.draw(st.integers(0, len(sizes) - 1))
-    by = data.draw(st.floats(1.1, 1e4)) * (relative or DEFAULT) * data.draw(st.sampled_from([1, -1]))
-    answer = values.copy()
-    answer[place] += by * (abs(values[place]) or np.abs(values).max())
-    outcome = judged(key, typed(answer))
-    assert outcome.verdict in ("partial", "incorrect")
-    others = [k for k in range(len(sizes)) if k != place]
-    earns = any(values[k] for k in others)
-    assert outcome.share == pytest.approx(len(others) / len(sizes) if earns else 0.0)
-    if codes(outcome) == ["component_wrong"]:
-        assert outcome.findings[0].place == f"component {place + 1}"
 
 
 @many
@@ -502,12 +462,3 @@ def test_the_answer_is_told_in_the_unit_of_the_key() -> None:
     finding = judged(literal(["1 cm", "2 cm", "0"]), ["7", "5", "3"]).findings[0]
     assert sentence(finding, full=True).endswith("expected [1, 2, 0] cm")
     assert "[1" not in sentence(finding)
-
-
-def test_values_near_the_ends_of_floats() -> None:
-    for size in (1e-300, 1e300):
-        for direction in ("exact", "sense", "sign_free", "parallel"):
-            key = literal(typed([size, -size, 2 * size]), direction=direction)
-            assert judged(key, typed([size, -size, 2 * size])).verdict == "correct"
-            for wrong in ([-1.7e308, 1.7e308, 1.7e308], [5e-324, 0, 5e-324], [0, 0, 1]):
-                assert judged(key, typed(wrong)).verdict != "correct"

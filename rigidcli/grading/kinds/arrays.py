@@ -29,13 +29,13 @@ from rigidcli.grading.samples import (
     Typed,
     as_typed,
     computed,
-    each,
     exactly,
     filled,
     labelled,
     length,
     listed,
     reference,
+    rewritten,
     times,
     told,
     worked,
@@ -150,8 +150,8 @@ class Arrays(Kind):
         for name, scale in _units_of(key).items():
             form = as_typed(times(key.written, 1 / scale))
             what = f"the key in {name}" if name else "the key"
-            yield what, each(form, f"{{}} {name}".rstrip().format)
-            yield f"{what}, as expressions", each(form, f"-(-({{}})) {name}".rstrip().format)
+            yield what, rewritten(form, f"{{}} {name}".rstrip().format)
+            yield f"{what}, as expressions", rewritten(form, f"-(-({{}})) {name}".rstrip().format)
             if name:
                 yield f"{what}, which stands behind all", f"{form} {name}".replace("'", "")
 
@@ -168,7 +168,7 @@ class Arrays(Kind):
     ) -> Iterator[Example]:
         """An answer of such entries, if this code is what is said of it."""
         name, scale = next(iter(_units_of(key).items()))
-        answer = each(as_typed(times(entries, 1 / scale), form), f"{{}} {name}".rstrip().format)
+        answer = rewritten(as_typed(times(entries, 1 / scale), form), f"{{}} {name}".rstrip().format)
         with suppress(Unreadable):
             first = self.judge(key, self.read_answer(key, answer, Path())).findings[:1]
             if [found.code for found in first] == [code]:
