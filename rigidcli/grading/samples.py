@@ -359,21 +359,22 @@ class Reference:
 
     def holds(self, answer: Typed) -> bool:
         """Whether an answer is right, as far as the symmetry asks."""
-        if answer.shape != self.shape or not self._may_hold(answer):
+        if answer.shape != self.shape:
             return False
         if "length" in self.symmetry:
             return all(self._is_along(answer.values[k], self.values[k]) for k in answer.rows)
+        # Many keys are tried, and the first entry tells of most that they are not the one.
+        first = abs(float(answer.values.flat[0]))
+        if not any(abs(first - size) <= allowed for size, allowed in self._firsts):
+            return False
         return bool(self.facing(answer).agree(answer).all())
 
-    def _may_hold(self, answer: Typed) -> bool:
-        """Whether the size of the first entry is right: told soon, as many keys are tried."""
-        if "length" in self.symmetry:
-            return True
+    @cached_property
+    def _firsts(self) -> list[tuple[float, float]]:
+        """The sizes that the first entry may have, and how far each may be missed."""
         count = self.values[0].size if "order" in self.symmetry else 1
-        first, own, allowed = (
-            array[0].ravel()[:count] for array in (answer.values, self.values, self.allowed)
-        )
-        return bool((abs(abs(first[0]) - abs(own)) <= allowed).any())
+        sizes, allowed = (array[0].ravel()[:count].tolist() for array in (np.abs(self.values), self.allowed))
+        return list(zip(sizes, allowed, strict=True))
 
     def _is_along(self, one: Floats, other: Floats) -> bool:
         angle = angle_between(one, other)
