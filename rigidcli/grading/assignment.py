@@ -187,6 +187,7 @@ def _item(asked: Asked, name: str) -> Item:
     try:
         kind = KINDS[name]
         key = kind.read_key(asked)
+        kind.prepare(key)
         return Item(kind, key, asked.question.points, _in_words(kind.typed(key)))
     except ValueProblem as problem:
         raise problem if problem.path else problem.below("ask" if asked.path else "answer") from None

@@ -7,7 +7,8 @@ a precession in some, and just a sign in the others.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from typing import Any
 
 from rigidcli.model.units import DIMENSIONLESS, Dimension
 
@@ -63,7 +64,7 @@ def _either_way(dimension: Dimension, unknown: bool) -> Iterator[tuple[str, tupl
     yield "power_of_ten", TENS
     yield "constant_factor", CONSTANTS
     rate = dimension.time == -1 and not (dimension.mass or dimension.length)
-    if dimension.angle or rate or dimension == DIMENSIONLESS:
+    if dimension.angle or dimension.time or dimension == DIMENSIONLESS:
         yield "degrees_radians", (DEGREES,)
     if rate or unknown or dimension == Dimension(time=1):
         yield "frequency_vs_angular_frequency", (TURN,)
@@ -85,3 +86,17 @@ def _is_precession(path: tuple[str, ...]) -> bool:
         return False
     names = PRECESSIONS if path[:1] == ("precess",) else ANGLES_OF_PRECESSION
     return any(part in last for part in names)
+
+
+def times(code: str) -> Callable[[Any], Iterator[Any]]:
+    """What makes a key wrong by each factor of a mistake, as far as the tolerance can tell it from 1.
+
+    The key tells its `factors` and its `least_change`, and how it is so many `times` as large.
+    """
+
+    def changes(key: Any) -> Iterator[Any]:
+        for name, factor in key.factors:
+            if name == code and abs(factor - 1) > key.least_change:
+                yield key.times(factor)
+
+    return changes

@@ -55,8 +55,16 @@ class Unreadable(Exception):  # noqa: N818 - it is a finding on the way to its o
     def __init__(self, code: str, detail: str = "", *, place: str = "") -> None:
         super().__init__(detail)
         self.finding = Finding(code, place, detail)
+        self.others: tuple[Finding, ...] = ()
+
+    @classmethod
+    def of(cls, first: Finding, *others: Finding) -> Unreadable:
+        """All that is wrong with an answer."""
+        found = cls(first.code, first.detail, place=first.place)
+        found.others = others
+        return found
 
     @property
     def outcome(self) -> Outcome:
         """The outcome of an answer that cannot be read."""
-        return Outcome("invalid", 0.0, (self.finding,))
+        return Outcome("invalid", 0.0, (self.finding, *self.others))

@@ -19,9 +19,10 @@ from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.factors import DEGREES, factors
-from rigidcli.grading.numbers import NOISE, Written, margin, read_written
+from rigidcli.grading.numbers import NOISE, Written, margin, narrowed, read_written, unnamed
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Tolerance
+from rigidcli.grading.samples import is_product, size_beside
 from rigidcli.grading.units import PERCENT, read_unit, scale_in
 from rigidcli.model.units import ANGLE, DIMENSIONLESS, Unit, parse_unit
 
@@ -70,21 +71,18 @@ class Key:
         return f"expected {self.reference / self.unit.scale:.{digits}g} {self.unit.text}".rstrip()
 
     def times(self, factor: float) -> Key:
-        """The key of a number so many times as large.
+        """The key of a number so many times as large."""
+        tolerance = narrowed(self.tolerance, abs(factor))
+        return replace(self, reference=factor * self.reference, tolerance=tolerance, noise=0.0)
 
-        A factor below 1 takes an absolute tolerance with it, which would cover all that is small.
-        """
-        absolute = self.tolerance.absolute
-        smaller = None if absolute is None else absolute * min(1.0, abs(factor))
-        return replace(
-            self,
-            reference=factor * self.reference,
-            tolerance=self.tolerance.model_copy(update={"absolute": smaller}),
-        )
+    @property
+    def factors(self) -> Iterator[tuple[str, float]]:
+        """Codes, and the factors by which they make this number wrong."""
+        return factors(self.unit.dimension, self.path, unknown=not self.path and not self.unit.text)
 
     def near(self, number: float, scale: float) -> bool:
         """Whether a number, in a unit of `scale`, is the reference, by the tolerance."""
-        if number == 0 and abs(self.reference) <= self.noise:
+        if max(abs(number * scale), abs(self.reference)) <= self.noise:
             return True
         target = self.reference / scale
         gap = self.gap(number, scale)
@@ -123,6 +121,8 @@ def read_key(asked: Asked) -> Key:
     value, unit = _literal(asked.value, question.kind) if literal else _computed(asked.value, asked.unit)
     if tolerance.figures != "value" and tolerance.significant_figures is None:
         raise ValueProblem("how the figures count is told, but not how many: give `significant_figures`")
+    if question.products == "plus" and is_product(asked.path):
+        value = -value
     reference = value * unit.scale
     if not math.isfinite(reference) or (value and not reference):
         raise ValueProblem("the number is beyond the range of SI units")
@@ -138,15 +138,22 @@ def read_key(asked: Asked) -> Key:
         question.unit == "required" and not needless,
         tolerance,
         period,
-        NOISE if unit.dimension == ANGLE and not literal else 0.0,  # a radian is the scale of an angle
+        _noise(asked, unit),
         asked.path,
     )
+
+
+def _noise(asked: Asked, unit: Unit) -> float:
+    """The size (SI) below which a result is rounding noise: a radian is the scale of an angle."""
+    if asked.report is None:
+        return 0.0
+    return NOISE * max(size_beside(asked) * unit.scale, 1.0 if unit.dimension == ANGLE else 0.0)
 
 
 def _literal(tree: Tree, kind: str | None) -> tuple[float, Unit]:
     """A number and its unit, read as an answer is."""
     try:
-        written = read_written(tree)
+        written = read_written(unnamed(tree))
     except Unreadable as unreadable:
         raise ValueProblem(f"the key {CODES[unreadable.finding.code]}") from None
     if written.unit is None:
@@ -192,18 +199,6 @@ def _period(modulo: Any, unit: Unit) -> float:
 
 
 # --- mistakes
-
-
-def times(code: str) -> Callable[[Key], Iterator[Key]]:
-    """What makes the key of a number wrong by each factor that this mistake has."""
-
-    def changes(key: Key) -> Iterator[Key]:
-        unknown = not key.path and not key.unit.text
-        for name, factor in factors(key.unit.dimension, key.path, unknown=unknown):
-            if name == code and abs(factor - 1) > key.least_change:
-                yield key.times(factor)
-
-    return changes
 
 
 def in_other_unit(key: Key, answer: Scalar) -> Iterator[Key]:

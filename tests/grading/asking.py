@@ -55,7 +55,7 @@ class Asking:
         report = getattr(rigidcli, study)(document)
         value = report.tree()
         for step in way:
-            value = value[step]
+            value = value[int(step)] if step.isdecimal() else value[step]
         return KINDS[self.kind].read_key(Asked(question, value, unit, (study, *way), document, report))
 
     def judged(self, key: Any, answer: Any) -> Outcome:

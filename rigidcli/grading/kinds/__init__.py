@@ -2,22 +2,26 @@
 
 from __future__ import annotations
 
+from rigidcli.grading.kinds.arrays import Matrix, Vector
 from rigidcli.grading.kinds.axes import Axes
 from rigidcli.grading.kinds.base import Kind
+from rigidcli.grading.kinds.choice import Choice
 from rigidcli.grading.kinds.modules import Module
+from rigidcli.grading.kinds.moments import Moments
 from rigidcli.grading.kinds.number import Number
+from rigidcli.grading.kinds.tensor import Tensor
 from rigidcli.grading.kinds.trajectory import Trajectory
 
 KINDS: dict[str, Kind] = {
     "number": Number(),
     "quantity": Number(),
-    "vector": Module("vector"),
-    "moments": Module("moments"),
-    "matrix": Module("matrix"),
-    "tensor": Module("tensor"),
+    "vector": Vector(),
+    "moments": Moments(),
+    "matrix": Matrix(),
+    "tensor": Tensor(),
     "axes": Axes(),
     "expression": Module("expression"),
     "equations": Module("equations"),
     "trajectory": Trajectory(),
-    "choice": Module("choice"),
+    "choice": Choice(),
 }

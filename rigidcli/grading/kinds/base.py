@@ -43,6 +43,10 @@ class Kind(ABC):
     def read_key(self, asked: Asked) -> Any:
         """The key of a question, worked once. Raises ValueProblem where what is asked is not of this kind."""
 
+    def prepare(self, key: Any) -> None:
+        """Work out what judging needs, before processes are forked that judge by the key."""
+        variants(self.name, key)
+
     @abstractmethod
     def read_answer(self, key: Any, answer: Tree, folder: Path) -> Any:
         """An answer to that question; files that it names lie in `folder`. Raises Unreadable."""
@@ -89,8 +93,8 @@ class Kind(ABC):
                 continue
             answer = self.read_answer(key, form, Path())
             if not self.is_right(key, answer):
-                found = self.explanation(key, answer)
-                if found is not None and found.code == code:
+                first = self.judge(key, answer).findings[:1]
+                if [found.code for found in first] == [code]:
                     yield Example(code.replace("_", " "), form, code)
 
     def mistaken(self, key: Any) -> Iterator[tuple[str, Any]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -11,19 +12,11 @@ from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.factors import TURN
 from rigidcli.grading.kinds.base import Example, Kind
-from rigidcli.grading.numbers import NOISE, Written, read_written
+from rigidcli.grading.numbers import NOISE, Written, read_written, unnamed
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.scalars import Key, Scalar, read_key
-from rigidcli.grading.units import read_unit, scale_in
+from rigidcli.grading.units import other_units, read_unit, scale_in
 from rigidcli.model.units import MASS, Unit
-
-UNITS = (
-    "%", "m", "cm", "mm", "km", "in", "ft", "kg", "g", "lb", "s", "ms", "min", "h", "yr", "rad", "deg", "rev",
-    "rad/s", "1/s", "rpm", "deg/s", "rev/s", "Hz", "kHz", "m/s", "km/h", "cm/s", "m/s^2", "cm/s^2", "kg m^2",
-    "g cm^2", "kg m^2/s", "g cm^2/s", "N", "kN", "dyn", "N m", "J", "kJ", "erg", "W", "kW", "Pa", "bar",
-    "kg/m^3", "g/cm^3", "N/m", "m^2", "cm^2", "m^3", "L", "kg m/s",
-)  # fmt: skip
-"""Units in which a student may give an answer."""
 
 TYPABLE = (1e-290, 1e290)
 """Sizes of numbers that are typed with all their digits."""
@@ -33,7 +26,7 @@ class Number(Kind):
     """A number, or a quantity: a number with a unit."""
 
     name: ClassVar[str] = "number"
-    options: ClassVar[frozenset[str]] = frozenset({"modulo", "unit"})
+    options: ClassVar[frozenset[str]] = frozenset({"modulo", "products", "unit"})
 
     def read_key(self, asked: Asked) -> Key:
         """The number that is asked for. Raises ValueProblem."""
@@ -41,7 +34,7 @@ class Number(Kind):
 
     def read_answer(self, key: Key, answer: Tree, folder: Path) -> Scalar | Finding:
         """A number as it was typed, or what is wrong with its unit. Raises Unreadable."""
-        written = read_written(answer)
+        written = read_written(unnamed(answer))
         if key.tolerance.significant_figures is not None and not written.mantissa:
             raise Unreadable("not_a_number", "significant figures are asked for: write a decimal number")
         if written.unit is None:
@@ -71,6 +64,8 @@ class Number(Kind):
     def right_forms(self, key: Key) -> Iterator[tuple[str, Tree]]:
         """The key with all its digits, in other spellings and units, and a period away."""
         own, unit = key.unit.scale, key.unit.text
+        if not math.isfinite(key.reference / own):
+            return
         text = _typed(key, key.reference / own)
         itself = _joined(text, unit)
         yield "the key", itself
@@ -146,11 +141,7 @@ def _joined(number: str, unit: str) -> str:
 
 def _other_units(key: Key) -> Iterator[tuple[str, float]]:
     """Other units that fit, and in which the reference is neither too large nor too small to be typed."""
-    for text in UNITS:
-        try:
-            scale = scale_in(read_unit(text), key.unit.dimension)
-        except ValueProblem:
-            continue
+    for text, scale in other_units(key.unit.dimension).items():
         size = abs(key.reference / scale)
         if text != key.unit.text and (size == 0 or TYPABLE[0] < size < TYPABLE[1]):
             yield text, scale
