@@ -6,7 +6,6 @@ The sentences hold no number, so that none of them can give a reference value aw
 from __future__ import annotations
 
 CODES: dict[str, str] = {
-    "additive_constant": "differs from what was expected by a constant",
     "axes_dependent": "the axes do not span the space: some of them depend on each other",
     "axes_not_orthogonal": "the axes are not at right angles to each other",
     "axes_permuted": "the coordinate axes are in another order",
@@ -16,7 +15,6 @@ CODES: dict[str, str] = {
     "components_permuted": "the components are right, but stand in another order",
     "conserved_quantity_drift": "a quantity that the motion conserves does not stay the same",
     "constant_factor": "differs from what was expected by a constant factor",
-    "coupling_term_missing": "a term that couples the coordinates is missing",
     "degrees_radians": "degrees and radians are confused",
     "dimension_mismatch": "terms of different dimensions are added or compared",
     "duplicate_key": "a key stands twice, so that it is not clear which answer is meant",
@@ -26,9 +24,7 @@ CODES: dict[str, str] = {
     "frequency_vs_angular_frequency": "a frequency and an angular frequency are confused (a factor of 2 pi)",
     "frequency_wrong": "the motion has the right form, but another frequency",
     "hamilton_sign": "Hamilton's equations have a sign: p' = -dH/dq, q' = +dH/dp",
-    "kinetic_factor": "the kinetic energy has the wrong factor",
     "kinetic_term_wrong": "the kinetic energy is not right; the potential energy is",
-    "lagrangian_or_potential_sign": "this is T - V where T + V is asked, or the sign of V is wrong",
     "left_handed": "the axes are a left-handed set",
     "missing_axis": "an axis is missing",
     "missing_column": "a column is missing",
@@ -42,7 +38,6 @@ CODES: dict[str, str] = {
     "not_an_eigenvector": "is not along a principal axis",
     "not_physical": "no body has such a tensor: a moment would be negative",
     "not_symmetric": "an inertia tensor is symmetric",
-    "number_for_symbol": "a number stands where a symbol is asked",
     "opposite_direction": "points the opposite way",
     "other_frame": "is right along other axes than those asked for",
     "outside_tolerance": "is not right",
@@ -51,7 +46,6 @@ CODES: dict[str, str] = {
     "parallel_axis_sign": "the parallel-axis theorem is applied with the wrong sign",
     "parse_error": "cannot be read",
     "path_outside": "names a file that is not beside the answer",
-    "potential_sign": "the potential energy has the wrong sign",
     "potential_wrong": "the potential energy is not right; the kinetic energy is",
     "power_of_ten": "is wrong by a power of ten",
     "precession_sense": "the precession goes the other way round",

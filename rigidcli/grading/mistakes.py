@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import Any, TypeAlias
 
 from rigidcli.grading import scalars
+from rigidcli.grading.expressions import mistakes as formulas
 
 DECISIVE, CAUSE, DESCRIPTION = LEVELS = (0, 1, 2)
 """What is asked first: a tensor about the wrong point may also differ by a constant factor."""
@@ -31,7 +32,7 @@ class Variant:
 
 
 Change: TypeAlias = Callable[[Any], Iterable[Any]]
-"""The keys (or Variants of one) that a mistake makes of a key: worked once for each key."""
+"""The keys that a mistake makes of a key, or each with its place and detail: worked once for each key."""
 
 Fit: TypeAlias = Callable[[Any, Any], Iterable[Any]]
 """The same where a number in the mistake, as a factor, is told from the answer: of a key and an answer."""
@@ -58,7 +59,11 @@ MISTAKES = (
         fits={"number": scalars.in_other_unit},
         level=DECISIVE,
     ),
-    Mistake("sign_error", "has the wrong sign", {"number": scalars.times("sign_error")}),
+    Mistake(
+        "sign_error",
+        "has the wrong sign",
+        {"number": scalars.times("sign_error"), "expression": formulas.negative},
+    ),
     Mistake(
         "precession_sense",
         "the precession goes the other way round",
@@ -68,7 +73,8 @@ MISTAKES = (
     Mistake(
         "constant_factor",
         "differs from what was expected by a constant factor",
-        {"number": scalars.times("constant_factor")},
+        {"number": scalars.times("constant_factor"), "expression": formulas.three_times},
+        {"expression": formulas.proportional(to_turn=False)},
     ),
     Mistake(
         "degrees_radians",
@@ -79,13 +85,44 @@ MISTAKES = (
     Mistake(
         "frequency_vs_angular_frequency",
         "a frequency and an angular frequency are confused (a factor of 2 pi)",
-        {"number": scalars.times("frequency_vs_angular_frequency")},
+        {"number": scalars.times("frequency_vs_angular_frequency"), "expression": formulas.of_a_turn},
+        {"expression": formulas.proportional(to_turn=True)},
     ),
     Mistake(
         "unit_conversion",
         "a unit is not converted right",
         {"number": scalars.times("unit_conversion")},
         {"number": scalars.converted_twice("unit_conversion")},
+    ),
+    Mistake(
+        "potential_sign",
+        "the potential energy has the wrong sign",
+        {"expression": formulas.difference(of_lagrangian=True)},
+    ),
+    Mistake(
+        "lagrangian_or_potential_sign",
+        "this is T - V where T + V is asked, or the sign of V is wrong",
+        {"expression": formulas.difference(of_lagrangian=False)},
+    ),
+    Mistake(
+        "kinetic_factor",
+        "the kinetic energy has the wrong factor",
+        {"expression": formulas.of_another_mass},
+    ),
+    Mistake(
+        "coupling_term_missing",
+        "a term that couples the coordinates is missing",
+        {"expression": formulas.uncoupled},
+    ),
+    Mistake(
+        "additive_constant",
+        "differs from what was expected by a constant",
+        {"expression": formulas.but_for_a_constant},
+    ),
+    Mistake(
+        "number_for_symbol",
+        "a number stands where a symbol is asked",
+        fits={"expression": formulas.with_numbers},
     ),
     Mistake("too_few_sig_figs", "has too few significant figures", fits={"number": scalars.with_few_figures}),
     Mistake(
@@ -117,4 +154,4 @@ def explaining(kind: str, key: Any, answer: Any, level: int) -> Iterator[tuple[M
 
 
 def _variant(changed: Any) -> Variant:
-    return changed if isinstance(changed, Variant) else Variant(changed)
+    return Variant(*changed) if isinstance(changed, tuple) else Variant(changed)

@@ -1,6 +1,6 @@
 """Values of expression trees at points, each with a proved bound of its error.
 
-They are balls of python-flint's `arb`: F. Johansson, IEEE Trans. Comput. 66 (2017) 1281. A ball is as small as
+They are balls of python-flint: F. Johansson, IEEE Trans. Comput. 66 (2017) 1281. A ball is as small as
 BITS allow, and it may be far beyond the range of floats. Numbers are fractions as long as they meet no
 symbol, so that `x**(1/3*3)` is x**3.
 """
@@ -36,7 +36,7 @@ Ball: TypeAlias = Any
 
 Integers: TypeAlias = NDArray[np.intp]
 
-BITS = (128, 1024)
+BITS = (128, 512)
 """The precisions of balls: the second where the first leaves fewer than ENOUGH bits."""
 
 ENOUGH = 60
@@ -98,8 +98,15 @@ class Estimate(Worked):
 
     def minus(self, other: Estimate) -> Estimate:
         """The difference of two expressions at the same points."""
-        balls = [one - two for one, two in zip(self.balls, other.balls, strict=True)]
+        from flint import ctx
+
+        with ctx.workprec(BITS[1]):
+            balls = [one - two for one, two in zip(self.balls, other.balls, strict=True)]
         return Estimate(balls, self.undefined | other.undefined)
+
+    def where(self, places: Mask) -> Estimate:
+        """The values at these places; elsewhere nothing is known."""
+        return Estimate(self.balls, self.undefined | ~places)
 
     @property
     def changes(self) -> Estimate:
@@ -127,11 +134,18 @@ class Points(Worked):
 
         known: dict[int, Mapping[str, Sequence[Ball]]] = {}
         for bits in BITS:
-            values = {name: [arb(x) for x in each.tolist()] for name, each in self.values.items()}
+            values: dict[str, Sequence[Ball]] = {
+                name: [arb(x) for x in each.tolist()] for name, each in self.values.items()
+            }
             for name, node in self.derived.items():
                 values[name] = estimate(node, values, self.count, bits).balls
             known[bits] = values
         return known
+
+    @property
+    def finest(self) -> Mapping[str, Sequence[Ball]]:
+        """The values of all names in the higher precision."""
+        return self.balls[BITS[1]]
 
     @cached_property
     def floats(self) -> Mapping[str, Floats]:
@@ -161,7 +175,7 @@ class Points(Worked):
 
     def finely_at(self, node: Node) -> Estimate:
         """The values of a tree in the higher precision."""
-        return estimate(node, self.balls[BITS[1]], self.count, BITS[1])
+        return estimate(node, self.finest, self.count, BITS[1])
 
     def some(self, places: Sequence[int] | Integers) -> Points:
         """Some of the points."""
@@ -298,7 +312,7 @@ class _Walk:
 
     def call(self, function: str, arguments: Sequence[Sequence[Ball]]) -> Sequence[Ball]:
         x = arguments[0]
-        if self.watching and function in _FLAT_AT_ZERO:
+        if self.watching and function not in _WITHOUT_SCALE:
             self.watch([abs(each) < self.small for each in x], x)
         if self.watching and function in _FLAT_AT_INFINITY:
             largest = _FLAT_AT_INFINITY[function](1 / self.small)
@@ -330,9 +344,14 @@ def _power(x: Ball, y: Ball) -> Ball | None:
 _METHODS = {"abs": "__abs__", "sign": "sgn"}
 """Methods of `arb` that have other names than the functions."""
 
-_FLAT_AT_ZERO = frozenset({"cos", "cosh", "exp"})
-_FLAT_AT_INFINITY: dict[str, Callable[[Ball], Ball]] = {"tanh": lambda x: x.log(), "atan": lambda x: x}
-"""Functions in which what is small, or large, is lost as in a sum."""
+_WITHOUT_SCALE = frozenset({"log", "sqrt", "abs", "sign"})
+"""Functions that are no sums near zero: all others are, of a number and more and more powers."""
+
+_FLAT_AT_INFINITY: dict[str, Callable[[Ball], Ball]] = {
+    **dict.fromkeys(["tanh", "sinh", "cosh"], lambda x: x.log()),
+    **dict.fromkeys(["atan", "asinh", "acosh"], lambda x: x),
+}
+"""Functions that are sums of something large and something small, and where the latter is lost."""
 
 _OUTSIDE: dict[str, Callable[[Ball], bool]] = {
     "asin": lambda x: abs(x) > 1,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rigidcli.grading.kinds.base import Kind
+from rigidcli.grading.kinds.expression import Expression
 from rigidcli.grading.kinds.modules import Module
 from rigidcli.grading.kinds.number import Number
 
@@ -14,7 +15,7 @@ KINDS: dict[str, Kind] = {
     "matrix": Module("matrix"),
     "tensor": Module("tensor"),
     "axes": Module("axes"),
-    "expression": Module("expression"),
+    "expression": Expression(),
     "equations": Module("equations"),
     "trajectory": Module("trajectory"),
     "choice": Module("choice"),
