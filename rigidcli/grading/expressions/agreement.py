@@ -56,7 +56,7 @@ NEEDED = 6
 STEPS = 4_000
 """Of exact algebra for one difference: some milliseconds."""
 
-MOST_NODES = 4_000
+MOST_NODES = 1_500
 """Of a difference that is worked to hundreds of digits: tenths of a second."""
 
 VANISHING = BITS[1] // 2
@@ -66,8 +66,11 @@ MOST_SIDES = 5
 """Expressions that change their sign, of which all combinations of signs must be seen."""
 
 
-PROVED = 2.0**-100
-"""A difference below this, in units of the terms, is none: it is asked far away, too, as no tolerance is."""
+PROVED = 2.0**-300
+"""A difference below this, in units of the terms, is none: what is smaller than half of BITS is faint.
+
+It is asked far away, too, as no tolerance is.
+"""
 
 TOO_LONG = "it is too long to be compared"
 UNCERTAIN = "its values are known at too few points"
@@ -230,9 +233,12 @@ def _is_proved(answer: Function, key: Function, constant: bool) -> Told:
     if answer.exact is None or key.exact is None:
         return TOO_LONG
     told: Told = TOO_LONG
+    tried: list[Expr] = []
     for rest in _rests(answer.exact - key.exact):
         if not (rest.names & answer.ground.changing if constant else rest.terms):
             return _stays_inside(answer, key)
+        tried.append(rest)
+    for rest in tried:
         told = _vanishes(Function(to_tree(rest), answer.ground), answer, key, constant)
         if isinstance(told, bool):
             break
@@ -240,11 +246,13 @@ def _is_proved(answer: Function, key: Function, constant: bool) -> Told:
 
 
 def _rests(rest: Expr) -> Iterator[Expr]:
-    """A difference, after more and more of it is cancelled by exact algebra."""
+    """A difference, and what is left of it when more and more is cancelled by exact algebra."""
+    yield rest
     for law in (_over_one_denominator, elementary_angles, _over_one_denominator):
+        before = rest
         with suppress(ExpressionError):
-            rest = law(rest, Allowance(STEPS)) if rest.terms else rest
-        if law is not elementary_angles:
+            rest = law(rest, Allowance(STEPS))
+        if rest != before:
             yield rest
 
 

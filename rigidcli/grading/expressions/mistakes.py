@@ -41,6 +41,9 @@ EXACT = 1e-9
 
 TWO, THREE = number(2.0), number(3.0)
 
+TOLD = 2.0**-100
+"""Relative error of a factor that is told from the values of an answer."""
+
 LARGEST = 1e3
 """Number that may stand in place of a symbol of which no value is known; the smallest is its inverse."""
 
@@ -150,7 +153,7 @@ def proportional(*, to_turn: bool) -> Callable[[Key, Function], Iterator[Key]]:
         if to_turn == (is_turn and key.periodic):
             digits = Number(found.str(ENOUGH, radius=False).lstrip("-"), abs(float(found)))
             tree = Product((digits if found > 0 else Negative(digits), key.tree))
-            yield key.of(tree, relative=max(key.relative or 0.0, PROVED))
+            yield key.of(tree, relative=max(key.relative or 0.0, TOLD))
 
     return fits
 

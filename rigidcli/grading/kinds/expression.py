@@ -17,9 +17,10 @@ from rigidcli.errors import ExpressionError
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.expressions.agreement import PROVED, Function, seems_same
 from rigidcli.grading.expressions.dimensions import mismatch
-from rigidcli.grading.expressions.formula import names_in, read
+from rigidcli.grading.expressions.formula import names_in, read, size_of
 from rigidcli.grading.expressions.key import Key, read_key
 from rigidcli.grading.expressions.mistakes import THREE, additive_terms, factor, parts, still
+from rigidcli.grading.expressions.rounding import MOST_NODES
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.outcome import Finding, Outcome, correct, review, wrong
 from rigidcli.symbolic.algebra.calculus import expand
@@ -48,11 +49,13 @@ class Expression(Kind):
 
     def judge(self, key: Key, answer: Function) -> Outcome:
         """The outcome of an expression: as a function first, then by its decimals."""
-        if key.told(answer, constant=False) is True:
-            return correct()
-        found = key.told(answer)
+        found = key.told(answer, constant=False)
         if found is True:
-            return correct(*_of_constant(key, answer))
+            return correct()
+        if key.constant:
+            found = key.told(answer)
+            if found is True:
+                return correct(*_of_constant(key, answer))
         if isinstance(found, str):
             return review(found)
         meant = key.rounded(answer)
@@ -106,6 +109,8 @@ class Expression(Kind):
         """The key as it is, and in other forms."""
         form = text(key.tree)
         yield "the key", form
+        if key.relative is None and size_of(key.tree) < MOST_NODES // 2 and "." not in form:
+            yield "with a rounded number", f"3*0.333*({form})"
         yield "with another sign of powers", form.replace("**", "^")
         yield "with a name before it", f"H = {form}"
         yield "as a fraction", f"3*({form})/4 + ({form})/4"
