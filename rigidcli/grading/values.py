@@ -61,13 +61,13 @@ class Estimate(Worked):
     """The values of an expression at points (n).
 
     An expression is `undefined` where an operation certainly has no value. Where it is not, and no ball is
-    `known`, the precision leaves open whether there is a value. `faint` tells, of values in
-    the higher precision, whether something in it is too small beside the rest to be seen at any point.
+    `known`, the precision leaves open whether there is a value. In the higher precision,
+    `hidden` tells where something in it is too small, beside the rest, to be seen.
     """
 
     balls: Sequence[Ball]
     undefined: Mask
-    faint: bool = False
+    hidden: Mask | None = None
 
     @cached_property
     def known(self) -> Mask:
@@ -199,7 +199,7 @@ def estimate(node: Node, values: Mapping[str, Sequence[Ball]], count: int, bits:
     with ctx.workprec(bits):
         walk = _Walk(values, count, bits)
         balls = walk.balls(walk.of(node))
-        return Estimate(balls, walk.undefined, walk.faint)
+        return Estimate(balls, walk.undefined, walk.hidden)
 
 
 class _Walk:
@@ -213,7 +213,7 @@ class _Walk:
         self.count = count
         self.undefined = np.zeros(count, dtype=bool)
         self.watching = bits > BITS[0]
-        self.faint = False
+        self.hidden = np.zeros(count, dtype=bool)
         self.small = arb(2) ** (-bits // 2)
 
     def balls(self, value: Sequence[Ball] | Fraction) -> Sequence[Ball]:
@@ -264,10 +264,9 @@ class _Walk:
                 self.watch([abs(x) < limit for x, limit in zip(part, limits, strict=True)], part)
         return total
 
-    def watch(self, hidden: Sequence[bool], values: Sequence[Ball]) -> None:
-        """Note values that are `hidden` at all points, and not zero at some."""
-        if all(hidden) and any(not x.contains(0) for x in values):
-            self.faint = True
+    def watch(self, lost: Sequence[bool], values: Sequence[Ball]) -> None:
+        """Note where values are lost, but for exact zeros."""
+        self.hidden |= np.array([each and x != 0 for each, x in zip(lost, values, strict=True)])
 
     def product(self, factors: Sequence[Sequence[Ball] | Fraction]) -> Sequence[Ball] | Fraction:
         exact = Fraction(1)

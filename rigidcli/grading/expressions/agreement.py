@@ -11,7 +11,7 @@ Where the key has no value nothing is asked: a simpler form may have values ther
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
@@ -23,7 +23,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.expressions.formula import Scale, Vocabulary, draw, names_in, parts_of, size_of
-from rigidcli.grading.values import BITS, Ball, Estimate, Points, Worked
+from rigidcli.grading.values import BITS, Ball, Estimate, Integers, Points, Worked
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Symbol, is_positive
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
@@ -40,11 +40,11 @@ from rigidcli.symbolic.language.tree import Call, Node, Power, Reciprocal, Sum, 
 Told: TypeAlias = bool | str
 """Whether it is so; or why that cannot be told, in words for a person who is to look at it."""
 
-FAR: tuple[Scale, ...] = ((10.0, 1e3), (1e2, 1e6), (0.1, 1e5))
+FAR: tuple[Scale, ...] = ((1e4, 1e6), (1e2, 1e4), (1e5, 1e6))
 """Between which sizes random values lie at points far away."""
 
 NEAR_PAIRS, FAR_PAIRS = 12, 6
-"""Of points at which expressions are compared."""
+"""Of points at which expressions are compared; there are more far away, where more names change."""
 
 LEAST_PAIRS = 4
 CANDIDATES = (60, 2000)
@@ -110,28 +110,42 @@ def ground(tree: Node, vocabulary: Vocabulary, changing: Iterable[str], seed: in
     """Where an expression has values. Raises ValueProblem where these are too few."""
     names = frozenset(changing) or frozenset(vocabulary.domains)
     for count in CANDIDATES:
-        first, second = _pairs(tree, vocabulary, names, seed, count, NEAR_PAIRS)
-        if first.count == NEAR_PAIRS or (count == CANDIDATES[-1] and first.count >= LEAST_PAIRS):
-            far, farther = _pairs(tree, vocabulary, names, seed + 2, CANDIDATES[0], FAR_PAIRS, FAR)
-            points = first.joined(far).joined(second).joined(farther)
-            return Ground(points, vocabulary, names, first.count)
+        first, other = (draw(vocabulary, count, seed + more) for more in (0, 1))
+        second = first.but({name: other.values[name] for name in names})
+        near = _known(tree, first, second)[:NEAR_PAIRS]
+        if len(near) == NEAR_PAIRS or (count == CANDIDATES[-1] and len(near) >= LEAST_PAIRS):
+            far = _far(vocabulary, sorted(names), first, second, seed + 2)
+            good = _known(tree, *far)
+            halves = (
+                each.some(near).joined(away.some(good))
+                for each, away in zip((first, second), far, strict=True)
+            )
+            return Ground(next(halves).joined(next(halves)), vocabulary, names, len(near))
     raise ValueProblem("has a value at too few of the points where its symbols may lie")
 
 
-def _pairs(
-    tree: Node,
-    vocabulary: Vocabulary,
-    changing: frozenset[str],
-    seed: int,
-    count: int,
-    most: int,
-    *scales: Iterable[Scale],
+def _known(tree: Node, first: Points, second: Points) -> Integers:
+    """The places where an expression has values at both points."""
+    return np.flatnonzero(first.roughly_at(tree).known & second.roughly_at(tree).known)
+
+
+def _far(
+    vocabulary: Vocabulary, names: Sequence[str], first: Points, second: Points, seed: int
 ) -> tuple[Points, Points]:
-    first, other = (draw(vocabulary, count, seed + more, *map(tuple, scales)) for more in (0, 1))
-    second = first.but({name: other.values[name] for name in changing})
-    has_values = first.roughly_at(tree).known & second.roughly_at(tree).known
-    places = np.flatnonzero(has_values)[:most]
-    return first.some(places), second.some(places)
+    """Pairs of points at which one name after the other is far away, on both sides, or all of them are."""
+    turns = len(names) + 1
+    count = max(FAR_PAIRS, turns)
+    distances = draw(vocabulary, count, seed, FAR).values
+    turn = np.arange(count) % turns
+    above, below = (
+        {name: each.values[name][:count].copy() for name in vocabulary.domains} for each in (first, second)
+    )
+    for place, name in enumerate(names):
+        is_far = (turn == place) | (turn == len(names))
+        sign = 1 if vocabulary.domains[name] == "positive" else -1
+        above[name][is_far] = abs(distances[name][is_far])
+        below[name][is_far] = sign * abs(distances[name][is_far])
+    return first.some(range(count)).but(above), second.some(range(count)).but(below)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,6 +164,11 @@ class Function(Worked):
     def fine(self) -> Estimate:
         """Its values with more digits."""
         return self.ground.points.finely_at(self.tree)
+
+    @property
+    def hidden(self) -> Mask:
+        """Where something in it is too small to be seen."""
+        return np.asarray(self.fine.hidden)
 
     @cached_property
     def exact(self) -> Expr | None:
@@ -225,7 +244,8 @@ def _is_near(answer: Function, key: Function, constant: bool, relative: float) -
             break
     if np.count_nonzero(near) < min(NEEDED, len(near)):
         return UNCERTAIN
-    return FAINT if answer.fine.faint and not key.fine.faint else _has_no_turn(answer, answer, key, asked)
+    seen = asked & ~answer.hidden
+    return FAINT if np.count_nonzero(seen) < NEEDED else _has_no_turn(answer, answer, key, seen)
 
 
 def _is_proved(answer: Function, key: Function, constant: bool) -> Told:
@@ -274,10 +294,11 @@ def _vanishes(difference: Function, answer: Function, key: Function, constant: b
     small = [ball.rad() <= limit for ball, limit in zip(difference.fine.balls, limits, strict=True)]
     if np.count_nonzero(both & small) < min(NEEDED, len(small)):
         return UNCERTAIN
-    if difference.fine.faint:
+    seen = both & small & ~difference.hidden
+    if np.count_nonzero(seen) < min(NEEDED, len(small)):
         return FAINT
     inside = _stays_inside(answer, key)
-    return _has_no_turn(difference, answer, key, both) if inside is True else inside
+    return _has_no_turn(difference, answer, key, seen) if inside is True else inside
 
 
 # --- boundaries

@@ -187,7 +187,8 @@ def fitted(
     if np.count_nonzero(usable) < len(ranges):
         return None
     try:
-        found = least_squares(gaps, middle, bounds=(low, high), xtol=SETTLED, ftol=SETTLED, gtol=SETTLED)
+        with np.errstate(all="ignore"):
+            found = least_squares(gaps, middle, bounds=(low, high), xtol=SETTLED, ftol=SETTLED, gtol=SETTLED)
     except ValueError:  # no values at a place where they were looked for
         return None
     if not np.sqrt(np.mean(found.fun**2)) < CLOSE:
