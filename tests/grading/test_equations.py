@@ -861,4 +861,4 @@ def test_states_have_no_special_values(name: str) -> None:
     points = KEYS[name]().points
     for a, b in [(a, b) for a in points.values for b in points.values if a < b]:
         assert all(abs(points.values[a] - points.values[b]) > 1e-4 * abs(points.values[a]))
-    assert all(math.isfinite(x) for ball in points.balls.values() for x in ball.value)
+    assert all(math.isfinite(x) for values in points.floats.values() for x in values)

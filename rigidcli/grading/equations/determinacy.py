@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.grading.equations.states import SINGULAR, Motion
-from rigidcli.grading.expressions.estimate import Estimate
-from rigidcli.grading.expressions.formula import Points, names_in, size_of
+from rigidcli.grading.expressions.formula import names_in, size_of
+from rigidcli.grading.values import Estimate, Points
 from rigidcli.symbolic.language.evaluation import array
 from rigidcli.symbolic.language.tree import Node
 
@@ -82,7 +82,7 @@ class Stencil:
         values = {
             name: np.broadcast_to(self.values[name], self.shape)[:, :FEW].ravel() for name in independent
         }
-        value, error, lost = floats(Points(values, self.parameters, math.prod(few)).precisely_at(node))
+        value, error, lost = floats(Points(values, self.parameters, math.prod(few)).at(node))
         found = np.where(lost, math.nan, np.where(np.abs(value) <= error, 0.0, value))
         whole[:, :FEW] = found.reshape(few)
         return whole
@@ -90,7 +90,7 @@ class Stencil:
 
 def stencil(motion: Motion, points: Points) -> Stencil:
     """The states of the points, and the small changes."""
-    values = {name: np.asarray(ball.value) + np.zeros(points.count) for name, ball in points.balls.items()}
+    values = {name: value + np.zeros(points.count) for name, value in points.floats.items()}
     jets = motion.jets
     large = np.array([_size(values[name]) for name in jets]).reshape(len(jets), points.count)
     for place, name in enumerate(jets):
@@ -179,7 +179,7 @@ def resolved(node: Node, found: Estimate, points: Points, small: Floats) -> tupl
     with np.errstate(invalid="ignore"):
         unsure = found.doubtful | ((np.abs(value) <= CERTAIN * error) & (error > small))
     if unsure.any() and size_of(node) <= MOST_PRECISE:
-        value, error, lost = floats(points.precisely_at(node))
+        value, error, lost = floats(points.at(node))
     return np.abs(value), error, lost
 
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from rigidcli.grading.equations.determinacy import Tried
 from rigidcli.grading.equations.states import POSITIVE, Motion
-from rigidcli.grading.expressions.formula import Points
+from rigidcli.grading.values import Points
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.language.evaluation import array
 
@@ -57,7 +57,7 @@ def _states(motion: Motion, names: frozenset[str]) -> Iterator[tuple[str, str]]:
 
 def _may_stay_zero(equation: Tried, factor: str, rate: str, elsewhere: Points) -> bool:
     """Whether the equation is true where the factor is zero, and tells a rate that is not zero near there."""
-    values = {name: np.asarray(elsewhere.balls[name].value) for name in equation.names}
+    values = {name: elsewhere.floats[name] for name in equation.names}
     values |= {factor: NEAR[:, None, None], rate: RATES[:, None]}
     found = np.broadcast_to(array(equation.node, values), (len(NEAR), len(RATES), elsewhere.count))
     with np.errstate(all="ignore"):

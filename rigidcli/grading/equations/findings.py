@@ -16,6 +16,7 @@ from rigidcli.grading.equations.key import Key
 from rigidcli.grading.equations.mistakes import Mistake
 from rigidcli.grading.equations.roots import is_linear, others
 from rigidcli.grading.equations.states import STATES
+from rigidcli.grading.expressions.formula import independent
 from rigidcli.grading.kinds.modules import explained
 from rigidcli.grading.outcome import Finding
 from rigidcli.model.variables import acceleration, velocity
@@ -237,8 +238,8 @@ class EquationSet:
     def _numbers(self) -> list[str]:
         """The parameters that are lacking, if all is true where just these have their values."""
         key = self.key
-        used = key.points.independent(key.motion.known)
-        used -= key.points.independent(self.names - key.motion.known.keys())
+        used = independent(key.points.derived, key.motion.known)
+        used -= independent(key.points.derived, self.names - key.motion.known.keys())
         values = {name: value for name, value in key.given.items() if name in used}
         if not values or not self._are_true_with(values):
             return []

@@ -18,9 +18,10 @@ from rigidcli.grading.equations.determinacy import Stencil, Tried, stencil, trie
 from rigidcli.grading.equations.mistakes import Mistake, mistakes
 from rigidcli.grading.equations.states import POSITIVE, REAL, STATES, Motion, paired, with_derivatives
 from rigidcli.grading.equations.text import Equation, equations, texts
-from rigidcli.grading.expressions.formula import Domain, Points, Vocabulary, draw
+from rigidcli.grading.expressions.formula import Domain, Vocabulary, draw
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Question
+from rigidcli.grading.values import Points
 from rigidcli.model.variables import acceleration, momentum, velocity
 from rigidcli.symbolic.algebra.calculus import coefficients, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
@@ -63,7 +64,7 @@ class Key:
 
     def values_at(self, states: Mask | NDArray[np.int64]) -> dict[str, Floats]:
         """The values of all names at some of the states."""
-        return {name: np.asarray(ball.value)[states] for name, ball in self.points.balls.items()}
+        return {name: value[states] for name, value in self.points.floats.items()}
 
 
 def read(asked: Asked) -> Key:

@@ -12,7 +12,8 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.equations.states import Motion
-from rigidcli.grading.expressions.formula import Points, names_in
+from rigidcli.grading.expressions.formula import names_in
+from rigidcli.grading.values import Points
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.algebra.calculus import derivative, expand
 from rigidcli.symbolic.algebra.expressions import Expr, scaled, total
@@ -57,7 +58,7 @@ class Mistake:
 
 def mistakes(motion: Motion, potential: Expr | None, points: Points) -> tuple[Mistake, ...]:
     """Every mistake that changes the motion, in a way that no mistake before it does."""
-    known = {name: np.asarray(ball.value) + np.zeros(points.count) for name, ball in points.balls.items()}
+    known = {name: value + np.zeros(points.count) for name, value in points.floats.items()}
     found: list[Mistake] = []
     for code, rates, detail in _mistaken(motion, potential):
         values = {name: _at(e, known) for name, e in rates.items()}

@@ -13,7 +13,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.grading.equations.determinacy import Tried, floats
-from rigidcli.grading.expressions.formula import Points
+from rigidcli.grading.values import Points
 from rigidcli.symbolic.language.evaluation import array
 from rigidcli.symbolic.language.tree import Node
 
@@ -65,7 +65,7 @@ def is_linear(
     if equation.is_noisy:
         independent = lines.keys() - parameters.keys()
         points = {name: np.broadcast_to(lines[name], shape).ravel() for name in independent}
-        value, _, lost = floats(Points(points, parameters, math.prod(shape)).precisely_at(equation.node))
+        value, _, lost = floats(Points(points, parameters, math.prod(shape)).at(equation.node))
         found = np.where(lost, math.nan, value).reshape(shape)
     else:
         used = {name: lines[name] for name in equation.names}

@@ -13,7 +13,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from rigidcli.errors import ExpressionError, ValueProblem
-from rigidcli.grading.expressions.formula import Domain, Points, Vocabulary, draw, spellings
+from rigidcli.grading.expressions.formula import Domain, Vocabulary, draw, spellings
+from rigidcli.grading.values import Points
 from rigidcli.model.variables import acceleration, momentum, velocity
 from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
@@ -115,8 +116,7 @@ class Motion:
         points = draw(vocabulary, DRAWN)
         bad = np.zeros(DRAWN, dtype=bool)
         for name in (*self.parameters, *self.known):
-            ball = points.balls[name]
-            bad |= ~np.isfinite(ball.value + ball.error)
+            bad |= ~np.isfinite(points.floats[name])
         narrow = np.array([place % 5 not in WIDE for place in range(DRAWN)])
         good = [*np.flatnonzero(~bad & narrow)[: STATES - 3], *np.flatnonzero(~bad & ~narrow)[:3]]
         if len(good) < STATES:

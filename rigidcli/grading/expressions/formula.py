@@ -16,17 +16,14 @@ import re
 import unicodedata
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import Literal, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
-from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError, nearest, shown
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.expressions.estimate import Ball, Estimate, estimate
 from rigidcli.grading.outcome import Unreadable
+from rigidcli.grading.values import Points
 from rigidcli.symbolic.language import parser
 from rigidcli.symbolic.language.tokens import MAX_TEXT
 from rigidcli.symbolic.language.tree import (
@@ -38,10 +35,8 @@ from rigidcli.symbolic.language.tree import (
     Product,
     Reciprocal,
     Sum,
-    rebuilt,
+    bound,
 )
-
-Integers: TypeAlias = NDArray[np.intp]
 
 Domain: TypeAlias = Literal["positive", "real"]
 
@@ -111,8 +106,11 @@ def _numbered(name: str) -> tuple[str, ...]:
 _DOTS = "\N{COMBINING DOT ABOVE}\N{COMBINING DIAERESIS}"
 """Over a letter, as blackboards have them for time derivatives."""
 
-_LABEL = re.compile(rf"\s*[^\W\d][\w{_DOTS}]*\s*=(?!=)")
-"""What may stand before an expression: `H =`."""
+_LABEL = re.compile(rf"\s*[^\W\d][\w{_DOTS}]*\s*(\([\w\s,{_DOTS}]*\)\s*)?=(?!=)")
+"""What may stand before an expression: `H =`, `H(x, p) =`."""
+
+_PRIMED = re.compile(r"([^\W\d]\w*)(?:(''|\"|\N{DOUBLE PRIME})|['\N{PRIME}\N{RIGHT SINGLE QUOTATION MARK}])")
+"""A name with one prime, or with two: what stands for two is found."""
 
 _BOUNDS = (("nested deeper", "too_deep"), ("at most", "too_large"))
 """How the reader of expressions says that a text is beyond its bounds."""
@@ -127,8 +125,9 @@ def read(answer: Tree, vocabulary: Vocabulary | None, place: str = "", *, label:
         raise Unreadable("wrong_shape", f"read {shown(answer)}, expected an expression", place=place)
     if len(answer) > MAX_TEXT:
         raise Unreadable("too_large", f"{len(answer)} characters", place=place)
-    head = _LABEL.match(answer) if label else None
-    text = answer if head is None else " " * head.end() + answer[head.end() :]
+    text = _PRIMED.sub(lambda found: found[1] + ("ddot" if found[2] else "dot"), answer)
+    head = _LABEL.match(text) if label else None
+    text = text if head is None else " " * head.end() + text[head.end() :]
     try:
         node, names = parser.read(text)
     except ExpressionError as error:
@@ -144,7 +143,7 @@ def read(answer: Tree, vocabulary: Vocabulary | None, place: str = "", *, label:
     known = set(vocabulary.names)
     for name in sorted(names - known - respelled.keys()):
         raise Unreadable("unknown_symbol", _unknown(name, vocabulary), place=place)
-    return replaced(node, respelled) if respelled else node
+    return bound(node, respelled) if respelled else node
 
 
 def _hint(text: str, column: int | None) -> str:
@@ -164,13 +163,6 @@ def _unknown(name: str, vocabulary: Vocabulary) -> str:
     more = ", ..." if len(known) > MOST_LISTED else ""
     hint = "" if near is None else f" (did you mean `{near}`?)"
     return f"read {shown(name)}{hint}, the symbols are {listed}{more}"
-
-
-def replaced(node: Node, values: Mapping[str, Node]) -> Node:
-    """The tree with other trees in place of some names."""
-    if isinstance(node, Name):
-        return values.get(node.name, node)
-    return rebuilt(node, lambda inner: replaced(inner, values))
 
 
 def parts_of(node: Node) -> tuple[Node, ...]:
@@ -193,6 +185,15 @@ def names_in(node: Node) -> frozenset[str]:
     return frozenset().union(*map(names_in, parts_of(node)))
 
 
+def independent(derived: Mapping[str, Node], names: Iterable[str]) -> frozenset[str]:
+    """The names on which the `names` depend that are not derived from others."""
+    found, pending = frozenset[str](), frozenset(names)
+    while pending:
+        found |= pending
+        pending = frozenset().union(*(names_in(derived[name]) for name in pending if name in derived)) - found
+    return found - derived.keys()
+
+
 def size_of(node: Node) -> int:
     """How many nodes a tree has."""
     return 1 + sum(map(size_of, parts_of(node)))
@@ -200,90 +201,18 @@ def size_of(node: Node) -> int:
 
 # --- points
 
-SCALES = ((0.5, 2.0), (0.1, 10.0), (0.5, 2.0), (0.2, 5.0), (0.02, 50.0))
+Scale: TypeAlias = tuple[float, float]
+
+SCALES: Sequence[Scale] = ((0.5, 2.0), (0.1, 10.0), (0.5, 2.0), (0.2, 5.0), (0.02, 50.0))
 """Between which sizes random values lie, point after point; real ones have either sign."""
 
 
-@dataclass(frozen=True, eq=False)
-class Points:
-    """Values (n) of the independent names, and what the derived ones are."""
-
-    values: Mapping[str, Floats]
-    derived: Mapping[str, Node]
-    count: int
-
-    @cached_property
-    def balls(self) -> Mapping[str, Ball]:
-        """The values of all names as floats, with their errors."""
-        nothing = np.zeros(self.count)
-        known = {name: Ball(value, nothing) for name, value in self.values.items()}
-        for name, node in self.derived.items():
-            found = estimate(node, known, self.count)
-            lost = found.undefined | found.doubtful
-            known[name] = Ball(found.value, np.where(lost, math.nan, found.error))
-        return known
-
-    @cached_property
-    def decimals(self) -> Mapping[str, Ball]:
-        """The same with 80 digits."""
-        from rigidcli.grading.expressions.digits import exactly, precisely
-
-        known = exactly(self.values)
-        for name, node in self.derived.items():
-            found = precisely(node, known, self.count)
-            known[name] = Ball(found.value, found.error)
-        return known
-
-    def at(self, node: Node) -> Estimate:
-        """The values of a tree."""
-        return estimate(node, self.balls, self.count)
-
-    def precisely_at(self, node: Node) -> Estimate:
-        """The values of a tree, with 80 digits."""
-        from rigidcli.grading.expressions.digits import precisely
-
-        return precisely(node, self.decimals, self.count)
-
-    def some(self, places: Sequence[int] | Integers) -> Points:
-        """Some of the points."""
-        return Points({name: value[places] for name, value in self.values.items()}, self.derived, len(places))
-
-    def joined(self, other: Points) -> Points:
-        """These points, and others in the same names."""
-        values = {name: np.append(value, other.values[name]) for name, value in self.values.items()}
-        return Points(values, self.derived, self.count + other.count)
-
-    def repeated(self, times: int) -> Points:
-        """The points again and again."""
-        values = {name: np.tile(value, times) for name, value in self.values.items()}
-        return Points(values, self.derived, self.count * times)
-
-    def but(self, changes: Mapping[str, float | Floats]) -> Points:
-        """The same points with other values of some independent names."""
-        changed = {name: np.full(self.count, value, dtype=np.float64) for name, value in changes.items()}
-        return Points({**self.values, **changed}, self.derived, self.count)
-
-    def scaled(self, name: str, factor: float) -> Points:
-        """The same points with another value of one independent name."""
-        return self.but({name: factor * self.values[name]})
-
-    def independent(self, names: Iterable[str]) -> frozenset[str]:
-        """The independent names on which the `names` depend."""
-        pending, found = list(names), set[str]()
-        while pending:
-            name = pending.pop()
-            if name not in found:
-                found.add(name)
-                pending.extend(names_in(self.derived[name]) if name in self.derived else ())
-        return frozenset(found - self.derived.keys())
-
-
-def draw(vocabulary: Vocabulary, count: int, seed: int = 1) -> Points:
+def draw(vocabulary: Vocabulary, count: int, seed: int = 1, scales: Sequence[Scale] = SCALES) -> Points:
     """Random points: the same for the same names, count and seed."""
     chance = random.Random(seed)  # noqa: S311 - a probe needs no secrecy
     values: dict[str, list[float]] = {name: [] for name in vocabulary.domains}
     for place in range(count):
-        low, high = (math.log(bound) for bound in SCALES[place % len(SCALES)])
+        low, high = (math.log(bound) for bound in scales[place % len(scales)])
         for name, domain in vocabulary.domains.items():
             size = math.exp(chance.uniform(low, high))
             sign = -1 if domain == "real" and chance.random() < 0.5 else 1

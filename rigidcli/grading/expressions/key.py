@@ -1,21 +1,21 @@
-"""Keys of expressions: the right one, what a wrong one is compared with, and what may stand in either."""
+"""Keys of expressions: the right one, where answers are compared with it, and what may stand in either."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import zlib
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.expressions.agreement import Reference, refer
+from rigidcli.grading.expressions.agreement import Function, Told, ground
 from rigidcli.grading.expressions.dimensions import mismatch
-from rigidcli.grading.expressions.energy import additive_terms, mistaken, split
-from rigidcli.grading.expressions.estimate import Estimate
-from rigidcli.grading.expressions.formula import Points, names_in, read
-from rigidcli.grading.expressions.vocabulary import TIME, Names, names_of
+from rigidcli.grading.expressions.formula import names_in, read
+from rigidcli.grading.expressions.rounding import Rounded, rounded
+from rigidcli.grading.expressions.vocabulary import POSITIVE, TIME, Names, names_of
 from rigidcli.grading.numbers import margin
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Tolerance
@@ -23,102 +23,128 @@ from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.units import DIMENSIONLESS
 from rigidcli.model.variables import velocity
 from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.text import text
-from rigidcli.symbolic.language.tree import Node
+from rigidcli.symbolic.language.tree import Node, bound
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Mistake:
-    """What comes out under a mistake, and its values at the points of the reference."""
-
-    code: str
-    tree: Node
-    found: Estimate
+ROUNDING = 1e-9
+"""Relative to the terms, what a number of a report may be off."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Rest:
-    """The points of the reference, but with no momentum or velocity, and its values there."""
-
-    points: Points
-    found: Estimate
-
-
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Key:
-    """The right expression, and what a wrong answer is compared with.
+    """The right expression, and what is known of it.
 
-    A `constant` may be added where that is allowed. `misplaced` are the velocities, where momenta stand in
-    the reference; `hamiltonian` tells whether it is H, and `lagrangian` has the values of L then. `asked` is
-    a name for what is asked, in which it is no answer. What is `periodic` may be a frequency, an angular one,
-    or a period. `terms` are those of a sum, with their values. What an energy is at `rest` tells T from V.
-    The reference is `told` to those who may read it.
+    A `constant` may be added where that is allowed, and the tolerance may be `relative` to the terms; where
+    it `is_rounded`, the question gives none. The values of a document may stand for its parameters where
+    `numbers` are allowed. `rates` are momenta or velocities, in which an energy is T and V. `misplaced` are
+    the velocities, where momenta stand in the key; `lagrangian` is L where it is H. `asked` is a name for
+    what is asked, in which it is no answer. What is `periodic` may be a frequency, an angular one, or a
+    period.
     """
 
-    reference: Reference
+    function: Function
     names: Names
     constant: bool
+    relative: float | None
+    is_rounded: bool
+    numbers: bool
+    rates: tuple[str, ...]
+    is_energy: bool
+    is_lagrangian: bool
     misplaced: frozenset[str]
-    hamiltonian: bool
-    lagrangian: Estimate | None
+    lagrangian: Node | None
     asked: str
     periodic: bool
-    mistakes: tuple[Mistake, ...]
-    terms: tuple[Mistake, ...]
-    rest: Rest | None
-    told: str
 
-    def is_same(self, answer: Estimate, other: Estimate) -> bool:
-        """Whether an answer is another expression than the reference, by the same tolerance."""
-        floats, relative = self.reference.floats, self.reference.relative
-        return floats.verdict(answer, other, constant=self.constant, relative=relative) is True
+    @property
+    def tree(self) -> Node:
+        """The expression."""
+        return self.function.tree
+
+    @property
+    def is_hamiltonian(self) -> bool:
+        """Whether it is H, in momenta."""
+        return bool(self.misplaced) and self.asked in ("hamiltonian", "")
+
+    def of(self, tree: Node, **changes: Any) -> Key:
+        """The key that another expression is."""
+        return replace(self, function=Function(tree, self.function.ground), **changes)
+
+    def answer(self, tree: Node) -> Function:
+        """An answer on the ground of the key."""
+        return Function(tree, self.function.ground)
+
+    def told(self, answer: Function, *, constant: bool | None = None) -> Told:
+        """Whether an answer is the key, but for a `constant` if one is allowed; or why that is left open."""
+        allowed = self.constant if constant is None else constant
+        found: Told = False
+        for one, other in self._readings(answer):
+            found = one.is_same(other, constant=allowed, relative=self.relative) or found
+            if found is True:
+                break
+        return found
+
+    def rounded(self, answer: Function) -> Rounded | None:
+        """The answer whose decimals were rounded; None where it is not the key."""
+        found = (rounded(one, other, constant=self.constant) for one, other in self._readings(answer))
+        return next((each for each in found if each is not None), None)
+
+    def _readings(self, answer: Function) -> list[tuple[Function, Function]]:
+        """The answer and the key, and both with the values of a document if these are allowed."""
+        both = [(answer, self.function)]
+        if self.numbers:
+            meant = self.names.meant
+            both.append((self.answer(bound(answer.tree, meant)), self.answer(bound(self.tree, meant))))
+        return both
+
+    def where_positive(self) -> Key | None:
+        """The key where names of which that is not told are positive; None where there are none."""
+        real, names = self.function.ground, self.names.open
+        if not names:
+            return None
+        domains = {**real.vocabulary.domains, **dict.fromkeys(names, POSITIVE)}
+        points = real.points.but({name: abs(real.points.values[name]) for name in names})
+        positive = replace(real, points=points, vocabulary=replace(real.vocabulary, domains=domains))
+        return replace(self, function=Function(self.tree, positive))
 
 
 def read_key(asked: Asked) -> Key:
     """The expression that is asked for. Raises ValueProblem where there is none, or an option is unfit."""
     tree = _tree(asked)
     used = names_in(tree)
-    names = names_of(asked, used)
+    names = names_of(asked, tree)
     if mismatch(tree, names.dimensions) is not None:
         names = replace(names, dimensions={})
     last = asked.path[-1] if asked.path else ""
     moving = names.states | {TIME} if used & names.states else frozenset()
     rates = names.velocities if used & set(names.velocities) else names.momenta
     is_energy = not used.isdisjoint(rates) if asked.report is None else last in ENERGIES
-    reference = refer(tree, names.vocabulary, moving, _relative(asked.question.tolerance, tree))
-    points = reference.floats.points
-
-    def mistake(code: str, node: Node) -> Mistake:
-        return Mistake(code, node, points.at(node))
-
     has_momenta = last == "hamiltonian" or not used.isdisjoint(names.momenta)
     misplaced = frozenset(names.velocities) - used if has_momenta and rates == names.momenta else frozenset()
-    is_hamiltonian = bool(misplaced) and (last == "hamiltonian" or asked.report is None)
-    is_lagrangian = last == "lagrangian" or rates == names.velocities
-    found = mistaken(tree, names.coordinates, rates, is_energy=is_energy, is_lagrangian=is_lagrangian)
-    lagrangian = asked.report.get("lagrangian") if asked.report is not None and is_hamiltonian else None
-    key = Key(
-        reference,
+    seed = zlib.crc32(f"{asked.name}\n{text(tree)}".encode())
+    relative = _relative(asked.question.tolerance, tree)
+    is_float = isinstance(asked.value, float | np.floating) and relative is None
+    lagrangian = None if asked.report is None or last != "hamiltonian" else asked.report.get("lagrangian")
+    return Key(
+        Function(tree, ground(tree, names.vocabulary, moving, seed)),
         names,
         is_energy and bool(moving) and asked.question.constant == "allowed",
+        ROUNDING if is_float else relative,
+        is_float,
+        asked.question.numbers == "allowed" and bool(names.meant),
+        rates,
+        is_energy,
+        last == "lagrangian" or rates == names.velocities,
         misplaced,
-        is_hamiltonian,
-        None if lagrangian is None else points.at(to_tree(lagrangian)),
+        None if lagrangian is None else to_tree(lagrangian),
         velocity(last) if asked.path[-2:-1] == ("equations",) else last,
         not used & names.states and _may_be_periodic(tree, names),
-        tuple(mistake(code, node) for code, node in found),
-        tuple(mistake("term_wrong", node) for node in additive_terms(tree)),
-        _rest(tree, points, [name for name in rates if name in used]) if is_energy else None,
-        f"expected {text(tree)}",
     )
-    real = [mistake for mistake in key.mistakes if not key.is_same(mistake.found, reference.floats.found)]
-    return replace(key, mistakes=tuple(real))
 
 
 def _tree(asked: Asked) -> Node:
@@ -171,14 +197,3 @@ def _may_be_periodic(tree: Node, names: Names) -> bool:
     return dimension is None or (
         dimension.time in (-1, 1) and dimension._replace(time=0, angle=0, cycle=0) == DIMENSIONLESS
     )
-
-
-def _rest(tree: Node, points: Points, rates: Sequence[str]) -> Rest | None:
-    """What tells T from V, where they can be told apart."""
-    try:
-        if split(from_tree(tree), rates) is None:
-            return None
-    except ExpressionError:
-        return None
-    still = points.but(dict.fromkeys(rates, 0.0))
-    return Rest(still, still.at(tree))

@@ -6,7 +6,8 @@ from rigidcli.grading.kinds.arrays import Matrix, Vector
 from rigidcli.grading.kinds.axes import Axes
 from rigidcli.grading.kinds.base import Kind
 from rigidcli.grading.kinds.choice import Choice
-from rigidcli.grading.kinds.modules import Module
+from rigidcli.grading.kinds.equations import Equations
+from rigidcli.grading.kinds.expression import Expression
 from rigidcli.grading.kinds.moments import Moments
 from rigidcli.grading.kinds.number import Number
 from rigidcli.grading.kinds.tensor import Tensor
@@ -20,8 +21,8 @@ KINDS: dict[str, Kind] = {
     "matrix": Matrix(),
     "tensor": Tensor(),
     "axes": Axes(),
-    "expression": Module("expression"),
-    "equations": Module("equations"),
+    "expression": Expression(),
+    "equations": Equations(),
     "trajectory": Trajectory(),
     "choice": Choice(),
 }
