@@ -13,6 +13,7 @@ from functools import lru_cache
 from typing import Any, TypeAlias
 
 from rigidcli.grading import scalars
+from rigidcli.grading.equations import mistakes as equations
 
 DECISIVE, CAUSE, DESCRIPTION = LEVELS = (0, 1, 2)
 """What is asked first: a tensor about the wrong point may also differ by a constant factor."""
@@ -58,7 +59,36 @@ MISTAKES = (
         fits={"number": scalars.in_other_unit},
         level=DECISIVE,
     ),
-    Mistake("sign_error", "has the wrong sign", {"number": scalars.times("sign_error")}),
+    Mistake(
+        "sign_error",
+        "has the wrong sign",
+        {"number": scalars.times("sign_error"), "equations": equations.made("sign_error")},
+    ),
+    Mistake(
+        "hamilton_sign",
+        "Hamilton's equations have a sign: p' = -dH/dq, q' = +dH/dp",
+        {"equations": equations.made("hamilton_sign")},
+    ),
+    Mistake(
+        "euler_sign",
+        "a cross term of Euler's equations has the wrong sign",
+        {"equations": equations.made("euler_sign")},
+    ),
+    Mistake(
+        "potential_sign",
+        "the potential energy has the wrong sign",
+        {"equations": equations.made("potential_sign")},
+    ),
+    Mistake(
+        "coupling_term_missing",
+        "a term that couples the coordinates is missing",
+        {"equations": equations.made("coupling_term_missing")},
+    ),
+    Mistake(
+        "number_for_symbol",
+        "a number stands where a symbol is asked",
+        fits={"equations": equations.with_numbers},
+    ),
     Mistake(
         "precession_sense",
         "the precession goes the other way round",
@@ -68,7 +98,7 @@ MISTAKES = (
     Mistake(
         "constant_factor",
         "differs from what was expected by a constant factor",
-        {"number": scalars.times("constant_factor")},
+        {"number": scalars.times("constant_factor"), "equations": equations.made("constant_factor")},
     ),
     Mistake(
         "degrees_radians",
@@ -117,4 +147,5 @@ def explaining(kind: str, key: Any, answer: Any, level: int) -> Iterator[tuple[M
 
 
 def _variant(changed: Any) -> Variant:
-    return changed if isinstance(changed, Variant) else Variant(changed)
+    """A key may tell by itself what to say more of its mistake."""
+    return changed if isinstance(changed, Variant) else Variant(changed, detail=getattr(changed, "detail", ""))

@@ -18,12 +18,14 @@ from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.equations.key import Key
 from rigidcli.grading.feedback import sentence
-from rigidcli.grading.kinds import equations as kind
+from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question
 from rigidcli.model.load import load, loads
 from rigidcli.studies import hamilton
 from rigidcli.symbolic.language.expression import parse
+
+kind = KINDS["equations"]
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -51,7 +53,7 @@ def literal(value: Any, **options: Any) -> Key:
 
 def judged(key: Key, answer: Any) -> Outcome:
     try:
-        return kind.judge(key, answer, Path())
+        return kind.judge(key, kind.read_answer(key, answer, Path()))
     except Unreadable as unreadable:
         return unreadable.outcome
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from rigidcli.grading.kinds.base import Kind
+from rigidcli.grading.kinds.equations import Equations
 from rigidcli.grading.kinds.modules import Module
 from rigidcli.grading.kinds.number import Number
 
@@ -15,7 +16,7 @@ KINDS: dict[str, Kind] = {
     "tensor": Module("tensor"),
     "axes": Module("axes"),
     "expression": Module("expression"),
-    "equations": Module("equations"),
+    "equations": Equations(),
     "trajectory": Module("trajectory"),
     "choice": Module("choice"),
 }
