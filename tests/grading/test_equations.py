@@ -193,16 +193,17 @@ def rearranged(draw: st.DrawFn, key: Key, equations: Sequence[Equation]) -> list
     """An equivalent set: in another order, added to each other, multiplied, and moved to one side."""
     chance = random.Random(draw(st.integers(0, 2**32)))
     names = sorted(key.motion.domains)
-    factors = [f"{n}" for n in ("2", "3/7", "-1", "pi")]
-    factors += [f"exp({name}/3)" for name in names] + [f"(1 + {name}^2)" for name in names]
-    factors += [f"{name}" for name in names] + [f"1/(2 + cos({name}))" for name in names]
+    factors = ["2", "3/7", "-1", "pi"]
+    for name in names:
+        factors += [f"exp({name}/3)", f"(1 + {name}^2)", f"cosh({name})", f"1/(2 + cos({name}))"]
+    factors += [name for name in names if key.motion.domains[name] == "positive"]
     order = chance.sample(range(len(equations)), len(equations))
     rows = [{place: "1"} for place in order]
     for _ in range(draw(st.integers(0, 3))):
         # One row times something, added to another, can be taken back: the set says the same.
         i, j = chance.randrange(len(rows)), chance.randrange(len(rows))
         if i != j:
-            c = chance.choice(factors)
+            c = chance.choice([*factors, *names])
             for place, other in rows[j].items():
                 rows[i][place] = f"{rows[i].get(place, '0')} + {c}*({other})"
     result = []

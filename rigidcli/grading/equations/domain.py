@@ -61,7 +61,8 @@ def _least(monomial: Monomial, coefficient: Rational) -> Expr | None:
     kept, may_vanish, unbounded, any_sign = {}, False, False, False
     for atom, exponent in monomial:
         even = exponent.denominator == 1 and exponent.numerator % 2 == 0
-        if is_positive(atom) or (isinstance(atom, Group) and least_sign(atom.inner) == 1):
+        root_below = exponent < 0 and exponent.denominator % 2 == 0
+        if root_below or is_positive(atom) or (isinstance(atom, Group) and least_sign(atom.inner) == 1):
             kept[atom] = exponent
             continue
         may_vanish = True
@@ -115,6 +116,8 @@ def _is_never_zero(e: Expr, motion: Motion) -> bool:
     ((monomial, _),) = e.terms.items() if len(e.terms) == 1 else ((((), 1)),)
     if len(monomial) == 1 and isinstance(monomial[0][0], Group):
         e = monomial[0][0].inner
+        if _sign(e) == 1 or _sign(-e) == 1:
+            return True
     if least_sign(e) == 1 or least_sign(-e) == 1:
         return True
     return any(each.names == e.names and proportional(e, each, motion) for each in nonzero(motion))
@@ -170,10 +173,10 @@ def has_value(node: Node, motion: Motion) -> bool:
 
 
 def _is_met(need: Need, e: Expr, motion: Motion) -> bool:
-    if need == "nonzero":
-        return not open_factors(e, motion)
-    least = 1 if need == "positive" else 0
-    for form in (e, motion.in_states(e)):
+    least = 0 if need == "not negative" else 1
+    for form in dict.fromkeys((e, motion.in_states(e))):
+        if need == "nonzero" and not open_factors(form, motion):
+            return True
         sign = _sign(form)
         if sign is not None and sign >= least:
             return True

@@ -9,17 +9,19 @@ pivots that are never zero.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Literal, NamedTuple, TypeAlias
 
 from rigidcli.errors import ExpressionError
-from rigidcli.grading.equations.domain import has_value, open_factors
+from rigidcli.grading.equations.domain import has_value, least_sign, open_factors
 from rigidcli.grading.equations.key import Key
 from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.text import Equation
 from rigidcli.grading.equations.truth import generic, is_trivial, refuted, vanishes
 from rigidcli.model.variables import acceleration, velocity
+from rigidcli.symbolic.algebra.atoms import is_positive
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative, expand, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, atomic, factored, gathered, number, symbol
 from rigidcli.symbolic.algebra.field import P, reduced
@@ -183,7 +185,7 @@ class System:
         told = tuple(f for f in partners if acceleration(f) in names)
         choices = [()] if self.key.form == "first_order" else [(), told, tuple(partners)]
         if self.key.form == "second_order":
-            choices = choices[1:]
+            choices = [told] if told else []
         for second in dict.fromkeys(choices):
             unknown: list[str] = []
             goal: list[str] = []
@@ -217,25 +219,23 @@ class System:
 def affine(e: Expr, unknown: Sequence[str], motion: Motion) -> dict[str, Expr] | None:
     """The coefficients of unknown names in an equation that is linear in them; None where it is not.
 
-    A factor that is never zero is left out.
+    What it is divided by is left out, and so is a factor that is never zero.
     """
     coefficient, monomial = factored(e)
-    kept = {
+    above = {atom: n for atom, n in monomial if n > 0 or atom.names.isdisjoint(unknown)}
+    needed = {
         atom: n
-        for atom, n in monomial
-        if atom.names.isdisjoint(unknown) or (n > 0 and open_factors(atomic(atom), motion))
+        for atom, n in above.items()
+        if atom.names.isdisjoint(unknown) or not (is_positive(atom) or least_sign(atomic(atom)) == 1)
     }
-    try:
-        parts = coefficients(gathered(coefficient, kept), unknown)
-    except ExpressionError:
-        return None
-    if parts is None or any(sum(powers) > 1 and not vanishes(part, motion) for powers, part in parts.items()):
-        return None
-    return {
-        unknown[powers.index(1)]: part
-        for powers, part in parts.items()
-        if sum(powers) == 1 and not vanishes(part, motion)
-    }
+    for factors in (above, needed) if len(needed) < len(above) else (above,):
+        with suppress(ExpressionError):
+            parts = coefficients(gathered(coefficient, factors), unknown)
+            if parts is not None:
+                linear = {p: part for p, part in parts.items() if any(p) and not vanishes(part, motion)}
+                if all(sum(powers) == 1 for powers in linear):
+                    return {unknown[powers.index(1)]: part for powers, part in linear.items()}
+    return None
 
 
 def solution(
@@ -262,16 +262,34 @@ def solution(
             found.gaps += _gaps(valued, new, motion)
             found.known |= new
         elif differentiated or not given <= found.known:
-            curved = [e.names & set(left) for e, row in zip(exprs, every, strict=True) if row is None]
+            curved = [e for e, row in zip(exprs, every, strict=True) if row is None]
             if found.missing and curved and not granted:
-                hope = found.known.union(*curved)
-                found.hopeful = not solution(motion, equations, reading, frozenset(hope)).missing
+                hope = frozenset(found.known | _told_at_most(rows, curved, left, motion))
+                if hope > found.known:
+                    found.hopeful = not solution(motion, equations, reading, hope).missing
             return found
         if not differentiated and given <= found.known:
             differentiated = True
             for f in reading.second:
                 own = motion.known[acceleration(f)] if motion.first_order else symbol(velocity(partners[f]))
                 exprs.append(symbol(acceleration(f)) - own)
+
+
+def _told_at_most(
+    rows: Sequence[dict[str, Expr]], curved: Sequence[Expr], left: Sequence[str], motion: Motion
+) -> set[str]:
+    """What equations that are not linear may determine together with others.
+
+    Where their slopes do not depend on each other, it is what is determined by these: near the motion there
+    are as many others as there are directions in which the slopes are zero.
+    """
+    slopes = [{name: derivative(e, name) for name in e.names & set(left)} for e in curved]
+    linear, both = _valued(rows, motion), _valued([*rows, *slopes], motion)
+    if linear is not None and both is not None:
+        found, whole = (len(reduced(_matrix(each, left))) for each in (linear, both))
+        if whole == found + len(curved):
+            return _determined(both, left)
+    return set().union(*(e.names & set(left) for e in curved))
 
 
 def _valued(rows: Sequence[dict[str, Expr]], motion: Motion) -> list[Row] | None:

@@ -23,11 +23,13 @@ from rigidcli.grading.equations.truth import STATES, balls, has_zeros
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.mistakes import variants
 from rigidcli.grading.outcome import Finding, Outcome, correct, review, wrong
-from rigidcli.model.variables import acceleration
-from rigidcli.symbolic.algebra.calculus import substitute
+from rigidcli.model.variables import velocity
+from rigidcli.symbolic.algebra.calculus import derivative, substitute
+from rigidcli.symbolic.algebra.expressions import symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.text import text
+from rigidcli.symbolic.mechanics.energies import TIME
 
 LONGEST_EXAMPLE = 4000
 """Characters of an equation of an example."""
@@ -117,10 +119,9 @@ class Equations(Kind):
             yield Example("an equation left out", {first: rates[first]}, "missing_equation")
         trivial = [f"{first} = {first}", *(f"{name} = {rates[name]}" for name in names)]
         yield Example("a trivial equation", trivial, "trivial_equation")
-        if key.definitions and key.motion.partners and key.form == "any":
-            answer = _of_second_order(key)
-            if answer and max(map(len, answer.values())) <= LONGEST_EXAMPLE:
-                yield Example("equations of second order", answer, "second_order_form")
+        answer = _of_second_order(key) if key.definitions and key.form == "any" else []
+        if answer and max(map(len, answer)) <= LONGEST_EXAMPLE:
+            yield Example("equations of second order", answer, "second_order_form")
 
     def examples(self, key: Key) -> Iterator[Example]:
         """Right answers, and one wrong one under each mistake."""
@@ -189,16 +190,15 @@ def _of_form(system: System) -> list[Finding]:
     return [Finding("second_order_form")] if system.key.hamiltonian and second else []
 
 
-def _of_second_order(key: Key) -> dict[str, str]:
-    """Equations of second order, without momenta."""
-    motion = key.motion
-    rates = {name: motion.rates[name] for name in motion.auxiliary_rates}
+def _of_second_order(key: Key) -> list[str]:
+    """Equations of second order, without momenta: dp/dt where p is a function of coordinates and rates."""
+    found = []
     try:
-        return {
-            acceleration(name): text(
-                to_tree(tidy(substitute(substitute(motion.known[acceleration(name)], rates), key.definitions)))
-            )
-            for name in motion.functions
-        }
+        for momentum, e in key.definitions.items():
+            names = e.names & {*key.motion.functions, *key.motion.middles}
+            slope = total(derivative(e, name) * symbol(velocity(name)) for name in sorted(names))
+            rate = tidy(substitute(key.motion.rates[velocity(momentum)], key.definitions))
+            found.append(f"{text(to_tree(slope + derivative(e, TIME)))} = {text(to_tree(rate))}")
     except ExpressionError:
-        return {}
+        return []
+    return [each.replace("dotdot", "ddot") for each in found]
