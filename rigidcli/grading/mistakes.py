@@ -148,4 +148,6 @@ def explaining(kind: str, key: Any, answer: Any, level: int) -> Iterator[tuple[M
 
 def _variant(changed: Any) -> Variant:
     """A key may tell by itself what to say more of its mistake."""
-    return changed if isinstance(changed, Variant) else Variant(changed, detail=getattr(changed, "detail", ""))
+    return (
+        changed if isinstance(changed, Variant) else Variant(changed, detail=getattr(changed, "detail", ""))
+    )

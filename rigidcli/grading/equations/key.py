@@ -85,7 +85,9 @@ def _given(asked: Asked, motion: Motion) -> dict[str, Fraction]:
         return {}
     values = {name: asked.document.arithmetic.value(x) for name, x in asked.document.values.items()}
     return {
-        name: Fraction(repr(float(x))) for name, x in values.items() if x is not None and name in motion.domains
+        name: Fraction(repr(float(x)))
+        for name, x in values.items()
+        if x is not None and name in motion.domains
     }
 
 

@@ -214,9 +214,7 @@ def with_derivatives(motion: Motion) -> Motion:
     rates = {name: motion.exact(to_tree(e)) for name, e in motion.rates.items()}
     if not motion.first_order or not motion.auxiliary:
         return replace(motion, rates=rates, known={**rates, **motion.known})
-    plain = replace(
-        motion, functions=motion.names, second=(), auxiliary=(), rates=rates, known=rates
-    )
+    plain = replace(motion, functions=motion.names, second=(), auxiliary=(), rates=rates, known=rates)
     try:
         of_time = {acceleration(f): _chain(rates[velocity(f)], motion.names) for f in motion.functions}
         slopes = [[derivative(rates[velocity(f)], a) for a in motion.auxiliary] for f in motion.functions]

@@ -19,7 +19,7 @@ from rigidcli.grading.equations.domain import has_value, least_sign, open_factor
 from rigidcli.grading.equations.key import Key
 from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.text import Equation
-from rigidcli.grading.equations.truth import generic, is_trivial, refuted, vanishes
+from rigidcli.grading.equations.truth import differs, generic, is_trivial, refuted, vanishes
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.algebra.atoms import is_positive
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative, expand, substitute
@@ -92,6 +92,9 @@ class System:
     @property
     def are_true(self) -> bool:
         """Whether it is proved that all are true."""
+        exprs = [each.exact for each in self.equations]
+        if not self.key.tolerance and any(e is None or differs(e, self.motion) for e in exprs):
+            return False
         return all(map(self._seems_true, self.equations)) and all(map(self._has_value, self.equations))
 
     @cached_property
@@ -130,20 +133,12 @@ class System:
         if not self.key.tolerance:
             return False
         fixed = {name: number(value) for name, value in self.motion.fixed.items()}
-        known = {name: self.motion.in_states(rate) for name, rate in self.motion.known.items()}
         try:
-            parts = coefficients(e, list(known))
-            if parts is None or any(sum(powers) > 1 for powers in parts):
-                return False
-            rates = [(*known.values(), ZERO)[powers.index(1) if any(powers) else -1] for powers in parts]
-            terms = [
-                expand(substitute(part * rate if rate.terms else part, fixed))
-                for part, rate in zip(parts.values(), rates, strict=True)
-            ]
+            parts = [Expr({monomial: c}) for monomial, c in expand(e).terms.items()]
+            terms = [expand(substitute(self.motion.in_states(part), fixed)).terms for part in parts]
         except ExpressionError:
             return False
-        monomials = {monomial for term in terms for monomial in term.terms}
-        found = [[term.terms.get(monomial, 0) for term in terms] for monomial in monomials]
+        found = [[term.get(monomial, 0) for term in terms] for monomial in set().union(*terms)]
         return all(abs(sum(each)) <= self.key.tolerance * max(map(abs, each)) for each in found)
 
     @property
@@ -250,7 +245,9 @@ def solution(
     partners = motion.partners
     if not motion.first_order:
         exprs += [symbol(v) - symbol(velocity(q)) for q, v in partners.items()]
-    given = {partners[f] for f in reading.second} | {velocity(f) for f in motion.functions} & set(reading.unknown)
+    given = {partners[f] for f in reading.second} | {velocity(f) for f in motion.functions} & set(
+        reading.unknown
+    )
     differentiated = not reading.second
     while True:
         left = [name for name in reading.unknown if name not in found.known]

@@ -57,12 +57,18 @@ def _common(
     return None
 
 
+def differs(e: Expr, motion: Motion) -> bool:
+    """Whether an expression is not zero at the first point of the motion that has values."""
+    for point in filter(None, map(motion.point, range(FEW))):
+        with suppress(ValueError, ExpressionError):
+            return point.value(e) != 0
+    return False
+
+
 def vanishes(e: Expr, motion: Motion) -> bool:
     """Whether it is proved that an expression is zero on the motion."""
-    first = motion.point(0)
-    with suppress(ValueError, ExpressionError):
-        if first is not None and first.value(e):
-            return False
+    if differs(e, motion):
+        return False
     return _common(lambda point: point.value(e), map(motion.point, count()), [e], motion.depends_on_signs) == 0
 
 

@@ -29,6 +29,7 @@ P = 912 * math.prod(n for n in range(2, 98) if all(n % d for d in range(2, n))) 
 PARTS = 12
 """An angle and an exponent are taken in so many parts, whose multiples are halves, thirds and quarters."""
 
+
 class Point:
     """A point of the field: values of names, and of all that is worked out from them."""
 
@@ -49,9 +50,11 @@ class Point:
         """The value of an expression. Raises ValueError where it divides by zero or a root is not there."""
         total = 0
         for monomial, coefficient in e.terms.items():
-            part = raised(coefficient.denominator, -1) * coefficient.numerator
+            below = coefficient.denominator
+            part = coefficient.numerator if below == 1 else coefficient.numerator * pow(below, -1, P)
             for atom, exponent in monomial:
-                part = part * raised(self.of_atom(atom), exponent) % P
+                known = self.of_atom(atom)
+                part = part * (known if exponent == 1 else raised(known, exponent)) % P
             total += part
         return total % P
 
@@ -103,7 +106,9 @@ class Point:
         return self.element(function, self.value(argument))
 
     def _logarithm(self, known: int, times: Rational) -> int:
-        return 0 if known == 1 else self.element("log", known) * times.numerator * raised(times.denominator, -1)
+        return (
+            0 if known == 1 else self.element("log", known) * times.numerator * raised(times.denominator, -1)
+        )
 
     def _angle(self, e: Expr) -> tuple[int, int]:
         """The cosine and the sine of a sum of terms."""
