@@ -442,6 +442,7 @@ def test_wrong_equations_of_a_spring(answer: Any, code: str, share: float) -> No
         # These are right, but a proof is not within reach.
         ["(xdot - p_x/m)^2 + (p_xdot + k*x)^2 = 0"],
         ["exp(xdot) = exp(p_x/m)", SPRING[1]],
+        [SPRING[0], "p_xdot = 10**10**10"],
         [SPRING[0], "p_xdot = -k*x + exp(exp(exp(9))) - exp(exp(exp(9) + 1e-40))"],
     ],
 )
@@ -505,7 +506,6 @@ def test_what_cannot_be_read(answer: Any, code: str, words: str) -> None:
 @pytest.mark.parametrize(
     "right",
     [
-        "10**10**10",
         "1/0",
         "0^-1",
         "log(-1)",
@@ -896,7 +896,6 @@ FLAT = (
     "sin(0.01*({0}))",
     "sinh(1e3*({0}))",
     "log(1 + ({0})^2)",
-    "({0})*exp(-1e6*({0})^2)",
 )
 """Functions that are zero with their argument, some of them elsewhere, too."""
 

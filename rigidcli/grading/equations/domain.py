@@ -9,7 +9,7 @@ from typing import Literal, TypeAlias
 
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.equations.motion import Motion
-from rigidcli.grading.equations.truth import proportional, vanishes
+from rigidcli.grading.equations.truth import at_state, proportional, states, vanishes
 from rigidcli.grading.expressions.formula import parts_of
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Group, Monomial, is_positive
@@ -17,6 +17,7 @@ from rigidcli.symbolic.algebra.expressions import ZERO, Expr, atomic, factored, 
 from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.roots import Rational
+from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.tree import Call, Node, Power, Reciprocal
 
 Need: TypeAlias = Literal["nonzero", "positive", "not negative"]
@@ -126,12 +127,12 @@ def _is_never_zero(e: Expr, motion: Motion) -> bool:
 @lru_cache(64)
 def needs(motion: Motion) -> tuple[tuple[Need, Expr], ...]:
     """What is so wherever the derivatives have values."""
-    return tuple(need for name in motion.rates for need in conditions(motion.trees[name], motion))
+    return tuple(need for e in motion.rates.values() for need in conditions(to_tree(e), motion))
 
 
 @lru_cache(64)
 def nonzero(motion: Motion) -> tuple[Expr, ...]:
-    """What is not zero wherever the derivatives have values; where a sine is not, 1 - cos and 1 + cos are not."""
+    """What is not zero wherever the derivatives have values. Where sin is not, 1 - cos and 1 + cos are not."""
     found: dict[Expr, None] = {}
     for need, e in needs(motion):
         parts = [atomic(atom) for atom, _ in factored(e)[1]] if need != "not negative" else []
@@ -147,7 +148,9 @@ def nonzero(motion: Motion) -> tuple[Expr, ...]:
 
 
 def conditions(node: Node, motion: Motion) -> Iterator[tuple[Need, Expr]]:
-    """What must be so for a tree to have a value. Raises ExpressionError."""
+    """What must be so for a tree to have a value, what is inside first. Raises ExpressionError."""
+    for part in parts_of(node):
+        yield from conditions(part, motion)
     match node:
         case Reciprocal(operand):
             yield "nonzero", motion.exact(operand)
@@ -160,8 +163,6 @@ def conditions(node: Node, motion: Motion) -> Iterator[tuple[Need, Expr]]:
         case Call(function, arguments) if function in FUNCTIONS:
             need, of = FUNCTIONS[function]
             yield need, of(*map(motion.exact, arguments))
-    for part in parts_of(node):
-        yield from conditions(part, motion)
 
 
 def has_value(node: Node, motion: Motion) -> bool:
@@ -170,6 +171,20 @@ def has_value(node: Node, motion: Motion) -> bool:
         return all(_is_met(need, e, motion) for need, e in conditions(node, motion))
     except ExpressionError:
         return False
+
+
+def has_no_value(node: Node, motion: Motion) -> bool:
+    """Whether it is proved that a tree has no value at some state where the motion is defined."""
+    with suppress(ExpressionError):
+        for need, e in conditions(node, motion):
+            inner = motion.in_states(e)
+            for place in states(motion):
+                x = at_state(inner, motion, place)
+                if x is not None and (x < 0 if need != "nonzero" else x.is_zero()):
+                    return True
+                if x is not None and need == "positive" and x.is_zero():
+                    return True
+    return False
 
 
 def _is_met(need: Need, e: Expr, motion: Motion) -> bool:

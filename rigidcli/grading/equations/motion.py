@@ -110,11 +110,6 @@ class Motion:
         return own | dict(self.parameters)
 
     @cached_property
-    def trees(self) -> Mapping[str, Node]:
-        """The trees of all that is not independent."""
-        return {name: to_tree(e) for name, e in {**self.parameters, **self.known}.items()}
-
-    @cached_property
     def depends_on_signs(self) -> bool:
         """Whether a derivative depends on what is positive."""
         return any(map(depends_on_signs, self.known.values()))
@@ -125,7 +120,7 @@ class Motion:
 
     def in_states(self, e: Expr) -> Expr:
         """The expression with all derivatives put in. Raises ExpressionError."""
-        for name, known in reversed(self.known.items()):
+        for name, known in reversed([*self.known.items()]):
             e = substitute(e, {name: known})
         return e
 

@@ -15,18 +15,16 @@ from functools import cached_property
 from typing import Literal, NamedTuple, TypeAlias
 
 from rigidcli.errors import ExpressionError
-from rigidcli.grading.equations.domain import has_value, least_sign, open_factors
+from rigidcli.grading.equations.domain import has_no_value, has_value, least_sign, open_factors
 from rigidcli.grading.equations.key import Key
 from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.text import Equation
-from rigidcli.grading.equations.truth import differs, generic, is_trivial, refuted, vanishes
+from rigidcli.grading.equations.truth import differs, generic, is_refuted, is_trivial, vanishes
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.algebra.atoms import is_positive
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative, expand, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, atomic, factored, gathered, number, symbol
 from rigidcli.symbolic.algebra.field import P, reduced
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language.tree import ZERO as NOTHING
 from rigidcli.symbolic.mechanics.mass_matrix import determinant
 
 Truth: TypeAlias = Literal["true", "wrong", "open"]
@@ -38,7 +36,7 @@ LARGEST = 4
 """Rows of the largest determinant that is worked out where no pivot is found."""
 
 Row: TypeAlias = dict[str, tuple[Expr, int]]
-"""The coefficients of the unknown derivatives in one equation, each with its value at a point of the field."""
+"""The coefficients of the unknown derivatives in an equation, with their values at a point of the field."""
 
 
 class Reading(NamedTuple):
@@ -109,16 +107,11 @@ class System:
         seems = self._seems_true(equation)
         if seems and self._has_value(equation):
             return "true"
-        if refuted(equation.left, equation.right, self.motion, self.key.tolerance):
+        if any(has_no_value(side, self.motion) for side in (equation.left, equation.right)):
             return "wrong"
         if seems or equation.exact is None:
             return "open"
-        try:
-            # Where like terms cancel, what is left may be small.
-            rest = to_tree(expand(self.motion.in_states(equation.exact)))
-        except ExpressionError:
-            return "open"
-        return "wrong" if not self.key.tolerance and refuted(rest, NOTHING, self.motion, 0.0) else "open"
+        return "wrong" if is_refuted(equation.exact, self.motion, self.key.tolerance) else "open"
 
     def _has_value(self, equation: Equation) -> bool:
         return has_value(equation.left, self.motion) and has_value(equation.right, self.motion)
@@ -138,7 +131,8 @@ class System:
             terms = [expand(substitute(self.motion.in_states(part), fixed)).terms for part in parts]
         except ExpressionError:
             return False
-        found = [[term.get(monomial, 0) for term in terms] for monomial in set().union(*terms)]
+        monomials = dict.fromkeys(monomial for term in terms for monomial in term)
+        found = [[term.get(monomial, 0) for term in terms] for monomial in monomials]
         return all(abs(sum(each)) <= self.key.tolerance * max(map(abs, each)) for each in found)
 
     @property
@@ -146,7 +140,8 @@ class System:
         """Whether one that is not decided, or not linear, might tell what the others do not."""
         pairs = zip(self.equations, self.truths, strict=True)
         unknown = any(truth == "open" and each.exact is None for each, truth in pairs)
-        return unknown or any(each.hopeful for each in self.solutions)
+        of_use = self.solutions[:1] if self.is_first_order else self.solutions
+        return unknown or any(each.hopeful for each in of_use)
 
     @property
     def is_first_order(self) -> bool:

@@ -19,7 +19,7 @@ from rigidcli.grading.equations import key as equation_key
 from rigidcli.grading.equations.key import Key
 from rigidcli.grading.equations.system import Solution, System
 from rigidcli.grading.equations.text import Equation, equations
-from rigidcli.grading.equations.truth import STATES, balls, has_zeros
+from rigidcli.grading.equations.truth import STATES, has_zeros, states
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.mistakes import variants
 from rigidcli.grading.outcome import Finding, Outcome, correct, review, wrong
@@ -54,7 +54,7 @@ class Equations(Kind):
     def read_key(self, asked: Asked) -> Key:
         """The key of a question. Raises ValueProblem."""
         key = equation_key.read(asked)
-        if sum(balls(key.motion, place, 64) is not None for place in range(STATES)) < FEWEST:
+        if len(states(key.motion)) < FEWEST:
             raise ValueProblem("the equations have no values at most random states")
         return key
 

@@ -12,7 +12,7 @@ is a square at half of the points, by chance.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
 from hashlib import blake2b
@@ -24,7 +24,7 @@ from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.roots import Rational
 
 P = 912 * math.prod(n for n in range(2, 98) if all(n % d for d in range(2, n))) - 1
-"""A prime for which (P - 1)/2 is one, too, so that odd roots are unique, and all numbers to 100 are squares."""
+"""A prime for which (P - 1)/2 is one, too, so that odd roots are unique; numbers to 100 are squares."""
 
 PARTS = 12
 """An angle and an exponent are taken in so many parts, whose multiples are halves, thirds and quarters."""
