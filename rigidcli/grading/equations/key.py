@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -60,7 +61,8 @@ def read(asked: Asked) -> Key:
     """The key of a question. Raises ValueProblem."""
     question, told = asked.question, asked.report
     motion = _of_text(asked) if told is None else _of_document(asked)
-    motion = replace(motion, seed=asked.name)
+    rates = "".join(e.key for e in motion.rates.values())
+    motion = replace(motion, seed=f"{asked.name} {zlib.crc32(rates.encode())}")
     if question.form == "first_order" and not motion.first_order:
         raise ValueProblem("the equations are of second order, and first order is asked for")
     key = Key(

@@ -38,7 +38,7 @@ class Motion:
     `second` has the functions whose second derivatives are known, `rates` the derivatives that the key tells.
     `domains` has all that is independent: states, parameters and the time, of which some parameters have
     `fixed` values; `parameters` are derived from others. `known` has all further names, derivatives above
-    all, each in those before. Random points follow from the `seed`.
+    all, each in those before. Random points follow from the `seed`. A mistake has changed the `base`.
     """
 
     functions: tuple[str, ...]
@@ -51,6 +51,7 @@ class Motion:
     momenta: tuple[str, ...] = ()
     fixed: Mapping[str, Fraction] = field(default_factory=dict)
     seed: str = ""
+    base: Motion | None = None
 
     @property
     def tops(self) -> tuple[str, ...]:
@@ -142,6 +143,7 @@ class Motion:
             self,
             rates={name: changes.get(name, e) for name, e in self.rates.items()},
             known={name: changes.get(name, e) for name, e in self.known.items()},
+            base=self,
         )
 
     def vocabulary(self, told: bool) -> Vocabulary:
@@ -159,10 +161,17 @@ class Motion:
 
 @lru_cache(POINTS)
 def _point(motion: Motion, place: int) -> Point | None:
-    point = motion.free_point(place)
+    start = None if motion.base is None else motion.base.point(place)
+    if motion.base is not None and start is None:
+        return None
+    # Only what is changed is worked again.
+    changed = {n for n, e in motion.known.items() if motion.base is None or e is not motion.base.known[n]}
+    point = motion.free_point(place) if start is None else Point(start.seed, start.values)
     try:
         for name, e in motion.known.items():
-            point.values[name] = point.value(e)
+            if name in changed or not changed.isdisjoint(e.names):
+                changed.add(name)
+                point.values[name] = point.value(e)
     except (ValueError, ExpressionError):
         return None
     return point

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 from typing import Literal, NamedTuple, TypeAlias
 
@@ -132,7 +133,7 @@ class System:
         except ExpressionError:
             return False
         monomials = dict.fromkeys(monomial for term in terms for monomial in term)
-        found = [[term.get(monomial, 0) for term in terms] for monomial in monomials]
+        found = [[Fraction(term.get(monomial, 0)) for term in terms] for monomial in monomials]
         return all(abs(sum(each)) <= self.key.tolerance * max(map(abs, each)) for each in found)
 
     @property

@@ -17,6 +17,7 @@ from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.equations import key as equation_key
 from rigidcli.grading.equations.key import Key
+from rigidcli.grading.equations.mistakes import mistakes
 from rigidcli.grading.equations.system import Solution, System
 from rigidcli.grading.equations.text import Equation, equations
 from rigidcli.grading.equations.truth import STATES, has_zeros, states
@@ -56,6 +57,7 @@ class Equations(Kind):
         key = equation_key.read(asked)
         if len(states(key.motion)) < FEWEST:
             raise ValueProblem("the equations have no values at most random states")
+        mistakes(key)  # once for all answers
         return key
 
     def read_answer(self, key: Key, answer: Tree, folder: Path) -> Answer:

@@ -30,6 +30,9 @@ PARTS = 12
 """An angle and an exponent are taken in so many parts, whose multiples are halves, thirds and quarters."""
 
 
+_PI = next(iter(PI.terms))
+
+
 class Point:
     """A point of the field: values of names, and of all that is worked out from them."""
 
@@ -114,11 +117,9 @@ class Point:
         """The cosine and the sine of a sum of terms."""
         found = (1, 0)
         for monomial, coefficient in expand(e).terms.items():
-            exact = [apply(name, PI * coefficient) for name in ("cos", "sin")]
-            if monomial == next(iter(PI.terms)) and not any(
-                isinstance(atom, Applied) for each in exact for atom in each.atoms
-            ):
-                unit, times = (self.value(exact[0]), self.value(exact[1])), 1
+            known = [apply(name, PI * coefficient) for name in ("cos", "sin")] if monomial == _PI else []
+            if known and not any(isinstance(atom, Applied) for each in known for atom in each.atoms):
+                unit, times = (self.value(known[0]), self.value(known[1])), 1
             else:
                 base, times = self._parts(Expr({monomial: 1}), coefficient)
                 half = self.element("angle", base)
