@@ -106,17 +106,17 @@ RIGHT: Mapping[str, Sequence[Sequence[Equation]]] = {
             "p_x = m*xdot; p_xdot = -k*x",
             "m*xddot = -k*x",
         ],
-        # Hamilton's equations of en.wikipedia.org/wiki/Double_pendulum; then those of Lagrange, which for small
-        # angles are equations 11.37 and 11.38 of J. R. Taylor, Classical Mechanics.
+        # Hamilton's equations of en.wikipedia.org/wiki/Double_pendulum; then those of Lagrange, which for
+        # small angles are equations 11.37 and 11.38 of J. R. Taylor, Classical Mechanics.
         "double_pendulum": [
-            f"theta1dot = (l2*p_theta1 - l1*p_theta2*cos(theta1 - theta2))/(l1^2*l2*{_MASS});"
-            f"theta2dot = (l1*(m1 + m2)*p_theta2 - l2*m2*p_theta1*cos(theta1 - theta2))/(m2*l1*l2^2*{_MASS});"
-            f"p_theta1dot = -(m1 + m2)*g*l1*sin(theta1) - {_C1} + {_C2};"
-            f"p_theta2dot = -m2*g*l2*sin(theta2) + {_C1} - {_C2}",
-            "(m1 + m2)*l1*theta1ddot + m2*l2*cos(theta1 - theta2)*theta2ddot"
-            " = -m2*l2*theta2dot^2*sin(theta1 - theta2) - (m1 + m2)*g*sin(theta1);"
-            "l2*theta2ddot + l1*cos(theta1 - theta2)*theta1ddot"
-            " = l1*theta1dot^2*sin(theta1 - theta2) - g*sin(theta2)",
+            f"""theta1dot = (l2*p_theta1 - l1*p_theta2*cos(theta1 - theta2))/(l1^2*l2*{_MASS});
+            theta2dot = (l1*(m1 + m2)*p_theta2 - l2*m2*p_theta1*cos(theta1 - theta2))/(m2*l1*l2^2*{_MASS});
+            p_theta1dot = -(m1 + m2)*g*l1*sin(theta1) - {_C1} + {_C2};
+            p_theta2dot = -m2*g*l2*sin(theta2) + {_C1} - {_C2}""",
+            """(m1 + m2)*l1*theta1ddot + m2*l2*cos(theta1 - theta2)*theta2ddot
+            = -m2*l2*theta2dot^2*sin(theta1 - theta2) - (m1 + m2)*g*sin(theta1);
+            l2*theta2ddot + l1*cos(theta1 - theta2)*theta1ddot
+            = l1*theta1dot^2*sin(theta1 - theta2) - g*sin(theta2)""",
         ],
         "kepler_polar": [
             "rdot = p_r/m; phidot = p_phi/(m*r^2); p_rdot = p_phi^2/(m*r^3) - gm*m/r^2; p_phidot = 0",
@@ -136,11 +136,11 @@ RIGHT: Mapping[str, Sequence[Sequence[Equation]]] = {
         "driven_oscillator": ["xdot = p_x/m; p_xdot = -k*x + F*cos(w*t)", "m*xddot + k*x = F*cos(w*t)"],
         # With v = (p - q A)/m and A = (-B y/2, B x/2, 0); then the Lorentz force m dv/dt = q v x B.
         "magnetic_particle": [
-            "m*xdot = p_x + q*B*y/2; m*ydot = p_y - q*B*x/2; m*zdot = p_z;"
-            "p_xdot = q*B/2*(p_y - q*B*x/2)/m; p_ydot = -q*B/2*(p_x + q*B*y/2)/m; p_zdot = 0",
+            """m*xdot = p_x + q*B*y/2; m*ydot = p_y - q*B*x/2; m*zdot = p_z;
+            p_xdot = q*B/2*(p_y - q*B*x/2)/m; p_ydot = -q*B/2*(p_x + q*B*y/2)/m; p_zdot = 0""",
             "m*xddot = q*B*ydot; m*yddot = -q*B*xdot; zddot = 0",
-            "p_x = m*xdot - q*B*y/2; p_y = m*ydot + q*B*x/2; p_z = m*zdot;"
-            "p_xdot = q*B*ydot/2; p_ydot = -q*B*xdot/2; p_zdot = 0",
+            """p_x = m*xdot - q*B*y/2; p_y = m*ydot + q*B*x/2; p_z = m*zdot;
+            p_xdot = q*B*ydot/2; p_ydot = -q*B*xdot/2; p_zdot = 0""",
         ],
         "relativistic_oscillator": [
             "xdot = p_x/sqrt(m^2 + p_x^2/c^2); p_xdot = -k*x",
@@ -484,7 +484,9 @@ def test_hostile_numbers_are_wrong_and_no_more(right: str) -> None:
     assert (outcome.verdict, outcome.share) == ("partial", 0.5)
 
 
-WORDS = "xdot p_xdot xddot x p_x m k t 0 1 1e999 = == + - * / ^ ( ) sin( sqrt( log( abs( ; y".split() + [" "]
+WORDS = re.findall(
+    r"\S+| $", "xdot p_xdot xddot x p_x m k t 0 1 1e999 = == + - * / ^ ( ) sin( sqrt( log( abs( ; y "
+)
 
 
 @many
@@ -729,6 +731,16 @@ def test_velocities_with_names_of_their_own() -> None:
         assert judged(key, ["xdot = v"]).verdict == "partial"
         assert judged(key, ["xdot = -v", "m*vdot = -k*x - b*v"]).verdict == "partial"
         assert judged(key, ["xdot = 2*v", "m*vdot = -k*x - b*xdot"]).verdict != "correct"
+
+
+def test_a_cotangent_may_be_one_over_a_tangent() -> None:
+    first = "thetaddot = sin(2*theta)/2*phidot^2 - g/l*sin(theta)"
+    answer = [first, "phiddot = -2*thetadot*phidot/tan(theta)"]
+    assert judged(of_document("spherical_pendulum"), answer).verdict == "correct"
+    assert (
+        judged(of_document("spherical_pendulum"), [first, "tan(theta)*phiddot = -2*thetadot*phidot"]).verdict
+        != "correct"
+    )
 
 
 def test_a_literal_key_of_mixed_order() -> None:

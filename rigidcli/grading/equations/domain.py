@@ -132,7 +132,7 @@ def needs(motion: Motion) -> tuple[tuple[Need, Expr], ...]:
 
 @lru_cache(64)
 def nonzero(motion: Motion) -> tuple[Expr, ...]:
-    """What is not zero wherever the derivatives have values. Where sin is not, 1 - cos and 1 + cos are not."""
+    """What is not zero wherever the derivatives have values: with sin, also 1 - cos and 1 + cos."""
     found: dict[Expr, None] = {}
     for need, e in needs(motion):
         parts = [atomic(atom) for atom, _ in factored(e)[1]] if need != "not negative" else []
@@ -148,7 +148,15 @@ def nonzero(motion: Motion) -> tuple[Expr, ...]:
 
 
 def conditions(node: Node, motion: Motion) -> Iterator[tuple[Need, Expr]]:
-    """What must be so for a tree to have a value, what is inside first. Raises ExpressionError."""
+    """What must be so for a tree to have a value, what is inside first. Raises ExpressionError.
+
+    One over a tangent is read as the cotangent, which it is but where the tangent has no value.
+    """
+    if isinstance(node, Reciprocal) and isinstance(node.operand, Call) and node.operand.function == "tan":
+        (angle,) = node.operand.arguments
+        yield from conditions(angle, motion)
+        yield "nonzero", apply("sin", motion.exact(angle))
+        return
     for part in parts_of(node):
         yield from conditions(part, motion)
     match node:

@@ -134,7 +134,9 @@ class System:
             return False
         monomials = dict.fromkeys(monomial for term in terms for monomial in term)
         found = [[Fraction(term.get(monomial, 0)) for term in terms] for monomial in monomials]
-        return all(abs(sum(each)) <= self.key.tolerance * max(map(abs, each)) for each in found)
+        sums = [(abs(sum(each, Fraction(0))), max(map(abs, each), default=Fraction(0))) for each in found]
+        near = Fraction(self.key.tolerance)
+        return all(gap <= near * size for gap, size in sums)
 
     @property
     def is_open(self) -> bool:
@@ -146,7 +148,7 @@ class System:
 
     @property
     def is_first_order(self) -> bool:
-        """Whether they hold no second derivatives, and need none."""
+        """Whether they hold no second derivatives."""
         return all(each.names.isdisjoint(self.motion.accelerations) for each in self.equations)
 
     @property

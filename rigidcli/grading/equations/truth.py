@@ -75,12 +75,13 @@ def is_trivial(e: Expr, motion: Motion) -> bool:
 
 
 def proportional(e: Expr, other: Expr, motion: Motion) -> bool:
-    """Whether it is proved that an expression is another, times a number."""
+    """Whether it is proved that an expression is another, times a number that is not zero."""
 
     def ratio(point: Point) -> int:
         return point.value(e) * raised(point.value(other), -1) % P
 
-    return _common(ratio, map(motion.point, count()), [e, other], motion.depends_on_signs) is not None
+    found = _common(ratio, map(motion.point, count()), [e, other], motion.depends_on_signs)
+    return found is not None and found != 0
 
 
 def generic(parts: Sequence[Expr], motion: Motion) -> list[int] | None:
@@ -150,17 +151,18 @@ def states(motion: Motion) -> tuple[int, ...]:
 def is_refuted(e: Expr, motion: Motion, tolerance: float) -> bool:
     """Whether it is proved that an expression is not zero at some state, in units of its terms."""
     try:
-        e = motion.in_states(e)
-        e = expand(e)
+        whole = motion.in_states(e)
     except ExpressionError:
-        pass
+        return False
+    with suppress(ExpressionError):
+        whole = expand(whole)
+    parts = [motion.in_states(Expr({m: c})) for m, c in e.terms.items()] if tolerance else []
     for bits, place in product(PRECISIONS, states(motion)):
-        gap = at_state(e, motion, place, bits)
-        if gap is not None and tolerance:
-            sizes = [at_state(Expr({m: c}), motion, place, bits) for m, c in e.terms.items()]
-            gap = None if None in sizes else abs(gap) - tolerance * sum(map(abs, sizes))
-        if gap is not None and (gap > 0 or (gap < 0 and not tolerance)):
-            return True
+        known = [at_state(part, motion, place, bits) for part in (whole, *parts)]
+        if None not in known:
+            gap, *sizes = map(abs, known)
+            if gap > tolerance * sum(sizes):
+                return True
     return False
 
 
