@@ -12,8 +12,12 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, TypeAlias
 
-from rigidcli.grading import scalars
+from rigidcli.grading import samples, scalars, tensors
+from rigidcli.grading.equations import mistakes as equations
+from rigidcli.grading.expressions import mistakes as formulas
+from rigidcli.grading.factors import times
 from rigidcli.grading.principal import key as principal
+from rigidcli.grading.trajectories import mistakes as trajectories
 
 DECISIVE, CAUSE, DESCRIPTION = LEVELS = (0, 1, 2)
 """What is asked first: a tensor about the wrong point may also differ by a constant factor."""
@@ -32,7 +36,7 @@ class Variant:
 
 
 Change: TypeAlias = Callable[[Any], Iterable[Any]]
-"""The keys (or Variants of one) that a mistake makes of a key: worked once for each key."""
+"""The keys that a mistake makes of a key, worked once for each; or tuples with what a Variant has."""
 
 Fit: TypeAlias = Callable[[Any, Any], Iterable[Any]]
 """The same where a number in the mistake, as a factor, is told from the answer: of a key and an answer."""
@@ -52,6 +56,9 @@ class Mistake:
     level: int = CAUSE
 
 
+VECTOR, MOMENTS, MATRIX, TENSOR = ARRAYS = ("vector", "moments", "matrix", "tensor")
+"""The kinds of many numbers."""
+
 MISTAKES = (
     Mistake(
         "wrong_unit_right_number",
@@ -60,86 +67,206 @@ MISTAKES = (
         level=DECISIVE,
     ),
     Mistake(
-        "parallel_axis_missing",
-        "this is about the centre of mass: the parallel-axis theorem is not applied",
-        {"axes": principal.worked_out("parallel_axis_missing")},
-    ),
-    Mistake(
-        "parallel_axis_sign",
-        "the parallel-axis theorem is applied with the wrong sign",
-        {"axes": principal.worked_out("parallel_axis_sign")},
-    ),
-    Mistake(
-        "parallel_axis_off_diagonal_missing",
-        "the parallel-axis theorem is applied to the diagonal only",
-        {"axes": principal.worked_out("parallel_axis_off_diagonal_missing")},
-    ),
-    Mistake(
-        "products_of_inertia_sign",
-        "the products of inertia have the wrong sign",
-        {"axes": principal.worked_out("products_of_inertia_sign")},
-    ),
-    Mistake(
-        "products_of_inertia_missing",
-        "the products of inertia are missing",
-        {"axes": principal.worked_out("products_of_inertia_missing")},
-    ),
-    Mistake(
-        "axes_permuted",
-        "the coordinate axes are in another order",
-        {"axes": principal.worked_out("axes_permuted")},
-    ),
-    Mistake(
-        "other_frame",
-        "is right along other axes than those asked for",
-        {"axes": principal.worked_out("other_frame")},
-    ),
-    Mistake("transposed", "rows and columns are exchanged", {"axes": principal.in_columns}),
-    Mistake(
         "sign_error",
         "has the wrong sign",
-        {"number": scalars.times("sign_error")},
-        {"axes": principal.by_factor("sign_error")},
+        {
+            "number": times("sign_error"),
+            "expression": formulas.negative,
+            "equations": equations.made("sign_error"),
+            **dict.fromkeys(ARRAYS, samples.one_sign),
+        },
+        {
+            "trajectory": trajectories.fitting("sign_error"),
+            "axes": principal.by_factor("sign_error"),
+            **dict.fromkeys(ARRAYS, samples.signs),
+        },
     ),
     Mistake(
-        "precession_sense",
-        "the precession goes the other way round",
-        {"number": scalars.times("precession_sense")},
+        "precession_sense", "the precession goes the other way round", {"number": times("precession_sense")}
     ),
     Mistake(
         "power_of_ten",
         "is wrong by a power of ten",
-        {"number": scalars.times("power_of_ten")},
-        {"axes": principal.by_factor("power_of_ten")},
+        dict.fromkeys(("number", *ARRAYS), times("power_of_ten")),
+        {"trajectory": trajectories.fitting("power_of_ten"), "axes": principal.by_factor("power_of_ten")},
     ),
     Mistake(
         "constant_factor",
         "differs from the expected answer by a constant factor",
-        {"number": scalars.times("constant_factor")},
-        {"axes": principal.by_factor("constant_factor")},
+        {
+            "expression": formulas.three_times,
+            "equations": equations.made("constant_factor"),
+            **dict.fromkeys(("number", *ARRAYS), times("constant_factor")),
+        },
+        {
+            "trajectory": trajectories.fitting("constant_factor"),
+            "axes": principal.by_factor("constant_factor"),
+            "expression": formulas.proportional(to_turn=False),
+            **dict.fromkeys(ARRAYS, samples.any_factor),
+        },
     ),
     Mistake(
         "degrees_radians",
         "degrees and radians are confused",
-        {"number": scalars.times("degrees_radians")},
-        {"number": scalars.converted_twice("degrees_radians")},
+        dict.fromkeys(("number", *ARRAYS), times("degrees_radians")),
+        {
+            "number": scalars.converted_twice("degrees_radians"),
+            "trajectory": trajectories.fitting("degrees_radians"),
+        },
     ),
     Mistake(
         "frequency_vs_angular_frequency",
         "a frequency and an angular frequency are confused",
-        {"number": scalars.times("frequency_vs_angular_frequency")},
+        {
+            "expression": formulas.of_a_turn,
+            **dict.fromkeys(("number", *ARRAYS), times("frequency_vs_angular_frequency")),
+        },
+        {
+            "trajectory": trajectories.fitting("frequency_vs_angular_frequency"),
+            "expression": formulas.proportional(to_turn=True),
+        },
     ),
     Mistake(
         "unit_conversion",
         "a unit is not converted right",
-        {"number": scalars.times("unit_conversion")},
+        dict.fromkeys(("number", *ARRAYS), times("unit_conversion")),
         {"number": scalars.converted_twice("unit_conversion")},
     ),
     Mistake("too_few_sig_figs", "has too few significant figures", fits={"number": scalars.with_few_figures}),
     Mistake(
         "precision_insufficient",
         "agrees with the expected answer, but has too few digits",
-        fits={"number": scalars.rounded},
+        fits={
+            "number": scalars.rounded,
+            "trajectory": trajectories.rounded,
+            **dict.fromkeys(ARRAYS, samples.rounded),
+        },
+    ),
+    Mistake(
+        "components_permuted",
+        "the components are right, but in another order",
+        {VECTOR: samples.moved_on},
+        {"trajectory": trajectories.permuted, VECTOR: samples.permuted},
+        level=DECISIVE,
+    ),
+    Mistake("time_unit", "the time is in another unit", {"trajectory": trajectories.in_other_units}),
+    Mistake("time_shift", "is right, but shifted in time", fits={"trajectory": trajectories.shifted}),
+    Mistake("time_reversed", "runs backwards in time", fits={"trajectory": trajectories.backwards}),
+    Mistake(
+        "frequency_wrong",
+        "the motion has the right form, but the wrong frequency",
+        fits={"trajectory": trajectories.at_other_frequency},
+    ),
+    Mistake(
+        "transposed",
+        "rows and columns are exchanged",
+        {MATRIX: samples.transposed, "axes": principal.in_columns},
+        level=DECISIVE,
+    ),
+    Mistake("opposite_direction", "points the opposite way", {VECTOR: samples.opposite}, level=DECISIVE),
+    Mistake(
+        "axes_permuted",
+        "the coordinate axes are in another order",
+        {
+            "axes": principal.worked_out("axes_permuted"),
+            **dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("axes_permuted")),
+        },
+        level=DECISIVE,
+    ),
+    Mistake(
+        "products_of_inertia_sign",
+        "the products of inertia have the wrong sign",
+        {
+            "axes": principal.worked_out("products_of_inertia_sign"),
+            **dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("products_of_inertia_sign")),
+        },
+        level=DECISIVE,
+    ),
+    Mistake(
+        "products_of_inertia_missing",
+        "the products of inertia are missing",
+        {
+            "axes": principal.worked_out("products_of_inertia_missing"),
+            **dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("products_of_inertia_missing")),
+        },
+        level=DECISIVE,
+    ),
+    Mistake(
+        "parallel_axis_missing",
+        "this is about the centre of mass: the parallel-axis theorem is not applied",
+        {
+            "axes": principal.worked_out("parallel_axis_missing"),
+            **dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("parallel_axis_missing")),
+        },
+        level=DECISIVE,
+    ),
+    Mistake(
+        "parallel_axis_sign",
+        "the parallel-axis theorem is applied with the wrong sign",
+        {
+            "axes": principal.worked_out("parallel_axis_sign"),
+            **dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("parallel_axis_sign")),
+        },
+        level=DECISIVE,
+    ),
+    Mistake(
+        "parallel_axis_off_diagonal_missing",
+        "the parallel-axis theorem is applied to the diagonal only",
+        {
+            "axes": principal.worked_out("parallel_axis_off_diagonal_missing"),
+            **dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("parallel_axis_off_diagonal_missing")),
+        },
+        level=DECISIVE,
+    ),
+    Mistake(
+        "other_frame",
+        "is right, but along other axes than those asked for",
+        {
+            "axes": principal.worked_out("other_frame"),
+            **dict.fromkeys((VECTOR, TENSOR, MOMENTS), samples.worked_out("other_frame")),
+        },
+        {TENSOR: tensors.turned},
+    ),
+    Mistake(
+        "potential_sign",
+        "the potential energy has the wrong sign",
+        {
+            "expression": formulas.difference(of_lagrangian=True),
+            "equations": equations.made("potential_sign"),
+        },
+    ),
+    Mistake(
+        "lagrangian_or_potential_sign",
+        "this is T - V instead of T + V, or the potential energy has the wrong sign",
+        {"expression": formulas.difference(of_lagrangian=False)},
+    ),
+    Mistake(
+        "kinetic_factor", "the kinetic energy has a wrong factor", {"expression": formulas.of_another_mass}
+    ),
+    Mistake(
+        "coupling_term_missing",
+        "a term that couples the coordinates is missing",
+        {"expression": formulas.uncoupled, "equations": equations.made("coupling_term_missing")},
+    ),
+    Mistake(
+        "additive_constant",
+        "differs from the expected answer by a constant",
+        {"expression": formulas.but_for_a_constant},
+    ),
+    Mistake(
+        "number_for_symbol",
+        "a number stands in place of a symbol",
+        fits={"expression": formulas.with_numbers, "equations": equations.with_numbers},
+    ),
+    Mistake(
+        "hamilton_sign",
+        "a sign in Hamilton's equations is wrong: q' = dH/dp, p' = -dH/dq",
+        {"equations": equations.made("hamilton_sign")},
+    ),
+    Mistake(
+        "euler_sign",
+        "a cross term of Euler's equations has the wrong sign",
+        {"equations": equations.made("euler_sign")},
     ),
 )
 """All named mistakes. One that changes nothing in a key is none there."""
@@ -165,4 +292,4 @@ def explaining(kind: str, key: Any, answer: Any, level: int) -> Iterator[tuple[M
 
 
 def _variant(changed: Any) -> Variant:
-    return changed if isinstance(changed, Variant) else Variant(changed)
+    return Variant(*changed) if isinstance(changed, tuple) else Variant(changed)

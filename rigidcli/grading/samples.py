@@ -463,7 +463,7 @@ class Reference:
 
     @property
     def written(self) -> Array | None:
-        """The entries as they are to be typed; None where the values are known at the points only, or infinite."""
+        """The entries as they are to be typed; None where they are known at points only, or are infinite."""
         if not np.isfinite(self.values).all():
             return None
         if self.names and not any(isinstance(entry, Expression) for entry in self.entries.flat):
@@ -687,14 +687,14 @@ def permuted(key: Reference, answer: Typed) -> Iterator[Reference]:
         yield replace(replace(key, symmetry=key.symmetry | {"order"}).facing(answer), symmetry=key.symmetry)
 
 
-def one_sign(key: Reference) -> Iterator[tuple[str, Reference]]:
-    """The keys with one sign wrong, after where that is; entries that mirror each other have one label."""
+def one_sign(key: Reference) -> Iterator[tuple[Reference, str]]:
+    """The keys with one sign wrong, and where that is; entries that mirror each other have one label."""
     for label in dict.fromkeys(key.labels[key.nonzero].tolist()[:MOST_PLACES]):
-        yield label, key.times(np.where(key.labels == label, -1, 1))
+        yield key.times(np.where(key.labels == label, -1, 1)), label
 
 
-def signs(key: Reference, answer: Typed) -> Iterator[tuple[str, Reference]]:
-    """The key with the wrong signs of an answer that is right but for them, after where they are."""
+def signs(key: Reference, answer: Typed) -> Iterator[tuple[Reference, str]]:
+    """The key with the wrong signs of an answer that is right but for them, and where they are."""
     if answer.shape != key.shape:
         return
     facing = key.facing(answer, by_size=True)
@@ -702,7 +702,7 @@ def signs(key: Reference, answer: Typed) -> Iterator[tuple[str, Reference]]:
     wrong &= ~right
     if wrong.any() and (right | wrong).all():
         every = wrong.sum() == facing.nonzero.sum() > 1
-        yield "" if every else listed(wrong, key.labels), facing.times(np.where(wrong, -1, 1))
+        yield facing.times(np.where(wrong, -1, 1)), "" if every else listed(wrong, key.labels)
 
 
 def any_factor(key: Reference, answer: Typed) -> Iterator[Reference]:
@@ -727,8 +727,8 @@ def any_factor(key: Reference, answer: Typed) -> Iterator[Reference]:
         yield facing.times(ratio)
 
 
-def rounded(key: Reference, answer: Typed) -> Iterator[tuple[str, Reference]]:
-    """The key rounded to the digits of an answer, after the places where these are too few."""
+def rounded(key: Reference, answer: Typed) -> Iterator[tuple[Reference, str]]:
+    """The key rounded to the digits of an answer, and the places where these are too few."""
     if answer.shape != key.shape:
         return
     facing = key.facing(answer, by_size=True)
@@ -739,4 +739,4 @@ def rounded(key: Reference, answer: Typed) -> Iterator[tuple[str, Reference]]:
     short = ~right & (near | ~answer.counts).all(axis=0)
     if short.any() and (right | short).all():
         others = bool((right & facing.nonzero).any())
-        yield listed(short, key.labels) if others else "", facing.valued(answer.values)
+        yield facing.valued(answer.values), listed(short, key.labels) if others else ""

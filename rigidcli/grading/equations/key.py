@@ -3,102 +3,93 @@
 from __future__ import annotations
 
 import re
+import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import TYPE_CHECKING, Literal
 
-import numpy as np
-from numpy.typing import NDArray
-
-from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.equations.determinacy import Stencil, Tried, stencil, tried
-from rigidcli.grading.equations.mistakes import Mistake, mistakes
-from rigidcli.grading.equations.states import POSITIVE, REAL, STATES, Motion, paired, with_derivatives
+from rigidcli.grading.equations.motion import Motion, paired, with_derivatives
 from rigidcli.grading.equations.text import Equation, equations, texts
-from rigidcli.grading.expressions.formula import Domain, Vocabulary, draw
+from rigidcli.grading.expressions.formula import Domain, Vocabulary
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.grading.question import Question
-from rigidcli.grading.values import Points
+from rigidcli.grading.question import RELATIVE, Question
 from rigidcli.model.variables import acceleration, momentum, velocity
 from rigidcli.symbolic.algebra.calculus import coefficients, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.language import parser
-from rigidcli.symbolic.language.tree import Name, Negative, Node, Sum
 from rigidcli.symbolic.mechanics.energies import TIME
 from rigidcli.symbolic.mechanics.mass_matrix import null_vectors
 
 if TYPE_CHECKING:
     from rigidcli.report import Report
 
-
 _DERIVATIVE = re.compile(r"(.+?)d?dot")
-
-TOLERANCE = 1e-9
-"""Of an equation whose question gives none, in units of its terms: a number has to be right, not near."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Key:
-    """The motion, at states where equations are tried, and `elsewhere`, where derivatives are of none.
+    """The motion, and what is asked of equations.
 
-    `given` has parameters with their values in the document, `definitions` momenta as functions of the rates.
-    The equations of a document are `hamiltonian`: asked in first order. `implied` are equations that the
-    question makes true: that a velocity with a name of its own is one.
+    They are of any `form`, or must be of the first order; a mistake may be one of equations of the second
+    only. A `tolerance` is of their numbers. `given` has parameters with their values in the document. The
+    equations of a document are `hamiltonian`: told in first order. `definitions` has momenta as functions of
+    the rates, `potential` the potential energy, as far as they are known.
     """
 
     motion: Motion
     vocabulary: Vocabulary
     tolerance: float
-    points: Points
-    elsewhere: Points
-    stencil: Stencil
-    mistakes: tuple[Mistake, ...]
-    given: Mapping[str, float]
-    definitions: Mapping[str, Expr]
     hamiltonian: bool
-    implied: tuple[Tried, ...] = ()
+    form: Literal["any", "first_order", "second_order"] = "any"
+    given: Mapping[str, Fraction] = field(default_factory=dict)
+    definitions: Mapping[str, Expr] = field(default_factory=dict)
+    potential: Expr | None = None
 
-    def values_at(self, states: Mask | NDArray[np.int64]) -> dict[str, Floats]:
-        """The values of all names at some of the states."""
-        return {name: value[states] for name, value in self.points.floats.items()}
+    def with_numbers(self, names: Sequence[str], tolerance: float) -> Key:
+        """The key of answers in which these parameters may have their values."""
+        fixed = {name: self.given[name] for name in names}
+        return replace(self, motion=replace(self.motion, fixed=fixed), tolerance=tolerance)
 
 
 def read(asked: Asked) -> Key:
     """The key of a question. Raises ValueProblem."""
     question, told = asked.question, asked.report
-    potential, given, definitions = None, dict[str, float](), dict[str, Expr]()
-    motion = of_text(asked) if told is None else of_document(asked)
-    if told is not None and asked.document is not None:
-        given = {
-            name: float(value)
-            for name, value in asked.document.values.items()
-            if name in motion.domains and asked.document.arithmetic.value(value) is not None
-        }
-        if motion.momenta == tuple(told["momenta"]):
-            potential = _potential(motion, told)
-            definitions = told["momentum_definitions"] or {}
-    vocabulary = motion.vocabulary(told is not None or question.symbols is not None)
-    points = motion.states()
-    around = stencil(motion, points)
-    aliases = motion.auxiliary if not motion.first_order else ()
-    implied = [Sum((Name(name), Negative(motion.known[name]))) for name in aliases]
-    return Key(
+    motion = _of_text(asked) if told is None else _of_document(asked)
+    rates = "".join(e.key for e in motion.rates.values())
+    motion = replace(motion, seed=f"{asked.name} {zlib.crc32(rates.encode())}")
+    if question.form == "first_order" and not motion.first_order:
+        raise ValueProblem("the equations are of second order, and first order is asked for")
+    key = Key(
         motion,
-        vocabulary,
-        question.tolerance.relative or TOLERANCE,
-        points,
-        draw(vocabulary, STATES, seed=2),
-        around,
-        mistakes(motion, potential, points),
-        given,
-        definitions,
+        motion.vocabulary(told is not None or question.symbols is not None),
+        question.tolerance.relative or 0.0,
         told is not None,
-        tuple(tried(node, around) for node in implied),
+        question.form,
+        _given(asked, motion),
     )
+    if told is not None and motion.momenta == tuple(told["momenta"]):
+        definitions = told["momentum_definitions"] or {}
+        key = replace(key, definitions=definitions, potential=_potential(motion, told))
+    if question.numbers == "allowed":
+        key = key.with_numbers(tuple(key.given), question.tolerance.relative or RELATIVE)
+    return key
+
+
+def _given(asked: Asked, motion: Motion) -> dict[str, Fraction]:
+    """The parameters with their values, as decimals have them."""
+    if asked.document is None:
+        return {}
+    values = {name: asked.document.arithmetic.value(x) for name, x in asked.document.values.items()}
+    return {
+        name: Fraction(repr(float(x)))
+        for name, x in values.items()
+        if x is not None and name in motion.domains
+    }
 
 
 def _potential(motion: Motion, told: Report) -> Expr | None:
@@ -112,33 +103,37 @@ def _potential(motion: Motion, told: Report) -> Expr | None:
     return -at_rest if of_rates else at_rest
 
 
-def of_document(asked: Asked) -> Motion:
+def _of_document(asked: Asked) -> Motion:
     """The motion by the equations in a report. Raises ValueProblem."""
-    assert asked.document is not None
-    told: Mapping[str, Expr] | None = asked.value
+    document, told = asked.document, asked.value
+    assert document is not None
     if told is None:
         raise ValueProblem("the document has no equations in closed form")
     if asked.path[-1] != "equations" or len(told) % 2:
         raise ValueProblem("this result has no equations of motion, expected `hamilton.equations`")
     names = tuple(told)
     half = len(names) // 2
-    definitions = asked.document.definitions
-    parameters = {
-        name: definition.root for name, definition in definitions.items() if definition and definition.names
-    }
-    domains = _domains(asked.question, names, [name for name in definitions if name not in parameters])
+    derived = {name: each.root for name, each in document.definitions.items() if each and each.names}
+    parameters = [name for name in document.definitions if name not in derived]
+    values = {name: document.arithmetic.value(x) for name, x in document.values.items()}
+    domains = _domains(asked.question, names, parameters)
+    domains |= {name: "real" for name in parameters if (values.get(name) or 1) < 0}
+    symbols = {name: symbol(name, domain == "positive") for name, domain in domains.items()}
+    for name, root in derived.items():
+        symbols[name] = from_tree(root, symbols)
     rates = {velocity(name): rate for name, rate in told.items()}
     momenta = names[half:]
-    return with_derivatives(Motion(names[:half], (), momenta, rates, domains, parameters, momenta=momenta))
+    known = {name: symbols[name] for name in derived}
+    return with_derivatives(Motion(names[:half], (), momenta, rates, domains, known, momenta=momenta))
 
 
 def _domains(question: Question, states: Sequence[str], parameters: Sequence[str]) -> dict[str, Domain]:
-    domains = dict.fromkeys(states, REAL)
-    domains |= dict.fromkeys([TIME, *parameters], POSITIVE)
+    domains: dict[str, Domain] = dict.fromkeys(states, "real")
+    domains |= dict.fromkeys([TIME, *parameters], "positive")
     return domains | {name: d for name, d in (question.symbols or {}).items() if name in domains}
 
 
-def of_text(asked: Asked) -> Motion:
+def _of_text(asked: Asked) -> Motion:
     """The motion by equations as they are typed. Raises ValueProblem."""
     question = asked.question
     try:
@@ -171,18 +166,17 @@ def _typed(question: Question, value: Tree) -> Motion:
         if not set(parameters) <= question.symbols.keys():
             raise ValueProblem("the equations hold a symbol that is not among the `symbols`")
         parameters = [name for name in question.symbols if name not in known]
-    every = dict.fromkeys([*known, *parameters, *names], REAL)
+    every: dict[str, Domain] = dict.fromkeys([*known, *parameters, *names], "real")
     rates = _solved(equations(value, Vocabulary(every), tops), list(tops.values()), aliases)
     domains = _domains(question, states, parameters)
     if second:
-        alias: dict[str, Node] = {v: Name(name) for v, name in aliases.items()}
-        alias |= {velocity(v): Name(f"{name.removesuffix('dot')}ddot") for v, name in aliases.items()}
-        used = tuple(v for v, name in aliases.items() if name.removesuffix("dot") in second)
-        return Motion(functions, second, used, rates, domains, known=alias)
+        used = {v: name for v, name in aliases.items() if name.removesuffix("dot") in second}
+        known_too = {v: symbol(name) for v, name in used.items()}
+        known_too |= {velocity(v): symbol(f"{name.removesuffix('dot')}ddot") for v, name in used.items()}
+        return Motion(functions, second, tuple(used), rates, domains, known=known_too)
     auxiliary = _auxiliary(question, functions, rates)
     own = tuple(name for name in functions if name not in auxiliary)
-    known_momenta = {*question.momenta, *map(momentum, own)}
-    momenta = auxiliary if known_momenta.issuperset(auxiliary) else ()
+    momenta = auxiliary if {*question.momenta, *map(momentum, own)}.issuperset(auxiliary) else ()
     return Motion(own, (), auxiliary, rates, domains, momenta=momenta)
 
 

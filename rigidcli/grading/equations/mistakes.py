@@ -1,24 +1,22 @@
-"""Equations as they come out under common mistakes."""
+"""Keys of equations as they come out under common mistakes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from fractions import Fraction
-from itertools import product
+from functools import lru_cache
+from itertools import islice, product
+from typing import Literal, TypeAlias
 
-import numpy as np
-
-from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError
-from rigidcli.grading.equations.states import Motion
-from rigidcli.grading.expressions.formula import names_in
-from rigidcli.grading.values import Points
+from rigidcli.grading.equations.key import Key
+from rigidcli.grading.equations.motion import Motion
+from rigidcli.grading.equations.system import System
+from rigidcli.grading.equations.text import Equation
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.algebra.calculus import derivative, expand
 from rigidcli.symbolic.algebra.expressions import Expr, scaled, total
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language.evaluation import array
 
 FACTORS = tuple(Fraction(*each) for each in ((2, 1), (1, 2), (3, 1), (1, 3), (4, 1), (1, 4), (3, 2), (2, 3)))
 """By which an equation is often wrong."""
@@ -26,14 +24,14 @@ FACTORS = tuple(Fraction(*each) for each in ((2, 1), (1, 2), (3, 1), (1, 3), (4,
 MOST_TERMS = 30
 """Of a rate that is taken apart."""
 
+MOST_POINTS = 600
+"""Of the field, among which one is looked for where the derivatives have values."""
+
+ROUNDED = 1e-9
+"""The tolerance of a number that stands for a symbol: it is right, and not near."""
+
 MOST_MISTAKES = 400
 """That an answer is compared with."""
-
-SAME = 1e-9
-"""Relative difference that is rounding."""
-
-DIGITS = 6
-"""After the point, by which mistakes are told from each other."""
 
 ONE_TERM = "the sign of one term"
 """What a mistake in a sign says where the other terms of the equation are right."""
@@ -42,51 +40,75 @@ Rates = Mapping[str, Expr]
 """Derivatives as functions of the state; those that a mistake leaves alone are not there."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Mistake:
-    """What derivatives are under a mistake, at the states of the key (n).
+Form: TypeAlias = Literal["first_order", "second_order"]
 
-    `rates` has them as expressions, where the mistake is made in the equations that the key tells.
-    `detail` says more of the mistake than its code.
-    """
+Changed: TypeAlias = tuple[Key, str, str]
+"""A key under a mistake, no place, and more that is to be said of the mistake."""
 
-    code: str
-    values: Mapping[str, Floats]
-    rates: Rates | None = None
-    detail: str = ""
+BOTH: tuple[Form, ...] = ("first_order", "second_order")
+"""The forms of equations that a mistake in forces has."""
 
 
-def mistakes(motion: Motion, potential: Expr | None, points: Points) -> tuple[Mistake, ...]:
-    """Every mistake that changes the motion, in a way that no mistake before it does."""
-    known = {name: value + np.zeros(points.count) for name, value in points.floats.items()}
-    found: list[Mistake] = []
+def made(code: str) -> Callable[[Key], Iterator[Changed]]:
+    """What makes the keys of equations with this mistake."""
+    return lambda key: ((mistaken, "", detail) for each, mistaken, detail in mistakes(key) if each == code)
+
+
+def with_numbers(key: Key, answer: Sequence[Equation]) -> Iterator[Changed]:
+    """The key with values of the document, those that are needed for the answer, in the place of symbols."""
+    names = [name for name in key.given if name not in key.motion.fixed]
+    if names and System(key.with_numbers(names, ROUNDED), answer).are_true:
+        # Without the others, which cancel.
+        needed = [
+            name
+            for name in names
+            if not System(key.with_numbers([n for n in names if n != name], ROUNDED), answer).are_true
+        ]
+        told = f"without {', '.join(f'`{name}`' for name in needed)}"
+        yield key.with_numbers(needed, ROUNDED), "", told
+
+
+@lru_cache(64)
+def mistakes(key: Key) -> tuple[tuple[str, Key, str], ...]:
+    """Codes, keys and details of all mistakes that change the motion as no mistake before them does."""
+    places = (n for n in range(MOST_POINTS) if key.motion.point(n) is not None)
+    place, right = next(places, 0), None
+    known = set[tuple[Form, tuple[int, ...] | None]]()
+    found = []
+    for code, changes, detail, forms in islice(_all(key.motion, key.potential), MOST_MISTAKES):
+        motion = key.motion.changed(changes)
+        values, right = _values(motion, place), right or _values(key.motion, place)
+        new = [form for form in forms if (form, values) not in known and key.form in ("any", form)]
+        if values is not None and values != right and new:
+            known |= {(form, values) for form in new}
+            form = key.form if new == list(BOTH) else new[0]
+            found.append((code, replace(key, motion=motion, form=form), detail))
+    return tuple(found)
+
+
+def _values(motion: Motion, place: int) -> tuple[int, ...] | None:
+    """The derivatives at a point of the field."""
+    point = motion.point(place)
+    return None if point is None else tuple(point.values[name] for name in motion.known)
+
+
+def _all(motion: Motion, potential: Expr | None) -> Iterator[tuple[str, Rates, str, tuple[Form, ...]]]:
+    """Mistakes with details and forms; the first of equal ones is the one told."""
     for code, rates, detail in _mistaken(motion, potential):
-        values = {name: _at(e, known) for name, e in rates.items()}
-        found.append(Mistake(code, values, rates, detail))
-    found += list(_of_second_order(motion, known, found))
-    kept: dict[tuple[object, ...], Mistake] = {}
-    for mistake in found[:MOST_MISTAKES]:
-        mark = _mark(mistake.values, known)
-        if mark:
-            kept.setdefault(mark, mistake)
-    return tuple(kept.values())
-
-
-def _at(e: Expr, known: Mapping[str, Floats]) -> Floats:
-    tree = to_tree(e)
-    value = array(tree, {name: known[name] for name in names_in(tree)})
-    return value + np.zeros(len(next(iter(known.values()))))
-
-
-def _mark(values: Mapping[str, Floats], known: Mapping[str, Floats]) -> tuple[object, ...]:
-    """What is the same for mistakes with the same outcome, and empty where there is no change."""
-    parts: list[object] = []
-    for name in sorted(values):
-        size = np.abs(known[name]) + np.abs(known[name]).mean()
-        if not (np.abs(values[name] - known[name]) <= SAME * size).all():
-            ratios = values[name] / np.where(size > 0, size, 1.0)
-            parts += [name, (ratios.round(DIGITS) + 0.0).tobytes()]
-    return tuple(parts)
+        is_force = rates.keys().isdisjoint(motion.middles)
+        if code == "hamilton_sign" and is_force:
+            # Equations of second order are not Hamilton's.
+            yield code, rates, detail, BOTH[:1]
+            code = "sign_error"
+        yield code, rates, detail, BOTH if is_force else BOTH[:1]
+    if motion.partners and motion.first_order:
+        own = {name: motion.known[name] for name in motion.tops}
+        for name, e in own.items():
+            yield "sign_error", {name: -e}, "", BOTH[1:]
+        yield "sign_error", {name: -e for name, e in own.items()}, "", BOTH[1:]
+        for factor in FACTORS:
+            for name, e in own.items():
+                yield "constant_factor", {name: scaled(e, factor)}, "", BOTH[1:]
 
 
 def _mistaken(motion: Motion, potential: Expr | None) -> Iterator[tuple[str, Rates, str]]:
@@ -178,28 +200,3 @@ def _own(motion: Motion) -> dict[str, frozenset[str]]:
         )
         for place, f in enumerate(motion.functions)
     }
-
-
-def _of_second_order(
-    motion: Motion, known: Mapping[str, Floats], found: Sequence[Mistake]
-) -> Iterator[Mistake]:
-    """Mistakes in equations of second order that follow from a key of first order."""
-    if not motion.first_order or not motion.second:
-        return
-    for name in motion.tops:
-        yield Mistake("sign_error", {name: -known[name]})
-    yield Mistake("sign_error", {name: -known[name] for name in motion.tops})
-    for mistake in found:
-        if mistake.values.keys() <= set(motion.auxiliary_rates):
-            states = {**known, **mistake.values}
-            values = {name: _tree_at(motion, name, states) for name in motion.tops}
-            yield Mistake(mistake.code, values, detail=mistake.detail)
-    for factor in FACTORS:
-        for name in motion.tops:
-            yield Mistake("constant_factor", {name: float(factor) * known[name]})
-
-
-def _tree_at(motion: Motion, name: str, values: Mapping[str, Floats]) -> Floats:
-    tree = motion.known[name]
-    found: Floats = array(tree, {each: values[each] for each in names_in(tree)}) + 0 * values[name]
-    return found

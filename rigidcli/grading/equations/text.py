@@ -5,12 +5,13 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from rigidcli.errors import shown
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.expressions.formula import Vocabulary, names_in, read
 from rigidcli.grading.outcome import Unreadable
+from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.language.tree import Name, Negative, Node, Sum
 
 MOST_EQUATIONS = 200
@@ -27,6 +28,9 @@ DERIVATIVES = "a time derivative is spelled `xdot`, a second one `xddot`"
 
 _EQUALS = re.compile(r"==?")
 _BETWEEN = " \t\r\n;,"
+_PRIMES = re.compile("([^\\W\\d]\\w*)(['\N{PRIME}\N{RIGHT SINGLE QUOTATION MARK}]{1,2})")
+"""A derivative as `x'` or `x''`."""
+
 _DERIVATIVE = re.compile(r"\\d?dot\b|\bd2?\w*/\(?dt2?\b")
 """In TeX, or of differentials, where blanks and `^` are left out."""
 
@@ -43,11 +47,12 @@ class Text:
 
 @dataclass(frozen=True, slots=True)
 class Equation:
-    """An equation that has been read."""
+    """An equation that has been read, with its `exact` residual as far as there is one."""
 
     place: str
     left: Node
     right: Node
+    exact: Expr | None = None
 
     @property
     def residual(self) -> Node:
@@ -62,7 +67,7 @@ class Equation:
 
 def texts(answer: Tree) -> list[Text]:
     """The equations of an answer, side by side. Raises Unreadable."""
-    found = list(_texts(answer))
+    found = [replace(text, left=_dotted(text.left), right=_dotted(text.right)) for text in _texts(answer)]
     if not found:
         raise Unreadable("wrong_shape", "expected equations, such as {xdot: ...} or [xdot = ...]")
     if len(found) > MOST_EQUATIONS:
@@ -71,6 +76,12 @@ def texts(answer: Tree) -> list[Text]:
     if length > MOST_TEXT:
         raise Unreadable("too_large", f"{length} characters")
     return found
+
+
+def _dotted(text: str) -> str:
+    """A side of an equation with primes as dots."""
+    plain = text.replace("\N{DOUBLE PRIME}", "''")
+    return _PRIMES.sub(lambda found: found[1] + "d" * (len(found[2]) - 1) + "dot", plain)
 
 
 def _texts(answer: Tree) -> Iterator[Text]:

@@ -18,14 +18,14 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.arrays.mistakes import as_typed, times
-from rigidcli.grading.arrays.mistakes import told as entries_told
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.numbers import ROUNDING
 from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
 from rigidcli.grading.principal.eigen import Answer, Match, are_moments, match
 from rigidcli.grading.principal.key import Key, are_numbers, make, read, solution
+from rigidcli.grading.samples import as_typed, times
+from rigidcli.grading.samples import told as entries_told
 from rigidcli.symbolic.language.expression import Expression
 
 INDEPENDENT = 0.02

@@ -172,7 +172,7 @@ def are_moments(eigen: Eigen, moments: Floats) -> Mask:
 
 
 def match(eigen: Eigen, answer: Answer) -> Match:
-    """Pair an answer with the solutions at each point, so that as much as can be is right, in order if it can.
+    """Pair an answer with the solutions at each point, so that most of it is right, in order if it can be.
 
     Axes without moments stand for moments, too.
     """

@@ -15,11 +15,6 @@ import numpy as np
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.tensor import rotate, shortfall
 from rigidcli.errors import RigidError, ValueProblem, shown
-from rigidcli.grading.arrays.entries import Cell, filled, read_entry, worked
-from rigidcli.grading.arrays.keys import computed, reference
-from rigidcli.grading.arrays.mistakes import as_typed, times
-from rigidcli.grading.arrays.reference import Reference
-from rigidcli.grading.arrays.tensors import mistaken_tensors
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.factors import CONSTANTS
@@ -28,6 +23,18 @@ from rigidcli.grading.numbers import ROUNDING, read_written
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.principal.eigen import Answer, Eigen, default_angle, match, solve
 from rigidcli.grading.question import Question, Tolerance
+from rigidcli.grading.samples import (
+    Cell,
+    Reference,
+    as_typed,
+    computed,
+    filled,
+    read_entry,
+    reference,
+    times,
+    worked,
+)
+from rigidcli.grading.tensors import mistaken_tensors
 from rigidcli.model.units import Unit, parse_unit
 from rigidcli.symbolic.algebra.expressions import symbol
 from rigidcli.symbolic.algebra.reading import from_tree
@@ -193,7 +200,7 @@ def _tensor_of_pairs(values: Floats) -> Floats:
 
 
 def solution(key: Key) -> Array | None:
-    """The answer (3 by 4), if its form is known: in numbers, or as the key or the report or algebra has it."""
+    """The answer (3 by 4), if its form is known: in numbers, or as the key, the report or algebra has it."""
     ours = key.reference
     if not ours.names:
         return _of_first_point(key.eigen)
@@ -247,7 +254,7 @@ def read(key: Key, answer: Tree) -> Answer:
     entries, bare = [], list[int]()
     for (row, column), cell in np.ndenumerate(cells):
         is_moment = cells.shape[1] == 4 and column == 0
-        entry, _ = read_entry(cell, key.unit if is_moment else None, key.reference.names)
+        entry = read_entry(cell, key.unit if is_moment else None, key.reference.names).entry
         if is_moment and not isinstance(entry, Expression) and read_written(cell.answer).unit is None:
             entry *= key.unit.scale
             bare += [row] if entry and key.question.unit == "required" else []
