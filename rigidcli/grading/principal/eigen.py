@@ -135,7 +135,7 @@ class Match:
         """Which moments, and which axes, are right in their places at every point (2 by n)."""
         both, slots = np.array([self.moments, self.axes]), self.places[None, ..., None]
         found = np.take_along_axis(both, slots, axis=3) & (slots >= 0)
-        return np.asarray(found.all(axis=(1, 3)))
+        return np.asarray(np.all(found, axis=(1, 3)))
 
     @cached_property
     def known(self) -> Mask:

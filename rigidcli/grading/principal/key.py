@@ -19,7 +19,7 @@ from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.factors import CONSTANTS
 from rigidcli.grading.infer import BY_NAME
-from rigidcli.grading.numbers import ROUNDING, read_written
+from rigidcli.grading.numbers import ROUNDING
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.principal.eigen import Answer, Eigen, default_angle, match, solve
 from rigidcli.grading.question import Question, Tolerance
@@ -34,7 +34,7 @@ from rigidcli.grading.samples import (
     times,
     worked,
 )
-from rigidcli.grading.tensors import mistaken_tensors
+from rigidcli.grading.tensors import OTHER_PRODUCTS, mistaken_tensors
 from rigidcli.model.units import Unit, parse_unit
 from rigidcli.symbolic.algebra.expressions import symbol
 from rigidcli.symbolic.algebra.reading import from_tree
@@ -60,9 +60,6 @@ MOST = 6
 
 NAMES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 """The components of a symmetric tensor."""
-
-OTHER_PRODUCTS = 2 * np.eye(3) - 1
-"""By what a tensor is multiplied to have its products of inertia in the other sign convention."""
 
 LAX = {
     "order": "free",
@@ -254,11 +251,9 @@ def read(key: Key, answer: Tree) -> Answer:
     entries, bare = [], list[int]()
     for (row, column), cell in np.ndenumerate(cells):
         is_moment = cells.shape[1] == 4 and column == 0
-        entry = read_entry(cell, key.unit if is_moment else None, key.reference.names).entry
-        if is_moment and not isinstance(entry, Expression) and read_written(cell.answer).unit is None:
-            entry *= key.unit.scale
-            bare += [row] if entry and key.question.unit == "required" else []
-        entries.append(entry)
+        found = read_entry(cell, key.unit if is_moment else None, key.reference.names)
+        bare += [row] if is_moment and found.bare and key.question.unit == "required" else []
+        entries.append(found.entry)
     return key.typed(filled(entries, cells.shape), tuple(bare))
 
 
