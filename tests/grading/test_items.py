@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from rigidcli.grading.codes import CODES
+from rigidcli.grading.feedback import sentences
 from rigidcli.grading.judgement import Judged, Judgement
 from rigidcli.grading.outcome import Finding, Verdict
 from rigidcli.grading.reports import Style
@@ -86,7 +86,7 @@ def test_trajectories_that_begin_alike_are_not_taken_for_the_same(answer: str) -
 
 
 def test_codes_that_name_no_mistake_are_codes() -> None:
-    assert set(CODES) > UNNAMED
+    assert set(sentences()) > UNNAMED
 
 
 def test_texts_by_hand() -> None:
