@@ -70,8 +70,11 @@ PROMISING = 0.25
 """Deviation, in units of the columns' ranges, of a guess from which it can get better: its phase is right to
 a fraction of a radian."""
 
-FINE = 1e-8
-"""How exactly a parameter is found, in units of the distance of guesses."""
+ROUGH, FINE = 1e-2, 1e-8
+"""How exactly a parameter is found, in units of the distance of guesses: at first, and then if it fits."""
+
+NEAR = 0.02
+"""Deviation, in units of the columns' ranges, that one leaves at most which has been found roughly."""
 
 FAR = 4.0
 """The largest square of a deviation in these units that counts: beyond, one row is as wrong as another."""
@@ -255,12 +258,16 @@ def _found(key: Key, rows: Rows, low: float, high: float, way: Way) -> tuple[flo
     best, step = guesses[np.argmin(off)], guesses[1] - guesses[0]
     if not off.min() < PROMISING**2:
         return None
-    found = minimize_scalar(
-        lambda change: _deviation(key, few, *way(np.array([best + change])), key.at)[0],
-        bounds=(max(low - best, -step), min(high - best, step)),
-        method="bounded",
-        options={"xatol": FINE * step},
-    )
+    left = (key.margins[key.moving] / key.ranges[key.moving]).max(initial=NEAR)
+    for fine in (ROUGH, FINE):
+        found = minimize_scalar(
+            lambda change: _deviation(key, few, *way(np.array([best + change])), key.at)[0],
+            bounds=(max(low - best, -step), min(high - best, step)),
+            method="bounded",
+            options={"xatol": fine * step},
+        )
+        if not found.fun < 2 * left**2:
+            return None
     rate, shift = way(np.array([best + found.x]))
     return float(rate[0]), float(shift[0])
 
