@@ -309,14 +309,9 @@ def interpolated(times: Floats, values: Floats, margins: Floats, end: float) -> 
             if degree < len(times[::2]):
                 half = make_interp_spline(times[::2], values[::2], degree)
                 off = np.abs(half(times[rows]) - values[rows]).max(axis=0, initial=0.0)
-                found.append(
-                    (
-                        float(np.nan_to_num(off / margins, nan=np.inf).max()),
-                        make_interp_spline(times, values, degree),
-                        off,
-                    )
-                )
-                if found[-1][0] < EXACT:
+                worst = float(np.nan_to_num(off / margins, nan=np.inf).max())
+                found.append((worst, make_interp_spline(times, values, degree), off))
+                if worst < EXACT:
                     break
     return min(found, key=lambda each: each[0])[1:]
 
@@ -359,26 +354,18 @@ def key_of(source: Source, question: Question) -> Key:
         problem = "two runs soon differ: only a small part of this motion can be predicted"
         raise ValueProblem(problem, hint="ask for a shorter time, or lower the tolerance of the orbit itself")
     important = np.where(np.arange(len(names)) < len(required), margins, np.inf)
-    reference: Trajectory
-    if source.formulas is not None:
-        reference, off = Formulas(tuple(source.formulas[name] for name in names)), np.zeros(len(names))
-    else:
-        reference, off = interpolated(times, values, important, horizon)
-    worst = int((off / important).argmax())
-    sparse = not off[worst] <= OFF * important[worst]
-    if sparse and source.remedy:
-        problem = f"there are too few samples of {shown(names[worst])} for this tolerance"
-        raise ValueProblem(problem, hint=source.remedy)
+    reference, off = _reference(source, names, values, important, horizon)
+    sparse = reference is None
     sure = (margins < periods / 4) & (horizons >= horizon) & ((off <= OFF * margins) | sparse)
     margins[~sure | ~np.isin(names, (*required, *known))] = np.inf
-    instants = times if sparse else np.linspace(times[0], horizon, GRID)
-    grid = values if sparse else reference(instants)
+    instants = times if reference is None else np.linspace(times[0], horizon, GRID)
+    grid = values if reference is None else reference(instants)
     longest = float(np.diff(times).max() / (times[-1] - times[0]))
     return Key(
         columns=names,
         required=len(required),
         needed=needed,
-        reference=make_interp_spline(times, values, 1) if sparse else reference,
+        reference=reference or make_interp_spline(times, values, 1),
         start=float(times[0]),
         stop=float(times[-1]),
         horizon=horizon,
@@ -396,6 +383,25 @@ def key_of(source: Source, question: Question) -> Key:
         ranges=np.maximum(np.ptp(grid, axis=0), margins),
         times=times if sparse else None,
     )
+
+
+def _reference(
+    source: Source, names: Sequence[str], values: Floats, margins: Floats, horizon: float
+) -> tuple[Trajectory | None, Floats]:
+    """What has the columns (n by m) at any time, and by how much it may be off (m).
+
+    It is None for a table of too few rows. Raises ValueProblem where there can be more samples.
+    """
+    if source.formulas is not None:
+        return Formulas(tuple(source.formulas[name] for name in names)), np.zeros(len(names))
+    reference, off = interpolated(source.times, values, margins, horizon)
+    worst = int((off / margins).argmax())
+    if off[worst] <= OFF * margins[worst]:
+        return reference, off
+    if source.remedy:
+        problem = f"there are too few samples of {shown(names[worst])} for this tolerance"
+        raise ValueProblem(problem, hint=source.remedy)
+    return None, off
 
 
 def _required(source: Source, question: Question) -> tuple[str, ...]:

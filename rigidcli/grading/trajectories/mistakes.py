@@ -12,6 +12,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.grading.factors import CONSTANTS, DEGREES, TENS, TURN
@@ -51,7 +52,7 @@ SMALL, BARELY = 0.05, 0.1
 """The most that it may become, in units of a column's range, and the least, in margins."""
 
 PROBES = 32
-"""Rows at which a shift or another frequency is looked for."""
+"""Rows at which a factor, a shift or another frequency is looked for."""
 
 ENOUGH = 0.3
 """The part of these of which a shift or a frequency must tell what they are."""
@@ -69,8 +70,11 @@ PROMISING = 0.25
 """Deviation, in units of the columns' ranges, of a guess from which it can get better: its phase is right to
 a fraction of a radian."""
 
-FINE = 1e-8
-"""How exactly a parameter is found, in units of the distance of guesses."""
+ROUGH, FINE = 1e-2, 1e-8
+"""How exactly a parameter is found, in units of the distance of guesses: at first, and then if it fits."""
+
+NEAR = 0.02
+"""Deviation, in units of the columns' ranges, that one leaves at most which has been found roughly."""
 
 FAR = 4.0
 """The largest square of a deviation in these units that counts: beyond, one row is as wrong as another."""
@@ -93,11 +97,20 @@ def _failing(key: Key, rows: Rows) -> tuple[Mask, Floats, Floats]:
 
 
 def _scaled(reading: Key, rows: Rows, factors: Sequence[float], columns: Mask) -> Iterator[Key]:
-    """The reading by which each of these columns has the factor that fits it best, if one fits each."""
+    """The reading by which each of these columns has the factor that fits it best, if some rows fit."""
     _, values, expected = reading.compared(rows)
-    off = np.array([reading.misses(values / each, expected).max(axis=0, initial=0.0) for each in factors])
+    some, sizes = _probed(len(values)), np.array(factors)
+    scaled = values[some] / sizes[:, None, None]
+    right = np.broadcast_to(expected[some], scaled.shape)
+    flat = reading.misses(scaled.reshape(-1, len(columns)), right.reshape(-1, len(columns)))
+    off = flat.reshape(scaled.shape).max(axis=1, initial=0.0)
     if (off.min(axis=0) <= 1)[columns].all():
-        yield replace(reading, factors=np.where(columns, np.array(factors)[off.argmin(axis=0)], 1.0))
+        yield replace(reading, factors=np.where(columns, sizes[off.argmin(axis=0)], 1.0))
+
+
+def _probed(count: int) -> NDArray[np.int64]:
+    """Some of so many rows, at irregular distances: of regular ones, several frequencies look the same."""
+    return np.unique((np.arange(PROBES) * (math.sqrt(5) - 1) / 2 % 1 * count).astype(np.int64))
 
 
 def fitting(code: str) -> Callable[[Key, Rows], Iterator[Key]]:
@@ -238,20 +251,23 @@ def _found(key: Key, rows: Rows, low: float, high: float, way: Way) -> tuple[flo
 
     if not (rows.present & np.isfinite(key.margins)).any():
         return None
-    # At irregular distances: of regular ones, several frequencies look the same.
-    some = np.unique((np.arange(PROBES) * (math.sqrt(5) - 1) / 2 % 1 * len(rows.times)).astype(np.int64))
+    some = _probed(len(rows.times))
     few = Rows(rows.times[some], rows.values[some])
     guesses = np.linspace(low, high, min(MOST_GUESSES, max(LEAST_GUESSES, PER_CROSSING * key.crossings)))
     off = _deviation(key, few, *way(guesses), key.roughly_at)
     best, step = guesses[np.argmin(off)], guesses[1] - guesses[0]
     if not off.min() < PROMISING**2:
         return None
-    found = minimize_scalar(
-        lambda change: _deviation(key, few, *way(np.array([best + change])), key.at)[0],
-        bounds=(max(low - best, -step), min(high - best, step)),
-        method="bounded",
-        options={"xatol": FINE * step},
-    )
+    left = (key.margins[key.moving] / key.ranges[key.moving]).max(initial=NEAR)
+    for fine in (ROUGH, FINE):
+        found = minimize_scalar(
+            lambda change: _deviation(key, few, *way(np.array([best + change])), key.at)[0],
+            bounds=(max(low - best, -step), min(high - best, step)),
+            method="bounded",
+            options={"xatol": fine * step},
+        )
+        if not found.fun < 2 * left**2:
+            return None
     rate, shift = way(np.array([best + found.x]))
     return float(rate[0]), float(shift[0])
 
