@@ -6,6 +6,7 @@ The sentences hold no number, so that none of them can give a reference value aw
 from __future__ import annotations
 
 CODES: dict[str, str] = {
+    "accepted": "this answer was foreseen",
     "additive_constant": "differs from what was expected by a constant",
     "axes_dependent": "the axes do not span the space: some of them depend on each other",
     "axes_not_orthogonal": "the axes are not at right angles to each other",
@@ -19,6 +20,7 @@ CODES: dict[str, str] = {
     "coupling_term_missing": "a term that couples the coordinates is missing",
     "degrees_radians": "degrees and radians are confused",
     "dimension_mismatch": "terms of different dimensions are added or compared",
+    "duplicate_file": "more than one file is handed in, and none of them is judged",
     "duplicate_key": "a key stands twice, so that it is not clear which answer is meant",
     "equation_wrong": "is not an equation of this motion",
     "euler_sign": "a cross term of Euler's equations has the wrong sign",

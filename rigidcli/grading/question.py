@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field
 
 from rigidcli.model.base import AsList, Quantity, Section
 from rigidcli.model.units import ANGLE, DIMENSIONLESS
@@ -60,6 +60,10 @@ class Accepted(Section):
 
 class Question(Section):
     """One question: what it asks of a document, or a literal answer of some kind."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"oneOf": [{"required": ["document", "ask"]}, {"required": ["answer", "kind"]}]}
+    )
 
     ONE_OF = ("ask", "answer")
 
@@ -117,3 +121,13 @@ class Assignment(Section):
 
     assignment: str = ""
     questions: Annotated[dict[str, Question], Field(min_length=1)]
+
+
+class AnswerFile(Section):
+    """What a student hands in: answers by the names of their questions.
+
+    Numbers may be texts or expressions, so that every answer is a text, a number, a list or a mapping.
+    """
+
+    student: Any = None
+    answers: dict[str, Any] | None = None

@@ -85,7 +85,7 @@ def changed(text: str, seed: int) -> str:
 def judged(text: str) -> None:
     """Judge a text: an outcome for every question, in time, and none of them for an error of the program."""
     begin = time.perf_counter()
-    found = judge(text, "x.yaml", Path("/nonexistent"), items()).questions
+    found = judge(text, Path("/nonexistent/x.yaml"), items()).questions
     assert time.perf_counter() - begin < SLOW
     assert [question.id for question in found] == list(items())
     for question in found:

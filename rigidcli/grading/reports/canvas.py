@@ -17,7 +17,7 @@ from rigidcli.errors import DocumentError, Problem, UsageError, nearest, shown
 from rigidcli.grading.judgement import Judgement
 from rigidcli.grading.reports.layout import points
 from rigidcli.grading.reports.reading import name_of, read_bytes
-from rigidcli.grading.reports.roster import LOGINS, NAMES, Roster, listed, noted
+from rigidcli.grading.roster import LOGINS, NAMES, Roster, listed, noted
 
 ABOUT_STUDENTS = frozenset([*NAMES, *LOGINS, "Integration ID", "Root Account", "Section"])
 
