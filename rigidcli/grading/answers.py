@@ -99,7 +99,10 @@ def _section(text: str) -> _Lines | None:
 def _key(line: str) -> tuple[str, str] | None:
     """The key of a line and what is behind it, where there is one."""
     found = _KEY.match(line)
-    return found and (found["name"].strip().strip("'\""), (found["value"] or "").partition(" #")[0].strip())
+    return found and (
+        found["name"].strip().strip("'\""),
+        f" {found['value'] or ''}".partition(" #")[0].strip(),
+    )
 
 
 def _indentation(line: str) -> int:

@@ -100,6 +100,8 @@ def _formula(text: str, otherwise: Unreadable) -> str:
         try:
             names |= parse(side).names
         except ExpressionError as error:
+            if text.lstrip("+-. ")[:1].isdigit():
+                raise otherwise from None
             message = f"read {shown(text)}: {error.message}"
             raise Unreadable("parse_error", ": ".join(filter(None, [message, error.hint]))) from None
     if not names:

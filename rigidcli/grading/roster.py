@@ -66,7 +66,7 @@ def submitted(name: str) -> tuple[str, str]:
     The student is empty in any other name. The first that is read counts: a student may put another one
     into the rest.
     """
-    found = _MOODLE.fullmatch(name) or _CANVAS.fullmatch(name)
+    found = _CANVAS.fullmatch(name) or _MOODLE.fullmatch(name)
     return (f"{found['name']}_{found['id']}", found["own"] or "") if found else ("", name)
 
 

@@ -502,7 +502,7 @@ from rigidcli.grading.judge import Item
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.question import Question
-from rigidcli.grading.roster import Paper, papers
+from rigidcli.grading.roster import Paper
 question = Question.model_validate({{"answer": "1", "kind": "number"}})
 items = {{"a": Item(KINDS["number"], KINDS["number"].read_key(Asked(question, "1")), 1.0)}}
 judgements = list(run(items, [Paper("a", Path({str(tmp_path / "a.yaml")!r}))] * 3))
@@ -547,15 +547,19 @@ sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from pathlib import Path
 from rigidcli.grading.batch import run
 from rigidcli.grading.judge import Item
+from rigidcli.grading.roster import Paper
 class Loop:
-    def judge(self, key, answer, folder):
+    def read_answer(self, key, answer, folder):
+        return answer
+    def judge(self, key, answer):
         while True: pass
     def examples(self, key):
         return iter(())
 def told(fraction): pass
 try:
     print("begun", flush=True)
-    list(run({{"q": Item(Loop(), None, 1.0)}}, papers(gather([Path({str(tmp_path)!r})]).files)[0], 2))
+    files = [Path({str(tmp_path)!r}) / (name + ".yaml") for name in "abcd"]
+    list(run({{"q": Item(Loop(), None, 1.0)}}, [Paper("x", file) for file in files], 2))
 except KeyboardInterrupt:
     print("interrupted")
 """
