@@ -160,9 +160,14 @@ def _noted(
             failures.code = max(failures.code, NOT_CORRECT)
         named.update(str(Path(judgement.source).parent / name) for name in judgement.files)
         yield judgement
-    notes = noted("named by more than one student", [file for file in named if named[file] > 1])
-    notes += noted("no answer files, and left out", [file for file in others if file not in named])
+    notes = noted("named by more than one student", [_short(file) for file in named if named[file] > 1])
+    notes += noted("no answer files, and left out", [_short(file) for file in others if file not in named])
     tell_notes(source, notes, quiet)
+
+
+def _short(file: str) -> str:
+    """A file with its folder."""
+    return str(Path(*Path(file).parts[-2:]))
 
 
 def _view(

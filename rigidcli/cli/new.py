@@ -11,7 +11,7 @@ import typer
 
 from rigidcli.cli.computing import OutputPath
 from rigidcli.cli.output import Output, complain
-from rigidcli.errors import Problem, UsageError
+from rigidcli.errors import Problem, UsageError, shown
 
 
 class Kind(StrEnum):
@@ -32,8 +32,26 @@ class Kind(StrEnum):
     answers = "answers"
 
 
+def _require_kind(kind: str) -> str:
+    if kind not in [*Kind]:
+        raise typer.BadParameter(f"read {shown(kind)}, expected one of {', '.join(Kind)}")
+    return kind
+
+
+def _completed(incomplete: str) -> list[str]:
+    return [kind.value for kind in Kind if kind.startswith(incomplete)]
+
+
 def new(
-    kind: Annotated[Kind, typer.Argument(metavar="KIND", help=f"One of {', '.join(Kind)}.")] = Kind.shape,
+    kind: Annotated[
+        str,
+        typer.Argument(
+            metavar="KIND",
+            callback=_require_kind,
+            autocompletion=_completed,
+            help=f"One of {', '.join(Kind)}.",
+        ),
+    ] = Kind.shape.value,
     output: OutputPath = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file PATH.")] = False,
 ) -> None:

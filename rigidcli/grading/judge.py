@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from rigidcli.errors import nearest, shown
 from rigidcli.grading.answers import folded, read_answers
@@ -53,7 +53,7 @@ class Item:
     key: Any
     points: float
     reference: str = ""
-    credit: Literal["parts", "whole"] | Mapping[str, float] = "parts"
+    credit: str | Mapping[str, float] = "parts"
     accepted: tuple[Accepted, ...] = ()
 
 
@@ -105,10 +105,10 @@ def outcome(item: Item, answer: Tree | Unreadable, path: Path) -> Outcome:
 
 def _credited(item: Item, found: Outcome) -> Outcome:
     """The outcome with the share that the question gives for what was found."""
-    if item.credit == "parts" or found.verdict == "review":
+    if item.credit == "whole" and found.verdict == "partial":
+        return replace(found, verdict="incorrect", share=0.0)
+    if isinstance(item.credit, str) or found.verdict == "review":
         return found
-    if item.credit == "whole":
-        return found if found.verdict != "partial" else replace(found, verdict="incorrect", share=0.0)
     shares = [item.credit.get(finding.code) for finding in found.findings]
     told = [share for share in shares if share is not None]
     return earning(min(told), *found.findings) if told and len(told) == len(shares) else found

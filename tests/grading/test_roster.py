@@ -77,7 +77,13 @@ def test_two_files_of_one_student_are_not_judged() -> None:
 def test_a_file_that_is_given_twice_counts_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "ada.yaml").write_text("answers: {}")
     monkeypatch.chdir(tmp_path)
-    given = ["ada.yaml", ".", tmp_path, f"../{tmp_path.name}/ada.yaml", tmp_path / "ada.yaml"]
+    given: list[str | Path] = [
+        "ada.yaml",
+        ".",
+        tmp_path,
+        f"../{tmp_path.name}/ada.yaml",
+        tmp_path / "ada.yaml",
+    ]
     assert gather(given).files == [Path("ada.yaml")]
     assert gather(given).problems == []
 
