@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rigidcli.errors import printable
@@ -29,14 +29,20 @@ class Trial:
         right, code = self.outcome.verdict == "correct", self.example.code
         if code is None:
             return right
-        return right == (code in REMARKS) and code in [finding.code for finding in self.outcome.findings]
+        if code not in [finding.code for finding in self.outcome.findings]:
+            return False
+        return code == "accepted" or right == (code in REMARKS)
 
 
 def trials(items: Mapping[str, Item]) -> Iterator[Trial]:
-    """Every example of every key, judged."""
+    """Every example of every key, judged, and every further answer that a question accepts."""
     for id, item in items.items():
-        for example in item.kind.examples(item.key):
-            yield Trial(id, example, outcome(item, example.answer, Path()))
+        # What a question gives for a finding says nothing of the key.
+        plain = replace(item, credit="parts")
+        accepted = (item.kind.typed(other.key) for other in item.accepted)
+        foreseen = [Example("an accepted answer", form, "accepted") for form in accepted if form is not None]
+        for example in (*item.kind.examples(item.key), *foreseen):
+            yield Trial(id, example, outcome(plain, example.answer, Path()))
 
 
 def told(trials: list[Trial]) -> str:

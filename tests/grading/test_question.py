@@ -15,6 +15,7 @@ from rigidcli.grading.judge import Accepted, Item, judge, outcome
 from rigidcli.grading.judgement import Judged, Judgement
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, review, wrong
+from rigidcli.grading.selftest import trials
 from tests.conftest import ROOT
 from tests.grading.asking import Same, codes
 
@@ -138,6 +139,14 @@ def test_credit_and_accept_in_an_assignment(tmp_path: Path) -> None:
     }
     assert sentence(found["fall"].findings[0]) == "this answer was foreseen; x points down"
     assert judged(tmp_path, questions, "rate: 3.310 Hz")["rate"].score == 1.0
+
+
+@pytest.mark.parametrize(("accepted", "passed"), [("2", True), ("1.0000001", False)])
+def test_accepted_answers_are_in_the_selftest(tmp_path: Path, accepted: str, passed: bool) -> None:
+    question = f"{{answer: 1, kind: number, credit: whole, accept: [{{answer: {accepted}, credit: 0.5}}]}}"
+    done = list(trials(prepared(tmp_path, f"  a: {question}\n").items))
+    assert [trial.passed for trial in done] == [*[True] * (len(done) - 1), passed]
+    assert done[-1].example.code == "accepted"
 
 
 @pytest.mark.parametrize(
