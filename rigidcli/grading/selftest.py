@@ -37,12 +37,13 @@ class Trial:
 def trials(items: Mapping[str, Item]) -> Iterator[Trial]:
     """Every example of every key, judged, and every further answer that a question accepts."""
     for id, item in items.items():
-        # What a question gives for a finding says nothing of the key.
-        plain = replace(item, credit="parts")
-        accepted = (item.kind.typed(other.key) for other in item.accepted)
-        foreseen = [Example("an accepted answer", form, "accepted") for form in accepted if form is not None]
-        for example in (*item.kind.examples(item.key), *foreseen):
+        # What a question gives for a finding, and for other answers, says nothing of the key.
+        plain = replace(item, credit="parts", accepted=())
+        for example in item.kind.examples(item.key):
             yield Trial(id, example, outcome(plain, example.answer, Path()))
+        for other in item.accepted:
+            if (form := item.kind.typed(other.key)) is not None:
+                yield Trial(id, Example("accepted", form, "accepted"), outcome(item, form, Path()))
 
 
 def told(trials: list[Trial]) -> str:
