@@ -2,7 +2,6 @@
 
 # Annotations here are objects, not texts: typer reads them.
 
-from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from enum import StrEnum
 from pathlib import Path
@@ -153,21 +152,15 @@ def _noted(
     """
     from rigidcli.grading.roster import noted
 
-    named = Counter[str]()
+    named = set[str]()
     for judgement in judgements:
         tell_notes(judgement.source, judgement.notes, quiet)
         if any(question.verdict != "correct" for question in judgement.questions):
             failures.code = max(failures.code, NOT_CORRECT)
         named.update(str(Path(judgement.source).parent / name) for name in judgement.files)
         yield judgement
-    notes = noted("named by more than one student", [_short(file) for file in named if named[file] > 1])
-    notes += noted("no answer files, and left out", [_short(file) for file in others if file not in named])
-    tell_notes(source, notes, quiet)
-
-
-def _short(file: str) -> str:
-    """A file with its folder."""
-    return str(Path(*Path(file).parts[-2:]))
+    beside = [str(Path(*Path(file).parts[-2:])) for file in others if file not in named]
+    tell_notes(source, noted("no answer files, and left out", beside), quiet)
 
 
 def _view(

@@ -6,7 +6,8 @@ import errno
 import os
 import re
 import stat
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -71,8 +72,7 @@ def gather(
     which are not followed.
     """
     found = Found()
-    own = "" if assignment is None else _spot(Path(assignment))
-    seen = {own}
+    seen = set() if assignment is None else {_spot(Path(assignment))}
 
     def trouble(path: Path, message: str) -> None:
         found.problems.append(Problem(safe_name(os.fspath(path)), message))
@@ -82,21 +82,18 @@ def gather(
         try:
             if not os.fspath(given):
                 raise ValueError
-            inside = [path]
-            if path.is_dir() and not _is_answer(path.name):
-                inside = list(_walk(path, trouble))
-                if not any(_is_answer(file.name) and _spot(file) != own for file in inside):
-                    endings = ", ".join(sorted(SUFFIXES))
-                    trouble(path, f"no answer files: their names end in {endings}")
-                found.others += [file for file in inside if not _is_answer(file.name)]
-                inside = [file for file in inside if _is_answer(file.name)]
-            else:
-                path.lstat()
+            into = path.is_dir() and not _is_answer(path.name)
+            path.lstat()
         except (OSError, ValueError) as error:
             trouble(path, _reason(error))
             continue
-        found.files += [file for file in inside if _spot(file) not in seen]
-        seen.update(map(_spot, inside))
+        inside = list(_walk(path, trouble)) if into else [path]
+        if not any(_is_answer(file.name) or not into for file in inside):
+            trouble(path, f"no answer files: their names end in {', '.join(sorted(SUFFIXES))}")
+        for file in inside:
+            if _spot(file) not in seen:
+                (found.others if into and not _is_answer(file.name) else found.files).append(file)
+                seen.add(_spot(file))
     return found
 
 
@@ -163,7 +160,7 @@ def beside(name: Tree, answers: Path) -> Path:
         return answers / wanted
     names = _names_in(answers.parent)
     student = _student(answers.name)
-    if _owner(wanted, answers.name, {_student(each) for each in names if _is_answer(each)}) != student:
+    if _owner(wanted, answers, names) not in ("", student):
         raise Unreadable("not_allowed", "this file is another student's", place=shown(name))
     if wanted not in names:
         own = {each: submitted(each)[1] for each in names if submitted(each)[0] == student}
@@ -187,15 +184,30 @@ def _student(name: str) -> str:
     return submitted(name)[0] or Path(name).stem
 
 
-def _owner(name: str, answers: str, students: Collection[str]) -> str:
-    """Whose the file `name` is, among students with answer files; that of `answers`, where it is nobody's."""
+def _owner(name: str, answers: Path, names: Sequence[str]) -> str:
+    """Whose a file is by its name, among those who have answer files; empty where it is nobody's."""
+    students = {_student(each) for each in names if _is_answer(each)}
     student = submitted(name)[0]
-    if student and (student in students or submitted(answers)[0]):
+    if student and (student in students or submitted(answers.name)[0]):
         return student
     folded = name.casefold()
     begun = [each for each in students if folded.startswith(each.casefold())]
     begun = [each for each in begun if not folded[len(each.casefold()) :][:1].isalnum()]
-    return max(begun, key=len, default=_student(answers))
+    return max(begun, key=len, default="")
+
+
+def is_contested(file: Path, answers: Path) -> bool:
+    """Whether the answer file of another student names a file that is nobody's by its name."""
+    names = _names_in(answers.parent)
+    if _owner(file.name, answers, names):
+        return False
+    named = re.compile(rf"(?<![\w.-]){re.escape(file.name)}(?![\w.-])")
+    for other in names:
+        if _is_answer(other) and other != answers.name:
+            with suppress(Unreadable):
+                if named.search(read_file(answers.parent / other)):
+                    return True
+    return False
 
 
 def _uncounted(name: str) -> str:

@@ -13,10 +13,10 @@ from typing import Any
 from rigidcli.errors import nearest, shown
 from rigidcli.grading.answers import folded, read_answers
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.files import beside, safe_name
+from rigidcli.grading.files import beside, is_contested, safe_name
 from rigidcli.grading.judgement import Sheet, judged, same_for_all
 from rigidcli.grading.kinds.base import Kind
-from rigidcli.grading.outcome import MISSING, Finding, Outcome, Unreadable, earning
+from rigidcli.grading.outcome import MISSING, Finding, Outcome, Unreadable, earning, review
 from rigidcli.grading.sandbox import ForbiddenError, LateError, timed
 
 SECONDS = 2.0
@@ -69,11 +69,14 @@ def judge(text: str, path: Path, items: Mapping[str, Item]) -> Sheet:
         names = [id] if id in answers else [name for name in answers if folded(name) == folded(id)]
         answer = answers[names[0]] if names else None
         found = outcome(item, answer, path) if len(names) < 2 else Unreadable("duplicate_key").outcome
-        text = "" if found.verdict in ("correct", "missing") else _fingerprint(answer)
-        questions.append(judged(id, item.points, found, text))
         if isinstance(answer, dict) and "file" in answer:
             with suppress(Unreadable):
-                files.add(safe_name(beside(answer["file"], path).name))
+                file = beside(answer["file"], path)
+                files.add(safe_name(file.name))
+                if found.share and is_contested(file, path):
+                    found = review("another student's answer names this file, too")
+        text = "" if found.verdict in ("correct", "missing") else _fingerprint(answer)
+        questions.append(judged(id, item.points, found, text))
     return Sheet(tuple(questions), tuple(_strangers(answers, items)), tuple(sorted(files)))
 
 

@@ -23,15 +23,14 @@ LOGINS = ("SIS Login ID", "SIS User ID", "ID")
 """The columns of what the school, and Canvas, call a student."""
 
 SPELLINGS = {
-    **dict.fromkeys(("student", "name", "fullname", "studentname"), "Student"),
-    **dict.fromkeys(("lastname", "surname", "familyname"), "LastName"),
-    **dict.fromkeys(("firstname", "givenname"), "FirstName"),
-    **dict.fromkeys(("sisloginid", "login", "loginid", "username", "user", "email"), "SIS Login ID"),
-    **dict.fromkeys(("emailaddress", "netid"), "SIS Login ID"),
-    **dict.fromkeys(("sisuserid", "sid", "studentid", "idnumber"), "SIS User ID"),
-    "id": "ID",
+    "Student": ("student", "name", "fullname", "studentname"),
+    "LastName": ("lastname", "surname", "familyname"),
+    "FirstName": ("firstname", "givenname"),
+    "SIS Login ID": ("sisloginid", "login", "loginid", "username", "netid", "email", "emailaddress"),
+    "SIS User ID": ("sisuserid", "sid", "studentid", "idnumber"),
+    "ID": ("id",),
 }
-"""The columns of a list of students by their letters: those of Canvas, Moodle, Gradescope and others."""
+"""The letters of these columns in other lists of students, such as those of Moodle and Gradescope."""
 
 TEST_STUDENT = "Student, Test"
 
@@ -60,44 +59,40 @@ def noted(what: str, names: Sequence[str]) -> list[str]:
 # --- names of files
 
 
-def submitted(name: str) -> tuple[str, str]:
+def submitted(name: str, forms: Sequence[re.Pattern[str]] = (_CANVAS, _MOODLE)) -> tuple[str, str]:
     """The student, and the student's own name of a file, where Canvas or Moodle has joined the two.
 
     The student is empty in any other name. The first that is read counts: a student may put another one
     into the rest.
     """
-    found = _CANVAS.fullmatch(name) or _MOODLE.fullmatch(name)
+    found = next(filter(None, (form.fullmatch(name) for form in forms)), None)
     return (f"{found['name']}_{found['id']}", found["own"] or "") if found else ("", name)
 
 
 def students_of(files: Sequence[Path]) -> list[str]:
     """The student of each answer file.
 
-    It is told from what Canvas or Moodle has put into the name of the file or of a folder above it; else from
-    the name of the file; or, where files share one, from the folder below all of them that is a student's.
+    Where files share a name, it is told from the folder, below all of them, that is a student's; elsewhere
+    from what Canvas or Moodle has put into a name, or from the name of the file. What is above comes first:
+    a student chooses the names within the own folder only.
     """
     places = [Path(os.path.normpath(file.absolute())) for file in files]
+    depth = len(Path(os.path.commonpath([place.parent for place in places])).parts) if places else 0
+    ways = [(*place.parts[depth:-1], place.stem) for place in places]
+    level = _level(ways)
     numbers = Counter(found["number"] for place in places if (found := _CANVAS.fullmatch(place.stem)))
-    students = [_downloaded(place, numbers) for place in places]
-    others = [place for place, student in zip(places, students, strict=True) if not student]
-    folders = [str(place.parent) for place in others]
-    depth = len(Path(os.path.commonpath(folders)).parts) if folders else 0
-    level = _level([place.with_suffix("").parts[depth:] for place in others])
-    return [
-        student or (place.parts[depth + level - 1] if 0 < level < len(place.parts) - depth else place.stem)
-        for place, student in zip(places, students, strict=True)
-    ]
-
-
-def _downloaded(place: Path, numbers: Mapping[str, int]) -> str:
-    """The student whom Canvas or Moodle tells; empty where it is neither."""
-    # What is above comes first: a student chooses the names in the own folder only.
-    for folder in place.parts[:-1]:
-        if found := _MOODLE.fullmatch(folder):
-            return f"{found['name']}_{found['id']}"
-    found = _CANVAS.fullmatch(place.stem)
-    # Numbers of files differ, while `hw_10_3_ada` and `hw_10_3_bob` are no names by Canvas.
-    return "" if found and numbers[found["number"]] > 1 else submitted(place.stem)[0]
+    students = []
+    for place, way in zip(places, ways, strict=True):
+        if 0 < level < len(way):
+            students.append(submitted(way[level - 1], (_MOODLE,))[0] or way[level - 1])
+            continue
+        above = (submitted(folder, (_MOODLE,))[0] for folder in place.parts[:-1])
+        folders = list(filter(None, above))
+        canvas = _CANVAS.fullmatch(place.stem)
+        # Numbers of files differ, while `hw_10_3_ada` and `hw_10_3_bob` are no names by Canvas.
+        joined = "" if canvas and numbers[canvas["number"]] > 1 else submitted(place.stem)[0]
+        students.append(folders[0] if folders else joined or place.stem)
+    return students
 
 
 def _level(ways: Sequence[tuple[str, ...]]) -> int:
@@ -160,7 +155,8 @@ def read_roster(path: str | os.PathLike[str]) -> Roster:
         header, *rows = csv.reader(io.StringIO(text, newline=""), delimiter=mark)
     except (ValueError, csv.Error):
         header, rows = [], []
-    columns = [SPELLINGS.get("".join(_words(name)), "") for name in header]
+    known = {spelling: column for column, spellings in SPELLINGS.items() for spelling in spellings}
+    columns = [known.get("".join(_words(name)), "") for name in header]
     if not any(columns):
         hint = "its first line names columns such as `name`, `login` and `id`"
         raise DocumentError([Problem(source, "read no list of students", 1, hint=hint)])

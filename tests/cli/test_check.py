@@ -165,7 +165,8 @@ def test_an_answer_does_not_count_the_file_of_another_student(tmp_path: Path, pr
     found = {name: entry["questions"][0] for name, entry in objects(done.out).items()}
     assert [found[name]["verdict"] for name in ("ada", "bob")] == ["correct", "invalid"]
     assert "this file is another student's" in found["bob"]["feedback"][0]["message"]
-    assert "note: named by more than one student: `in/orbit.csv`\n" in done.err
+    assert [found[name]["verdict"] for name in ("eve", "zoe")] == ["review", "review"]
+    assert "another student's answer names this file, too" in found["eve"]["feedback"][0]["message"]
     assert "note: no answer files, and left out: `in/unused.csv`\n" in done.err
 
 
