@@ -113,10 +113,8 @@ def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, st
     for option in sorted(question.model_fields_set - EVERYWHERE - item.kind.options):
         yield (option,), f"this means nothing to the kind `{name}`"
     if (question.tolerance.relative or 0.0) > WIDE:
-        yield (
-            ("tolerance", "relative"),
-            f"it is {question.tolerance.relative:.0%} of the value: per cent meant?",
-        )
+        share = f"{question.tolerance.relative:.0%}"
+        yield ("tolerance", "relative"), f"it is {share} of the value: per cent meant?"
     used = [item.kind.used_names(key) for key in (item.key, *(other.key for other in item.accepted))]
     for symbol in () if None in used else question.symbols or ():
         if not any(symbol in names for names in used if names is not None):
@@ -139,16 +137,14 @@ def _keep_typed(question: Any, typed: Any) -> None:
     """Put texts where a question, and what it accepts, has them AS_TYPED."""
     if isinstance(question, dict):
         question.update({key: typed[key] for key in AS_TYPED if key in question})
-        accepted = question.get("accept")
-        for other, as_typed in (
-            zip(accepted, typed["accept"], strict=True) if isinstance(accepted, list) else ()
-        ):
-            _keep_typed(other, as_typed)
+        if isinstance(accepted := question.get("accept"), list):
+            for other, as_typed in zip(accepted, typed["accept"], strict=True):
+                _keep_typed(other, as_typed)
 
 
 def _discreet(keys: Keys, message: str) -> str:
     """A message without what was read where that may be a key, put in the wrong place."""
-    option = keys[2:3] and keys[2] in Question.model_fields and keys[2] not in ("answer", "kind")
+    option = keys[2:3] and keys[2] in Question.model_fields and keys[2] not in ("answer", "kind", "accept")
     return message if option or keys[:1] != ("questions",) else _READ.sub("expected", message)
 
 

@@ -46,7 +46,7 @@ def describe(answer: Tree, path: Path) -> str:
             return f"{len(answer)} pairs of a moment and an axis"
         return f"a list of {len(answer)}, each {_several(each)}" if answer else "an empty list"
     if isinstance(answer, dict):
-        if answer.keys() <= {"file", "csv"}:
+        if answer and answer.keys() <= {"file", "csv"}:
             return _table(answer["csv"] if "csv" in answer else read_beside(answer["file"], path))
         each = [_inside(name, entry, path) for name, entry in answer.items()]
         return f"{_listed(answer)}: each {_several(each)}" if answer else "an empty mapping"

@@ -181,6 +181,7 @@ def test_any_line_may_be_broken_in_any_way() -> None:
         ("the longest one", "the text `the longest one`"),
         (None, "no answer"),
         ([], "an empty list"),
+        ({}, "an empty mapping"),
     ],
 )
 def test_what_an_answer_is_read_as(answer: Tree, told: str) -> None:

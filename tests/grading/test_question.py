@@ -162,7 +162,9 @@ def test_accepted_answers_are_in_the_selftest(tmp_path: Path, accepted: str, pas
         ("{answer: 1, kind: number, accept: [{answer: 2}, {answer: 73737 +}]}", "a.accept.1.answer: "),
         ("{answer: 1, kind: number, accept: [{credit: 1}]}", "a.accept.0.answer: missing"),
         ("{answer: 1, kind: number, accept: [{answer: 2, credit: 3}]}", "a.accept.0.credit"),
-        ("{answer: 1, kind: number, accept: 3}", "a.accept"),
+        ("{answer: 1, kind: number, accept: 73737}", "a.accept"),
+        ("{answer: 1, kind: number, accept: [73737]}", "a.accept.0"),
+        ("{answer: 1, kind: number, accept: [{anser: 73737}]}", "a.accept.0.anser: unknown key"),
     ],
 )
 def test_what_is_wrong_with_credit_and_accept(tmp_path: Path, question: str, said: str) -> None:
