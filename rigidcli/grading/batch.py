@@ -10,8 +10,8 @@ from itertools import islice
 from pathlib import Path
 
 from rigidcli.grading.files import read_file, safe_name
-from rigidcli.grading.judge import Item, judge
-from rigidcli.grading.judgement import Judgement, from_bytes, same_for_all, to_bytes
+from rigidcli.grading.judge import Item, judge, same_for_all
+from rigidcli.grading.judgement import Judgement, from_bytes, to_bytes
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.roster import Paper
 from rigidcli.grading.sandbox import LIMITS, Limits
@@ -30,14 +30,13 @@ def run(
     `progress` is told the share that is done. Raises ComputationError where no process can be started.
     """
     _warm_up(items)
-    points = {id: item.points for id, item in items.items()}
     files = [paper.file for paper in papers if paper.file is not None and paper.outcome is None]
     results = each(partial(judge_file, dict(items)), files, jobs or usable_cores(), limits, progress)
     for paper in papers:
         result = paper.outcome or next(results)
         if isinstance(result, Ended):
             result = Unreadable(result.code, result.detail).outcome
-        sheet = same_for_all(points, result) if isinstance(result, Outcome) else from_bytes(result)
+        sheet = same_for_all(items, result) if isinstance(result, Outcome) else from_bytes(result)
         source = "" if paper.file is None else safe_name(os.fspath(paper.file))
         yield Judgement(safe_name(paper.student), source, sheet.questions, sheet.notes, sheet.files)
 
@@ -47,7 +46,7 @@ def judge_file(items: Mapping[str, Item], path: Path) -> bytes:
     try:
         sheet = judge(read_file(path), path, items)
     except Unreadable as unreadable:
-        sheet = same_for_all({id: item.points for id, item in items.items()}, unreadable.outcome)
+        sheet = same_for_all(items, unreadable.outcome)
     return to_bytes(sheet)
 
 

@@ -14,7 +14,7 @@ from rigidcli.errors import nearest, shown
 from rigidcli.grading.answers import folded, read_answers
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.files import beside, is_contested, safe_name
-from rigidcli.grading.judgement import Sheet, judged, same_for_all
+from rigidcli.grading.judgement import Sheet, judged
 from rigidcli.grading.kinds.base import Kind
 from rigidcli.grading.outcome import MISSING, Finding, Outcome, Unreadable, earning, review
 from rigidcli.grading.sandbox import ForbiddenError, LateError, timed
@@ -62,7 +62,7 @@ def judge(text: str, path: Path, items: Mapping[str, Item]) -> Sheet:
     try:
         answers = read_answers(text, str(path), items)
     except Unreadable as unreadable:
-        return same_for_all({id: item.points for id, item in items.items()}, unreadable.outcome)
+        return same_for_all(items, unreadable.outcome)
     questions, files = [], set()
     for id, item in items.items():
         # The name itself comes before other spellings of it.
@@ -78,6 +78,11 @@ def judge(text: str, path: Path, items: Mapping[str, Item]) -> Sheet:
         text = "" if found.verdict in ("correct", "missing") else _fingerprint(answer)
         questions.append(judged(id, item.points, found, text))
     return Sheet(tuple(questions), tuple(_strangers(answers, items)), tuple(sorted(files)))
+
+
+def same_for_all(items: Mapping[str, Item], found: Outcome) -> Sheet:
+    """A file whose questions are not judged one by one."""
+    return Sheet(tuple(judged(id, item.points, found) for id, item in items.items()))
 
 
 def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> Iterator[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from decimal import ROUND_HALF_UP, Decimal
 from typing import Any
@@ -77,11 +76,6 @@ def judged(id: str, points: float, outcome: Outcome, answer: str = "") -> Judged
     return Judged(
         id, outcome.verdict, round(outcome.share * points, PLACES), points, outcome.findings, answer
     )
-
-
-def same_for_all(points: Mapping[str, float], outcome: Outcome) -> Sheet:
-    """A file whose questions could not be judged one by one."""
-    return Sheet(tuple(judged(id, worth, outcome) for id, worth in points.items()))
 
 
 def to_bytes(sheet: Sheet) -> bytes:
