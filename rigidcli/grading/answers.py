@@ -86,9 +86,8 @@ def _unreadable(problem: Problem) -> Unreadable:
 def _section(text: str) -> _Lines | None:
     """The lines of `answers`, to the next key at the margin; None where it is not clear which they are."""
     lines = text.splitlines()
-    margins = [
-        (place, key[0]) for place, line in enumerate(lines) if line[:1].strip() and (key := _key(line))
-    ]
+    keys = ((place, _key(line)) for place, line in enumerate(lines) if line[:1].strip())
+    margins = [(place, key[0]) for place, key in keys if key and key[0].isidentifier()]
     begins = [place for place, name in margins if name == "answers"]
     if len(begins) != 1 or any(line.startswith(("---", "...")) for line in lines[1:]):
         return None
@@ -119,7 +118,7 @@ class _Lines:
 
     def tree(self) -> Tree:
         """What they are in YAML. Raises DocumentError."""
-        return read_tree("\n".join(self.lines), "", typed=True)
+        return read_tree("".join(f"{line}\n" for line in self.lines), "", typed=True)
 
     def entries(self) -> Iterator[_Lines]:
         """The entries of the mapping below the first line, if there is nothing but the key in it."""
