@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field, ValidationInfo
 
-from rigidcli.model.base import AsList, Quantity, Section
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.model.base import AsList, Quantity, ReadBy, Section
 from rigidcli.model.units import ANGLE, DIMENSIONLESS
 
 Positive = Annotated[float, Quantity(DIMENSIONLESS, "positive")]
@@ -50,6 +51,26 @@ Share = Annotated[float, Field(ge=0, le=1)]
 """A part of the points of a question."""
 
 
+def _read_credit(raw: object, info: ValidationInfo) -> str | dict[str, float]:
+    """All by parts or as a whole, or the shares of codes."""
+    if not isinstance(raw, dict):
+        if raw not in ("parts", "whole"):
+            raise ValueProblem(f"read {shown(raw)}, expected parts, whole, or a mapping from codes to shares")
+        return str(raw)
+    for code, share in raw.items():
+        if isinstance(share, bool) or not isinstance(share, int | float) or not 0 <= share <= 1:
+            raise ValueProblem(f"read {shown(share)}, expected a share from 0 to 1", path=(code,))
+    return raw
+
+
+_CREDIT = {
+    "anyOf": [
+        {"enum": ["parts", "whole"]},
+        {"type": "object", "additionalProperties": {"type": "number", "minimum": 0, "maximum": 1}},
+    ]
+}
+
+
 class Accepted(Section):
     """Another answer that earns a `credit`: literal, and of the kind of its question."""
 
@@ -60,6 +81,10 @@ class Accepted(Section):
 
 class Question(Section):
     """One question: what it asks of a document, or a literal answer of some kind."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"oneOf": [{"required": ["document", "ask"]}, {"required": ["answer", "kind"]}]}
+    )
 
     ONE_OF = ("ask", "answer")
 
@@ -87,7 +112,7 @@ class Question(Section):
     form: Literal["any", "first_order"] = "any"
     numbers: Literal["symbols", "allowed"] = "symbols"
     products: Literal["minus", "plus"] = "minus"
-    credit: Literal["parts", "whole"] | dict[str, Share] = "parts"
+    credit: Annotated[str | dict[str, float], ReadBy(_read_credit, _CREDIT)] = "parts"
     accept: Annotated[tuple[Accepted, ...], AsList] = ()
 
 
@@ -117,3 +142,13 @@ class Assignment(Section):
 
     assignment: str = ""
     questions: Annotated[dict[str, Question], Field(min_length=1)]
+
+
+class AnswerFile(Section):
+    """What a student hands in: answers by the names of their questions.
+
+    Numbers may be texts or expressions, so that every answer is a text, a number, a list or a mapping.
+    """
+
+    student: Any = None
+    answers: dict[str, Any] | None = None

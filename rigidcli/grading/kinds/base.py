@@ -49,7 +49,10 @@ class Kind(ABC):
 
     @abstractmethod
     def read_answer(self, key: Any, answer: Tree, folder: Path) -> Any:
-        """An answer to that question; files that it names lie in `folder`. Raises Unreadable."""
+        """An answer to that question; `folder` is the answer file, or the folder, beside which files lie.
+
+        Raises Unreadable.
+        """
 
     @abstractmethod
     def judge(self, key: Any, answer: Any) -> Outcome:
@@ -62,6 +65,10 @@ class Kind(ABC):
     @abstractmethod
     def right_forms(self, key: Any) -> Iterator[tuple[str, Tree]]:
         """The key as it would be typed, then the same in other forms; each after what it is."""
+
+    def used_names(self, key: Any) -> frozenset[str] | None:
+        """The symbols that stand in a key; None for a kind without symbols, or where they are not known."""
+        return None
 
     def wrong_forms(self, key: Any) -> Iterator[Example]:
         """Wrong answers that no named mistake makes, such as one without a unit."""

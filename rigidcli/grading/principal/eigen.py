@@ -140,8 +140,8 @@ class Match:
     @cached_property
     def known(self) -> Mask:
         """Which moments, and which axes, are those of some solution at every point (2 by n)."""
-        found = np.array([self.moments, self.axes]).any(axis=3)
-        return np.asarray(found.all(axis=1))
+        found: Mask = np.any([self.moments, self.axes], axis=3)
+        return np.asarray(np.all(found, axis=1))
 
     @property
     def complete(self) -> bool:

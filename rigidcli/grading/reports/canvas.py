@@ -17,8 +17,8 @@ from typing import TypeAlias
 from rigidcli.errors import DocumentError, Problem, UsageError, nearest, shown
 from rigidcli.grading.judgement import Judgement
 from rigidcli.grading.reports.reading import read_bytes
-from rigidcli.grading.reports.roster import LOGINS, NAMES, Roster, listed, noted
 from rigidcli.grading.reports.table import points
+from rigidcli.grading.roster import LOGINS, NAMES, Roster, listed, noted
 
 ABOUT_STUDENTS = frozenset([*NAMES, *LOGINS, "Integration ID", "Root Account", "Section"])
 
