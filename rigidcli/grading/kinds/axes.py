@@ -23,9 +23,9 @@ from rigidcli.grading.arrays.mistakes import told as entries_told
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.numbers import ROUNDING
-from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
+from rigidcli.grading.outcome import Finding, Outcome, correct, review, wrong
 from rigidcli.grading.principal.eigen import Answer, Match, are_moments, match
-from rigidcli.grading.principal.key import Key, are_numbers, make, read, solution
+from rigidcli.grading.principal.key import Key, are_numbers, is_proved, make, read, solution
 from rigidcli.symbolic.language.expression import Expression
 
 INDEPENDENT = 0.02
@@ -68,7 +68,8 @@ class Axes(Kind):
         found = match(key.eigen, answer)
         said = [*self._of_pairs(key, answer, found), *_broken(key, answer, found)]
         if not said:
-            return correct()
+            unsure = "it is right for some values of the symbols, but not proved for all"
+            return correct() if is_proved(key, answer, found.places) else review(unsure)
         if key.question.order == "ascending":
             found = Match(found.moments, found.axes, np.sort(found.places, axis=1))
         return wrong(replace(said[0], reference=key.told), *said[1:], share=_share(key, answer, found))
