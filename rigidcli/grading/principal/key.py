@@ -293,7 +293,7 @@ def _agree(key: Key, one: Expr, other: Expr) -> bool:
 
 
 def _simple(e: Expr) -> Expr:
-    """An expression multiplied out over one denominator, and zero if that proves it. Raises ExpressionError."""
+    """An expression multiplied out over one denominator. Raises ExpressionError where it is too large."""
     allowance = Allowance(MAX_STEPS)
     return lowest_terms(elementary_angles(lowest_terms(e, allowance)[0], allowance), allowance)[0]
 
