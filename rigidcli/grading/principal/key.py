@@ -266,9 +266,11 @@ def is_proved(key: Key, answer: Answer, places: np.ndarray) -> bool:
         told, right = _exact(key, answer.entries), _exact(key, key.solution)
         for row, slot in zip(told, places[0], strict=True):
             others = right[~key.eigen.same[0, slot], 1:]
-            across = [row[-3:] @ axis for axis in others] if any(entry.names for entry in row[-3:]) else []
-            moment = row[0] if len(row) == 4 else right[slot, 0]
-            if not _agree(key, moment, right[slot, 0]) or any(_simple(each).terms for each in across):
+            axis, moment = row[-3:], row[0] if len(row) == 4 else right[slot, 0]
+            zeros = [axis @ other for other in others] if any(entry.names for entry in axis) else []
+            if zeros and key.question.normalized == "required":
+                zeros.append(axis @ axis - 1)
+            if not _agree(key, moment, right[slot, 0]) or any(_simple(each).terms for each in zeros):
                 return False
     except ExpressionError:
         return False
@@ -280,9 +282,9 @@ def _agree(key: Key, one: Expr, other: Expr) -> bool:
 
     Several terms must have one sign wherever the symbols are positive: no sum of them is then less than one.
     """
-    if not _simple(one - other).terms:
-        return True
     names = sorted(one.names | other.names)
+    if not names or not _simple(one - other).terms:
+        return True
     told, right = (coefficients(_simple(each), names) for each in (one, other))
     if told is None or right is None or told.keys() != right.keys():
         return False
