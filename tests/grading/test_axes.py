@@ -606,6 +606,10 @@ def test_what_vanishes_for_some_values_only_is_not_right(masses: Key, nothing: s
     rows = [["0", "m", f"-m-({nothing})"], *MASSES_ROWS[1:]]
     judged = outcome(key_from("three_masses", ask="axes.axes", settings=NO_VALUES), rows)
     assert (judged.verdict, codes(judged)) == ("review", {"undecided"})
+    unit = [["0", HALF, f"-{HALF}-({nothing})"], *MASSES_ROWS[1:]]
+    strict = key_from("three_masses", settings=NO_VALUES, normalized="required")
+    answer = symbolic(["5*m*a^2", "7*m*a^2", "10*m*a^2"], unit)
+    assert codes(outcome(strict, answer)) == {"undecided"}
 
 
 @pytest.mark.parametrize(
