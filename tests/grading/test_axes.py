@@ -588,6 +588,40 @@ def test_wrong_moments_in_symbols(masses: Key, moments: str, expected: str, shar
 
 
 @pytest.mark.parametrize(
+    "nothing",
+    [
+        "abs(a-3)+a-3",
+        "abs(a-1/1000)-a+1/1000",
+        "exp(-1e6*(a-0.123)^2)",
+        "log(1+exp(1000*(a-20)))",
+        "(a/9)^200*m",
+        "1e-12/((a-0.9)^2+1e-12)",
+        "1e-9*a^9",
+    ],
+)
+def test_what_vanishes_for_some_values_only_is_not_right(masses: Key, nothing: str) -> None:
+    answer = symbolic([f"5*m*a^2 + {nothing}", "7*m*a^2", "10*m*a^2"], MASSES_ROWS)
+    judged = outcome(masses, answer)
+    assert (judged.verdict, judged.share, codes(judged)) == ("review", 0, {"undecided"})
+    rows = [["0", "m", f"-m-({nothing})"], *MASSES_ROWS[1:]]
+    judged = outcome(key_from("three_masses", ask="axes.axes", settings=NO_VALUES), rows)
+    assert (judged.verdict, codes(judged)) == ("review", {"undecided"})
+    unit = [["0", HALF, f"-{HALF}-({nothing})"], *MASSES_ROWS[1:]]
+    strict = key_from("three_masses", settings=NO_VALUES, normalized="required")
+    answer = symbolic(["5*m*a^2", "7*m*a^2", "10*m*a^2"], unit)
+    assert codes(outcome(strict, answer)) == {"undecided"}
+
+
+@pytest.mark.parametrize(
+    "moment",
+    ["5*m*a^3/a", "5*sqrt(m^2*a^4)", "5*m*a*abs(a)", "m*a^2*(4.001+sin(a)^2+cos(a)^2)", "sqrt(24.99)*m*a^2"],
+)
+def test_what_is_proved_needs_no_review(masses: Key, moment: str) -> None:
+    answer = symbolic([moment, "7*m*a^2", "10*m*a^2"], [["0", "a/m", "-a/m"], *MASSES_ROWS[1:]])
+    assert outcome(masses, answer).verdict == "correct"
+
+
+@pytest.mark.parametrize(
     ("axes", "told"),
     [
         ("0 1 -1; 0 h h; 1 0 0", ""),

@@ -12,7 +12,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import ceil, cos, log10, pi, sin
 from pathlib import Path
-from typing import ClassVar, TypeAlias
+from typing import ClassVar
 
 import numpy as np
 
@@ -21,9 +21,9 @@ from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.numbers import ROUNDING
-from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
+from rigidcli.grading.outcome import Finding, Outcome, correct, review, wrong
 from rigidcli.grading.principal.eigen import Answer, Match, are_moments, match
-from rigidcli.grading.principal.key import Key, are_numbers, make, read, solution
+from rigidcli.grading.principal.key import Key, are_numbers, is_proved, make, read, solution
 from rigidcli.grading.samples import as_typed, times
 from rigidcli.grading.samples import told as entries_told
 from rigidcli.symbolic.language.expression import Expression
@@ -33,9 +33,6 @@ INDEPENDENT = 0.02
 
 PLACES = {1: "along", 2: "at right angles to", 3: "in any direction"}
 """Where axes are, by the dimension of their space."""
-
-Wrong: TypeAlias = tuple[str, str, Array, Array]
-"""What a wrong answer is, the code of what is wrong, its moments (n) and axes (n by 3) in entries."""
 
 
 class Axes(Kind):
@@ -67,11 +64,13 @@ class Axes(Kind):
         """The outcome of pairs: first as solutions, then as a set."""
         found = match(key.eigen, answer)
         said = [*self._of_pairs(key, answer, found), *_broken(key, answer, found)]
-        if not said:
-            return correct()
+        if found.complete and not said:
+            unsure = "it is right for some values of the symbols, but not proved for all"
+            return correct() if is_proved(key, answer, found.places) else review(unsure)
         if key.question.order == "ascending":
             found = Match(found.moments, found.axes, np.sort(found.places, axis=1))
-        return wrong(replace(said[0], reference=key.told), *said[1:], share=_share(key, answer, found))
+        first, *others = said or [Finding("outside_tolerance")]
+        return wrong(replace(first, reference=key.told), *others, share=_share(key, answer, found))
 
     def is_right(self, key: Key, answer: Answer) -> bool:
         """Whether the pairs are the three solutions, and break no rule of the question."""
@@ -261,8 +260,8 @@ def _turned(axes: Array, one: int, other: int, angle: float) -> Array:
     return turned
 
 
-def _wrong(moments: Array, axes: Array) -> Iterator[Wrong]:
-    """What may be wrong with pairs, each by itself."""
+def _wrong(moments: Array, axes: Array) -> Iterator[tuple[str, str, Array, Array]]:
+    """What may be wrong with pairs, each by itself: what it is, its code, and moments and axes in entries."""
     yield "the first pair left out", "missing_axis", moments[1:], axes[1:]
     yield "the last pair left out", "missing_axis", moments[:2], axes[:2]
     yield "moments paired with other axes", "moment_axis_pairing", moments, times(axes[::-1], -1)

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats, Mask
+from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.core.principal import EQUAL_MOMENTS, ZERO_MOMENT
 from rigidcli.grading.numbers import NOISE, ROUNDING, margin
 from rigidcli.grading.question import RELATIVE, Tolerance
@@ -61,12 +61,14 @@ class Eigen:
 class Answer:
     """Moments (k by n, kg m^2) and axes (k by n by 3) as typed; of axes alone there are no moments.
 
-    `bare` are the places of moments that lack a unit which they need.
+    `bare` are the places of moments that lack a unit which they need, and `entries` (n by 4, or 3) what was
+    typed.
     """
 
     moments: Floats | None
     axes: Floats
     bare: tuple[int, ...] = ()
+    entries: Array | None = None
 
     def __len__(self) -> int:
         return int(self.axes.shape[1])
@@ -140,8 +142,9 @@ class Match:
     @cached_property
     def known(self) -> Mask:
         """Which moments, and which axes, are those of some solution at every point (2 by n)."""
-        found: Mask = np.any([self.moments, self.axes], axis=3)
-        return np.asarray(np.all(found, axis=1))
+        both = np.array([self.moments, self.axes])
+        known: Mask = np.logical_and.reduce(np.logical_or.reduce(both, axis=3), axis=1)
+        return known
 
     @property
     def complete(self) -> bool:
@@ -156,7 +159,7 @@ class Match:
     @property
     def miscounted(self) -> bool:
         """Whether each moment is told, and nothing but them, yet not as often as it should be."""
-        told = bool(self.known[0].all() and np.all(self.moments.any(axis=1)))
+        told = bool(self.known[0].all() and np.logical_or.reduce(self.moments, axis=1).all())
         return told and not (len(self.places[0]) == 3 and _one_to_one(self.moments))
 
     def is_misplaced(self, index: int) -> bool:
@@ -172,7 +175,7 @@ def are_moments(eigen: Eigen, moments: Floats) -> Mask:
 
 
 def match(eigen: Eigen, answer: Answer) -> Match:
-    """Pair an answer with the solutions at each point, so that most of it is right, in order if it can be.
+    """Pair an answer with the solutions at each point, so that as much as can be is right, and in order.
 
     Axes without moments stand for moments, too.
     """
