@@ -108,11 +108,13 @@ class System:
         seems = self._seems_true(equation)
         if seems and self._has_value(equation):
             return "true"
-        if any(has_no_value(side, self.motion) for side in (equation.left, equation.right)):
+        # Numbers too large to work with are in no equation of a motion.
+        sides = equation.left, equation.right
+        if equation.exact is None or any(has_no_value(side, self.motion) for side in sides):
             return "wrong"
-        if seems or equation.exact is None:
-            return "open"
-        return "wrong" if is_refuted(equation.exact, self.motion, self.key.tolerance) else "open"
+        return (
+            "wrong" if not seems and is_refuted(equation.exact, self.motion, self.key.tolerance) else "open"
+        )
 
     def _has_value(self, equation: Equation) -> bool:
         return has_value(equation.left, self.motion) and has_value(equation.right, self.motion)
@@ -140,11 +142,9 @@ class System:
 
     @property
     def is_open(self) -> bool:
-        """Whether one that is not decided, or not linear, might tell what the others do not."""
-        pairs = zip(self.equations, self.truths, strict=True)
-        unknown = any(truth == "open" and each.exact is None for each, truth in pairs)
+        """Whether one that is not linear might tell what the others do not."""
         of_use = self.solutions[:1] if self.is_first_order else self.solutions
-        return unknown or any(each.hopeful for each in of_use)
+        return any(each.hopeful for each in of_use)
 
     @property
     def is_first_order(self) -> bool:
