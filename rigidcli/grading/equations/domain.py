@@ -118,7 +118,9 @@ def _is_never_zero(e: Expr, motion: Motion) -> bool:
     sign = _sign if len(e.terms) > 1 else least_sign
     if sign(e) == 1 or sign(-e) == 1:
         return True
-    return any(each.names == e.names and proportional(e, each, motion) for each in nonzero(motion))
+    return any(
+        each.names == e.names and proportional(e, each, motion) for each in nonzero(motion.base or motion)
+    )
 
 
 @lru_cache(64)
@@ -206,4 +208,4 @@ def _is_met(need: Need, e: Expr, motion: Motion) -> bool:
         sign = _sign(form)
         if sign is not None and sign >= least:
             return True
-    return any(need == other and vanishes(e - each, motion) for other, each in needs(motion))
+    return any(need == other and vanishes(e - each, motion) for other, each in needs(motion.base or motion))

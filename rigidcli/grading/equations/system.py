@@ -166,10 +166,15 @@ class System:
 
     @cached_property
     def solutions(self) -> list[Solution]:
-        """What all equations determine, in each way to read them."""
+        """What all equations determine, in each way to read them up to one in which they are complete."""
         chosen = zip(self.equations, self.trivial, strict=True)
         exprs = [each.exact for each, trivial in chosen if not trivial and each.exact]
-        return [solution(self.motion, exprs, reading) for reading in self._readings(exprs)]
+        found: list[Solution] = []
+        for reading in self._readings(exprs):
+            found.append(solution(self.motion, exprs, reading))
+            if not found[-1].missing and not found[-1].gaps:
+                break
+        return found
 
     def _readings(self, exprs: Sequence[Expr]) -> Iterator[Reading]:
         motion = self.motion
