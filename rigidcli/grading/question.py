@@ -127,7 +127,6 @@ OPTIONS: dict[str, frozenset[str]] = {
     "tensor": frozenset({"symbols"}),
     "axes": frozenset({"order", "normalized", "orthogonal", "handed", "symbols"}),
     "expression": _NAMES | {"constant"},
-    "equations": _NAMES,
     "trajectory": frozenset({"columns", "angles", "conserved", "modulo", "symbols"}),
     "choice": frozenset(),
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.equations.motion import Motion
@@ -105,7 +105,8 @@ def open_factors(e: Expr, motion: Motion) -> list[Expr]:
     What stands in a denominator is not zero where there is a value.
     """
     coefficient, monomial = factored(e)
-    found = [atomic(atom) for atom, n in monomial if n > 0 and not _is_never_zero(atomic(atom), motion)]
+    bases = [atom.inner if isinstance(atom, Group) else atomic(atom) for atom, n in monomial if n > 0]
+    found = [base for base in bases if not _is_never_zero(base, motion)]
     if found and coefficient:
         with suppress(ExpressionError):
             parts = factors(e, Allowance(STEPS))
@@ -114,14 +115,12 @@ def open_factors(e: Expr, motion: Motion) -> list[Expr]:
 
 
 def _is_never_zero(e: Expr, motion: Motion) -> bool:
-    ((monomial, _),) = e.terms.items() if len(e.terms) == 1 else ((((), 1)),)
-    if len(monomial) == 1 and isinstance(monomial[0][0], Group):
-        e = monomial[0][0].inner
-        if _sign(e) == 1 or _sign(-e) == 1:
-            return True
-    if least_sign(e) == 1 or least_sign(-e) == 1:
+    sign = _sign if len(e.terms) > 1 else least_sign
+    if sign(e) == 1 or sign(-e) == 1:
         return True
-    return any(each.names == e.names and proportional(e, each, motion) for each in nonzero(motion))
+    return any(
+        each.names == e.names and proportional(e, each, motion) for each in nonzero(motion.base or motion)
+    )
 
 
 @lru_cache(64)
@@ -145,6 +144,14 @@ def nonzero(motion: Motion) -> tuple[Expr, ...]:
 
 
 # --- where there is a value
+
+
+VIOLATED: Mapping[Need, Callable[[Any], bool]] = {
+    "nonzero": lambda x: x.is_zero(),
+    "positive": lambda x: x <= 0,
+    "not negative": lambda x: x < 0,
+}
+"""Whether a ball certainly is not what it has to be."""
 
 
 def conditions(node: Node, motion: Motion) -> Iterator[tuple[Need, Expr]]:
@@ -188,9 +195,7 @@ def has_no_value(node: Node, motion: Motion) -> bool:
             inner = motion.in_states(e)
             for place in states(motion):
                 x = at_state(inner, motion, place)
-                if x is not None and (x < 0 if need != "nonzero" else x.is_zero()):
-                    return True
-                if x is not None and need == "positive" and x.is_zero():
+                if x is not None and VIOLATED[need](x):
                     return True
     return False
 
@@ -203,4 +208,4 @@ def _is_met(need: Need, e: Expr, motion: Motion) -> bool:
         sign = _sign(form)
         if sign is not None and sign >= least:
             return True
-    return any(need == other and vanishes(e - each, motion) for other, each in needs(motion))
+    return any(need == other and vanishes(e - each, motion) for other, each in needs(motion.base or motion))

@@ -21,6 +21,7 @@ from rigidcli.model.variables import acceleration, momentum, velocity
 from rigidcli.symbolic.algebra.calculus import coefficients, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
 from rigidcli.symbolic.algebra.reading import from_tree
+from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import parser
 from rigidcli.symbolic.mechanics.energies import TIME
 from rigidcli.symbolic.mechanics.mass_matrix import null_vectors
@@ -100,7 +101,7 @@ def _potential(motion: Motion, told: Report) -> Expr | None:
         at_rest = substitute(told[energy], dict.fromkeys(moving, ZERO))
     except ExpressionError:
         return None
-    return -at_rest if of_rates else at_rest
+    return motion.exact(to_tree(-at_rest if of_rates else at_rest))
 
 
 def _of_document(asked: Asked) -> Motion:

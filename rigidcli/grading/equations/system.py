@@ -24,7 +24,7 @@ from rigidcli.grading.equations.truth import differs, generic, is_refuted, is_tr
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.algebra.atoms import is_positive
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative, expand, substitute
-from rigidcli.symbolic.algebra.expressions import ZERO, Expr, atomic, factored, gathered, number, symbol
+from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, atomic, factored, gathered, number, symbol
 from rigidcli.symbolic.algebra.field import P, reduced
 from rigidcli.symbolic.mechanics.mass_matrix import determinant
 
@@ -57,7 +57,8 @@ class Reading(NamedTuple):
 class Solution:
     """What equations determine at almost every state, and the factors that may be zero where they do not.
 
-    It is `hopeful` where equations that are not linear might tell what is missing.
+    It is `hopeful` where equations that are not linear, or not worked out, might tell what is missing.
+    What was too large to prove leaves the gap 1, which is no factor that is ever zero.
     """
 
     reading: Reading
@@ -108,11 +109,13 @@ class System:
         seems = self._seems_true(equation)
         if seems and self._has_value(equation):
             return "true"
-        if any(has_no_value(side, self.motion) for side in (equation.left, equation.right)):
+        # Numbers too large to work with are in no equation of a motion.
+        sides = equation.left, equation.right
+        if equation.exact is None or any(has_no_value(side, self.motion) for side in sides):
             return "wrong"
-        if seems or equation.exact is None:
-            return "open"
-        return "wrong" if is_refuted(equation.exact, self.motion, self.key.tolerance) else "open"
+        return (
+            "wrong" if not seems and is_refuted(equation.exact, self.motion, self.key.tolerance) else "open"
+        )
 
     def _has_value(self, equation: Equation) -> bool:
         return has_value(equation.left, self.motion) and has_value(equation.right, self.motion)
@@ -140,11 +143,9 @@ class System:
 
     @property
     def is_open(self) -> bool:
-        """Whether one that is not decided, or not linear, might tell what the others do not."""
-        pairs = zip(self.equations, self.truths, strict=True)
-        unknown = any(truth == "open" and each.exact is None for each, truth in pairs)
+        """Whether one that is not linear might tell what the others do not."""
         of_use = self.solutions[:1] if self.is_first_order else self.solutions
-        return unknown or any(each.hopeful for each in of_use)
+        return any(each.hopeful for each in of_use)
 
     @property
     def is_first_order(self) -> bool:
@@ -166,10 +167,15 @@ class System:
 
     @cached_property
     def solutions(self) -> list[Solution]:
-        """What all equations determine, in each way to read them."""
+        """What all equations determine, in each way to read them up to one in which they are complete."""
         chosen = zip(self.equations, self.trivial, strict=True)
         exprs = [each.exact for each, trivial in chosen if not trivial and each.exact]
-        return [solution(self.motion, exprs, reading) for reading in self._readings(exprs)]
+        found: list[Solution] = []
+        for reading in self._readings(exprs):
+            found.append(solution(self.motion, exprs, reading))
+            if not found[-1].missing and not found[-1].gaps:
+                break
+        return found
 
     def _readings(self, exprs: Sequence[Expr]) -> Iterator[Reading]:
         motion = self.motion
@@ -203,7 +209,7 @@ class System:
         if names & motion.accelerations:
             beside = [name for name in beside if name in names or velocity(name) in names]
         needed = len(motion.functions) + len(beside)
-        rows = [{name: derivative(e, name) for name in e.names & set(motion.jets)} for e in self.saying]
+        rows = [_slopes(e, motion.jets) for e in self.saying]
         found = _valued(rows, motion)
         reached = 0 if found is None else len(reduced(_matrix(found, motion.jets)))
         return min(reached, needed - 1) / needed
@@ -243,9 +249,8 @@ def solution(
     partners = motion.partners
     if not motion.first_order:
         exprs += [symbol(v) - symbol(velocity(q)) for q, v in partners.items()]
-    given = {partners[f] for f in reading.second} | {velocity(f) for f in motion.functions} & set(
-        reading.unknown
-    )
+    given = {velocity(f) for f in motion.functions} & set(reading.unknown)
+    given |= {partners[f] for f in reading.second}
     differentiated = not reading.second
     while True:
         left = [name for name in reading.unknown if name not in found.known]
@@ -254,8 +259,14 @@ def solution(
         valued = _valued(rows, motion)
         new = set() if valued is None else _determined(valued, left)
         if new and valued is not None:
-            found.gaps += _gaps(valued, new, motion)
+            try:
+                found.gaps += _gaps(valued, new, motion)
+            except ExpressionError:
+                found.gaps.append(ONE)
             found.known |= new
+        elif valued is None:
+            found.hopeful = True
+            return found
         elif differentiated or not given <= found.known:
             curved = [e for e, row in zip(exprs, every, strict=True) if row is None]
             if found.missing and curved and not granted:
@@ -278,13 +289,20 @@ def _told_at_most(
     Where their slopes do not depend on each other, it is what is determined by these: near the motion there
     are as many others as there are directions in which the slopes are zero.
     """
-    slopes = [{name: derivative(e, name) for name in e.names & set(left)} for e in curved]
+    slopes = [_slopes(e, left) for e in curved]
     linear, both = _valued(rows, motion), _valued([*rows, *slopes], motion)
     if linear is not None and both is not None:
         found, whole = (len(reduced(_matrix(each, left))) for each in (linear, both))
         if whole == found + len(curved):
             return _determined(both, left)
     return set().union(*(e.names & set(left) for e in curved))
+
+
+def _slopes(e: Expr, names: Sequence[str]) -> dict[str, Expr]:
+    """The slopes of an equation; none where they are too large."""
+    with suppress(ExpressionError):
+        return {name: derivative(e, name) for name in names if name in e.names}
+    return {}
 
 
 def _valued(rows: Sequence[dict[str, Expr]], motion: Motion) -> list[Row] | None:

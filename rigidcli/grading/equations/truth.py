@@ -168,6 +168,9 @@ def is_refuted(e: Expr, motion: Motion, tolerance: float) -> bool:
 
 def has_zeros(e: Expr, motion: Motion) -> bool:
     """Whether an expression is zero at a state, or of either sign at states of the motion."""
-    e = motion.in_states(e)
+    try:
+        e = motion.in_states(e)
+    except ExpressionError:
+        return False
     found = [x for place in states(motion) if (x := at_state(e, motion, place)) is not None]
     return any(x.is_zero() for x in found) or (any(x > 0 for x in found) and any(x < 0 for x in found))

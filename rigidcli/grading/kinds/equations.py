@@ -16,6 +16,7 @@ from typing import ClassVar
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.equations import key as equation_key
+from rigidcli.grading.equations.domain import nonzero
 from rigidcli.grading.equations.key import Key
 from rigidcli.grading.equations.mistakes import mistakes
 from rigidcli.grading.equations.system import Solution, System
@@ -57,7 +58,9 @@ class Equations(Kind):
         key = equation_key.read(asked)
         if len(states(key.motion)) < FEWEST:
             raise ValueProblem("the equations have no values at most random states")
-        mistakes(key)  # once for all answers
+        # Once for all answers.
+        mistakes(key)
+        nonzero(key.motion)
         return key
 
     def read_answer(self, key: Key, answer: Tree, folder: Path) -> Answer:

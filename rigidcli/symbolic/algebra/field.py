@@ -147,11 +147,15 @@ class Point:
         return found
 
     def _parts(self, e: Expr, coefficient: Rational) -> tuple[int, int]:
-        """A term as a part of it, so many times."""
+        """A term as a part of it, so many times; of two that differ in sign, as the same part."""
         times = Fraction(coefficient) * PARTS
-        if times.denominator == 1:
-            return self.value(e), int(times)
-        return self.value(e) * coefficient.numerator * raised(coefficient.denominator, -1) % P, 1
+        known = self.value(e)
+        if times.denominator != 1:
+            known, times = (
+                known * coefficient.numerator * raised(coefficient.denominator, -1) % P,
+                Fraction(1),
+            )
+        return (known, int(times)) if known <= P // 2 else (P - known, -int(times))
 
 
 def raised(known: int, exponent: Rational) -> int:
