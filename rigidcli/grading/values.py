@@ -42,6 +42,12 @@ BITS = (128, 512)
 ENOUGH = 60
 """Bits of a value that is used as a float."""
 
+LOST = 96
+"""Bits by which something is smaller than what it is added to when it may not be seen any more.
+
+That is few beside the second of BITS, as it may be to the fourth power that it matters.
+"""
+
 MOST_BITS = 4096
 """Of a fraction that is kept exactly."""
 
@@ -214,7 +220,7 @@ class _Walk:
         self.undefined = np.zeros(count, dtype=bool)
         self.watching = bits > BITS[0]
         self.hidden = np.zeros(count, dtype=bool)
-        self.small = arb(2) ** (-bits // 2)
+        self.small = arb(2) ** -LOST
 
     def balls(self, value: Sequence[Ball] | Fraction) -> Sequence[Ball]:
         """A value at every point."""
@@ -266,7 +272,7 @@ class _Walk:
 
     def watch(self, lost: Sequence[bool], values: Sequence[Ball]) -> None:
         """Note where values are lost, but for exact zeros."""
-        self.hidden |= np.array([each and x != 0 for each, x in zip(lost, values, strict=True)])
+        self.hidden |= np.array([each and not x.is_zero() for each, x in zip(lost, values, strict=True)])
 
     def product(self, factors: Sequence[Sequence[Ball] | Fraction]) -> Sequence[Ball] | Fraction:
         exact = Fraction(1)
