@@ -8,6 +8,7 @@ symbol, so that `x**(1/3*3)` is x**3.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
@@ -104,10 +105,17 @@ class Estimate(Worked):
 
     def minus(self, other: Estimate) -> Estimate:
         """The difference of two expressions at the same points."""
+        return self._with(other, operator.sub)
+
+    def over(self, other: Estimate) -> Estimate:
+        """The quotient of two expressions at the same points."""
+        return self._with(other, operator.truediv)
+
+    def _with(self, other: Estimate, operation: Callable[[Ball, Ball], Ball]) -> Estimate:
         from flint import ctx
 
         with ctx.workprec(BITS[1]):
-            balls = [one - two for one, two in zip(self.balls, other.balls, strict=True)]
+            balls = [operation(one, two) for one, two in zip(self.balls, other.balls, strict=True)]
         return Estimate(balls, self.undefined | other.undefined)
 
     def where(self, places: Mask) -> Estimate:

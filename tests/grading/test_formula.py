@@ -305,6 +305,7 @@ def test_a_key_with_values_on_a_part_of_the_domain_is_none(key: str) -> None:
 def test_a_common_factor_is_found(answer: str, number: float) -> None:
     points = draw(NAMES, 40)
     found = factor(points.at(read(answer, NAMES)), points.at(read("x*k", NAMES)))
+    assert found is not None
     assert float(found) == pytest.approx(number, rel=1e-12)
 
 
