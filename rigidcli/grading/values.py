@@ -8,6 +8,7 @@ symbol, so that `x**(1/3*3)` is x**3.
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
@@ -41,6 +42,12 @@ BITS = (128, 512)
 
 ENOUGH = 60
 """Bits of a value that is used as a float."""
+
+LOST = 96
+"""Bits by which something is smaller than what it is added to when it may not be seen any more.
+
+That is few beside the second of BITS, as it may be to the fourth power that it matters.
+"""
 
 MOST_BITS = 4096
 """Of a fraction that is kept exactly."""
@@ -98,10 +105,17 @@ class Estimate(Worked):
 
     def minus(self, other: Estimate) -> Estimate:
         """The difference of two expressions at the same points."""
+        return self._with(other, operator.sub)
+
+    def over(self, other: Estimate) -> Estimate:
+        """The quotient of two expressions at the same points."""
+        return self._with(other, operator.truediv)
+
+    def _with(self, other: Estimate, operation: Callable[[Ball, Ball], Ball]) -> Estimate:
         from flint import ctx
 
         with ctx.workprec(BITS[1]):
-            balls = [one - two for one, two in zip(self.balls, other.balls, strict=True)]
+            balls = [operation(one, two) for one, two in zip(self.balls, other.balls, strict=True)]
         return Estimate(balls, self.undefined | other.undefined)
 
     def where(self, places: Mask) -> Estimate:
@@ -214,7 +228,7 @@ class _Walk:
         self.undefined = np.zeros(count, dtype=bool)
         self.watching = bits > BITS[0]
         self.hidden = np.zeros(count, dtype=bool)
-        self.small = arb(2) ** (-bits // 2)
+        self.small = arb(2) ** -LOST
 
     def balls(self, value: Sequence[Ball] | Fraction) -> Sequence[Ball]:
         """A value at every point."""
@@ -266,7 +280,7 @@ class _Walk:
 
     def watch(self, lost: Sequence[bool], values: Sequence[Ball]) -> None:
         """Note where values are lost, but for exact zeros."""
-        self.hidden |= np.array([each and x != 0 for each, x in zip(lost, values, strict=True)])
+        self.hidden |= np.array([each and not x.is_zero() for each, x in zip(lost, values, strict=True)])
 
     def product(self, factors: Sequence[Sequence[Ball] | Fraction]) -> Sequence[Ball] | Fraction:
         exact = Fraction(1)

@@ -31,7 +31,15 @@ from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import Node
 from tests.conftest import ROOT
 from tests.grading.asking import Asking
-from tests.grading.rewriting import EXPRESSIONS, POSITIVE, REAL, in_fractions, mistaken, rewritten
+from tests.grading.rewriting import (
+    EXPRESSIONS,
+    POSITIVE,
+    REAL,
+    attacked,
+    in_fractions,
+    mistaken,
+    rewritten,
+)
 from tests.symbolic.trees import NoValueError, value
 
 generated = settings(
@@ -193,6 +201,62 @@ def test_a_hamiltonian_with_a_mistake_is_wrong(name: str, data: st.DataObject) -
     ]
     assume(in_names_of(key, answer) and differ(tree, answer, points))
     assert not is_right(key, text(answer))
+
+
+@generated
+@given(st.sampled_from([*CONFIGS, "henon_heiles"]), st.sampled_from(["allowed", "forbidden"]), st.data())
+def test_what_is_nearly_nothing_is_not_overlooked(name: str, constant: str, data: st.DataObject) -> None:
+    key = of_config(name, constant=constant)
+    answer = data.draw(attacked(text(key.tree), sorted(key.names.states & names_in(key.tree))))
+    assert not is_right(key, answer), answer
+
+
+PENDULUM = "p_theta^2/(2*m*l^2) - m*g*l*cos(theta)"
+OF_PENDULUM = {
+    "coordinates": ["theta"],
+    "momenta": ["p_theta"],
+    "symbols": dict.fromkeys("mgl", "positive"),
+}
+
+
+@pytest.mark.parametrize(
+    ("nothing", "verdict"),
+    [
+        ("m*g*l*log(1 + exp(1e5*theta))", "incorrect"),
+        ("abs(theta - 60) + theta - 60", "incorrect"),
+        ("exp(-1e6*(theta - 0.123)^2)", "incorrect"),
+        ("m*g*l*sin(1e8*theta)*1e-12", "incorrect"),
+        ("1e-30*theta", "incorrect"),
+        ("1.00e-12*theta", "incorrect"),
+        ("theta - atan(tan(theta))", "incorrect"),
+        ("m*g*l*(theta + exp(1e300))/exp(1e300) - m*g*l", "review"),
+        ("abs(theta - 1e9) + theta - 1e9", "review"),
+        ("0*log(1e9 - theta)", "review"),
+        ("0", "correct"),
+        ("l - sqrt(l)^2", "correct"),
+        ("theta - exp(log(theta))", "incorrect"),
+        ("m*g*(theta - sqrt(theta)^2)", "incorrect"),
+    ],
+)
+@pytest.mark.parametrize("constant", ["allowed", "forbidden"])
+def test_nothing_may_be_added_to_a_pendulum(nothing: str, verdict: str, constant: str) -> None:
+    key = literal(PENDULUM, constant=constant, **OF_PENDULUM)
+    assert outcome(key, f"{PENDULUM} + {nothing}").verdict == verdict
+
+
+def test_what_cannot_be_told_is_left_to_a_person() -> None:
+    found = outcome(literal(PENDULUM, **OF_PENDULUM), f"{PENDULUM} + abs(theta - 1e9) + theta - 1e9")
+    assert (found.verdict, found.share) == ("review", 0.0)
+    assert [finding.code for finding in found.findings] == ["undecided"]
+    assert "`theta - 1000000000`" in found.findings[0].detail
+
+
+def test_a_relativistic_energy_is_no_newtonian_one_whatever_the_speed_of_light() -> None:
+    for c in ("c", "299792458", "3e8"):
+        key = literal(f"sqrt(p^2*{c}^2 + m^2*{c}^4)", symbols={"m": "positive", "c": "positive"})
+        assert is_right(key, f"{c}*sqrt(p^2 + (m*{c})^2)")
+        for speed in (c, "299792458", "3e8"):
+            assert not is_right(key, f"m*{speed}^2 + p^2/(2*m)")
 
 
 @pytest.mark.parametrize("ask", ["hamiltonian", "lagrangian", "energy", "dH_dt"])
@@ -618,6 +682,62 @@ def test_domains_decide() -> None:
         assert is_right(literal(key, symbols=positive), answer)
         assert not is_right(literal(key), answer)
     assert is_right(literal("sin(θ)*cos(θ)", symbols={"θ": "real"}), "sin(2*theta)/2")
+
+
+@pytest.mark.parametrize(
+    ("key", "answer", "verdict"),
+    [
+        ("k*x**2/2", "k*x*abs(x)/2", "incorrect"),
+        ("k*x**2/2", "abs(k)*x**2/2", "review"),
+        ("k*r**2/2", "k*r*abs(r)/2", "review"),
+        ("x_1*q2", "sqrt(x_1^2*q2^2)", "incorrect"),
+        ("p*thetadot", "abs(p)*thetadot", "incorrect"),
+        ("sqrt(k/m)", "sqrt(k)/sqrt(m)", "correct"),
+        ("sqrt(k/m)", "k/sqrt(k*m)", "correct"),
+        ("log(a/b)", "log(a) - log(b)", "correct"),
+        ("m*sqrt(a)", "sqrt(m^2*a)", "review"),
+        ("sqrt(p^2 + m^2)", "m*sqrt(1 + p^2/m^2)", "review"),
+    ],
+)
+def test_a_name_that_is_not_listed_may_be_negative(key: str, answer: str, verdict: str) -> None:
+    found = outcome(literal(key), answer)
+    assert found.verdict == verdict
+    if verdict == "review":
+        assert "list" in found.findings[0].detail
+        assert "`symbols`" in found.findings[0].detail
+
+
+@pytest.mark.parametrize(
+    ("answer", "verdict"),
+    [
+        ("p_x^2/4 + 4*x^2", "correct"),
+        ("p_x^2/(2*m) + 4*x^2", "correct"),
+        ("p_x^2/4 + k*x^2/2", "correct"),
+        ("p_x^2/4 + m*w^2*x^2/2 + 3", "correct"),
+        ("p_x^2/4.00 + 4*x^2", "correct"),
+        ("H(x, p) = (p/2)^2 + (w*x)^2", "correct"),
+        (H, "correct"),
+        ("p_x^2/4 + 5*x^2", "incorrect"),
+        ("p_x^2/4 + 4.2*x^2", "incorrect"),
+        ("p_x^2/4 + 4*x^2 + 1e-9*x", "incorrect"),
+        ("p_x^2/4 - 4*x^2", "incorrect"),
+    ],
+)
+def test_numbers_may_be_allowed_for_symbols(answer: str, verdict: str) -> None:
+    key = of(SPRING, "hamilton.hamiltonian", numbers="allowed")
+    assert outcome(key, answer).verdict == verdict
+    if "4" in answer and verdict == "correct" and "w" not in answer:
+        assert not is_right(of(SPRING, "hamilton.hamiltonian"), answer)
+    for example in KINDS["expression"].examples(key):
+        assert (outcome(key, example.answer).verdict == "correct") == (example.code is None)
+
+
+def test_points_follow_from_the_name_of_the_question() -> None:
+    question = Question.model_validate({"answer": PENDULUM, "kind": "expression", **OF_PENDULUM})
+    first, second = (read_key(Asked(question, PENDULUM, name=name)) for name in ("1a", "1b"))
+    zeros = "*".join(f"(theta - ({x!r}))" for x in first.function.ground.points.values["theta"].tolist())
+    for key in (first, second):
+        assert not is_right(key, f"{PENDULUM} + {zeros}")
 
 
 def test_the_sign_of_a_parameter_follows_from_its_value() -> None:

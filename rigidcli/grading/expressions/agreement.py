@@ -23,7 +23,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.expressions.formula import Scale, Vocabulary, draw, names_in, parts_of, size_of
-from rigidcli.grading.values import BITS, Ball, Estimate, Integers, Points, Worked
+from rigidcli.grading.values import BITS, LOST, Ball, Estimate, Integers, Points, Worked
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Symbol, is_positive
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
@@ -59,15 +59,15 @@ STEPS = 4_000
 MOST_NODES = 1_500
 """Of a difference that is worked to hundreds of digits: tenths of a second."""
 
-VANISHING = BITS[1] // 2
+VANISHING = BITS[1] - LOST
 """Bits by which a difference is smaller than its terms where it vanishes."""
 
 MOST_SIDES = 5
 """Expressions that change their sign, of which all combinations of signs must be seen."""
 
 
-PROVED = 2.0**-300
-"""A difference below this, in units of the terms, is none: what is smaller than half of BITS is faint.
+PROVED = 2.0**-400
+"""A difference below this, in units of the terms, is none: to the fourth power of what is not LOST.
 
 It is asked far away, too, as no tolerance is.
 """
@@ -144,7 +144,7 @@ def _far(
         is_far = (turn == place) | (turn == len(names))
         sign = 1 if vocabulary.domains[name] == "positive" else -1
         above[name][is_far] = abs(distances[name][is_far])
-        below[name][is_far] = sign * abs(distances[name][is_far])
+        below[name][is_far] = sign * abs(np.roll(distances[name], 1)[is_far])
     return first.some(range(count)).but(above), second.some(range(count)).but(below)
 
 
@@ -316,14 +316,19 @@ def _boundaries(node: Node, symbols: Mapping[str, Expr]) -> Iterator[tuple[Expr,
             yield from_tree(x, symbols) - 1, True
         case Call("abs" | "sign" | "atan2", arguments):
             yield from ((from_tree(x, symbols), False) for x in arguments)
-        case Call("atan" | "asinh", (x,)):
-            yield from ((pole, False) for pole in _poles(x, symbols))
         case Power(base, exponent):
             known = from_tree(exponent, symbols).as_number
             if known is None or known.denominator != 1:
                 yield from_tree(base, symbols), True
+                yield from ((pole, False) for pole in _poles(base, symbols))
+    if isinstance(node, Call) and node.function not in _SINGLE_VALUED:
+        yield from ((pole, False) for x in node.arguments for pole in _poles(x, symbols))
     for part in parts_of(node):
         yield from _boundaries(part, symbols)
+
+
+_SINGLE_VALUED = frozenset({"sin", "cos", "tan", "exp", "sinh", "cosh", "tanh"})
+"""Functions that are analytic on all sides of a pole of their arguments together."""
 
 
 def _with_plain_exponents(node: Node, symbols: Mapping[str, Expr]) -> Node:

@@ -22,7 +22,7 @@ from rigidcli.grading.expressions.key import Key
 from rigidcli.grading.expressions.rounding import fitted
 from rigidcli.grading.expressions.vocabulary import TIME
 from rigidcli.grading.factors import TURN
-from rigidcli.grading.values import BITS, ENOUGH, Ball, Estimate
+from rigidcli.grading.values import ENOUGH, Ball, Estimate
 from rigidcli.symbolic.algebra.atoms import Monomial, Symbol
 from rigidcli.symbolic.algebra.calculus import expand, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
@@ -160,13 +160,10 @@ def proportional(*, to_turn: bool) -> Callable[[Key, Function], Iterator[Key]]:
 
 def factor(answer: Estimate, key: Estimate) -> Ball | None:
     """The number, not zero, by which a key is multiplied in an answer; None where there is no such number."""
-    from flint import ctx
-
     usable = np.flatnonzero(answer.known & key.differs)
     if np.any(answer.undefined & key.differs) or len(usable) < NEEDED:
         return None
-    with ctx.workprec(BITS[0]):
-        ratios = [answer.balls[place] / key.balls[place] for place in usable.tolist()]
+    ratios = answer.over(key).some(usable).balls
     best = min(ratios, key=lambda ratio: float(ratio.rad()))
     is_common = not best.contains(0) and best.rel_accuracy_bits() >= ENOUGH
     return best if is_common and all(ratio.overlaps(best) for ratio in ratios) else None

@@ -51,7 +51,10 @@ LEAST = 6
 DIGITS = 512
 """Bits of the numbers that were found."""
 
-ROUNDS = 8
+MOST_FIGURES = 150
+"""Decimal digits that these bits are."""
+
+ROUNDS = 9
 """Of the method of Gauss and Newton that works them: each has tens of bits more."""
 
 DAMPING = 2.0**-60
@@ -191,7 +194,7 @@ def fitted(
             found = least_squares(gaps, middle, bounds=(low, high), xtol=SETTLED, ftol=SETTLED, gtol=SETTLED)
     except ValueError:  # no values at a place where they were looked for
         return None
-    if not np.sqrt(np.mean(found.fun**2)) < CLOSE:
+    if not np.median(np.abs(found.fun)) < CLOSE:
         return None
     start = dict(zip(ranges, np.exp(found.x), strict=True))
     numbers = _worked_out(tree, target, start, np.flatnonzero(usable), constant)
@@ -238,7 +241,7 @@ def _worked_out(
                 return None
             numbers = [(x - x * change[place, 0]).mid() for place, x in enumerate(numbers)]
         found = {
-            name: Number(x.str(DIGITS // 4, radius=False), float(x))
+            name: Number(x.str(MOST_FIGURES, radius=False), float(x))
             for name, x in zip(start, numbers, strict=True)
         }
     return found if all(x.is_finite() for x in numbers) else None
