@@ -7,6 +7,7 @@ number, so that it cannot give a reference value away.
 from __future__ import annotations
 
 CODES: dict[str, str] = {
+    "accepted": "this answer was foreseen",
     "axes_dependent": "the axes are linearly dependent",
     "axes_not_orthogonal": "the axes are not at right angles to each other",
     "axis_not_normalised": "the axis is right, but it is no unit vector",

@@ -132,7 +132,7 @@ def papers(files: Sequence[Path], roster: Roster | None = None) -> tuple[list[Pa
     found = []
     for name, file in zip(names, files, strict=True):
         several = counts[_folded(name)]
-        twice = Unreadable("duplicate_file", f"{several} files are this student's").outcome
+        twice = Unreadable("duplicate_key", f"{several} files are this student's").outcome
         found.append(Paper(name, file, twice if several > 1 else None))
     double = sorted({paper.student for paper in found if paper.outcome})
     notes += noted("more than one answer file, and none of them judged", double)

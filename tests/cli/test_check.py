@@ -144,7 +144,7 @@ def test_students_are_told_from_folders_and_a_roster(small: Path, program: Progr
     done = program(*words, "-f", "json")
     found = {name: entry["questions"][0]["verdict"] for name, entry in objects(done.out).items()}
     assert (done.code, found) == (1, {"s1": "correct", "s2": "incorrect", "s3": "invalid"})
-    assert done.out.count("duplicate_file") == 2
+    assert done.out.count("duplicate_key") == 2
     assert "note: more than one answer file, and none of them judged: `s3`" in done.err
     assert "note: no answer files, and left out: `s1/photo.jpg`" in done.err
     done = program(*words, "-f", "json", "--roster", f"{small}/class.csv")

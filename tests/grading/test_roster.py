@@ -66,11 +66,11 @@ def test_two_files_of_one_student_are_not_judged() -> None:
     ]
     found, notes = papers(files)
     assert [paper.outcome and paper.outcome.findings[0].code for paper in found] == [
-        "duplicate_file",
+        "duplicate_key",
         None,
-        "duplicate_file",
-        "duplicate_file",
-        "duplicate_file",
+        "duplicate_key",
+        "duplicate_key",
+        "duplicate_key",
     ]
     assert notes == ["more than one answer file, and none of them judged: `Ada`, `ada`, `eve_7`"]
 
