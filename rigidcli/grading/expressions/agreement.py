@@ -60,7 +60,7 @@ MOST_NODES = 1_500
 """Of a difference that is worked to hundreds of digits: tenths of a second."""
 
 VANISHING = BITS[1] - LOST
-"""Bits by which a difference is smaller than its terms, and those of the key, where it vanishes."""
+"""Bits by which a difference is smaller than its terms where it vanishes."""
 
 MOST_SIDES = 5
 """Expressions that change their sign, of which all combinations of signs must be seen."""
@@ -290,8 +290,7 @@ def _vanishes(difference: Function, answer: Function, key: Function, constant: b
             return False
     if np.any(answer.fine.undefined & key.rough.known):
         return False
-    sizes = zip(difference.sizes, key.sizes, strict=True)
-    limits = [(own + whole).mid() / 2**VANISHING for own, whole in sizes]
+    limits = [size.mid() / 2**VANISHING for size in difference.sizes]
     small = [ball.rad() <= limit for ball, limit in zip(difference.fine.balls, limits, strict=True)]
     if np.count_nonzero(both & small) < min(NEEDED, len(small)):
         return UNCERTAIN
