@@ -6,10 +6,10 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias, get_args
 
-Verdict: TypeAlias = Literal["correct", "partial", "incorrect", "invalid", "missing", "review"]
+Verdict: TypeAlias = Literal["review", "correct", "partial", "incorrect", "invalid", "missing"]
 
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
-"""From the best to the worst, as they are told."""
+"""As they are told: what waits for a person, then from the best to the worst."""
 
 
 @dataclass(frozen=True, slots=True)

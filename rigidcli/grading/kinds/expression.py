@@ -22,7 +22,7 @@ from rigidcli.grading.expressions.key import Key, read_key
 from rigidcli.grading.expressions.mistakes import THREE, additive_terms, factor, parts, still
 from rigidcli.grading.expressions.rounding import MOST_NODES
 from rigidcli.grading.kinds.base import Example, Kind
-from rigidcli.grading.outcome import Finding, Outcome, correct, review, wrong
+from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, review, wrong
 from rigidcli.symbolic.algebra.calculus import expand
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.simplification import tidy
@@ -45,7 +45,10 @@ class Expression(Kind):
 
     def read_answer(self, key: Key, answer: Tree, folder: Path) -> Function:
         """An expression in the symbols of the question. Raises Unreadable."""
-        return key.answer(read(answer, key.names.vocabulary))
+        function = key.answer(read(answer, key.names.vocabulary))
+        if not (function.rough.known | function.rough.undefined).any():
+            raise Unreadable("too_large", "its values cannot be worked out")
+        return function
 
     def judge(self, key: Key, answer: Function) -> Outcome:
         """The outcome of an expression: as a function first, then by its decimals."""
