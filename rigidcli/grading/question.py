@@ -116,22 +116,6 @@ class Question(Section):
     accept: Annotated[tuple[Accepted, ...], AsList] = ()
 
 
-_NAMES = frozenset({"symbols", "coordinates", "momenta", "velocities"})
-
-OPTIONS: dict[str, frozenset[str]] = {
-    "number": frozenset({"modulo", "unit"}),
-    "quantity": frozenset({"modulo", "unit"}),
-    "vector": frozenset({"direction", "symbols"}),
-    "moments": frozenset({"order", "symbols"}),
-    "matrix": frozenset({"symbols"}),
-    "tensor": frozenset({"symbols"}),
-    "axes": frozenset({"order", "normalized", "orthogonal", "handed", "symbols"}),
-    "expression": _NAMES | {"constant"},
-    "trajectory": frozenset({"columns", "angles", "conserved", "modulo", "symbols"}),
-    "choice": frozenset(),
-}
-"""The options that mean something to a kind, besides those of every question."""
-
 EVERYWHERE = frozenset({"document", "ask", "answer", "kind", "points", "tolerance", "credit", "accept"})
 """The options of every question."""
 

@@ -12,7 +12,7 @@ import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha256
 from typing import Any, Literal, NamedTuple, TypeAlias
@@ -41,6 +41,7 @@ from rigidcli.model.syntax import read_tree
 from rigidcli.model.units import ANGLE, DIMENSIONLESS, Unit, parse_unit, split_quantity
 from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.language.expression import Expression, parse
+from rigidcli.symbolic.language.tree import Node
 
 POINTS = 5
 """Points at which entries with symbols are compared."""
@@ -239,13 +240,14 @@ class Typed:
     """The entries of an answer at the points of its key: `values` (k, ...), and which `counts` (k, ...).
 
     `halves` (...) are half of one in the last digit that was typed, 0 for an expression. `bare` tells whether
-    an entry that is not zero lacks a unit.
+    an entry that is not zero lacks a unit. `entries` (...) are as they were typed, where they were.
     """
 
     values: Floats
     counts: Mask
     halves: Floats
     bare: bool = False
+    entries: Array | None = None
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -271,7 +273,8 @@ class Reference:
     what they are at the `points`, in SI units of `unit`. The names in `given` have values that the document
     gives them. They have these at the first `known` points, and others at the rest, where only entries of an
     answer count that hold such a name. `labels` (...) name the entries. What is below rounding noise
-    `beside` a number (SI) is zero. `mistaken` has codes with the values that come out under mistakes.
+    `beside` a number (SI) is zero. `mistaken` has codes with the values that come out under mistakes. Those
+    names that are `derived` follow from others.
     """
 
     question: Question
@@ -288,6 +291,7 @@ class Reference:
     symmetry: Symmetry = frozenset()
     numbers: Floats | float = 1.0
     mistaken: tuple[tuple[str, Floats], ...] = ()
+    derived: Mapping[str, Node] = field(default_factory=dict)
 
     @property
     def names(self) -> frozenset[str]:
@@ -349,7 +353,7 @@ class Reference:
         counts = np.ones((len(self.points), *cells.shape), dtype=bool)
         holds = [isinstance(e, Expression) and not e.names.isdisjoint(self.given) for e in entries.flat]
         counts[self.known :] = np.reshape(holds, cells.shape)
-        return Typed(worked(entries, self.points), counts, halves, any(each.bare for each in read))
+        return Typed(worked(entries, self.points), counts, halves, any(each.bare for each in read), entries)
 
     def agree(self, answer: Typed) -> Mask:
         """Which entries (...) of an answer are those in the same places here, within the tolerance."""
@@ -510,7 +514,17 @@ def reference(asked: Asked, layout: Layout) -> Reference:
     points, given, known = _points(asked, entries)
     values, labels = worked(entries, points), labelled("entry", entries.shape)
     rest = (points, given, known, unit, question.tolerance, labels, beside)
-    return Reference(question, asked.path, entries, values, *rest)
+    return Reference(question, asked.path, entries, values, *rest, derived=_derived(asked))
+
+
+def _derived(asked: Asked) -> dict[str, Node]:
+    """The parameters of a document that hang on others; in exact results also those that have a value."""
+    known = {} if asked.document is None else asked.document.definitions
+    return {
+        name: definition.root
+        for name, definition in known.items()
+        if definition is not None and (definition.names or _is_exact(asked))
+    }
 
 
 def labelled(word: str, shape: tuple[int, ...]) -> Array:

@@ -179,3 +179,34 @@ def test_points_follow_from_the_key_and_the_name_of_the_question() -> None:
     assert kind.read_key(asked).points == points
     assert kind.read_key(replace(asked, name="b")).points != points
     assert kind.read_key(replace(asked, value=["k*m", "2*k"])).points != points
+
+
+# --- symbols
+
+VANISHING = [
+    "abs(a - 3) + a - 3",
+    "exp(-1e6*(a - 0.9)^2)",
+    "log(1 + exp(1e3*(a - 20)))",
+    "sign(a - 1e7) + 1",
+]
+"""What is nothing, or next to it, at most values of a symbol."""
+
+
+@pytest.mark.parametrize("more", VANISHING)
+@pytest.mark.parametrize(
+    ("kind", "key"),
+    [
+        ("vector", ["m*a", "0", "2*m*a"]),
+        ("moments", ["m*a^2", "2*m*a^2"]),
+        ("matrix", [["m*a", "0"], ["0", "3"]]),
+        ("tensor", [["2*m*a^2", "0", "0"], ["0", "2*m*a^2", "0"], ["0", "0", "3*m*a^2"]]),
+    ],
+)
+def test_what_vanishes_at_most_values_of_a_symbol_is_not_right(kind: str, key: Any, more: str) -> None:
+    asking = Asking(kind)
+    ours = asking.literal(key, symbols={"m": "positive", "a": "positive"})
+    answer = [list(row) if isinstance(row, list) else row for row in key]
+    row = answer[0] if isinstance(answer[0], list) else answer
+    assert asking.judged(ours, answer).verdict == "correct"
+    row[0] = f"{row[0]} + m*({more})"
+    assert asking.judged(ours, answer).verdict != "correct"

@@ -20,7 +20,8 @@ from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.mistakes import variants
 from rigidcli.grading.numbers import MOST_ENTRIES, margin
-from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
+from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, review, wrong
+from rigidcli.grading.proofs import are_proved
 from rigidcli.grading.samples import (
     TENSORS,
     Cell,
@@ -96,6 +97,8 @@ class Arrays(Kind):
         if key.needs_unit and answer.bare:
             return wrong(Finding("unit_missing", reference=told(key)))
         if self.is_right(key, answer):
+            if not are_proved(key, answer):
+                return review("it is right for some values of the symbols, and not proved to be so for all")
             return self.remarked(key, answer)
         share = 0.0
         if answer.shape == key.shape:

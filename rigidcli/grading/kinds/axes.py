@@ -23,7 +23,8 @@ from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.numbers import ROUNDING
 from rigidcli.grading.outcome import Finding, Outcome, correct, review, wrong
 from rigidcli.grading.principal.eigen import Answer, Match, are_moments, match
-from rigidcli.grading.principal.key import Key, are_numbers, is_proved, make, read, solution
+from rigidcli.grading.principal.key import Key, is_proved, make, read, solution
+from rigidcli.grading.proofs import are_numbers
 from rigidcli.grading.samples import as_typed, times
 from rigidcli.grading.samples import told as entries_told
 from rigidcli.symbolic.language.expression import Expression

@@ -19,14 +19,14 @@ from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.factors import CONSTANTS
 from rigidcli.grading.infer import BY_NAME
-from rigidcli.grading.numbers import ROUNDING, margin
+from rigidcli.grading.numbers import ROUNDING
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.principal.eigen import Answer, Eigen, default_angle, match, solve
+from rigidcli.grading.proofs import agree, are_numbers, exact, simple
 from rigidcli.grading.question import Question, Tolerance
 from rigidcli.grading.samples import (
     Cell,
     Reference,
-    as_typed,
     computed,
     filled,
     read_entry,
@@ -36,13 +36,6 @@ from rigidcli.grading.samples import (
 )
 from rigidcli.grading.tensors import OTHER_PRODUCTS, mistaken_tensors
 from rigidcli.model.units import Unit, parse_unit
-from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.calculus import coefficients
-from rigidcli.symbolic.algebra.expressions import Expr, symbol
-from rigidcli.symbolic.algebra.fractions import lowest_terms
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.trigonometry import elementary_angles
-from rigidcli.symbolic.language.expression import Expression, parse
 
 LARGEST_ANGLE = 0.5
 """An angle (rad) that a question may allow to an axis; what is more was hardly meant in radians."""
@@ -64,9 +57,6 @@ MOST = 6
 
 NAMES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 """The components of a symmetric tensor."""
-
-MAX_STEPS = 20_000
-"""Steps that a proof may take, a few hundredths of a second."""
 
 LAX = {
     "order": "free",
@@ -221,17 +211,10 @@ def _solved_exactly(key: Key) -> Array | None:
     from rigidcli.symbolic.mechanics.principal_axes import principal_frame
 
     try:
-        frame = principal_frame(_exact(key, key.reference.entries))
+        frame = principal_frame(exact(key.reference, key.reference.entries))
         return _arranged(computed(np.column_stack([frame.moments, frame.axes])), key.reference)
     except RigidError:
         return None
-
-
-def _exact(key: Key, entries: Array) -> Array:
-    """Entries as exact expressions. Raises ExpressionError."""
-    real = {name for name, sign in (key.question.symbols or {}).items() if sign == "real"}
-    values = {name: symbol(name, positive=name not in real) for name in key.reference.names}
-    return filled([from_tree(parse(as_typed(entry)).root, values) for entry in entries.flat], entries.shape)
 
 
 def _of_first_point(eigen: Eigen) -> Array:
@@ -248,11 +231,6 @@ def _arranged(pairs: Array, key: Reference) -> Array:
     return pairs
 
 
-def are_numbers(entries: Array) -> bool:
-    """Whether no entry holds a symbol."""
-    return not any(isinstance(entry, Expression) for entry in entries.flat)
-
-
 # --- proofs
 
 
@@ -266,42 +244,21 @@ def is_proved(key: Key, answer: Answer, places: np.ndarray) -> bool:
         return True
     if key.solution is None:
         return False
+    signs = (1,) if "real" not in (key.question.symbols or {}).values() else ()
     try:
-        told, right = _exact(key, answer.entries), _exact(key, key.solution)
+        told, right = exact(key.reference, answer.entries), exact(key.reference, key.solution)
         for row, slot in zip(told, places[0], strict=True):
             others = right[~key.eigen.same[0, slot], 1:]
             axis, moment = row[-3:], row[0] if len(row) == 4 else right[slot, 0]
             zeros = [axis @ other for other in others] if any(entry.names for entry in axis) else []
             if zeros and key.question.normalized == "required":
                 zeros.append(axis @ axis - 1)
-            if not _agree(key, moment, right[slot, 0]) or any(_simple(each).terms for each in zeros):
+            same = agree(moment, right[slot, 0], key.question.tolerance, signs=signs)
+            if not same or any(simple(each).terms for each in zeros):
                 return False
     except ExpressionError:
         return False
     return True
-
-
-def _agree(key: Key, one: Expr, other: Expr) -> bool:
-    """Whether two expressions are the same, or polynomials whose coefficients are nearly so.
-
-    Several terms must have one sign wherever the symbols are positive: no sum of them is then less than one.
-    """
-    names = sorted(one.names | other.names)
-    if not names or not _simple(one - other).terms:
-        return True
-    told, right = (coefficients(_simple(each), names) for each in (one, other))
-    if told is None or right is None or told.keys() != right.keys():
-        return False
-    pairs = [(float(told[powers]), float(right[powers])) for powers in right]
-    positive = "real" not in (key.question.symbols or {}).values()
-    sure = len(pairs) == 1 or (positive and len({own > 0 for _, own in pairs}) == 1)
-    return sure and all(abs(mine - own) <= margin(own, key.question.tolerance) for mine, own in pairs)
-
-
-def _simple(e: Expr) -> Expr:
-    """An expression multiplied out over one denominator. Raises ExpressionError where it is too large."""
-    allowance = Allowance(MAX_STEPS)
-    return lowest_terms(elementary_angles(lowest_terms(e, allowance)[0], allowance), allowance)[0]
 
 
 # --- reading
