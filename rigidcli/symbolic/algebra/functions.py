@@ -93,7 +93,6 @@ _COMPOSED: dict[tuple[str, str], Callable[[Expr], Expr]] = {
     ("cos", "atan"): lambda x: 1 / _root(1 + x**2),
     ("tan", "atan"): lambda x: x,
     ("log", "exp"): lambda x: x,
-    ("exp", "log"): lambda x: x,
 }
 """Functions of functions that are simpler wherever they have a value."""
 
