@@ -99,7 +99,7 @@ class Problem:
 
     def __str__(self) -> str:
         place = self.source if self.line is None else f"{self.source}:{self.line}"
-        text = ": ".join(printable(part) for part in (place, _shortened(self.key), self.message) if part)
+        text = ": ".join(printable(part) for part in (place, shortened(self.key), self.message) if part)
         return text if self.hint is None else f"{text}\n  hint: {printable(self.hint)}"
 
 
@@ -122,10 +122,13 @@ class DocumentError(RigidError):
 
 def printable(text: str) -> str:
     """`text` without what could steer a terminal: control characters and marks of direction are escaped."""
+    if text.isprintable():
+        return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-def _shortened(text: str, most: int = 200) -> str:
+def shortened(text: str, most: int = 200) -> str:
+    """`text`, or as much of its beginning as there is room for."""
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
@@ -145,7 +148,7 @@ def shown(raw: object) -> str:
     if raw is None:
         return "nothing"
     text = raw if isinstance(raw, str) else json.dumps(raw) if isinstance(raw, bool) else str(raw)
-    return f"`{_shortened(text if text.isprintable() else json.dumps(text), LONGEST_SHOWN)}`"
+    return f"`{shortened(text if text.isprintable() else json.dumps(text), LONGEST_SHOWN)}`"
 
 
 def nearest(word: str, known: Sequence[str]) -> str | None:

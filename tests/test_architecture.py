@@ -15,9 +15,12 @@ from rigidcli import STUDIES
 from rigidcli.cli import app
 from rigidcli.cli.check import CheckFormat
 from rigidcli.cli.new import Kind
-from rigidcli.grading.kinds import KINDS, kind
+from rigidcli.grading.codes import CODES
+from rigidcli.grading.kinds import KINDS
+from rigidcli.grading.kinds.base import Kind as KindOfAnswer
+from rigidcli.grading.mistakes import MISTAKES
 from rigidcli.grading.question import KindName
-from rigidcli.grading.reports import FORMATS
+from rigidcli.grading.reports.formats import FORMATS
 from rigidcli.model import shapes, solid_shapes, thin_shapes
 from rigidcli.model.shape import Lamina, Shape, Shell, Solid, Wire
 from rigidcli.render import Format, renderer
@@ -58,13 +61,14 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     assert all(callable(getattr(rigidcli, name)) for name in rigidcli.__all__ if name in STUDIES)
 
 
-def test_every_kind_of_answer_is_a_module_and_every_module_a_kind() -> None:
-    modules = {name.rpartition(".")[2] for name in KINDS.values()}
-    assert _names("rigidcli.grading.kinds") == modules
+def test_every_kind_of_answer_is_listed_and_every_mistake_is_of_a_kind() -> None:
     assert set(KINDS) == set(get_args(KindName))
-    for name in KINDS:
-        module = kind(name)
-        assert all(callable(function) for function in (module.read_key, module.judge, module.examples))
+    assert all(isinstance(kind, KindOfAnswer) for kind in KINDS.values())
+    names = {kind.name for kind in KINDS.values()}
+    assert all(set(mistake.changes) | set(mistake.fits) <= names for mistake in MISTAKES)
+    codes = [mistake.code for mistake in MISTAKES]
+    assert len(codes) == len(set(codes))
+    assert not set(codes) & set(CODES)
 
 
 def test_every_starter_is_a_kind() -> None:

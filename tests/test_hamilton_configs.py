@@ -7,9 +7,11 @@ equations, integrated by scipy, and with figures that the comments of the docume
 
 from __future__ import annotations
 
+import contextlib
 import json
 import math
 import random
+import re
 from collections.abc import Mapping
 from functools import cache
 from itertools import pairwise
@@ -24,10 +26,13 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 import rigidcli
+from rigidcli.errors import ExpressionError
 from rigidcli.render import Format, Look, renderer
 from rigidcli.studies import hamilton
 from rigidcli.symbolic.language.evaluation import real
 from rigidcli.symbolic.language.parser import read
+from rigidcli.symbolic.language.text import reading
+from rigidcli.symbolic.language.tree import Node
 from tests.conftest import ROOT, Program, printed
 
 Floats = NDArray[np.float64]
@@ -187,6 +192,36 @@ def test_hamiltonian(name: str) -> None:
 @pytest.mark.parametrize("name", AS_WRITTEN)
 def test_hamiltonian_is_printed_as_people_write_it(name: str) -> None:
     assert derived(name)["hamiltonian"] == EXPECTED[name].hamiltonian
+
+
+def trees_in(result: object) -> list[Node]:
+    """The expressions of a result that people are shown."""
+    entries = result.values() if isinstance(result, dict) else [result]
+    return [read(entry)[0] for entry in entries if isinstance(entry, str)]
+
+
+@every
+def test_what_the_table_shows_is_read_back(name: str) -> None:
+    told = derived(name)
+    report = hamilton.run(rigidcli.load(CONFIGS / f"{name}.yaml", settings=["orbit=null"]))
+    shown = set()
+    for line in "".join(renderer(Format.table)([report], Look())).splitlines():
+        with contextlib.suppress(ExpressionError):
+            shown.add(read(re.split(r"\s{2,}", line)[-1])[0])
+    for key in ("lagrangian", "momentum_definitions", "hamiltonian", "equations"):
+        for tree in trees_in(told[key]):
+            assert tree in shown
+
+
+@pytest.mark.parametrize(
+    "name", ["double_pendulum", "notes_spring", "relativistic_oscillator", "bead_on_hoop"]
+)
+def test_a_document_may_have_a_lagrangian_as_the_table_shows_it(name: str) -> None:
+    told = derived(name)
+    system = {"coordinates": told["coordinates"], "lagrangian": reading(read(told["lagrangian"])[0])}
+    again = result(name, "orbit=null", f"system={json.dumps(system)}")
+    assert again["hamiltonian"] == told["hamiltonian"]
+    assert again["equations"] == told["equations"]
 
 
 @every

@@ -2,8 +2,10 @@
 
 # Annotations here are objects, not texts: typer reads them.
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from enum import StrEnum
+from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
 import typer
@@ -33,6 +35,15 @@ TABULAR = {
     "--selftest": ("table",),
 }
 """The formats of each option that prints something else than judgements; a gradebook is csv in both."""
+
+
+def _study(name: str) -> "Callable[[Document], Report]":
+    """The study of a command, which is loaded when it is first asked."""
+    return lambda document: getattr(rigidcli, name)(document)
+
+
+STUDIES = {name: _study(name) for name in rigidcli.STUDIES}
+"""The studies that work out keys."""
 
 
 class CheckFormat(StrEnum):
@@ -76,6 +87,12 @@ def check(
         str | None,
         typer.Option("--column", metavar="NAME", help="Its column, if not named like the assignment."),
     ] = None,
+    roster: Annotated[
+        str | None,
+        typer.Option(
+            "--roster", metavar="FILE.csv", help="Who the students are; without a file, they get a row, too."
+        ),
+    ] = None,
     selftest: Annotated[
         bool, typer.Option("--selftest", help="Judge the keys themselves, their forms and named mistakes.")
     ] = False,
@@ -96,11 +113,13 @@ def check(
         raise typer.BadParameter("--column is for --canvas")
     failures = Failures()
     with failures.of(assignment), Output(output) as target:
-        from rigidcli.grading import batch
+        from rigidcli.grading import batch, files
+        from rigidcli.grading import roster as students
         from rigidcli.grading.assignment import prepare
+        from rigidcli.grading.outcome import MISSING
         from rigidcli.grading.reports import Style
 
-        prepared = prepare(assignment, {name: _study(name) for name in rigidcli.STUDIES})
+        prepared = prepare(assignment, STUDIES)
         for note in () if quiet else prepared.notes:
             complain(str(note))
         if selftest:
@@ -109,45 +128,57 @@ def check(
             width, colour = target.terminal()
             style = Style(feedback, not no_header, width, colour)
             view = _view(format, items, regrade, canvas, column or prepared.title, quiet)
+            found = files.gather(answers or (), assignment)
+            known = None if roster is None else students.read_roster(roster)
+            papers, notes = students.papers(found.files, known)
+            # Gradescope waits for a result of those, too, who have handed in nothing.
+            unhanded = format is CheckFormat.gradescope and not papers
+            if unhanded:
+                papers = [students.Paper(Path(answers[0]).stem if answers else "", None, MISSING)]
+            for problem in found.problems:
+                complain(str(problem))
+                failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
+            tell_notes(roster or prepared.source, notes, quiet)
             with progress() as show:
-                files, missing = batch.gather(answers or (), assignment)
-                for problem in missing:
-                    complain(str(problem))
-                    failures.code = max(failures.code, UsageError.exit_code)
                 # On a terminal, the results themselves show the progress.
                 seen = (lambda fraction: None) if width else show
-                judgements = batch.run(prepared.items, files, jobs, seen)
-                for piece in view(_noted(judgements, failures, quiet), style):
+                judgements = batch.run(prepared.items, papers, jobs, seen)
+                others = [files.safe_name(str(file)) for file in found.others]
+                for piece in view(_noted(judgements, others, prepared.source, failures, quiet), style):
                     target.write(piece)
     raise typer.Exit(failures.code)
 
 
-def _study(name: str) -> "Callable[[Document], Report]":
-    """The study of a command, which is loaded when it is first asked."""
-    return lambda document: getattr(rigidcli, name)(document)
+def _noted(
+    judgements: "Iterator[Judgement]", others: Sequence[str], source: str, failures: Failures, quiet: bool
+) -> "Iterator[Judgement]":
+    """The judgements, whose notes are printed, and whose verdicts decide the exit code.
 
+    `others` are files beside the answers, which are told in the end, if no answer names them.
+    """
+    from rigidcli.grading.roster import noted
 
-def _noted(judgements: "Iterator[Judgement]", failures: Failures, quiet: bool) -> "Iterator[Judgement]":
-    """The judgements, whose notes are printed, and whose verdicts decide the exit code."""
+    named = set[str]()
     for judgement in judgements:
         tell_notes(judgement.source, judgement.notes, quiet)
         if any(question.verdict != "correct" for question in judgement.questions):
             failures.code = max(failures.code, NOT_CORRECT)
+        named.update(str(Path(judgement.source).parent / name) for name in judgement.files)
         yield judgement
+    beside = [str(Path(*Path(file).parts[-2:])) for file in others if file not in named]
+    tell_notes(source, noted("no answer files, and left out", beside), quiet)
 
 
 def _view(
     format: CheckFormat, items: bool, regrade: str | None, canvas: str | None, column: str, quiet: bool
 ) -> "View":
     """The function that turns judgements into text; other files that it needs are read at once."""
-    from rigidcli.grading import reports
-
     if items:
         from rigidcli.grading.reports import items as report
 
         return lambda judgements, style: report.TEXTS[format](report.tally(judgements), style)
     if regrade is not None:
-        from rigidcli.grading import regrade as again
+        from rigidcli.grading.reports import regrade as again
 
         old = again.read(regrade)
         return lambda judgements, style: again.TEXTS[format](
@@ -159,12 +190,15 @@ def _view(
         text, source = gradebook.read(canvas), canvas
 
         def fill(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
-            filled = gradebook.fill(text, judgements, column)
+            # Who has handed in nothing gets no score.
+            filled = gradebook.fill(text, (each for each in judgements if each.source), column)
             tell_notes(source, filled.notes, quiet)
             yield filled.text
 
         return fill
-    return reports.renderer(format)
+    from rigidcli.grading.reports.formats import render
+
+    return partial(render, format)
 
 
 def _selftest(prepared: "Prepared", target: Output, failures: Failures) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from enum import StrEnum
 from importlib import resources
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from rigidcli.cli.computing import OutputPath
-from rigidcli.cli.output import Output
+from rigidcli.cli.output import Output, complain
+from rigidcli.errors import Problem, UsageError, shown
 
 
 class Kind(StrEnum):
@@ -26,13 +28,38 @@ class Kind(StrEnum):
     top = "top"
     planet = "planet"
     system = "system"
+    assignment = "assignment"
+    answers = "answers"
+
+
+def _require_kind(kind: str) -> str:
+    if kind not in [*Kind]:
+        raise typer.BadParameter(f"read {shown(kind)}, expected one of {', '.join(Kind)}")
+    return kind
+
+
+def _completed(incomplete: str) -> list[str]:
+    return [kind.value for kind in Kind if kind.startswith(incomplete)]
 
 
 def new(
-    kind: Annotated[Kind, typer.Argument(metavar="KIND", help=f"One of {', '.join(Kind)}.")] = Kind.shape,
+    kind: Annotated[
+        str,
+        typer.Argument(
+            metavar="KIND",
+            callback=_require_kind,
+            autocompletion=_completed,
+            help=f"One of {', '.join(Kind)}.",
+        ),
+    ] = Kind.shape.value,
     output: OutputPath = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file PATH.")] = False,
 ) -> None:
-    """Print a commented document to start from."""
+    """Print a commented document, assignment or answer file to start from."""
+    if output is not None and Path(output).is_file() and not force:
+        hint = "`--force` overwrites it"
+        complain(str(Problem(output, "this file is there already, and is not overwritten", hint=hint)))
+        raise typer.Exit(UsageError.exit_code)
     starter = resources.files("rigidcli").joinpath("starters", f"{kind}.yaml")
     with Output(output) as target:
         target.write(starter.read_text(encoding="utf-8"))

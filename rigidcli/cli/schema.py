@@ -2,15 +2,41 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
+from typing import Annotated
+
+import typer
+
 from rigidcli.cli.computing import OutputPath
 from rigidcli.cli.output import Output
 
 
-def schema(output: OutputPath = None) -> None:
-    """Print the JSON Schema of a document, for editors."""
+class SchemaKind(StrEnum):
+    """What there are schemas of."""
+
+    document = "document"
+    assignment = "assignment"
+    answers = "answers"
+
+
+def schema(
+    kind: Annotated[
+        SchemaKind, typer.Argument(metavar="KIND", help=f"One of {', '.join(SchemaKind)}.")
+    ] = SchemaKind.document,
+    output: OutputPath = None,
+) -> None:
+    """Print the JSON Schema of a document, an assignment or an answer file, for editors."""
     import orjson
 
+    from rigidcli.grading.question import AnswerFile, Assignment
+    from rigidcli.model.base import Section
+    from rigidcli.model.document import Document
     from rigidcli.model.schema import json_schema
 
+    roots: dict[str, type[Section]] = {
+        "document": Document,
+        "assignment": Assignment,
+        "answers": AnswerFile,
+    }
     with Output(output) as target:
-        target.write(orjson.dumps(json_schema(), option=orjson.OPT_INDENT_2).decode() + "\n")
+        target.write(orjson.dumps(json_schema(roots[kind]), option=orjson.OPT_INDENT_2).decode() + "\n")

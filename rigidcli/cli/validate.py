@@ -2,21 +2,102 @@
 
 from __future__ import annotations
 
+import os
+import re
+from pathlib import Path
+
 import typer
 
-from rigidcli.cli.computing import Exact, Files, Quiet, Settings, documents, tell_notes
-from rigidcli.cli.output import Failures, Output
-from rigidcli.errors import printable
+from rigidcli.cli.check import STUDIES
+from rigidcli.cli.computing import Exact, Files, Quiet, Settings, tell_notes
+from rigidcli.cli.output import Failures, Output, complain
+from rigidcli.errors import DocumentError, Problem, printable
+
+HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers)[\"']?\s*:", re.MULTILINE)
+"""A key that stands at the top of an assignment or an answer file, and not of a document."""
 
 
 def validate(files: Files, settings: Settings = None, exact: Exact = False, quiet: Quiet = False) -> None:
-    """Read and validate only.
+    """Read and validate only: documents, assignments, and answer files without the key.
 
-    Prints the names of the files that are valid.
+    Prints the names of the files that are valid, and what is asked or answered in them.
     """
+    from rigidcli.model.load import loads, read_text
+
     failures = Failures()
     with Output(None) as target:
-        for document in documents(files, failures, exact=exact, settings=settings or ()):
-            tell_notes(document.source, document.notes, quiet)
-            target.write(f"{printable(document.source)}: valid\n")
+        for file in files:
+            with failures.of(file):
+                source = os.fsencode(file).decode(errors="backslashreplace")
+                text = read_text(file, source)
+                folder = Path() if file == "-" else Path(file).parent
+                kind = _kind(text)
+                if kind == "questions":
+                    lines = _assignment(file, text, quiet)
+                elif kind == "answers":
+                    lines = _answers(text, folder / Path(file).name, failures)
+                else:
+                    document = loads(text, source=source, folder=folder, exact=exact, settings=settings or ())
+                    tell_notes(document.source, document.notes, quiet)
+                    lines = ["valid"]
+                if lines:
+                    target.write(f"{printable(source)}: " + "".join(f"{line}\n" for line in lines))
     raise typer.Exit(failures.code)
+
+
+def _kind(text: str) -> str | None:
+    """Which of `questions` and `answers` the file has; None for a document."""
+    from rigidcli.model.syntax import read_tree
+
+    found = HOMEWORK.search(text)
+    if found is None:
+        return None
+    try:
+        tree = read_tree(text, "")
+    except DocumentError:
+        return found[1]
+    return next((key for key in ("questions", "answers") if isinstance(tree, dict) and key in tree), None)
+
+
+def _assignment(file: str, text: str, quiet: bool) -> list[str]:
+    """What an assignment asks."""
+    from rigidcli.grading.assignment import prepare
+
+    prepared = prepare(file, STUDIES, text)
+    for note in () if quiet else prepared.notes:
+        complain(str(note))
+    asked = [
+        f"  {printable(id)}: {item.kind.name}, {item.points:.12g} point{'s' * (item.points != 1)}"
+        for id, item in prepared.items.items()
+    ]
+    return ["valid", *asked]
+
+
+def _answers(text: str, path: Path, failures: Failures) -> list[str]:
+    """What each answer is read as; what is wrong with others is printed as errors."""
+    from rigidcli.grading.answers import read_answers
+    from rigidcli.grading.described import described
+    from rigidcli.grading.feedback import sentence
+    from rigidcli.grading.files import safe_name
+    from rigidcli.grading.outcome import Unreadable
+
+    source, told = safe_name(str(path)), list[str]()
+
+    def refused(unreadable: Unreadable, key: str) -> None:
+        failures.code = max(failures.code, DocumentError.exit_code)
+        for finding in unreadable.findings:
+            complain(str(Problem(source, sentence(finding), key=key)))
+
+    try:
+        answers = read_answers(text, source)
+    except Unreadable as unreadable:
+        refused(unreadable, "")
+        return []
+    for id, answer in answers.items():
+        found = described(answer, path)
+        if isinstance(found, Unreadable):
+            refused(found, f"answers.{id}")
+        else:
+            told.append(f"  {printable(id)}: {found}")
+    count = f"{len(told)} of {len(answers)} answers can be read"
+    return ["valid" if len(told) == len(answers) else count, *told]

@@ -22,7 +22,7 @@ import numpy as np
 
 from rigidcli.core import dormand_prince, runge_kutta
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import FINEST, MOST_NUMBERS, Flow, Solution, Stop, Stopped, TooManySteps
+from rigidcli.core.solution import FINEST, MOST_NUMBERS, Flow, Solution, State, Stop, Stopped, TooManySteps
 from rigidcli.errors import ComputationError
 
 __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "integrate"]
@@ -49,6 +49,7 @@ def integrate(
     engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
     name: str = "the solution",
+    least: State | None = None,
 ) -> Solution:
     """Solve y' = f(t, y), y(t0) = `start` (n), over the span (t0, t1), where t1 may come before t0.
 
@@ -59,6 +60,8 @@ def integrate(
     `auto` begins with `runge-kutta`, and changes to `taylor` when heyoka is installed, can express the
     flow, and will pay. This depends on numbers of steps alone, never on the clock, so
     that the same problem has the same result. `progress` is given the fraction done, a few times a second.
+    `least` are the sizes to which the errors of blocks are relative at least, where another solution of the
+    problem has told them: see `runge_kutta.least_sizes`.
 
     Raises:
         Stopped: the solution, called `name` in the message, does not reach t1.
@@ -87,7 +90,9 @@ def integrate(
         return taylor.solve(flow, seen, (t0, t1), tolerance=tolerance, blocks=sizes, tell=tell, name=name)
 
     f = flow(math)
-    steps = runge_kutta.march(f, times, states, t1, tolerance=tolerance, blocks=sizes, name=name)
+    if least is None:
+        least = runge_kutta.least_sizes(f, t0, y0.tolist(), t1, sizes)
+    steps = runge_kutta.march(f, times, states, t1, tolerance=tolerance, blocks=sizes, name=name, least=least)
     if engine == "taylor":
         with suppress(ComputationError):
             next(steps, None)
@@ -107,7 +112,7 @@ def integrate(
 
     follow = runge_kutta.follower(f, tolerance=tolerance, blocks=sizes, name=name)
     sample = runge_kutta.sampler(flow, knots, path, follow)
-    return Solution(len(times) - 1, dormand_prince.METHOD, knots, sample)
+    return Solution(len(times) - 1, dormand_prince.METHOD, knots, sample, least)
 
 
 def _throttled(progress: Callable[[float], None] | None, t0: float, t1: float) -> Callable[[float], None]:

@@ -125,8 +125,8 @@ def as_quaternion(matrix: Floats) -> Floats:
     return -quaternion if quaternion[0] < 0 else quaternion
 
 
-def compose(p: Floats, q: Floats) -> Floats:
-    """The products p q of quaternions (..., 4): q turns first."""
+def compose(p: Array, q: Array) -> Array:
+    """The products p q of quaternions (..., 4), of numbers or of trees: q turns first."""
     p0, p1, p2, p3 = np.moveaxis(p, -1, 0)
     q0, q1, q2, q3 = np.moveaxis(q, -1, 0)
     return np.stack(
@@ -140,11 +140,14 @@ def compose(p: Floats, q: Floats) -> Floats:
     )
 
 
-def turned(q: Floats, v: Floats) -> Floats:
-    """The vectors v (..., 3) turned by unit quaternions q (..., 4): v + 2 q0 (q x v) + 2 q x (q x v)."""
+def turned(q: Array, v: Array) -> Array:
+    """The vectors v (..., 3) turned by unit quaternions q (..., 4): v + 2 q0 (q x v) + 2 q x (q x v).
+
+    Both may be of numbers or of trees. The length is right to first order in that of q.
+    """
     around = q[..., 1:]
     once = 2 * np.cross(around, v)
-    result: Floats = v + q[..., :1] * once + np.cross(around, once)
+    result: Array = v + q[..., :1] * once + np.cross(around, once)
     return result
 
 

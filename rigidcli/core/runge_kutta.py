@@ -83,6 +83,9 @@ PILOT = 1e-6
 SMALL = 1e-3
 """What errors of a variable that starts at zero are relative to at least, in units of its later size."""
 
+LEAST = 1e-280
+"""The size below which no variable is followed: it is nearly lost in the gap between zero and the floats."""
+
 MOVES = (-5 * ROUNDING, -3 * ROUNDING, 3 * ROUNDING, 5 * ROUNDING)
 """By how much arguments are changed to show rounding errors, in units of their size."""
 
@@ -164,10 +167,12 @@ def march(
     tolerance: float,
     blocks: tuple[int, ...],
     name: str,
+    least: State | None = None,
 ) -> Iterator[float]:
     """Go on from the last of `times` and `states` to `end`, and append each step to them.
 
-    Every `ROUND` steps it yields the time that it has reached.
+    Every `ROUND` steps it yields the time that it has reached. `least` has for each block the size to which
+    its error is relative at least; by default those of `least_sizes`.
 
     Raises:
         Stopped: there is no solution as far as `end`.
@@ -184,7 +189,7 @@ def march(
     failures = taken = jumps = 0
     regular = True
     floor = floors(f, t, y, k, regular, blocks, tolerance)
-    least = _least(f, t, y, k, end, blocks)
+    least = least_sizes(f, t, y, end, blocks) if least is None else least
     while t != end:
         left = end - t
         shortest = SHORTEST * max(abs(t), ORIGIN * abs(span))
@@ -227,17 +232,18 @@ def march(
                 floor = floors(f, t, y, k, regular, blocks, tolerance)
 
 
-def _least(f: Function, t: float, y: State, k: State, end: float, blocks: tuple[int, ...]) -> State:
-    """For each block that begins with nothing, and at rest, a small part of its size later on; 0 for others.
+def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, ...]) -> State:
+    """For each block that begins with nothing, and at rest, a small part of its later size; LEAST for others.
 
-    It grows like a power of the time, high if what moves it is itself at rest: while it does so
+    Such a block grows like a power of the time, high if what moves it is itself at rest: while it does so
     no step follows it to a relative accuracy, and none need.
     """
+    k: State = f(t, *y) if finite(f, t, y) else (math.nan,) * len(y)
     ends = list(itertools.accumulate(blocks))
     parts = [slice(end - size, end) for size, end in zip(blocks, ends, strict=True)]
     empty = [not any(y[part]) and not any(k[part]) for part in parts]
     if not any(empty):
-        return (0.0,) * len(blocks)
+        return (LEAST,) * len(blocks)
     times, states = array("d", [t]), array("d", y)
     with suppress(ComputationError, *NO_VALUE):
         if len(blocks) > 1:
@@ -246,7 +252,7 @@ def _least(f: Function, t: float, y: State, k: State, end: float, blocks: tuple[
             states.extend(stepper(blocks)(f, t, (end - t) / 1000, y, k, (0.0,), (math.inf,), PILOT)[1])
     path = np.abs(np.frombuffer(states).reshape(-1, len(y)))
     sizes = [float(np.hypot.reduce(path[:, part], axis=1).max()) for part in parts]
-    return tuple(SMALL * size if none else 0.0 for none, size in zip(empty, sizes, strict=True))
+    return tuple(max(SMALL * size * none, LEAST) for none, size in zip(empty, sizes, strict=True))
 
 
 def _crossed(

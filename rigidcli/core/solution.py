@@ -150,6 +150,8 @@ class Solution:
     """Where steps begin and end (steps + 1), from the start of the span to its end, which may come before."""
     sample: Callable[[Floats], Floats] = field(repr=False)
     """`at`, for times (k) that are known to be inside the span."""
+    least: State | None = None
+    """The sizes to which errors of its blocks were relative at least; None for a method without them."""
 
     def at(self, times: Floats) -> Floats:
         """The state (k by n) at any `times` (k) inside the span, in any order, as accurate as the steps.

@@ -22,7 +22,8 @@ class Asked:
     A literal key is a `Tree` in `value`, read by the same rules as a student's answer. One from a document
     has the document and the report of its study, the `path` of the ask (`("inertia", "tensor")`), and in
     `value` what the report has there (floats, arrays, trees of expressions, texts), in SI units `unit`. Of a
-    trajectory there is a `second` report: of the same document, worked with a coarser tolerance.
+    trajectory there is a `second` report: of the same document, worked with a coarser tolerance. `name` is
+    that of the question.
     """
 
     question: Question
@@ -32,3 +33,4 @@ class Asked:
     document: Document | None = None
     report: Report | None = None
     second: Report | None = None
+    name: str = ""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import contextlib
 import os
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +16,13 @@ from pydantic import ValidationError
 from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, nearest, shown
 from rigidcli.errors import Path as Keys
 from rigidcli.grading.asked import Asked, Tree
+from rigidcli.grading.feedback import sentence, sentences
 from rigidcli.grading.infer import kind_of
-from rigidcli.grading.judge import Item
-from rigidcli.grading.kinds import Kind, kind
-from rigidcli.grading.question import Assignment, Question, idle
+from rigidcli.grading.judge import Accepted, Item
+from rigidcli.grading.kinds import KINDS
+from rigidcli.grading.kinds.base import Kind
+from rigidcli.grading.outcome import Unreadable
+from rigidcli.grading.question import EVERYWHERE, Assignment, Question
 from rigidcli.model.load import STDIN, Places, explain, load, read_text
 from rigidcli.model.sampling import DEFAULT_TOLERANCE
 from rigidcli.model.syntax import read_tree
@@ -47,7 +50,10 @@ DECIMALS = re.compile(r"[0-9]*\.[0-9]{7,}(?:e[-+]?[0-9]+)?")
 _READ = re.compile(r"read `.*`,? (expected|(?=\())", re.DOTALL)
 
 AS_TYPED = ("answer", "modulo")
-"""Keys of a question whose values are read by the rules of answers, digit by digit."""
+"""Keys of a question, and of what it accepts, that are read by the rules of answers, digit by digit."""
+
+WIDE = 0.2
+"""A relative tolerance above this is told: it may have been meant in per cent."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,14 +66,14 @@ class Prepared:
     notes: tuple[Problem, ...] = ()
 
 
-def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study]) -> Prepared:
-    """Read an assignment, and work out its keys by the `studies`.
+def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study], text: str | None = None) -> Prepared:
+    """Read an assignment, if its `text` is not read yet, and work out its keys by the `studies`.
 
     Raises DocumentError with all that is wrong with it, or with the documents that it names.
     """
     file = os.fspath(path)
     source = os.fsencode(file).decode(errors="backslashreplace")
-    text = read_text(file, source)
+    text = read_text(file, source) if text is None else text
     tree, places = _tree(text, source), Places(text, source)
     items, problems, notes = dict[str, Item](), list[Problem](), list[Problem]()
 
@@ -86,19 +92,33 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study]) -> Prepa
     for id, question in questions.items():
         try:
             asked, name = _asked(question, library)
-            items[id] = _item(asked, name)
+            items[id] = _item(replace(asked, name=id), name)
+            notes += [
+                placed(("questions", id, *keys), f"note: {what}")
+                for keys, what in _notes(question, items[id], name)
+            ]
         except DocumentError as error:
             problems.append(placed(("questions", id, "document"), f"{shown(question.document)} is refused"))
             problems += [each for each in error.problems if each not in problems]
         except RigidError as error:
             keys: Keys = ("questions", id, *getattr(error, "path", ()))
             problems.append(placed(keys, error.message, error.hint))
-        else:
-            message = f"note: this means nothing to the kind `{name}`"
-            notes += [placed(("questions", id, option), message) for option in idle(question, name)]
     if problems:
         raise DocumentError(problems)
     return Prepared(title or Path(file).stem, source, items, tuple(notes))
+
+
+def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, str]]:
+    """What in a question does nothing, or is probably not meant, with its place."""
+    for option in sorted(question.model_fields_set - EVERYWHERE - item.kind.options):
+        yield (option,), f"this means nothing to the kind `{name}`"
+    if (question.tolerance.relative or 0.0) > WIDE:
+        share = f"{question.tolerance.relative:.0%}"
+        yield ("tolerance", "relative"), f"it is {share} of the value: per cent meant?"
+    used = [item.kind.used_names(key) for key in (item.key, *(other.key for other in item.accepted))]
+    for symbol in () if None in used else question.symbols or ():
+        if not any(symbol in names for names in used if names is not None):
+            yield ("symbols", symbol), "no key has this symbol"
 
 
 def _tree(text: str, source: str) -> dict[str, Any]:
@@ -109,14 +129,22 @@ def _tree(text: str, source: str) -> dict[str, Any]:
         raise DocumentError([Problem(source, f"read {read}, expected an assignment: a mapping", 1)])
     questions = tree.get("questions")
     for id, question in questions.items() if isinstance(questions, dict) else ():
-        if isinstance(question, dict):
-            question.update({key: typed["questions"][id][key] for key in AS_TYPED if key in question})
+        _keep_typed(question, typed["questions"][id])
     return tree
+
+
+def _keep_typed(question: Any, typed: Any) -> None:
+    """Put texts where a question, and what it accepts, has them AS_TYPED."""
+    if isinstance(question, dict):
+        question.update({key: typed[key] for key in AS_TYPED if key in question})
+        if isinstance(accepted := question.get("accept"), list):
+            for other, as_typed in zip(accepted, typed["accept"], strict=True):
+                _keep_typed(other, as_typed)
 
 
 def _discreet(keys: Keys, message: str) -> str:
     """A message without what was read where that may be a key, put in the wrong place."""
-    option = keys[2:3] and keys[2] in Question.model_fields and keys[2] not in ("answer", "kind")
+    option = keys[2:3] and keys[2] in Question.model_fields and keys[2] not in ("answer", "kind", "accept")
     return message if option or keys[:1] != ("questions",) else _READ.sub("expected", message)
 
 
@@ -179,17 +207,37 @@ def _trajectory(report: Report) -> Mapping[str, Value]:
 
 
 def _item(asked: Asked, name: str) -> Item:
+    """A question with its key, and those of further answers. Raises ValueProblem."""
+    kind, question = KINDS[name], asked.question
+    key = _key(kind, asked, "ask" if asked.path else "answer")
+    for code in question.credit if isinstance(question.credit, dict) else ():
+        if code not in sentences():
+            raise ValueProblem("there is no such code", path=("credit", code), hint=_known(code, sentences()))
+    accepted = []
+    for place, other in enumerate(question.accept):
+        also = replace(asked, value=other.answer, unit="", path=(), report=None, second=None)
+        accepted.append(Accepted(_key(kind, also, "accept", place, "answer"), other.credit, other.message))
+    return Item(kind, key, question.points, _in_words(kind.typed(key)), question.credit, tuple(accepted))
+
+
+def _key(kind: Kind, asked: Asked, *place: str | int) -> Any:
+    """A key; what is wrong with one is told without what was read. Raises ValueProblem."""
     try:
-        key = kind(name).read_key(asked)
-        return Item(kind(name), key, asked.question.points, _in_words(kind(name), key))
+        key = kind.read_key(asked)
+        kind.prepare(key)
+        return key
     except ValueProblem as problem:
-        raise problem if problem.path else problem.below("ask" if asked.path else "answer") from None
+        raise problem if problem.path else problem.below(*place) from None
+    except Unreadable as unreadable:
+        found = unreadable.finding
+        why = _READ.sub("expected", found.detail)
+        told = sentence(replace(found, detail="" if "`" in why else why))
+        raise ValueProblem(told if found.place else f"the key {told}", path=place) from None
 
 
-def _in_words(kind: Kind, key: Any) -> str:
-    """The key as it would be typed, if that is short."""
-    first = next(kind.examples(key), None)
-    text = "" if first is None else _flow(first.answer)
+def _in_words(typed: Tree | None) -> str:
+    """A key as it would be typed, if that is short."""
+    text = "" if typed is None else _flow(typed)
     return text if len(text) <= LONGEST_KEY else ""
 
 

@@ -9,102 +9,45 @@ from functools import partial
 from itertools import islice
 from pathlib import Path
 
-from rigidcli.errors import Problem, printable
-from rigidcli.grading.files import read_file
-from rigidcli.grading.judge import Item, judge
-from rigidcli.grading.judgement import Judgement, Sheet, from_bytes, same_for_all, to_bytes
-from rigidcli.grading.outcome import Unreadable
+from rigidcli.grading.files import read_file, safe_name
+from rigidcli.grading.judge import Item, judge, same_for_all
+from rigidcli.grading.judgement import Judgement, from_bytes, to_bytes
+from rigidcli.grading.outcome import Outcome, Unreadable
+from rigidcli.grading.roster import Paper
 from rigidcli.grading.sandbox import LIMITS, Limits
 from rigidcli.grading.workers import Ended, each, usable_cores
-
-SUFFIXES = frozenset([".yaml", ".yml", ".json"])
-"""Ends of the names of answer files, in small letters or capitals."""
-
-
-def gather(
-    paths: Sequence[str | os.PathLike[str]], assignment: str | os.PathLike[str] | None = None
-) -> tuple[list[Path], list[Problem]]:
-    """The answer files that are meant by files and folders, each once; and what is not there.
-
-    Of a folder, those directly in it, by name; hidden ones, and the `assignment`, are left out. Whatever has
-    the name of an answer file is one, and is judged as one: folders and pipes, too, and links, which are
-    not followed.
-    """
-    files: dict[Path, None] = {}
-    problems = []
-    own = None if assignment is None else Path(assignment).absolute()
-    for given in paths:
-        path = Path(given)
-        try:
-            if not os.fspath(given):
-                raise ValueError
-            found = [path]
-            if path.is_dir() and not _is_answer(path.name):
-                found = [file for file in sorted(path.iterdir()) if _is_answer_file(file)]
-                found = [file for file in found if file.absolute() != own]
-                if not found:
-                    endings = ", ".join(sorted(SUFFIXES))
-                    problems.append(_problem(path, f"no answer files: their names end in {endings}"))
-            else:
-                path.lstat()
-            files.update(dict.fromkeys(found))
-        except (OSError, ValueError) as error:
-            reason = getattr(error, "strerror", None) or "no file has such a name"
-            problems.append(_problem(path, f"cannot be read: {reason}"))
-    return list(files), problems
-
-
-def _problem(path: Path, message: str) -> Problem:
-    return Problem(_name(os.fspath(path)), message)
-
-
-def _is_answer(name: str) -> bool:
-    return Path(name).suffix.lower() in SUFFIXES
-
-
-def _is_answer_file(path: Path) -> bool:
-    return _is_answer(path.name) and not path.name.startswith(".")
-
-
-def _name(name: str) -> str:
-    """A name of a file, which may hold anything, as a text that is safe to print."""
-    return printable(os.fsencode(name).decode(errors="backslashreplace"))
 
 
 def run(
     items: Mapping[str, Item],
-    files: Sequence[Path],
+    papers: Sequence[Paper],
     jobs: int | None = None,
     progress: Callable[[float], None] = lambda fraction: None,
     limits: Limits = LIMITS,
 ) -> Iterator[Judgement]:
-    """Judge answer files, in their order, whatever is done first; `jobs` at a time, or as many as pay.
+    """Judge what was handed in, in that order, whatever is done first; `jobs` at a time, or as many as pay.
 
     `progress` is told the share that is done. Raises ComputationError where no process can be started.
     """
     _warm_up(items)
-    work = partial(judge_file, dict(items))
-    results = each(work, files, jobs or usable_cores(), limits, progress)
-    for file, result in zip(files, results, strict=True):
-        sheet = _ended(items, result) if isinstance(result, Ended) else from_bytes(result)
-        yield Judgement(_name(file.stem), _name(os.fspath(file)), sheet.questions, sheet.notes)
+    files = [paper.file for paper in papers if paper.file is not None and paper.outcome is None]
+    results = each(partial(judge_file, dict(items)), files, jobs or usable_cores(), limits, progress)
+    for paper in papers:
+        result = paper.outcome or next(results)
+        if isinstance(result, Ended):
+            result = Unreadable(result.code, result.detail).outcome
+        sheet = same_for_all(items, result) if isinstance(result, Outcome) else from_bytes(result)
+        source = "" if paper.file is None else safe_name(os.fspath(paper.file))
+        yield Judgement(safe_name(paper.student), source, sheet.questions, sheet.notes, sheet.files)
 
 
 def judge_file(items: Mapping[str, Item], path: Path) -> bytes:
     """An answer file, judged; it runs in a process of its own."""
     try:
-        sheet = judge(read_file(path), _name(os.fspath(path)), path.parent, items)
+        sheet = judge(read_file(path), path, items)
     except Unreadable as unreadable:
-        sheet = _refused(items, unreadable)
+        sheet = same_for_all(items, unreadable.outcome)
     return to_bytes(sheet)
-
-
-def _ended(items: Mapping[str, Item], ended: Ended) -> Sheet:
-    return _refused(items, Unreadable(ended.code, ended.detail))
-
-
-def _refused(items: Mapping[str, Item], unreadable: Unreadable) -> Sheet:
-    return same_for_all({id: item.points for id, item in items.items()}, unreadable.outcome)
 
 
 EXAMPLES = 2
@@ -117,4 +60,4 @@ def _warm_up(items: Mapping[str, Item]) -> None:
         # What is wrong with a key is told by its own test.
         with contextlib.suppress(Exception):
             for example in islice(item.kind.examples(item.key), EXAMPLES):
-                item.kind.judge(item.key, example.answer, Path())
+                item.kind.judge(item.key, item.kind.read_answer(item.key, example.answer, Path()))

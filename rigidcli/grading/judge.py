@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from hashlib import sha256
-from importlib import import_module
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
-from rigidcli.errors import DocumentError, nearest, shown
+from rigidcli.errors import nearest, shown
+from rigidcli.grading.answers import folded, read_answers
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.judgement import Sheet, judged, same_for_all
-from rigidcli.grading.kinds import Kind
-from rigidcli.grading.outcome import Finding, Outcome, Unreadable
+from rigidcli.grading.files import beside, is_contested, safe_name
+from rigidcli.grading.judgement import Sheet, judged
+from rigidcli.grading.kinds.base import Kind
+from rigidcli.grading.outcome import MISSING, Finding, Outcome, Unreadable, earning, review
 from rigidcli.grading.sandbox import ForbiddenError, LateError, timed
-from rigidcli.model.syntax import read_tree
-
-MISSING = Outcome("missing", 0.0)
 
 SECONDS = 2.0
 """Of the processor, that one answer may take: it must not use up those of the others."""
@@ -35,57 +33,62 @@ LONGEST_COMPARED = 2000
 
 
 @dataclass(frozen=True, slots=True)
+class Accepted:
+    """The key of another answer, the share (0 to 1) of points that it earns, and what a student is told."""
+
+    key: Any
+    credit: float
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
 class Item:
     """A question that is ready to judge answers: its kind, and the key that the kind has made.
 
-    `reference` is the key in words, for those who are told all.
+    `reference` is the key in words, for those who are told all. `credit` and `accepted` are as the question
+    has them.
     """
 
     kind: Kind
     key: Any
     points: float
     reference: str = ""
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        """A module cannot be pickled, and goes to another process by its name."""
-        return _item, (getattr(self.kind, "__name__", ""), self.key, self.points, self.reference)
+    credit: str | Mapping[str, float] = "parts"
+    accepted: tuple[Accepted, ...] = ()
 
 
-def _item(module: str, *rest: Any) -> Item:
-    return Item(cast(Kind, import_module(module)), *rest)
-
-
-def judge(text: str, source: str, folder: Path, items: Mapping[str, Item]) -> Sheet:
-    """Judge the answer file `text`; files that it names are looked for in `folder`."""
+def judge(text: str, path: Path, items: Mapping[str, Item]) -> Sheet:
+    """Judge the text of the answer file at `path`; files that it names are looked for beside it."""
     try:
-        answers = _answers(read_tree(text, source, typed=True))
-    except DocumentError as error:
-        problem = error.problems[0]
-        place = "" if problem.line is None else f"line {problem.line}: "
-        finding = Finding(problem.code or "parse_error", detail=f"{place}{problem.message}")
-        return same_for_all(_points(items), Outcome("invalid", 0.0, (finding,)))
+        answers = read_answers(text, str(path), items)
     except Unreadable as unreadable:
-        return same_for_all(_points(items), unreadable.outcome)
-    questions = []
+        return same_for_all(items, unreadable.outcome)
+    questions, files = [], set()
     for id, item in items.items():
         # The name itself comes before other spellings of it.
-        names = [id] if id in answers else [name for name in answers if _folded(name) == _folded(id)]
+        names = [id] if id in answers else [name for name in answers if folded(name) == folded(id)]
         answer = answers[names[0]] if names else None
-        found = outcome(item, answer, folder) if len(names) < 2 else Unreadable("duplicate_key").outcome
+        found = outcome(item, answer, path) if len(names) < 2 else Unreadable("duplicate_key").outcome
+        if isinstance(answer, dict) and "file" in answer:
+            with suppress(Unreadable):
+                file = beside(answer["file"], path)
+                files.add(safe_name(file.name))
+                if found.share and is_contested(file, path):
+                    found = review("another student's answer names this file, too")
         text = "" if found.verdict in ("correct", "missing") else _fingerprint(answer)
         questions.append(judged(id, item.points, found, text))
-    return Sheet(tuple(questions), tuple(_strangers(answers, items)))
+    return Sheet(tuple(questions), tuple(_strangers(answers, items)), tuple(sorted(files)))
 
 
-def _folded(id: str) -> str:
-    """The name of a question, however it is spelled."""
-    return id.strip().casefold()
+def same_for_all(items: Mapping[str, Item], found: Outcome) -> Sheet:
+    """A file whose questions are not judged one by one."""
+    return Sheet(tuple(judged(id, item.points, found) for id, item in items.items()))
 
 
-def _strangers(answers: Mapping[str, Tree], items: Mapping[str, Item]) -> Iterator[str]:
+def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> Iterator[str]:
     """Notes on answers that no question asks for."""
-    known = {_folded(id) for id in items}
-    strange = [id for id in answers if _folded(id) not in known]
+    known = {folded(id) for id in items}
+    strange = [id for id in answers if folded(id) not in known]
     for id in strange[:MOST_STRANGERS]:
         near = nearest(id, list(items))
         guess = f" (did you mean {near}?)" if near else ""
@@ -94,29 +97,37 @@ def _strangers(answers: Mapping[str, Tree], items: Mapping[str, Item]) -> Iterat
         yield f"there are {len(strange) - MOST_STRANGERS:,} more answers that no question asks for"
 
 
-def _points(items: Mapping[str, Item]) -> dict[str, float]:
-    return {id: item.points for id, item in items.items()}
-
-
-def _answers(tree: Tree) -> dict[str, Tree]:
-    """The answers of a file by the names of their questions. Raises Unreadable."""
-    if isinstance(tree, dict) and tree.get("answers") is None and tree.keys() <= {"student", "answers"}:
-        return {}
-    answers = tree.get("answers") if isinstance(tree, dict) else None
-    if not isinstance(answers, dict):
-        raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
-    return answers
-
-
-def outcome(item: Item, answer: Tree, folder: Path) -> Outcome:
+def outcome(item: Item, answer: Tree | Unreadable, path: Path) -> Outcome:
     """The outcome of one answer, whatever goes wrong in judging it; the reference is in its findings."""
+    if isinstance(answer, Unreadable):
+        return answer.outcome
     if answer is None or (isinstance(answer, str) and not answer.strip()):
         return MISSING
     with suppress(LateError):
         with timed(SECONDS):
-            found = _outcome(item, answer, folder)
+            found = _credited(item, _outcome(item, item.key, answer, path))
+            found = found if found.verdict == "correct" else _best(item, answer, path, found)
         return _with_reference(found, item)
     return Unreadable("timeout").outcome
+
+
+def _credited(item: Item, found: Outcome) -> Outcome:
+    """The outcome with the share that the question gives for what was found."""
+    if item.credit == "whole" and found.verdict == "partial":
+        return replace(found, verdict="incorrect", share=0.0)
+    if isinstance(item.credit, str) or found.verdict == "review":
+        return found
+    shares = [item.credit.get(finding.code) for finding in found.findings]
+    told = [share for share in shares if share is not None]
+    return earning(min(told), *found.findings) if told and len(told) == len(shares) else found
+
+
+def _best(item: Item, answer: Tree, path: Path, found: Outcome) -> Outcome:
+    """The best of an outcome and those of further answers that are accepted."""
+    for other in item.accepted:
+        if other.credit >= found.share and _outcome(item, other.key, answer, path).verdict == "correct":
+            found = earning(other.credit, Finding("accepted", detail=other.message))
+    return found
 
 
 def _with_reference(found: Outcome, item: Item) -> Outcome:
@@ -127,9 +138,9 @@ def _with_reference(found: Outcome, item: Item) -> Outcome:
     return replace(found, findings=(replace(first, reference=f"expected {item.reference}"), *others))
 
 
-def _outcome(item: Item, answer: Tree, folder: Path) -> Outcome:
+def _outcome(item: Item, key: Any, answer: Tree, path: Path) -> Outcome:
     try:
-        return item.kind.judge(item.key, answer, folder)
+        return item.kind.judge(key, item.kind.read_answer(key, answer, path))
     except Unreadable as unreadable:
         return unreadable.outcome
     except MemoryError:
@@ -149,9 +160,9 @@ _NUMBER = re.compile(
 _BLANKS = re.compile(r"\s*([-+*/^=(),])\s*")
 
 
-def _fingerprint(answer: Tree) -> str:
+def _fingerprint(answer: Tree | Unreadable) -> str:
     """A short text that is the same for answers that differ in blanks and in the last digits only."""
-    text = _plain(answer)
+    text = "" if isinstance(answer, Unreadable) else _plain(answer)
     if len(text) <= LONGEST_ANSWER:
         return text
     return f"{text[:LONGEST_ANSWER]}... ({sha256(text.encode(errors='replace')).hexdigest()[:8]})"

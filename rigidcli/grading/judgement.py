@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
+from decimal import ROUND_HALF_UP, Decimal
 from typing import Any
 
 import orjson
@@ -33,25 +33,37 @@ class Judged:
 
 @dataclass(frozen=True, slots=True)
 class Sheet:
-    """What an answer file holds: its questions, and `notes` for the instructor on the rest of it."""
+    """What an answer file holds: its questions, and `notes` for the instructor on the rest of it.
+
+    `files` are those beside it that it names.
+    """
 
     questions: tuple[Judged, ...]
     notes: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
-    """One answer file; `student` is from its name, and `source` is its path."""
+    """What a student has handed in: `source` is the path of the answer file, empty where there is none.
+
+    `files` are the names of those beside it that it names.
+    """
 
     student: str
     source: str
     questions: tuple[Judged, ...]
     notes: tuple[str, ...] = ()
+    files: tuple[str, ...] = ()
 
     @property
     def score(self) -> float:
         """Points earned."""
         return round(sum(question.score for question in self.questions), PLACES)
+
+    def score_to(self, places: int) -> float:
+        """Points earned, rounded half up to so many decimal places, as a gradebook has them."""
+        return float(Decimal(str(self.score)).quantize(Decimal(1).scaleb(-places), ROUND_HALF_UP))
 
     @property
     def max_score(self) -> float:
@@ -66,11 +78,6 @@ def judged(id: str, points: float, outcome: Outcome, answer: str = "") -> Judged
     )
 
 
-def same_for_all(points: Mapping[str, float], outcome: Outcome) -> Sheet:
-    """A file whose questions could not be judged one by one."""
-    return Sheet(tuple(judged(id, worth, outcome) for id, worth in points.items()))
-
-
 def to_bytes(sheet: Sheet) -> bytes:
     """A sheet as a process hands it to another: plain JSON, never objects."""
     return orjson.dumps(sheet)
@@ -79,7 +86,7 @@ def to_bytes(sheet: Sheet) -> bytes:
 def from_bytes(data: bytes) -> Sheet:
     """A sheet from another process."""
     tree = orjson.loads(data)
-    return Sheet(tuple(map(_judged, tree["questions"])), tuple(tree["notes"]))
+    return Sheet(tuple(map(_judged, tree["questions"])), tuple(tree["notes"]), tuple(tree["files"]))
 
 
 def _judged(entry: dict[str, Any]) -> Judged:

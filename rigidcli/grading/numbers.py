@@ -1,7 +1,7 @@
 """Numbers in answers: read as typed, with their units and the figures that were written, and compared.
 
     number = decimal | an expression without names, such as `2*pi` or `sqrt(2)/3`
-    decimal = digits, then perhaps a power of ten: `20.8`, `2.08e1`, `2.08*10^1`, `2.08 x 10^1`
+    decimal = digits, then perhaps a power of ten: `20.8`, `2.08e1`, `2.08*10^1`, `2.08 x 10^1`, `2.08 x 10¹`
     answer = number [unit]      a blank before the unit may be left out after a decimal: `5cm`, `20.8/s`
 
 An uncertainty (`20.8 +- 0.1`) is no arithmetic, and is refused. Units are read in `units`.
@@ -12,6 +12,7 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass
+from typing import Any, overload
 
 import numpy as np
 
@@ -22,7 +23,9 @@ from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import RELATIVE, Tolerance
 from rigidcli.grading.units import read_unit, scale_in, with_hint
 from rigidcli.model.units import DIMENSIONLESS, Unit, parse_unit
-from rigidcli.symbolic.language.expression import RESERVED, parse
+from rigidcli.symbolic.algebra.reading import from_tree
+from rigidcli.symbolic.algebra.values import is_zero
+from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, Expression, parse
 
 LONGEST = 400
 """Characters of a number."""
@@ -36,17 +39,32 @@ NOISE = 1e-12
 ROUNDING = 1e-9
 """Relative slack of every comparison, so that a value on the very limit is accepted."""
 
+LEAST = 5e-324
+"""The smallest float above zero."""
+
 # Possessive, so that a long text is read or refused in one pass.
-_TEN = r"[eE](?P<e>[-+]?[0-9]++)|\s*[*×·⋅xX]\s*10\s*(?:\^|\*\*)\s*(?P<open>\()?(?P<p>[-+]?[0-9]++)(?(open)\))"
+_TEN = (
+    r"[eE](?P<e>[-+]?[0-9]++)|\s*[*×·⋅xX]\s*10"
+    r"(?:\s*(?:\^|\*\*)\s*(?P<open>\()?(?P<p>[-+]?[0-9]++)(?(open)\))|(?P<raised>[⁻⁺]?[⁰¹²³⁴-⁹]++))"
+)
+_RAISED = str.maketrans("⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹", "-+0123456789")
+
+_NAMES = rf"(?:{'|'.join([*sorted(FUNCTIONS), 'ln', 'pi'])}|π)(?![^\W\d])"
+"""Functions and constants, which are no units."""
+
+_UNIT = rf"(?!{_NAMES}|[⁰¹²³⁴-⁹])[^\W\d_]|[°′″%]"
+"""How a unit begins."""
+
 _PER = rf"/\s*(?!(?:{'|'.join(sorted(RESERVED))}|π)\b)[^\W\d_]"
 """One over a unit, and not over a function or a constant."""
 
 _DECIMAL = re.compile(
     rf"(?P<sign>[-+]?)\s*(?P<mantissa>(?>[0-9]++\.?+[0-9]*+|\.[0-9]++))(?:{_TEN})?+"
-    rf"(?:(?:\s*(?=[^\W\d_]|[°′″%]|{_PER})|\s+(?=1/))(?P<unit>.+))?",
+    rf"(?:(?:\s*(?={_UNIT}|{_PER})|\s+(?=1/))(?P<unit>.+))?",
     re.DOTALL,
 )
-_UNIT_AFTER = re.compile(rf"(?<=[\w.)])\s+(?=[^\W\d_]|[°′″%]|1/|{_PER})")
+_UNIT_AFTER = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT}|1/|{_PER})")
+_NAMED = re.compile(r"\s*[^\W\d]\w*\s*=(?!=)")
 _UNCERTAIN = re.compile(r"[\w.)°′″%]\s*(?:\+/?-|-/?\+|[±∓])")
 _BASED = re.compile(r"[-+]?0[xXoO][0-9a-fA-F]")
 _SLIPS = (
@@ -99,6 +117,11 @@ class Written:
 # --- reading
 
 
+def unnamed(answer: Tree) -> Tree:
+    """An answer without the name that stands before it, as in `omega = 20.8 rad/s`."""
+    return _NAMED.sub("", answer, count=1) if isinstance(answer, str) and _NAMED.match(answer) else answer
+
+
 def read_written(answer: Tree, place: str = "") -> Written:
     """A decimal number or an expression of numbers, with or without a unit. Raises Unreadable."""
     if isinstance(answer, list | dict):
@@ -126,7 +149,8 @@ def read_written(answer: Tree, place: str = "") -> Written:
 
 
 def _decimal(match: re.Match[str], place: str) -> Written:
-    mantissa, power, unit = match["mantissa"], match["e"] or match["p"], match["unit"]
+    mantissa, unit = match["mantissa"], match["unit"]
+    power = match["e"] or match["p"] or (match["raised"] or "").translate(_RAISED) or None
     value = _finite(float(f"{match['sign']}{mantissa}e{power or 0}"), place)
     if value == 0 and mantissa.strip("0."):
         raise Unreadable("not_a_finite_number", "it is too small to be told from zero", place=place)
@@ -148,10 +172,19 @@ def _expression(text: str, answer: str, place: str) -> float:
         name = shown(min(expression.names))
         raise Unreadable("not_a_number", f"read {shown(answer)}: {name} has no value", place=place)
     try:
-        return _finite(expression.evaluate({}), place)
+        value = _finite(expression.evaluate({}), place)
+        return 0.0 if abs(value) < ROUNDING and _vanishes(expression) else value
     except ExpressionError as error:
         message = f"read {shown(answer)}: {error.message}"
         raise Unreadable("not_a_finite_number", message, place=place) from None
+
+
+def _vanishes(expression: Expression) -> bool:
+    """Whether it is proved that an expression without names is zero, as `cos(pi/2)` is and no float tells."""
+    try:
+        return is_zero(from_tree(expression.root))
+    except ExpressionError:
+        return False
 
 
 def _finite(value: float, place: str) -> float:
@@ -169,9 +202,9 @@ def unit_of(text: str) -> Unit | None:
 
 
 def scale_of(written: Written, unit: Unit | None, place: str = "") -> float:
-    """The unit of a number, which must fit, in SI units; 1 where it has none. Raises Unreadable."""
+    """The unit of a number in SI units: its own, which must fit, or else `unit`. Raises Unreadable."""
     if written.unit is None:
-        return 1.0
+        return 1.0 if unit is None else unit.scale
     own = read_unit(written.unit, unit, place)
     try:
         return scale_in(own, DIMENSIONLESS if unit is None else unit.dimension)
@@ -179,55 +212,59 @@ def scale_of(written: Written, unit: Unit | None, place: str = "") -> float:
         raise Unreadable("unit_incompatible", with_hint(problem), place=place) from None
 
 
-def read_rounded(answer: Tree, unit: Unit | None = None, place: str = "") -> tuple[float, float]:
-    """A number and half of one in its last digit, in SI units, in which it is unless it has its own.
+def read_number(answer: Tree, unit: Unit | None = None, place: str = "") -> float:
+    """The SI value of a number, which is in this unit unless it has its own. Raises Unreadable.
 
-    A unit must fit `unit`; where that is None, a pure number is expected. Raises Unreadable.
+    A unit must fit `unit`; where that is None, a pure number is expected.
     """
     written = read_written(answer, place)
-    scale = scale_of(written, unit, place)
-    return _finite(written.value * scale, place), written.half_a_digit * scale
-
-
-def read_number(answer: Tree, unit: Unit | None = None, place: str = "") -> float:
-    """The SI value of a number, as in `read_rounded`. Raises Unreadable."""
-    return read_rounded(answer, unit, place)[0]
+    return _finite(written.value * scale_of(written, unit, place), place)
 
 
 # --- comparing
 
 
-def margin(reference: float, tolerance: Tolerance, scale: float = 1.0) -> float:
-    """How far an answer may be from a reference that is not zero: the largest of what is allowed.
+@overload
+def margin(reference: float, tolerance: Tolerance, scale: float = 1.0) -> float: ...
+@overload
+def margin(reference: Floats, tolerance: Tolerance, scale: float = 1.0) -> Floats: ...
+def margin(reference: float | Floats, tolerance: Tolerance, scale: float = 1.0) -> float | Floats:
+    """How far answers may be from references: the largest of what is allowed.
 
     Both are in a unit that is `scale` of that in which the absolute tolerance is. Half of one in the last
     figure is allowed either way; a reference just below a power of ten counts as that power.
     """
-    allowed = [(tolerance.absolute or 0.0) / scale]
-    size = abs(reference)
-    if tolerance.significant_figures is not None and size:
-        power = math.floor(math.log10(size) + ROUNDING) + 1 - tolerance.significant_figures
-        allowed.append(0.5 * 10.0**power)
+    size: Any = abs(reference)
+    figures = tolerance.significant_figures
     relative = tolerance.relative
-    if relative is None and tolerance.absolute is None and tolerance.significant_figures is None:
+    if relative is None and tolerance.absolute is None and figures is None:
         relative = RELATIVE
-    allowed.append((relative or 0.0) * size)
-    return max(allowed) * (1 + ROUNDING) + NOISE * size
+    allowed = (relative or 0.0) * size
+    if tolerance.absolute:
+        allowed = np.maximum(allowed, tolerance.absolute / scale)
+    if figures is not None:
+        powers = np.floor(np.log10(np.maximum(size, LEAST)) + ROUNDING) + 1 - figures
+        allowed = np.maximum(allowed, np.where(size == 0, 0.0, 0.5 * 10.0**powers))
+    margin: float | Floats = allowed * (1 + ROUNDING) + NOISE * size
+    return margin
 
 
-def is_near(value: float, reference: float, tolerance: Tolerance) -> bool:
-    """Whether a number is what is expected."""
-    return abs(value - reference) <= margin(reference, tolerance)
+def margins(references: Floats, tolerance: Tolerance, beside: float = 0.0) -> Floats:
+    """How far entries (k, ...) may be off: each by its own size, or by that of the largest at its point.
 
-
-def are_near(values: Floats, reference: Floats, tolerance: Tolerance) -> np.ndarray:
-    """Which entries of an array are what is expected.
-
-    Each is judged by its own size; one that is zero, but for rounding, by that of the largest.
+    The latter is for an entry that is zero, but for rounding; where all are, it is `beside` what they are so.
     """
-    largest = float(np.abs(reference).max(initial=0.0))
-    allowed = [
-        margin(entry if abs(entry) > NOISE * largest else largest, tolerance) for entry in np.ravel(reference)
-    ]
-    near: np.ndarray = np.abs(values - reference) <= np.reshape(allowed, np.shape(reference))
-    return near
+    sizes = np.abs(references)
+    largest = sizes.max(axis=tuple(range(1, sizes.ndim)), keepdims=True, initial=0.0)
+    largest = np.where(largest > NOISE * beside, largest, beside)
+    return margin(np.where(sizes > NOISE * largest, sizes, largest), tolerance)
+
+
+def narrowed(tolerance: Tolerance, factor: float) -> Tolerance:
+    """The tolerance of a number so many times as large.
+
+    A factor below 1 takes an absolute tolerance with it, which would cover all that is small.
+    """
+    if tolerance.absolute is None or factor >= 1:
+        return tolerance
+    return tolerance.model_copy(update={"absolute": tolerance.absolute * factor})

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Literal, TypeAlias, get_args
 
-from rigidcli.grading.codes import CODES
-
-Verdict: TypeAlias = Literal["correct", "partial", "incorrect", "invalid", "missing"]
+Verdict: TypeAlias = Literal["review", "correct", "partial", "incorrect", "invalid", "missing"]
 
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
-"""From the best to the worst, as they are told."""
-
-
-LONGEST_DETAIL = 500
-"""Characters of what more is said of an answer."""
+"""As they are told: what waits for a person, then from the best to the worst."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,15 +24,6 @@ class Finding:
     place: str = ""
     detail: str = ""
     reference: str = ""
-
-    def __post_init__(self) -> None:
-        assert self.code in CODES, self.code
-
-    def message(self, *, full: bool = False) -> str:
-        """The sentence for a student."""
-        text = f"{self.place}: {CODES[self.code]}" if self.place else CODES[self.code]
-        text = f"{text}; {self.detail[:LONGEST_DETAIL]}" if self.detail else text
-        return f"{text}; {self.reference}" if full and self.reference else text
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,14 +45,37 @@ def wrong(*findings: Finding, share: float = 0.0) -> Outcome:
     return Outcome("partial" if share > 0 else "incorrect", share, findings)
 
 
-class Unreadable(Exception):  # noqa: N818 - it is a finding on the way to its outcome
-    """What was handed in is no answer of the kind that is asked."""
+def earning(share: float, *findings: Finding) -> Outcome:
+    """An answer that earns a share of its points, whatever it is."""
+    return correct(*findings) if share == 1 else wrong(*findings, share=share)
 
-    def __init__(self, code: str, detail: str = "", *, place: str = "") -> None:
+
+def review(detail: str, *findings: Finding) -> Outcome:
+    """An answer of which it cannot be told whether it is right, with the reason."""
+    return Outcome("review", 0.0, (Finding("undecided", detail=detail), *findings))
+
+
+MISSING = Outcome("missing", 0.0)
+"""The outcome of a question without an answer."""
+
+
+class Unreadable(Exception):  # noqa: N818 - it is findings on the way to their outcome
+    """What was handed in is no answer of the kind that is asked.
+
+    `also` are further findings, so that all problems of an answer are told at once.
+    """
+
+    def __init__(self, code: str, detail: str = "", *, place: str = "", also: Iterable[Finding] = ()) -> None:
         super().__init__(detail)
         self.finding = Finding(code, place, detail)
+        self.findings = (self.finding, *also)
+
+    @classmethod
+    def of(cls, first: Finding, *others: Finding) -> Unreadable:
+        """All that is wrong with an answer."""
+        return cls(first.code, first.detail, place=first.place, also=others)
 
     @property
     def outcome(self) -> Outcome:
         """The outcome of an answer that cannot be read."""
-        return Outcome("invalid", 0.0, (self.finding,))
+        return Outcome("invalid", 0.0, self.findings)

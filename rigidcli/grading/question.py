@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import Field
+from pydantic import ConfigDict, Field, ValidationInfo
 
-from rigidcli.model.base import AsList, Quantity, Section
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.model.base import AsList, Quantity, ReadBy, Section
 from rigidcli.model.units import ANGLE, DIMENSIONLESS
 
 Positive = Annotated[float, Quantity(DIMENSIONLESS, "positive")]
@@ -46,8 +47,44 @@ class Tolerance(Section):
     conserved: Positive | None = None
 
 
+Share = Annotated[float, Field(ge=0, le=1)]
+"""A part of the points of a question."""
+
+
+def _read_credit(raw: object, info: ValidationInfo) -> str | dict[str, float]:
+    """All by parts or as a whole, or the shares of codes."""
+    if not isinstance(raw, dict):
+        if raw not in ("parts", "whole"):
+            raise ValueProblem(f"read {shown(raw)}, expected parts, whole, or a mapping from codes to shares")
+        return str(raw)
+    for code, share in raw.items():
+        if isinstance(share, bool) or not isinstance(share, int | float) or not 0 <= share <= 1:
+            raise ValueProblem(f"read {shown(share)}, expected a share from 0 to 1", path=(code,))
+    return raw
+
+
+_CREDIT = {
+    "anyOf": [
+        {"enum": ["parts", "whole"]},
+        {"type": "object", "additionalProperties": {"type": "number", "minimum": 0, "maximum": 1}},
+    ]
+}
+
+
+class Accepted(Section):
+    """Another answer that earns a `credit`: literal, and of the kind of its question."""
+
+    answer: Any
+    credit: Share = 1.0
+    message: str = ""
+
+
 class Question(Section):
     """One question: what it asks of a document, or a literal answer of some kind."""
+
+    model_config = ConfigDict(
+        json_schema_extra={"oneOf": [{"required": ["document", "ask"]}, {"required": ["answer", "kind"]}]}
+    )
 
     ONE_OF = ("ask", "answer")
 
@@ -59,11 +96,11 @@ class Question(Section):
     tolerance: Tolerance = Tolerance()
     order: Literal["free", "ascending"] = "free"
     direction: Literal["exact", "sense", "sign_free", "parallel"] = "exact"
-    normalized: Literal["required", "optional"] = "required"
+    normalized: Literal["optional", "required"] = "optional"
     orthogonal: Literal["required", "optional"] = "required"
     handed: Literal["any", "right"] = "any"
     constant: Literal["allowed", "forbidden"] = "allowed"
-    unit: Literal["required", "optional"] = "required"
+    unit: Literal["optional", "required"] = "optional"
     modulo: Any = None
     symbols: dict[str, Literal["positive", "real"]] | None = None
     coordinates: Names = ()
@@ -72,31 +109,15 @@ class Question(Section):
     columns: Names = ()
     angles: Names = ()
     conserved: dict[str, str] | None = None
+    form: Literal["any", "first_order"] = "any"
+    numbers: Literal["symbols", "allowed"] = "symbols"
+    products: Literal["minus", "plus"] = "minus"
+    credit: Annotated[str | dict[str, float], ReadBy(_read_credit, _CREDIT)] = "parts"
+    accept: Annotated[tuple[Accepted, ...], AsList] = ()
 
 
-_NAMES = frozenset({"symbols", "coordinates", "momenta", "velocities"})
-
-OPTIONS: dict[str, frozenset[str]] = {
-    "number": frozenset({"modulo", "unit"}),
-    "quantity": frozenset({"modulo", "unit"}),
-    "vector": frozenset({"direction", "symbols"}),
-    "moments": frozenset({"order", "symbols"}),
-    "matrix": frozenset({"symbols"}),
-    "tensor": frozenset({"symbols"}),
-    "axes": frozenset({"order", "normalized", "orthogonal", "handed", "symbols"}),
-    "expression": _NAMES | {"constant"},
-    "equations": _NAMES,
-    "trajectory": frozenset({"columns", "angles", "conserved", "modulo", "symbols"}),
-    "choice": frozenset(),
-}
-"""The options that mean something to a kind, besides those of every question."""
-
-EVERYWHERE = frozenset({"document", "ask", "answer", "kind", "points", "tolerance"})
-
-
-def idle(question: Question, name: str) -> list[str]:
-    """The options of a question that mean nothing to its kind."""
-    return sorted(question.model_fields_set - EVERYWHERE - OPTIONS[name])
+EVERYWHERE = frozenset({"document", "ask", "answer", "kind", "points", "tolerance", "credit", "accept"})
+"""The options of every question."""
 
 
 class Assignment(Section):
@@ -104,3 +125,13 @@ class Assignment(Section):
 
     assignment: str = ""
     questions: Annotated[dict[str, Question], Field(min_length=1)]
+
+
+class AnswerFile(Section):
+    """What a student hands in: answers by the names of their questions.
+
+    Numbers may be texts or expressions, so that every answer is a text, a number, a list or a mapping.
+    """
+
+    student: Any = None
+    answers: dict[str, Any] | None = None

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rigidcli.errors import printable
-from rigidcli.grading.example import Example
 from rigidcli.grading.judge import Item, outcome
+from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.outcome import Outcome
 
 REMARKS = ("chaotic_divergence_after_horizon", "second_order_form")
@@ -29,14 +29,21 @@ class Trial:
         right, code = self.outcome.verdict == "correct", self.example.code
         if code is None:
             return right
-        return right == (code in REMARKS) and code in [finding.code for finding in self.outcome.findings]
+        if code not in [finding.code for finding in self.outcome.findings]:
+            return False
+        return code == "accepted" or right == (code in REMARKS)
 
 
 def trials(items: Mapping[str, Item]) -> Iterator[Trial]:
-    """Every example of every key, judged."""
+    """Every example of every key, judged, and every further answer that a question accepts."""
     for id, item in items.items():
+        # What a question gives for a finding, and for other answers, says nothing of the key.
+        plain = replace(item, credit="parts", accepted=())
         for example in item.kind.examples(item.key):
-            yield Trial(id, example, outcome(item, example.answer, Path()))
+            yield Trial(id, example, outcome(plain, example.answer, Path()))
+        for other in item.accepted:
+            if (form := item.kind.typed(other.key)) is not None:
+                yield Trial(id, Example("accepted", form, "accepted"), outcome(item, form, Path()))
 
 
 def told(trials: list[Trial]) -> str:

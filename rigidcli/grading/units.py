@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import suppress
 from fractions import Fraction
+from functools import cache
 
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.grading.outcome import Unreadable
@@ -39,6 +41,14 @@ PRODUCTS = {
     )
 }
 """Two units that homework runs together; a power belongs to the second, as in `kgm^2`."""
+
+EXAMPLES = (
+    "%", "m", "cm", "mm", "km", "in", "ft", "kg", "g", "lb", "s", "ms", "min", "h", "yr", "rad", "deg", "rev",
+    "rad/s", "1/s", "rpm", "deg/s", "rev/s", "Hz", "kHz", "m/s", "km/h", "cm/s", "m/s^2", "cm/s^2", "kg m^2",
+    "g cm^2", "kg m^2/s", "g cm^2/s", "N", "kN", "dyn", "N m", "J", "kJ", "erg", "W", "kW", "Pa", "bar",
+    "kg/m^3", "g/cm^3", "N/m", "m^2", "cm^2", "m^3", "L", "kg m/s",
+)  # fmt: skip
+"""Units in which a student may give an answer."""
 
 _RAISED = "⁰¹²³⁴-⁹"
 _NAME = re.compile(
@@ -136,3 +146,13 @@ def scale_in(unit: Unit, expected: Dimension) -> float:
         return unit.scale / (2 * math.pi) ** given.angle
     check_dimension(unit.text, given, expected)
     return unit.scale
+
+
+@cache
+def other_units(dimension: Dimension) -> dict[str, float]:
+    """The EXAMPLES of units of this dimension, and how much of the SI unit each is."""
+    fitting = {}
+    for text in EXAMPLES:
+        with suppress(ValueProblem):
+            fitting[text] = scale_in(read_unit(text), dimension)
+    return fitting

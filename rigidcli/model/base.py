@@ -156,7 +156,7 @@ class Quantity(Reader):
         if self.sign is not None:
             number["exclusiveMinimum" if self.sign == "positive" else "minimum"] = 0
         text = f"{self.words}; or a quantity with a unit, or an expression in the parameters"
-        name = " ".join(filter(None, [self.sign, str(self.dimension).partition(" (")[0]]))
+        name = " ".join(filter(None, [self.sign, str(self.dimension or "number").partition(" (")[0]]))
         body = {"anyOf": [number, {"type": "string"}], "description": text[0].upper() + text[1:]}
         return {SHARED: name.replace(" ", "-"), "schema": body}
 

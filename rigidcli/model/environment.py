@@ -18,7 +18,7 @@ from rigidcli.model.units import (
     Dimension,
     Unit,
     check_dimension,
-    looks_like_missing_space,
+    is_unit,
     parse_unit,
     split_quantity,
 )
@@ -72,46 +72,75 @@ class Environment:
         scalar = _number_or_text(raw, number_of(dimension))
         if not isinstance(scalar, str):
             return _exact(parse(str(scalar)), {}) if self.arithmetic.exact else _finite(scalar)
-        quantity = split_quantity(scalar)
+        quantity = self._quantity(scalar, dimension)
         if quantity is None:
-            return self._value(self.parse(scalar), dimension)
-        digits, unit_text = quantity
-        unit = self._unit(digits, unit_text, dimension)
+            return self._value(parse(scalar), dimension)
+        digits, unit = quantity
         if self.arithmetic.exact:
             return _exact(parse(digits), {}) * unit.factor * self.arithmetic.pi**unit.pi_power
         # Through the shortest decimal, so that 120 g cm^2 is the float nearest to 1.2e-5.
         return unit.si(Fraction(repr(_finite(digits))))
 
-    def _unit(self, digits: str, unit_text: str, dimension: Dimension | None) -> Unit:
-        """The unit of a quantity. Raises ValueProblem for an unknown unit, or one of another dimension."""
+    def _quantity(
+        self, text: str, dimension: Dimension | None, variables: tuple[str, ...] = ()
+    ) -> tuple[str, Unit] | None:
+        """The number and the unit of a text such as `5 cm`; None for one that is to be read as an expression.
+
+        In `2 a` and `2a` the letter may be a unit and a parameter. It is what fits the dimension. If both
+        fit, it is a unit after a blank, and else a parameter, which is noted. A variable is no unit.
+        Raises ValueProblem for what is neither, and for a unit of another dimension.
+        """
+        written = split_quantity(text)
+        if written is None:
+            return None
         try:
-            unit = parse_unit(unit_text)
+            names = parse(written.unit).names
+        except ExpressionError:
+            names = None
+        is_known = names is not None and names.difference(variables) <= self.declared
+        if names is not None and not (names and all(map(is_unit, names))):
+            # A name that is neither known nor a unit is misspelt, and the others tell what it is meant for.
+            is_meant = is_known or bool(names & self.declared) or not names.isdisjoint(variables)
+            if is_meant:
+                return None
+        try:
+            unit = parse_unit(written.unit)
             if dimension is not None:
                 check_dimension(unit.text, unit.dimension, dimension)
-        except ValueProblem as problem:
-            if unit_text in self.declared:
-                problem.hint = f"a number, a blank and a unit; for the parameter write `{digits}*{unit_text}`"
+        except ValueProblem:
+            if is_known:
+                return None
             raise
-        if unit_text in self.declared:
-            text = shown(f"{digits} {unit_text}")
-            self.notes.append(f"{text} has a unit; for the parameter write `{digits}*{unit_text}`")
-        return unit
+        if names is None or not is_known:
+            return written.digits, unit
+        if not names.isdisjoint(variables):
+            return None
+        digits, letters, touches = written
+        note = f"{shown(f'{digits} {letters}')} has a unit; for the parameter write `{digits}*{letters}`"
+        if touches:
+            note = f"{shown(digits + letters)} is a product; for the unit write `{digits} {letters}`"
+        if note not in self.notes:
+            self.notes.append(note)
+        return None if touches else (digits, unit)
 
-    def symbolic(self, raw: object, dimension: Dimension | None = None) -> Expression:
+    def symbolic(
+        self, raw: object, dimension: Dimension | None = None, variables: tuple[str, ...] = ()
+    ) -> Expression:
         """A number, a quantity or an expression as an expression, in which names stay names.
 
         A quantity, whose unit must fit `dimension`, becomes the SI number that it is, digit by digit.
-        Whether the names may stand there is for `admit` to say. Raises ValueProblem.
+        Names of `variables` are not units there. Whether names may stand there is for `admit` to say.
+        Raises ValueProblem.
         """
         scalar = _number_or_text(raw, "a number or an expression")
         if not isinstance(scalar, str):
             _finite(scalar)
             return parse(str(scalar))
-        quantity = split_quantity(scalar)
+        quantity = self._quantity(scalar, dimension, variables)
         if quantity is None:
-            return self.parse(scalar)
-        unit = self._unit(*quantity, dimension)
-        number = Fraction(repr(_finite(quantity[0])))
+            return parse(scalar)
+        digits, unit = quantity
+        number = Fraction(repr(_finite(digits)))
         unit.si(number)
         return parse(_spelled(number * unit.factor, unit.pi_power))
 
@@ -140,9 +169,9 @@ class Environment:
 
     def formula(self, raw: object, dimension: Dimension, variables: tuple[str, ...]) -> Formula:
         """A number, a quantity, or an expression in `variables` and the parameters. Raises ValueProblem."""
-        if not isinstance(raw, str) or split_quantity(raw) is not None:
+        if not isinstance(raw, str) or self._quantity(raw, dimension, variables) is not None:
             return Formula(parse("value"), {"value": self.read(raw, dimension)})
-        expression = self.parse(raw)
+        expression = parse(raw)
         inside = expression.names & set(variables)
         for name in sorted(inside & self.declared):
             raise ExpressionError(
@@ -154,24 +183,17 @@ class Environment:
         known = expression.names - inside - self.broken - self._without_value(expression.names)
         return Formula(expression, {name: self.parameters[name] for name in sorted(known)})
 
-    @staticmethod
-    def parse(raw: str) -> Expression:
-        """Read a text as an expression."""
-        try:
-            return parse(raw)
-        except ExpressionError as error:
-            if looks_like_missing_space(raw):
-                error.hint = "a blank stands between a number and its unit, as in `5 cm`"
-            raise
+    def names_in(self, raw: object) -> frozenset[str]:
+        """The names that a value uses as it is written. Raises ValueProblem."""
+        is_expression = isinstance(raw, str) and self._quantity(raw, None) is None
+        return parse(str(raw)).names if is_expression else frozenset()
 
     def dimension(self, raw: object) -> Dimension | None:
         """The dimension of a value as it is written; None where it may be any."""
         if not isinstance(raw, str):
             return None
-        quantity = split_quantity(raw)
-        return (
-            parse_unit(quantity[1]).dimension if quantity else dimension_of(parse(raw).root, self.dimensions)
-        )
+        quantity = self._quantity(raw, None)
+        return quantity[1].dimension if quantity else dimension_of(parse(raw).root, self.dimensions)
 
     def _value(self, expression: Expression, dimension: Dimension | None) -> Any:
         self._use(expression.names)
@@ -211,6 +233,8 @@ class Environment:
     def _undeclared(self, names: list[str], variables: tuple[str, ...]) -> ValueProblem:
         near = nearest(names[0], [*variables, *self._declared_in_order])
         also = f"; variables here: {_listed(variables, str)}" if variables else ""
+        if is_unit(names[0]):
+            also += f"; a quantity in {shown(names[0])} stands alone, or is a parameter"
         return ExpressionError(
             f"undeclared name{'s' if len(names) > 1 else ''} {_listed(names)}"
             f"{f' (did you mean {near}?)' if near else ''}",

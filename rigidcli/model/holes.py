@@ -69,9 +69,13 @@ def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:
     placed = [region for region in found if region is not None]
     if len(placed) < len(found) or any(leaf.sign > 0 and leaf.fills_unknown_space() for leaf in leaves):
         return
-    for region in placed:
+    middles, halves = np.array([region.box() for region in placed]).reshape(-1, 2, 3).swapaxes(0, 1)
+    for index, region in enumerate(placed):
         if region.sign < 0:
-            _require_material_in(region, [other for other in placed if other.flat == region.flat])
+            gaps = np.abs(middles - middles[index]) - (halves + halves[index])
+            near = (gaps <= 2 * MARGIN * (np.abs(middles).max() + halves.max())).all(axis=1)
+            others = [placed[k] for k in np.flatnonzero(near)]
+            _require_material_in(region, [other for other in others if other.flat == region.flat])
 
 
 def _require_material_in(region: _Placed, others: Sequence[_Placed]) -> None:
@@ -125,6 +129,12 @@ class _Placed:
         """The longest side of the bounding box, m."""
         return float(max(high - low for low, high in self.shape.bounds()))
 
+    def box(self) -> Floats:
+        """The middle and the half sides (2 by 3, m) of a box about it, along the axes of the body."""
+        bounds = np.array(self.shape.bounds())
+        middle = self.rotation @ bounds.mean(axis=1) + self.displacement
+        return np.array([middle, np.abs(self.rotation) @ np.ptp(bounds, axis=1) / 2])
+
     def contains(self, points: Floats, size: float, step: Sequence[float] = (0, 0, 0)) -> Mask:
         """Which of the points (3 by n), moved by `step` along local axes, it fills.
 
@@ -157,7 +167,7 @@ class _Placed:
         parts = [inner, centre, centre + (1 - MARGIN) * (corners - centre)]
         starts = np.hstack([centre, inner[:, :: max(1, inner.shape[1] // 8)]])
         around = 2 * half * _directions(flat=self.flat)
-        parts += [self._surface(start, around) for start in starts.T[:, :, None]]
+        parts.append(self._surface(starts, around))
         circle = _directions(flat=True)
         for axis in range(0 if self.flat else 3):
             # Edges, such as the rim of a cylinder, are seen from the middle of the faces that they bound.
@@ -170,11 +180,12 @@ class _Placed:
         placed: Floats = self.rotation @ local[:, self.shape.contains(*local)] + self.displacement[:, None]
         return placed
 
-    def _surface(self, start: Floats, reach: Floats) -> Floats:
-        """The points (3 by n) where rays from a point in the shape (3 by 1) leave it, drawn in by MARGIN.
+    def _surface(self, starts: Floats, reach: Floats) -> Floats:
+        """The points (3 by k n) where rays from points in the shape (3 by k) leave it, drawn in by MARGIN.
 
-        `reach` (3 by n) are the rays, long enough to end outside.
+        `reach` (3 by n) are the rays from each of them, long enough to end outside.
         """
+        start, reach = np.repeat(starts, reach.shape[1], axis=1), np.tile(reach, starts.shape[1])
         low, high = np.zeros(reach.shape[1]), np.ones(reach.shape[1])
         for _ in range(BISECTIONS):
             trial = (low + high) / 2

@@ -9,8 +9,7 @@ from typing import Any
 
 from rigidcli.errors import ExpressionError, ValueProblem, gathered, shown
 from rigidcli.model.environment import Environment
-from rigidcli.model.units import split_quantity
-from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, Expression, parse
+from rigidcli.symbolic.language.expression import RESERVED, Expression, parse
 from rigidcli.symbolic.language.tree import CONSTANTS, Constant, Name
 
 _RESERVED_FOR = {"t": "the time", **dict.fromkeys(CONSTANTS, "a constant")}
@@ -29,7 +28,7 @@ def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable
     uses = {}
     for name, key in spelling.items():
         with gathered(problems, key):
-            uses[name] = _names_in(raw[key]) & spelling.keys()
+            uses[name] = env.names_in(raw[key]) & spelling.keys()
     env.broken |= spelling.keys() - uses.keys()
     for name in _in_order(uses, env, problems, spelling):
         if name in env.broken:
@@ -61,7 +60,7 @@ def definitions(env: Environment, raw: Mapping[str, Any]) -> dict[str, Expressio
     A symbol has none. Quantities are SI numbers, digit by digit.
     """
     values = {read_name(key): value for key, value in raw.items()}
-    uses = {name: _names_in(value) & values.keys() for name, value in values.items()}
+    uses = {name: env.names_in(value) & values.keys() for name, value in values.items()}
     order = TopologicalSorter(uses).static_order()
     return {name: None if values[name] is None else env.symbolic(values[name]) for name in order}
 
@@ -84,20 +83,13 @@ def read_name(key: object) -> str:
     root = None
     if isinstance(key, str):
         with contextlib.suppress(ExpressionError):
-            root = Name(key) if key in FUNCTIONS else parse(key).root
+            root = Name(key) if key in RESERVED else parse(key).root
     if isinstance(root, Constant | Name) and root.name in RESERVED:
         what = _RESERVED_FOR.get(root.name, "a function")
         raise ValueProblem(f"{shown(key)} is reserved: it is {what}, expected another name")
     if not isinstance(root, Name):
         raise ValueProblem(f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first")
     return root.name
-
-
-def _names_in(value: object) -> frozenset[str]:
-    """The names that the value of a parameter uses."""
-    if isinstance(value, str) and split_quantity(value) is None:
-        return Environment.parse(value).names
-    return frozenset()
 
 
 def _in_order(

@@ -1,4 +1,4 @@
-"""The JSON Schema of a document, for editors that complete and check while one types."""
+"""The JSON Schema of documents and other files, for editors that complete and check while one types."""
 
 from __future__ import annotations
 
@@ -12,18 +12,17 @@ _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 """The edition of JSON Schema, which pydantic writes."""
 
 
-def json_schema() -> dict[str, Any]:
-    """The schema, with every section that a document may contain under `$defs`."""
+def json_schema(root: type[Section] = Document) -> dict[str, Any]:
+    """The schema of a file that is a section, with every other that it may contain under `$defs`."""
     definitions: dict[str, Any] = {}
     waiting: list[str] = []
-    root = _Linking(definitions, waiting).section(Document)
+    schema = _Linking(definitions, waiting).section(root)
     sections = {section.__name__: section for section in _below(Section)}  # all are loaded by now
     while waiting:
         name = waiting.pop()
         if name not in definitions:
             definitions[name] = _Linking(definitions, waiting).section(sections[name])
-    document = {"$schema": _DIALECT, "title": "rigidcli document", **root}
-    return document | {"$defs": dict(sorted(definitions.items()))}
+    return {"$schema": _DIALECT, **schema, "$defs": dict(sorted(definitions.items()))}
 
 
 def _below(section: type[Section]) -> list[type[Section]]:

@@ -28,7 +28,7 @@ Eccentricity = Annotated[
     limited(lambda e, n: n.sign(e) != -1 and n.sign(1 - e) not in (0, -1), "a number from 0 to below 1"),
 ]
 Ellipticity = Annotated[
-    Number, limited(lambda x, n: -1 not in (n.sign(1 - x), n.sign(1 + x)), "(C - A)/C, a number from -1 to 1")
+    Number, limited(lambda x, n: n.sign(1 - 2 * x) != -1, "(C - A)/C with C <= 2 A, a number up to 1/2")
 ]
 
 
@@ -61,7 +61,9 @@ class Tide(Section):
     moments: Annotated[tuple[PositiveMoment, PositiveMoment, PositiveMoment], AsList] | None = Field(
         default=None, description="A, B, C; C about the spin"
     )
-    ellipticity: Ellipticity | None = Field(default=None, description="(C - A)/C")
+    ellipticity: Ellipticity | None = Field(
+        default=None, description="(C - A)/C; A is the mean of the moments across the spin"
+    )
     perturbers: Annotated[tuple[Perturber, ...], AsList, Field(min_length=1)]
 
     @model_validator(mode="after")

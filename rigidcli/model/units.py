@@ -23,6 +23,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from rigidcli.errors import ValueProblem, shown
+from rigidcli.symbolic.language.tokens import LOWERED, SUPERSCRIPT
 
 MAX_TEXT = 200
 """The most characters of a unit: far more than any has, and read at once."""
@@ -319,12 +320,17 @@ def _from_table(name: str) -> Unit | None:
     if name in _ROWS:
         meaning = _ROWS[name][1]
         return replace(meaning, text=name) if isinstance(meaning, Unit) else _defined(name, meaning)
-    for cut in range(1, len(name)):
-        prefix, rest = name[:cut], name[cut:]
-        if prefix in _PREFIXES and rest in _may_follow(prefix):
+    for prefix, power in _PREFIXES.items():
+        rest = name.removeprefix(prefix)
+        if rest != name and rest in _may_follow(prefix):
             unit = _named(rest)
-            return replace(unit, text=name, factor=unit.factor * Fraction(10) ** _PREFIXES[prefix])
+            return replace(unit, text=name, factor=unit.factor * Fraction(10) ** power)
     return None
+
+
+def is_unit(name: str) -> bool:
+    """Whether a name is that of a unit."""
+    return _from_table(name) is not None
 
 
 def _defined(name: str, definition: str) -> Unit:
@@ -373,9 +379,6 @@ _SPELLINGS = str.maketrans(
 _JOINED = re.compile(r"(?<=[^\W_])[.-](?=[^\W\d_])")
 """The point of `kg.m^2` and the hyphen of `N-m`."""
 
-_RAISED = re.compile("⁻?[⁰¹²³⁴-⁹]+")
-_LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
-
 _TOKEN = re.compile(r"[^\W\d_]\w*|1(?=\s*/)|(?:\^|\*\*)\s*[-+]?[0-9]+|\S")
 """A name, a power, or any other character, which is a sign or an error."""
 
@@ -390,7 +393,7 @@ def parse_unit(text: str) -> Unit:
     """
     if len(text) > MAX_TEXT:
         raise ValueProblem(f"a unit of {len(text)} characters, expected at most {MAX_TEXT}")
-    plain = _RAISED.sub(lambda raised: "^" + raised[0].translate(_LOWERED), text.translate(_SPELLINGS))
+    plain = re.sub(SUPERSCRIPT, lambda raised: "^" + raised[0].translate(LOWERED), text.translate(_SPELLINGS))
     tokens = deque([*_TOKEN.findall(_JOINED.sub("*", plain)), ""])
     unit = replace(_product(tokens), text=text.strip())
     if tokens[0]:
@@ -463,23 +466,34 @@ def described(dimension: Dimension) -> str:
 
 # --- quantities
 
-_NUMBER_AND_UNIT = re.compile(
-    r"\s*([-+−]?+(?>[0-9]++\.?+[0-9]*+|\.[0-9]++)(?>[eE][-+−]?[0-9]++)?+)(\s*)((?:[^\W\d_]|[°′″]|1/).*)",
-    re.DOTALL,
+_QUANTITY = re.compile(
+    rf"""\s*(?P<digits>[-+−]?+(?>[0-9]++\.?+[0-9]*+|\.[0-9]++))
+    (?: [eE](?P<e>[-+−]?[0-9]++)
+      | \s*[*·⋅]\s*10 (?: (?:\^|\*\*)(?P<power>[-+−]?[0-9]++) | (?P<raised>{SUPERSCRIPT}) )
+    )?+
+    (?P<gap>\s*)(?P<unit>(?: (?!{SUPERSCRIPT})[^\W\d_] | [°′″] | (?<=\s)1/ ).*)""",
+    re.DOTALL | re.VERBOSE,
 )
 
 
-def split_quantity(text: str) -> tuple[str, str] | None:
-    """The number and the unit of `5 cm`, as texts; None for what may be an expression instead.
+class Written(NamedTuple):
+    """A quantity as it is typed: a decimal number of any size, and what may be a unit."""
 
-    A quantity is a decimal number, white space, and what begins like a unit: a letter, `°`, `′`,
-    `″` or `1/`. Neither part is judged here; the number may have any size.
+    digits: str
+    unit: str
+    touches: bool
+    """Whether there is no blank between them."""
+
+
+def split_quantity(text: str) -> Written | None:
+    """The number and the unit of `5 cm` or `6*10^24 kg`; None for what may only be an expression.
+
+    A quantity is a decimal number and what begins like a unit: a letter, `°`, `′`, `″`, or `1/` after a
+    blank. Neither part is judged here.
     """
-    match = _NUMBER_AND_UNIT.fullmatch(text)
-    return (match[1].replace("−", "-"), match[3].rstrip()) if match and match[2] else None
-
-
-def looks_like_missing_space(text: str) -> bool:
-    """Whether a number and a letter touch, as in `5cm`."""
-    match = _NUMBER_AND_UNIT.fullmatch(text)
-    return match is not None and not match[2]
+    match = _QUANTITY.fullmatch(text)
+    if match is None:
+        return None
+    power = match["e"] or match["power"] or (match["raised"] or "").translate(LOWERED)
+    number = f"{match['digits']}e{power}" if power else match["digits"]
+    return Written(number.replace("−", "-"), match["unit"].rstrip(), not match["gap"])

@@ -103,7 +103,7 @@ def read_expression(
     `misplaced` tells what names are that mean something, but elsewhere; `hint` says what to write for
     them. Raises ValueProblem.
     """
-    expression = env.symbolic(raw, dimension)
+    expression = env.symbolic(raw, dimension, variables)
     for name in sorted(expression.names & misplaced.keys() - env.declared):
         raise ExpressionError(f"`{name}` is {misplaced[name]}, which cannot stand here", hint=hint)
     env.admit(expression, variables, dimension)

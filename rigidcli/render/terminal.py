@@ -19,6 +19,15 @@ GAP = 2
 """Blanks between columns, and by which a body that stands below its heads is indented."""
 
 
+def cells(text: str) -> int:
+    """The columns of a terminal that a text takes: two for wide characters, none for accents on others."""
+    if text.isascii():
+        return len(text)
+    from rich.cells import cell_len
+
+    return cell_len(text)
+
+
 @dataclass(frozen=True, slots=True)
 class Row:
     """Heads, each in a column of its own, and the lines of a body beside them; words of `prose` may wrap."""
@@ -50,7 +59,6 @@ class Page:
 
         Otherwise every body stands below its heads, which `joint` joins.
         """
-        from rich.cells import cell_len
         from rich.padding import Padding
         from rich.table import Table
         from rich.text import Text
@@ -58,10 +66,10 @@ class Page:
         if not rows:
             return
         heads = [
-            max(cell_len(text) for text, _ in column) for column in zip(*(r.heads for r in rows), strict=True)
+            max(cells(text) for text, _ in column) for column in zip(*(r.heads for r in rows), strict=True)
         ]
         fixed = [line for row in rows if not row.prose for line in row.body.split("\n")]
-        body = max([room, *map(cell_len, fixed)])
+        body = max([room, *map(cells, fixed)])
         if sum(heads) + GAP * len(heads) + body <= self._width:
             grid = Table.grid(padding=(0, GAP))
             for row in rows:
@@ -82,10 +90,9 @@ class Page:
 
         The first column begins every grid.
         """
-        from rich.cells import cell_len
         from rich.table import Table
 
-        widths = [max(map(cell_len, column)) + GAP for column in columns]
+        widths = [max(map(cells, column)) + GAP for column in columns]
         first = 1
         while first < max(2, len(columns)):
             last, total = first + 1, sum(widths[:1] + widths[first : first + 1])

@@ -9,6 +9,7 @@ from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import ZERO_MOMENT, PrincipalFrame
 from rigidcli.errors import ComputationError, DocumentError, Problem
 from rigidcli.model.document import Document
+from rigidcli.model.top import HeavyTop, Top
 from rigidcli.report import Field
 
 NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn about it"
@@ -60,6 +61,14 @@ def body_frame(document: Document) -> PrincipalFrame:
 
     turn, own = document.body.in_own_axes(physical.point, n)
     return principal_axes.principal_frame(own, physical.axes.T @ turn)
+
+
+def require_spin(document: Document, section: Top, top: HeavyTop) -> None:
+    """Raise DocumentError where a top without a moment about its symmetry axis is to spin about it."""
+    n = document.arithmetic
+    noise = 0 if n.exact or top.lambda1 is None else ZERO_MOMENT * top.lambda1
+    if n.sign(section.spin) != 0 and n.sign(top.lambda3 - noise) in (-1, 0):
+        raise document.refusal(NO_SPIN, "top.spin", hint="set it to zero: what is left is a pendulum")
 
 
 def principal_omega(document: Document, frame: PrincipalFrame) -> Array:

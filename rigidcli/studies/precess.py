@@ -18,7 +18,7 @@ from rigidcli.model.motion import Motion
 from rigidcli.model.tide import Perturber, Tide
 from rigidcli.model.top import Top
 from rigidcli.report import Column, Field, Report, Table, Value
-from rigidcli.studies.body import body_frame, principal_omega
+from rigidcli.studies.body import body_frame, principal_omega, require_spin
 from rigidcli.studies.common import if_known, report
 
 SCHEMA = "rigidcli.precess/1"
@@ -152,6 +152,7 @@ def _field(section: str, entry: Field, values: Mapping[str, Value] | None) -> Fi
 def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
     """Gyroscopic precession, and what `tilt` and `lambda1` tell besides where they are given."""
     n, top = document.arithmetic, document.physical.heavy_top
+    require_spin(document, section, top)
     fall = top.mass * section.gravity * top.distance
     unknown = [key for key, value in (("tilt", section.tilt), ("lambda1", top.lambda1)) if value is None]
     if n.sign(section.spin) == 0 and unknown:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -104,8 +105,8 @@ def test_formats_for_programs(small: Path, program: Program) -> None:
     words = ("check", f"{small}/hw.yaml", f"{small}/answers", "-f")
     table = program(*words, "csv").out
     header, first, second = csv.reader(io.StringIO(table))
-    assert header == ["student", "question", "verdict", "score", "max_score", "codes", "message"]
-    assert first == ["one", "a", "correct", "4.0", "4.0", "", ""]
+    assert header == ["student", "question", "verdict", "score", "max_score", "codes", "message", "source"]
+    assert first == ["one", "a", "correct", "4.0", "4.0", "", "", f"{small}/answers/one.yaml"]
     assert second[:3] == ["two", "a", "incorrect"]
     assert program(*words, "csv", "--no-header").out == table.partition("\n")[2]
     suites = list(ET.fromstring(program(*words, "junit").out))
@@ -114,6 +115,74 @@ def test_formats_for_programs(small: Path, program: Program) -> None:
     assert scores == [4, 0]
     tally = json.loads(program(*words, "json", "--items").out)
     assert (tally["question"], tally["correct"], tally["incorrect"]) == ("a", 1, 1)
+
+
+@pytest.mark.parametrize("place", ["nowhere.yaml", "nowhere", "empty", ""])
+def test_gradescope_has_a_result_also_when_nothing_was_handed_in(
+    place: str, small: Path, program: Program
+) -> None:
+    (small / "empty").mkdir()
+    results, path = small / "results.json", str(small / place) if place else ""
+    done = program("check", f"{small}/hw.yaml", path, "-f", "gradescope", "-o", str(results))
+    assert (done.code, done.out, len(done.err.splitlines())) == (1, "", 1)
+    found = json.loads(results.read_text())
+    assert found["score"] == 0
+    assert [(test["name"], test["max_score"], test["output"]) for test in found["tests"]] == [
+        ("a", 4, "missing (0/4)")
+    ]
+
+
+def test_students_are_told_from_folders_and_a_roster(small: Path, program: Program) -> None:
+    for name, answer in (("s1", "2 m"), ("s2", "3 m"), ("s3", "2 m")):
+        (small / "in" / name).mkdir(parents=True)
+        (small / "in" / name / "hw.yaml").write_text(f"answers: {{a: {answer}}}")
+    (small / "in" / "s3" / "more").mkdir()
+    (small / "in" / "s3" / "more" / "hw.yaml").write_text("answers: {a: 2 m}")
+    (small / "in" / "s1" / "photo.jpg").write_text("")
+    (small / "class.csv").write_text("name,login\nAda,s1\nBob,s2\nEve,s3\nZoe,s4\n")
+    words = ("check", f"{small}/hw.yaml", f"{small}/in")
+    done = program(*words, "-f", "json")
+    found = {name: entry["questions"][0]["verdict"] for name, entry in objects(done.out).items()}
+    assert (done.code, found) == (1, {"s1": "correct", "s2": "incorrect", "s3": "invalid"})
+    assert done.out.count("duplicate_key") == 2
+    assert "note: more than one answer file, and none of them judged: `s3`" in done.err
+    assert "note: no answer files, and left out: `s1/photo.jpg`" in done.err
+    done = program(*words, "-f", "json", "--roster", f"{small}/class.csv")
+    found = {name: entry["questions"][0]["verdict"] for name, entry in objects(done.out).items()}
+    assert found == {"Ada": "correct", "Bob": "incorrect", "Eve": "invalid", "Zoe": "missing"}
+    assert objects(done.out)["Zoe"]["source"] == ""
+    for format in FORMATS:
+        alone, several = (
+            program(*words, "-f", format, "--roster", f"{small}/class.csv", "-j", n) for n in "14"
+        )
+        assert alone == several
+        assert "Traceback" not in alone.err
+    book = small / "book.csv"
+    book.write_text("Student,ID,Section,Short (7)\n    Points Possible,,,4\nAda,1,A,\nZoe,4,A,\n")
+    filled = program(*words, "--roster", f"{small}/class.csv", "--canvas", str(book)).out
+    assert filled.splitlines()[2:] == ["Ada,1,A,4", "Zoe,4,A,"]
+    assert program(*words, "--roster", f"{small}/nowhere.csv").code == 3
+    assert program(*words, "--roster", f"{small}/hw.yaml").code == 3
+
+
+def test_an_answer_does_not_count_the_file_of_another_student(tmp_path: Path, program: Program) -> None:
+    (tmp_path / "hw.yaml").write_text(
+        "questions: {o: {answer: {t: [0, 10, 0.1], columns: {x: cos(t)}}, kind: trajectory}}"
+    )
+    folder = tmp_path / "in"
+    folder.mkdir()
+    rows = "".join(f"{n / 10},{math.cos(n / 10)!r}\n" for n in range(101))
+    for name in ("ada_orbit.csv", "orbit.csv", "unused.csv"):
+        (folder / name).write_text(f"t,x\n{rows}")
+    for name, file in (("ada", "ada_orbit"), ("bob", "ada_orbit"), ("eve", "orbit"), ("zoe", "orbit")):
+        (folder / f"{name}.yaml").write_text(f"answers: {{o: {{file: {file}.csv}}}}")
+    done = program("check", f"{tmp_path}/hw.yaml", str(folder), "-f", "json")
+    found = {name: entry["questions"][0] for name, entry in objects(done.out).items()}
+    assert [found[name]["verdict"] for name in ("ada", "bob")] == ["correct", "invalid"]
+    assert "this file is another student's" in found["bob"]["feedback"][0]["message"]
+    assert [found[name]["verdict"] for name in ("eve", "zoe")] == ["review", "review"]
+    assert "another student's answer names this file, too" in found["eve"]["feedback"][0]["message"]
+    assert "note: no answer files, and left out: `in/unused.csv`\n" in done.err
 
 
 def test_a_gradebook_is_filled(small: Path, program: Program) -> None:

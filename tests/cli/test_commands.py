@@ -25,6 +25,7 @@ import pytest
 import rigidcli
 from rigidcli.cli.app import COMMANDS
 from rigidcli.cli.new import Kind
+from rigidcli.cli.schema import SchemaKind
 from rigidcli.errors import DocumentError
 from rigidcli.model.load import loads
 from rigidcli.model.syntax import read_tree
@@ -35,7 +36,8 @@ CUBE = "body: {shape: cube, side: 1, mass: 12}\n"
 BAD = "body: {shape: cube, side: -1, mass: 12}\n"
 NOTED = f"parameters: {{k: 1}}\n{CUBE}"
 FORMATS = ["table", "json", "csv", "latex"]
-DOCUMENTS = sorted([*ROOT.glob("configs/*.yaml"), *ROOT.glob("rigidcli/starters/*.yaml")])
+STARTERS = [path for path in ROOT.glob("rigidcli/starters/*.yaml") if path.stem not in [*SchemaKind]]
+DOCUMENTS = sorted([*ROOT.glob("configs/*.yaml"), *STARTERS])
 BODIES = [path for path in DOCUMENTS if "body" in read_tree(path.read_text(), path.name)]
 
 INERTIA = ["schema", "name", "source", "mass", "center_of_mass", "about", "tensor", "tensor_com"]
@@ -419,6 +421,71 @@ def test_settings_on_the_command_line(program: Program) -> None:
     assert "body.mass" in outcome.err
 
 
+def test_validate_tells_what_answers_are_read_as(tmp_path: Path, program: Program) -> None:
+    path = tmp_path / "ada.yaml"
+    path.write_text("answers:\n  a: 20.8 rad/s\n  b: [1, 2]\n  c: {csv: 't,x\n\n    0,1'}\n")
+    (tmp_path / "orbit.csv").write_text("t,x\n0,1\n1,2\n")
+    done = program("validate", str(path))
+    assert (done.code, done.err) == (0, "")
+    assert done.out == (
+        f"{path}: valid\n  a: a number with the unit `rad/s`\n  b: a list of 2, each a number\n"
+        "  c: a table with 1 rows of `t`, `x`\n"
+    )
+    path.write_text("answers:\n  a: 20,8 rad/s\n  b: [1, 2\n  c: {file: orbit.csv}\n  d: {file: x.csv}\n")
+    done = program("validate", str(path))
+    assert done.code == 3
+    assert done.out == f"{path}: 1 of 4 answers can be read\n  c: a table with 2 rows of `t`, `x`\n"
+    assert f"{path}: answers.a: cannot be read as a number; read `20,8 rad/s`" in done.err
+    assert f"{path}: answers.b: cannot be read; line 3: not YAML" in done.err
+    assert "close the bracket" in done.err
+    assert f"{path}: answers.d: `x.csv`: there is no such file" in done.err
+
+
+def test_validate_tells_what_an_assignment_asks(program: Program) -> None:
+    done = program("validate", "-", stdin="questions: {a: {answer: 1, kind: number, order: free, points: 2}}")
+    assert (done.code, done.out) == (0, "-: valid\n  a: number, 2 points\n")
+    assert "means nothing to the kind" in done.err
+    done = program("validate", "-", stdin="questions:\n  a: {answer: 1}\n  b: {kind: number}\n")
+    assert (done.code, done.out) == (3, "")
+    assert "-:2: questions.a.kind: missing" in done.err
+    assert "-:3: questions.b: neither" in done.err
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("answers: 3", "expected `answers`, a mapping"),
+        ("answers: &x {a: *x}", "anchors and aliases"),
+        ('{"answers": {"a": 1: 2}}', "line 1: not YAML"),
+        ("questions:\n - a: b: c", "-:2: not YAML"),
+        ("body: {shape: cube, side: 1, mass: 1, answers: 2}", "body.answers: unknown key"),
+        ("parameters: {answers: 2}\nquestons: {}", "questons: unknown key"),
+    ],
+)
+def test_validate_tells_files_apart_by_their_keys(text: str, said: str, program: Program) -> None:
+    done = program("validate", "-", stdin=text)
+    assert (done.code, done.out) == (3, "")
+    assert said in done.err
+
+
+def test_new_overwrites_nothing_unless_it_is_forced(tmp_path: Path, program: Program) -> None:
+    path = tmp_path / "hw.yaml"
+    path.write_text("mine")
+    done = program("new", "assignment", "-o", str(path))
+    assert (done.code, done.out, path.read_text()) == (2, "", "mine")
+    assert "hint: `--force` overwrites it" in done.err
+    assert program("new", "assignment", "-o", str(path), "--force").code == 0
+    assert path.read_text() == program("new", "assignment").out
+
+
+def test_the_starters_of_homework_fit_each_other(tmp_path: Path, program: Program) -> None:
+    for kind in ("assignment", "answers"):
+        assert program("new", kind, "-o", str(tmp_path / f"{kind}.yaml")).code == 0
+    done = program("check", f"{tmp_path}/assignment.yaml", f"{tmp_path}/answers.yaml", "-q")
+    assert (done.code, done.out) == (0, "answers  4/4  all correct\n")
+    assert program("check", "--selftest", f"{tmp_path}/assignment.yaml").code == 0
+
+
 def test_validate_prints_the_valid_ones(folder: Path, program: Program) -> None:
     good, bad = str(folder / "good.yaml"), str(folder / "bad.yaml")
     outcome = program("validate", good, bad, "-", good, stdin="- 1")
@@ -510,6 +577,7 @@ def test_points_are_not_read_from_a_device_or_a_pipe(folder: Path) -> None:
         ["axes", "--verbose", "x"],
         ["validate", "-f", "json", "x"],
         ["schema", "x"],
+        ["schema", "answers", "assignment"],
         ["new", "shapes"],
         ["new", "shape", "points"],
         ["--digits", "3"],
@@ -807,6 +875,13 @@ def schema() -> Any:
     return json.loads(json.dumps(json_schema()))
 
 
+def validator_of(kind: str, program: Program) -> jsonschema.Draft202012Validator:
+    """The schema that the command prints."""
+    found = json.loads(program("schema", kind).out)
+    jsonschema.Draft202012Validator.check_schema(found)
+    return jsonschema.Draft202012Validator(found)
+
+
 @pytest.fixture(scope="module")
 def validator(schema: Any) -> jsonschema.Draft202012Validator:
     jsonschema.Draft202012Validator.check_schema(schema)
@@ -896,6 +971,46 @@ def nodes(tree: Any) -> Iterator[dict[str, Any]]:
             yield from nodes(value)
 
 
+HOMEWORK = sorted((ROOT / "configs/homework").rglob("*.[yj]*"))
+
+
+@pytest.mark.parametrize(
+    "path", [path for path in HOMEWORK if path.stem != "eve"], ids=lambda path: path.stem
+)
+def test_schema_and_program_accept_the_homework(path: Path, program: Program) -> None:
+    kind = "assignment" if path.stem == "assignment" else "answers"
+    validator_of(kind, program).validate(read_tree(path.read_text(), path.name))
+    assert program("validate", str(path)).code == (3 if path.stem == "dave" else 0)
+
+
+@pytest.mark.parametrize(
+    "question",
+    [
+        "{}",
+        "{ask: axes}",
+        "{answer: 1}",
+        "{document: x.yaml, ask: axes, answer: 1, kind: number}",
+        "{answer: 1, kind: numbr}",
+        "{answer: 1, kind: number, pionts: 1}",
+        "{answer: 1, kind: number, points: -1}",
+        "{answer: 1, kind: number, tolerance: {relativ: 1}}",
+        "{answer: 1, kind: number, symbols: {x: negative}}",
+        "{answer: 1, kind: number, credit: half}",
+        "{answer: 1, kind: number, credit: {unit_missing: 1.5}}",
+        "{answer: 1, kind: number, accept: [{credit: 1}]}",
+        "{answer: 1, kind: number, accept: [{answer: 2, credit: 2}]}",
+    ],
+)
+def test_schema_and_program_refuse_the_same_questions(question: str, program: Program) -> None:
+    good = "questions: {a: {answer: 1, kind: number, credit: {unit_missing: 1}, accept: [{answer: 2}]}}"
+    validator = validator_of("assignment", program)
+    validator.validate(read_tree(good, "hw"))
+    assert program("validate", "-", stdin=good).code == 0
+    bad = f"questions: {{a: {question}}}"
+    assert not validator.is_valid(read_tree(bad, "hw"))
+    assert program("validate", "-", stdin=bad).code == 3
+
+
 def test_the_schema_helps_whoever_types(schema: Any) -> None:
     for section in [schema, *schema["$defs"].values()]:
         assert section.get("description"), section
@@ -909,13 +1024,13 @@ def test_the_schema_helps_whoever_types(schema: Any) -> None:
 
 
 @pytest.mark.parametrize("kind", Kind)
-def test_a_starter_is_commented_and_valid(kind: str, validator: Any, program: Program) -> None:
+def test_a_starter_is_commented_and_valid(kind: str, program: Program) -> None:
     starter = program("new", kind).out
     assert starter.startswith("# ")
     assert starter.count("#") >= 3
     assert "\t" not in starter
     assert max(map(len, starter.splitlines())) <= 120
-    validator.validate(read_tree(starter, kind))
+    validator_of(kind if kind in [*SchemaKind] else "document", program).validate(read_tree(starter, kind))
     outcome = program("validate", "-", stdin=starter)
     assert (outcome.code, outcome.err) == (0, "")
     assert set(re.findall(r"rigidcli (\w+)", starter)) <= set(COMMANDS)

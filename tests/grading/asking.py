@@ -2,15 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import rigidcli
-from rigidcli.grading import kinds
-from rigidcli.grading.asked import Asked
-from rigidcli.grading.outcome import Outcome, Unreadable
+from rigidcli.grading.asked import Asked, Tree
+from rigidcli.grading.kinds import KINDS
+from rigidcli.grading.kinds.base import Kind
+from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.question import Question
+
+
+class Same(Kind):
+    """A kind whose answer must be its key."""
+
+    name = "same"
+
+    def read_key(self, asked: Any) -> Any:
+        return asked.value
+
+    def read_answer(self, key: Any, answer: Tree, folder: Path) -> Tree:
+        return answer
+
+    def judge(self, key: Any, answer: Tree) -> Outcome:
+        return correct() if answer == key else wrong(Finding("outside_tolerance", detail=f"read {answer}"))
+
+    def is_right(self, key: Any, answer: Tree) -> bool:
+        return bool(answer == key)
+
+    def right_forms(self, key: Any) -> Iterator[tuple[str, Tree]]:
+        yield "the key", key
 
 
 @dataclass(frozen=True)
@@ -22,7 +45,7 @@ class Asking:
     def literal(self, answer: Any, **options: Any) -> Any:
         """The key of a literal answer."""
         question = Question.model_validate({"kind": self.kind, "answer": answer, **options})
-        return kinds.kind(self.kind).read_key(Asked(question, answer))
+        return KINDS[self.kind].read_key(Asked(question, answer))
 
     def computed(self, text: str, ask: str, unit: str = "", **options: Any) -> Any:
         """The key of a result, which has this unit, of the document in a text."""
@@ -32,15 +55,21 @@ class Asking:
         report = getattr(rigidcli, study)(document)
         value = report.tree()
         for step in way:
-            value = value[step]
-        return kinds.kind(self.kind).read_key(Asked(question, value, unit, (study, *way), document, report))
+            value = value[int(step)] if step.isdecimal() else value[step]
+        return KINDS[self.kind].read_key(Asked(question, value, unit, (study, *way), document, report))
 
     def judged(self, key: Any, answer: Any) -> Outcome:
         """What comes of an answer, be it one or not."""
         try:
-            return kinds.kind(self.kind).judge(key, answer, Path())
+            return judged_alone(self.kind, key, answer)
         except Unreadable as unreadable:
             return unreadable.outcome
+
+
+def judged_alone(kind: str, key: Any, answer: Any, folder: Path = Path()) -> Outcome:
+    """What comes of an answer. Raises Unreadable."""
+    judge = KINDS[kind]
+    return judge.judge(key, judge.read_answer(key, answer, folder))
 
 
 def codes(outcome: Outcome) -> list[str]:

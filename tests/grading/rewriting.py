@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 from hypothesis import strategies as st
 
-from rigidcli.grading.functions.formula import parts_of
+from rigidcli.grading.expressions.formula import parts_of
 from rigidcli.symbolic.language.tree import (
     Call,
     Constant,
@@ -331,3 +331,41 @@ def rewritten(draw: st.DrawFn, node: Node, most: int = 8) -> Node:
 def mistaken(draw: st.DrawFn, node: Node) -> Node:
     """The expression with one thing changed; it may still be the same function."""
     return changed(MISTAKES, 1)(draw, node)
+
+
+# --- what is nearly nothing
+
+_PLACES = st.sampled_from(
+    ["60", "123.4", "(-77.7)", "2.5e4", "9.9e5", "1e7", "1e9", "(-1e12)", "0.123", "1e-3"]
+)
+_WIDTHS = st.sampled_from(["1", "1e2", "1e4", "1e6", "1e12"])
+_SIZES = st.sampled_from(["1", "1e-3", "1e-9", "1e-15", "1e-30", "1e-60", "1e-200", "1e3", "1e12"])
+
+_HIDDEN = (
+    "abs({x} - {a}) + {x} - {a}", "abs({x} - {a}) - {x} + {a}", "sqrt(({x} - {a})^2) + {x} - {a}",
+    "(({x} - {a})^4)^(1/4) - {x} + {a}", "sign({x} - {a}) + 1", "sign({x}^3 - {a}) - 1",
+    "(abs({x} - {a}) + {x} - {a})*(abs({x} - {a} - 0.01) - {x} + {a} + 0.01)",
+    "exp(-{s}*({x} - {a})^2)", "1/cosh({s}*({x} - {a}))", "1 - tanh({s}*({x} - {a}))^2",
+    "1/(1 + {s}*({x} - {a})^2)^40", "exp(-{s}*(cos({x}) - 0.7)^2)", "log(1 + exp(-{s}*({x} - {a})^2))",
+    "pi/2 - atan(exp({s}*abs({x} - {a})))", "exp(-exp({x}^2 + {s}))", "log(1 + exp(1e5*{x}))",
+    "tanh({s}*({x} - {a})) - sign({x} - {a})", "exp(-1/{x}^2)", "sin(1e8*{x})*1e-12", "{x}",
+    "atan(tan({x}/1e7)) - {x}/1e7", "acos(cos({x}/1e4)) - {x}/1e4", "atan2({x} - {a}, -1) - pi",
+    "atan(1/({x} - {a})) + atan({x} - {a}) + pi/2", "atan(1/({x} - {a})) + atan({x} - {a}) - pi/2",
+    "({x} - {a})*({x} - 0.5)*({x} + 2)", "log(({x} - {a})^2) - 2*log(abs({x} - {a}) + exp(-{s}*{x}^2))",
+)  # fmt: skip
+"""Functions of a real x that are zero or small at most numbers, and not at all."""
+
+_WITH = (
+    "{key} + {c}*({e})", "({key})*(1 + {c}*({e}))", "({key})*exp({c}*({e}))", "{key} + tanh({c}*({e}))",
+    "({key} + {c}*({e}))*(sin({x})^2 + cos({x})^2)", "{key} + {c}*({e})*{x}",
+    "({key})*(2*cos({x}/2)^2 - cos({x})) + {c}*({e})",
+)  # fmt: skip
+"""Ways to change a function by another one."""
+
+
+@st.composite
+def attacked(draw: st.DrawFn, key: str, names: Sequence[str]) -> str:
+    """The text of a key, changed by what is nearly nothing in one of its real names."""
+    x = draw(st.sampled_from(sorted(names)))
+    hidden = draw(st.sampled_from(_HIDDEN)).format(x=x, a=draw(_PLACES), s=draw(_WIDTHS))
+    return draw(st.sampled_from(_WITH)).format(key=key, x=x, c=draw(_SIZES), e=hidden)

@@ -26,43 +26,32 @@ import pytest
 from rigidcli.errors import ComputationError
 from rigidcli.grading import workers
 from rigidcli.grading.asked import Asked, Tree
-from rigidcli.grading.batch import gather, run
-from rigidcli.grading.example import Example
-from rigidcli.grading.files import MOST_BYTES
+from rigidcli.grading.batch import run
+from rigidcli.grading.feedback import sentence
+from rigidcli.grading.files import MOST_BYTES, gather
 from rigidcli.grading.judge import Item
 from rigidcli.grading.judgement import Judgement
-from rigidcli.grading.kinds import KINDS, kind
-from rigidcli.grading.outcome import Finding, Outcome, correct, wrong
+from rigidcli.grading.kinds import KINDS
+from rigidcli.grading.outcome import Outcome, correct
 from rigidcli.grading.question import Question
+from rigidcli.grading.roster import Paper, papers
 from rigidcli.grading.sandbox import Limits
+from tests.grading.asking import Same
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no such files and limits")
 
 SHORT = Limits(seconds=2.0, memory=200_000_000)
 
 
-class Same:
-    """A kind whose answer must be its key."""
-
-    def read_key(self, asked: Any) -> Any:
-        return asked.value
-
-    def judge(self, key: Any, answer: Tree, folder: Path) -> Outcome:
-        return correct() if answer == key else wrong(Finding("outside_tolerance", detail=f"read {answer}"))
-
-    def examples(self, key: Any) -> Iterator[Example]:
-        yield Example("the key", key)
-
-
 class Doing(Same):
     """A kind that a bad answer has taken over: it does what its key, a mapping, has under the answer."""
 
-    def judge(self, key: Any, answer: Tree, folder: Path) -> Outcome:
+    def judge(self, key: Any, answer: Tree) -> Outcome:
         if answer in key:
             key[answer]()
         return correct()
 
-    def examples(self, key: Any) -> Iterator[Example]:
+    def right_forms(self, key: Any) -> Iterator[tuple[str, Tree]]:
         return iter(())
 
 
@@ -80,13 +69,17 @@ def verdicts(judgement: Judgement) -> list[str]:
 
 
 def found(paths: Iterable[str | Path]) -> list[Path]:
-    files, problems = gather(list(paths))
-    assert problems == []
-    return files
+    gathered = gather(list(paths))
+    assert gathered.problems == []
+    return gathered.files
+
+
+def handed(paths: Iterable[str | Path]) -> list[Paper]:
+    return papers(found(paths))[0]
 
 
 def by_student(folder: Path, **options: Any) -> dict[str, Judgement]:
-    files = found([folder])
+    files = handed([folder])
     judgements = list(run(options.pop("items", ITEMS), files, **options))
     assert len(judgements) == len(files)
     return {judgement.student: judgement for judgement in judgements}
@@ -127,7 +120,9 @@ class TestGather:
             (tmp_path / name).write_text(HONEST)
         (tmp_path / "deeper").mkdir()
         (tmp_path / "deeper" / "f.yaml").write_text(HONEST)
-        assert [path.name for path in found([tmp_path])] == sorted(names)
+        assert [path.name for path in found([tmp_path])] == [*sorted(names), "f.yaml"]
+        others = gather([tmp_path]).others
+        assert [path.name for path in others] == ["notes.txt", "orbit.csv", "x.yaml.bak", "yaml"]
 
     def test_whatever_has_such_a_name_is_listed(self, tmp_path: Path) -> None:
         (tmp_path / "folder.yaml").mkdir()
@@ -148,21 +143,24 @@ class TestGather:
     @pytest.mark.parametrize("name", ["nothing.yaml", "no/such/folder", "a.yaml/b.yaml", "x" * 5000, "a\0b"])
     def test_what_is_not_there_is_told_beside_the_others(self, tmp_path: Path, name: str) -> None:
         (tmp_path / "a.yaml").write_text(HONEST)
-        files, (problem,) = gather([tmp_path / name, tmp_path / "a.yaml"])
-        assert files == [tmp_path / "a.yaml"]
+        gathered = gather([tmp_path / name, tmp_path / "a.yaml"])
+        (problem,) = gathered.problems
+        assert gathered.files == [tmp_path / "a.yaml"]
         assert "cannot be read" in problem.message
         assert str(problem).isprintable()
 
     def test_a_folder_without_answers_is_told(self, tmp_path: Path) -> None:
-        files, (problem,) = gather([tmp_path])
-        assert files == []
+        gathered = gather([tmp_path])
+        (problem,) = gathered.problems
+        assert gathered.files == []
         assert "no answer files" in problem.message
 
     @pytest.mark.skipif(os.geteuid() == 0, reason="root may read everything")
     def test_a_folder_that_is_closed(self, tmp_path: Path) -> None:
         (tmp_path / "closed").mkdir(mode=0)
-        files, (problem,) = gather([tmp_path / "closed"])
-        assert files == []
+        gathered = gather([tmp_path / "closed"])
+        problem = gathered.problems[0]
+        assert gathered.files == []
         assert "Permission denied" in problem.message
 
 
@@ -247,7 +245,7 @@ def test_honest_rows_of_a_hostile_batch(hostile: Path) -> None:
 
 def test_strange_names_are_harmless(hostile: Path) -> None:
     files = [Path(os.fsdecode(os.fsencode(hostile) + b"/" + name)) for name in STRANGE_NAMES]
-    judgements = list(run(ITEMS, files))
+    judgements = list(run(ITEMS, papers(files)[0]))
     for judgement in judgements:
         assert verdicts(judgement) == ["correct", "incorrect"]
         for text in (judgement.student, judgement.source):
@@ -267,7 +265,7 @@ def test_strange_names_are_harmless(hostile: Path) -> None:
 
 
 def test_any_number_of_jobs_gives_the_same_in_the_same_order(hostile: Path) -> None:
-    files = found([hostile])
+    files = handed([hostile])
     one = list(run(ITEMS, files, 1))
     assert list(run(ITEMS, files, 2)) == one
     assert list(run(ITEMS, files[::-1], 4)) == one[::-1]
@@ -279,7 +277,7 @@ def test_a_slow_file_holds_no_other_up(tmp_path: Path) -> None:
         (tmp_path / f"{name}.yaml").write_text("answers: {a: sleep}" if name == "a" else HONEST)
     shares: list[float] = []
     began = time.monotonic()
-    judgements = run({"a": Item(Doing(), actions, 1.0)}, found([tmp_path]), 2, shares.append)
+    judgements = run({"a": Item(Doing(), actions, 1.0)}, handed([tmp_path]), 2, shares.append)
     first = next(judgements)
     assert time.monotonic() - began >= 0.6
     assert first.student == "a"
@@ -293,14 +291,14 @@ def test_a_long_result_comes_through(tmp_path: Path) -> None:
     text = "\N{GREEK SMALL LETTER OMEGA}" * 300_000
     (tmp_path / "a.yaml").write_text(f"answers: {{a: {text}}}", encoding="utf-8")
     (tmp_path / "b.yaml").write_text(HONEST)
-    long, short = run(ITEMS, found([tmp_path]))
+    long, short = run(ITEMS, handed([tmp_path]))
     assert long.questions[0].findings[0].detail == f"read {text}"
     assert verdicts(short) == ["correct", "correct"]
 
 
 def test_a_result_that_is_too_long(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(f"answers: {{a: {'x' * 10_000}}}")
-    (judgement,) = run(ITEMS, found([tmp_path]), limits=replace(SHORT, handed=5_000))
+    (judgement,) = run(ITEMS, handed([tmp_path]), limits=replace(SHORT, handed=5_000))
     assert codes(judgement) == {"too_large"}
 
 
@@ -308,7 +306,7 @@ def test_a_result_waits_to_be_fetched(tmp_path: Path) -> None:
     # Whoever reads the rows may be slower than the limit allows work to be.
     (tmp_path / "a.yaml").write_text(HONEST)
     (tmp_path / "b.yaml").write_text(f"answers: {{a: 1, b: {'x' * 500_000}}}")
-    judgements = run(ITEMS, found([tmp_path]), 2, limits=SHORT)
+    judgements = run(ITEMS, handed([tmp_path]), 2, limits=SHORT)
     assert verdicts(next(judgements)) == ["correct", "correct"]
     time.sleep(SHORT.seconds + 0.7)
     assert verdicts(next(judgements)) == ["correct", "incorrect"]
@@ -320,7 +318,7 @@ def test_no_files_give_no_rows() -> None:
 
 def test_a_file_that_is_gone_when_its_turn_comes(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(HONEST)
-    gone, there = run(ITEMS, [tmp_path / "gone.yaml", tmp_path / "a.yaml"])
+    gone, there = run(ITEMS, papers([tmp_path / "gone.yaml", tmp_path / "a.yaml"])[0])
     assert (verdicts(gone), codes(gone)) == (["invalid", "invalid"], {"missing_file"})
     assert verdicts(there) == ["correct", "correct"]
 
@@ -409,7 +407,7 @@ def test_the_memory_of_a_process_is_bounded_besides_what_it_shares(tmp_path: Pat
 
     (tmp_path / "a.yaml").write_text("answers: {q: some}")
     shared = np.zeros(40_000_000)  # 320 MB, more than the limit
-    (judgement,) = run({"q": Item(Doing(), {"some": some}, 1.0)}, found([tmp_path]), limits=SHORT)
+    (judgement,) = run({"q": Item(Doing(), {"some": some}, 1.0)}, handed([tmp_path]), limits=SHORT)
     assert verdicts(judgement) == ["correct"]
     assert shared[0] == 0
 
@@ -453,7 +451,7 @@ def test_nothing_is_written_started_or_reached(tmp_path: Path) -> None:
     for name, judgement in found.items():
         assert (name, codes(judgement)) == (name, {"not_allowed"})
         # Refused by Python, before the system is asked.
-        assert "stopped" not in judgement.questions[0].findings[0].message()
+        assert "stopped" not in sentence(judgement.questions[0].findings[0])
 
 
 def test_a_file_that_is_open_already_takes_nothing(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
@@ -484,9 +482,10 @@ import atexit, sys
 sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from pathlib import Path
 from rigidcli.grading.batch import run
+from rigidcli.grading.roster import Paper
 atexit.register(lambda: print("at the end"))
 sys.stdout.write("once ")
-print(len(list(run({{}}, [Path({str(tmp_path / "a.yaml")!r})] * 3))))
+print(len(list(run({{}}, [Paper("a", Path({str(tmp_path / "a.yaml")!r}))] * 3))))
 """
     ended = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
     assert (ended.stdout, ended.stderr) == ("once 3\nat the end\n", "")
@@ -500,12 +499,13 @@ sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from pathlib import Path
 from rigidcli.grading.batch import run
 from rigidcli.grading.judge import Item
-from rigidcli.grading.kinds import kind
+from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.question import Question
+from rigidcli.grading.roster import Paper
 question = Question.model_validate({{"answer": "1", "kind": "number"}})
-items = {{"a": Item(kind("number"), kind("number").read_key(Asked(question, "1")), 1.0)}}
-judgements = list(run(items, [Path({str(tmp_path / "a.yaml")!r})] * 3))
+items = {{"a": Item(KINDS["number"], KINDS["number"].read_key(Asked(question, "1")), 1.0)}}
+judgements = list(run(items, [Paper("a", Path({str(tmp_path / "a.yaml")!r}))] * 3))
 sys.exit(len([j for j in judgements if j.score == 1]))
 """
     for closed in ["<&-", "<&- >&- 2>&-"]:
@@ -528,7 +528,7 @@ def test_an_interrupt_ends_the_processes_and_goes_on(tmp_path: Path) -> None:
     try:
         signal.setitimer(signal.ITIMER_REAL, 0.05, 0.05)
         with pytest.raises(KeyboardInterrupt):
-            list(run({"q": Item(Doing(), {"act": loop}, 1.0)}, found([tmp_path]), 2))
+            list(run({"q": Item(Doing(), {"act": loop}, 1.0)}, handed([tmp_path]), 2))
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
@@ -545,17 +545,21 @@ import signal, sys, time
 signal.signal(signal.SIGINT, signal.default_int_handler)
 sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from pathlib import Path
-from rigidcli.grading.batch import gather, run
+from rigidcli.grading.batch import run
 from rigidcli.grading.judge import Item
+from rigidcli.grading.roster import Paper
 class Loop:
-    def judge(self, key, answer, folder):
+    def read_answer(self, key, answer, folder):
+        return answer
+    def judge(self, key, answer):
         while True: pass
     def examples(self, key):
         return iter(())
 def told(fraction): pass
 try:
     print("begun", flush=True)
-    list(run({{"q": Item(Loop(), None, 1.0)}}, gather([Path({str(tmp_path)!r})])[0], 2))
+    files = [Path({str(tmp_path)!r}) / (name + ".yaml") for name in "abcd"]
+    list(run({{"q": Item(Loop(), None, 1.0)}}, [Paper("x", file) for file in files], 2))
 except KeyboardInterrupt:
     print("interrupted")
 """
@@ -582,7 +586,7 @@ except KeyboardInterrupt:
 def test_rows_that_nobody_asks_for_any_more(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text(HONEST)
     (tmp_path / "b.yaml").write_text("answers: {q: act}")
-    judgements = run({"q": Item(Doing(), {"act": loop}, 1.0)}, found([tmp_path]), 2)
+    judgements = run({"q": Item(Doing(), {"act": loop}, 1.0)}, handed([tmp_path]), 2)
     next(judgements)
     judgements.close()  # type: ignore[attr-defined]
     assert not children()
@@ -597,10 +601,10 @@ def test_no_descriptor_is_left_open(tmp_path: Path) -> None:
     for name in "abc":
         (tmp_path / f"{name}.yaml").write_text(HONEST)
     files = found([tmp_path])
-    list(run(ITEMS, files))
+    list(run(ITEMS, papers(files)[0]))
     before = descriptors()
     for _ in range(5):
-        list(run(ITEMS, files))
+        list(run(ITEMS, papers(files)[0]))
     assert descriptors() == before
 
 
@@ -614,7 +618,7 @@ def test_no_room_for_a_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
         return fork()
 
     monkeypatch.setattr(os, "fork", full)
-    judgements = run(ITEMS, [tmp_path / "a.yaml"] * 30, 6)
+    judgements = run(ITEMS, [Paper("a", tmp_path / "a.yaml")] * 30, 6)
     for _ in range(10):
         assert verdicts(next(judgements)) == ["correct", "correct"]
     room = 0
@@ -649,7 +653,7 @@ def real_items() -> dict[str, Item]:
     items = {}
     for name, entry in questions.items():
         question = Question.model_validate(entry | {"kind": name})
-        items[name] = Item(kind(name), kind(name).read_key(Asked(question, entry["answer"])), 1.0)
+        items[name] = Item(KINDS[name], KINDS[name].read_key(Asked(question, entry["answer"])), 1.0)
     return items
 
 
@@ -698,7 +702,7 @@ def test_bombs_for_every_kind(tmp_path: Path, form: str) -> None:
         answers = dict.fromkeys(items, forms[form](bomb))
         (tmp_path / f"{k:02}.json").write_text(json.dumps({"answers": answers}))
     before = snapshot(tmp_path)
-    for judgement in run(items, found([tmp_path])):
+    for judgement in run(items, handed([tmp_path])):
         assert set(verdicts(judgement)) <= {"incorrect", "invalid"}, judgement
         assert "timeout" not in codes(judgement), judgement
     assert snapshot(tmp_path) == before
@@ -710,7 +714,7 @@ def test_the_keys_of_every_kind_are_right_through_a_pipe(tmp_path: Path) -> None
     for id, item in items.items():
         answers[id] = next(iter(item.kind.examples(item.key))).answer
     (tmp_path / "a.json").write_text(json.dumps({"answers": answers}))
-    (judgement,) = run(items, found([tmp_path]))
+    (judgement,) = run(items, handed([tmp_path]))
     assert verdicts(judgement) == ["correct"] * len(items)
 
 
@@ -720,9 +724,9 @@ def test_processes_that_start_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     (tmp_path / "a.yaml").write_text("answers: {number: 20.8, choice: oblate}")
     (tmp_path / "b.yaml").write_text("[" * 1000)
     (tmp_path / "c.yaml").symlink_to("a.yaml")
-    forked = list(run(items, found([tmp_path])))
+    forked = list(run(items, handed([tmp_path])))
     monkeypatch.setattr(workers, "METHOD", "spawn")
-    assert list(run(items, found([tmp_path]), 3)) == forked
+    assert list(run(items, handed([tmp_path]), 3)) == forked
     assert not [child for child in children() if "resource_tracker" not in command(child)]
 
 

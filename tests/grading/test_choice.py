@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,15 +13,14 @@ from hypothesis import strategies as st
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.kinds import choice
-from rigidcli.grading.outcome import Unreadable
+from rigidcli.grading.feedback import sentence
+from rigidcli.grading.kinds.choice import Choice, Key
 from rigidcli.grading.question import Question
 from rigidcli.model.load import load
 from rigidcli.report import Report
 from rigidcli.studies import hamilton, precess
 from tests.conftest import ROOT
-
-HERE = Path()
+from tests.grading.asking import Asking
 
 many = settings(max_examples=150, deadline=None)
 
@@ -31,21 +29,17 @@ WORDS = st.lists(
 )
 
 
-def literal(answer: Any) -> choice.Key:
-    return choice.read_key(Asked(Question.model_validate({"answer": answer, "kind": "choice"}), answer))
+CHOICE = Choice()
+literal, judged = Asking("choice").literal, Asking("choice").judged
 
 
-def computed(value: object) -> choice.Key:
-    question = Question.model_validate({"ask": "precess.top.sleeping"})
-    return choice.read_key(Asked(question, value, report=cast(Report, {})))
+def computed(value: object) -> Key:
+    question = Question.model_validate({"ask": "x.y"})
+    return CHOICE.read_key(Asked(question, value, report=Report("test/1", "", "", "", ())))
 
 
-def told(key: choice.Key, answer: Any) -> str:
-    try:
-        outcome = choice.judge(key, answer, HERE)
-    except Unreadable as unreadable:
-        outcome = unreadable.outcome
-        assert outcome.verdict == "invalid"
+def told(key: Key, answer: Any) -> str:
+    outcome = judged(key, answer)
     assert outcome.share == (outcome.verdict == "correct")
     return " ".join(finding.code for finding in outcome.findings) or outcome.verdict
 
@@ -87,6 +81,18 @@ def test_other_words_are_wrong(words: list[str], others: list[str]) -> None:
         ("yes", "no", "outside_tolerance"),
         ("no", "False", "correct"),
         ("ﬁxed", "fixed", "correct"),
+        ("phi", "φ", "correct"),
+        ("phi", "Φ.", "correct"),
+        ("phi", "ϕ", "correct"),
+        ("p_theta", "p_θ", "correct"),
+        ("θ", "theta", "correct"),
+        ("theta", "ϑ", "correct"),
+        ("phi", "psi", "outside_tolerance"),
+        ("asymmetric", "Asymmetric.", "correct"),
+        ("asymmetric", "ASYMMETRIC .", "correct"),
+        ("asymmetric", "asymmetric top", "outside_tolerance"),
+        ("3.5", "3.5.", "correct"),
+        ("3.5", "35", "outside_tolerance"),
     ],
 )
 def test_choices(key: str, answer: str, expected: str) -> None:
@@ -108,7 +114,7 @@ def test_a_key_from_a_document() -> None:
     report = precess.run(document)
     value = report["top"]["nutation_kind"]
     question = Question.model_validate({"document": "x", "ask": "precess.top.nutation_kind"})
-    key = choice.read_key(Asked(question, value, "", ("precess", "top", "nutation_kind"), document, report))
+    key = CHOICE.read_key(Asked(question, value, "", ("precess", "top", "nutation_kind"), document, report))
     assert told(key, "Looping") == "correct"
     assert told(key, "cuspidal") == "outside_tolerance"
 
@@ -153,7 +159,7 @@ def test_a_set_has_no_order(words: list[str], data: st.DataObject) -> None:
 
 def test_the_cyclic_coordinates_are_a_set() -> None:
     report = hamilton.run(load(ROOT / "configs/spherical_pendulum.yaml"))
-    key = choice.read_key(Asked(Question.model_validate({"ask": "hamilton.cyclic"}), report["cyclic"]))
+    key = CHOICE.read_key(Asked(Question.model_validate({"ask": "hamilton.cyclic"}), report["cyclic"]))
     assert told(key, "phi") == told(key, ["phi"]) == "correct"
     assert told(key, "theta") == told(key, "phi, theta") == told(key, "none") == "outside_tolerance"
     assert told(key, [["phi"]]) == "wrong_shape"
@@ -161,21 +167,88 @@ def test_the_cyclic_coordinates_are_a_set() -> None:
 
 @pytest.mark.parametrize("text", ["conserved: H, since L does not hold the time", "a - b_c, d", "no"])
 def test_every_example_is_judged_as_made(text: str) -> None:
-    for example in choice.examples(literal(text)):
+    for example in CHOICE.examples(literal(text)):
         assert told(literal(text), example.answer) == (example.code or "correct"), example.what
 
 
 def test_only_those_who_may_read_it_are_told_the_key() -> None:
-    (finding,) = choice.judge(literal("looping"), "wavy", HERE).findings
-    assert finding.message() == CODES["outside_tolerance"]
-    assert finding.message(full=True) == f"{CODES['outside_tolerance']}; expected `looping`"
+    (finding,) = judged(literal("looping"), "wavy").findings
+    assert sentence(finding) == CODES["outside_tolerance"]
+    assert sentence(finding, full=True) == f"{CODES['outside_tolerance']}; expected `looping`"
 
 
 @pytest.mark.parametrize("text", ["looping", "true", "No", "Sub-critical damping", "straße"])
 def test_examples_are_judged_as_they_were_made(text: str) -> None:
     key = literal(text)
     assert pickle.loads(pickle.dumps(key)) == key
-    examples = list(choice.examples(key))
+    examples = list(CHOICE.examples(key))
     assert {made.code for made in examples} == {None, "outside_tolerance"}
     for made in examples:
         assert told(key, made.answer) == (made.code or "correct"), made
+
+
+# --- in the words of the tables
+
+
+def of_document(name: str, ask: str) -> Key:
+    key: Key = Asking("choice").computed((ROOT / "configs" / name).read_text(), ask)
+    return key
+
+
+BOX = "body: {shape: box, size: [1, 2, 3], mass: 12}"
+
+
+@pytest.mark.parametrize(
+    ("answer", "expected"),
+    [
+        ("asymmetric top", "correct"),
+        ("Asymmetric top.", "correct"),
+        ("top, asymmetric", "outside_tolerance"),
+        ("asymmetric top: three different moments", "correct"),
+        ("top", "outside_tolerance"),
+        ("symmetric top", "outside_tolerance"),
+        ("not asymmetric", "outside_tolerance"),
+        ("asymmetric oblate top", "outside_tolerance"),
+    ],
+)
+def test_the_words_of_a_table_are_right(answer: str, expected: str) -> None:
+    assert told(Asking("choice").computed(BOX, "axes.class"), answer) == expected
+
+
+@pytest.mark.parametrize(
+    ("size", "right", "wrong"),
+    [
+        ("[1, 1, 3]", ["prolate", "prolate top", "Prolate symmetric top"], ["symmetric top", "oblate"]),
+        ("[3, 3, 1]", ["oblate", "oblate symmetric top"], ["prolate symmetric top"]),
+        ("[1, 1, 1]", ["spherical", "spherical top"], ["sphere", "top"]),
+    ],
+)
+def test_tops(size: str, right: list[str], wrong: list[str]) -> None:
+    key = Asking("choice").computed(f"body: {{shape: box, size: {size}, mass: 1}}", "axes.class")
+    assert {told(key, answer) for answer in right} == {"correct"}
+    assert {told(key, answer) for answer in wrong} == {"outside_tolerance"}
+
+
+def test_every_word_that_is_told_is_possible() -> None:
+    """What was expected of all is told for a word that is none of them, and never which of them is right."""
+    keys = [
+        Asking("choice").computed(BOX, "axes.class"),
+        of_document("top_looping.yaml", "precess.top.nutation_kind"),
+        of_document("top_looping.yaml", "precess.top.sleeping"),
+    ]
+    for key in keys:
+        assert key.text in key.possible
+        (finding,) = judged(key, "something else").findings
+        assert finding.detail == f"expected one of {', '.join(f'`{word}`' for word in key.possible)}"
+        others = [word for word in key.possible if word != key.text]
+        assert {judged(key, word).findings[0].detail for word in others} == {""}
+    truth = computed(True)
+    assert judged(truth, "maybe").findings[0].detail == "expected one of `yes`, `no`"
+    assert judged(truth, "no").findings[0].detail == judged(truth, "false").findings[0].detail == ""
+    assert judged(literal("asymmetric"), "something else").findings[0].detail == ""
+
+
+def test_nothing_that_is_cyclic_in_its_own_words() -> None:
+    key = Key("none", frozenset(), "nothing found")
+    assert told(key, "nothing found") == told(key, "None.") == told(key, []) == "correct"
+    assert told(key, "nothing") == "outside_tolerance"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import random
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -16,13 +15,18 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked
-from rigidcli.grading.kinds import equations as kind
-from rigidcli.grading.motion.key import Key
+from rigidcli.grading.equations.key import Key
+from rigidcli.grading.equations.truth import state
+from rigidcli.grading.feedback import sentence
+from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question
 from rigidcli.model.load import load, loads
 from rigidcli.studies import hamilton
+from rigidcli.symbolic.algebra.calculus import substitute
 from rigidcli.symbolic.language.expression import parse
+
+kind = KINDS["equations"]
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -33,24 +37,25 @@ some = settings(max_examples=60, deadline=None)
 
 
 @cache
-def of_document(name: str) -> Key:
+def of_document(name: str, **options: Any) -> Key:
     """The key of Hamilton's equations of an example, whose orbit need not be followed."""
     document = load(CONFIGS / f"{name}.yaml")
     report = hamilton.run(document.model_copy(update={"orbit": None}))
-    question = Question.model_validate({"document": f"{name}.yaml", "ask": "hamilton.equations"})
-    return kind.read_key(
-        Asked(question, report["equations"], "", ("hamilton", "equations"), document, report)
-    )
+    question = Question.model_validate({"document": f"{name}.yaml", "ask": "hamilton.equations", **options})
+    asked = Asked(question, report["equations"], "", ("hamilton", "equations"), document, report)
+    key: Key = kind.read_key(asked)
+    return key
 
 
-def literal(value: Any, **options: Any) -> Key:
+def literal(value: Any, name: str = "", **options: Any) -> Key:
     question = Question.model_validate({"answer": value, "kind": "equations", **options})
-    return kind.read_key(Asked(question, value))
+    key: Key = kind.read_key(Asked(question, value, name=name))
+    return key
 
 
 def judged(key: Key, answer: Any) -> Outcome:
     try:
-        return kind.judge(key, answer, Path())
+        return kind.judge(key, kind.read_answer(key, answer, Path()))
     except Unreadable as unreadable:
         return unreadable.outcome
 
@@ -93,113 +98,78 @@ _C2 = (
 )
 
 RIGHT: Mapping[str, Sequence[Sequence[Equation]]] = {
-    "notes_spring": [
-        [("xdot", "p_x/m"), ("p_xdot", "-k*x")],
-        [("p_x", "m*xdot"), ("p_xdot", "-k*x")],
-        [("m*xddot", "-k*x")],
-    ],
-    # Hamilton's equations of en.wikipedia.org/wiki/Double_pendulum; then those of Lagrange, which for small
-    # angles are equations 11.37 and 11.38 of J. R. Taylor, Classical Mechanics.
-    "double_pendulum": [
-        [
-            (
-                "theta1dot",
-                f"(l2*p_theta1 - l1*p_theta2*cos(theta1 - theta2))/(l1^2*l2*{_MASS})",
-            ),
-            (
-                "theta2dot",
-                f"(l1*(m1 + m2)*p_theta2 - l2*m2*p_theta1*cos(theta1 - theta2))/(m2*l1*l2^2*{_MASS})",
-            ),
-            ("p_theta1dot", f"-(m1 + m2)*g*l1*sin(theta1) - {_C1} + {_C2}"),
-            ("p_theta2dot", f"-m2*g*l2*sin(theta2) + {_C1} - {_C2}"),
+    name: [[(left.strip(), right.strip()) for left, _, right in (e.partition("=") for e in each.split(";"))]
+           for each in sets]
+    for name, sets in {
+        "notes_spring": [
+            "xdot = p_x/m; p_xdot = -k*x",
+            "p_x = m*xdot; p_xdot = -k*x",
+            "m*xddot = -k*x",
         ],
-        [
-            (
-                "(m1 + m2)*l1*theta1ddot + m2*l2*cos(theta1 - theta2)*theta2ddot",
-                "-m2*l2*theta2dot^2*sin(theta1 - theta2) - (m1 + m2)*g*sin(theta1)",
-            ),
-            (
-                "l2*theta2ddot + l1*cos(theta1 - theta2)*theta1ddot",
-                "l1*theta1dot^2*sin(theta1 - theta2) - g*sin(theta2)",
-            ),
+        # Hamilton's equations of en.wikipedia.org/wiki/Double_pendulum; then those of Lagrange, which for
+        # small angles are equations 11.37 and 11.38 of J. R. Taylor, Classical Mechanics.
+        "double_pendulum": [
+            f"""theta1dot = (l2*p_theta1 - l1*p_theta2*cos(theta1 - theta2))/(l1^2*l2*{_MASS});
+            theta2dot = (l1*(m1 + m2)*p_theta2 - l2*m2*p_theta1*cos(theta1 - theta2))/(m2*l1*l2^2*{_MASS});
+            p_theta1dot = -(m1 + m2)*g*l1*sin(theta1) - {_C1} + {_C2};
+            p_theta2dot = -m2*g*l2*sin(theta2) + {_C1} - {_C2}""",
+            """(m1 + m2)*l1*theta1ddot + m2*l2*cos(theta1 - theta2)*theta2ddot
+            = -m2*l2*theta2dot^2*sin(theta1 - theta2) - (m1 + m2)*g*sin(theta1);
+            l2*theta2ddot + l1*cos(theta1 - theta2)*theta1ddot
+            = l1*theta1dot^2*sin(theta1 - theta2) - g*sin(theta2)""",
         ],
-    ],
-    "kepler_polar": [
-        [
-            ("rdot", "p_r/m"),
-            ("phidot", "p_phi/(m*r^2)"),
-            ("p_rdot", "p_phi^2/(m*r^3) - gm*m/r^2"),
-            ("p_phidot", "0"),
+        "kepler_polar": [
+            "rdot = p_r/m; phidot = p_phi/(m*r^2); p_rdot = p_phi^2/(m*r^3) - gm*m/r^2; p_phidot = 0",
+            "rddot = r*phidot^2 - gm/r^2; r*phiddot = -2*rdot*phidot",
+            "m*rddot = p_phi^2/(m*r^3) - gm*m/r^2; phidot = p_phi/(m*r^2); p_phidot = 0",
         ],
-        [("rddot", "r*phidot^2 - gm/r^2"), ("r*phiddot", "-2*rdot*phidot")],
-        [("m*rddot", "p_phi^2/(m*r^3) - gm*m/r^2"), ("phidot", "p_phi/(m*r^2)"), ("p_phidot", "0")],
-    ],
-    "henon_heiles": [
-        [("xdot", "p_x"), ("ydot", "p_y"), ("p_xdot", "-x - 2*x*y"), ("p_ydot", "-y - x^2 + y^2")],
-        [("xddot", "-x - 2*x*y"), ("yddot", "-y - x^2 + y^2")],
-        [("xddot", "-x - 2*x*y"), ("ydot", "p_y"), ("p_ydot", "-y - x^2 + y^2")],
-    ],
-    "taylor_13_03": [
-        [("(m1 + m2 + M/2)*xdot", "p_x"), ("p_xdot", "(m1 - m2)*g")],
-        [("(m1 + m2 + M/2)*xddot", "(m1 - m2)*g")],
-    ],
-    "taylor_13_12": [[("rdot", "p_r/m"), ("p_rdot", "m*w^2*r")], [("rddot", "w^2*r")]],
-    "driven_oscillator": [
-        [("xdot", "p_x/m"), ("p_xdot", "-k*x + F*cos(w*t)")],
-        [("m*xddot + k*x", "F*cos(w*t)")],
-    ],
-    # With v = (p - q A)/m and A = (-B y/2, B x/2, 0); then the Lorentz force m dv/dt = q v x B.
-    "magnetic_particle": [
-        [
-            ("m*xdot", "p_x + q*B*y/2"),
-            ("m*ydot", "p_y - q*B*x/2"),
-            ("m*zdot", "p_z"),
-            ("p_xdot", "q*B/2*(p_y - q*B*x/2)/m"),
-            ("p_ydot", "-q*B/2*(p_x + q*B*y/2)/m"),
-            ("p_zdot", "0"),
+        "henon_heiles": [
+            "xdot = p_x; ydot = p_y; p_xdot = -x - 2*x*y; p_ydot = -y - x^2 + y^2",
+            "xddot = -x - 2*x*y; yddot = -y - x^2 + y^2",
+            "xddot = -x - 2*x*y; ydot = p_y; p_ydot = -y - x^2 + y^2",
         ],
-        [("m*xddot", "q*B*ydot"), ("m*yddot", "-q*B*xdot"), ("zddot", "0")],
-        [
-            ("p_x", "m*xdot - q*B*y/2"),
-            ("p_y", "m*ydot + q*B*x/2"),
-            ("p_z", "m*zdot"),
-            ("p_xdot", "q*B*ydot/2"),
-            ("p_ydot", "-q*B*xdot/2"),
-            ("p_zdot", "0"),
+        "taylor_13_03": [
+            "(m1 + m2 + M/2)*xdot = p_x; p_xdot = (m1 - m2)*g",
+            "(m1 + m2 + M/2)*xddot = (m1 - m2)*g",
         ],
-    ],
-    "relativistic_oscillator": [
-        [("xdot", "p_x/sqrt(m^2 + p_x^2/c^2)"), ("p_xdot", "-k*x")],
-        [("m*xddot", "-k*x*(1 - xdot^2/c^2)^(3/2)")],
-    ],
-    "euler": [
-        [
-            ("I1*w1dot", "(I2 - I3)*w2*w3"),
-            ("I2*w2dot", "(I3 - I1)*w3*w1"),
-            ("I3*w3dot", "(I1 - I2)*w1*w2"),
-        ]
-    ],
-}
+        "taylor_13_12": ["rdot = p_r/m; p_rdot = m*w^2*r", "rddot = w^2*r"],
+        "driven_oscillator": ["xdot = p_x/m; p_xdot = -k*x + F*cos(w*t)", "m*xddot + k*x = F*cos(w*t)"],
+        # With v = (p - q A)/m and A = (-B y/2, B x/2, 0); then the Lorentz force m dv/dt = q v x B.
+        "magnetic_particle": [
+            """m*xdot = p_x + q*B*y/2; m*ydot = p_y - q*B*x/2; m*zdot = p_z;
+            p_xdot = q*B/2*(p_y - q*B*x/2)/m; p_ydot = -q*B/2*(p_x + q*B*y/2)/m; p_zdot = 0""",
+            "m*xddot = q*B*ydot; m*yddot = -q*B*xdot; zddot = 0",
+            """p_x = m*xdot - q*B*y/2; p_y = m*ydot + q*B*x/2; p_z = m*zdot;
+            p_xdot = q*B*ydot/2; p_ydot = -q*B*xdot/2; p_zdot = 0""",
+        ],
+        "relativistic_oscillator": [
+            "xdot = p_x/sqrt(m^2 + p_x^2/c^2); p_xdot = -k*x",
+            "m*xddot = -k*x*(1 - xdot^2/c^2)^(3/2)",
+        ],
+        "euler": ["I1*w1dot = (I2 - I3)*w2*w3; I2*w2dot = (I3 - I1)*w3*w1; I3*w3dot = (I1 - I2)*w1*w2"],
+    }.items()
+}  # fmt: skip
 """Sets that textbooks have, none with an equation that follows from the others."""
 
 SETS = [(name, place) for name, sets in RIGHT.items() for place in range(len(sets))]
 
 
-@st.composite
-def rearranged(draw: st.DrawFn, key: Key, equations: Sequence[Equation]) -> list[str]:
+def rearranged(chance: random.Random, key: Key, equations: Sequence[Equation]) -> list[str]:
     """An equivalent set: in another order, added to each other, multiplied, and moved to one side."""
-    chance = random.Random(draw(st.integers(0, 2**32)))
-    names = sorted(key.motion.domains)
-    factors = [f"{n}" for n in ("2", "3/7", "-1", "pi")]
-    factors += [f"exp({name}/3)" for name in names] + [f"(1 + {name}^2)" for name in names]
-    factors += [f"{name}" for name in names] + [f"1/(2 + cos({name}))" for name in names]
+    second = any("ddot" in left for left, _ in equations)
+    # Of second order, equations say nothing of momenta.
+    names = sorted(key.motion.domains.keys() - (key.motion.auxiliary if second else ()))
+    factors = ["2", "3/7", "-1", "pi"]
+    for name in names:
+        factors += [f"exp({name}/3)", f"(1 + {name}^2)", f"cosh({name})", f"1/(2 + cos({name}))"]
+    factors += [name for name in names if key.motion.domains[name] == "positive"]
     order = chance.sample(range(len(equations)), len(equations))
     rows = [{place: "1"} for place in order]
-    for _ in range(draw(st.integers(0, 3))):
+    for _ in range(chance.randrange(4)):
         # One row times something, added to another, can be taken back: the set says the same.
         i, j = chance.randrange(len(rows)), chance.randrange(len(rows))
         if i != j:
-            c = chance.choice(factors)
+            c = chance.choice([*factors, *names])
             for place, other in rows[j].items():
                 rows[i][place] = f"{rows[i].get(place, '0')} + {c}*({other})"
     result = []
@@ -239,10 +209,8 @@ def differs(a: str, b: str, key: Key, seed: int) -> bool:
     return False
 
 
-@st.composite
-def spoiled(draw: st.DrawFn, key: Key, equations: Sequence[Equation]) -> list[Equation]:
+def spoiled(chance: random.Random, key: Key, equations: Sequence[Equation]) -> list[Equation]:
     """A set with one thing wrong: a sign, a factor, a symbol, a term, or an equation that says nothing."""
-    chance = random.Random(draw(st.integers(0, 2**32)))
     place = chance.randrange(len(equations))
     left, right = equations[place]
     names = sorted({*re.findall(r"[A-Za-z_]\w*", right)} & {*key.motion.domains, *key.motion.known})
@@ -259,7 +227,7 @@ def spoiled(draw: st.DrawFn, key: Key, equations: Sequence[Equation]) -> list[Eq
         changes.append((left, re.sub(rf"\b{name}\b", f"{name}^2", right)))
     changes = [(a, b) for a, b in changes if differs(f"({a}) - ({b})", f"({left}) - ({right})", key, 1)]
     result = list(equations)
-    kinds = draw(st.sampled_from(["change", "change", "change", "drop", "trivial", "repeat"]))
+    kinds = chance.choice(["change", "change", "change", "drop", "trivial", "repeat"])
     if kinds == "change":
         result[place] = chance.choice(changes)
     elif kinds == "trivial":
@@ -281,34 +249,32 @@ def test_textbook_equations_are_right(name: str, place: int) -> None:
     assert codes(outcome) == (["second_order_form"] if second and name != "euler" else [])
 
 
-@many
-@given(st.data())
-def test_rearranged_equations_are_right(data: st.DataObject) -> None:
-    name, place = data.draw(st.sampled_from(SETS))
-    key = KEYS[name]()
-    answer = data.draw(rearranged(key, RIGHT[name][place]))
-    outcome = judged(key, answer)
-    assert outcome.verdict == "correct", (answer, outcome)
+SEEDS = st.integers(0, 2**32).map(random.Random)
+
+
+def chosen(chance: random.Random) -> tuple[Key, Sequence[Equation]]:
+    """A key and equations that are right."""
+    name, place = chance.choice(SETS)
+    return KEYS[name](), RIGHT[name][place]
 
 
 @many
-@given(st.data())
-def test_spoiled_equations_are_not_right(data: st.DataObject) -> None:
-    name, place = data.draw(st.sampled_from(SETS))
-    key = KEYS[name]()
-    answer = data.draw(spoiled(key, RIGHT[name][place]))
-    outcome = judged(key, texts(answer))
-    assert outcome.verdict in ("incorrect", "partial"), (answer, outcome)
-    assert outcome.share < 1
+@given(SEEDS)
+def test_rearranged_equations_are_right(chance: random.Random) -> None:
+    key, equations = chosen(chance)
+    answer = rearranged(chance, key, equations)
+    assert judged(key, answer).verdict == "correct", answer
 
 
-@some
-@given(st.data())
-def test_spoiled_equations_are_not_right_rearranged(data: st.DataObject) -> None:
-    name, place = data.draw(st.sampled_from(SETS))
-    key = KEYS[name]()
-    answer = data.draw(rearranged(key, data.draw(spoiled(key, RIGHT[name][place]))))
-    assert judged(key, answer).verdict in ("incorrect", "partial"), answer
+@many
+@given(SEEDS)
+def test_spoiled_equations_are_not_right(chance: random.Random) -> None:
+    key, equations = chosen(chance)
+    answer = spoiled(chance, key, equations)
+    for form in (texts(answer), rearranged(chance, key, answer)):
+        outcome = judged(key, form)
+        assert outcome.verdict in ("incorrect", "partial"), (form, outcome)
+        assert outcome.share < 1
 
 
 @some
@@ -353,15 +319,20 @@ SPRING = ("xdot = p_x/m", "p_xdot = -k*x")
         ["xdotdot = -k*x/m"],
         ["x_ddot = -k*x/m"],
         ["xdot = p_x/(2*m) + xdot/2", "p_xdot = -k*x"],
-        ["x*xdot = x*p_x/m", "sin(x)*p_xdot = -k*x*sin(x)"],
         ["1e-200*xdot = 1e-200*p_x/m", "1e200*p_xdot = -1e200*k*x"],
         ["xdot + 1e16 = p_x/m + 1e16", "p_xdot = -k*x"],
         ["xdot = (p_x + 1e16)/m - 1e16/m", "p_xdot = -k*x"],
-        ["(xdot - p_x/m)^2 = 0", "p_xdot = -k*x"],
-        ["(xdot - p_x/m)^2 + (p_xdot + k*x)^2 = 0"],
-        ["exp(xdot) = exp(p_x/m)", "p_xdot = -k*x"],
-        ["xdot^3 = (p_x/m)^3", "p_xdot = -k*x"],
-        ["m/p_x = 1/xdot", "p_xdot = -k*x"],
+        ["exp(p_xdot)*(xdot - p_x/m) = 0", "(1 + p_xdot^2)*p_xdot = -k*x*(1 + p_xdot^2)"],
+        ["xdot/(1 + xdot^2) = p_x/m/(1 + xdot^2)", "p_xdot = -k*x"],
+        [
+            "cos(t)*xdot - sin(t)*p_xdot = cos(t)*p_x/m + sin(t)*k*x",
+            "sin(t)*xdot + cos(t)*p_xdot = sin(t)*p_x/m - cos(t)*k*x",
+        ],
+        ["x' = p_x/m", "p_x' = -k*x"],
+        {"x'": "p/m", "p\N{PRIME}": "-k*x"},
+        ["m x'' = -k x".replace(" x", "*x")],
+        {"x\N{DOUBLE PRIME}": "-k*x/m"},
+        [*SPRING, "xdot^2 = (p_x/m)^2"],
         ["xdot = p_x/m", "xdot = p_x/m", "p_xdot = -k*x"],
         ["p_xdot = m*xddot", "p_xdot = -k*x"],
     ],
@@ -394,17 +365,23 @@ def test_every_way_to_write_the_equations_of_a_spring(answer: Any) -> None:
         (["x*xdot = xdot*x", SPRING[1]], "trivial_equation", 0.5),
         ([SPRING[1], "xdot*(sin(x)^2 + cos(x)^2 - 1) = 0"], "trivial_equation", 0.5),
         ([SPRING[1], "(xdot - p_x/m)*(sin(x)^2 + cos(x)^2 - 1) = 0"], "trivial_equation", 0.5),
-        (["xdot^2 = (p_x/m)^2", SPRING[1]], "extra_solutions", 0.5),
-        (["(xdot - p_x/m)*(xdot - 2*p_x/m) = 0", SPRING[1]], "extra_solutions", 0.5),
-        (["abs(xdot) = abs(p_x)/m", SPRING[1]], "extra_solutions", 0.5),
-        (["sin(xdot) = sin(p_x/m)", SPRING[1]], "extra_solutions", 0.5),
-        (["xdot^2 = p_x*xdot/m", SPRING[1]], "extra_solutions", 0.5),
-        (["m*xddot^2 = -k*x*xddot"], "extra_solutions", 0.0),
-        (["m*xddot^2 = -k*x*xddot + 0*p_xdot"], "extra_solutions", 0.5),
-        (["(xdot - p_x/m)^2 = 0"], "missing_equation", 0.5),
-        (["(p_xdot + k*x)^2 = 0"], "missing_equation", 0.5),
-        (["(xdot - p_x/m)^2 = 0", "(xdot - p_x/m)*(p_xdot + k*x) = 0"], "extra_solutions", 0.5),
-        (["(x + abs(x))*(xdot - p_x/m) = 0", SPRING[1]], "missing_equation", 0.5),
+        (["(xdot - p_x/m)^2 = 0"], "missing_equation", 0.0),
+        (["(p_xdot + k*x)^2 = 0"], "missing_equation", 0.0),
+        # Where one equation is true, the other says nothing more.
+        ([SPRING[0], "p_xdot*(xdot - p_x/m)^3 = 0"], "missing_equation", 0.5),
+        ([SPRING[0], "exp(p_xdot)*(xdot - p_x/m)^3 = 0"], "missing_equation", 0.5),
+        ([SPRING[0], "(p_xdot + k*x)*(xdot - p_x/m) = 0"], "missing_equation", 0.5),
+        # What the key has values for, the answer must have.
+        (["m/p_x = 1/xdot", SPRING[1]], "equation_wrong", 0.5),
+        ([SPRING[0], "p_xdot = -k*exp(log(x))"], "equation_wrong", 0.5),
+        ([SPRING[0], "p_xdot = -k*x^2/x"], "equation_wrong", 0.5),
+        ([SPRING[0], "p_xdot = -k*x + 0*log(x + 100)"], "equation_wrong", 0.5),
+        ([SPRING[0], "p_xdot = -k*sqrt(x)^2"], "equation_wrong", 0.5),
+        # Beyond floats, and between points that one would try.
+        ([SPRING[0], "p_xdot = -k*x + k*log(1 + exp(1e5*x))"], "equation_wrong", 0.5),
+        ([SPRING[0], "p_xdot = -k*x + abs(x - 60) + x - 60"], "equation_wrong", 0.5),
+        ([SPRING[0], "p_xdot = -k*x + exp(-1e6*(x - 0.123)^2)"], "equation_wrong", 0.5),
+        ([SPRING[0], "p_xdot = -k*x + (x - 0.5)*(x - 1)*(x + 1)*x/1e30"], "equation_wrong", 0.5),
     ],
 )
 def test_wrong_equations_of_a_spring(answer: Any, code: str, share: float) -> None:
@@ -412,6 +389,32 @@ def test_wrong_equations_of_a_spring(answer: Any, code: str, share: float) -> No
     assert code in codes(outcome), outcome
     assert outcome.share == pytest.approx(share)
     assert outcome.verdict == ("partial" if share else "incorrect")
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        ["(p_xdot + k*x)*(xdot - p_x/m) = 0"],
+        [SPRING[0], "sin(0.01*(p_xdot + k*x)) = 0"],
+        [SPRING[0], "(p_xdot + k*x)*(p_xdot + 1.0001*k*x) = 0"],
+        ["xdot^2 = (p_x/m)^2", SPRING[1]],
+        ["(xdot - p_x/m)*(xdot - 2*p_x/m) = 0", SPRING[1]],
+        ["abs(xdot) = abs(p_x)/m", SPRING[1]],
+        ["sin(xdot) = sin(p_x/m)", SPRING[1]],
+        ["m*xddot^2 = -k*x*xddot"],
+        ["m*xddot^2 = -k*x*xddot + 0*p_xdot"],
+        ["(xdot - p_x/m)^2 = 0", "(xdot - p_x/m)*(p_xdot + k*x) = 0"],
+        # These are right, but a proof is not within reach.
+        ["(xdot - p_x/m)^2 + (p_xdot + k*x)^2 = 0"],
+        ["exp(xdot) = exp(p_x/m)", SPRING[1]],
+        [SPRING[0], "tanh(p_xdot + k*x) = 0"],
+        [SPRING[0], "p_xdot = -k*x + exp(exp(exp(9))) - exp(exp(exp(9) + 1e-40))"],
+    ],
+)
+def test_what_is_not_linear_or_cannot_be_decided_is_for_a_person(answer: list[str]) -> None:
+    outcome = judged(of_document("notes_spring"), answer)
+    assert (outcome.verdict, outcome.share) == ("review", 0.0)
+    assert codes(outcome) == ["undecided"]
 
 
 @pytest.mark.parametrize("noise", ["1e12", "1e9", "1e6", "1e3"])
@@ -432,10 +435,9 @@ def test_a_trivial_equation_beside_a_right_set_does_no_harm() -> None:
 @pytest.mark.parametrize(
     ("answer", "code", "words"),
     [
-        ({"x'": "p_x/m"}, "parse_error", "a time derivative is spelled `xdot`"),
         (["dx/dt = p_x/m", SPRING[1]], "unknown_symbol", "a time derivative is spelled `xdot`"),
-        (["d^2x/dt^2 = -k*x/m"], "parse_error", "a second one `xddot`"),
-        (["d\N{SUPERSCRIPT TWO}x/dt\N{SUPERSCRIPT TWO} = -k*x/m"], "parse_error", "a second one `xddot`"),
+        (["d^2x/dt^2 = -k*x/m"], "unknown_symbol", "a second one `xddot`"),
+        (["d\N{SUPERSCRIPT TWO}x/dt\N{SUPERSCRIPT TWO} = -k*x/m"], "unknown_symbol", "a second one `xddot`"),
         (["\\ddot{x} = -k*x/m"], "parse_error", "a second one `xddot`"),
         (["\N{LATIN SMALL LETTER X WITH DOT ABOVE} = p_x/m"], "parse_error", "is spelled `xdot`"),
         (["p\N{COMBINING DOT ABOVE} = -k*x"], "parse_error", "is spelled `xdot`"),
@@ -463,7 +465,7 @@ def test_a_trivial_equation_beside_a_right_set_does_no_harm() -> None:
 def test_what_cannot_be_read(answer: Any, code: str, words: str) -> None:
     outcome = judged(of_document("notes_spring"), answer)
     assert (outcome.verdict, codes(outcome)) == ("invalid", [code])
-    assert words in outcome.findings[0].message()
+    assert words in sentence(outcome.findings[0])
 
 
 @pytest.mark.parametrize(
@@ -476,7 +478,6 @@ def test_what_cannot_be_read(answer: Any, code: str, words: str) -> None:
         "sqrt(-x^2 - 1)",
         "sin(1e300)",
         "(x + 1e16) - 1e16",
-        "exp(exp(exp(9)))",
     ],
 )
 def test_hostile_numbers_are_wrong_and_no_more(right: str) -> None:
@@ -484,27 +485,9 @@ def test_hostile_numbers_are_wrong_and_no_more(right: str) -> None:
     assert (outcome.verdict, outcome.share) == ("partial", 0.5)
 
 
-WORDS = [
-    "xdot",
-    "p_xdot",
-    "xddot",
-    "x",
-    "p_x",
-    "m",
-    "k",
-    "t",
-    "0",
-    "1",
-    "1e999",
-    "=",
-    "==",
-    "+",
-    "-",
-    "*",
-    "/",
-    "^",
-]
-WORDS += ["(", ")", "sin(", "sqrt(", "log(", "abs(", ";", "y", " "]
+WORDS = re.findall(
+    r"\S+| $", "xdot p_xdot xddot x p_x m k t 0 1 1e999 = == + - * / ^ ( ) sin( sqrt( log( abs( ; y "
+)
 
 
 @many
@@ -592,7 +575,7 @@ def test_a_wrong_sign_says_whether_it_is_that_of_one_term() -> None:
     ):
         (finding,) = judged(key, answer).findings
         assert finding.code == "sign_error"
-        assert ("of one term" in finding.message()) == one_term
+        assert ("of one term" in sentence(finding)) == one_term
 
 
 @pytest.mark.parametrize(
@@ -629,7 +612,7 @@ def test_a_number_tells_the_symbol_in_whose_place_it_stands(
 ) -> None:
     (finding,) = judged(of_document(name), answer).findings
     assert finding.code == "number_for_symbol"
-    assert finding.message().endswith(f"; {missing}")
+    assert sentence(finding).endswith(f"; {missing}")
 
 
 def test_a_term_that_the_values_of_the_document_hide_is_no_number() -> None:
@@ -642,6 +625,15 @@ def test_a_term_that_the_values_of_the_document_hide_is_no_number() -> None:
     ("name", "answer", "factor"),
     [
         # d/dt of the energy: m x' x'' + k x x' = 0.
+        ("notes_spring", ["x*(p_xdot + k*x) = 0", SPRING[0]], "x"),
+        ("notes_spring", ["sin(x)*p_xdot = -k*x*sin(x)", SPRING[0]], "sin(x)"),
+        ("notes_spring", ["(x + abs(x))*(xdot - p_x/m) = 0", SPRING[1]], "x + abs(x)"),
+        (
+            "kepler_polar",
+            [f"rddot = {LAGRANGE['rddot']}", "phidot*(r*phiddot + 2*rdot*phidot) = 0"],
+            "phidot",
+        ),
+        ("kepler_polar", [*texts([*POLAR.items()][:3]), "p_phi*p_phidot = 0"], "p_phi"),
         ("notes_spring", ["m*xdot*xddot + k*x*xdot = 0"], "xdot"),
         ("notes_spring", ["xdot*(p_xdot + k*x) = 0", SPRING[0]], "xdot"),
         ("notes_spring", ["x*xdot = x*p_x/m", SPRING[1]], "x"),
@@ -650,29 +642,26 @@ def test_a_term_that_the_values_of_the_document_hide_is_no_number() -> None:
         ("euler", ["I1*w1dot*w1 = (I2 - I3)*w1*w2*w3", *texts(RIGHT["euler"][0][1:])], "w1"),
     ],
 )
-def test_a_factor_that_may_stay_zero_is_remarked(name: str, answer: list[str], factor: str) -> None:
-    """Where it is zero for ever there is a motion that is not of the system, but through few states."""
+def test_equations_that_say_nothing_at_some_state_are_for_a_person(
+    name: str, answer: list[str], factor: str
+) -> None:
+    """A motion that stays there may not be one of the system."""
     outcome = judged(KEYS[name](), answer)
-    assert outcome.verdict == "correct"
-    (finding,) = (each for each in outcome.findings if each.code == "extra_solutions")
-    assert f"`{factor}`" in finding.detail
+    assert (outcome.verdict, outcome.share) == ("review", 0.0)
+    assert codes(outcome) == ["undecided", "extra_solutions"]
+    assert f"`{factor}`" in outcome.findings[1].detail
 
 
 @pytest.mark.parametrize(
     ("name", "answer"),
     [
-        # The second equation does not let the factor of the first stay zero.
+        # The second equation tells what the first does not.
         ("notes_spring", ["m*xdot*xddot + k*x*xdot = 0", "m*xddot = -k*x"]),
-        # Where x is zero its rate is p_x/m.
-        ("notes_spring", ["x*(p_xdot + k*x) = 0", SPRING[0]]),
         ("notes_spring", ["(1 + x^2)*xdot = (1 + x^2)*p_x/m", SPRING[1]]),
-        # That phi is constant is a motion: a fall to the centre.
-        ("kepler_polar", [f"rddot = {LAGRANGE['rddot']}", "phidot*(r*phiddot + 2*rdot*phidot) = 0"]),
-        ("kepler_polar", [*texts([*POLAR.items()][:3]), "p_phi*p_phidot = 0"]),
         ("kepler_polar", ["r^3*rddot = r^4*phidot^2 - gm*r", "r^2*phiddot + 2*r*rdot*phidot = 0"]),
     ],
 )
-def test_a_factor_that_adds_no_solution_is_not_remarked(name: str, answer: list[str]) -> None:
+def test_a_factor_that_is_never_zero_does_no_harm(name: str, answer: list[str]) -> None:
     outcome = judged(KEYS[name](), answer)
     assert outcome.verdict == "correct"
     assert "extra_solutions" not in codes(outcome)
@@ -711,13 +700,6 @@ def test_mixed_orders_can_leave_a_constant_open() -> None:
     assert judged(key, [*mixed, *texts([first[0]])]).verdict == "correct"
 
 
-def test_a_square_that_holds_a_momentum_leaves_it_open() -> None:
-    answer = ["(rddot - p_phi^2/(m^2*r^3) + gm/r^2)^2 = 0", "(r*phiddot + 2*rdot*phidot)^2 = 0"]
-    assert codes(judged(of_document("kepler_polar"), answer)) == ["missing_equation"]
-    free = ["(rddot - r*phidot^2 + gm/r^2)^2 = 0", answer[1]]
-    assert judged(of_document("kepler_polar"), free).verdict == "correct"
-
-
 def test_equations_of_first_and_second_order_may_not_be_traded_for_each_other() -> None:
     """m x'' - p' with e = p' + k x left open: e' = -(1 - 1/m) e has solutions besides 0."""
     answer = ["m*xdot - p_x + m*(p_xdot + k*x) = 0", "xddot + k*x/m - (p_xdot + k*x) = 0"]
@@ -752,6 +734,16 @@ def test_velocities_with_names_of_their_own() -> None:
         assert judged(key, ["xdot = 2*v", "m*vdot = -k*x - b*xdot"]).verdict != "correct"
 
 
+def test_a_cotangent_may_be_one_over_a_tangent() -> None:
+    first = "thetaddot = sin(2*theta)/2*phidot^2 - g/l*sin(theta)"
+    answer = [first, "phiddot = -2*thetadot*phidot/tan(theta)"]
+    assert judged(of_document("spherical_pendulum"), answer).verdict == "correct"
+    assert (
+        judged(of_document("spherical_pendulum"), [first, "tan(theta)*phiddot = -2*thetadot*phidot"]).verdict
+        != "correct"
+    )
+
+
 def test_a_literal_key_of_mixed_order() -> None:
     """The radius by its second derivative, the angle by the angular momentum."""
     key = literal({"rddot": "L^2/(m^2*r^3) - k/(m*r^2)", "phidot": "L/(m*r^2)"})
@@ -764,8 +756,8 @@ def test_a_literal_key_in_any_form() -> None:
     key = literal(["p_x = m*xdot", "p_xdot + k*x = 0"], symbols={"m": "positive", "k": "positive"})
     assert judged(key, ["m*xddot = -k*x"]).verdict == "correct"
     assert codes(judged(key, ["xdot = p_x/m", "p_xdot = k*x"])) == ["hamilton_sign"]
-    assert "`m`" in judged(key, ["xdot = y"]).findings[0].message()
-    assert "`m`" not in judged(literal({"xdot": "v/m"}), ["xdot = y"]).findings[0].message()
+    assert "`m`" in sentence(judged(key, ["xdot = y"]).findings[0])
+    assert "`m`" not in sentence(judged(literal({"xdot": "v/m"}), ["xdot = y"]).findings[0])
 
 
 def test_a_domain_decides_what_is_equal() -> None:
@@ -831,10 +823,10 @@ def test_no_reference_is_told_below_full() -> None:
     first = ["xdot = x", "ydot = y"]
     for answer in (first, ["xdot = z"], ["xdot = 2*t"], ["ydot = x", "xdot = y", "0 = 1"], ["xdot"]):
         outcome = judged(key, answer)
-        told = " ".join(finding.message() for finding in outcome.findings)
+        told = " ".join(sentence(finding) for finding in outcome.findings)
         assert "secret" not in told
         assert "hidden" not in told
-    full = judged(key, first).findings[0].message(full=True)
+    full = sentence(judged(key, first).findings[0], full=True)
     assert "secret*x" in full
 
 
@@ -854,10 +846,131 @@ def test_examples_are_judged_as_they_were_made(name: str) -> None:
     assert ("euler_sign" if name == "euler" else "hamilton_sign") in seen
 
 
-@pytest.mark.parametrize("name", sorted(KEYS))
-def test_states_have_no_special_values(name: str) -> None:
-    """A quarter of a circle, or equal masses, would let wrong equations pass."""
-    points = KEYS[name]().points
-    for a, b in [(a, b) for a in points.values for b in points.values if a < b]:
-        assert all(abs(points.values[a] - points.values[b]) > 1e-4 * abs(points.values[a]))
-    assert all(math.isfinite(x) for ball in points.balls.values() for x in ball.value)
+# --- attacks
+
+FLAT = (
+    "({0})^2",
+    "({0})^3",
+    "sin(0.01*({0}))",
+    "sinh(1e3*({0}))",
+    "log(1 + ({0})^2)",
+)
+"""Functions that are zero with their argument, some of them elsewhere, too."""
+
+BUMPS = (
+    "exp(-1e6*({0} - 0.123)^2)",
+    "(abs({0} - 60) + {0} - 60)",
+    "log(1 + exp(1e5*{0}))",
+    "({0} - 1)*({0} + 1)*{0}/1e30",
+    "0*log({0} + 100)",
+    "0/({0} - 1/3)",
+    "0*sqrt({0} + 1e3)",
+    "0*asin({0}/1e4)",
+)
+"""What is zero at many states, or has no value at some."""
+
+
+def attacked(chance: random.Random, key: Key, equations: Sequence[Equation]) -> list[str]:
+    """A set that leaves something open, or is not true everywhere, and looks as if it were right."""
+    rows = [f"({left}) - ({right})" for left, right in equations]
+    place = chance.randrange(len(rows))
+    row, others = rows[place], [other for k, other in enumerate(rows) if k != place]
+    real = [name for name, domain in key.motion.domains.items() if domain == "real"]
+    name, second = chance.choice(real), chance.choice(real)
+    vanishing = (f"({name} - 1/3)", f"sin({name} + 1/7)", f"({name} - {second}/2 + 1)", f"(1 + sign({name}))")
+    left, right = equations[place]
+    rows[place] = chance.choice(
+        [
+            f"{chance.choice(vanishing)}*({row}) = 0",
+            f"{chance.choice(FLAT).format(row)} = 0",
+            f"exp({row}) = 1",
+            f"({row})*({chance.choice(rows)}) = 0",
+            f"({row})*(({left}) - 2*({right})) = 0",
+            f"({row})*(({left}) - 1.0001*({right}) - 1e-5) = 0",
+            f"{row} + {chance.choice(BUMPS).format(name)} = 0",
+            " + ".join(f"{chance.choice(['2', name, 'exp(t)'])}*({other})" for other in others or ["0"])
+            + " = 0",
+            f"({chance.choice(others or ['0'])})*({row}) = {name}*({chance.choice(others or ['0'])})",
+        ]
+    )
+    return [text if "=" in text else f"{text} = 0" for text in rows]
+
+
+@many
+@given(SEEDS)
+def test_attacks_are_never_right(chance: random.Random) -> None:
+    key, equations = chosen(chance)
+    answer = attacked(chance, key, equations)
+    outcome = judged(key, answer)
+    assert outcome.verdict in ("incorrect", "partial", "review"), answer
+    assert outcome.share < 1
+
+
+def test_first_order_may_be_asked_for() -> None:
+    key = of_document("notes_spring", form="first_order")
+    for right in ([*SPRING], ["p_x = m*xdot", "p_xdot = -k*x"], [*SPRING, "m*xddot = -k*x"]):
+        assert judged(key, right).verdict == "correct"
+    for second in (["m*xddot = -k*x"], ["xdot = p_x/m", "m*xddot = -k*x"]):
+        outcome = judged(key, second)
+        assert (outcome.verdict, outcome.share, codes(outcome)) == ("incorrect", 0.0, ["second_order_form"])
+    assert codes(judged(key, ["m*xddot = k*x"]))[0] == "equation_wrong"
+    with pytest.raises(ValueProblem, match="second order"):
+        literal({"xddot": "-x"}, form="first_order")
+
+
+@pytest.mark.parametrize(
+    "answer",
+    [
+        ["xddot = -4*x"],
+        ["m*xddot = -4*x"],
+        ["xdot = p_x", "p_xdot = -k*x"],
+        ["xdot = p_x/m", "p_xdot = -4*x"],
+        [*SPRING],
+    ],
+)
+def test_numbers_may_stand_for_parameters(answer: list[str]) -> None:
+    assert judged(of_document("notes_spring", numbers="allowed"), answer).verdict == "correct"
+    expected = "correct" if answer == [*SPRING] else "number_for_symbol"
+    outcome = judged(of_document("notes_spring"), answer)
+    assert expected in (outcome.verdict, *codes(outcome))
+
+
+def test_numbers_are_right_within_the_tolerance() -> None:
+    key = of_document("spherical_pendulum", numbers="allowed")
+    rest = "sin(theta)*phiddot + 2*cos(theta)*thetadot*phidot = 0"
+    for g, verdict in (("9.81", "correct"), ("9.814", "correct"), ("9.9", "partial"), ("-9.81", "partial")):
+        first = f"thetaddot = sin(theta)*cos(theta)*phidot^2 - {g}*sin(theta)"
+        assert judged(key, [first, rest]).verdict == verdict
+    typed = literal({"xddot": "-9.81"}, tolerance={"relative": 1e-2})
+    assert judged(typed, ["xddot + 9.8 = 0"]).verdict == "correct"
+    assert judged(typed, ["xddot + 9.5 = 0"]).verdict == "incorrect"
+    assert judged(typed, ["xddot + 9.81 + exp(-1e6*(x - 0.123)^2) = 0"]).verdict != "correct"
+
+
+def test_kepler_without_its_radial_equation_is_not_right() -> None:
+    key = of_document("kepler_polar")
+    rest = [f"{name} = {e}" for name, e in POLAR.items() if name != "p_rdot"]
+    for answer in (rest, [*rest, "r*phiddot = -2*rdot*phidot"], [*rest, "p_phi = m*r^2*phidot"]):
+        outcome = judged(key, answer)
+        assert outcome.verdict == "partial"
+        assert codes(outcome) == ["missing_equation"]
+
+
+@pytest.mark.parametrize(
+    "name", ["spherical_pendulum", "relativistic_oscillator", "double_pendulum", "kepler_polar"]
+)
+def test_momenta_by_their_definitions(name: str) -> None:
+    """Momenta as functions of the velocities, and their rates as dL/dq."""
+    key = of_document(name)
+    rates = {n: e for n, e in key.motion.rates.items() if n in key.motion.auxiliary_rates}
+    answer = [f"{p} = {e}" for p, e in key.definitions.items()]
+    answer += [f"{n} = {substitute(e, dict(key.definitions))}" for n, e in rates.items()]
+    assert judged(key, answer).verdict == "correct"
+
+
+def test_points_follow_from_the_name_of_the_question() -> None:
+    keys = [literal({"xdot": "x"}, name=name) for name in ("a", "b", "a")]
+    points = [key.motion.free_point(0).values["x"] for key in keys]
+    states = [state(key.motion, 0)["x"] for key in keys]
+    assert points[0] == points[2] != points[1]
+    assert states[0] == states[2] != states[1]

@@ -18,6 +18,7 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import DocumentError, ExpressionError
 from rigidcli.grading.assignment import prepare
+from rigidcli.grading.feedback import sentence
 from rigidcli.grading.judge import Item, judge
 from rigidcli.studies import axes, euler, hamilton, inertia, precess
 from rigidcli.symbolic.language.expression import parse
@@ -84,7 +85,7 @@ def changed(text: str, seed: int) -> str:
 def judged(text: str) -> None:
     """Judge a text: an outcome for every question, in time, and none of them for an error of the program."""
     begin = time.perf_counter()
-    found = judge(text, "x.yaml", Path("/nonexistent"), items()).questions
+    found = judge(text, Path("/nonexistent/x.yaml"), items()).questions
     assert time.perf_counter() - begin < SLOW
     assert [question.id for question in found] == list(items())
     for question in found:
@@ -92,8 +93,8 @@ def judged(text: str) -> None:
         assert (question.verdict == "correct") == (question.score == question.max_score)
         assert question.verdict in ("correct", "missing") or question.findings
         for finding in question.findings:
-            assert "cannot be judged" not in finding.message()
-            finding.message(full=True)
+            assert "cannot be judged" not in sentence(finding)
+            sentence(finding, full=True)
 
 
 @many
@@ -137,7 +138,7 @@ def test_any_text_is_an_expression_or_is_refused(text: str) -> None:
 LITERAL = """
 assignment: Literal keys
 questions:
-  n: {answer: 20.8 rad/s, kind: quantity, points: 2}
+  n: {answer: 20.8 rad/s, kind: quantity, points: 2, credit: {sign_error: 0.5, unit_missing: 1}}
   v: {answer: [1, 0, 0], kind: vector, direction: sense}
   m: {answer: [2, 11, 11], kind: moments, order: ascending}
   i: {answer: {Ixx: 8, Iyy: 8, Izz: 8, Ixy: -3, Ixz: -3, Iyz: -3}, kind: tensor}
@@ -145,7 +146,7 @@ questions:
   h: {answer: p_x**2/(2*m) + k*x**2/2, kind: expression, symbols: {m: positive, k: positive}}
   e: {answer: {xdot: p_x/m, p_xdot: -k*x}, kind: equations}
   o: {answer: {t: [0, 10, 0.1], columns: {x: cos(t)}}, kind: trajectory, tolerance: {absolute: 0.01}}
-  c: {answer: oblate, kind: choice}
+  c: {answer: oblate, kind: choice, credit: whole, accept: [{answer: flat, credit: 0.5, message: nearly}]}
 """
 
 

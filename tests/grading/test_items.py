@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import pytest
 
-from rigidcli.grading.codes import CODES
+from rigidcli.grading.feedback import sentences
 from rigidcli.grading.judgement import Judged, Judgement
 from rigidcli.grading.outcome import Finding, Verdict
 from rigidcli.grading.reports import Style
@@ -34,7 +34,7 @@ def handed_in(answers: Sequence[Answer]) -> list[Judgement]:
     ]
 
 
-def test_answers_are_counted_the_most_frequent_first() -> None:
+def test_answers_are_counted_those_first_that_wait_then_the_most_frequent() -> None:
     (found,) = tally(
         handed_in(
             [
@@ -43,12 +43,21 @@ def test_answers_are_counted_the_most_frequent_first() -> None:
                 *several(4, "incorrect", "-3", "sign_error"),
                 *several(2, "partial", "2", "component_wrong"),
                 ("invalid", "x", "not_a_number"),
+                *several(2, "review", "8", "undecided"),
                 *several(3, "missing", "", ""),
             ]
         )
     )
-    assert (found.correct, found.partial, found.incorrect, found.invalid, found.missing) == (5, 2, 5, 1, 3)
+    assert found.verdicts == {
+        "review": 2,
+        "correct": 5,
+        "partial": 2,
+        "incorrect": 5,
+        "invalid": 1,
+        "missing": 3,
+    }
     assert found.answers == (
+        Taken("8", 2, "review", ("undecided",), False),
         Taken("-3", 4, "incorrect", ("sign_error",), False),
         Taken("2", 2, "partial", ("component_wrong",), False),
         Taken("7", 1, "incorrect", ("outside_tolerance",), False),
@@ -86,7 +95,7 @@ def test_trajectories_that_begin_alike_are_not_taken_for_the_same(answer: str) -
 
 
 def test_codes_that_name_no_mistake_are_codes() -> None:
-    assert set(CODES) > UNNAMED
+    assert set(sentences()) > UNNAMED
 
 
 def test_texts_by_hand() -> None:
@@ -106,7 +115,7 @@ q  the key may be wrong: several gave the same answer, and no known mistake lead
 """
     )
     assert "".join(json(found, Style())) == (
-        '{"schema":"rigidcli.items/1","question":"q","correct":1,"partial":0,"incorrect":4,"invalid":0,'
+        '{"schema":"rigidcli.items/1","question":"q","review":0,"correct":1,"partial":0,"incorrect":4,"invalid":0,'
         '"missing":0,"suspicious":true,"answers":[{"answer":"7","students":3,"verdict":"incorrect",'
         '"codes":["outside_tolerance"],"suspicious":true},{"answer":"=1","students":1,'
         '"verdict":"incorrect","codes":["sign_error"],"suspicious":false}]}\n'
@@ -114,9 +123,9 @@ q  the key may be wrong: several gave the same answer, and no known mistake lead
     assert (
         "".join(csv(found, Style()))
         == """\
-question,correct,partial,incorrect,invalid,missing,answer,students,verdict,codes,suspicious
-q,1,0,4,0,0,7,3,incorrect,outside_tolerance,true
-q,1,0,4,0,0,'=1,1,incorrect,sign_error,false
+question,review,correct,partial,incorrect,invalid,missing,answer,students,verdict,codes,suspicious
+q,0,1,0,4,0,0,7,3,incorrect,outside_tolerance,true
+q,0,1,0,4,0,0,'=1,1,incorrect,sign_error,false
 """
     )
 
@@ -124,13 +133,19 @@ q,1,0,4,0,0,'=1,1,incorrect,sign_error,false
 def test_a_question_that_all_got_right_is_told_too() -> None:
     found = tally(handed_in([("correct", "3", "")]))
     assert "".join(table(found, Style())) == "q  1 correct\n"
-    assert "".join(csv(found, Style(header=False))) == "q,1,0,0,0,0,,,,,\n"
+    assert "".join(csv(found, Style(header=False))) == "q,0,1,0,0,0,0,,,,,\n"
+
+
+def test_questions_of_which_an_answer_waits_come_first() -> None:
+    questions = (Judged("a", "incorrect", 0, 1), Judged("b", "correct", 1, 1), Judged("c", "review", 0, 1))
+    found = tally([Judgement("x", "x.yaml", questions)])
+    assert [each.question for each in found] == ["c", "a", "b"]
 
 
 def test_a_table_tells_the_first_wrong_answers() -> None:
     found = tally(handed_in([("incorrect", f"{k:02}", "sign_error") for k in range(MOST_TOLD + 5)]))
     lines = "".join(table(found, Style())).splitlines()
-    assert lines[-1] == "  and 5 other wrong answers"
+    assert lines[-1] == "  and 5 other answers"
     assert len([line for line in lines if " x  " in line]) == MOST_TOLD
 
 

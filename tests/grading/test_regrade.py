@@ -10,13 +10,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.errors import DocumentError
-from rigidcli.grading import regrade
 from rigidcli.grading.feedback import Feedback
 from rigidcli.grading.judgement import Judged, Judgement
 from rigidcli.grading.outcome import Finding
-from rigidcli.grading.regrade import Change, Mark, changes, parse
-from rigidcli.grading.reports import Style, renderer
-from rigidcli.grading.reports.layout import columns
+from rigidcli.grading.reports import Style, regrade
+from rigidcli.grading.reports.formats import render
+from rigidcli.grading.reports.regrade import Change, Mark, changes, parse
+from rigidcli.render.terminal import cells
 
 SIGN = (Finding("sign_error", reference="expected 6.28318"),)
 
@@ -27,7 +27,7 @@ BOB = Judgement(
 
 
 def written(*judgements: Judgement, feedback: Feedback = Feedback.hint) -> bytes:
-    return "".join(renderer("json")(judgements, Style(feedback))).encode()
+    return "".join(render("json", judgements, Style(feedback))).encode()
 
 
 OLD = parse(written(AMY, BOB), "old.json")
@@ -70,6 +70,17 @@ def test_students_and_questions_come_and_go() -> None:
         Change("cy", "", None, Mark("", 3.0, 3.0)),
         Change("bob", "", Mark("", 2.0, 5.0), None),
     )
+
+
+def test_students_of_whom_an_answer_waits_come_first() -> None:
+    waiting = Judgement("bob", "bob.yaml", (BOB.questions[0], Judged("b", "review", 0.0, 2.0)))
+    better = Judgement("amy", "amy.yaml", (AMY.questions[0], Judged("b", "correct", 2.0, 2.0)))
+    found = changes(OLD, [better, waiting])
+    assert [(change.student, change.question) for change in found] == [("bob", "b"), ("amy", "b")]
+    last = "".join(regrade.table(found, Style())).splitlines()[-1]
+    assert last == "waiting for a person: 1, questions changed: 2, students concerned: 2"
+    (again,) = changes(parse(written(better, waiting), "old"), [better, BOB])
+    assert again.old == Mark("review", 0.0, 2.0)
 
 
 def test_students_of_one_name_are_told_apart_by_their_files() -> None:
@@ -144,24 +155,22 @@ amy,,,,3.0,,5.0,,,
 GOOD = json.loads(written(BOB))
 
 
+NONSENSE: list[dict[str, object]] = [
+    {"schema": "rigidcli.inertia/1"},
+    {"student": 3},
+    {"questions": {}},
+    {"questions": [GOOD["questions"][0] | {"verdict": "great"}]},
+    {"score": "3"},
+    {"score": True},
+    {"score": None},
+]
+
+
 @pytest.mark.parametrize(
     "data",
     [
-        b"hello",
-        b"{}",
-        b"3",
-        b"null",
-        b"[[]]",
-        b"\xff\xfe",
-        b"[" * 100_000,
-        json.dumps(GOOD | {"schema": "rigidcli.inertia/1"}).encode(),
-        json.dumps(GOOD | {"student": 3}).encode(),
-        json.dumps(GOOD | {"questions": {}}).encode(),
-        json.dumps(GOOD | {"questions": [GOOD["questions"][0] | {"verdict": "great"}]}).encode(),
-        json.dumps(GOOD | {"score": "3"}).encode(),
-        json.dumps(GOOD | {"score": True}).encode(),
-        json.dumps(GOOD | {"score": None}).encode(),
-        b'{"schema": NaN}',
+        *(b"hello", b"{}", b"3", b"null", b"[[]]", b"\xff\xfe", b"[" * 100_000, b'{"schema": NaN}'),
+        *(json.dumps(GOOD | change).encode() for change in NONSENSE),
     ],
 )
 def test_nonsense_is_refused(data: bytes) -> None:
@@ -199,14 +208,12 @@ def test_hostile_names_in_an_old_run_are_harmless(name: str, width: int | None, 
     tree = GOOD | {"student": f"\x1b[31m{name}", "source": name}
     tree["questions"] = [GOOD["questions"][0] | {"id": name, "feedback": [{"code": f"\x1b{name}"}]}]
     old = parse(json.dumps([tree, tree | {"student": "amy"}]).encode(), "old")
-    for each in regrade.TEXTS.values():
-        output = "".join(each(changes(old, [AMY]), Style(width=width)))
+    found = changes(old, [AMY])
+    outputs = {form: "".join(tell(found, Style(width=width))) for form, tell in regrade.TEXTS.items()}
+    for output in outputs.values():
         assert all(char.isprintable() for char in output.replace("\n", ""))
         assert "6.28318" not in output
     if width is not None:
-        assert (
-            max(map(columns, "".join(regrade.table(changes(old, [AMY]), Style(width=width))).splitlines()))
-            <= width
-        )
-    coloured = "".join(regrade.table(changes(old, [AMY]), Style(width=1000, colour=colour)))
+        assert max(map(cells, outputs["table"].splitlines())) <= width
+    coloured = "".join(regrade.table(found, Style(width=1000, colour=colour)))
     assert coloured.count("\x1b") == 2 * 2 * colour

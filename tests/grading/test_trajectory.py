@@ -18,18 +18,21 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
-from rigidcli.grading.kinds import trajectory
+from rigidcli.grading.feedback import sentence
+from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question
-from rigidcli.grading.trajectories.columns import MOST_CHARACTERS, read_columns
 from rigidcli.grading.trajectories.key import Key
+from rigidcli.grading.trajectories.tables import MOST_CHARACTERS, read_columns
 from rigidcli.model.load import loads
 from rigidcli.studies import euler, hamilton
 from tests.conftest import ROOT
+from tests.grading.asking import codes, judged_alone
 
 Floats = NDArray[np.float64]
 Columns = Mapping[str, Floats]
@@ -39,10 +42,17 @@ many = settings(max_examples=30, deadline=None)
 
 HERE = Path()
 
+KIND = KINDS["trajectory"]
+
+
+def answered(key: Key, answer: object, folder: Path) -> Outcome:
+    return judged_alone("trajectory", key, answer, folder)
+
 
 def literal(answer: object, **options: Any) -> Key:
     question = Question.model_validate({"answer": answer, "kind": "trajectory", **options})
-    return trajectory.read_key(Asked(question, question.answer))
+    key: Key = KIND.read_key(Asked(question, question.answer))
+    return key
 
 
 def formulas(stop: float, texts: Mapping[str, str], **options: Any) -> Key:
@@ -58,7 +68,8 @@ def computed(text: str, ask: str, samples: int = 4001, **options: Any) -> Key:
         for tolerance in ("1e-12", "1e-10")
     ]
     asked = Asked(question, None, "", tuple(ask.split(".")), loads(text), runs[0], runs[1])
-    return trajectory.read_key(asked)
+    key: Key = KIND.read_key(asked)
+    return key
 
 
 def table(columns: Columns, separator: str = ",", form: Callable[[float], str] = repr) -> dict[str, str]:
@@ -69,16 +80,12 @@ def table(columns: Columns, separator: str = ",", form: Callable[[float], str] =
 
 
 def judged(key: Key, columns: Columns) -> Outcome:
-    return trajectory.judge(key, table(columns), HERE)
-
-
-def codes(outcome: Outcome) -> list[str]:
-    return [finding.code for finding in outcome.findings]
+    return answered(key, table(columns), HERE)
 
 
 def refused(key: Key, answer: object, folder: Path = HERE) -> str:
     with pytest.raises(Unreadable) as refusal:
-        trajectory.judge(key, answer, folder)
+        answered(key, answer, folder)
     assert refusal.value.outcome.verdict == "invalid"
     return refusal.value.finding.code
 
@@ -107,62 +114,11 @@ def damped(t: Floats = T, rate: float = 3.0) -> dict[str, Floats]:
 # --- right in any form
 
 
-@many
-@given(
-    rate=st.floats(0.2, 20),
-    size=st.floats(1e-6, 1e6),
-    phase=st.floats(-3, 3),
-    steps=st.lists(st.floats(0.2, 1), min_size=70, max_size=200),
-    separator=st.sampled_from([",", ";", "\t", " ", " , "]),
-    seed=st.integers(0, 10**6),
-)
-def test_an_oscillation_at_any_times_is_right_within_the_tolerance_and_wrong_beyond(
-    rate: float, size: float, phase: float, steps: list[float], separator: str, seed: int
-) -> None:
-    x, v = f"{size!r}*cos({rate!r}*t + {phase!r})", f"-{rate!r}*{size!r}*sin({rate!r}*t + {phase!r})"
-    key = formulas(10, {"x": x, "v": v.replace("--", "")})
-    t = np.cumsum([0.0, *steps])
-    t *= 10 / t[-1]
-    x_, v_ = size * np.cos(rate * t + phase), -rate * size * np.sin(rate * t + phase)
-    chance = np.random.default_rng(seed)
-    sizes = [float(np.abs(key.grid[:, k]).max()) for k in range(2)]
-    for error, right in ((0.0, True), (0.5e-3, True), (0.95e-3, True), (1.3e-3, False), (5e-3, False)):
-        off = chance.uniform(-1, 1, (2, len(t)))
-        off[chance.integers(2), chance.integers(len(t))] = chance.choice([-1, 1])
-        columns = {
-            "v": v_ + error * sizes[1] * off[0],
-            "t": t,
-            "more": np.zeros_like(t),
-            "x": x_ + error * sizes[0] * off[1],
-        }
-        outcome = trajectory.judge(key, table(columns, separator), HERE)
-        assert (outcome.verdict == "correct") is right, (error, outcome)
-
-
-@many
-@given(
-    st.lists(st.floats(-3, 3), min_size=4, max_size=4),
-    st.integers(0, 3),
-    st.sampled_from([0.01, -0.01, 0.1, -0.5, 1.0]),
-)
-def test_a_polynomial_with_a_wrong_coefficient_is_wrong(
-    coefficients: list[float], place: int, off: float
-) -> None:
-    text = " + ".join(f"({c!r})*t^{k}" for k, c in enumerate(coefficients))
-    key = formulas(2, {"y": text})
-    t = np.linspace(0, 2, 57)
-    right = sum(c * t**k for k, c in enumerate(coefficients))
-    assert judged(key, {"t": t, "y": np.asarray(right)}).verdict == "correct"
-    changed = np.asarray(right + off * t**place)
-    assume(np.abs(changed - right).max() > 1.1e-3 * np.abs(key.grid).max())
-    outcome = judged(key, {"t": t, "y": changed})
-    assert outcome.verdict == "incorrect"
-    assert outcome.share == 0
-
-
 def test_extra_rows_before_and_after_are_not_looked_at() -> None:
     t = np.linspace(-1, 12, 600)
     assert judged(OSCILLATOR, oscillator(t)).verdict == "correct"
+    far = np.concatenate([[-90.0], T[T < 9.2], [90.0]])
+    assert codes(judged(OSCILLATOR, oscillator(far))) == ["time_range_short"]
 
 
 @pytest.mark.parametrize(
@@ -170,7 +126,7 @@ def test_extra_rows_before_and_after_are_not_looked_at() -> None:
     [repr, "{:.5f}".format, "{:+.6e}".format, "{:.4E}".format, lambda x: f'"{x!r}"', lambda x: f" {x!r}\t"],
 )
 def test_numbers_in_any_form(form: Callable[[float], str]) -> None:
-    assert trajectory.judge(OSCILLATOR, table(oscillator(), ",", form), HERE).verdict == "correct"
+    assert answered(OSCILLATOR, table(oscillator(), ",", form), HERE).verdict == "correct"
 
 
 def test_the_text_may_have_any_line_ends_blanks_comments_and_minus_signs() -> None:
@@ -187,12 +143,7 @@ def test_the_text_may_have_any_line_ends_blanks_comments_and_minus_signs() -> No
         ('"' + head.replace(",", '","') + '"') + "\n" + body,
     ]
     for other in others:
-        assert trajectory.judge(OSCILLATOR, {"csv": other}, HERE).verdict == "correct", other[:60]
-
-
-def test_greek_heads_are_names_in_ascii() -> None:
-    key = formulas(10, {"theta": "cos(t)"})
-    assert judged(key, {"t": T, "θ": np.cos(T)}).verdict == "correct"
+        assert answered(OSCILLATOR, {"csv": other}, HERE).verdict == "correct", other[:60]
 
 
 def test_a_file_of_numpy_is_read(tmp_path: Path) -> None:
@@ -201,7 +152,7 @@ def test_a_file_of_numpy_is_read(tmp_path: Path) -> None:
     np.savetxt(tmp_path / "blanks.csv", values, header=" ".join(columns))
     np.savetxt(tmp_path / "commas.csv", values, delimiter=",", header=",".join(columns), comments="")
     for name in ("blanks.csv", "commas.csv"):
-        assert trajectory.judge(OSCILLATOR, {"file": name}, tmp_path).verdict == "correct"
+        assert answered(OSCILLATOR, {"file": name}, tmp_path).verdict == "correct"
 
 
 def test_a_key_may_be_a_table() -> None:
@@ -209,6 +160,46 @@ def test_a_key_may_be_a_table() -> None:
     key = literal(table(oscillator(t)))
     assert judged(key, oscillator(np.linspace(0, 10, 333))).verdict == "correct"
     assert judged(key, oscillator(np.linspace(0, 10, 333), phase=0.31)).verdict == "incorrect"
+
+
+@pytest.mark.parametrize(
+    "heads", [("Time", "x", "p"), ("TIME", "X", "P"), ("Time (s)", "x (m)", "p (kg m/s)")]
+)
+def test_a_key_and_an_answer_may_spell_their_heads_differently(heads: tuple[str, str, str]) -> None:
+    spelled = dict(zip(heads, oscillator().values(), strict=True))
+    assert judged(OSCILLATOR, spelled).verdict == "correct"
+    assert judged(literal(table(spelled)), oscillator()).verdict == "correct"
+
+
+def fast(t: Floats, off: float = 0.0) -> dict[str, Floats]:
+    """A motion of which 41 rows do not tell what is between them."""
+    return {"t": t, "x": np.cos(4 * t) + off * t, "phi": 3 * t % (2 * math.pi)}
+
+
+def test_a_key_of_few_rows_is_compared_at_its_own_times() -> None:
+    t = np.linspace(0, 20, 41)
+    key = literal(table(fast(t), ",", "{:.8g}".format), angles=["phi"])
+    assert key.times is not None
+    assert judged(key, fast(t)).verdict == "correct"
+    dense = np.linspace(0, 20, 2001)
+    for own in (dense, np.linspace(0, 20, 1777), np.union1d(t, dense + 0.003)[:-1], np.round(dense, 5)):
+        assert judged(key, fast(own)).verdict == "correct"
+        assert judged(key, fast(own, 1e-3)).verdict == "partial"
+    for wrong, code in (
+        (fast(t) | {"x": -fast(t)["x"]}, "sign_error"),
+        (fast(1000 * t) | fast(t) | {"t": 1000 * t}, "time_unit"),
+        (fast(dense) | {"x": 2 * fast(dense)["x"]}, "constant_factor"),
+        (fast(t[:-4]), "time_range_short"),
+        (fast(t) | {"x": np.where(np.arange(41) == 20, 0, fast(t)["x"])}, "outside_tolerance"),
+    ):
+        assert codes(judged(key, wrong)) == [code]
+    # Rows that are neither at its times, nor near enough to each other to tell.
+    other = judged(key, fast(np.linspace(0, 20, 38)))
+    assert (other.verdict, codes(other), other.share) == ("review", ["undecided"], 0)
+    assert judged(key, fast(np.linspace(0, 20, 38)) | {"x": np.zeros(38)}).share == 0.5
+    # Every second of its rows is dense enough.
+    assert judged(key, fast(t[::2])).verdict == "correct"
+    assert judged(key, fast(t[::2], 1e-3)).verdict == "partial"
 
 
 def test_a_table_with_corners_is_interpolated_by_lines() -> None:
@@ -229,6 +220,8 @@ def test_angles_are_equal_modulo_their_period(turns: int, seed: int) -> None:
         assert judged(key, {"t": t, "phi": shown, "r": r}).verdict == "correct"
         assert judged(key, {"t": t, "phi": shown + 0.01, "r": r}).verdict == "partial"
         assert judged(key, {"t": t, "phi": phi, "r": r + 2 * math.pi}).verdict == "partial"
+    for huge in (1e15, 1e17, 1e300):  # whose digits do not tell what is left of it modulo 2 pi
+        assert judged(key, {"t": t, "phi": np.full(200, huge), "r": r}).share == 0.5
 
 
 def test_the_period_may_be_in_degrees() -> None:
@@ -249,28 +242,31 @@ def test_the_period_may_be_in_degrees() -> None:
         ("T", "X", "P_X"),
         ("t/s", "x/m", "p_x/(kg m/s)"),
         ("t [s]", "x [m]", "px [N s]"),
+        ("Time", "x", "p_x"),
+        ("TIME", "X", "P X"),
+        ("Time (s)", "x (m)", "p_x"),
+        (" tIME  [s] ", " X ", "p_X (kg m/s)"),
+        ("Time/s", "x(t)", "px(t)"),
     ],
 )
 def test_names_may_be_spelled_in_the_usual_ways(heads: tuple[str, str, str]) -> None:
     key = computed(SPRING, "hamilton.orbit")
-    t = np.linspace(0, 7, 123)
-    values = [t, 0.4 * np.cos(3 * t), -2.4 * np.sin(3 * t)]
+    values = spring(np.linspace(0, 7, 123)).values()
     for separator in (";", "\t"):
         answer = table(dict(zip(heads, values, strict=True)), separator)
-        assert trajectory.judge(key, answer, HERE).verdict == "correct"
+        assert answered(key, answer, HERE).verdict == "correct"
 
 
 def test_units_may_stand_in_heads_that_are_parted_by_blanks() -> None:
     key = computed(SPRING, "hamilton.orbit")
-    t = np.linspace(0, 7, 123)
-    answer = table({"t (s)": t, "x [m]": 0.4 * np.cos(3 * t), "p (kg m/s)": -2.4 * np.sin(3 * t)}, " ")
-    assert trajectory.judge(key, answer, HERE).verdict == "correct"
+    heads = ("t (s)", "x [m]", "p (kg m/s)")
+    answer = table(dict(zip(heads, spring(np.linspace(0, 7, 123)).values(), strict=True)), " ")
+    assert answered(key, answer, HERE).verdict == "correct"
 
 
 def test_units_in_heads_are_converted() -> None:
     key = computed(SPRING, "hamilton.orbit")
-    t = np.linspace(0, 7, 123)
-    x, p = 0.4 * np.cos(3 * t), -2.4 * np.sin(3 * t)
+    t, x, p = spring(np.linspace(0, 7, 123)).values()
     assert judged(key, {"t (ms)": 1000 * t, "x (cm)": 100 * x, "p_x": p}).verdict == "correct"
     assert judged(key, {"t (ms)": t, "x": x, "p_x": p}).verdict == "incorrect"
     assert judged(key, {"t": t, "x (cm)": x, "p_x": p}).verdict == "partial"
@@ -291,11 +287,9 @@ def test_spellings_that_could_mean_two_columns_mean_none() -> None:
 @pytest.mark.parametrize("head", ["w_{}", "omega{}", "omega_{}", "ω{}", "ω_{}", "W{}", "w{} (rad/s)"])
 def test_angular_velocities_have_many_names(head: str) -> None:
     key = computed(TOP, "euler.trajectory")
-    t = np.linspace(0, 12, 211)
-    omega, _ = free_top(t)
-    named = {head.format(k + 1): omega[:, k] for k in range(3)}
-    assert judged(key, {"time": t} | named).verdict == "correct"
-    assert judged(key, {"T": t} | named).verdict == "correct"
+    for time_ in ("time", "T", "t"):
+        columns = turning(TOP_TIMES, head=head)
+        assert judged(key, {time_: columns.pop("t")} | columns).verdict == "correct"
 
 
 # --- named mistakes
@@ -329,6 +323,7 @@ MISTAKES: list[tuple[str, dict[str, Floats]]] = [
     ("components_permuted", {"t": T, "x": damped()["v"], "v": damped()["x"]}),
     ("precision_insufficient", {"t": T, "x": np.round(damped()["x"], 2), "v": damped()["v"]}),
     ("wrong_order", {name: values[::-1] for name, values in damped().items()}),
+    ("wrong_order", damped(np.append(T[:-1], T[-2:]))),
     ("time_range_short", damped(np.linspace(0, 9.5, 300))),
     ("time_range_short", damped(np.linspace(0, 10, 9))),
     ("time_range_short", damped(np.append(np.linspace(0, 7, 300), 10.0))),
@@ -418,49 +413,17 @@ def test_columns_exchanged_in_any_way(order: list[int]) -> None:
         assert outcome.verdict == "correct"
 
 
-@many
-@given(st.data())
-def test_random_answers_are_never_right(data: st.DataObject) -> None:
-    change = data.draw(
-        st.sampled_from(["size", "rate", "phase", "one", "noise", "other", "constant", "swap", "late"])
-    )
-    seed = np.random.default_rng(data.draw(st.integers(0, 10**6)))
-    off = data.draw(st.floats(0.005, 2)) * data.draw(st.sampled_from([-1, 1]))
-    columns = oscillator()
-    if change == "size":
-        columns = oscillator(size=1.5 * (1 + off))
-    elif change == "rate":
-        columns = oscillator(rate=2 * (1 + off))
-    elif change == "phase":
-        columns = oscillator(phase=0.3 + off)
-    elif change == "one":
-        columns["x"][seed.integers(len(T))] += off
-    elif change == "noise":
-        columns["p"] = columns["p"] + seed.normal(0, abs(off) + 0.01, len(T))
-    elif change == "other":
-        columns["x"] = np.abs(columns["x"]) + off
-    elif change == "constant":
-        columns["x"] = np.full_like(T, off)
-    elif change == "swap":
-        columns = {"t": T, "x": columns["p"], "p": columns["x"]}
-    else:
-        columns = {name: values[: int(0.9 * len(T))] for name, values in columns.items()}
-    outcome = judged(OSCILLATOR, columns)
-    assert outcome.verdict in ("incorrect", "partial")
-    assert outcome.share <= 0.5
-    assert outcome.findings
-
-
 def test_messages_below_full_do_not_tell_the_reference() -> None:
     key = formulas(10, {"x": "0.7654321*cos(2.3456789*t) + 0.2*sin(5*t)", "y": "0.87654321 + 0.345678*t"})
     wrong = [{"t": T, "x": np.sin(k * T), "y": k + T} for k in range(4)]
     wrong += [{"t": T, "x": np.zeros_like(T)}, {"t": T / 2, "x": T, "y": T}]
     for columns in wrong:
         for finding in judged(key, columns).findings:
+            assert "at t =" not in sentence(finding)  # which would tell how much of an answer is right
             for digits in ("765", "345", "876", "966", "2.3"):
-                assert digits not in finding.message()
-            assert finding.reference not in finding.message() or not finding.reference
-    told = judged(key, wrong[0]).findings[0].message(full=True)
+                assert digits not in sentence(finding)
+            assert finding.reference not in sentence(finding) or not finding.reference
+    told = sentence(judged(key, wrong[0]).findings[0], full=True)
     assert "0.765432" in told
 
 
@@ -574,45 +537,51 @@ def test_chaotic_motion_must_be_right_before_the_horizon(chaotic: Key) -> None:
     assert judged(chaotic, double_pendulum(25, 1e-9, g=9.8)).verdict == "incorrect"
 
 
-@pytest.mark.parametrize("rows", [800, 2000])
-@pytest.mark.parametrize("cut", [16.5, 19.0, 23.0])
-def test_chaotic_motion_goes_on_after_its_horizon(chaotic: Key, cut: float, rows: int) -> None:
-    right = double_pendulum(25, 1e-10, rows)
+@pytest.fixture(scope="module")
+def forty() -> Key:
+    return computed(PENDULUM.replace("DURATION", "40"), "hamilton.orbit", samples=8001)
+
+
+def gone_on(right: Columns, cut: float, how: str) -> dict[str, Floats]:
+    """A motion that is right until `cut`, and then anything of the same energy, or nothing."""
     t = right["t"]
-    late = t > cut
-    last, count = int(np.argmax(late)) - 1, int(late.sum())
-    back = np.arange(last, -1, -1)[np.arange(count) % (last + 1)]
-    chance = np.random.default_rng(7).integers(0, last, count)
-
-    def going_on(rows_after: NDArray[np.intp], turn: float = 1.0) -> dict[str, Floats]:
-        changed = {name: values.copy() for name, values in right.items()}
-        for name in ("theta1", "theta2", "p_theta1", "p_theta2"):
-            changed[name][late] = right[name][rows_after] * (turn if name.startswith("p") else 1.0)
-        return changed
-
-    frozen = going_on(np.full(count, last))
-    rubbish = [frozen, going_on(back, -1.0), going_on(back), going_on(chance), going_on(np.arange(count))]
-    for columns in rubbish:
-        outcome = judged(chaotic, columns)
-        assert codes(outcome)[-1] == "outside_tolerance"
-        assert "do not follow the motion" in outcome.findings[-1].detail
-        assert 0 < outcome.share < 1
-        seen = float(outcome.findings[-1].detail.split("t = ")[1].split(" ")[0])
-        assert cut - 0.2 < seen < cut + 0.5
-    assert judged(chaotic, right).verdict == "correct"
-    assert judged(chaotic, right | {"theta2": frozen["theta2"]}).verdict == "partial"
+    last, rows = int((t <= cut).sum()) - 1, np.arange(len(t))
+    since = rows[last + 1 :] - last
+    after = {
+        "frozen": np.full(len(since), last),
+        "replay": since % (last + 1),
+        "back": np.abs((since - 1) % (2 * last) - last),
+        "chance": np.random.default_rng(7).integers(0, last, len(since)),
+        "four": np.full(4, last),
+    }[how]
+    if how == "four":
+        t = np.append(t[: last + 1], np.linspace(cut, t[-1], 5)[1:])
+    order = np.append(rows[: last + 1], after)
+    return {name: t if name == "t" else values[order] for name, values in right.items()}
 
 
-@pytest.mark.parametrize("columns", [("theta1", "theta2"), ("p_theta2",)])
-def test_columns_without_the_whole_state_must_not_stand_still(columns: tuple[str, ...]) -> None:
-    key = computed(PENDULUM.replace("DURATION", "25"), "hamilton.orbit", columns=list(columns))
-    for rows in (200, 1000):
-        right = double_pendulum(25, 1e-10, rows)
-        late = right["t"] > 19
-        assert judged(key, right).verdict == "correct"
-        assert judged(key, double_pendulum(25, 1e-8, rows)).verdict == "correct"
-        frozen = {name: np.where(late, values[~late][-1], values) for name, values in right.items()}
-        assert codes(judged(key, frozen | {"t": right["t"]})) == ["outside_tolerance"]
+@pytest.mark.parametrize("how", ["frozen", "replay", "back", "chance", "four"])
+def test_chaotic_motion_earns_and_costs_nothing_after_its_horizon(forty: Key, how: str) -> None:
+    right = double_pendulum(40, 1e-10, 1201)
+    assert 10 < forty.horizon < 25
+    early = judged(forty, gone_on(right, 5, how))
+    assert early.share == 0 or early.verdict == "partial"
+    late = judged(forty, gone_on(right, forty.horizon + 0.1, how))
+    if how == "four":
+        assert codes(early) == codes(late) == ["time_range_short"]
+        return
+    assert codes(early) != []
+    assert (late.verdict, codes(late)) == ("correct", ["chaotic_divergence_after_horizon"])
+    assert late.findings[0].detail == f"what comes after t = {forty.horizon:.4g} is not judged"
+
+
+@pytest.mark.parametrize(("rows", "code"), [(11, None), (21, None), (10, "time_range_short")])
+def test_rows_are_at_most_a_tenth_of_the_span_apart(rows: int, code: str | None) -> None:
+    t = np.linspace(0, 10, rows)
+    fall = judged(formulas(10, {"y": "3*t - t^2"}), {"t": t, "y": 3 * t - t**2})
+    assert codes(fall) == ([] if code is None else [code])
+    gap = np.append(np.linspace(0, 5, 100), np.linspace(6.1, 10, 100))
+    assert codes(judged(DAMPED, damped(gap))) == ["time_range_short"]
 
 
 @pytest.mark.parametrize("method", ["RK45", "DOP853", "Radau"])
@@ -632,7 +601,7 @@ def test_chaotic_motion_driven_from_outside_is_right_by_any_integrator(driven: K
         phi, p = solved.sol(t)
         for shown in (phi, (phi + math.pi) % (2 * math.pi) - math.pi):
             answer = table({"t": t, "phi": shown, "p": p}, ",", "{:.7g}".format)
-            assert trajectory.judge(driven, answer, HERE).verdict == "correct"
+            assert answered(driven, answer, HERE).verdict == "correct"
 
 
 @pytest.fixture(scope="module")
@@ -660,6 +629,10 @@ orbit: {initial: {x: a, p_x: 0}, duration: 7}
 """
 
 
+def spring(t: Floats) -> dict[str, Floats]:
+    return {"t": t, "x": 0.4 * np.cos(3 * t), "p_x": -2.4 * np.sin(3 * t)}
+
+
 @pytest.mark.parametrize(
     ("ask", "columns"),
     [
@@ -677,8 +650,7 @@ def test_what_is_asked_of_an_orbit(ask: str, columns: Sequence[str]) -> None:
         return
     key = computed(SPRING, ask)
     assert key.columns[: key.required] == columns
-    t = np.linspace(0, 7, 123)
-    x, p = 0.4 * np.cos(3 * t), -2.4 * np.sin(3 * t)
+    t, x, p = spring(np.linspace(0, 7, 123)).values()
     answer = {"t": t, "x": x, "p_x": p, "H": p**2 / 4 + 9 * x**2}
     assert judged(key, answer).verdict == "correct"
 
@@ -686,8 +658,7 @@ def test_what_is_asked_of_an_orbit(ask: str, columns: Sequence[str]) -> None:
 def test_an_orbit_with_listed_columns_and_laws_in_parameters() -> None:
     laws = {"E": "p_x^2/(2*m) + k*x^2/2"}
     key = computed(SPRING, "hamilton.orbit", columns=["x"], conserved=laws, tolerance={"relative": 1e-4})
-    t = np.linspace(0, 7, 123)
-    right = {"t": t, "x": 0.4 * np.cos(3 * t), "p_x": -2.4 * np.sin(3 * t)}
+    right = spring(np.linspace(0, 7, 123))
     assert judged(key, right).verdict == "correct"
     assert codes(judged(key, scaled(right, x=1.0, p_x=0.5))) == ["conserved_quantity_drift"]
     with pytest.raises(ValueProblem, match="does not conserve"):
@@ -703,6 +674,8 @@ body: {moments: [2, 2, 3]}
 motion: {omega: [0.6, 0, 2], duration: 12}
 """
 
+TOP_TIMES = np.linspace(0, 12, 211)
+
 
 def free_top(t: Floats) -> tuple[Floats, list[Rotation]]:
     """omega along the body's axes and orientations of a free symmetric top, lambda = 2, 2, 3.
@@ -717,25 +690,31 @@ def free_top(t: Floats) -> tuple[Floats, list[Rotation]]:
     return omega, turns
 
 
+def turning(t: Floats, factor: float = 1.0, head: str = "w{}") -> dict[str, Floats]:
+    """The angular velocities of the top."""
+    omega = free_top(t)[0]
+    return {"t": t} | {head.format(k + 1): factor * omega[:, k] for k in range(3)}
+
+
+def spinning(t: Floats) -> dict[str, Floats]:
+    """Its orientations."""
+    quaternions = np.array([turn.as_quat(canonical=True) for turn in free_top(t)[1]])
+    return {"t": t} | {f"q{k}": quaternions[:, k - 1] for k in range(4)}
+
+
 def test_a_free_top_by_closed_form() -> None:
     key = computed(TOP, "euler.trajectory")
     assert key.columns[: key.required] == ("w1", "w2", "w3")
-    t = np.linspace(0, 12, 211)
-    omega, _ = free_top(t)
-    assert judged(key, {"t": t, "w1": omega[:, 0], "w2": omega[:, 1], "w3": omega[:, 2]}).verdict == "correct"
-    backward = judged(key, {"t": t, "w1": omega[:, 0], "w2": -omega[:, 1], "w3": omega[:, 2]})
-    assert backward.verdict == "partial"
+    assert judged(key, turning(TOP_TIMES)).verdict == "correct"
+    assert judged(key, scaled(turning(TOP_TIMES), w2=-1)).verdict == "partial"
 
 
 def test_what_is_handed_in_besides_must_be_right() -> None:
     key = computed(TOP, "euler.trajectory")
-    t = np.linspace(0, 12, 211)
-    omega, turns = free_top(t)
+    t = TOP_TIMES
+    omega = free_top(t)[0]
     moment, space = omega * [2, 2, 3], np.array([2 * 0.6, 0, 6.0])
-    quaternion = np.array([turn.as_quat() for turn in turns])[:, [3, 0, 1, 2]]
-    right = {"t": t}
-    right |= {f"w{k + 1}": omega[:, k] for k in range(3)}
-    right |= {f"q{k}": quaternion[:, k] for k in range(4)}
+    right = turning(t) | spinning(t)
     right |= {f"L{k + 1}": moment[:, k] for k in range(3)}
     right |= {f"L{axis}": np.full_like(t, space[k]) for k, axis in enumerate("xyz")}
     right |= {"T": (moment * omega).sum(axis=1) / 2, "by me": t**2}
@@ -759,21 +738,17 @@ def test_what_is_handed_in_besides_must_be_right() -> None:
 
 def test_turns_in_a_second_are_not_radians() -> None:
     key = computed(TOP, "euler.trajectory")
-    t = np.linspace(0, 12, 211)
-    omega, _ = free_top(t)
     for factor in (2 * math.pi, 1 / (2 * math.pi)):
-        outcome = judged(key, {"t": t} | {f"w{k + 1}": factor * omega[:, k] for k in range(3)})
+        outcome = judged(key, turning(TOP_TIMES, factor))
         assert (codes(outcome), outcome.share) == (["frequency_vs_angular_frequency"], 0)
-    turns = {f"w{k + 1} (rev/s)": omega[:, k] / (2 * math.pi) for k in range(3)}
-    assert judged(key, {"t": t} | turns).verdict == "correct"
+    assert judged(key, turning(TOP_TIMES, 1 / (2 * math.pi), "w{} (rev/s)")).verdict == "correct"
 
 
 def test_the_energy_that_is_handed_in_is_judged() -> None:
     key = computed(SPRING, "hamilton.orbit")
-    t = np.linspace(0, 7, 123)
-    right = {"t": t, "x": 0.4 * np.cos(3 * t), "p_x": -2.4 * np.sin(3 * t)}
-    assert judged(key, right | {"H": np.full_like(t, 1.44)}).verdict == "correct"
-    assert judged(key, right | {"H": np.full_like(t, 1.5)}).verdict == "partial"
+    right = spring(np.linspace(0, 7, 123))
+    assert judged(key, right | {"H": np.full(123, 1.44)}).verdict == "correct"
+    assert judged(key, right | {"H": np.full(123, 1.5)}).verdict == "partial"
     # Of an energy that is zero, an error is told by the sizes of its terms.
     key = computed(PENDULUM.replace("DURATION", "5"), "hamilton.orbit")
     columns = double_pendulum(5, 1e-9)
@@ -799,7 +774,7 @@ def test_coordinates_that_are_no_angles_are_not_judged_modulo_turns(potential: s
     """
     t = np.linspace(0, 5, 101)
     key = computed(text, "hamilton.orbit")
-    x, p = key.of(()).at(t).T
+    x, p = key.at(t)[:, :2].T
     assert judged(key, {"t": t, "x": x, "p_x": p}).verdict == "correct"
     turned = {"t": t, "x": x + 2 * math.pi, "p_x": p}
     assert judged(key, turned).verdict != "correct"
@@ -810,16 +785,13 @@ def test_coordinates_that_are_no_angles_are_not_judged_modulo_turns(potential: s
 def test_quaternions_have_no_sign() -> None:
     key = computed(TOP, "euler.trajectory.orientation")
     assert key.columns == ("q0", "q1", "q2", "q3")
-    t = np.linspace(0, 12, 211)
-    quaternions = np.array([turn.as_quat(canonical=True) for turn in free_top(t)[1]])[:, [3, 0, 1, 2]]
-    signs = np.random.default_rng(3).choice([-1, 1], len(t))
-    for values in (quaternions, -quaternions, quaternions * signs[:, None]):
-        named = {f"q{k}": values[:, k] for k in range(4)}
-        assert judged(key, {"t": t} | named).verdict == "correct"
-        assert judged(key, {"t": t} | named | {"q1": -values[:, 1]}).verdict != "correct"
+    for signs in (1, -1, np.random.default_rng(3).choice([-1, 1], len(TOP_TIMES))):
+        named = {name: values * signs for name, values in spinning(TOP_TIMES).items()} | {"t": TOP_TIMES}
+        assert judged(key, named).verdict == "correct"
+        assert judged(key, scaled(named, q1=-1)).verdict != "correct"
         # Scalar last, as other programs have it.
-        rolled = {f"q{k}": np.roll(values, -1, axis=1)[:, k] for k in range(4)}
-        assert judged(key, {"t": t} | rolled).verdict != "correct"
+        rolled = {f"q{k}": named[f"q{(k + 1) % 4}"] for k in range(4)}
+        assert judged(key, named | rolled).verdict != "correct"
 
 
 def test_the_angles_of_a_top_are_angles() -> None:
@@ -901,18 +873,18 @@ def test_keys_that_cannot_be_judged_by(answer: object, options: dict[str, Any]) 
     ],
 )
 def test_examples_are_judged_as_they_say(key: Key) -> None:
-    found = list(trajectory.examples(key))
+    found = list(KIND.examples(key))
     assert len(found) >= 5
     for example in found:
-        outcome = trajectory.judge(key, example.answer, HERE)
+        outcome = answered(key, example.answer, HERE)
         assert codes(outcome) == ([] if example.code is None else [example.code]), example.what
         assert (outcome.verdict == "correct") is (example.code is None)
 
 
 def test_examples_of_documents(chaotic: Key) -> None:
     for key in (chaotic, computed(TOP, "euler.trajectory.orientation"), computed(SPRING, "hamilton.orbit")):
-        for example in trajectory.examples(key):
-            outcome = trajectory.judge(key, example.answer, HERE)
+        for example in KIND.examples(key):
+            outcome = answered(key, example.answer, HERE)
             assert codes(outcome) == ([] if example.code is None else [example.code]), example.what
 
 
@@ -974,7 +946,7 @@ def test_answers_of_another_form(answer: object) -> None:
 def test_numbers_may_be_written_as_expressions() -> None:
     lines = table(oscillator())["csv"].split("\n")
     lines[1] = "0/3,1.5*cos(3/10),-3*sin(0.3)"
-    assert trajectory.judge(OSCILLATOR, {"csv": "\n".join(lines)}, HERE).verdict == "correct"
+    assert answered(OSCILLATOR, {"csv": "\n".join(lines)}, HERE).verdict == "correct"
 
 
 @settings(max_examples=80, deadline=None)
@@ -991,11 +963,11 @@ def test_numbers_may_be_written_as_expressions() -> None:
 def test_nothing_else_is_ever_raised(answer: object) -> None:
     for each in (answer, {"csv": answer}, {"file": answer}):
         try:
-            outcome = trajectory.judge(OSCILLATOR, each, HERE / "tests")
+            outcome = answered(OSCILLATOR, each, HERE / "tests")
         except Unreadable as unreadable:
             outcome = unreadable.outcome
         assert outcome.verdict in ("incorrect", "invalid")
-        assert outcome.findings[0].message()
+        assert sentence(outcome.findings[0])
 
 
 @settings(max_examples=50, deadline=None)
@@ -1010,7 +982,7 @@ def test_nothing_else_is_ever_raised(answer: object) -> None:
 def test_tables_of_any_numbers_have_an_outcome(rows: list[tuple[float, ...]], in_order: bool) -> None:
     rows = sorted(rows) if in_order else rows
     text = "\n".join(["t,x,p", *(",".join(map(repr, row)) for row in rows)])
-    assert trajectory.judge(OSCILLATOR, {"csv": text}, HERE).verdict == "incorrect"
+    assert answered(OSCILLATOR, {"csv": text}, HERE).verdict == "incorrect"
 
 
 def test_large_tables_take_little_time() -> None:
@@ -1048,25 +1020,98 @@ def folder(tmp_path: Path) -> Path:
 def test_a_file_beside_the_answer(folder: Path) -> None:
     for name in ("orbit.csv", "ö r b i t", "..csv", "a..b", "-rf"):
         (folder / name).write_text(table(oscillator())["csv"], encoding="utf-8-sig")
-        assert trajectory.judge(OSCILLATOR, {"file": name}, folder).verdict == "correct"
+        assert answered(OSCILLATOR, {"file": name}, folder).verdict == "correct"
 
 
 @pytest.mark.parametrize(
-    "name",
+    ("answer", "there", "outcome"),
     [
-        "../orbit.csv",
-        "/etc/passwd",
-        "sub/orbit.csv",
-        "..",
-        ".",
-        "..\\orbit.csv",
-        "C:orbit.csv",
-        "C:\\orbit.csv",
-        "orbit.csv\0",
-        "orbit.csv:stream",
-        "file:///etc/passwd",
+        # As Canvas, or Moodle, names what is handed in.
+        ("doejane_4711_98764_answers.yaml", ["doejane_4711_98765_orbit.csv"], "correct"),
+        ("doejane_LATE_4711_98764_answers.yaml", ["doejane_LATE_4711_98765_orbit.csv"], "correct"),
+        ("doejane_4711_98764_answers.yaml", ["doejane_LATE_4711_98765_orbit.csv"], "correct"),
+        ("doejane_4711_98764_answers-1.yaml", ["doejane_4711_98765_orbit-1.csv"], "correct"),
+        (
+            "doejane_4711_8_answers.yaml",
+            ["doejane_4711_9_orbit.csv", "doejane_4711_7_orbit-1.csv"],
+            "correct",
+        ),
+        (
+            "Jane Doe_4711_assignsubmission_file_a.yaml",
+            ["Jane Doe_4711_assignsubmission_file_orbit.csv"],
+            "correct",
+        ),
+        ("doejane_4711_98764_answers.yaml", ["orbit.csv"], "correct"),
+        ("answers.yaml", ["orbit.csv", "orbit_b.csv", "notes.txt"], "correct"),
+        # Those of others are not seen.
+        ("doejane_4711_98764_answers.yaml", ["roerick_12_98765_orbit.csv"], "missing_file"),
+        ("doejane_4711_98764_answers.yaml", ["doejane_4712_98765_orbit.csv"], "missing_file"),
+        (
+            "Jane Doe_4711_assignsubmission_file_a.yaml",
+            ["Jane Roe_1_assignsubmission_file_orbit.csv"],
+            "missing_file",
+        ),
+        ("answers.yaml", ["doejane_4711_98765_orbit.csv"], "missing_file"),
+        (
+            "doejane_4711_8_answers.yaml",
+            ["doejane_4711_9_orbit.csv", "doejane_4711_7_orbit.csv"],
+            "correct",
+        ),
+        (
+            "doejane_4711_8_answers.yaml",
+            ["doejane_4711_9_my_orbit.csv", "doejane_4711_7_orbitXcsv"],
+            "missing_file",
+        ),
     ],
 )
+def test_a_file_is_found_as_canvas_and_moodle_name_it(
+    tmp_path: Path, answer: str, there: list[str], outcome: str
+) -> None:
+    for name in (answer, *there):
+        (tmp_path / name).write_text(table(oscillator())["csv"], encoding="utf-8")
+    with suppress(Unreadable):
+        assert answered(OSCILLATOR, {"file": "orbit.csv"}, tmp_path / answer).verdict == outcome
+        return
+    assert refused(OSCILLATOR, {"file": "orbit.csv"}, tmp_path / answer) == outcome
+
+
+@pytest.mark.parametrize(
+    ("answer", "named", "is_own"),
+    [
+        ("ada.yaml", "ada_orbit.csv", True),
+        ("bob.yaml", "ada_orbit.csv", False),
+        ("bob.yaml", "Ada-orbit.csv", False),
+        ("bob.yaml", "adages.csv", True),
+        ("bob.yaml", "ada.yaml", False),
+        ("ann-marie.yaml", "ann-marie.csv", True),
+        ("ann.yaml", "ann-marie.csv", False),
+        ("bob.yaml", "run_4711_2_orbit.csv", True),
+        ("bob.yaml", "doejane_4711_98765_orbit.csv", False),
+        ("roerick_12_98764_answers.yaml", "doejane_4711_98765_orbit.csv", False),
+        ("doejane_4711_98764_answers.yaml", "doejane_4711_98765_orbit.csv", True),
+        ("Rick Roe_12_assignsubmission_file_a.yaml", "Jane Roe_1_assignsubmission_file_orbit.csv", False),
+    ],
+)
+def test_the_file_of_another_student_is_no_answer(
+    tmp_path: Path, answer: str, named: str, is_own: bool
+) -> None:
+    students = ("ada.yaml", "bob.yaml", "ann.yaml", "ann-marie.yaml", "doejane_4711_98764_answers.yaml")
+    for name in {*students, answer, named}:
+        (tmp_path / name).write_text(table(oscillator())["csv"], encoding="utf-8")
+    if is_own:
+        assert answered(OSCILLATOR, {"file": named}, tmp_path / answer).verdict == "correct"
+    else:
+        with pytest.raises(Unreadable, match="another student's") as refusal:
+            answered(OSCILLATOR, {"file": named}, tmp_path / answer)
+        assert refusal.value.finding.code == "not_allowed"
+
+
+ELSEWHERE = (
+    r"../orbit.csv /etc/passwd sub/orbit.csv .. . ..\orbit.csv C:orbit.csv C:\orbit.csv orbit.csv:stream"
+)
+
+
+@pytest.mark.parametrize("name", [*ELSEWHERE.split(), "orbit.csv\0", "file:///etc/passwd"])
 def test_names_that_lead_elsewhere(folder: Path, name: str) -> None:
     assert refused(OSCILLATOR, {"file": name}, folder) == "path_outside"
 
@@ -1110,19 +1155,19 @@ def test_files_that_are_too_large_or_no_text(folder: Path) -> None:
 
 
 def test_an_honest_file_does_not_mind_its_neighbours(folder: Path) -> None:
-    alone = trajectory.judge(OSCILLATOR, {"file": "orbit.csv"}, folder)
+    alone = answered(OSCILLATOR, {"file": "orbit.csv"}, folder)
     os.mkfifo(folder / "orbit.csv.bak")
     (folder / "t,x,p").mkdir()
     (folder / "ORBIT.CSV").write_text("t\n0\n", encoding="utf-8")
-    assert trajectory.judge(OSCILLATOR, {"file": "orbit.csv"}, folder) == alone
+    assert answered(OSCILLATOR, {"file": "orbit.csv"}, folder) == alone
 
 
 def test_messages_on_files_are_harmless(folder: Path) -> None:
     for name in ("\x1b[31m", "\u202egpj.csv", "a" * 200, *string.punctuation):
         with pytest.raises(Unreadable) as refusal:
-            trajectory.judge(OSCILLATOR, {"file": name}, folder)
-        assert refusal.value.finding.message().isprintable()
-        assert len(refusal.value.finding.message()) < 200
+            answered(OSCILLATOR, {"file": name}, folder)
+        assert sentence(refusal.value.finding).isprintable()
+        assert len(sentence(refusal.value.finding)) < 200
 
 
 def test_energy_that_grows_is_told() -> None:
@@ -1140,3 +1185,142 @@ def test_the_times_themselves_cannot_be_asked() -> None:
     text = (ROOT / "configs/notes_spring.yaml").read_text()
     with pytest.raises(ValueProblem, match="the student's own"):
         computed(text, "hamilton.orbit.t")
+
+
+# --- right answers are never wrong, and wrong ones never right
+
+Motion = tuple[Key, Callable[[Floats], dict[str, Floats]]]
+"""A key, and the same motion at any times by a closed form or another integrator."""
+
+
+def pendulum_swing(t: Floats) -> dict[str, Floats]:
+    def slopes(_: float, y: Floats) -> list[float]:
+        return [y[1], -9.81 * math.sin(y[0])]
+
+    # A step of its own for every answer, as other programs have.
+    solved = solve_ivp(slopes, (0, 6), [2.5, 0], method="DOP853", rtol=1e-9, atol=1e-9, dense_output=True)
+    assert solved.sol is not None
+    return {"t": t, "theta": solved.sol(t)[0], "p_theta": solved.sol(t)[1]}
+
+
+@pytest.fixture(scope="module")
+def motions(forty: Key) -> list[Motion]:
+    many_rows = double_pendulum(40, 1e-10, 8001)
+    chaos = make_interp_spline(many_rows["t"], np.column_stack(list(many_rows.values())), 7)
+    swing = "system: {coordinates: [theta], lagrangian: thetadot^2/2 + 9.81*cos(theta)}\n"
+    swing += "orbit: {initial: {theta: 2.5, p_theta: 0}, duration: 6}"
+    angle = formulas(20, {"phi": "1.3*t + 0.2*sin(t)", "r": "1 + 0.3*cos(t)"}, angles=["phi"])
+    small = formulas(10, {"x": "3*cos(2*t)", "y": "1e-7*sin(3*t)"})
+    few = literal(table(fast(np.linspace(0, 20, 41))), angles=["phi"])
+    return [
+        (OSCILLATOR, oscillator),
+        (DAMPED, damped),
+        (angle, lambda t: {"t": t, "phi": 1.3 * t + 0.2 * np.sin(t), "r": 1 + 0.3 * np.cos(t)}),
+        (small, lambda t: {"t": t, "x": 3 * np.cos(2 * t), "y": 1e-7 * np.sin(3 * t)}),
+        (few, fast),
+        (computed(swing, "hamilton.orbit"), pendulum_swing),
+        (computed(TOP, "euler.trajectory.orientation"), spinning),
+        (forty, lambda t: dict(zip(many_rows, (t, *chaos(t).T[1:]), strict=True))),
+    ]
+
+
+def a_right_answer(motion: Motion, chance: np.random.Generator) -> dict[str, str]:
+    """The motion at times, with heads and in a form, that a student may choose."""
+    key, truth = motion
+    steps = chance.uniform(0.3, 1, chance.integers(150, 400))
+    t = key.start + np.append(0, np.cumsum(steps)) / steps.sum() * key.span
+    if key.times is not None:
+        t = key.times[:: chance.choice([1, 2, 4])] if chance.random() < 0.5 else np.union1d(key.times, t[:-1])
+    elif chance.random() < 0.3:
+        t = np.linspace(key.start, key.stop, chance.integers(60, 500))
+    columns = truth(t)
+    for place, name in enumerate(key.columns[: key.required]):
+        columns[name] = columns[name] + 0.95 * key.margins[place] * chance.uniform(-1, 1, len(t))
+        if np.isfinite(key.periods[place]):
+            columns[name] += key.periods[place] * chance.integers(-2, 3, len(t))
+    if key.quaternion:
+        signs = chance.choice([-1, 1], len(t))
+        columns = {name: values if name == "t" else values * signs for name, values in columns.items()}
+    heads = {"t": chance.choice(["t", "T", "Time", "TIME (s)", "time [s]", " t / s "])}
+    named = {heads.get(name, name.upper()): columns[name] for name in chance.permutation(list(columns))}
+    return table(named, chance.choice([",", ";", "\t"]), repr if chance.random() < 0.5 else "{:.12g}".format)
+
+
+ATTACKS = (
+    "frozen", "replay", "back", "chance", "four", "warp", "swap", "one", "still", "zeros", "noise", "late",
+    "size", "slope", "tiny",
+)  # fmt: skip
+
+
+def a_wrong_answer(motion: Motion, chance: np.random.Generator, attack: str) -> dict[str, Floats]:
+    """The motion with something that must not be right."""
+    key, truth = motion
+    t = np.linspace(key.start, key.stop, chance.integers(61, 300))
+    if key.times is not None:
+        t = np.union1d(t, key.times)
+    right = truth(t)
+    place = int(chance.choice(np.flatnonzero(key.moving[: key.required])))
+    name, margin = key.columns[place], key.margins[place]
+    row = int(np.argmin(np.abs(t - chance.choice(t if key.times is None else key.times))))
+    off = float(chance.choice([-1, 1]) * margin * chance.uniform(1.1, 20))
+    match attack:
+        case "warp":  # on time at both ends
+            other = truth(t + 0.05 * key.span * np.sin(np.pi * (t - key.start) / key.span))
+        case "late":
+            other = truth(t - 0.02 * key.span)
+        case "swap":
+            other = {"t": t} | dict(
+                zip(list(right)[1:], np.roll(list(right.values())[1:], 1, axis=0), strict=True)
+            )
+        case "one":
+            other = right | {name: right[name] + off * (np.arange(len(t)) == row)}
+        case "size":
+            other = right | {name: right[name] * (1 + off)}
+        case "slope":
+            other = right | {name: right[name] + off * (t - key.start) / key.span}
+        case "tiny":  # so that no column is so small that it need not be right
+            small = min(key.columns[: key.required], key=lambda each: np.ptp(right[each]))
+            other = right | {small: np.zeros_like(t)}
+        case "still":
+            other = right | {name: np.full_like(t, right[name][row])}
+        case "zeros":  # at times at which the column is near nothing, as often as it likes
+            crossing = np.flatnonzero(np.diff(np.sign(right[name] - right[name].mean())))
+            t = np.linspace(t[crossing[0]], t[crossing[-1]], 2 * len(crossing) - 1)
+            other = {each: np.zeros_like(t) for each in right}
+        case "noise":
+            other = right | {name: right[name] + off * chance.normal(1, 0.5, len(t))}
+        case _:
+            other = gone_on(right, key.start + chance.uniform(0.05, 0.85) * key.span, attack)
+    return other | {"t": t} if attack != "four" else other
+
+
+def error(motion: Motion, columns: Columns) -> float:
+    """The most that a judged column is off by where it can be judged, in margins."""
+    key, truth = motion
+    seen = (columns["t"] <= key.horizon) & (key.times is None or np.isin(columns["t"], key.times))
+    right, worst = truth(columns["t"]), 0.0
+    for place, name in enumerate(key.columns[: key.required]):
+        off, period = columns[name] - right[name], key.periods[place]
+        off = off - period * np.round(off / period) if np.isfinite(period) else off
+        worst = max(worst, float(np.abs(off[seen]).max(initial=0) / key.margins[place]))
+    return worst
+
+
+@many
+@given(st.integers(0, 10**9))
+def test_right_answers_are_never_wrong(motions: list[Motion], seed: int) -> None:
+    chance = np.random.default_rng(seed)
+    motion = motions[chance.integers(len(motions))]
+    assert answered(motion[0], a_right_answer(motion, chance), HERE).verdict == "correct"
+
+
+@many
+@given(st.integers(0, 10**9), st.sampled_from(ATTACKS))
+def test_wrong_answers_are_never_right(motions: list[Motion], seed: int, attack: str) -> None:
+    chance = np.random.default_rng(seed)
+    motion = motions[chance.integers(len(motions))]
+    columns = a_wrong_answer(motion, chance, attack)
+    assume(error(motion, columns) > 1.05)
+    outcome = judged(motion[0], columns)
+    assert outcome.verdict in ("incorrect", "partial")
+    assert outcome.findings

@@ -229,7 +229,7 @@ MOON = "perturbers: [{name: moon, gm: 4.9e12, distance: 3.84e8}]"
     [
         (f"spin: 0, ellipticity: 0.003, {MOON}", "spin", "spins"),
         (f"obliquity: 200 deg, ellipticity: 0.003, {MOON}", "obliquity", "180"),
-        (f"ellipticity: 1.5, {MOON}", "ellipticity", "-1 to 1"),
+        (f"ellipticity: 1.5, {MOON}", "ellipticity", "up to 1/2"),
         (MOON, "", "expected exactly one"),
         ("ellipticity: 0.003, perturbers: []", "perturbers", "at least 1"),
         (f"moments: [1, 1, 3], {MOON}", "moments.2", "no body"),

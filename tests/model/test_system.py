@@ -249,7 +249,9 @@ def test_particles_that_are_refused(particle: str, key: str, words: str) -> None
         ("lagrangian: m*x_dot**2", "did you mean xdot?"),
         ("hamiltonian: px**2", "did you mean p_x?"),
         ("lagrangian: m*xdot**2/2 - k*x**2/", "column 22"),
-        ("lagrangian: 2 m", "expected a torque or energy (N m)"),
+        ("lagrangian: 2 kg", "expected a torque or energy (N m)"),
+        ("lagrangian: m xdot^2/2 - 2 k zeta", "undeclared name `zeta`"),
+        ("lagrangian: 1/2 m xdot^2", "write `1/(2*m)` or `m/2`"),
     ],
 )
 def test_names_that_are_told(form: str, words: str) -> None:

@@ -473,6 +473,14 @@ MASSLESS = "body: {moments: [1, 2, 2]}\nmotion: {omega: [0, 0, 1], torque: {grav
 SPINNING_ROD = "body: {shape: rod, length: 2, mass: 3, anchor: end}\ntop: {spin: 5, tilt: 1}\n"
 
 
+def test_the_constants_are_those_of_the_beginning_whenever_the_times_begin() -> None:
+    driven = BODY + "motion: {omega: [1, 2, 3], torque: {body: [1, 0, 0]}, times: [%s]}\n"
+    early, late = (euler(driven % times) for times in ("0, 5", "5, 6"))
+    for key in ("angular_momentum", "kinetic_energy"):
+        assert late[key] == pytest.approx(early[key], rel=1e-15)
+    assert abs(arrays(late)["kinetic_energy"][0] - late["kinetic_energy"]) > 1
+
+
 @pytest.mark.parametrize(
     ("text", "key", "line", "words"),
     [

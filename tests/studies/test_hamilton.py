@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import math
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -244,6 +245,42 @@ def test_the_orbit_of_an_oscillator() -> None:
     assert found["orbit"]["H"] == pytest.approx(np.full(50, 4.0), rel=1e-11)
     assert found["orbit"]["drift"]["H"] < 1e-11
     assert 9 < found["orbit"]["trusted_digits"] <= 15.9
+
+
+def test_a_pulse_from_rest_whose_force_begins_below_all_floats() -> None:
+    text = (
+        "system: {coordinates: [x], lagrangian: xdot**2/2 + x*exp(-(t - 30)**2)}\n"
+        "orbit: {initial: {x: 0, p_x: 0}, duration: 60, samples: 61}\n"
+    )
+    found = hamilton(text)["orbit"]
+    # The momentum given is the whole integral of the Gaussian, at t = 30 in the mean.
+    assert found["p"]["p_x"][-1] == pytest.approx(math.sqrt(math.pi), rel=1e-11)
+    assert found["q"]["x"][-1] == pytest.approx(30 * math.sqrt(math.pi), rel=1e-11)
+    assert found["trusted_digits"] > 10
+
+
+def test_a_kick_that_runs_along_a_chain_takes_a_second_opinion_no_longer() -> None:
+    """The last mass of a chain of Morse bonds moves as t^17 at first: no step is to follow that."""
+    count = 8
+    names = [f"q{k}" for k in range(count)]
+    kinetic = " + ".join(f"{name}dot**2/2" for name in names)
+    potential = " + ".join(f"(1 - exp({a} - {b}))**2" for a, b in pairwise(names))
+    initial = ", ".join(f"{name}: 0, p_{name}: {int(name == 'q0')}" for name in names)
+    orbit = hamilton(
+        f"system: {{coordinates: [{', '.join(names)}], lagrangian: '{kinetic} - ({potential})'}}\n"
+        f"orbit: {{initial: {{{initial}}}, times: [0, 5, 10]}}\n"
+    )["orbit"]
+
+    def slopes(t: float, y: np.ndarray) -> np.ndarray:
+        bonds = np.exp(y[: count - 1] - y[1:count])
+        pulls = 2 * (1 - bonds) * bonds
+        return np.concatenate([y[count:], np.append(pulls, 0) - np.append(0, pulls)])
+
+    start = np.eye(2 * count)[count]
+    found = solve_ivp(slopes, (0, 10), start, "DOP853", [0, 5, 10], rtol=1e-12, atol=1e-13).y
+    ours = np.array([orbit["q"][name] for name in names])
+    assert np.abs(ours - found[:count]).max() < 1e-9
+    assert orbit["trusted_digits"] > 10
 
 
 def test_an_orbit_without_a_closed_hamiltonian() -> None:

@@ -209,6 +209,24 @@ def test_perturbers_add_up() -> None:
     assert found["period_years"] == pytest.approx(2 * math.pi / found["rate"] / year, rel=1e-14)
 
 
+def test_a_planet_may_be_prolate() -> None:
+    planet = "obliquity: 23 deg, spin: 7e-5, perturbers: [{gm: 1, distance: 10}]"
+    by_moments = precess(f"tide: {{moments: [5, 5, 2], {planet}}}\n")["tide"]["rate"]
+    by_ellipticity = precess(f"tide: {{ellipticity: -1.5, {planet}}}\n")["tide"]["rate"]
+    assert by_ellipticity == pytest.approx(by_moments, rel=1e-14)
+    assert by_ellipticity < 0
+    with pytest.raises(DocumentError, match="up to 1/2"):
+        precess(f"tide: {{ellipticity: 0.6, {planet}}}\n")
+
+
+def test_a_rod_cannot_spin_about_itself() -> None:
+    rod = "body: {shape: rod, length: 2, mass: 3, anchor: end}\n"
+    with pytest.raises(DocumentError, match="linear") as caught:
+        precess(rod + "top: {spin: 5, tilt: 1}\n")
+    assert caught.value.problems[0].key == "top.spin"
+    assert precess(rod + "top: {spin: 0, tilt: 1}\n")["top"]["theta_min"] is not None
+
+
 def test_an_upright_orbit_plane_gives_no_precession_and_no_period() -> None:
     report = precess(
         "tide: {obliquity: 90 deg, spin: 1, ellipticity: 0.1, perturbers: [{gm: 1, distance: 10}]}\n"

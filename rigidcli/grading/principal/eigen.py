@@ -2,23 +2,19 @@
 
 Moments that the tolerance cannot tell apart share their axes: every direction in the space that they span
 is then as good as another, because |I e - lambda e| stays below the tolerance there. With symbols there is a
-problem for each point at which they are given values, and what is right is so at every point.
+problem for each of k points at which they are given values, and what is right is so at every point.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
-from itertools import combinations, permutations
-from typing import TypeAlias
+from functools import cached_property
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats, Mask
+from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.core.principal import EQUAL_MOMENTS, ZERO_MOMENT
 from rigidcli.grading.numbers import NOISE, ROUNDING, margin
-from rigidcli.grading.principal.pairs import Pairs
 from rigidcli.grading.question import RELATIVE, Tolerance
 
 NEARLY_EQUAL = 1e-2
@@ -30,37 +26,63 @@ UNCERTAIN = 64 * float(np.finfo(np.float64).eps)
 WIDEST = 0.05
 """The largest angle (rad) that is allowed to an axis where the question does not say so itself."""
 
-Space: TypeAlias = tuple[int, ...]
-"""Indices of moments that cannot be told apart; their axes span a line, a plane or everything."""
-
-Places: TypeAlias = tuple[tuple[int, int], ...]
-"""Which pair of an answer stands for which of the three solutions."""
-
-ORDERS = tuple(permutations(range(3)))
-"""All orders of three, the first of which leaves them as they are."""
+TIE = 1e-3
+"""What a pair loses that stands n places from its solution, times n^2: the order decides between matches that
+are equally good, and six pairs lose too little for anything else."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Eigen:
-    """The solutions for a `tensor` (3 by 3): `moments` (3, ascending), `axes` (rows, right-handed, unit).
+    """The solutions for `tensors` (k by 3 by 3): `moments` (k by 3, ascending), `axes` (rows, right-handed).
 
-    `allowed` (3) is how far each moment may be missed. `spaces` are the largest sets of moments that cannot
-    be told apart; they may overlap. `members` (their number by 3) tells by 1 and 0 what is in them, and
-    `angles` how far (rad) an axis may be from each.
+    `allowed` (k by 3) is how far each moment may be missed. `same` (k by 3 by 3) tells which moments cannot
+    be told apart; an axis may be `angles` (k by 3, rad) from the space that the axes to these span.
     """
 
-    tensor: Floats
+    tensors: Floats
     moments: Floats
     axes: Floats
     allowed: Floats
-    spaces: tuple[Space, ...]
-    members: Floats
+    same: Mask
     angles: Floats
 
     @property
-    def isotropic(self) -> bool:
-        """Whether every direction is an axis."""
-        return len(self.spaces[0]) == 3
+    def distinct(self) -> bool:
+        """Whether each moment has an axis of its own at every point."""
+        return bool((self.same == np.eye(3, dtype=bool)).all())
+
+    @property
+    def isotropic(self) -> Mask:
+        """At which points (k) every direction is an axis."""
+        return np.asarray(self.same.all(axis=(1, 2)))
+
+
+@dataclass(frozen=True, eq=False)
+class Answer:
+    """Moments (k by n, kg m^2) and axes (k by n by 3) as typed; of axes alone there are no moments.
+
+    `bare` are the places of moments that lack a unit which they need, and `entries` (n by 4, or 3) what was
+    typed.
+    """
+
+    moments: Floats | None
+    axes: Floats
+    bare: tuple[int, ...] = ()
+    entries: Array | None = None
+
+    def __len__(self) -> int:
+        return int(self.axes.shape[1])
+
+    @cached_property
+    def units(self) -> Floats:
+        """Unit vectors along the axes (k by n by 3); zero where there is no direction or no value."""
+        known = np.where(np.isfinite(self.axes).all(axis=2, keepdims=True), self.axes, 0.0)
+        # First by the largest component, so that squares stay within floats.
+        largest = np.abs(known).max(axis=2, keepdims=True, initial=0.0)
+        shorter = known / np.where(largest > 0, largest, 1.0)
+        norms = np.linalg.norm(shorter, axis=2, keepdims=True)
+        units: Floats = shorter / np.where(norms > 0, norms, 1.0)
+        return units
 
 
 def default_angle(tolerance: Tolerance) -> float:
@@ -75,171 +97,112 @@ def default_angle(tolerance: Tolerance) -> float:
     return min(max(relative or 0.0, rounded, ROUNDING), WIDEST)
 
 
-def solve(tensor: Floats, tolerance: Tolerance, angle: float) -> Eigen:
-    """The solutions for a symmetric tensor (3 by 3, not zero); no body need have it."""
-    scale = float(np.abs(tensor).max())
-    values, vectors = np.linalg.eigh(tensor / scale)
-    largest = float(np.abs(values).max())
+def solve(tensors: Floats, tolerance: Tolerance, angle: float) -> Eigen:
+    """The solutions for symmetric tensors (k by 3 by 3, none zero); no body need have them.
+
+    Rounding turns a space by about its own size over the gap to the next moment (J. Demmel, Applied Numerical
+    Linear Algebra, section 5.2).
+    """
+    scales = np.abs(tensors).max(axis=(1, 2))[:, None]
+    values, vectors = np.linalg.eigh(tensors / scales[..., None])
+    largest = np.abs(values).max(axis=1, keepdims=True)
     values[np.abs(values) < ZERO_MOMENT * largest] = 0.0
-    moments, largest = values * scale, largest * scale
-    sizes = [float(moment) if abs(moment) > NOISE * largest else largest for moment in moments]
-    allowed = np.array([margin(size, tolerance) for size in sizes])
-    spaces = _spaces(moments, allowed, largest)
-    members = np.array([[float(k in space) for k in range(3)] for space in spaces])
-    angles = np.array([max(angle, _uncertainty(moments, space, largest)) for space in spaces])
-    axes = vectors.T * np.sign(np.linalg.det(vectors))
-    return Eigen(tensor, moments, axes, allowed, spaces, members, angles)
-
-
-def _spaces(moments: Floats, allowed: Floats, largest: float) -> tuple[Space, ...]:
-    """The largest runs of moments of which each would be accepted for each other."""
-    spaces: list[Space] = []
-    for first, last in ((0, 2), (0, 1), (1, 2), (0, 0), (1, 1), (2, 2)):
-        run = tuple(range(first, last + 1))
-        near = min(float(allowed[first : last + 1].min()), NEARLY_EQUAL * largest)
-        equal = moments[last] - moments[first] <= max(near, EQUAL_MOMENTS * largest)
-        if equal and not any(set(run) <= set(space) for space in spaces):
-            spaces.append(run)
-    return tuple(spaces)
-
-
-def _uncertainty(moments: Floats, space: Space, largest: float) -> float:
-    """How far (rad) rounding may turn a space (J. Demmel, Applied Numerical Linear Algebra, section 5.2)."""
-    gaps = [abs(float(moments[k] - moments[j])) for k in range(3) if k not in space for j in space]
-    return UNCERTAIN * largest / min(gaps) if gaps else 0.0
-
-
-def angles_off(eigen: Eigen, units: Floats) -> Floats:
-    """The angle (rad) of unit vectors (rows) to each space (columns); pi/2 for one that is zero."""
-    squares = (units @ eigen.axes.T) ** 2
-    inside, outside = np.sqrt(squares @ eigen.members.T), np.sqrt(squares @ (1 - eigen.members.T))
-    angles: Floats = np.where(inside > 0, np.arctan2(outside, inside), np.pi / 2)
-    return angles
+    moments, largest = values * scales, largest * scales
+    sizes = np.where(np.abs(moments) > NOISE * largest, moments, largest)
+    allowed = np.array([[margin(size, tolerance) for size in row] for row in sizes.tolist()])
+    near = np.clip(allowed, EQUAL_MOMENTS * largest, NEARLY_EQUAL * largest)
+    gaps = np.abs(moments[:, :, None] - moments[:, None])
+    same = gaps <= np.minimum(near[:, :, None], near[:, None])
+    angles = np.maximum(angle, UNCERTAIN * largest / np.where(same, np.inf, gaps).min(axis=2))
+    axes = vectors.swapaxes(1, 2) * np.sign(np.linalg.det(vectors))[:, None, None]
+    return Eigen(tensors, moments, axes, allowed, same, angles)
 
 
 # --- an answer beside the solutions
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, eq=False)
 class Match:
-    """Which `moments` and `axes` of an answer are right for which solution (n by 3), and which is which.
+    """Which `moments` and `axes` of an answer are right for which solution (k by n by 3).
 
-    Solutions have the order that they have at the first point.
+    `places` (k by n) is the solution that each pair stands for, -1 for one that is too much.
     """
 
     moments: Mask
     axes: Mask
-    places: Places
+    places: np.ndarray
+
+    @cached_property
+    def right(self) -> Mask:
+        """Which moments, and which axes, are right in their places at every point (2 by n)."""
+        both, slots = np.array([self.moments, self.axes]), self.places[None, ..., None]
+        found = np.take_along_axis(both, slots, axis=3) & (slots >= 0)
+        return np.asarray(np.all(found, axis=(1, 3)))
+
+    @cached_property
+    def known(self) -> Mask:
+        """Which moments, and which axes, are those of some solution at every point (2 by n)."""
+        both = np.array([self.moments, self.axes])
+        known: Mask = np.logical_and.reduce(np.logical_or.reduce(both, axis=3), axis=1)
+        return known
 
     @property
     def complete(self) -> bool:
         """Whether there are three pairs, which are the three solutions."""
-        return len(self.moments) == 3 and self._whole
+        return self.places.shape[1] == 3 and bool(self.right.all())
 
     @property
     def crossed(self) -> bool:
         """Whether the moments are right, and the axes are right, but not together."""
-        return not self._whole and _one_to_one(self.moments) and _one_to_one(self.axes)
+        return _one_to_one(self.moments) and _one_to_one(self.axes) and not self.right.all()
 
     @property
     def miscounted(self) -> bool:
         """Whether each moment is told, and nothing but them, yet not as often as it should be."""
-        told = bool(self.moments.any(axis=0).all() and self.moments.any(axis=1).all())
-        return told and (len(self.moments) != 3 or not _one_to_one(self.moments))
+        told = bool(self.known[0].all() and np.logical_or.reduce(self.moments, axis=1).all())
+        return told and not (len(self.places[0]) == 3 and _one_to_one(self.moments))
 
     def is_misplaced(self, index: int) -> bool:
         """Whether the axis of a pair belongs to another moment, which no other pair has the axis of."""
-        slot = dict(self.places).get(index)
-        if slot is None or self.axes[index, slot] or not self.moments[index, slot]:
-            return False
-        others = [place for place in self.places if self.axes[place] and self.axes[index, place[1]]]
-        return bool(self.axes[index].any()) and not others
+        moment, axis = self.right[:, index]
+        taken = self.places[0][self.right[1]]
+        return bool(moment and not axis and self.known[1, index] and not self.axes[0, index, taken].any())
 
-    @property
-    def _whole(self) -> bool:
-        return all(self.moments[place] and self.axes[place] for place in self.places)
+
+def are_moments(eigen: Eigen, moments: Floats) -> Mask:
+    """Which moments (k by n) are right for which solution (k by n by 3)."""
+    return np.asarray(np.abs(moments[..., None] - eigen.moments[:, None]) <= eigen.allowed[:, None])
+
+
+def match(eigen: Eigen, answer: Answer) -> Match:
+    """Pair an answer with the solutions at each point, so that as much as can be is right, and in order.
+
+    Axes without moments stand for moments, too.
+    """
+    squares = (answer.units @ eigen.axes.swapaxes(1, 2)) ** 2
+    inside, outside = np.sqrt(squares @ eigen.same), np.sqrt(squares @ ~eigen.same)
+    off = np.where(inside > 0, np.arctan2(outside, inside), np.inf)
+    axes = off <= eigen.angles[:, None] * (1 + ROUNDING)
+    moments = axes if answer.moments is None else are_moments(eigen, answer.moments)
+    worth = 1.0 * moments + axes + (moments & axes) / 8
+    if answer.moments is not None:
+        # Where every direction is an axis, one is worth nothing without its moment.
+        worth[~moments & eigen.isotropic[:, None, None]] = 0
+    worth -= TIE * np.subtract.outer(np.arange(len(answer)), np.arange(3)) ** 2
+    return Match(moments, axes, np.array([_assigned(each) for each in worth]))
+
+
+def _assigned(worth: Floats) -> np.ndarray:
+    """The column of each row (n) of `worth` (n by 3) that makes the largest sum; -1 for none."""
+    from scipy.optimize import linear_sum_assignment
+
+    columns = np.full(len(worth), -1)
+    rows, chosen = linear_sum_assignment(worth, maximize=True)
+    columns[rows] = chosen
+    return columns
 
 
 def _one_to_one(right: Mask) -> bool:
-    """Whether each row of `right` (n by 3) has a column of its own."""
-    table = right.tolist()
-    return any(all(map(list.__getitem__, table, slots)) for slots in permutations(range(3), len(table)))
-
-
-def match(eigens: Sequence[Eigen], answers: Sequence[Pairs], *, ordered: bool = False) -> Match:
-    """Pair an answer with the solutions, both at each point: as much as can be is right, at every point.
-
-    An answer that is `ordered` keeps its order. Axes without moments stand for moments, too.
-    """
-    isotropic = all(eigen.isotropic for eigen in eigens)
-
-    def joined(found: Mask, more: Mask) -> Mask:
-        # What is right at both points; solutions may change their places from one to the other.
-        if ordered or bool((found <= more).all()):
-            return found & more
-        options = [found & more[:, :, order] for order in ORDERS]
-        return max(options, key=lambda option: (_best(_worth(option, isotropic), ordered)[1], option.sum()))
-
-    found = reduce(joined, (_right(eigen, told) for eigen, told in zip(eigens, answers, strict=True)))
-    return Match(found[0], found[1], _best(_worth(found, isotropic), ordered)[0])
-
-
-def is_solved(eigens: Sequence[Eigen], answers: Sequence[Pairs]) -> bool:
-    """Whether an answer is complete at every point; told soon where its moments alone are wrong."""
-    return all(_is_solved(eigen, told) for eigen, told in zip(eigens, answers, strict=True))
-
-
-def _is_solved(eigen: Eigen, told: Pairs) -> bool:
-    if told.moments is None:
-        # Where directions are free, axes by themselves tell little.
-        return len(eigen.spaces) == 3 and match((eigen,), (told,)).complete
-    return _one_to_one(_are_moments(eigen, told.moments)) and match((eigen,), (told,)).complete
-
-
-def varying(eigens: Sequence[Eigen]) -> Mask:
-    """Which moments of the first point are none at another, and which of its axes (2 by 3)."""
-    first = eigens[0]
-    moments = [_are_moments(eigen, first.moments).any(axis=1) for eigen in eigens]
-    axes = [_are_axes(eigen, first.axes).any(axis=1) for eigen in eigens]
-    varies: Mask = ~np.all([moments, axes], axis=1)
-    return varies
-
-
-def _right(eigen: Eigen, told: Pairs) -> Mask:
-    """Which moments, and which axes, are right for which solution (2 by n by 3)."""
-    axes = _are_axes(eigen, told.units)
-    return np.array([axes if told.moments is None else _are_moments(eigen, told.moments), axes])
-
-
-def _are_moments(eigen: Eigen, moments: Floats) -> Mask:
-    right: Mask = np.abs(moments[:, None] - eigen.moments) <= eigen.allowed
-    return right
-
-
-def _are_axes(eigen: Eigen, units: Floats) -> Mask:
-    near = angles_off(eigen, units) <= eigen.angles * (1 + ROUNDING)
-    right: Mask = near @ eigen.members > 0
-    return right
-
-
-def _worth(right: Mask, isotropic: bool) -> np.ndarray:
-    """How much of a pair (n by 3) is right, of moment and axis (2 by n by 3)."""
-    worth: np.ndarray = right.sum(axis=0)
-    if isotropic:
-        # Where every direction is an axis, one is worth nothing without its moment.
-        worth[~right[0]] = 0
-    return worth
-
-
-def _best(worth: np.ndarray, ordered: bool) -> tuple[Places, float]:
-    """The places with the largest sum of `worth` (n by 3), in which a 2 counts a little more, and the sum."""
-    count = len(worth)
-    choose = combinations if ordered else permutations
-    if count <= 3:
-        every = [tuple(enumerate(slots)) for slots in choose(range(3), count)]
-    else:
-        every = [tuple(zip(chosen, range(3), strict=True)) for chosen in choose(range(count), 3)]
-    table = worth.tolist()
-    sums = [sum(table[i][k] + (table[i][k] == 2) / 8 for i, k in places) for places in every]
-    best = max(range(len(every)), key=sums.__getitem__)
-    return every[best], sums[best]
+    """Whether each row of `right` (k by n by 3) has a column of its own at every point."""
+    count = right.shape[1]
+    return count <= 3 and all(each[range(count), _assigned(each)].all() for each in right)

@@ -1,23 +1,10 @@
-"""Judgements -> text, piece by whole piece, so that output begins before the last answer file is judged."""
+"""Judgements -> text, piece by whole piece."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
-from importlib import import_module
-from typing import TypeAlias
 
 from rigidcli.grading.feedback import Feedback
-from rigidcli.grading.judgement import Judgement
-
-FORMATS = {
-    "table": "rigidcli.grading.reports.table",
-    "json": "rigidcli.grading.reports.json",
-    "csv": "rigidcli.grading.reports.csv",
-    "junit": "rigidcli.grading.reports.junit",
-    "gradescope": "rigidcli.grading.reports.gradescope",
-}
-"""The output formats; each is a module with a function `render`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,12 +18,3 @@ class Style:
     header: bool = True
     width: int | None = None
     colour: bool = False
-
-
-Renderer: TypeAlias = Callable[[Iterable[Judgement], Style], Iterator[str]]
-
-
-def renderer(name: str) -> Renderer:
-    """The renderer of a format; only its own module is loaded."""
-    render: Renderer = import_module(FORMATS[name]).render
-    return render

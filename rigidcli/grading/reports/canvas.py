@@ -11,13 +11,14 @@ import os
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from decimal import ROUND_HALF_UP, Decimal
 from typing import TypeAlias
 
 from rigidcli.errors import DocumentError, Problem, UsageError, nearest, shown
 from rigidcli.grading.judgement import Judgement
-from rigidcli.grading.reports.layout import points
-from rigidcli.grading.reports.reading import name_of, read_bytes
-from rigidcli.grading.reports.roster import LOGINS, NAMES, Roster, listed, noted
+from rigidcli.grading.reports.reading import read_bytes
+from rigidcli.grading.reports.table import points
+from rigidcli.grading.roster import LOGINS, NAMES, Roster, listed, noted
 
 ABOUT_STUDENTS = frozenset([*NAMES, *LOGINS, "Integration ID", "Root Account", "Section"])
 
@@ -30,8 +31,13 @@ POINTS = "Points Possible"
 KEPT = frozenset(["EX", "N/A"])
 """Cells that stay: the student is excused, or does not have the assignment."""
 
+SMALLEST = Decimal("0.01")
+"""Scores are rounded to multiples of it, as Canvas rounds points; halves away from zero."""
+
 _CELL = r'("(?:[^"]|"")*+"|[^{mark}\r\n]*+)({mark}|\r\n|\n|\r|\Z)'
-_ID = re.compile(r"\s*\(([0-9]+)\)\s*")
+
+_ASSIGNMENT = re.compile(r"(.*?)(?:\s*\(([0-9]+)\))?", re.DOTALL)
+"""The name of an assignment: its title, and the number that Canvas knows it by."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,130 +48,129 @@ class Filled:
     notes: tuple[str, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Cell:
-    """A cell: its value, and the place of its text in the file."""
+    """A cell as it stands in the file, and what ends it: a mark, the end of a line, or nothing."""
 
-    value: str
-    start: int
-    end: int
+    text: str
+    end: str
+
+    @property
+    def value(self) -> str:
+        """What it says, without quotes, and without blanks round it."""
+        quoted = len(self.text) > 1 and self.text[0] == self.text[-1] == '"'
+        return (self.text[1:-1].replace('""', '"') if quoted else self.text).strip()
 
 
-_Row: TypeAlias = Sequence[_Cell]
+_Row: TypeAlias = list[_Cell]
 
 
 @dataclass(frozen=True, slots=True)
 class _Book:
-    """The cells of a gradebook: the names of its columns, and the rows below; `worth` has the points."""
+    """The rows of a gradebook, the first with the names of its columns; `worth` has the points."""
 
     mark: str
-    names: tuple[str, ...]
     rows: Sequence[_Row]
     worth: _Row
 
-    def score(self, score: float) -> str:
-        """A score as it is written in this file, with a decimal comma where others have one."""
+    @property
+    def names(self) -> list[str]:
+        """The names of the columns."""
+        return [cell.value for cell in self.rows[0]]
+
+    def put(self, row: _Row, place: int, score: float) -> None:
+        """Put a score into a row, with a decimal comma where other numbers have one."""
         text = f"{score:.12g}"
         if any(re.fullmatch(r"[0-9]+,[0-9]+", cell.value) for cell in self.worth):
             text = text.replace(".", ",")
-        return f'"{text}"' if self.mark in text else text
+        text = f'"{text}"' if self.mark in text else text
+        if place < len(row):
+            row[place].text = text
+        else:
+            row[-1].text += self.mark * (place + 1 - len(row)) + text
 
 
 def read(path: str | os.PathLike[str]) -> str:
     """The text of an exported gradebook, its byte order mark and ends of lines too. Raises DocumentError."""
-    source = name_of(path)
+    data, source = read_bytes(path)
     try:
-        return read_bytes(path, source).decode()
+        return data.decode()
     except UnicodeDecodeError as error:
         hint = "export it from Canvas again, or save it as CSV UTF-8"
-        message = f"not UTF-8 text: byte {error.start} is {error.object[error.start]:#04x}"
+        message = f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}"
         raise DocumentError([Problem(source, message, hint=hint)]) from None
 
 
 def fill(text: str, judgements: Iterable[Judgement], column: str) -> Filled:
     """Put the scores into the column of an assignment, which is named by its title, its number, or both.
 
-    Students are known by the names of their answer files. All other text of the file stays as it is.
+    Students are known by the names of their answer files. All other text of the file stays as it is, and so
+    does the cell of a student of whom an answer waits for a person.
     Raises UsageError where the column is not there, or not the only one of its name.
     """
     # First the gradebook: nobody waits for judgements that it has no place for.
-    book = _book(text)
+    start = "\ufeff" if text.startswith("\ufeff") else ""
+    book = _book(text.removeprefix(start))
     place = _place(book, column)
     judgements = tuple(judgements)
     files, notes = Roster(_students(book)).match([each.student for each in judgements])
-    edits: list[tuple[_Cell, str]] = []
-    kept, replaced = list[str](), 0
+    kept, waiting, replaced = list[str](), list[str](), 0
     for student, file in files.items():
         row, judgement = book.rows[student], judgements[file]
-        cell = row[place] if place < len(row) else _Cell("", row[-1].end, row[-1].end)
-        if cell.value.strip().upper() in KEPT:
+        stands = _value(row, place)
+        if stands.upper() in KEPT:
             kept.append(judgement.student)
-            continue
-        replaced += bool(cell.value.strip()) and _number(cell.value) != judgement.score
-        missing = book.mark * max(0, place + 1 - len(row))
-        edits.append((cell, missing + book.score(judgement.score)))
+        elif any(question.verdict == "review" for question in judgement.questions):
+            waiting.append(judgement.student)
+        else:
+            score = float(Decimal(str(judgement.score)).quantize(SMALLEST, ROUND_HALF_UP))
+            replaced += bool(stands) and _number(stands) != score
+            book.put(row, place, score)
+    notes += noted("an answer waits for a person to judge, and the cell left as it was", waiting)
     notes += noted("excused, or without this assignment, and left so", kept)
     if replaced:
         notes.append(f"scores that stood in the column and are replaced: {replaced}")
-    most = _number(book.worth[place].value) if place < len(book.worth) else None
+    most = _number(_value(book.worth, place))
     if judgements and most is not None and most != judgements[0].max_score:
         whole = points(judgements[0].max_score)
         notes.append(f"the column is worth {points(most)} points, the assignment {whole}")
-    return Filled(_edited(text, edits), tuple(notes))
+    return Filled(start + "".join(cell.text + cell.end for row in book.rows for cell in row), tuple(notes))
 
 
 def _book(text: str) -> _Book:
     """The gradebook of a file, whichever mark separates its cells. Raises UsageError."""
-    mark = max(",;", key=lambda each: len(_rows(text, each, 1)[0]))
-    header, *rows = _rows(text, mark)
-    names = tuple(cell.value.strip() for cell in header)
-    if "ID" not in names or not {"Student", "LastName"} & set(names):
-        hint = "it begins with the columns `Student` and `ID`"
-        raise UsageError("this is not a gradebook that Canvas has exported", hint=hint)
-    return _Book(mark, names, rows, next((row for row in rows if POINTS in row[0].value), ()))
+    for mark in ",;":
+        rows: list[_Row] = [[]]
+        for cell, end in re.findall(_CELL.format(mark=mark), text):
+            rows[-1].append(_Cell(cell, end))
+            if end != mark:
+                rows.append([])
+        book = _Book(mark, rows, next((row for row in rows if POINTS in _value(row, 0)), []))
+        if "ID" in book.names and {"Student", "LastName"} & set(book.names):
+            return book
+    hint = "it begins with the columns `Student` and `ID`"
+    raise UsageError("this is not a gradebook that Canvas has exported", hint=hint)
+
+
+def _value(row: _Row, place: int) -> str:
+    """What a cell says; a short row has empty ones at its end."""
+    return row[place].value if place < len(row) else ""
 
 
 def _students(book: _Book) -> dict[int, dict[str, str]]:
     """What the gradebook says of each student, by the number of the row."""
-    about = (*NAMES, *LOGINS)
+    about = {place: name for place, name in enumerate(book.names) if name in (*NAMES, *LOGINS)}
     students = {}
-    for number, row in enumerate(book.rows):
-        cells = {name: cell.value for name, cell in zip(book.names, row, strict=False) if name in about}
-        if POINTS not in row[0].value and any(cell.strip() for cell in cells.values()):
+    for number, row in enumerate(book.rows[1:], 1):
+        cells = {name: _value(row, place) for place, name in about.items()}
+        if row is not book.worth and any(cells.values()):
             students[number] = cells
     return students
 
 
-def _rows(text: str, mark: str, most: int | None = None) -> list[list[_Cell]]:
-    """The cells of a file, or of its first rows, separated by a mark."""
-    pattern = re.compile(_CELL.format(mark=mark))
-    place = 1 if text.startswith("\ufeff") else 0
-    rows: list[list[_Cell]] = [[]]
-    while found := pattern.match(text, place):
-        value, place = found[1], found.end()
-        if len(value) > 1 and value[0] == value[-1] == '"':
-            value = value[1:-1].replace('""', '"')
-        rows[-1].append(_Cell(value, found.start(1), found.end(1)))
-        if found[2] == mark:
-            continue
-        if place == len(text) or len(rows) == most:
-            break
-        rows.append([])
-    return rows
-
-
-def _edited(text: str, edits: Iterable[tuple[_Cell, str]]) -> str:
-    """The text with other texts in place of some cells."""
-    pieces, place = [], 0
-    for cell, new in sorted(edits, key=lambda edit: edit[0].start):
-        pieces += [text[place : cell.start], new]
-        place = cell.end
-    return "".join([*pieces, text[place:]])
-
-
 def _number(text: str) -> float | None:
     try:
-        return float(text.strip().replace(",", "."))
+        return float(text.replace(",", "."))
     except ValueError:
         return None
 
@@ -179,27 +184,19 @@ def _place(book: _Book, wanted: str) -> int:
         for place, name in enumerate(book.names)
         if place > last and place not in fixed and name and not TOTALS.search(name)
     }
-    for spelt in (_folded, _title, _identifier):
-        found = [place for place, name in known.items() if spelt(name) == _folded(wanted)]
+    parts = {place: _ASSIGNMENT.fullmatch(name) for place, name in known.items()}
+    for part in (0, 1, 2):
+        found = [place for place, name in parts.items() if name and _folded(name[part]) == _folded(wanted)]
         if len(found) == 1:
             return found[0]
         if found:
             hint = f"say which by its number: {listed([known[place] for place in found])}"
             raise UsageError(f"the gradebook has {len(found)} columns {shown(wanted)}", hint=hint)
-    near = nearest(wanted, [*known.values(), *(_ID.sub("", name) for name in known.values())])
+    near = nearest(wanted, [*known.values(), *(name[1] for name in parts.values() if name)])
     meant = f"did you mean {shown(near)}? " if near else ""
     hint = f"{meant}its assignments are {listed(list(known.values()))}" if known else "it has no assignment"
     raise UsageError(f"the gradebook has no column {shown(wanted)}", hint=hint)
 
 
-def _folded(name: str) -> str:
-    return " ".join(name.casefold().split())
-
-
-def _title(name: str) -> str:
-    return _folded(re.sub(f"{_ID.pattern}$", "", name))
-
-
-def _identifier(name: str) -> str | None:
-    found = re.search(f"{_ID.pattern}$", name)
-    return found and found[1]
+def _folded(name: str | None) -> str | None:
+    return name and " ".join(name.casefold().split())

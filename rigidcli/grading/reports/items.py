@@ -8,20 +8,17 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import astuple, dataclass, fields
 
-import orjson
-
-from rigidcli.errors import printable
-from rigidcli.grading.judgement import Judgement
+from rigidcli.errors import printable, shortened
+from rigidcli.grading.judgement import Judged, Judgement
 from rigidcli.grading.outcome import VERDICTS, Verdict
 from rigidcli.grading.reports import Style
-from rigidcli.grading.reports.csv import row
-from rigidcli.grading.reports.layout import block, painted, shortened
+from rigidcli.grading.reports.formats import csv_rows, json_line
+from rigidcli.grading.reports.table import block, counted, painted
 from rigidcli.render.terminal import Row
 
 SCHEMA = "rigidcli.items/1"
-
 
 LEAST_SHARED = 3
 """Students who must share a wrong answer before the key is doubted."""
@@ -38,26 +35,16 @@ MOST_TOLD = 10
 LONGEST_ANSWER = 60
 """Characters of an answer that people are shown."""
 
-UNNAMED = frozenset(
-    [
-        "component_wrong",
-        "conserved_quantity_drift",
-        "equation_wrong",
-        "frequency_wrong",
-        "kinetic_term_wrong",
-        "not_an_eigenvector",
-        "outside_tolerance",
-        "potential_wrong",
-        "term_wrong",
-        "wrong_initial_condition",
-    ]
-)
+UNNAMED = {
+    "component_wrong", "conserved_quantity_drift", "equation_wrong", "frequency_wrong", "kinetic_term_wrong",
+    "not_an_eigenvector", "outside_tolerance", "potential_wrong", "term_wrong", "wrong_initial_condition",
+}  # fmt: skip
 """Codes that tell what is wrong, but not by which mistake."""
 
 
 @dataclass(frozen=True, slots=True)
 class Taken:
-    """A wrong answer, the number of students who gave it, and whether it casts doubt on the key."""
+    """An answer that is not right, how many students gave it, and whether it casts doubt on the key."""
 
     answer: str
     students: int
@@ -68,43 +55,41 @@ class Taken:
 
 @dataclass(frozen=True, slots=True)
 class Tally:
-    """The answers to one question: how many have each verdict, and the wrong ones, most frequent first."""
+    """The answers to one question: how many have each verdict, and those that are not right.
+
+    These begin with what waits for a person; the most frequent ones come first.
+    """
 
     question: str
-    correct: int
-    partial: int
-    incorrect: int
-    invalid: int
-    missing: int
+    verdicts: dict[Verdict, int]
     suspicious: bool
     answers: tuple[Taken, ...]
 
 
 def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
-    """What the class has made of each question, in the order of the assignment."""
-    verdicts: dict[str, Counter[Verdict]] = {}
-    wrong: dict[str, Counter[tuple[str, Verdict, tuple[str, ...]]]] = {}
+    """What the class has made of each question, those first of which an answer waits for a person."""
+    given: dict[str, list[Judged]] = {}
     for judgement in judgements:
         for question in judgement.questions:
-            verdicts.setdefault(question.id, Counter())[question.verdict] += 1
-            answers = wrong.setdefault(question.id, Counter())
-            if question.answer and question.verdict not in ("correct", "missing"):
-                answers[question.answer, question.verdict, tuple(dict.fromkeys(question.codes))] += 1
-    return tuple(_tally(id, verdicts[id], wrong[id]) for id in verdicts)
+            given.setdefault(question.id, []).append(question)
+    tallies = (_tally(id, answers) for id, answers in given.items())
+    return tuple(sorted(tallies, key=lambda tally: not tally.verdicts["review"]))
 
 
-def _tally(
-    id: str, verdicts: Counter[Verdict], wrong: Counter[tuple[str, Verdict, tuple[str, ...]]]
-) -> Tally:
-    given = verdicts.total() - verdicts["missing"]
-    least = max(LEAST_SHARED, LEAST_SHARE * given, LEAST_BESIDE * verdicts["correct"])
+def _tally(id: str, given: Sequence[Judged]) -> Tally:
+    verdicts = Counter(each.verdict for each in given)
+    answered = len(given) - verdicts["missing"]
+    least = max(LEAST_SHARED, LEAST_SHARE * answered, LEAST_BESIDE * verdicts["correct"])
+    told = [each for each in given if each.answer and each.verdict not in ("correct", "missing")]
+    alike = Counter((each.answer, each.verdict, tuple(dict.fromkeys(each.codes))) for each in told)
+    # What waits for a person, then what many have in common.
+    ranked = sorted(alike.items(), key=lambda entry: (entry[0][1] != "review", -entry[1], entry[0]))
     answers = tuple(
         Taken(printable(answer), count, verdict, codes, count >= least and _is_unexplained(answer, codes))
-        for (answer, verdict, codes), count in sorted(wrong.items(), key=lambda entry: (-entry[1], entry[0]))
+        for (answer, verdict, codes), count in ranked
     )
     counts = {verdict: verdicts[verdict] for verdict in VERDICTS}
-    doubted = any(answer.suspicious for answer in answers)
-    return Tally(printable(id), **counts, suspicious=doubted, answers=answers)
+    return Tally(printable(id), counts, any(answer.suspicious for answer in answers), answers)
 
 
 def _is_unexplained(answer: str, codes: tuple[str, ...]) -> bool:
@@ -113,13 +98,12 @@ def _is_unexplained(answer: str, codes: tuple[str, ...]) -> bool:
 
 
 def table(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
-    """A block for each question: its counts, then wrong answers, the most frequent ones first."""
+    """A block for each question: its counts, then the answers that are not right."""
     for tally in tallies:
-        counts = ", ".join(f"{count} {verdict}" for verdict, count in _counts(tally) if count)
-        rows = [Row(((tally.question, "bold"),), counts)]
-        yield block((), rows, style) + block((), _answers(tally), style)
+        yield block((), [Row(((tally.question, "bold"),), counted(tally.verdicts))], style)
+        yield block((), _answers(tally), style)
         if len(tally.answers) > MOST_TOLD:
-            yield f"  and {len(tally.answers) - MOST_TOLD} other wrong answers\n"
+            yield f"  and {len(tally.answers) - MOST_TOLD} other answers\n"
     doubted = [tally.question for tally in tallies if tally.suspicious]
     if doubted:
         told = "the key may be wrong: several gave the same answer, and no known mistake leads to it"
@@ -127,43 +111,40 @@ def table(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
 
 
 def _answers(tally: Tally) -> list[Row]:
-    """The most frequent wrong answers, and what they are judged to be."""
+    """The first answers that are not right, and what they are judged to be."""
     widest = max((len(str(taken.students)) for taken in tally.answers), default=0)
     rows = []
     for taken in tally.answers[:MOST_TOLD]:
         note = "no known mistake: the key may be wrong" if taken.suspicious else ""
         why = ", ".join(filter(None, [" ".join(taken.codes), note]))
-        told = [shortened(taken.answer, LONGEST_ANSWER), *filter(None, [why])]
+        told = filter(None, [shortened(taken.answer, LONGEST_ANSWER), why])
         heads = ((f"  {taken.students:>{widest}} x", ""), painted(taken.verdict))
         rows.append(Row(heads, "\n".join(told)))
     return rows
 
 
-def _counts(tally: Tally) -> list[tuple[Verdict, int]]:
-    return [(verdict, getattr(tally, verdict)) for verdict in VERDICTS]
-
-
 def json(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
     """One compact object a question, one a line."""
     for tally in tallies:
-        yield orjson.dumps({"schema": SCHEMA} | asdict(tally)).decode() + "\n"
+        answers = {"suspicious": tally.suspicious, "answers": tally.answers}
+        yield json_line({"schema": SCHEMA, "question": tally.question} | tally.verdicts | answers)
 
 
-HEADER = ("question", *VERDICTS, "answer", "students", "verdict", "codes", "suspicious")
+HEADER = ("question", *VERDICTS, *(field.name for field in fields(Taken)))
+"""The columns of csv."""
+
+NOBODY = (None,) * len(fields(Taken))
+"""The cells of an answer where all are right."""
 
 
 def csv(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
-    """A row for each wrong answer, with the counts of its question; one for a question without any."""
-    if style.header:
-        yield row(*HEADER)
-    for tally in tallies:
-        counts = [count for _, count in _counts(tally)]
-        for taken in tally.answers:
-            codes = " ".join(taken.codes)
-            answer = (taken.answer, taken.students, taken.verdict, codes, taken.suspicious)
-            yield row(tally.question, *counts, *answer)
-        if not tally.answers:
-            yield row(tally.question, *counts, *[None] * 5)
+    """A row for each answer that is not right, with the counts of its question; one where there is none."""
+    rows = (
+        (tally.question, *tally.verdicts.values(), *answer)
+        for tally in tallies
+        for answer in (map(astuple, tally.answers) if tally.answers else [NOBODY])
+    )
+    return csv_rows(HEADER, rows, style)
 
 
 TEXTS = {"table": table, "json": json, "csv": csv}

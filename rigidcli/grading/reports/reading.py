@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import stat
 from pathlib import Path
@@ -9,24 +10,18 @@ from pathlib import Path
 from rigidcli.errors import DocumentError, Problem
 
 MAX_BYTES = 50_000_000
+"""Bytes of a file that is read: those of the largest classes, and no disk image named by mistake."""
 
 
-def read_bytes(path: str | os.PathLike[str], source: str) -> bytes:
-    """The bytes of a regular file, bounded. Raises DocumentError."""
+def read_bytes(path: str | os.PathLike[str]) -> tuple[bytes, str]:
+    """The bytes of a regular file, bounded, and its name as messages tell it. Raises DocumentError."""
+    name = os.fsencode(path).decode(errors="backslashreplace")
     try:
-        # A FIFO or device named by mistake is refused, not waited for.
-        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-        with os.fdopen(descriptor, "rb") as file:
-            if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-                raise DocumentError([Problem(source, "cannot be read: not a regular file")])
-            data = file.read(MAX_BYTES + 1)
+        found = Path(path).stat()
+        if not stat.S_ISREG(found.st_mode):
+            raise OSError(errno.EINVAL, "not a regular file")
+        if found.st_size > MAX_BYTES:
+            raise OSError(errno.EFBIG, f"too long, expected at most {MAX_BYTES:,} bytes")
+        return Path(path).read_bytes(), name
     except OSError as error:
-        raise DocumentError([Problem(source, f"cannot be read: {error.strerror or error}")]) from None
-    if len(data) > MAX_BYTES:
-        raise DocumentError([Problem(source, f"too long, expected at most {MAX_BYTES:,} bytes")])
-    return data
-
-
-def name_of(path: str | os.PathLike[str]) -> str:
-    """The name of a file, which may have bytes that are no text."""
-    return os.fsencode(Path(path)).decode(errors="backslashreplace")
+        raise DocumentError([Problem(name, f"cannot be read: {error.strerror or error}")]) from None

@@ -2,80 +2,142 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from rigidcli.errors import printable
-from rigidcli.grading.feedback import remarks
-from rigidcli.grading.judgement import Judged, Judgement
+from rigidcli.grading.feedback import Student, Told
 from rigidcli.grading.outcome import VERDICTS, Verdict
 from rigidcli.grading.reports import Style
-from rigidcli.grading.reports.layout import block, columns, padded, painted, points
-from rigidcli.render.terminal import Row
+from rigidcli.render.terminal import GAP, Page, Part, Row, cells
+
+NARROWEST = 30
+"""Columns that remarks must have beside their heads on a terminal; otherwise they stand below them."""
+
+COLOURS: dict[Verdict, str] = {
+    "review": "magenta",
+    "correct": "green",
+    "partial": "yellow",
+    "incorrect": "red",
+    "invalid": "red",
+    "missing": "yellow",
+}
+"""The colours of verdicts on a terminal."""
+
+SHARED = ("invalid", "missing")
+"""Verdicts that are told once where all questions have them for the same reason: these earn no points."""
+
+_VERDICT = max(map(len, VERDICTS))
 
 
-def render(judgements: Iterable[Judgement], style: Style) -> Iterator[str]:
-    """A block for each student, and a summary below when there are several."""
-    scores: list[float] = []
-    most = 0.0
-    counts: dict[str, Counter[Verdict]] = {}
-    for judgement in judgements:
-        score = _score(judgement)
-        if all(question.verdict == "correct" for question in judgement.questions):
-            score += "  all correct"
-        yield block(
-            ((printable(judgement.student), "bold"), (f"  {score}", "")), _told(judgement, style), style
-        )
-        scores.append(judgement.score)
-        most = judgement.max_score
-        for question in judgement.questions:
-            counts.setdefault(printable(question.id), Counter())[question.verdict] += 1
-    if len(scores) > 1:
-        mean = sum(scores) / len(scores)
-        share = f" ({mean / most:.0%})" if most else ""
-        head = f"{len(scores)} students, mean {points(mean)}/{points(most)}{share}"
-        yield "\n" + block(((head, ""),), _summary(len(scores), counts), style)
+def table(students: Iterable[Student], style: Style) -> Iterator[str]:
+    """A block for each student, and where there are several, a summary and all that waits for a person.
+
+    What waits is read first. A file or pipe has it at the top, and so begins when all is judged. A terminal
+    shows each student at once; its last lines are seen first, and there it stands above the summary.
+    """
+    at_once = style.width is not None
+    seen: list[Student] = []
+    for student in students:
+        seen.append(student)
+        if at_once:
+            yield _block(student, style)
+    parts = ["" if at_once else "".join(_block(student, style) for student in seen)]
+    if len(seen) > 1:
+        waiting = _waiting(seen, style)
+        parts = [*parts, waiting] if at_once else [waiting, *parts]
+        parts.append(_summary(seen, style))
+    text = "\n".join(filter(None, parts))
+    if text:
+        yield f"\n{text}" if at_once else text
 
 
-def _told(judgement: Judgement, style: Style) -> list[Row]:
-    """The questions that are not right, and those with a remark."""
-    shown = [q for q in _as_one(judgement) if q.verdict != "correct" or remarks(q, style.feedback)]
-    ids = max((columns(printable(question.id)) for question in shown), default=0)
-    scores = max((len(_score(question)) for question in shown), default=0)
-    return [
+def _block(student: Student, style: Style) -> str:
+    """A student, the questions that are not right, and those with a remark."""
+    shown = [q for q in _as_one(student) if q.verdict != "correct" or q.feedback]
+    widest = max((len(_score(question)) for question in shown), default=0)
+    rows = [
         Row(
-            (
-                (f"  {padded(printable(question.id), ids)}", ""),
-                (f"{_score(question):>{scores}}", ""),
-                painted(question.verdict),
-            ),
-            "\n".join(remark.message for remark in remarks(question, style.feedback)),
+            ((f"  {question.id}", ""), (f"{_score(question):>{widest}}", ""), painted(question.verdict)),
+            question.message,
         )
         for question in shown
     ]
+    right = all(question.verdict == "correct" for question in student.questions)
+    score = f"  {_score(student)}{'  all correct' if right else ''}"
+    return block(((student.student, "bold"), (score, "")), rows, style)
 
 
-def _as_one(judgement: Judgement) -> Sequence[Judged]:
-    """The questions, or a single one for all of them where the same is said of each."""
-    kinds = {(question.verdict, question.findings) for question in judgement.questions}
-    if len(kinds) > 1 or len(judgement.questions) < 2 or judgement.questions[0].verdict == "correct":
-        return judgement.questions
-    whole = replace(judgement.questions[0], score=judgement.score, max_score=judgement.max_score)
-    return [replace(whole, id="every question")]
+def _as_one(student: Student) -> Sequence[Told]:
+    """The questions, or a single one for all of them where the same is said of each, and none has points."""
+    first, said = student.questions[0], {(each.verdict, each.feedback) for each in student.questions}
+    if len(student.questions) == 1 or len(said) > 1 or first.verdict not in SHARED:
+        return student.questions
+    return [Told("every question", first.verdict, student.score, student.max_score, first.feedback)]
 
 
-def _summary(students: int, counts: dict[str, Counter[Verdict]]) -> list[Row]:
-    """Of each question, the share of right answers and the number with each verdict."""
-    ids = max(map(columns, counts), default=0)
-    return [
-        Row(
-            ((f"  {padded(id, ids)}", ""), (f"{verdicts['correct'] / students:>4.0%}", "")),
-            ", ".join(f"{verdicts[verdict]} {verdict}" for verdict in VERDICTS if verdicts[verdict]),
-        )
-        for id, verdicts in counts.items()
+def _waiting(students: Sequence[Student], style: Style) -> str:
+    """The answers that a person must look at, if there are any."""
+    rows = [
+        Row(((f"  {student.student}", "bold"), (question.id, "")), question.message)
+        for student in students
+        for question in student.questions
+        if question.verdict == "review"
     ]
+    if not rows:
+        return ""
+    count = "1 answer waits" if len(rows) == 1 else f"{len(rows)} answers wait"
+    return block(((f"{count} for a person to judge", COLOURS["review"]),), rows, style)
 
 
-def _score(earned: Judgement | Judged) -> str:
+def _summary(students: Sequence[Student], style: Style) -> str:
+    """The mean, and of each question the share of right answers and the number with each verdict."""
+    counts = defaultdict[str, Counter[Verdict]](Counter)
+    for student in students:
+        for question in student.questions:
+            counts[question.id][question.verdict] += 1
+    rows = [
+        Row(((f"  {id}", ""), (f"{verdicts['correct'] / len(students):>4.0%}", "")), counted(verdicts))
+        for id, verdicts in sorted(counts.items(), key=lambda entry: not entry[1]["review"])
+    ]
+    mean, most = sum(student.score for student in students) / len(students), students[-1].max_score
+    share = f" ({mean / most:.0%})" if most else ""
+    return block(((f"{len(students)} students, mean {points(mean)}/{points(most)}{share}", ""),), rows, style)
+
+
+def block(head: Sequence[Part], rows: Sequence[Row], style: Style) -> str:
+    """A line, unless `head` is empty, and rows below it; a file or pipe does not wait for rich to load."""
+    if style.width is not None:
+        page = Page(style.width, style.colour)
+        if head:
+            page.line(*head)
+        page.rows(rows, room=NARROWEST)
+        return str(page)
+    lines = ["".join(text for text, _ in head)] if head else []
+    widths = [max(cells(text) for text, _ in column) for column in zip(*(r.heads for r in rows), strict=True)]
+    for row in rows:
+        first, *others = row.body.split("\n")
+        padded = [
+            text + " " * (width - cells(text)) for (text, _), width in zip(row.heads, widths, strict=True)
+        ]
+        lines.append((" " * GAP).join([*padded, first]).rstrip())
+        lines += (" " * (sum(widths) + GAP * len(widths)) + line for line in others)
+    return "".join(f"{line}\n" for line in lines)
+
+
+def painted(verdict: Verdict) -> Part:
+    """A verdict in its colour, as wide as the longest one."""
+    return f"{verdict:{_VERDICT}}", COLOURS[verdict]
+
+
+def counted(verdicts: Mapping[Verdict, int]) -> str:
+    """How many have each verdict."""
+    return ", ".join(f"{verdicts[verdict]} {verdict}" for verdict in VERDICTS if verdicts[verdict])
+
+
+def points(number: float) -> str:
+    """A score for people: two decimals at most."""
+    return f"{round(number, 2) or number:.12g}"
+
+
+def _score(earned: Student | Told) -> str:
     return f"{points(earned.score)}/{points(earned.max_score)}"

@@ -9,11 +9,10 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, at, shown
-from rigidcli.grading.functions.formula import names_in
+from rigidcli.grading.expressions.formula import names_in
 from rigidcli.grading.question import RELATIVE, Question, Tolerance
-from rigidcli.grading.trajectories.field import size_of_terms
-from rigidcli.grading.trajectories.heads import TIME
-from rigidcli.grading.trajectories.source import Source
+from rigidcli.grading.trajectories.source import Source, size_of_terms
+from rigidcli.grading.trajectories.tables import TIME
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.expression import parse
 from rigidcli.symbolic.language.tree import Name, Node
@@ -50,72 +49,63 @@ class Conserved:
         return bool((np.abs(values - values[0]) <= part * self.allowed).all())
 
 
-def listed(source: Source, question: Question) -> list[Conserved]:
-    """What the question says is conserved. Raises ValueProblem for names that have no values."""
+def laws_of(source: Source, question: Question) -> list[Conserved]:
+    """What the question says is conserved, or else what the document's study knows.
+
+    It is not yet told how much each may drift. Raises ValueProblem for names that have no values.
+    """
     laws = []
     for name, text in (question.conserved or {}).items():
         with at("conserved", name):
             root = parse(text).root
-        if isinstance(root, Name):  # `H` by its formula, so that answers need no column of it
-            root = source.laws.get(root.name, root)
-        law = _law(name, root, source, required=True)
-        if law is None:
-            unknown = min(names_in(root) - source.columns.keys() - source.constants.keys() - {TIME})
-            raise ValueProblem(
-                f"unknown name {shown(unknown)}",
-                path=("conserved", name),
-                hint=f"there are {', '.join([*source.columns, *source.constants])}",
-            )
+        # `H` is meant by its formula, so that answers need no column of it.
+        law = _law(name, source.laws.get(root.name, root) if isinstance(root, Name) else root, source, True)
+        if unknown := law.names - source.columns.keys():
+            hint = f"there are {', '.join([*source.columns, *source.constants])}"
+            raise ValueProblem(f"unknown name {shown(min(unknown))}", path=("conserved", name), hint=hint)
         laws.append(law)
-    return laws
+    return laws or [_law(name, root, source, False) for name, root in source.laws.items()]
+
+
+def _law(name: str, root: Node, source: Source, required: bool) -> Conserved:
+    others = {TIME, *source.constants}.difference(source.columns)
+    return Conserved(name, root, frozenset(names_in(root) - others), source.constants, required)
 
 
 def conserved(
-    source: Source, question: Question, given: list[Conserved], margins: Mapping[str, float]
+    laws: list[Conserved], source: Source, tolerance: Tolerance, margins: Mapping[str, float]
 ) -> tuple[Conserved, ...]:
-    """What is `given`, or else what the document's study knows, with the drift that is allowed.
+    """The laws with the drift that is allowed, as far as answers must have the columns for them.
 
-    `margins` are those of the judged columns. Raises ValueProblem for something given that the reference
-    does not keep; of what is known, that is left out, and what needs columns that answers need not have.
+    `margins` are those of the columns that are asked for. Raises ValueProblem for a required law that the
+    reference does not keep; another is left out.
     """
-    known = [_law(name, root, source, required=False) for name, root in source.laws.items()]
     columns = {**source.columns, TIME: source.times}
     kept = []
-    for law in given or [law for law in known if law is not None and law.names <= margins.keys()]:
-        bounded = replace(law, allowed=_allowed(law, columns, question.tolerance, margins))
-        if bounded.is_kept(columns, KEPT):
-            kept.append(bounded)
-        elif law.required:
-            problem = "the motion does not conserve this, or not within the tolerance"
-            raise ValueProblem(problem, path=("conserved", law.name))
+    for law in laws:
+        if law.required or law.names <= margins.keys():
+            bounded = replace(law, allowed=_allowed(law, columns, tolerance, margins))
+            if bounded.is_kept(columns, KEPT):
+                kept.append(bounded)
+            elif law.required:
+                problem = "the motion does not conserve this, or not within the tolerance"
+                raise ValueProblem(problem, path=("conserved", law.name))
     return tuple(kept)
-
-
-def _law(name: str, root: Node, source: Source, *, required: bool) -> Conserved | None:
-    """A law of which it is not yet told how much it may drift; None where a name has no value."""
-    names = names_in(root)
-    columns = names & source.columns.keys()
-    constants = {each: source.constants[each] for each in names - columns if each in source.constants}
-    if names - columns - constants.keys() - {TIME}:
-        return None
-    return Conserved(name, root, columns, constants, required)
 
 
 def _allowed(
     law: Conserved, columns: Mapping[str, Floats], tolerance: Tolerance, margins: Mapping[str, float]
 ) -> float:
-    """The drift that is allowed; by default not less than that of an answer that is just right."""
+    """The drift that is allowed; by default not less than that of an answer that is just right.
+
+    That is twice what the law changes by where every judged column is wrong by as much as is allowed.
+    """
     size = size_of_terms(law.root, {**law.constants, **columns})
     if tolerance.conserved is not None:
         return tolerance.conserved * size
-    return max(DRIFT * (tolerance.relative or RELATIVE) * size, 2 * _spread(law, columns, margins))
-
-
-def _spread(law: Conserved, columns: Mapping[str, Floats], margins: Mapping[str, float]) -> float:
-    """By how much it changes where every judged column is wrong by as much as is allowed."""
     middle, spread = law.values(columns), 0.0
     for name in law.names & margins.keys():
         for side in (margins[name], -margins[name]):
             change = np.abs(law.values({**columns, name: columns[name] + side}) - middle)
-            spread = spread + float(np.max(change, where=np.isfinite(change), initial=0.0)) / 2
-    return spread
+            spread += float(np.max(change, where=np.isfinite(change), initial=0.0)) / 2
+    return max(DRIFT * (tolerance.relative or RELATIVE) * size, 2 * spread)

@@ -1,37 +1,40 @@
-"""Named mistakes of trajectories: other times, factors, digits, or columns exchanged."""
+"""What mistakes make of the key of a trajectory: other times, factors, digits, or columns exchanged.
+
+Each is a key that reads an answer in another way. What shift or frequency it is, is told from some of the
+rows: the best of many guesses, in the grid of the key, is made better by minimising the deviation.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rigidcli.core.arithmetic import Floats
-from rigidcli.grading.mistakes import explained
-from rigidcli.grading.trajectories.key import Key, Rows
-from rigidcli.grading.trajectories.retiming import (
-    OSCILLATING,
-    RATIOS,
-    at_other_frequency,
-    backwards,
-    by_ratio,
-    in_other_unit,
-    probed,
-    shifted,
-    with_inverses,
-)
+from rigidcli.core.arithmetic import Floats, Mask
+from rigidcli.grading.factors import CONSTANTS, DEGREES, TENS, TURN
+from rigidcli.grading.trajectories.key import COVERED, Key, Rows, Trajectory
 
-FACTORS = (2.0, 3.0, 4.0, 1.5, math.sqrt(2))
-"""Factors, and their inverses, that are told from other wrong numbers."""
+FACTORS = {
+    "sign_error": (-1.0,),
+    "degrees_radians": (DEGREES, 1 / DEGREES),
+    "frequency_vs_angular_frequency": (TURN, 1 / TURN),
+    "constant_factor": (*CONSTANTS, *(1 / factor for factor in CONSTANTS)),
+    "power_of_ten": (*TENS, *(1 / factor for factor in TENS)),
+}
+"""What columns are multiplied by, by the mistake that it is; only angular velocities by a whole turn."""
 
-DEGREES = 180 / math.pi
+OF_FREQUENCIES = ("degrees_radians", "frequency_vs_angular_frequency")
+"""Those of them that may be the ratio of two frequencies, too."""
 
-TURN = 2 * math.pi
+TIME_UNITS = (60.0, 3600.0, 1e3, 1e6)
+"""Units of time that stand for seconds by mistake, or seconds for them."""
 
-POWERS = range(1, 10)
-"""Of ten."""
+LEAST_SEEN = 10.0
+"""How large a column must be, or what it must change by, to show a factor or a frequency, in margins."""
 
 DECIMALS = tuple(10.0**-n for n in range(-6, 10))
 """Units of the last place that a column may be rounded to."""
@@ -42,54 +45,117 @@ WHOLE = 1e-6
 COARSEST = 0.1
 """The largest such unit that still shows how a column moves, in units of its range."""
 
-QUARTERS = 4
-GROWING = 2.0
-"""How much larger an error must be in the last of so many parts of the time than it is in the first."""
+QUARTERS, GROWING = 4, 2.0
+"""In the last of so many parts of the time, an error that grows is so much larger than in the first."""
 
-SMALL = 0.05
-"""How large it may become, in units of a column's range."""
+SMALL, BARELY = 0.05, 0.1
+"""The most that it may become, in units of a column's range, and the least, in margins."""
 
-BARELY = 0.1
-"""The least that it must become, in margins."""
+PROBES = 32
+"""Rows at which a factor, a shift or another frequency is looked for."""
 
-LEAST_SEEN = 10.0
-"""How large a column must be, in margins, to show a factor."""
+ENOUGH = 0.3
+"""The part of these of which a shift or a frequency must tell what they are."""
 
+LEAST_GUESSES, MOST_GUESSES, PER_CROSSING = 101, 2001, 10
+"""Shifts or frequencies that are tried, more of them where the motion is faster."""
 
-def code_of(key: Key, rows: Rows, otherwise: str) -> str:
-    """The code of the one mistake that explains the answer, or the other."""
-    return explained(_checks(key, rows), lambda check: check(), otherwise).code
+HIGHEST_RATIO = 3.3
+"""Of frequencies that are looked for; the lowest is its inverse."""
 
+OSCILLATING = 2
+"""Crossings of its middle from which a motion has a frequency."""
 
-def explaining(key: Key, rows: Rows) -> set[str]:
-    """The codes of all mistakes that explain the answer."""
-    return {code for code, check in _checks(key, rows) if check()}
+PROMISING = 0.25
+"""Deviation, in units of the columns' ranges, of a guess from which it can get better: its phase is right to
+a fraction of a radian."""
 
+ROUGH, FINE = 1e-2, 1e-8
+"""How exactly a parameter is found, in units of the distance of guesses: at first, and then if it fits."""
 
-def _checks(key: Key, rows: Rows) -> Iterator[tuple[str, Callable[[], bool]]]:
-    yield "time_unit", partial(in_other_unit, key, rows)
-    yield "time_shift", partial(shifted, key, rows)
-    if not rows.failing:
-        return
-    yield "time_reversed", partial(backwards, key, rows)
-    if key.crossings >= OSCILLATING:
-        yield "frequency_wrong", partial(at_other_frequency, key, rows)
-        for code, ratios in RATIOS.items():
-            yield code, partial(by_ratio, key, rows, ratios)
-    if key.rates:
-        yield "frequency_vs_angular_frequency", partial(_in_turns, key, rows)
-    yield "sign_error", partial(_by_factors, key, rows, (-1.0,))
-    yield "degrees_radians", partial(_by_factors, key, rows, (DEGREES, 1 / DEGREES))
-    yield "constant_factor", partial(_by_factors, key, rows, with_inverses(FACTORS))
-    yield "power_of_ten", partial(_by_factors, key, rows, with_inverses([10.0**n for n in POWERS]))
-    yield "precision_insufficient", partial(_rounded, key, rows)
-    yield "components_permuted", partial(_exchanged, key, rows)
+NEAR = 0.02
+"""Deviation, in units of the columns' ranges, that one leaves at most which has been found roughly."""
+
+FAR = 4.0
+"""The largest square of a deviation in these units that counts: beyond, one row is as wrong as another."""
+
+CLEARLY, FAINT = 0.05, 0.01
+"""Another frequency leaves at most the first part of a deviation, and this is more than the second one of a
+column's range: less may as well be that of a coarse integration."""
 
 
-def _predicted(key: Key, rows: Rows) -> tuple[Floats, Floats]:
-    """The values up to the horizon, and what they should be."""
-    inside = (rows.times >= key.start) & (rows.times <= key.horizon)
-    return rows.values[inside], key.at(rows.times[inside])
+# --- other values
+
+
+@lru_cache(1)  # several mistakes ask it of one answer
+def _failing(key: Key, rows: Rows) -> tuple[Mask, Floats, Floats]:
+    """Which columns are wrong (m), with the values and what is expected (k by m); none where rows are few."""
+    if key.lacks(rows):
+        return np.zeros(len(key.columns), dtype=bool), rows.values, rows.values
+    _, values, expected = key.compared(rows)
+    return rows.present & (key.misses(values, expected) > 1).any(axis=0), values, expected
+
+
+def _scaled(reading: Key, rows: Rows, factors: Sequence[float], columns: Mask) -> Iterator[Key]:
+    """The reading by which each of these columns has the factor that fits it best, if some rows fit."""
+    _, values, expected = reading.compared(rows)
+    some, sizes = _probed(len(values)), np.array(factors)
+    scaled = values[some] / sizes[:, None, None]
+    right = np.broadcast_to(expected[some], scaled.shape)
+    flat = reading.misses(scaled.reshape(-1, len(columns)), right.reshape(-1, len(columns)))
+    off = flat.reshape(scaled.shape).max(axis=1, initial=0.0)
+    if (off.min(axis=0) <= 1)[columns].all():
+        yield replace(reading, factors=np.where(columns, sizes[off.argmin(axis=0)], 1.0))
+
+
+def _probed(count: int) -> NDArray[np.int64]:
+    """Some of so many rows, at irregular distances: of regular ones, several frequencies look the same."""
+    return np.unique((np.arange(PROBES) * (math.sqrt(5) - 1) / 2 % 1 * count).astype(np.int64))
+
+
+def fitting(code: str) -> Callable[[Key, Rows], Iterator[Key]]:
+    """What makes the keys with a factor of this mistake in each wrong column, or in the frequency."""
+
+    def fits(key: Key, rows: Rows) -> Iterator[Key]:
+        failing, _, expected = _failing(key, rows)
+        large = np.abs(expected).max(axis=0, initial=0.0) > LEAST_SEEN * key.margins
+        if code == "frequency_vs_angular_frequency":
+            large &= np.isin(np.arange(len(large)), key.rates)
+        if failing.any() and large[failing].all():
+            yield from _scaled(key.read_with(), rows, FACTORS[code], failing)
+        if failing.any() and code in OF_FREQUENCIES:
+            for ratio in FACTORS[code]:
+                yield from _faster(key, rows, ratio)
+
+    return fits
+
+
+def permuted(key: Key, rows: Rows) -> Iterator[Key]:
+    """The key in which the wrong columns are in the order that fits best."""
+    from scipy.optimize import linear_sum_assignment
+
+    failing, values, expected = _failing(key, rows)
+    places, order = np.flatnonzero(failing), np.arange(len(key.columns))
+    away = [np.abs(key.wrapped(values[:, [place]] - expected)).max(axis=0) for place in places]
+    if len(away) > 1:
+        column, place = linear_sum_assignment((np.array(away) > key.margins)[:, places])
+        order[places[place]] = places[column]
+        yield key.read_with(order=tuple(order.tolist()))
+
+
+def rounded(key: Key, rows: Rows) -> Iterator[Key]:
+    """The key with as many decimal places as each wrong column has."""
+    failing, values, _ = _failing(key, rows)
+    more = np.zeros(len(failing))
+    for place in np.flatnonzero(failing):
+        written = (values[:, place] / unit for unit in DECIMALS)
+        whole = [bool((np.abs(each - np.round(each)) < WHOLE).all()) for each in written]
+        unit = DECIMALS[whole.index(True)] if any(whole) else np.inf
+        if unit > COARSEST * key.ranges[place]:
+            return
+        more[place] = unit / 2
+    if failing.any():
+        yield key.read_with(more=more)
 
 
 def grows(key: Key, rows: Rows) -> bool:
@@ -97,93 +163,129 @@ def grows(key: Key, rows: Rows) -> bool:
 
     That is what too coarse an integration does; so does a constant that is not quite right.
     """
-    moving = [place for place in rows.present if key.moving[place]]
-    values, expected = _predicted(key, rows)
-    off = key.misses(values, expected)
-    times = rows.times[(rows.times >= key.start) & (rows.times <= key.horizon)]
+    times, values, expected = key.compared(rows)
+    off, moving = key.misses(values, expected), rows.present & key.moving
     part = (QUARTERS * (times - key.start) / (key.horizon - key.start)).astype(int).clip(0, QUARTERS - 1)
-    if not moving or not np.isin(np.arange(QUARTERS), part).all():
+    if not moving.any() or not np.isin(np.arange(QUARTERS), part).all():
         return False
-    worst = np.array([off[part == quarter].max(axis=0) for quarter in range(QUARTERS)])[:, moving]
+    worst = np.array([off[part == quarter].max(axis=0) for quarter in range(QUARTERS)])
     is_growing = (worst[-1] > np.maximum(GROWING * worst[0], BARELY)) & (worst[-1] >= worst[1])
-    is_small = (worst * key.margins[moving] <= SMALL * key.ranges[moving]).all(axis=0)
-    return bool((is_growing & is_small & (off[0, moving] <= 1)).all())
+    is_small = (worst * key.margins <= SMALL * key.ranges).all(axis=0)
+    return bool((is_growing & is_small & (off[0] <= 1))[moving].all())
 
 
-def _by_factors(key: Key, rows: Rows, factors: Sequence[float], among: Sequence[int] | None = None) -> bool:
-    """Whether each wrong column is right but for one of the factors, which is then seen in it.
-
-    Wrong columns must be `among` these places, if any are given.
-    """
-    failing = list(rows.failing or ())
-    values, expected = _predicted(key, rows)
-    found = np.zeros(values.shape[1], dtype=bool)
-    for factor in factors:
-        scaled = values.copy()
-        scaled[:, failing] /= factor
-        found |= (key.misses(scaled, expected) <= 1).all(axis=0)
-    seen = np.abs(expected).max(axis=0) > LEAST_SEEN * key.margins
-    fit = among is None or set(failing) <= set(among)
-    return fit and bool((found & seen)[failing].all())
+# --- other times
 
 
-def _in_turns(key: Key, rows: Rows) -> bool:
-    """Whether angular velocities are in turns instead of radians, or the other way round."""
-    return _by_factors(key, rows, (TURN, 1 / TURN), key.rates)
+def in_other_units(key: Key) -> Iterator[Key]:
+    """The keys of times in other units than seconds."""
+    for unit in TIME_UNITS:
+        yield key.read_with(rate=1 / unit, whole=True)
+        yield key.read_with(rate=unit, whole=True)
 
 
-def _rounded(key: Key, rows: Rows) -> bool:
-    """Whether each wrong column is right to the decimal places that it has."""
-    values, expected = _predicted(key, rows)
-    for place in rows.failing or ():
-        for unit in DECIMALS:
-            written = values[:, place] / unit
-            if (np.abs(written - np.round(written)) < WHOLE).all():
-                break
-        else:
-            return False
-        off = np.abs(key.wrapped(values - expected))[:, place]
-        if unit > COARSEST * key.ranges[place] or (off > unit / 2 + key.margins[place]).any():
-            return False
-    return True
+def shifted(key: Key, rows: Rows) -> Iterator[Key]:
+    """The key of x(t + s), with the shift s that fits best."""
+    low, high, whole = -0.5 * key.span, 0.5 * key.span, bool(key.lacks(rows))
+    if whole:  # its times must cover the span, wherever they begin
+        edge = (1 - COVERED) * key.span
+        low, high = key.stop - edge - rows.times[-1], key.start + edge - rows.times[0]
+    found = _found(key, rows, low, high, lambda shift: (np.ones_like(shift), shift)) if low <= high else None
+    if found is not None:
+        yield key.read_with(shift=found[1], whole=whole)
 
 
-def _exchanged(key: Key, rows: Rows) -> bool:
-    """Whether the wrong columns are right in another order."""
-    failing = list(rows.failing or ())
-    values, expected = _predicted(key, rows)
-    some = probed(len(values))
-    order = _order(key, values[some], expected[some], failing)
-    if order is None:
-        return False
-    exchanged = expected.copy()
-    exchanged[:, order] = values[:, failing]
-    return bool((key.misses(exchanged, expected) <= 1).all())
+def backwards(key: Key, rows: Rows) -> Iterator[Key]:
+    """The key of a motion from the end to the beginning, rates perhaps with the other sign."""
+    reading = key.read_with(rate=-1.0, shift=rows.times[0] + rows.times[-1])
+    if not key.lacks(rows) and not reading.lacks(rows):
+        for found in _scaled(reading, rows, (1.0, -1.0), rows.present):
+            if (np.asarray(found.factors) > 0)[rows.present & key.moving].any():
+                yield found
 
 
-def _order(key: Key, values: Floats, expected: Floats, failing: list[int]) -> list[int] | None:
-    """Other places for the failing columns (k by m), at which each is right; None where there are none."""
-    taken: dict[int, int] = {}  # by the place, the column that has it
-    fitting = {
-        column: [
-            place
-            for place in failing
-            if (np.abs(values[:, column] - expected[:, place]) <= key.margins[place]).all()
-        ]
-        for column in failing
-    }
+def at_other_frequency(key: Key, rows: Rows) -> Iterator[Key]:
+    """The key of x(a t), with the ratio a that fits best, if it clearly does."""
+    if key.crossings < OSCILLATING or key.lacks(rows):
+        return
+    most = math.log(HIGHEST_RATIO)
+    found = _found(key, rows, -most, most, lambda power: (np.exp(power), key.start * (1 - np.exp(power))))
+    moving = rows.present & key.moving
+    for reading in [] if found is None else _faster(key, rows, found[0]):
+        left = reading.misses(*reading.compared(rows)[1:])[:, moving].max(axis=0)
+        whole = key.misses(*key.compared(rows)[1:])[:, moving].max(axis=0)
+        is_seen = whole > FAINT * key.ranges[moving] / key.margins[moving]
+        if (left < CLEARLY * whole).all() and is_seen.any():
+            yield reading
 
-    def placed(column: int, tried: set[int]) -> bool:
-        """Whether the column finds a place, moving others on (H. W. Kuhn's augmenting paths)."""
-        for place in fitting[column]:
-            if place not in tried:
-                tried.add(place)
-                if place not in taken or placed(taken[place], tried):
-                    taken[place] = column
-                    return True
-        return False
 
-    if not all(placed(column, set()) for column in failing):
+def _faster(key: Key, rows: Rows, ratio: float) -> Iterator[Key]:
+    """The key of x(a t); rates may then have the factor a, and amplitudes 1/a."""
+    reading = key.read_with(rate=ratio, shift=key.start * (1 - ratio))
+    is_seen = (reading.ranges > LEAST_SEEN * key.margins)[key.moving].all()
+    if key.crossings >= OSCILLATING and is_seen and not reading.lacks(rows):
+        yield from _scaled(reading, rows, (1.0, ratio, 1 / ratio), rows.present)
+
+
+def examples(key: Key) -> Iterator[tuple[str, Key]]:
+    """Some mistakes, and the keys that they make."""
+    angles = np.isfinite(key.periods)
+    for code, factors in FACTORS.items():
+        if code != "frequency_vs_angular_frequency":
+            only = angles | (code != "degrees_radians")
+            yield code, key.read_with(factors=np.where(only, factors[0], 1.0))
+    order = (*range(1, key.required), 0, *range(key.required, len(key.columns)))
+    yield "components_permuted", key.read_with(order=order)
+    yield "time_shift", key.read_with(shift=-0.1 * key.span, whole=True)
+    yield "time_reversed", key.read_with(rate=-1.0, shift=key.start + key.stop)
+    yield "frequency_wrong", key.read_with(rate=0.8, shift=0.2 * key.start)
+
+
+Way = Callable[[Floats], tuple[Floats, Floats]]
+"""The rates and shifts of the times (p each) that parameters (p) stand for."""
+
+
+def _found(key: Key, rows: Rows, low: float, high: float, way: Way) -> tuple[float, float] | None:
+    """The rate and the shift by the parameter from low to high that fits best; None where none comes near."""
+    from scipy.optimize import minimize_scalar
+
+    if not (rows.present & np.isfinite(key.margins)).any():
         return None
-    place_of = {column: place for place, column in taken.items()}
-    return [place_of[column] for column in failing]
+    some = _probed(len(rows.times))
+    few = Rows(rows.times[some], rows.values[some])
+    guesses = np.linspace(low, high, min(MOST_GUESSES, max(LEAST_GUESSES, PER_CROSSING * key.crossings)))
+    off = _deviation(key, few, *way(guesses), key.roughly_at)
+    best, step = guesses[np.argmin(off)], guesses[1] - guesses[0]
+    if not off.min() < PROMISING**2:
+        return None
+    left = (key.margins[key.moving] / key.ranges[key.moving]).max(initial=NEAR)
+    for fine in (ROUGH, FINE):
+        found = minimize_scalar(
+            lambda change: _deviation(key, few, *way(np.array([best + change])), key.at)[0],
+            bounds=(max(low - best, -step), min(high - best, step)),
+            method="bounded",
+            options={"xatol": fine * step},
+        )
+        if not found.fun < 2 * left**2:
+            return None
+    rate, shift = way(np.array([best + found.x]))
+    return float(rate[0]), float(shift[0])
+
+
+def _deviation(key: Key, rows: Rows, rate: Floats, shift: Floats, reference: Trajectory) -> Floats:
+    """The mean square of what columns are off by for other times (p), in units of their ranges.
+
+    It is FAR where too few rows can be compared. The rate is tried as a factor of the columns, too.
+    """
+    times = rate[:, None] * rows.times + shift[:, None]
+    inside = (times >= key.start) & (times <= key.horizon)
+    count = inside.sum(axis=1)
+    expected = reference(times.ravel()).reshape(*times.shape, -1)
+    squares = []
+    for power in (0, 1, -1) if (rate != 1).any() else (0,):
+        away = key.wrapped(rows.values / rate[:, None, None] ** power - expected) / key.ranges
+        away[~inside] = 0.0
+        squares.append(np.minimum(away**2, FAR).sum(axis=1) / np.maximum(count, 1)[:, None])
+    total = np.min(squares, axis=0)[:, rows.present & np.isfinite(key.margins)].mean(axis=1)
+    least = max(2.0, ENOUGH * len(rows.times) * (key.horizon - key.start) / key.span)
+    return np.where(count >= least, total, FAR)

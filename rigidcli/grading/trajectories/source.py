@@ -11,19 +11,18 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.functions.formula import names_in
+from rigidcli.grading.expressions.formula import names_in
+from rigidcli.grading.factors import TURN
 from rigidcli.grading.numbers import read_number
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.grading.trajectories.columns import read_columns
-from rigidcli.grading.trajectories.field import Equations, angles_in, equations_of, size_of_terms
-from rigidcli.grading.trajectories.heads import TIME
+from rigidcli.grading.trajectories.tables import TIME, read_columns
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import parse_unit
 from rigidcli.report import Report, Table, single_cells
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.expression import parse
-from rigidcli.symbolic.language.tree import Name, Node
+from rigidcli.symbolic.language.tree import Name, Node, Sum
 
 ANGLES = ("phi", "psi")
 """Columns of a motion that are angles without being listed; theta goes from 0 to pi and back."""
@@ -34,9 +33,20 @@ BY_DEFAULT = {"orbit": ("q", "p"), "trajectory": ("omega",)}
 SECTIONS = {"orbit": "orbit", "trajectory": "motion"}
 """The sections of a document that these tables are from."""
 
-LEAST_SAMPLES, MOST_SAMPLES = 16, 1_000_000
+LEAST_SAMPLES, MOST_SAMPLES = 11, 1_000_000
+"""Of a table, and of formulas; fewer would leave longer gaps than an answer may have."""
+
 FORMULA_SAMPLES = 4001
 """Of formulas, from which sizes are told."""
+
+SHIFTS = (0.5, 1.7, 2.9, 4.1, 5.3)
+"""By which an angle is changed to see that a function depends on it at all (rad)."""
+
+NOTHING, SOMETHING = 1e-6, 1e-9
+"""A turn changes nothing below the first part of what these do, and they nothing below that of all terms."""
+
+MOST_STATES = 50
+"""States at which this is tried."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +72,7 @@ class Source:
     modular: tuple[str, ...] = ()
     rates: tuple[str, ...] = ()
     remedy: str = ""
-    """How to get more samples."""
+    """How to get more samples, where there can be more."""
     formulas: Mapping[str, Node] | None = None
     other: Mapping[str, Floats] | None = None
     """The columns of a second, coarser run (n each, by name, `t` among them)."""
@@ -72,7 +82,6 @@ class Source:
     """What is conserved, by name."""
     constants: Mapping[str, float] = field(default_factory=dict)
     """The values of names that are no columns."""
-    equations: Equations | None = None
 
 
 def source_of(asked: Asked) -> Source:
@@ -99,7 +108,7 @@ def _of_table(text: Tree) -> Source:
             f"expected a column `t` of at least {LEAST_SAMPLES} ascending times", path=("answer", "csv")
         )
     names = tuple(columns)
-    return Source(times, columns, names, (names,), modular=names, remedy="give more rows, with more digits")
+    return Source(times, columns, names, (names,), modular=names)
 
 
 def _of_formulas(span: Tree, texts: Tree) -> Source:
@@ -140,68 +149,62 @@ def _times(span: Tree) -> Floats:
 def _of_report(asked: Asked, report: Report) -> Source:
     if asked.path[2:] == (TIME,):
         raise ValueProblem("the times are the student's own", path=("ask",))
-    table = _table(report, asked.path[1])
-    columns = _columns(table)
+    table, columns = _table(report, asked.path[1])
     times = columns.pop(TIME)
     if len(times) < LEAST_SAMPLES:
         raise ValueProblem(f"expected at least {LEAST_SAMPLES} samples of the trajectory", path=("document",))
     keys = (".".join(asked.path[2:]),) if len(asked.path) > 2 else BY_DEFAULT[table.key]
     default = tuple(name for key in keys for name in _below(table, key))
-    document = asked.document
+    constants = {} if asked.document is None else asked.document.values
+    angles = tuple(name for name in ANGLES if name in columns)
     source = Source(
         times,
         columns,
         default,
         tuple(column.cells for column in table.columns),
         () if len(asked.path) > 2 else tuple(name for name in columns if name not in default),
+        vectors=True,
+        angles=angles,
+        modular=angles,
+        rates=_below(table, "omega"),
         remedy=f"raise `{SECTIONS[table.key]}.samples`",
-        other=None if asked.second is None else _columns(_table(asked.second, table.key)),
+        other=None if asked.second is None else _table(asked.second, table.key)[1],
         in_si=True,
-        constants={name: float(value) for name, value in document.values.items()} if document else {},
+        constants={name: float(value) for name, value in constants.items()},
     )
-    return _orbit(source, table, report) if table.key == "orbit" else _turning(source, table)
-
-
-def _turning(source: Source, table: Table) -> Source:
-    """The turning of a body."""
-    angles = tuple(name for name in ANGLES if name in source.columns)
-    return replace(source, vectors=True, angles=angles, modular=angles, rates=_below(table, "omega"))
+    return _orbit(source, table, report) if table.key == "orbit" else source
 
 
 def _orbit(source: Source, table: Table, report: Report) -> Source:
-    """An orbit: with its equations, what it conserves, and the angles among its coordinates."""
+    """An orbit: with what it conserves, and the angles among its coordinates."""
     tree = report.tree()
-    coordinates, momenta = (_below(table, key) for key in ("q", "p"))
+    coordinates = _below(table, "q")
     energy = None if tree.get("hamiltonian") is None else to_tree(tree["hamiltonian"])
-    known: dict[str, float | Floats] = {**source.constants, **source.columns, TIME: source.times}
-    sizes: dict[str, float] = {}
-    turning: tuple[str, ...] = ()
-    if energy is not None and names_in(energy) <= known.keys():
-        sizes = {"H": size_of_terms(energy, known)}
-        turning = angles_in(energy, coordinates, source.times, known)
-    laws = {name: Name(name) if name != "H" else energy for name in tree["conserved"]}
-    return replace(
+    laws: dict[str, Node] = {name: Name(name) for name in tree["conserved"] if name != "H"}
+    if energy is not None and "H" in tree["conserved"]:
+        laws["H"] = energy
+    orbit = replace(
         source,
-        families=(coordinates, momenta),
-        sizes=sizes,
-        turning=turning,
+        families=(coordinates, _below(table, "p")),
+        vectors=False,
+        angles=(),
         modular=coordinates,
-        laws={name: root for name, root in laws.items() if root is not None},
-        equations=equations_of(tree["equations"], (*coordinates, *momenta), source.constants),
+        laws=laws,
     )
+    known: dict[str, float | Floats] = {**source.constants, **source.columns, TIME: source.times}
+    if energy is None or not names_in(energy) <= known.keys():
+        return orbit
+    turning = _angles(energy, coordinates, source.times, known)
+    return replace(orbit, sizes={"H": size_of_terms(energy, known)}, turning=turning)
 
 
-def _table(report: Report, key: str) -> Table:
-    """The table of samples."""
+def _table(report: Report, key: str) -> tuple[Table, dict[str, Floats]]:
+    """The table of samples, and its columns by name."""
     found = next((table for table in report.tables if table.key == key and key in BY_DEFAULT), None)
     if found is None:
         raise ValueProblem("this result is no trajectory", path=("ask",))
-    return found
-
-
-def _columns(table: Table) -> dict[str, Floats]:
-    columns = single_cells(table)
-    return {column.cells[0]: np.asarray(column.values, dtype=np.float64) for column in columns}
+    cells = single_cells(found)
+    return found, {cell.cells[0]: np.asarray(cell.values, dtype=np.float64) for cell in cells}
 
 
 def _below(table: Table, key: str) -> tuple[str, ...]:
@@ -212,3 +215,33 @@ def _below(table: Table, key: str) -> tuple[str, ...]:
         if column.key == key or column.key.startswith(f"{key}.")
         for name in column.cells
     )
+
+
+def size_of_terms(root: Node, values: Mapping[str, float | Floats]) -> float:
+    """The largest sum of the sizes of the terms of a function."""
+    terms = root.terms if isinstance(root, Sum) else (root,)
+    return float(np.max(sum(np.abs(evaluation.array(term, values)) for term in terms)))
+
+
+def _angles(
+    root: Node, coordinates: tuple[str, ...], times: Floats, values: Mapping[str, float | Floats]
+) -> tuple[str, ...]:
+    """The coordinates on which a function depends, and which it does not tell from those a turn further.
+
+    It is tried along a trajectory, in which names have one value, or one for each of the times (n).
+    """
+    names = names_in(root)
+    some = np.linspace(0, len(times) - 1, MOST_STATES).astype(int)
+    known = {name: np.broadcast_to(values[name], times.shape)[some] for name in names}
+    middle = evaluation.array(root, known)
+
+    def change(name: str, shifts: tuple[float, ...]) -> float:
+        changed = [evaluation.array(root, {**known, name: known[name] + shift}) for shift in shifts]
+        return float(np.max([np.abs(each - middle) for each in changed]))
+
+    found, least = [], SOMETHING * size_of_terms(root, known)
+    for name in coordinates:
+        most = change(name, SHIFTS) if name in names else 0.0
+        if least < most < np.inf and change(name, (TURN, -TURN)) <= NOTHING * most:
+            found.append(name)
+    return tuple(found)

@@ -82,7 +82,9 @@ def follow(
 
 
 def _body(motion: Trajectory) -> tuple[Field, ...]:
-    frame, energy = motion.problem.frame, float(motion.energy[0])
+    problem = motion.problem
+    frame, momentum = problem.frame, problem.tensor @ problem.omega
+    energy = float(problem.omega @ momentum) / 2
     # So small an energy has lost its digits, while omega has not.
     is_lost = 0 < abs(energy) < np.finfo(np.float64).tiny
     return (
@@ -90,7 +92,7 @@ def _body(motion: Trajectory) -> tuple[Field, ...]:
             "moments", frame.moments, "principal moments about O", r"\lambda_{1,2,3}", "kg m^2", counts=True
         ),
         Field("axes", frame.axes, "principal axes (rows)", r"\mathbf{e}_{1,2,3}"),
-        Field("angular_momentum", FLOAT.hypot(*motion.momentum[0]), "angular momentum", "L", "kg m^2/s"),
+        Field("angular_momentum", FLOAT.hypot(*momentum), "angular momentum", "L", "kg m^2/s"),
         Field("kinetic_energy", None if is_lost else energy, "kinetic energy", "T", "J"),
     )
 

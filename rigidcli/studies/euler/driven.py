@@ -21,7 +21,7 @@ from rigidcli.studies.euler.balance import BalanceErrors, balance_errors
 from rigidcli.studies.euler.initial import InitialValueProblem
 from rigidcli.studies.euler.trajectory import Trajectory, drift_of
 from rigidcli.symbolic.language import code
-from rigidcli.symbolic.language.tree import ONE, ZERO, Name, Node, bound, minus, number, plus, times
+from rigidcli.symbolic.language.tree import ZERO, Name, Node, bound, number
 from rigidcli.symbolic.mechanics import rigid_body
 
 COARSER = (1e4, 1e2, 10.0)
@@ -251,24 +251,21 @@ def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> 
 
 def _torque(problem: InitialValueProblem, moments: Floats, axes: Floats, turn: Floats) -> list[Node]:
     """The torque along principal axes, as trees in the names of the state."""
-    _, *state = map(Name, rigid_body.STATE)
+    state = np.array([Name(name) for name in rigid_body.STATE[1:]])
     q, momentum = state[:4], state[4:]
-    total: Sequence[Node] = [ZERO] * 3
+    back = q * [1, -1, -1, -1]
+    total = np.array([ZERO] * 3)
     if problem.weight.any():
-        arm = [number(component) for component in axes.T @ problem.weight]
-        down = [minus(part) for part in rigid_body.rotated(q, (ZERO, ZERO, ONE), back=True)]
-        total = rigid_body.cross(arm, down)
+        total = np.cross(axes.T @ problem.weight, -rotation.turned(back, np.array([0, 0, 1])))
     if problem.torque is None:
         return list(total)
-    omega = [times(number(1 / m), part) for m, part in zip(moments, momentum, strict=True)]
-    back = [number(part) for part in turn * [1, -1, -1, -1]]
-    third = axes.T @ problem.third
+    omega = 1 / moments * momentum
     meanings = [
         Name("t"),
-        *rigid_body.scaled(axes, omega),
-        *rigid_body.rotated(q, omega),
-        *rigid_body.compose(q, back),
-        *rigid_body.rotated(q, [number(part) for part in third]),
+        *(axes @ omega),
+        *rotation.turned(q, omega),
+        *rotation.compose(q, turn * [1, -1, -1, -1]),
+        *rotation.turned(q, axes.T @ problem.third),
     ]
     values = dict(zip(VARIABLES, meanings, strict=True))
     in_space = isinstance(problem.torque, SpaceTorque)
@@ -276,8 +273,7 @@ def _torque(problem: InitialValueProblem, moments: Floats, axes: Floats, turn: F
         _bound(formula, values, ("torque", "space" if in_space else "body", index))
         for index, formula in enumerate(problem.torque.components)
     ]
-    own = rigid_body.rotated(q, own, back=True) if in_space else rigid_body.scaled(axes.T, own)
-    return [plus(*pair) for pair in zip(total, own, strict=True)]
+    return list(total + (rotation.turned(back, np.array(own)) if in_space else axes.T @ np.array(own)))
 
 
 def _bound(formula: Formula, values: dict[str, Node], path: Path) -> Node:

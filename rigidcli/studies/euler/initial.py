@@ -10,14 +10,14 @@ import numpy as np
 from rigidcli.core import rotation
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import FLOAT, Floats
-from rigidcli.core.principal import ZERO_MOMENT, PrincipalFrame, principal_frame
+from rigidcli.core.principal import PrincipalFrame, principal_frame
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.model.document import Document
 from rigidcli.model.motion import Motion, OwnTorque, Weight
 from rigidcli.model.rotations import Quaternion
 from rigidcli.model.sampling import DEFAULT_TOLERANCE
 from rigidcli.model.top import Top
-from rigidcli.studies.body import NO_SPIN, body_frame, principal_omega
+from rigidcli.studies.body import body_frame, principal_omega, require_spin
 from rigidcli.studies.common import require_values
 
 DEFAULT_TURNS = 10
@@ -125,8 +125,7 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
         raise document.refusal("the `top` tells this already", f"motion.{key}")
     assert section.tilt is not None
     assert top.lambda1 is not None
-    if section.spin and top.lambda3 <= ZERO_MOMENT * top.lambda1:
-        raise document.refusal(NO_SPIN, "top.spin", hint="set it to zero: what is left is a pendulum")
+    require_spin(document, section, top)
     fall = top.mass * section.gravity * top.distance
     precession = section.precession
     if precession is None:

@@ -80,7 +80,7 @@ def solve_orbit(
     _require_range(solution, derivation, initial)
     states = solution.at(times)
     coordinates, momenta, energy, terms = motion.observed(times, states)
-    coarse = partial(follow, tolerance=min(1e-3, tolerance * COARSER))
+    coarse = partial(follow, tolerance=min(1e-3, tolerance * COARSER), least=solution.least)
     error, lost = _estimated_error(coarse, motion.start, times, states)
     gained = states[:, -1] if derivation.explicit_time else np.zeros(len(times))
     drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms)}

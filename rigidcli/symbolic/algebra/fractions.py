@@ -17,9 +17,18 @@ from typing import Any
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Monomial, Surd, interned
+from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Surd, interned
 from rigidcli.symbolic.algebra.calculus import expand
-from rigidcli.symbolic.algebra.expressions import ONE, Expr, atomic, factored, gathered, product, total
+from rigidcli.symbolic.algebra.expressions import (
+    ONE,
+    Expr,
+    atomic,
+    divided,
+    factored,
+    gathered,
+    product,
+    total,
+)
 from rigidcli.symbolic.algebra.roots import Rational, magnitude
 
 MOST_TERMS = 250
@@ -178,10 +187,7 @@ def _quotient(e: Expr, allowance: Allowance) -> _Quotient:
             outside.append((gathered(1, {atom: exponent}), 1))
     numerator, denominator = (expand(product(factors), allowance) for factors in (above, below))
     lowest = _lowest((numerator, denominator))
-    numerator, denominator = (
-        total(gathered(c, {a: n - lowest.get(a, 0) for a, n in m}) for m, c in _filled(part, lowest))
-        for part in (numerator, denominator)
-    )
+    numerator, denominator = (divided(part, 1, lowest) for part in (numerator, denominator))
     ring = _ring((numerator, denominator))
     over, under = ring.polynomial(numerator), ring.polynomial(denominator)
     if under == 0:
@@ -200,13 +206,6 @@ def _lowest(parts: Sequence[Expr]) -> dict[Atom, Rational]:
                 if exponent < 0:
                     lowest[atom] = min(lowest.get(atom, 0), Fraction(math.floor(exponent)))
     return lowest
-
-
-def _filled(e: Expr, lowest: dict[Atom, Rational]) -> Iterable[tuple[Monomial, Rational]]:
-    """The terms of an expression, each with all these atoms."""
-    for monomial, coefficient in e.terms.items():
-        present = {atom for atom, _ in monomial}
-        yield (*monomial, *((atom, 0) for atom in lowest if atom not in present)), coefficient
 
 
 def lowest_terms(e: Expr, allowance: Allowance) -> tuple[Expr, Expr]:

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
-from typing import NamedTuple
+from functools import partial
+from typing import NamedTuple, TypeAlias
 
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Monomial, interned
 from rigidcli.symbolic.algebra.calculus import expand, mapped, rebuilt
-from rigidcli.symbolic.algebra.expressions import Expr, gathered, product, total
+from rigidcli.symbolic.algebra.expressions import ONE, Expr, gathered, product, total
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.roots import Rational
 
@@ -53,6 +55,7 @@ def shortened(e: Expr, allowance: Allowance) -> Expr:
 
 
 def _shorter(e: Expr, allowance: Allowance) -> Iterator[Expr]:
+    """Sums in which one product stands for two terms, by one of the laws."""
     for monomial, coefficient in e.ordered:
         functions = [
             (atom.function, atom.arguments[0])
@@ -60,23 +63,67 @@ def _shorter(e: Expr, allowance: Allowance) -> Iterator[Expr]:
             if isinstance(atom, Applied) and atom.function in _FUNCTIONS
         ]
         allowance.spend(1 + _STEPS_TO_SEARCH * len(functions) ** 2)
-        for pair in _PAIRS:
-            for function, x in functions:
-                if function in (pair.odd, pair.even):
-                    yield from _squares(e, monomial, coefficient, pair, function, x)
-            evens = [x for function, x in functions if function == pair.even]
-            odds = [x for function, x in functions if function == pair.odd]
-            yield from _angles(e, monomial, coefficient, pair, evens, odds)
+        for here, there, made in itertools.chain.from_iterable(_laws(pair, functions) for pair in _PAIRS):
+            rest = _exchanged(monomial, here, -1)
+            partner = None if rest is None else _exchanged(rest, there, 1)
+            found = None if partner is None else e.terms.get(partner)
+            if rest is None or partner is None or found is None:
+                continue
+            ratio = 1 if found == coefficient else -1 if found == -coefficient else 0
+            if ratio in made:
+                gone = Expr({monomial: -coefficient, partner: -found})
+                yield total([e, gone, Expr({rest: coefficient}) * made[ratio]()])
 
 
-def _function(name: str, x: Expr) -> Atom:
-    return interned(Applied(name, (x,)))
+_Functions: TypeAlias = Sequence[tuple[str, Expr]]
+"""Functions by their names, each with its argument."""
+
+_Law: TypeAlias = tuple[_Functions, _Functions, Mapping[int, Callable[[], Expr]]]
+"""Two products of functions, and what the first comes to with the second, or with its negative, added."""
 
 
-def _exchanged(monomial: Monomial, change: Mapping[Atom, int]) -> Monomial | None:
-    """A monomial with some exponents changed; None where a power would not be natural."""
+def _laws(pair: _Pair, functions: _Functions) -> Iterator[_Law]:
+    """The laws whose first product is of these functions: of squares, and of sums of angles."""
+    for function, x in functions:
+        if function == pair.odd:
+            yield from _of_odd_square(pair, x)
+        elif function == pair.even:
+            yield from _of_even_square(pair, x)
+    odds, evens = ([x for function, x in functions if function == name] for name in (pair.odd, pair.even))
+    for place, x in enumerate(evens):
+        for y in [*evens[place + 1 :], x]:
+            # cos x cos y + sin x sin y = cos(x - y); cosh has the other sign.
+            made = {turn * -pair.sign: partial(_turned, pair.even, x, y, turn) for turn in (1, -1)}
+            if x == y:
+                del made[pair.sign]
+            yield [(pair.even, x), (pair.even, y)], [(pair.odd, x), (pair.odd, y)], made
+    for x, y in itertools.product(odds, evens):
+        if x != y:
+            # sin x cos y + cos x sin y = sin(x + y)
+            made = {turn: partial(_turned, pair.odd, x, y, turn) for turn in (1, -1)}
+            yield [(pair.odd, x), (pair.even, y)], [(pair.even, x), (pair.odd, y)], made
+
+
+def _of_odd_square(pair: _Pair, x: Expr) -> Iterator[_Law]:
+    """odd**2 + sign*even**2 = sign, with the third of these terms to stand for the other two."""
+    yield [(pair.odd, x)] * 2, [(pair.even, x)] * 2, {pair.sign: lambda: pair.sign * ONE}
+    yield [(pair.odd, x)] * 2, [], {-pair.sign: lambda: -pair.sign * apply(pair.even, x) ** 2}
+
+
+def _of_even_square(pair: _Pair, x: Expr) -> Iterator[_Law]:
+    """The same law, read in the third way."""
+    yield [(pair.even, x)] * 2, [], {-1: lambda: -pair.sign * apply(pair.odd, x) ** 2}
+
+
+def _turned(function: str, x: Expr, y: Expr, turn: int) -> Expr:
+    return apply(function, x + turn * y)
+
+
+def _exchanged(monomial: Monomial, functions: _Functions, step: int) -> Monomial | None:
+    """A monomial with powers of functions changed; None where one would not be natural."""
     exponents = dict(monomial)
-    for atom, step in change.items():
+    for name, x in functions:
+        atom = _function(name, x)
         exponents[atom] = exponents.get(atom, 0) + step
         if exponents[atom] < 0 or exponents[atom].denominator != 1:
             return None
@@ -84,80 +131,8 @@ def _exchanged(monomial: Monomial, change: Mapping[Atom, int]) -> Monomial | Non
     return next(iter(made.terms)) if len(made.terms) == 1 else None
 
 
-def _replaced(
-    e: Expr, gone: Mapping[Monomial, Rational], made: Monomial, coefficient: Rational, factor: Expr
-) -> Expr:
-    """A sum without some parts of its terms, and with a monomial times a factor instead."""
-    removed = Expr({monomial: -part for monomial, part in gone.items()})
-    return total([e, removed, Expr({made: coefficient}) * factor])
-
-
-def _squares(
-    e: Expr, monomial: Monomial, coefficient: Rational, pair: _Pair, function: str, x: Expr
-) -> Iterator[Expr]:
-    """odd**2 + sign*even**2 = sign, with the third of these terms to stand for the other two."""
-    odd, even = _function(pair.odd, x), _function(pair.even, x)
-    one = Expr({(): 1})
-    if function == pair.odd:
-        rest = _exchanged(monomial, {odd: -2})
-        partner = _exchanged(monomial, {odd: -2, even: 2})
-        if rest is None or partner is None:
-            return
-        if e.terms.get(partner) == pair.sign * coefficient:
-            gone = {monomial: coefficient, partner: pair.sign * coefficient}
-            yield _replaced(e, gone, rest, pair.sign * coefficient, one)
-        if e.terms.get(rest) == -pair.sign * coefficient:
-            gone = {monomial: coefficient, rest: -pair.sign * coefficient}
-            yield _replaced(e, gone, partner, -pair.sign * coefficient, one)
-    else:
-        rest = _exchanged(monomial, {even: -2})
-        partner = _exchanged(monomial, {even: -2, odd: 2})
-        if rest is not None and partner is not None and e.terms.get(rest) == -coefficient:
-            gone = {monomial: coefficient, rest: -coefficient}
-            yield _replaced(e, gone, partner, -pair.sign * coefficient, one)
-
-
-def _angles(
-    e: Expr, monomial: Monomial, coefficient: Rational, pair: _Pair, evens: list[Expr], odds: list[Expr]
-) -> Iterator[Expr]:
-    """The theorems of addition, read from right to left."""
-    for place, x in enumerate(evens):
-        for y in [*evens[place + 1 :], x]:
-            # cos x cos y + sin x sin y = cos(x - y); cosh has the other sign.
-            evened = _times(_function(pair.even, x), _function(pair.even, y))
-            odded = _times(_function(pair.odd, x), _function(pair.odd, y))
-            rest = _exchanged(monomial, {atom: -power for atom, power in evened.items()})
-            partner = _exchanged(rest, odded) if rest is not None else None
-            found = e.terms.get(partner) if partner is not None else None
-            if rest is None or partner is None or found is None or abs(found) != abs(coefficient):
-                continue
-            sign = 1 if found * pair.sign == coefficient else -1
-            if x == y and sign == 1:
-                continue
-            angle = x - y if sign == 1 else x + y
-            yield _replaced(
-                e, {monomial: coefficient, partner: found}, rest, coefficient, apply(pair.even, angle)
-            )
-    for x in odds:
-        for y in evens:
-            # sin x cos y + cos x sin y = sin(x + y)
-            if x == y:
-                continue
-            here = {_function(pair.odd, x): -1, _function(pair.even, y): -1}
-            there = {_function(pair.even, x): 1, _function(pair.odd, y): 1}
-            rest = _exchanged(monomial, here)
-            partner = _exchanged(rest, there) if rest is not None else None
-            found = e.terms.get(partner) if partner is not None else None
-            if rest is None or partner is None or found is None or abs(found) != abs(coefficient):
-                continue
-            angle = x + y if found == coefficient else x - y
-            yield _replaced(
-                e, {monomial: coefficient, partner: found}, rest, coefficient, apply(pair.odd, angle)
-            )
-
-
-def _times(first: Atom, second: Atom) -> dict[Atom, int]:
-    return {first: 2} if first is second else {first: 1, second: 1}
+def _function(name: str, x: Expr) -> Atom:
+    return interned(Applied(name, (x,)))
 
 
 def _in_one_function(e: Expr, allowance: Allowance) -> Expr:

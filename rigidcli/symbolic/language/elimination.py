@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rigidcli.symbolic.language.tree import ONE, ZERO, Name, Node, Reciprocal, minus, plus, times
+from rigidcli.symbolic.language.tree import ONE, ZERO, Name, Node
 
 Step = tuple[str, Node]
 """A name, and its value from names before."""
@@ -33,20 +33,16 @@ def solved(matrix: Sequence[Sequence[Node]], right: Sequence[Node]) -> tuple[lis
     pivots: list[Node] = []
     for j in range(size):
         # D_j = A_jj - sum_k L_jk^2 D_k,  L_ij = (A_ij - sum_k L_ik L_jk D_k)/D_j
-        carried = [times(factors[j][k], pivots[k]) for k in range(j)]
-        pivot = plus(rows[j][j], *(minus(times(factors[j][k], carried[k])) for k in range(j)))
-        pivots.append(named("d", pivot))
+        carried = [factors[j][k] * pivots[k] for k in range(j)]
+        pivots.append(named("d", sum((-factors[j][k] * carried[k] for k in range(j)), rows[j][j])))
         for i in range(j + 1, size):
-            entry = plus(rows[i][j], *(minus(times(factors[i][k], carried[k])) for k in range(j)))
-            if entry != ZERO:
-                factors[i][j] = named("l", times(entry, Reciprocal(pivots[j])))
+            entry = sum((-factors[i][k] * carried[k] for k in range(j)), rows[i][j])
+            factors[i][j] = named("l", entry / pivots[j])
     ahead: list[Node] = []
     for i in range(size):
-        ahead.append(named("y", plus(right[i], *(minus(times(factors[i][k], ahead[k])) for k in range(i)))))
+        ahead.append(named("y", sum((-factors[i][k] * ahead[k] for k in range(i)), right[i])))
     answers: list[Node] = [ZERO] * size
     for i in reversed(range(size)):
-        own = times(ahead[i], Reciprocal(pivots[i]))
-        answers[i] = named(
-            "x", plus(own, *(minus(times(factors[k][i], answers[k])) for k in range(i + 1, size)))
-        )
+        own = ahead[i] / pivots[i]
+        answers[i] = named("x", sum((-factors[k][i] * answers[k] for k in range(i + 1, size)), own))
     return steps, answers

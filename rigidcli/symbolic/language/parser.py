@@ -1,10 +1,13 @@
 """Tokens to tree: the grammar of the expression language.
 
     sum     = product (("+" | "-") product)*
-    product = factor (("*" | "/") factor)*
-    factor  = ("-" | "+") factor | atom ["**" factor]
-    atom    = number | name | function "(" sum ("," sum)* ")" | "(" sum ")"
+    product = factor (["*" | "/"] factor)*
+    factor  = ("-" | "+") factor | atom ["**" factor | superscript]
+    atom    = number | name | function "(" sum ("," sum)* ")" | "(" sum ")" | root atom
 
+Where neither `*` nor `/` stands between two factors, they are multiplied: `2 m g x`, `2(x + 1)`. The second
+of them begins with a name, a parenthesis or a root, and the first is no divisor: `1/2 m` could be
+read in two ways. A name that touches a parenthesis is a function: `f(x)` is no product, `x (a + b)` is one.
 The text is read by these rules alone and is never given to anything that could run it.
 """
 
@@ -15,6 +18,7 @@ import difflib
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.language.tokens import Token, tokenize
 from rigidcli.symbolic.language.tree import (
+    ALIASES,
     CONSTANTS,
     FUNCTIONS,
     Call,
@@ -32,18 +36,21 @@ from rigidcli.symbolic.language.tree import (
 MAX_DEPTH = 100
 """How deep parentheses, calls, signs and powers may be nested, so that recursion never ends the program."""
 
-_OPERAND = ("number", "name")
+_OPERAND = ("number", "name", "root")
 _SHOWN = 24
 """The most characters of a name that a message repeats."""
 
+_SHOWN_READING = 60
+"""The most characters of a reading of an unclear quotient that a message proposes."""
 
-def read(text: str) -> tuple[Node, frozenset[str]]:
+
+def read(source: str) -> tuple[Node, frozenset[str]]:
     """The tree of a text, and the names in it.
 
     Raises:
         ExpressionError: the text is not in the language, with the column where it stops being so.
     """
-    reader = _Reader(text)
+    reader = _Reader(source)
     return reader.whole(), frozenset(reader.names)
 
 
@@ -52,8 +59,8 @@ class _Reader:
 
     __slots__ = ("depth", "index", "names", "token", "tokens")
 
-    def __init__(self, text: str) -> None:
-        self.tokens = tokenize(text)
+    def __init__(self, source: str) -> None:
+        self.tokens = tokenize(source)
         self.index = 0
         self.token = self.tokens[0]
         self.depth = 0
@@ -90,15 +97,21 @@ class _Reader:
         return Sum(tuple(terms))
 
     def product(self) -> Node:
-        first = self.factor()
-        if self.token.text not in ("*", "/"):
-            return first
-        factors = [first]
-        while (operator := self.token.text) in ("*", "/"):
-            self.advance()
-            factor = self.factor()
-            factors.append(factor if operator == "*" else Reciprocal(factor))
-        return Product(tuple(factors))
+        factors = [self.factor()]
+        while True:
+            operator = self.token.text
+            if operator in ("*", "/"):
+                self.advance()
+                factor = self.factor()
+                factors.append(factor if operator == "*" else Reciprocal(factor))
+            elif self.token.kind in ("name", "root") or operator == "(":
+                if operator.startswith("_") and self.token.touches:  # the digits of 1_000
+                    raise self.misplaced()
+                if isinstance(factors[-1], Reciprocal):
+                    raise self.unclear_quotient(factors)
+                factors.append(self.factor())
+            else:
+                return factors[0] if len(factors) == 1 else Product(tuple(factors))
 
     def factor(self) -> Node:
         sign = self.token.text
@@ -108,6 +121,13 @@ class _Reader:
             self.depth -= 1
             return operand if sign == "+" else Negative(operand)
         base = self.atom()
+        if self.token.kind == "superscript":
+            digits = self.token.text.removeprefix("-")
+            raised = Number(digits, float(digits))
+            base = Power(base, raised if digits == self.token.text else Negative(raised))
+            self.advance()
+            if self.token.text == "**" or self.token.kind == "superscript":
+                raise self.misplaced("group powers of powers with parentheses")
         if self.token.text != "**":
             return base
         self.descend()
@@ -122,7 +142,10 @@ class _Reader:
             return Number(token.text, float(token.text))
         if token.kind == "name":
             self.advance()
-            return self.call(token) if token.text in FUNCTIONS else self.named(token)
+            is_function = token.text in FUNCTIONS or token.text in ALIASES
+            return self.call(token) if is_function else self.named(token)
+        if token.kind == "root":
+            return self.root()
         if token.text != "(":
             raise self.misplaced()
         self.descend()
@@ -134,21 +157,36 @@ class _Reader:
     def named(self, token: Token) -> Node:
         """A constant or a symbol, which has been passed already."""
         name = token.text
-        if self.token.text == "(":
+        if self.token.text == "(" and self.token.touches:
             raise _no_function(token)
         if name in CONSTANTS:
             return Constant(name)
         self.names.add(name)
         return Name(name)
 
+    def root(self) -> Call:
+        """The root of the number, name, function or parenthesis that follows its sign."""
+        sign = self.token
+        self.descend()
+        operand = self.atom()
+        self.depth -= 1
+        before, here = self.tokens[self.index - 1], self.token
+        runs_on = before.kind == "number" and here.touches and (here.kind == "name" or here.text == "(")
+        if runs_on or here.text == "**" or here.kind == "superscript":
+            raise ExpressionError(
+                "it is not clear where the root ends", column=sign.column, hint="write `sqrt(...)`"
+            )
+        return Call("sqrt", (operand,))
+
     def call(self, function: Token) -> Call:
         """A function, whose name has been passed already, and its arguments."""
         name, opening = function.text, self.token
         if opening.text != "(":
+            is_raised = opening.text == "**" or opening.kind == "superscript"
             raise ExpressionError(
                 f"`{name}` is a function and needs its argument in parentheses",
                 column=function.column,
-                hint=f"write `{name}(...)`",
+                hint=f"write `{name}(...)`{', and a power of it behind that' if is_raised else ''}",
             )
         self.descend()
         arguments: list[Node] = []
@@ -159,10 +197,11 @@ class _Reader:
                 arguments.append(self.sum())
         self.close(opening)
         self.depth -= 1
+        name = ALIASES.get(name, name)
         arity = FUNCTIONS[name].arity
         if len(arguments) != arity:
             raise ExpressionError(
-                f"`{name}` takes {arity} argument{'s' if arity > 1 else ''}, not {len(arguments)}",
+                f"`{function.text}` takes {arity} argument{'s' if arity > 1 else ''}, not {len(arguments)}",
                 column=function.column,
             )
         return Call(name, tuple(arguments))
@@ -175,34 +214,47 @@ class _Reader:
             raise self.misplaced()
         self.advance()
 
-    def misplaced(self) -> ExpressionError:
+    def unclear_quotient(self, factors: list[Node]) -> ExpressionError:
+        """What is wrong with these factors, of which the last is a divisor, before one without a sign."""
+        # Only needed here: documents without mistakes are read sooner.
+        from rigidcli.symbolic.language.text import text
+
+        column = self.token.column
+        *above, divisor = factors
+        assert isinstance(divisor, Reciprocal)
+        factor = self.factor()
+        kept = above if above != [Number("1", 1.0)] else []
+        readings = [
+            text(Product((*above, Reciprocal(Product((divisor.operand, factor)))))),
+            text(Product((*kept, factor, divisor))),
+        ]
+        if max(map(len, readings)) > _SHOWN_READING:
+            readings = ["a/(b*c)", "a*c/b"]
+        return ExpressionError(
+            "a product without a sign after `/` can be read in two ways",
+            column=column,
+            hint=f"write `{readings[0]}` or `{readings[1]}`",
+        )
+
+    def misplaced(self, hint: str | None = None) -> ExpressionError:
         """What is wrong with the token that no rule of the grammar can use here."""
         here = self.token
         before = self.tokens[self.index - 1] if self.index else None
-        text = here.text if len(here.text) <= _SHOWN else f"{here.text[:_SHOWN]}..."
+        shown = here.text if len(here.text) <= _SHOWN else f"{here.text[:_SHOWN]}..."
         if here.kind == "end":
             return ExpressionError("the expression ends too early", column=here.column)
-        if before is not None and (before.kind in _OPERAND or before.text == ")"):
-            if here.kind in _OPERAND or here.text == "(":
-                return _no_operator(before, here, text)
+        if before is not None and (before.kind in (*_OPERAND, "superscript") or before.text == ")"):
+            if here.kind in ("number", "name"):
+                left = "(...)" if before.text == ")" else before.text[-_SHOWN:]
+                hint = f"write `{left}*{shown}`" if before.kind == "name" or before.text == ")" else None
+                return ExpressionError(f"no operator before `{shown}`", column=here.column, hint=hint)
             if here.text == ")":
                 return ExpressionError("`)` closes nothing", column=here.column)
-        hint = None
         if here.text == ",":
             hint = "a comma stands between arguments; the decimal sign is a point"
         elif before is not None and before.text == here.text == "/":
             hint = "division is one `/`"
-        return ExpressionError(f"unexpected `{text}`", column=here.column, hint=hint)
-
-
-def _no_operator(before: Token, here: Token, shown: str) -> ExpressionError:
-    hint = None
-    if not before.kind == here.kind == "number":
-        left = "(...)" if before.text == ")" else before.text[-_SHOWN:]
-        hint = f"write `{left}*{'(...)' if here.text == '(' else shown}`"
-        if before.kind == "number" and here.kind == "name":
-            hint += f"; if `{shown}` is a unit, give the quantity as a parameter"
-    return ExpressionError(f"no operator before `{shown}`", column=here.column, hint=hint)
+        return ExpressionError(f"unexpected `{shown}`", column=here.column, hint=hint)
 
 
 def _no_function(token: Token) -> ExpressionError:

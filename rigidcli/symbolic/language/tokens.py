@@ -1,7 +1,8 @@
 """Text to tokens: the alphabet of the expression language.
 
-Greek letters, the minus sign and the middle dots turn into their ASCII spelling here, so nothing
-behind the tokens ever sees another character; a column still counts in the text as typed.
+Greek letters, superscripts, the fractions of Latin-1, the minus sign, the root sign and the middle dots
+turn into their ASCII spelling here, so nothing behind the tokens ever sees another character; a column
+still counts in the text as typed.
 """
 
 from __future__ import annotations
@@ -36,11 +37,23 @@ _LETTER = "A-Za-z_" + "".join(map(chr, _GREEK))
 
 _OPERATORS = {"^": "**", "\N{MINUS SIGN}": "-", "\N{MIDDLE DOT}": "*", "\N{DOT OPERATOR}": "*"}
 
+_FRACTIONS = {"¼": "0.25", "½": "0.5", "¾": "0.75"}
+"""The fractions of Latin-1, as decimal numbers."""
+
+SUPERSCRIPT = "⁻?[⁰¹²³⁴-⁹]+"
+"""The pattern of a whole number that is written as an exponent."""
+
+LOWERED = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
+"""From superscripts to what they are on the line."""
+
 _TOKEN = re.compile(
     rf"""[ \t\r\n]*+  # possessive: a blank is never tried again as another token
     (?: (?P<number> (?: [0-9]+ \.? [0-9]* | \.[0-9]+ ) (?: [eE][+-]?[0-9]+ )? )
       | (?P<name> [{_LETTER}][{_LETTER}0-9]* )
       | (?P<operator> \*\* | [-+*/^(),{"".join(_OPERATORS)}] )
+      | (?P<superscript> {SUPERSCRIPT} )
+      | (?P<fraction> [{"".join(_FRACTIONS)}] )
+      | (?P<root> \N{{SQUARE ROOT}} )
       | (?P<end> \Z )
       | (?P<stranger> . )
     )""",
@@ -67,10 +80,6 @@ _HINTS = {
     "\N{HYPHEN}": "write `-`",
     "\N{EN DASH}": "write `-`",
     "\N{EM DASH}": "write `-`",
-    "\N{SUPERSCRIPT TWO}": "write `^2`",
-    "\N{SUPERSCRIPT THREE}": "write `^3`",
-    "\N{SQUARE ROOT}": "write `sqrt(...)`",
-    "\N{VULGAR FRACTION ONE HALF}": "write `1/2`",
     "\N{DEGREE SIGN}": "angles are in radians: multiply by `pi/180`",
 }
 
@@ -79,9 +88,11 @@ class Token(NamedTuple):
     """A piece of an expression; `column` counts characters from 1."""
 
     kind: str
-    """`number`, `name`, `operator` or `end`."""
+    """`number`, `name`, `operator`, `superscript`, `root` or `end`."""
     text: str
     column: int
+    touches: bool
+    """Whether there is no blank between it and the token before it."""
 
 
 def tokenize(text: str) -> list[Token]:
@@ -104,9 +115,16 @@ def tokenize(text: str) -> list[Token]:
             piece = piece.translate(_GREEK)
         elif kind == "operator":
             piece = _OPERATORS.get(piece, piece)
+        elif kind == "superscript":
+            piece = piece.translate(LOWERED)
+            _check_number(piece, column)
+        elif kind == "fraction":
+            kind, piece = "number", _FRACTIONS[piece]
+        elif kind == "root":
+            piece = "sqrt"
         elif kind == "stranger":
             raise ExpressionError(f"unexpected {_describe(piece)}", column=column, hint=_HINTS.get(piece))
-        tokens.append(Token(kind, piece, column))
+        tokens.append(Token(kind, piece, column, match.start() == match.start(match.lastgroup or "end")))
         if kind == "end":  # past blanks the pattern would find the end once more
             break
     return tokens

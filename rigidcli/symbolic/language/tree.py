@@ -10,11 +10,46 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+
+class _Arithmetic:
+    """The operators of trees, among each other and with numbers: zeros, ones and double signs are left out.
+
+    By these, formulas that take floats or arrays of them take trees, too, in arrays of objects.
+    """
+
+    __slots__ = ()
+
+    def __neg__(self: Any) -> Node:
+        return self.operand if isinstance(self, Negative) else self if self == ZERO else Negative(self)
+
+    def __add__(self: Any, other: Node | float) -> Node:
+        terms = self, _tree(other)
+        left = tuple(term for term in terms if term != ZERO)
+        return Sum(left) if len(left) == 2 else left[0] if left else ZERO
+
+    def __sub__(self, other: Node | float) -> Node:
+        return self + -_tree(other)
+
+    def __mul__(self: Any, other: Node | float) -> Node:
+        factors = self, _tree(other)
+        if ZERO in factors:
+            return ZERO
+        for factor, rest in (factors, factors[::-1]):
+            if factor in (ONE, -ONE):
+                return rest if factor == ONE else -rest
+        return Product(factors)
+
+    def __truediv__(self, other: Node | float) -> Node:
+        return self * Reciprocal(_tree(other))
+
+    __radd__ = __add__
+    __rmul__ = __mul__
 
 
 @dataclass(frozen=True, slots=True)
-class Number:
+class Number(_Arithmetic):
     """A decimal number: the digits as typed, and the nearest float (infinite beyond the range of floats)."""
 
     text: str
@@ -22,49 +57,49 @@ class Number:
 
 
 @dataclass(frozen=True, slots=True)
-class Constant:
+class Constant(_Arithmetic):
     """A number with a name of its own, one of `CONSTANTS`."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class Name:
+class Name(_Arithmetic):
     """A symbol, in its ASCII spelling."""
 
     name: str
 
 
 @dataclass(frozen=True, slots=True)
-class Negative:
+class Negative(_Arithmetic):
     """The operand with its sign turned: `-x`, and the second term of `a - x`."""
 
     operand: Node
 
 
 @dataclass(frozen=True, slots=True)
-class Reciprocal:
+class Reciprocal(_Arithmetic):
     """One over the operand: the second factor of `a/x`."""
 
     operand: Node
 
 
 @dataclass(frozen=True, slots=True)
-class Sum:
+class Sum(_Arithmetic):
     """Two or more terms, to be added from left to right."""
 
     terms: tuple[Node, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Product:
+class Product(_Arithmetic):
     """Two or more factors, to be multiplied (by a `Reciprocal`: divided) from left to right."""
 
     factors: tuple[Node, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Power:
+class Power(_Arithmetic):
     """`base ** exponent`."""
 
     base: Node
@@ -72,7 +107,7 @@ class Power:
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class Call(_Arithmetic):
     """One of `FUNCTIONS`, with as many arguments as its arity."""
 
     function: str
@@ -106,23 +141,8 @@ def number(value: float) -> Node:
 ZERO, ONE = number(0.0), number(1.0)
 
 
-def plus(*terms: Node) -> Node:
-    """The sum, without zeros."""
-    left = tuple(term for term in terms if term != ZERO)
-    return left[0] if len(left) == 1 else Sum(left) if left else ZERO
-
-
-def minus(term: Node) -> Node:
-    """The negative."""
-    return term if term == ZERO else term.operand if isinstance(term, Negative) else Negative(term)
-
-
-def times(*factors: Node) -> Node:
-    """The product, without ones, and zero with a zero."""
-    if ZERO in factors:
-        return ZERO
-    left = tuple(factor for factor in factors if factor != ONE)
-    return left[0] if len(left) == 1 else Product(left) if left else ONE
+def _tree(value: Node | float) -> Node:
+    return value if isinstance(value, _Arithmetic) else number(value)
 
 
 def bound(node: Node, values: Mapping[str, Node]) -> Node:
@@ -169,7 +189,10 @@ FUNCTIONS: dict[str, Function] = {
     "sign": Function(1, _sign, "sign", None),
 }
 
+ALIASES = {"ln": "log"}
+"""Further names of functions, which are read and never written."""
+
 CONSTANTS: dict[str, float] = {"pi": math.pi}
 
-RESERVED: frozenset[str] = frozenset(FUNCTIONS) | frozenset(CONSTANTS) | {"t"}
+RESERVED: frozenset[str] = frozenset(FUNCTIONS) | frozenset(ALIASES) | frozenset(CONSTANTS) | {"t"}
 """Names that a document cannot give to a parameter of its own; `t` is time."""

@@ -189,8 +189,13 @@ def test_reading(source: str, expected: str) -> None:
 @many
 @given(TREES, VALUES)
 def test_reading_says_the_same_as_text(node: Node, values: dict[str, float]) -> None:
-    spelled = re.sub(r"(?<![-+,]) (?![-+] )", "*", reading(node))
-    assert outcome(root(spelled), values) == outcome(node, values)
+    assert outcome(root(reading(node)), values) == outcome(node, values)
+
+
+@many
+@given(TREES)
+def test_reading_is_read_back_as_the_same_tree(node: Node) -> None:
+    assert root(reading(node)) == root(text(node))
 
 
 @pytest.mark.parametrize(

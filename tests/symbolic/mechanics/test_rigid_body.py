@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
 
 import numpy as np
@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from rigidcli.core import rotation
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.language.evaluation import real
 from rigidcli.symbolic.language.tree import (
@@ -28,7 +29,6 @@ from rigidcli.symbolic.language.tree import (
     Reciprocal,
     Sum,
     bound,
-    minus,
     number,
 )
 from rigidcli.symbolic.mechanics import rigid_body
@@ -44,15 +44,15 @@ FOUR = st.tuples(NUMBERS, NUMBERS, NUMBERS, NUMBERS)
 X, Y, Z = Name("x"), Name("y"), Name("z")
 
 
-def names(letter: str, count: int) -> list[Node]:
-    return [Name(f"{letter}{k}") for k in range(count)]
+def names(letter: str, count: int) -> NDArray[np.object_]:
+    return np.array([Name(f"{letter}{k}") for k in range(count)])
 
 
 def values(**vectors: Sequence[float]) -> dict[str, float]:
     return {f"{letter}{k}": float(x) for letter, vector in vectors.items() for k, x in enumerate(vector)}
 
 
-def evaluated(trees: Sequence[Node], known: Mapping[str, float]) -> Floats:
+def evaluated(trees: Iterable[Node], known: Mapping[str, float]) -> Floats:
     return np.array([real(tree, known) for tree in trees])
 
 
@@ -67,7 +67,7 @@ def test_quaternion_products(p: Sequence[float], q: Sequence[float]) -> None:
         a, b, c, d = quaternion
         return np.array([[a - 1j * d, -c - 1j * b], [c - 1j * b, a + 1j * d]])
 
-    found = evaluated(rigid_body.compose(names("p", 4), names("q", 4)), values(p=p, q=q))
+    found = evaluated(rotation.compose(names("p", 4), names("q", 4)), values(p=p, q=q))
     assert np.abs(matrix(found.tolist()) - matrix(p) @ matrix(q)).max() < 1e-13
 
 
@@ -77,9 +77,30 @@ def test_turns(q: Sequence[float], v: Sequence[float]) -> None:
     unit = np.array(q) / math.hypot(*q)
     turn = Rotation.from_quat(np.roll(unit, -1))
     known = values(q=unit.tolist(), v=v)
-    there, back = (rigid_body.rotated(names("q", 4), names("v", 3), back=way) for way in (False, True))
+    there, back = (rotation.turned(names("q", 4) * [1, *3 * [sign]], names("v", 3)) for sign in (1, -1))
     assert evaluated(there, known) == pytest.approx(turn.apply(v), abs=1e-13)
     assert evaluated(back, known) == pytest.approx(turn.inv().apply(v), abs=1e-13)
+
+
+@few
+@given(st.tuples(*[st.one_of(NUMBERS, st.sampled_from([0.0, 1.0, -1.0]))] * 2))
+def test_operators(pair: tuple[float, float]) -> None:
+    a, b = pair
+    left, right = number(a), number(b)
+    for one, other in ((left, right), (left, b)):
+        assert real(one + other, {}) == a + b
+        assert real(one - other, {}) == a - b
+        assert real(one * other, {}) == a * b
+        assert b == 0 or real(one / other, {}) == pytest.approx(a / b)
+    assert real(-left, {}) == -a
+    assert a * right == right * left
+    assert a + right in (right + left, left + right)
+
+
+def test_what_says_nothing_is_left_out() -> None:
+    assert X + ZERO == ZERO + X == X * ONE == ONE * X == X - ZERO == Negative(X) * -1 == X
+    assert X * ZERO == ZERO * X == 0 * X == -ZERO == ZERO
+    assert ZERO - X == -1 * X == -X == Negative(X)
 
 
 # --- the equations
@@ -103,7 +124,7 @@ def test_the_laws_of_motion(
 
 def test_a_torque_of_names() -> None:
     # A torque that depends on the time and the state, such as a brake about the third axis.
-    trees = rigid_body.equations(np.array([1.0, 2.0, 4.0]), [Name("t"), ZERO, minus(Name("L3"))])
+    trees = rigid_body.equations(np.array([1.0, 2.0, 4.0]), [Name("t"), ZERO, -Name("L3")])
     found = code.function(trees, rigid_body.STATE, {})(math)(7.0, 1.0, 0.0, 0.0, 0.0, 3.0, 5.0, 8.0)
     # L x omega = (5*2 - 8*2.5, 8*3 - 3*2, 3*2.5 - 5*3).
     assert found == (0.0, 1.5, 1.25, 1.0, 7 - 10.0, 18.0, -7.5 - 8)
