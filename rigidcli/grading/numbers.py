@@ -22,7 +22,7 @@ from rigidcli.grading.asked import Tree
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import RELATIVE, Tolerance
 from rigidcli.grading.units import read_unit, scale_in, with_hint
-from rigidcli.model.units import DIMENSIONLESS, Unit, parse_unit
+from rigidcli.model.units import DIMENSIONLESS, Unit
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, Expression, parse
@@ -194,11 +194,6 @@ def _finite(value: float, place: str) -> float:
 
 
 # --- in SI units
-
-
-def unit_of(text: str) -> Unit | None:
-    """The unit of a reference, None for a pure number."""
-    return parse_unit(text) if text else None
 
 
 def scale_of(written: Written, unit: Unit | None, place: str = "") -> float:

@@ -11,7 +11,6 @@ import os
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from decimal import ROUND_HALF_UP, Decimal
 from typing import TypeAlias
 
 from rigidcli.errors import DocumentError, Problem, UsageError, nearest, shown
@@ -31,8 +30,8 @@ POINTS = "Points Possible"
 KEPT = frozenset(["EX", "N/A"])
 """Cells that stay: the student is excused, or does not have the assignment."""
 
-SMALLEST = Decimal("0.01")
-"""Scores are rounded to multiples of it, as Canvas rounds points; halves away from zero."""
+PLACES = 2
+"""Decimal places of scores, as Canvas rounds points."""
 
 _CELL = r'("(?:[^"]|"")*+"|[^{mark}\r\n]*+)({mark}|\r\n|\n|\r|\Z)'
 
@@ -123,7 +122,7 @@ def fill(text: str, judgements: Iterable[Judgement], column: str) -> Filled:
         elif any(question.verdict == "review" for question in judgement.questions):
             waiting.append(judgement.student)
         else:
-            score = float(Decimal(str(judgement.score)).quantize(SMALLEST, ROUND_HALF_UP))
+            score = judgement.score_to(PLACES)
             replaced += bool(stands) and _number(stands) != score
             book.put(row, place, score)
     notes += noted("an answer waits for a person to judge, and the cell left as it was", waiting)
