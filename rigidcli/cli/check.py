@@ -14,7 +14,7 @@ import rigidcli
 from rigidcli.cli.computing import NoHeader, OutputPath, Quiet, tell_notes
 from rigidcli.cli.output import Failures, Output, complain, progress
 from rigidcli.errors import UsageError
-from rigidcli.grading.feedback import Feedback
+from rigidcli.grading import Feedback
 
 if TYPE_CHECKING:
     from rigidcli.grading.assignment import Prepared

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
 from functools import cache
 from typing import TYPE_CHECKING, Literal
 
 from rigidcli.errors import printable
+from rigidcli.grading import Feedback
 from rigidcli.grading.outcome import Verdict
 
 if TYPE_CHECKING:
@@ -16,24 +16,6 @@ if TYPE_CHECKING:
 
 LONGEST_DETAIL = 500
 """Characters of what more is said of an answer."""
-
-
-class Feedback(StrEnum):
-    """How much is told, the same in every format.
-
-    `none`: nothing that is meant for students, though scores and verdicts stay in json and csv; `verdict`:
-    whether an answer is right; `hint`: what is wrong with it, too; `full`: the reference, too.
-    """
-
-    none = "none"
-    verdict = "verdict"
-    hint = "hint"
-    full = "full"
-
-    @property
-    def reasons(self) -> bool:
-        """Whether it is told what is wrong with an answer."""
-        return self in (Feedback.hint, Feedback.full)
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,9 @@ from typing import Any
 import pytest
 
 import rigidcli
+from rigidcli.grading import Feedback
 from rigidcli.grading.assignment import prepare
-from rigidcli.grading.feedback import Feedback, told
+from rigidcli.grading.feedback import told
 from rigidcli.grading.judge import Item, outcome
 from rigidcli.grading.judgement import Judgement, judged
 from tests.conftest import ROOT

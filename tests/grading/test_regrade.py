@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.errors import DocumentError
-from rigidcli.grading.feedback import Feedback
+from rigidcli.grading import Feedback
 from rigidcli.grading.judgement import Judged, Judgement
 from rigidcli.grading.outcome import Finding
 from rigidcli.grading.reports import Style, regrade

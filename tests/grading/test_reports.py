@@ -16,7 +16,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigidcli.grading.feedback import Feedback, sentence, sentences, told
+from rigidcli.grading import Feedback
+from rigidcli.grading.feedback import sentence, sentences, told
 from rigidcli.grading.judgement import Judged, Judgement, judged
 from rigidcli.grading.outcome import VERDICTS, Finding, review
 from rigidcli.grading.reports import Style, items

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from rigidcli.grading.feedback import Feedback
+from rigidcli.grading import Feedback
 
 
 @dataclass(frozen=True, slots=True)

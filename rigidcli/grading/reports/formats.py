@@ -13,7 +13,8 @@ from xml.etree import ElementTree as ET
 import orjson
 
 from rigidcli.errors import printable
-from rigidcli.grading.feedback import Feedback, Student, Told, told
+from rigidcli.grading import Feedback
+from rigidcli.grading.feedback import Student, Told, told
 from rigidcli.grading.judgement import Judgement
 from rigidcli.grading.outcome import Verdict
 from rigidcli.grading.reports import Style

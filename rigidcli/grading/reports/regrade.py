@@ -13,7 +13,8 @@ import orjson
 from pydantic import ConfigDict, TypeAdapter, ValidationError
 
 from rigidcli.errors import DocumentError, Problem, printable
-from rigidcli.grading.feedback import Feedback, Student, Told, told
+from rigidcli.grading import Feedback
+from rigidcli.grading.feedback import Student, Told, told
 from rigidcli.grading.judgement import Judgement
 from rigidcli.grading.outcome import Verdict
 from rigidcli.grading.reports import Style
