@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, TypeAlias
 
-from rigidcli.grading import samples, scalars, tensors
+from rigidcli.grading import scalars, tensors
+from rigidcli.grading.arrays import mistakes as arrays
 from rigidcli.grading.equations import mistakes as equations
 from rigidcli.grading.expressions import mistakes as formulas
 from rigidcli.grading.factors import times
@@ -73,12 +74,12 @@ MISTAKES = (
             "number": times("sign_error"),
             "expression": formulas.negative,
             "equations": equations.made("sign_error"),
-            **dict.fromkeys(ARRAYS, samples.one_sign),
+            **dict.fromkeys(ARRAYS, arrays.one_sign),
         },
         {
             "trajectory": trajectories.fitting("sign_error"),
             "axes": principal.by_factor("sign_error"),
-            **dict.fromkeys(ARRAYS, samples.signs),
+            **dict.fromkeys(ARRAYS, arrays.signs),
         },
     ),
     Mistake(
@@ -102,7 +103,7 @@ MISTAKES = (
             "trajectory": trajectories.fitting("constant_factor"),
             "axes": principal.by_factor("constant_factor"),
             "expression": formulas.proportional(to_turn=False),
-            **dict.fromkeys(ARRAYS, samples.any_factor),
+            **dict.fromkeys(ARRAYS, arrays.any_factor),
         },
     ),
     Mistake(
@@ -139,14 +140,14 @@ MISTAKES = (
         fits={
             "number": scalars.rounded,
             "trajectory": trajectories.rounded,
-            **dict.fromkeys(ARRAYS, samples.rounded),
+            **dict.fromkeys(ARRAYS, arrays.rounded),
         },
     ),
     Mistake(
         "components_permuted",
         "the components are right, but in another order",
-        {VECTOR: samples.moved_on},
-        {"trajectory": trajectories.permuted, VECTOR: samples.permuted},
+        {VECTOR: arrays.moved_on},
+        {"trajectory": trajectories.permuted, VECTOR: arrays.permuted},
         level=DECISIVE,
     ),
     Mistake("time_unit", "the time is in another unit", {"trajectory": trajectories.in_other_units}),
@@ -160,16 +161,16 @@ MISTAKES = (
     Mistake(
         "transposed",
         "rows and columns are exchanged",
-        {MATRIX: samples.transposed, "axes": principal.in_columns},
+        {MATRIX: arrays.transposed, "axes": principal.in_columns},
         level=DECISIVE,
     ),
-    Mistake("opposite_direction", "points the opposite way", {VECTOR: samples.opposite}, level=DECISIVE),
+    Mistake("opposite_direction", "points the opposite way", {VECTOR: arrays.opposite}, level=DECISIVE),
     Mistake(
         "axes_permuted",
         "the coordinate axes are in another order",
         {
             "axes": principal.worked_out("axes_permuted"),
-            **dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("axes_permuted")),
+            **dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out("axes_permuted")),
         },
         level=DECISIVE,
     ),
@@ -178,7 +179,7 @@ MISTAKES = (
         "the products of inertia have the wrong sign",
         {
             "axes": principal.worked_out("products_of_inertia_sign"),
-            **dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("products_of_inertia_sign")),
+            **dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out("products_of_inertia_sign")),
         },
         level=DECISIVE,
     ),
@@ -187,7 +188,7 @@ MISTAKES = (
         "the products of inertia are missing",
         {
             "axes": principal.worked_out("products_of_inertia_missing"),
-            **dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("products_of_inertia_missing")),
+            **dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out("products_of_inertia_missing")),
         },
         level=DECISIVE,
     ),
@@ -196,7 +197,7 @@ MISTAKES = (
         "this is about the centre of mass: the parallel-axis theorem is not applied",
         {
             "axes": principal.worked_out("parallel_axis_missing"),
-            **dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("parallel_axis_missing")),
+            **dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out("parallel_axis_missing")),
         },
         level=DECISIVE,
     ),
@@ -205,7 +206,7 @@ MISTAKES = (
         "the parallel-axis theorem is applied with the wrong sign",
         {
             "axes": principal.worked_out("parallel_axis_sign"),
-            **dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("parallel_axis_sign")),
+            **dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out("parallel_axis_sign")),
         },
         level=DECISIVE,
     ),
@@ -214,7 +215,7 @@ MISTAKES = (
         "the parallel-axis theorem is applied to the diagonal only",
         {
             "axes": principal.worked_out("parallel_axis_off_diagonal_missing"),
-            **dict.fromkeys((TENSOR, MOMENTS), samples.worked_out("parallel_axis_off_diagonal_missing")),
+            **dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out("parallel_axis_off_diagonal_missing")),
         },
         level=DECISIVE,
     ),
@@ -223,7 +224,7 @@ MISTAKES = (
         "is right, but along other axes than those asked for",
         {
             "axes": principal.worked_out("other_frame"),
-            **dict.fromkeys((VECTOR, TENSOR, MOMENTS), samples.worked_out("other_frame")),
+            **dict.fromkeys((VECTOR, TENSOR, MOMENTS), arrays.worked_out("other_frame")),
         },
         {TENSOR: tensors.turned},
     ),

@@ -10,11 +10,12 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.grading.arrays.entries import as_typed, filled, times
+from rigidcli.grading.arrays.reference import Reference, Typed
 from rigidcli.grading.expressions.agreement import Function, ground
 from rigidcli.grading.expressions.formula import Vocabulary
 from rigidcli.grading.numbers import margin
 from rigidcli.grading.question import Tolerance
-from rigidcli.grading.samples import Reference, Typed, as_typed, filled, times
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.calculus import coefficients, substitute
 from rigidcli.symbolic.algebra.expressions import Expr, symbol

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 from rigidcli.errors import ValueProblem, at, shown
+from rigidcli.grading.arrays.keys import is_product, size_beside
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.factors import DEGREES, factors
 from rigidcli.grading.numbers import NOISE, Written, margin, narrowed, read_written, unnamed
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Tolerance
-from rigidcli.grading.samples import is_product, size_beside
 from rigidcli.grading.units import PERCENT, read_unit, scale_in
 from rigidcli.model.units import ANGLE, DIMENSIONLESS, Unit, parse_unit
 

@@ -14,9 +14,11 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import point_tensor, rotate
+from rigidcli.grading.arrays.entries import worked
+from rigidcli.grading.arrays.keys import computed
+from rigidcli.grading.arrays.reference import Reference, Typed
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.numbers import margin
-from rigidcli.grading.samples import Reference, Typed, computed, worked
 
 EYE = np.eye(3)
 

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from rigidcli.errors import ValueProblem
+from rigidcli.grading.arrays.reference import Reference as Key
 from rigidcli.grading.kinds import KINDS
-from rigidcli.grading.samples import Reference as Key
 from tests.grading.asking import Asking, codes, rows
 
 asking = Asking("matrix")

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from rigidcli.errors import ValueProblem
+from rigidcli.grading.arrays.reference import Reference as Key
 from rigidcli.grading.kinds import KINDS
-from rigidcli.grading.samples import Reference as Key
 from tests.grading.asking import Asking, codes, tolerance
 
 Floats = NDArray[np.float64]

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rigidcli.errors import ValueProblem
+from rigidcli.grading.arrays.reference import Reference as Key
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.mistakes import DECISIVE, variants
-from rigidcli.grading.samples import Reference as Key
 from tests.grading.asking import Asking, codes, rows
 
 Floats = NDArray[np.float64]

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from rigidcli.errors import ValueProblem
+from rigidcli.grading.arrays.reference import Reference as Key
 from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds import KINDS
-from rigidcli.grading.samples import Reference as Key
 from tests.grading.asking import Asking, codes, tolerance
 
 many = settings(max_examples=120, deadline=None)

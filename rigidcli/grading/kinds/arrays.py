@@ -16,31 +16,15 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem, shown
+from rigidcli.grading.arrays.entries import Cell, as_typed, filled, rewritten, times, worked
+from rigidcli.grading.arrays.keys import TENSORS, computed, labelled, reference
+from rigidcli.grading.arrays.reference import Reference, Symmetry, Typed, exactly, length, listed, told
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.mistakes import variants
 from rigidcli.grading.numbers import MOST_ENTRIES, margin
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, review, wrong
 from rigidcli.grading.proofs import are_proved
-from rigidcli.grading.samples import (
-    TENSORS,
-    Cell,
-    Reference,
-    Symmetry,
-    Typed,
-    as_typed,
-    computed,
-    exactly,
-    filled,
-    labelled,
-    length,
-    listed,
-    reference,
-    rewritten,
-    times,
-    told,
-    worked,
-)
 from rigidcli.grading.tensors import OTHER_PRODUCTS
 from rigidcli.grading.units import other_units
 

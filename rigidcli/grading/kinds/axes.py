@@ -18,6 +18,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ValueProblem
+from rigidcli.grading.arrays.entries import as_typed, times
+from rigidcli.grading.arrays.reference import told as entries_told
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.numbers import ROUNDING
@@ -25,8 +27,6 @@ from rigidcli.grading.outcome import Finding, Outcome, correct, review, wrong
 from rigidcli.grading.principal.eigen import Answer, Match, are_moments, match
 from rigidcli.grading.principal.key import Key, is_proved, make, read, solution
 from rigidcli.grading.proofs import are_numbers
-from rigidcli.grading.samples import as_typed, times
-from rigidcli.grading.samples import told as entries_told
 from rigidcli.symbolic.language.expression import Expression
 
 INDEPENDENT = 0.02

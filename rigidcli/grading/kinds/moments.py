@@ -11,11 +11,13 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ValueProblem
+from rigidcli.grading.arrays.entries import times, worked
+from rigidcli.grading.arrays.keys import computed
+from rigidcli.grading.arrays.reference import Reference, Symmetry, Typed, told
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.arrays import Arrays, Findings
 from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, wrong
-from rigidcli.grading.samples import Reference, Symmetry, Typed, computed, times, told, worked
 from rigidcli.grading.tensors import impossible, mistaken_tensors, moments_of
 
 ANY_ORDER: Symmetry = frozenset({"order"})

@@ -13,12 +13,13 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Mask
 from rigidcli.errors import ValueProblem, shown
+from rigidcli.grading.arrays.entries import Cell, filled
+from rigidcli.grading.arrays.reference import Reference, Typed, exactly, listed
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.arrays import Findings, Matrix, rows
 from rigidcli.grading.kinds.base import Example
 from rigidcli.grading.numbers import margins
 from rigidcli.grading.outcome import Finding, Unreadable
-from rigidcli.grading.samples import Cell, Reference, Typed, exactly, filled, listed
 from rigidcli.grading.tensors import convention, impossible, mistaken_tensors, moments_of
 
 COMPONENTS = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}

@@ -15,6 +15,9 @@ import numpy as np
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.tensor import rotate, shortfall
 from rigidcli.errors import ExpressionError, RigidError, ValueProblem, shown
+from rigidcli.grading.arrays.entries import Cell, filled, read_entry, times, worked
+from rigidcli.grading.arrays.keys import computed, reference
+from rigidcli.grading.arrays.reference import Reference
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.factors import CONSTANTS
@@ -24,16 +27,6 @@ from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.principal.eigen import Answer, Eigen, default_angle, match, solve
 from rigidcli.grading.proofs import agree, are_numbers, exact, simple
 from rigidcli.grading.question import Question, Tolerance
-from rigidcli.grading.samples import (
-    Cell,
-    Reference,
-    computed,
-    filled,
-    read_entry,
-    reference,
-    times,
-    worked,
-)
 from rigidcli.grading.tensors import OTHER_PRODUCTS, mistaken_tensors
 from rigidcli.model.units import Unit, parse_unit
 

@@ -1,0 +1,1 @@
+"""Lists and tables of numbers or expressions: entries, keys, and mistakes in them."""
