@@ -6,6 +6,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
+NOISE = 4 * 2.0**-52
+"""Entries of an array below this, in units of its largest, are shown to people as zero: a few roundings."""
+
 Value: TypeAlias = Any
 """A number or array (floats, or exact), a text, a truth value, a list, or None for what is not known."""
 
@@ -18,7 +21,8 @@ class Field:
     cell's place is an index such as (0, 1) into an array, or () for a value that is one cell. `symbol` is
     LaTeX; `title` and `unit` are for people, who are not shown a field without a title, and see `words`
     instead of the value where there are any, and zero for entries of an array that are rounding noise
-    beside its largest, unless each entry `counts` by itself.
+    beside its largest, unless each entry `counts` by itself. A `diagnostic` tells how good the others are;
+    people see it when they ask for more.
     """
 
     key: str
@@ -29,6 +33,7 @@ class Field:
     cells: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     words: str = ""
     counts: bool = False
+    diagnostic: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,15 +41,18 @@ class Column:
     """One quantity of a table: `values` has a number for each row (n), or a vector (n, k) with k `cells`.
 
     `key` is its name in JSON, where a dot is the way into an object; `cells` the names of its components
-    in CSV and in the heads of tables, `symbols` the same in LaTeX. People are not shown a column whose
-    `unit` is None, unless they ask for it. A list, of texts or None too, may stand for an array.
+    in CSV and in the heads of tables, `symbols` the same in LaTeX. People are not shown a column that is
+    `hidden`, unless they ask for it, and see zero for numbers below `noise`, in units of the largest.
+    A list, of texts or None too, may stand for an array.
     """
 
     key: str
     values: Value
     cells: tuple[str, ...]
-    unit: str | None = None
+    unit: str = ""
     symbols: tuple[str, ...] = ()
+    hidden: bool = False
+    noise: float = NOISE
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,6 +101,14 @@ class Report(Mapping[str, Value]):
                 place = place.setdefault(step, {})
             place[last] = value
         return tree
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of the values that have one, by their keys: a dot is the way into an object."""
+        units = {entry.key: entry.unit for entry in self.fields if entry.key and entry.unit}
+        for table in self.tables:
+            units |= {f"{table.key}.{column.key}": column.unit for column in table.columns if column.unit}
+        return units
 
     def __getitem__(self, key: str) -> Value:
         return self.tree()[key]

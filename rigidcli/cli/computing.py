@@ -10,11 +10,12 @@ import typer
 
 import rigidcli
 from rigidcli.cli.output import Failures, Output, complain, progress
-from rigidcli.errors import Problem, UsageError
-from rigidcli.render import Format, Look, renderer
+from rigidcli.errors import Problem, UsageError, ValueProblem
+from rigidcli.render import PEOPLE, Format, Look, renderer
 
 if TYPE_CHECKING:
     from rigidcli.model.document import Document
+    from rigidcli.render.units import Units
     from rigidcli.report import Report
 
 Files = Annotated[
@@ -65,8 +66,34 @@ Exact = Annotated[
 ]
 
 
-SHORTHANDS = {"samples": "motion.samples", "duration": "motion.duration"}
-"""Options of single commands that set a value of the document, and the key of that value."""
+def _read_units(text: str | None) -> Units:
+    """The units in `g,cm,deg`; refused where one is unknown."""
+    if text is None:
+        return {}
+    from rigidcli.render.units import read_units
+
+    try:
+        return read_units(text)
+    except ValueProblem as error:
+        hint = f" ({error.hint})" if error.hint else ""
+        raise typer.BadParameter(error.message + hint, param_hint="'--units'") from None
+
+
+def _split(text: str | None) -> list[str]:
+    return [name.strip() for name in text.split(",")] if text else []
+
+
+Samples = Annotated[int | None, typer.Option(metavar="N", help="Number of samples (default 1001).")]
+Duration = Annotated[str | None, typer.Option(metavar="TIME", help='End of the motion, as in "5 min".')]
+Columns = Annotated[
+    str | None, typer.Option(metavar="NAMES", callback=_split, help="Columns of the samples, such as t,w1.")
+]
+
+SECTIONS = {"euler": "motion", "hamilton": "orbit"}
+"""The section of the document whose `samples` and `duration` the options of these commands set."""
+
+SHORTHANDS = ("samples", "duration")
+"""Options that set a value of the document."""
 
 
 def computing(study: Callable[..., None]) -> Callable[..., None]:
@@ -91,17 +118,34 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             int, typer.Option(min=1, max=17, metavar="N", help="Significant digits in table and latex.")
         ] = 6,
         exact: Exact = False,
+        units: Annotated[
+            str | None,
+            typer.Option(
+                metavar="LIST",
+                help="Units in table and latex, such as g,cm,deg,rpm; json and csv stay SI.",
+            ),
+        ] = None,
+        unit_header: Annotated[bool, typer.Option("--unit-header", help="CSV heads with units.")] = False,
         no_header: NoHeader = False,
+        verbose: Annotated[
+            bool, typer.Option("-v", "--verbose", help="Tell residuals, drifts, trusted digits, method, too.")
+        ] = False,
         quiet: Quiet = False,
         **options: Any,
     ) -> None:
         failures = Failures()
         columns = tuple(options.pop("columns", None) or ())
-        shorthands = {f"--{name}": options.pop(name) for name in SHORTHANDS if name in options}
-        named = {SHORTHANDS[name[2:]]: name for name, value in shorthands.items() if value is not None}
-        changes = [*(settings or ()), *(f"{key}={shorthands[name]}" for key, name in named.items())]
+        wanted = _read_units(units)
+        if wanted and format not in PEOPLE:
+            tell_notes("--units", [f"{format} has SI units, whatever `--units` says"], quiet)
+            wanted = {}
+        given = {name: value for name in SHORTHANDS if (value := options.pop(name, None)) is not None}
+        named = {f"{SECTIONS[study.__name__]}.{name}": f"--{name}" for name in given}
+        changes = [*(settings or ()), *map("=".join, zip(named, map(str, given.values()), strict=True))]
 
         def reports() -> Iterator[Report]:
+            from rigidcli.render.units import in_units
+
             for document in documents(files, failures, exact=exact, settings=changes, options=named):
                 with failures.of(document.source), document.placing(), progress() as show:
                     run = getattr(rigidcli, study.__name__)
@@ -110,11 +154,11 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                     report = run(document, **options)
                     _require_columns(report, columns)
                     tell_notes(report.source, report.notes, quiet)
-                    yield report
+                    yield in_units(report, wanted) if wanted else report
 
         with Output(output) as target:
             width, colour = target.terminal()
-            look = Look(digits, not no_header, width, colour, columns, several=len(files) > 1)
+            look = Look(digits, not no_header, width, colour, columns, len(files) > 1, unit_header, verbose)
             for piece in renderer(format)(reports(), look):
                 target.write(piece)
         raise typer.Exit(failures.code)
@@ -128,11 +172,13 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
 
 
 def _require_columns(report: Report, columns: Sequence[str]) -> None:
-    """Raise UsageError unless the table of data has these columns; only that of a top has angles."""
-    known = {name for table in report.tables if table.data for each in table.columns for name in each.cells}
+    """Raise UsageError unless the table of data has these columns."""
+    known = [name for table in report.tables if table.data for each in table.columns for name in each.cells]
     for name in columns:
+        if not known:
+            raise UsageError("there are no samples here to choose columns of")
         if name not in known:
-            raise UsageError(f"`{name}` is no column here: only the motion of a `top` has phi, theta and psi")
+            raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(known)}")
 
 
 def documents(files: Sequence[str], failures: Failures, **options: Any) -> Iterator[Document]:

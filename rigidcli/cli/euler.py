@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.computing import computing
+from rigidcli.cli.computing import Columns, Duration, Samples, computing
 
 
 class EngineName(StrEnum):
@@ -18,32 +18,12 @@ class EngineName(StrEnum):
     taylor = "taylor"
 
 
-def _split(text: str | None) -> list[str] | None:
-    """The names in `t,w1,w2`; refused unless they are columns."""
-    if text is None:
-        return None
-    from rigidcli.studies.euler.columns import COLUMNS
-
-    names = [name.strip() for name in text.split(",")]
-    for name in names:
-        if name not in COLUMNS:
-            raise typer.BadParameter(f"`{name}` is none of {', '.join(COLUMNS)}")
-    return names
-
-
 @computing
 def euler(
     *,
-    samples: Annotated[
-        int | None, typer.Option(metavar="N", help="Number of samples (motion.samples; default 1001).")
-    ] = None,
-    duration: Annotated[
-        str | None, typer.Option(metavar="TIME", help='End of the motion (motion.duration), as in "5 min".')
-    ] = None,
-    columns: Annotated[
-        str | None,
-        typer.Option(metavar="NAMES", callback=_split, help="Columns for table, csv and latex: t,w1,w2,w3."),
-    ] = None,
+    samples: Samples = None,
+    duration: Duration = None,
+    columns: Columns = None,
     engine: Annotated[
         EngineName, typer.Option(help="What integrates driven motion; taylor needs the extra `taylor`.")
     ] = EngineName.auto,

@@ -6,12 +6,15 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.computing import computing
+from rigidcli.cli.computing import Columns, Duration, Samples, computing
 
 
 @computing
 def hamilton(
     *,
+    samples: Samples = None,
+    duration: Duration = None,
+    columns: Columns = None,
     invariants: Annotated[
         bool,
         typer.Option("--invariants", help="Search for conserved quantities also where that takes longer."),

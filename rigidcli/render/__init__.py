@@ -16,7 +16,8 @@ class Look:
     """The look of the output: significant digits for people, the csv header, width and colour.
 
     `columns` are those of tables of data to show, all of them when empty. With `several` documents, such
-    a table in csv begins with a column of their names.
+    a table in csv begins with a column of their names. Heads of csv have `unit_header` where they tell
+    units, too. People see diagnostics when they are `verbose`.
     """
 
     digits: int = 6
@@ -25,6 +26,8 @@ class Look:
     colour: bool = False
     columns: tuple[str, ...] = ()
     several: bool = False
+    unit_header: bool = False
+    verbose: bool = False
 
 
 class Format(StrEnum):
@@ -34,6 +37,10 @@ class Format(StrEnum):
     json = "json"
     csv = "csv"
     latex = "latex"
+
+
+PEOPLE = (Format.table, Format.latex)
+"""The formats that people read: in units of their choice, with as many digits as they ask for."""
 
 
 Renderer: TypeAlias = Callable[[Iterable[Report], Look], Iterator[str]]

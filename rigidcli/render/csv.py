@@ -23,16 +23,24 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         if data is None:
             row: dict[str, Value] = {"name": report.name}
             for entry in report.fields:
-                row |= {column: _at(entry.value, place) for column, place in entry.cells.items()}
+                row |= {
+                    _head(column, entry.unit, look): _at(entry.value, place)
+                    for column, place in entry.cells.items()
+                }
             header, lines = list(row), iter([",".join(map(_cell, row.values())) + "\n"])
         else:
             columns = single_cells(data, look.columns)
-            header = [*(["name"] if look.several else []), *(column.cells[0] for column in columns)]
+            heads = [_head(column.cells[0], column.unit, look) for column in columns]
+            header = [*(["name"] if look.several else []), *heads]
             lines = _rows(columns, _cell(report.name) + "," if look.several else "")
         if look.header and header != written:
             written = header
             yield ",".join(map(_cell, header)) + "\n" + next(lines)
         yield from lines
+
+
+def _head(name: str, unit: str, look: Look) -> str:
+    return f"{name} ({unit})" if look.unit_header and unit else name
 
 
 def _rows(columns: Sequence[Column], start: str) -> Iterator[str]:

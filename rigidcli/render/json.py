@@ -3,16 +3,27 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 import orjson
 
 from rigidcli.render import Look
 from rigidcli.render.values import plain
-from rigidcli.report import Report
+from rigidcli.report import Report, Table
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
-    """A line for each report; exact numbers are text in the expression language."""
+    """A line for each report; exact numbers are text in the expression language. `units` comes last."""
     for report in reports:
         head = {"schema": report.schema, "name": report.name, "source": report.source}
-        yield orjson.dumps(head | plain(report.tree()), option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
+        shown = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
+        body = head | plain(shown.tree()) | {"units": shown.units}
+        yield orjson.dumps(body, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
+
+
+def _asked(table: Table, look: Look) -> Table:
+    """The quantities of a table of data of which some column is asked for, whole; all by default."""
+    if not table.data or not look.columns:
+        return table
+    asked = (column for column in table.columns if set(column.cells) & set(look.columns))
+    return replace(table, columns=tuple(asked))

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.render.values import entries, is_exact, shown_columns, written
+from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields, written
 from rigidcli.report import Column, Field, Report, Table, Value
 
 _SPECIAL = str.maketrans(
@@ -27,7 +27,7 @@ _SYMBOLS = {
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     """A fragment for each report, its name in a comment above it."""
     for report in reports:
-        rows = [_row(entry, look.digits) for entry in report.fields if entry.title]
+        rows = [_row(entry, look.digits) for entry in shown_fields(report, look)]
         body = " \\\\\n".join(f"  {row}" for row in rows)
         yield f"% {printable(report.name)}: {report.title}\n\\begin{{align*}}\n{body}\n\\end{{align*}}\n"
         for table in report.tables:

@@ -8,7 +8,7 @@ from typing import TypeAlias
 from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.render.terminal import GAP, Page, Row
-from rigidcli.render.values import entries, is_exact, shown_columns, written
+from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields, written
 from rigidcli.report import Column, Field, Report, Value
 
 _Results: TypeAlias = Sequence[tuple[Field, str, str]]
@@ -23,7 +23,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     first = True
     for report in reports:
         head = f"{printable(report.name)}: {report.title}"
-        results = [(entry, *_value(entry, look.digits)) for entry in report.fields if entry.title]
+        results = [(entry, *_value(entry, look.digits)) for entry in shown_fields(report, look)]
         tables = [
             (table.title, [[_head(column), *texts] for column, texts in shown])
             for table in report.tables

@@ -10,11 +10,8 @@ import numpy as np
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.report import Column, Field, Table, Value, single_cells
+from rigidcli.report import NOISE, Column, Field, Report, Table, Value, single_cells
 from rigidcli.symbolic.language.tree import Node
-
-NOISE = 4 * float(np.finfo(np.float64).eps)
-"""Entries of an array below this, in units of its largest, are shown to people as zero."""
 
 _PLAIN = (float, int, str, bool, type(None))
 
@@ -51,11 +48,16 @@ MOST_ROWS = 11
 """Rows of a table of data that people are shown."""
 
 
+def shown_fields(report: Report, look: Look) -> list[Field]:
+    """The results that people are shown: those with a title, and diagnostics when they ask for more."""
+    return [entry for entry in report.fields if entry.title and (look.verbose or not entry.diagnostic)]
+
+
 def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Column, list[str]]]:
     """The columns, of one cell each, that people are shown, with their texts.
 
-    These are columns that have a unit, or those that were asked for. Of data people see a few rows: the
-    first, the last, and evenly between them.
+    These are the columns that are not hidden, or those that were asked for. Of data people see a few rows:
+    the first, the last, and evenly between them.
     """
     length = len(table)
     if not length:
@@ -67,14 +69,14 @@ def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Co
     return [
         (column, [_cell_text(column.values[row], look.digits, notation) for row in rows])
         for column in single_cells(tidied, asked)
-        if asked or column.unit is not None
+        if asked or not column.hidden
     ]
 
 
 def _without_noise(column: Column) -> Column:
     values = column.values
     if isinstance(values, np.ndarray):
-        values = np.where(np.abs(values) < NOISE * np.abs(values).max(), 0.0, values)
+        values = np.where(np.abs(values) < column.noise * np.abs(values).max(), 0.0, values)
     return replace(column, values=values)
 
 

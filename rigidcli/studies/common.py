@@ -11,7 +11,7 @@ import numpy as np
 from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.model.document import Document
 from rigidcli.model.load import STDIN
-from rigidcli.report import Field, Report, Table, Value
+from rigidcli.report import NOISE, Field, Report, Table, Value
 
 
 def report(
@@ -58,6 +58,18 @@ def _representable(field: Field) -> Value:
             f"the {field.title or field.key} is beyond the range of floating-point numbers"
         )
     return np.ascontiguousarray(field.value) + 0.0 if np.ndim(field.value) else field.value + 0.0
+
+
+MOST_NOISE = 1e-12
+"""What people are shown as zero at most, in units of the largest: it may also be small, and no error."""
+
+SHOWN_DIGITS = 6
+"""The digits that people are shown: where fewer can be trusted, they are told without asking."""
+
+
+def noise(trusted_digits: float | None) -> float:
+    """The size of errors in samples with so many digits to trust, in units of the largest sample."""
+    return NOISE if trusted_digits is None else min(max(NOISE, 10**-trusted_digits), MOST_NOISE)
 
 
 def if_known(field: Field) -> Field:

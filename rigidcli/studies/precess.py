@@ -143,7 +143,7 @@ def _field(section: str, entry: Field, values: Mapping[str, Value] | None) -> Fi
     key = f"{section}.{entry.key}"
     column = {} if entry.counts else {key: ()}
     if values is None:
-        return Field("", None, cells=column)
+        return Field("", None, unit=entry.unit, cells=column)
     value = values.get(entry.key)
     words = WORDS[entry.key].get(value, "") if entry.key in WORDS else ""
     return if_known(replace(entry, key=key, value=value, cells=column, words=words))
@@ -271,7 +271,7 @@ def _tide(tide: Tide, n: Arithmetic, found: _Found) -> dict[str, Value]:
     names = [perturber.name or str(index) for index, perturber in enumerate(tide.perturbers, start=1)]
     yearly = [precession.arcseconds_per_year(rate, n) for rate in rates]
     columns = (
-        Column("name", names, ("name",), ""),
+        Column("name", names, ("name",)),
         Column("rate", rates, ("rate",), "rad/s"),
         Column("rate_arcsec_per_year", yearly, ("in a Julian year",), "arcsec"),
     )

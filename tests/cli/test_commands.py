@@ -100,7 +100,7 @@ def test_json_has_the_fields_of_the_contract(
 ) -> None:
     source = f"configs/{config}.yaml"
     result = json.loads(program(study, "-f", "json", source).out)
-    assert list(result) == fields
+    assert list(result) == [*fields, "units"]
     assert (result["schema"], result["source"]) == (f"rigidcli.{study}/1", source)
     shapes = {"center_of_mass": (3,), "about": (3,), "tensor": (3, 3), "tensor_com": (3, 3)}
     for key, shape in (shapes | {"mass": (), "angle": (), "kinetic_energy": ()}).items():
@@ -130,7 +130,7 @@ def test_floats_come_through_json_and_csv_unchanged(study: str, program: Program
         path = f"configs/{name}.yaml"
         report = getattr(rigidcli, study)(rigidcli.load(ROOT / path))
         result = json.loads(program(study, "-f", "json", path, "--digits", "2").out)
-        for key in result.keys() - {"schema", "name", "source", "groups"}:
+        for key in result.keys() - {"schema", "name", "source", "groups", "units"}:
             value = report[key]
             assert result[key] == (value.tolist() if isinstance(value, np.ndarray) else value), key
         header, row = rows(program(study, "-f", "csv", path).out)
@@ -162,7 +162,7 @@ def test_what_needs_an_unknown_mass_is_null(program: Program) -> None:
 def test_exact_numbers_in_json_are_texts(program: Program) -> None:
     document = f"{CUBE}about: [0.5, 1/3, 0]\nmotion: {{omega: [1, 0, 0]}}"
     result = json.loads(program("axes", "--exact", "-f", "json", "-", stdin=document).out)
-    assert list(result) == [*AXES, *MOTION]
+    assert list(result) == [*AXES, *MOTION, "units"]
     assert result["mass"] == "12"
     assert result["about"] == ["1/2", "1/3", "0"]
     assert result["tensor"][0] == ["10/3", "-2", "0"]
@@ -574,7 +574,11 @@ def test_points_are_not_read_from_a_device_or_a_pipe(folder: Path) -> None:
         ["axes", "--set"],
         ["axes", "-s", "=3", "x"],
         ["axes", "-x", "x"],
-        ["axes", "--verbose", "x"],
+        ["axes", "--units", "g,kg", "x"],
+        ["axes", "--units", "1", "x"],
+        ["axes", "--units", "", "x"],
+        ["axes", "--units", "furlongs_a", "x"],
+        ["axes", "--columns", "t", "x"],
         ["validate", "-f", "json", "x"],
         ["schema", "x"],
         ["schema", "answers", "assignment"],

@@ -76,6 +76,7 @@ TABLES = Report(
     (
         Field("top.spin", 2.5, "spin", r"\omega_3", "rad/s", {"top.spin": ()}),
         Field("", None, cells={"free.rate": ()}),
+        Field("top.drift", 1e-13, "drift", diagnostic=True),
         Field("top.kind", "wavy", "nutation", cells={"top.kind": ()}, words="wavy: L^2 > 2 T lambda2"),
     ),
     tables=(
@@ -83,21 +84,22 @@ TABLES = Report(
             "top.roots",
             "the roots",
             (
-                Column("name", ["first", "<2nd> \x1b[31m_&"], ("name",), ""),
-                Column("stable", [True, None], ("stable",), ""),
+                Column("name", ["first", "<2nd> \x1b[31m_&"], ("name",)),
+                Column("stable", [True, None], ("stable",)),
                 Column("re", [-1.5, 1e-9], ("re",), "rad/s"),
-                Column("hidden", [1.0, 2.0], ("hidden",)),
+                Column("hidden", [1.0, 2.0], ("hidden",), hidden=True),
             ),
             records=True,
         ),
-        Table("top.none", "nothing", (Column("re", [], ("re",), ""),), records=True),
+        Table("top.none", "nothing", (Column("re", [], ("re",)),), records=True),
         Table(
             "trajectory",
             "the motion",
             (
                 Column("t", times, ("t",), "s", ("t",)),
                 Column("omega", np.outer(times, [1.0, -1e-17, 1e6]), ("w1", "w2", "w3"), "rad/s"),
-                Column("energy", 1e-30 * times, ("T",)),
+                Column("energy", 1e-30 * times, ("T",), "J", hidden=True),
+                Column("noisy", np.cos(times) + 1e-12 * times, ("n",), noise=0.6),
             ),
             data=True,
         ),
@@ -112,6 +114,9 @@ LOOKS = {
     "csv_bare": (Format.csv, Look(header=False)),
     "latex": (Format.latex, Look(digits=3)),
     "table_columns": (Format.table, Look(columns=("T", "w1"))),
+    "table_verbose": (Format.table, Look(verbose=True)),
+    "csv_units": (Format.csv, Look(unit_header=True)),
+    "json_columns": (Format.json, Look(columns=("T", "w1"))),
     "csv_columns": (Format.csv, Look(columns=("T", "w1"), several=True)),
 }
 

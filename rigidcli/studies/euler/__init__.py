@@ -13,7 +13,7 @@ from rigidcli.core.arithmetic import FLOAT
 from rigidcli.errors import ValueProblem
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Table
-from rigidcli.studies.common import if_known, report
+from rigidcli.studies.common import SHOWN_DIGITS, if_known, report
 from rigidcli.studies.euler.columns import trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
 from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory, free_trajectory
@@ -117,11 +117,21 @@ def _quality(motion: Trajectory) -> tuple[Field, ...]:
     """How the motion was followed, and how many digits can be trusted."""
     drift = motion.drift
     return (
-        Field("method", motion.method, "method", words=motion.method),
+        Field("method", motion.method, "method", words=motion.method, diagnostic=True),
         Field("steps", motion.steps),
-        Field("trusted_digits", motion.trusted_digits, "digits of the orientation to trust"),
-        Field("drift.energy", drift["energy"], "drift of the energy balance"),
-        Field("drift.angular_momentum", drift["angular_momentum"], "drift of the angular momentum"),
+        Field(
+            "trusted_digits",
+            motion.trusted_digits,
+            "digits of the orientation to trust",
+            diagnostic=motion.trusted_digits >= SHOWN_DIGITS,
+        ),
+        Field("drift.energy", drift["energy"], "drift of the energy balance", diagnostic=True),
+        Field(
+            "drift.angular_momentum",
+            drift["angular_momentum"],
+            "drift of the angular momentum",
+            diagnostic=True,
+        ),
         Field("drift.quaternion", drift["quaternion"]),
     )
 
@@ -136,10 +146,10 @@ def _stability(motion: Trajectory) -> Table:
         "stability",
         "rotation about the principal axes, when left alone",
         (
-            Column("axis", ["e1", "e2", "e3"], ("axis",), ""),
+            Column("axis", ["e1", "e2", "e3"], ("axis",)),
             Column("moment", [float(moment) for moment in frame.moments], ("moment",), "kg m^2"),
-            Column("stable", [one.stable for one in found], ("stable",), ""),
-            Column("rate_per_spin", [one.rate_per_spin for one in found], ("rate/spin",), ""),
+            Column("stable", [one.stable for one in found], ("stable",)),
+            Column("rate_per_spin", [one.rate_per_spin for one in found], ("rate/spin",)),
             Column("rate", rates, ("rate",), "1/s"),
         ),
         records=True,

@@ -5,16 +5,19 @@ from __future__ import annotations
 from dataclasses import replace
 
 from rigidcli.core import rotation
-from rigidcli.report import Column, Table
+from rigidcli.report import NOISE, Column, Table
+from rigidcli.studies.common import noise
 from rigidcli.studies.euler.trajectory import Trajectory
 
 QUANTITIES = (
     Column("t", None, ("t",), "s", ("t",)),
     Column("omega", None, ("w1", "w2", "w3"), "rad/s", (r"\omega_{1}", r"\omega_{2}", r"\omega_{3}")),
-    Column("angular_momentum", None, ("L1", "L2", "L3"), None, (r"L_{1}", r"L_{2}", r"L_{3}")),
+    Column("angular_momentum", None, ("L1", "L2", "L3"), "kg m^2/s", (r"L_{1}", r"L_{2}", r"L_{3}"), True),
     Column("kinetic_energy", None, ("T",), "J", ("T",)),
-    Column("orientation", None, ("q0", "q1", "q2", "q3"), "", (r"q_{0}", r"q_{1}", r"q_{2}", r"q_{3}")),
-    Column("angular_momentum_space", None, ("Lx", "Ly", "Lz"), None, (r"L_{x}", r"L_{y}", r"L_{z}")),
+    Column("orientation", None, ("q0", "q1", "q2", "q3"), symbols=(r"q_{0}", r"q_{1}", r"q_{2}", r"q_{3}")),
+    Column(
+        "angular_momentum_space", None, ("Lx", "Ly", "Lz"), "kg m^2/s", (r"L_{x}", r"L_{y}", r"L_{z}"), True
+    ),
     Column("angles", None, ("phi", "theta", "psi"), "rad", (r"\phi", r"\theta", r"\psi")),
 )
 """The quantities, still without values, in the order of their columns; only a top has `angles`.
@@ -41,10 +44,17 @@ def trajectory_table(motion: Trajectory) -> Table:
         local = rotation.compose(motion.orientation, rotation.as_quaternion(problem.symmetry))
         values["angles"] = rotation.zxz_angles(local)
 
+    error = noise(motion.trusted_digits)
+
     def filled(column: Column) -> Column:
         # People see the angles of a top instead of the quaternion.
         is_hidden = column.key == "orientation" and "angles" in values
-        return replace(column, values=values[column.key], unit=None if is_hidden else column.unit)
+        return replace(
+            column,
+            values=values[column.key],
+            hidden=column.hidden or is_hidden,
+            noise=NOISE if column.key == "t" else error,
+        )
 
     columns = tuple(filled(column) for column in QUANTITIES if column.key in values)
     return Table("trajectory", "the motion", columns, data=True)

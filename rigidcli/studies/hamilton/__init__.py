@@ -11,8 +11,8 @@ import numpy as np
 
 from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
-from rigidcli.report import Column, Field, Report, Table
-from rigidcli.studies.common import report, require_values
+from rigidcli.report import NOISE, Column, Field, Report, Table
+from rigidcli.studies.common import SHOWN_DIGITS, noise, report, require_values
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.trees import to_tree
@@ -93,7 +93,12 @@ def run(
         Field("natural_reason", system.reason),
         _expression("energy", derivation.energy, "", "T + V"),
         _is_energy(derivation),
-        Field("verified", residual, "" if residual is None else "residual of the equations of motion"),
+        Field(
+            "verified",
+            residual,
+            "" if residual is None else "residual of the equations of motion",
+            diagnostic=True,
+        ),
         *_invariants(found),
         *([Field("branches", [])] if len(found.branches) < 2 else []),
         *_transform(found),
@@ -237,16 +242,21 @@ def _orbit_quality(found: _Results) -> list[Field]:
         return []
     further = [orbit.drift[name] for name in orbit.invariants]
     return [
-        Field("orbit.method", orbit.method, "method", words=orbit.method),
+        Field("orbit.method", orbit.method, "method", words=orbit.method, diagnostic=True),
         Field("orbit.steps", orbit.steps),
-        Field("orbit.trusted_digits", orbit.trusted_digits, "digits of the orbit to trust"),
+        Field(
+            "orbit.trusted_digits",
+            orbit.trusted_digits,
+            "digits of the orbit to trust",
+            diagnostic=orbit.trusted_digits >= SHOWN_DIGITS,
+        ),
         Field("orbit.drift", orbit.drift),
         *(
-            Field("", drift, f"drift of {name}", rf"\text{{drift of }}{latex_name(name)}")
+            Field("", drift, f"drift of {name}", rf"\text{{drift of }}{latex_name(name)}", diagnostic=True)
             for name, drift in orbit.drift.items()
             if name not in orbit.invariants
         ),
-        *([Field("", max(further), "largest drift of the others")] if further else []),
+        *([Field("", max(further), "largest drift of the others", diagnostic=True)] if further else []),
     ]
 
 
@@ -256,11 +266,11 @@ def _branch_table(found: _Results) -> list[Table]:
     if len(branches) < 2:
         return []
     columns = [
-        Column(name, [branch.velocities[place] for branch in branches], (name,), "")
+        Column(name, [branch.velocities[place] for branch in branches], (name,))
         for place, name in enumerate(found.derivation.velocity_names)
     ]
-    columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",), ""))
-    columns.append(Column("range", [branch.validity for branch in branches], ("where",), ""))
+    columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",)))
+    columns.append(Column("range", [branch.validity for branch in branches], ("where",)))
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
 
 
@@ -269,17 +279,23 @@ def _orbit_table(found: _Results) -> list[Table]:
     orbit, phase = found.orbit, found.derivation.phase
     if orbit is None:
         return []
-    quantities = [
-        ("", TIME, orbit.times),
-        *(("q.", *pair) for pair in zip(phase.coordinates, orbit.coordinates.T, strict=True)),
-        *(("p.", *pair) for pair in zip(phase.momenta, orbit.momenta.T, strict=True)),
-        ("", "H", orbit.energy),
-    ]
+    error = noise(orbit.trusted_digits)
+    constant = "H" in found.derivation.conserved
+    size = np.abs(orbit.energy).max()
     columns = (
-        Column(way + name, values, (name,), "s" if name == TIME else "", (latex_name(name),))
-        for way, name, values in quantities
+        Column(TIME, orbit.times, (TIME,), "s", (TIME,)),
+        *(
+            Column(way + name, values, (name,), symbols=(latex_name(name),), noise=error)
+            for way, names, samples in (
+                ("q.", phase.coordinates, orbit.coordinates),
+                ("p.", phase.momenta, orbit.momenta),
+            )
+            for name, values in zip(names, samples.T, strict=True)
+        ),
+        # What changes in a constant is rounding.
+        Column("H", orbit.energy, ("H",), noise=np.ptp(orbit.energy) / size if constant and size else NOISE),
     )
-    return [Table("orbit", "the orbit", tuple(columns), data=True)]
+    return [Table("orbit", "the orbit", columns, data=True)]
 
 
 def _notes(found: _Results) -> list[str]:

@@ -1,0 +1,97 @@
+"""Results in the units that a person asks for: `--units g,cm,deg,rpm`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from fractions import Fraction
+from typing import TypeAlias
+
+import numpy as np
+
+from rigidcli.errors import ValueProblem
+from rigidcli.model.units import ANGLE, DIMENSIONLESS, LENGTH, MASS, TIME, Dimension, Unit, parse_unit
+from rigidcli.render.values import is_exact
+from rigidcli.report import Report, Value
+
+Units: TypeAlias = Mapping[Dimension, Unit]
+"""The units that are asked for, by what they measure."""
+
+BASES = {MASS: "kg", LENGTH: "m", TIME: "s", ANGLE: "rad"}
+"""The dimensions that results are made of, in the order in which units are written, with those of the SI."""
+
+
+def read_units(text: str) -> Units:
+    """The units in a list such as `g,cm,deg,rpm`.
+
+    Raises ValueProblem where one is unknown, measures nothing, or is the second for its dimension.
+    """
+    units: dict[Dimension, Unit] = {}
+    for name in text.split(","):
+        unit = parse_unit(name)
+        if unit.dimension == DIMENSIONLESS:
+            raise ValueProblem(f"`{unit.text}` measures nothing", hint="expected units such as g,cm,deg,rpm")
+        other = units.setdefault(unit.dimension, unit)
+        if other is not unit:
+            raise ValueProblem(f"`{other.text}` and `{unit.text}` are both units of {unit.dimension}")
+    return units
+
+
+def in_units(report: Report, units: Units) -> Report:
+    """The report with its values in these `units`.
+
+    A value has the unit of its very dimension, where there is one (rpm for an angular velocity), else a
+    product of units of mass, length, time and angle (g cm^2), of which those that are not asked for are
+    SI units. Where none of them is asked for, the value stays as it is.
+    """
+    fields = []
+    for entry in report.fields:
+        value, unit = _converted(entry.value, entry.unit, units)
+        fields.append(replace(entry, value=value, unit=unit))
+    tables = []
+    for table in report.tables:
+        columns = []
+        for column in table.columns:
+            value, unit = _converted(column.values, column.unit, units)
+            columns.append(replace(column, values=value, unit=unit))
+        tables.append(replace(table, columns=tuple(columns)))
+    return replace(report, fields=tuple(fields), tables=tuple(tables))
+
+
+def _converted(value: Value, text: str, units: Units) -> tuple[Value, str]:
+    """A value with this SI unit, and its unit, in the units asked for."""
+    unit = _unit_for(parse_unit(text), units) if text else None
+    if unit is None or value is None:
+        return value, text
+    if isinstance(value, list):
+        return [_converted(entry, text, units)[0] for entry in value], unit.text
+    if not is_exact(value):
+        return value / unit.scale, unit.text
+    if any(number.names for number in np.ravel(value)):
+        return value, text  # symbols bring units of their own
+    from rigidcli.symbolic.algebra.expressions import PI
+
+    return value / (Fraction(unit.factor) * PI**unit.pi_power), unit.text
+
+
+def _unit_for(si: Unit, units: Units) -> Unit | None:
+    """The unit for what has this SI unit; None where that one stays."""
+    if si.scale != 1:
+        return None  # a unit that the name of the result promises, such as years
+    if si.dimension in units:
+        return units[si.dimension]
+    powers = {base: power for base in BASES if (power := _power(si.dimension, base))}
+    if not powers.keys() & units.keys():
+        return None
+    above: list[str] = []
+    below: list[str] = []
+    for base, power in powers.items():
+        name = units[base].text if base in units else BASES[base]
+        (above if power > 0 else below).append(name if abs(power) == 1 else f"{name}^{abs(power)}")
+    lower = f"({' '.join(below)})" if len(below) > 1 else "".join(below)
+    return parse_unit(f"{' '.join(above) or '1'}/{lower}" if lower else " ".join(above))
+
+
+def _power(dimension: Dimension, base: Dimension) -> int:
+    """The power of a base in a dimension."""
+    return sum(a * b for a, b in zip(dimension, base, strict=True))
