@@ -28,9 +28,7 @@ def is_exact(value: Value) -> bool:
 
 def written(value: Value, write: Callable[[Node], str]) -> str:
     """An exact expression as `text`, `reading` or `latex` of `symbolic.language.text` write it."""
-    from rigidcli.symbolic.algebra.trees import to_tree
-
-    return write(to_tree(value))
+    return write(value.tree())
 
 
 def plain(value: Value) -> Value:
@@ -98,7 +96,7 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, st
     if is_exact(value):
         numbers = np.ravel(np.array(value, dtype=object))
         unit = "" if any(number.names for number in numbers) else entry.unit
-        if np.ndim(value) == 2:
+        if np.ndim(value) == 2 and not any(number.decimal for number in numbers):
             from rigidcli.symbolic.algebra.arithmetic import common_factor
 
             common, rest = common_factor(value)

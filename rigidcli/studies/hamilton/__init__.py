@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
-from rigidcli.report import NOISE, Column, Field, Report, Table
+from rigidcli.report import NOISE, Column, Field, Report, Table, Value
 from rigidcli.studies.common import SHOWN_DIGITS, noise, report, require_values
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
     from rigidcli.symbolic.mechanics.spectrum import Spectrum
 
 SCHEMA = "rigidcli.hamilton/1"
+
+DECIMAL = re.compile(r"\.\d|\de-")
+"""What the text of a decimal has, and no other part of an expression."""
 
 TRUTH = {True: "yes", False: "no", None: "not known"}
 
@@ -105,7 +109,22 @@ def run(
         *_orbit_quality(found),
     ]
     tables = [*_branch_table(found), *_orbit_table(found)]
+    if not document.exact_results and DECIMAL.search(repr(document.system)):
+        fields = [replace(entry, value=_in_decimals(entry.value)) for entry in fields]
     return report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables)
+
+
+def _in_decimals(value: Value) -> Value:
+    """Exact expressions written with decimals, and all else as it is."""
+    match value:
+        case Expr():
+            return value.in_decimals()
+        case list():
+            return [_in_decimals(entry) for entry in value]
+        case np.ndarray() if value.dtype == object:
+            return np.array([_in_decimals(entry) for entry in value.flat], dtype=object).reshape(value.shape)
+        case _:
+            return value
 
 
 def _results(document: Document, invariants: bool, progress: Callable[[float], None] | None) -> _Results:

@@ -39,8 +39,10 @@ from rigidcli.symbolic.algebra.atoms import (
 )
 from rigidcli.symbolic.algebra.roots import Rational, bounded, magnitude, root, surd
 from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.language.decimals import in_decimals
 from rigidcli.symbolic.language.expression import Expression
 from rigidcli.symbolic.language.text import latex, text
+from rigidcli.symbolic.language.tree import Node
 
 MAX_TERMS = 10_000
 """Most terms of a sum: adding so many takes a hundredth of a second."""
@@ -69,20 +71,31 @@ class Expr(Terms):
     H.evaluate(m=1, k=4, p_x=0, x=[0.0, 0.5])
     """
 
-    __slots__ = ("_factored",)
+    __slots__ = ("_factored", "decimal")
 
     def __init__(self, terms: Mapping[Monomial, Rational]) -> None:
         """`terms` is in canonical form already; use `number`, `symbol` and the operators to make one."""
         super().__init__(terms)
         self._factored: tuple[Rational, Monomial] | None = None
+        self.decimal = False
 
     def __str__(self) -> str:
-        return text(to_tree(self))
+        return text(self.tree())
 
     __repr__ = __str__
 
     def _repr_latex_(self) -> str:
-        return f"${latex(to_tree(self))}$"
+        return f"${latex(self.tree())}$"
+
+    def tree(self) -> Node:
+        """The tree in which it is written."""
+        return in_decimals(to_tree(self)) if self.decimal else to_tree(self)
+
+    def in_decimals(self) -> Expr:
+        """The same expression, written with decimals where its fractions have an end: 0.37 x."""
+        written = Expr(self.terms)
+        written.decimal = True
+        return written
 
     def __float__(self) -> float:
         """Raises ExpressionError where a symbol is in it."""
