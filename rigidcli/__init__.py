@@ -2,13 +2,13 @@
 
     import rigidcli
 
-    document = rigidcli.load("configs/cube_corner.yaml")
-    result = rigidcli.axes(document)
+    result = rigidcli.axes("configs/cube_corner.yaml")     # or a mapping, or the text of a document
     result["moments"]        # array([ 2., 11., 11.])
 
-`load` and `loads` read documents, `inertia`, `axes`, `precess`, `euler` and `hamilton` answer them with a
-report, which maps the fields of the JSON output to floats, numpy arrays, texts and exact expressions
-(`rigidcli.symbolic.algebra.expressions.Expr`). Problems are raised as `rigidcli.errors.RigidError`.
+`inertia`, `axes`, `precess`, `euler` and `hamilton` answer documents with a `Result`, which maps the fields
+of the JSON output to floats, numpy arrays, texts and exact expressions, and shows itself as a table. `load`
+and `loads` read a document once for several of them. Problems are raised as `RigidError`; those of documents
+as `DocumentError`, which lists them.
 """
 
 from __future__ import annotations
@@ -21,21 +21,48 @@ __version__ = "0.1.0"
 STUDIES = ("inertia", "axes", "precess", "euler", "hamilton")
 """The studies: each is the function `run` of a module in `rigidcli.studies`, and a command of that name."""
 
-__all__ = ["STUDIES", "__version__", "load", "loads", *STUDIES]
+_PLACES = {
+    **dict.fromkeys(("Result", *STUDIES), "api"),
+    **dict.fromkeys(("load", "loads"), "model.load"),
+    **dict.fromkeys(("DocumentError", "RigidError"), "errors"),
+    "Document": "model.document",
+}
+"""The modules of what the package offers."""
+
+__all__ = [
+    "STUDIES",
+    "Document",
+    "DocumentError",
+    "Result",
+    "RigidError",
+    "__version__",
+    "axes",
+    "euler",
+    "hamilton",
+    "inertia",
+    "load",
+    "loads",
+    "precess",
+]
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from typing import Any
 
+    from rigidcli.api import Result, axes, euler, hamilton, inertia, precess
+    from rigidcli.errors import DocumentError, RigidError
+    from rigidcli.model.document import Document
     from rigidcli.model.load import load, loads
-    from rigidcli.report import Report
 
 
-def __getattr__(name: str) -> Callable[..., Report]:
-    """Load a function of the package when it is first asked for: `--help` needs none of them."""
-    if name not in __all__:
+def __getattr__(name: str) -> Any:
+    """Load a part of the package when it is first asked for: `--help` needs none of them."""
+    if name not in _PLACES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     from importlib import import_module
 
-    place, function = ("studies." + name, "run") if name in STUDIES else ("model.load", name)
-    loaded: Callable[..., Report] = getattr(import_module(f"rigidcli.{place}"), function)
-    return loaded
+    return getattr(import_module(f"rigidcli.{_PLACES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    """What the package offers, for completion."""
+    return sorted(__all__)

@@ -27,12 +27,16 @@ _SYMBOLS = {
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     """A fragment for each report, its name in a comment above it."""
     for report in reports:
-        rows = [_row(entry, look.digits) for entry in shown_fields(report, look)]
-        body = " \\\\\n".join(f"  {row}" for row in rows)
-        yield f"% {printable(report.name)}: {report.title}\n\\begin{{align*}}\n{body}\n\\end{{align*}}\n"
+        yield f"% {printable(report.name)}: {report.title}\n{formulas(report, look)}\n"
         for table in report.tables:
             if shown := shown_columns(table, look, _number):
                 yield _table(table, shown)
+
+
+def formulas(report: Report, look: Look) -> str:
+    """The results of a report, one below the other, without its tables."""
+    rows = [f"  {_row(entry, look.digits)}" for entry in shown_fields(report, look)]
+    return "\\begin{align*}\n" + " \\\\\n".join(rows) + "\n\\end{align*}"
 
 
 def _table(table: Table, columns: list[tuple[Column, list[str]]]) -> str:
@@ -58,19 +62,24 @@ def _row(entry: Field, digits: int) -> str:
     left = entry.symbol or rf"\text{{{entry.title}}}"
     if entry.words or entry.value is None:
         return rf"{left} &\colon \text{{{_prose(entry.words or 'not known')}}}"
+    return f"{left} &= {value(entry, digits)}"
+
+
+def value(entry: Field, digits: int) -> str:
+    """A value with its unit, for math mode."""
     factor, texts, unit = entries(entry, digits, _number)
     if isinstance(texts, str):
-        value = texts
+        written = texts
     elif isinstance(texts[0], str):
-        value = r"\left(" + r",\, ".join(texts) + r"\right)"
+        written = r"\left(" + r",\, ".join(texts) + r"\right)"
     else:
         # Fractions in rows without extra space would touch.
         apart = r" \\[1ex] " if any("frac" in cell for row in texts for cell in row) else r" \\ "
         rows = apart.join(" & ".join(row) for row in texts)
-        value = rf"\begin{{pmatrix}}{rows}\end{{pmatrix}}"
+        written = rf"\begin{{pmatrix}}{rows}\end{{pmatrix}}"
     # The unit is in upright letters: `kg m^2/s` becomes kg\,m^2/s.
     upright = rf"\,\mathrm{{{unit}}}".replace(" ", r"\,") if unit else ""
-    return f"{left} &= {factor}{value}{upright}"
+    return f"{factor}{written}{upright}"
 
 
 def _prose(words: str) -> str:
@@ -81,10 +90,10 @@ def _prose(words: str) -> str:
     return text
 
 
-def _number(value: Value, digits: int) -> str:
-    if is_exact(value):
+def _number(number: Value, digits: int) -> str:
+    if is_exact(number):
         from rigidcli.symbolic.language.text import latex
 
-        return written(value, latex)
-    mantissa, e, exponent = f"{value:.{digits}g}".partition("e")
+        return written(number, latex)
+    mantissa, e, exponent = f"{number:.{digits}g}".partition("e")
     return rf"{mantissa} \times 10^{{{int(exponent)}}}" if e else mantissa

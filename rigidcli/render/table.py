@@ -27,7 +27,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         tables = [
             (table.title, [[_head(column), *texts] for column, texts in shown])
             for table in report.tables
-            if (shown := shown_columns(table, look, _number))
+            if (shown := shown_columns(table, look, number))
         ]
         if look.width is None:
             block = _plain(head, results, tables)
@@ -78,7 +78,7 @@ def _value(entry: Field, digits: int) -> tuple[str, str]:
         return entry.words, ""
     if entry.value is None:
         return "not known", ""
-    factor, texts, unit = entries(entry, digits, _number)
+    factor, texts, unit = entries(entry, digits, number)
     if isinstance(texts, str):
         return texts, unit
     if isinstance(texts[0], str):
@@ -93,7 +93,8 @@ def _value(entry: Field, digits: int) -> tuple[str, str]:
     return "\n".join(rows), unit
 
 
-def _number(value: Value, digits: int) -> str:
+def number(value: Value, digits: int) -> str:
+    """A float with so many digits, or an exact expression as a person would write it."""
     if not is_exact(value):
         return f"{value:.{digits}g}"
     from rigidcli.symbolic.language.text import reading

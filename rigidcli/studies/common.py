@@ -57,7 +57,7 @@ def _representable(field: Field) -> Value:
         raise ComputationError(
             f"the {field.title or field.key} is beyond the range of floating-point numbers"
         )
-    return np.ascontiguousarray(field.value) + 0.0 if np.ndim(field.value) else field.value + 0.0
+    return np.ascontiguousarray(field.value) + 0.0 if np.ndim(field.value) else float(field.value) + 0.0
 
 
 MOST_NOISE = 1e-12

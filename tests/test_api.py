@@ -1,0 +1,144 @@
+"""The package as people use it from Python and in notebooks."""
+
+from __future__ import annotations
+
+import doctest
+import subprocess
+import sys
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rigidcli
+from rigidcli import api
+from tests.conftest import ROOT, Program
+
+TEXT = "body: {shape: cube, side: 1, mass: 12, anchor: corner}"
+BODY = {"shape": "cube", "side": 1, "mass": 12, "anchor": "corner"}
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        TEXT,
+        {"body": BODY},
+        ROOT / "configs" / "cube_corner.yaml",
+        str(ROOT / "configs" / "cube_corner.yaml"),
+        rigidcli.loads(TEXT),
+    ],
+    ids=["text", "mapping", "path", "name", "document"],
+)
+def test_a_document_in_any_form(source: Any) -> None:
+    assert rigidcli.axes(source)["moments"] == pytest.approx([2, 11, 11], rel=1e-14)
+
+
+def test_a_mapping_may_hold_arrays_and_exact_numbers() -> None:
+    points = np.array([[1.0, 1, 0, 0], [2, 0, 1, 1], [3, 0, 1, -1]])
+    assert rigidcli.axes({"body": {"points": points}})["moments"] == pytest.approx([5, 7, 10], rel=1e-14)
+    exact = rigidcli.inertia({"body": BODY | {"side": Fraction(1, 3), "mass": np.int64(12)}}, exact=True)
+    assert str(exact["tensor"][0, 0]) == "8/9"
+    moment = rigidcli.axes("parameters: {M: null}\nbody: {shape: cube, side: 1, mass: M}")["moments"][0]
+    assert (
+        str(rigidcli.inertia({"body": BODY | {"mass": moment}, "parameters": {"M": None}})["mass"]) == "M/6"
+    )
+    assert rigidcli.inertia({"body": BODY | {"side": 0.1}}, exact=True)["center_of_mass"][0] == Fraction(
+        1, 20
+    )
+
+
+def test_settings_and_options() -> None:
+    assert rigidcli.inertia(TEXT, settings=["body.mass=6"])["mass"] == 6
+    assert rigidcli.hamilton("system: {coordinates: [x], lagrangian: xdot**2/2}", invariants=True)[
+        "conserved"
+    ]
+    done: list[float] = []
+    motion = {"omega": [0, 0.1, 1], "torque": {"body": [0, 0, "-0.1*w3"]}, "duration": 1}
+    assert rigidcli.euler({"body": BODY, "motion": motion}, progress=done.append)["motion"] == "driven"
+    with pytest.raises(rigidcli.RigidError, match="read already"):
+        rigidcli.axes(rigidcli.loads(TEXT), exact=True)
+
+
+def test_problems_of_a_mapping_have_keys_and_no_lines() -> None:
+    with pytest.raises(rigidcli.DocumentError) as caught:
+        rigidcli.inertia({"body": {"shape": "cube", "side": -1, "mas": 12}})
+    problems = caught.value.problems
+    assert {problem.key for problem in problems} >= {"body.side", "body.mas"}
+    assert all(problem.line is None for problem in problems)
+    for wrong in ({"body": {"shape": "cube", "side": float("nan"), "mass": 1}}, {"body": print}, {}):
+        with pytest.raises(rigidcli.DocumentError):
+            rigidcli.inertia(wrong)
+    with pytest.raises(rigidcli.DocumentError, match=r"<text>:2: body"):
+        rigidcli.inertia("name: x\nbody: {shape: cube, side: 1, mas: 12}")
+
+
+@pytest.mark.parametrize(("study", "config"), [("axes", "cube_symbolic"), ("euler", "t_handle")])
+def test_a_result_shows_itself_as_the_table_of_the_command_line(
+    study: str, config: str, program: Program
+) -> None:
+    path = f"configs/{config}.yaml"
+    assert repr(getattr(rigidcli, study)(path)) + "\n" == program(study, path).out
+
+
+def test_notebooks_show_formulas() -> None:
+    result = rigidcli.hamilton(ROOT / "configs" / "taylor_13_02.yaml")
+    assert r"H &= \frac{p_{x}^{2}}{2 m} - m g x" in result._repr_latex_()
+    page = result._repr_html_()
+    assert r"<td>$H = \frac{p_{x}^{2}}{2 m} - m g x$</td>" in page
+    assert "<th>t (s)</th>" in page
+
+
+def test_hostile_names_stay_text_in_notebooks() -> None:
+    name = "<script>alert('1')</script>"
+    page = rigidcli.axes({"name": name, "body": BODY})._repr_html_()
+    assert "<script" not in page
+    assert "&lt;script&gt;" in page
+
+
+def test_data_frames_have_the_columns_of_csv_and_their_units() -> None:
+    motion = rigidcli.euler(ROOT / "configs" / "t_handle.yaml")
+    frame = motion.to_dataframe()
+    assert list(frame.columns[:4]) == ["t", "w1", "w2", "w3"]
+    assert np.array_equal(frame[["w1", "w2", "w3"]], motion["trajectory"]["omega"])
+    assert frame.attrs["units"]["L1"] == "kg m^2/s"
+    assert list(motion.to_dataframe("stability")["stable"]) == [True, False, True]
+    row = rigidcli.axes(TEXT).to_dataframe()
+    assert (len(row), row["mass"].iloc[0], row.attrs["units"]["lambda1"]) == (1, 12, "kg m^2")
+    with pytest.raises(rigidcli.RigidError, match="no table `orbit`"):
+        motion.to_dataframe("orbit")
+
+
+def test_without_pandas_the_message_says_what_helps(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    with pytest.raises(rigidcli.RigidError, match="pandas is not installed"):
+        rigidcli.axes(TEXT).to_dataframe()
+
+
+def test_the_package_lists_what_it_offers() -> None:
+    assert dir(rigidcli) == sorted(rigidcli.__all__)
+    assert all(getattr(rigidcli, name) is not None for name in dir(rigidcli))
+    with pytest.raises(AttributeError):
+        rigidcli.nothing  # noqa: B018 - the access is what fails
+
+
+@pytest.mark.parametrize("study", rigidcli.STUDIES)
+def test_help_names_parameters_results_and_errors(study: str) -> None:
+    text = getattr(rigidcli, study).__doc__
+    places = [text.index(f"    {head}\n    ---") for head in ("Parameters", "Returns", "Examples", "Raises")]
+    assert places == sorted(places)
+    assert "COMMON" not in text
+
+
+def test_the_examples_in_the_help_hold() -> None:
+    outcome = doctest.testmod(api, extraglobs={"rigidcli": rigidcli})
+    assert (outcome.failed, outcome.attempted > len(rigidcli.STUDIES)) == (0, True)
+
+
+def test_importing_loads_nothing() -> None:
+    code = "import sys, rigidcli; dir(rigidcli); print('numpy' in sys.modules, 'rigidcli.api' in sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=Path(ROOT)
+    )
+    assert done.stdout == "False False\n"
