@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from importlib import import_module
+from inspect import cleandoc
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from rigidcli.errors import DocumentError, UsageError
@@ -29,23 +30,23 @@ _TEXT = re.compile(r"\n|:\s|\{")
 """What the text of a document has, and the path to a file has not."""
 
 _COMMON = """Parameters
-    ----------
-    document : Document, mapping, str or path
-        What a document says as a mapping (arrays and exact expressions may stand in it), its text in YAML,
-        the path to its file, or what `rigidcli.load` has read.
-    exact : bool
-        Exact arithmetic: decimals are rationals, and parameters without a value stay symbols.
-    settings : sequence of str
-        Values to override, such as ``["body.mass=3"]``."""
+----------
+document : Document, mapping, str or path
+    What a document says as a mapping (arrays and exact expressions may stand in it), its text in YAML,
+    the path to its file, or what `rigidcli.load` has read.
+exact : bool
+    Exact arithmetic: decimals are rationals, and parameters without a value stay symbols.
+settings : sequence of str
+    Values to override, such as ``["body.mass=3"]``."""
 """What stands for COMMON in the help of the studies: the parameters that all of them have."""
 
 _REST = """
 
-    Raises
-    ------
-    rigidcli.RigidError
-        The document is refused, which is a `rigidcli.DocumentError` whose `problems` have line, key,
-        message and hint; or the result cannot be computed.
+Raises
+------
+rigidcli.RigidError
+    The document is refused, which is a `rigidcli.DocumentError` whose `problems` have line, key,
+    message and hint; or the result cannot be computed.
 """
 """What ends the help of the studies."""
 
@@ -117,7 +118,7 @@ class Result(Report):
 
 def _study(function: _Function) -> _Function:
     """The function, its help completed with what all studies have in common."""
-    function.__doc__ = f"{function.__doc__}".replace("COMMON", _COMMON).rstrip() + _REST
+    function.__doc__ = cleandoc(function.__doc__ or "").replace("COMMON", _COMMON) + _REST
     return function
 
 

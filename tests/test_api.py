@@ -126,7 +126,7 @@ def test_the_package_lists_what_it_offers() -> None:
 @pytest.mark.parametrize("study", rigidcli.STUDIES)
 def test_help_names_parameters_results_and_errors(study: str) -> None:
     text = getattr(rigidcli, study).__doc__
-    places = [text.index(f"    {head}\n    ---") for head in ("Parameters", "Returns", "Examples", "Raises")]
+    places = [text.index(f"\n{head}\n---") for head in ("Parameters", "Returns", "Examples", "Raises")]
     assert places == sorted(places)
     assert "COMMON" not in text
 
