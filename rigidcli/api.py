@@ -37,7 +37,9 @@ document : Document, mapping, str or path
 exact : bool
     Exact arithmetic: decimals are rationals, and parameters without a value stay symbols.
 settings : sequence of str
-    Values to override, such as ``["body.mass=3"]``."""
+    Values to override, such as ``["body.mass=3"]``.
+steps : bool
+    Show the working, too."""
 """What stands for COMMON in the help of the studies: the parameters that all of them have."""
 
 _REST = """
@@ -64,7 +66,7 @@ class Result(Report):
     def __repr__(self) -> str:
         from rigidcli.render import Format, Look, renderer
 
-        return "".join(renderer(Format.table)([self], Look())).rstrip()
+        return "".join(renderer(Format.table)([self], Look(steps=True))).rstrip()
 
     def _repr_html_(self) -> str:
         from rigidcli.render import Look
@@ -123,7 +125,9 @@ def _study(function: _Function) -> _Function:
 
 
 @_study
-def inertia(document: Source, *, exact: bool = False, settings: Sequence[str] = ()) -> Result:
+def inertia(
+    document: Source, *, exact: bool = False, settings: Sequence[str] = (), steps: bool = False
+) -> Result:
     """Mass, centre of mass, and the inertia tensor about a point.
 
     COMMON
@@ -139,11 +143,13 @@ def inertia(document: Source, *, exact: bool = False, settings: Sequence[str] = 
     >>> rigidcli.inertia({"body": {"shape": "cube", "side": 1, "mass": 12}})["mass"]
     12.0
     """
-    return _answer("inertia", document, exact, settings)
+    return _answer("inertia", document, exact, settings, steps=steps)
 
 
 @_study
-def axes(document: Source, *, exact: bool = False, settings: Sequence[str] = ()) -> Result:
+def axes(
+    document: Source, *, exact: bool = False, settings: Sequence[str] = (), steps: bool = False
+) -> Result:
     """Principal moments and axes, and L and T where the document has an angular velocity.
 
     COMMON
@@ -161,11 +167,13 @@ def axes(document: Source, *, exact: bool = False, settings: Sequence[str] = ())
     >>> rigidcli.axes("body: {shape: cube, side: 1, mass: 12, anchor: corner}")["class"]
     'prolate'
     """
-    return _answer("axes", document, exact, settings)
+    return _answer("axes", document, exact, settings, steps=steps)
 
 
 @_study
-def precess(document: Source, *, exact: bool = False, settings: Sequence[str] = ()) -> Result:
+def precess(
+    document: Source, *, exact: bool = False, settings: Sequence[str] = (), steps: bool = False
+) -> Result:
     """Precession: of tops under gravity, of free bodies, and of planets by tides.
 
     COMMON
@@ -182,7 +190,7 @@ def precess(document: Source, *, exact: bool = False, settings: Sequence[str] = 
     >>> round(rigidcli.precess({"top": top})["top"]["gyroscopic_rate"], 2)
     3.12
     """
-    return _answer("precess", document, exact, settings)
+    return _answer("precess", document, exact, settings, steps=steps)
 
 
 @_study
@@ -191,6 +199,7 @@ def euler(
     *,
     exact: bool = False,
     settings: Sequence[str] = (),
+    steps: bool = False,
     engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
 ) -> Result:
@@ -216,7 +225,7 @@ def euler(
     >>> result["motion"]
     'about_highest'
     """
-    return _answer("euler", document, exact, settings, engine=engine, progress=progress)
+    return _answer("euler", document, exact, settings, steps=steps, engine=engine, progress=progress)
 
 
 @_study
@@ -225,6 +234,7 @@ def hamilton(
     *,
     exact: bool = False,
     settings: Sequence[str] = (),
+    steps: bool = False,
     invariants: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
@@ -249,7 +259,9 @@ def hamilton(
     >>> rigidcli.hamilton({"system": system, "parameters": {"m": None, "k": None}})["hamiltonian"]
     p_x**2/(2*m) + k*x**2/2
     """
-    return _answer("hamilton", document, exact, settings, invariants=invariants, progress=progress)
+    return _answer(
+        "hamilton", document, exact, settings, steps=steps, invariants=invariants, progress=progress
+    )
 
 
 def _answer(study: str, source: Source, exact: bool, settings: Sequence[str], **options: Any) -> Result:

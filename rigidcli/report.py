@@ -74,10 +74,22 @@ class Table:
 
 
 @dataclass(frozen=True, slots=True)
+class Step:
+    """One step of the way to the results, for those who want to see the working: a title, sentences that say
+    what is done, and what comes out of it, in fields and tables without keys."""
+
+    title: str
+    sentence: str
+    fields: tuple[Field, ...] = ()
+    tables: tuple[Table, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
-    `about` is what people are told first; `notes` are remarks on the numbers, for standard error.
+    `about` is what people are told first; `notes` are remarks on the numbers, for standard error; `steps`
+    are told on demand.
     """
 
     schema: str
@@ -87,6 +99,7 @@ class Report(Mapping[str, Value]):
     fields: tuple[Field, ...]
     notes: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
+    steps: tuple[Step, ...] = ()
 
     def tree(self) -> dict[str, Value]:
         """All values as JSON nests them."""

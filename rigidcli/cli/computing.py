@@ -130,10 +130,12 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         verbose: Annotated[
             bool, typer.Option("-v", "--verbose", help="Tell residuals, drifts, trusted digits, method, too.")
         ] = False,
+        steps: Annotated[bool, typer.Option("--steps", help="Show the working, in table and latex.")] = False,
         quiet: Quiet = False,
         **options: Any,
     ) -> None:
         failures = Failures()
+        options["steps"] = steps and format in PEOPLE
         columns = tuple(options.pop("columns", None) or ())
         wanted = _read_units(units)
         if wanted and format not in PEOPLE:
@@ -158,7 +160,9 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
 
         with Output(output) as target:
             width, colour = target.terminal()
-            look = Look(digits, not no_header, width, colour, columns, len(files) > 1, unit_header, verbose)
+            look = Look(
+                digits, not no_header, width, colour, columns, len(files) > 1, unit_header, verbose, steps
+            )
             for piece in renderer(format)(reports(), look):
                 target.write(piece)
         raise typer.Exit(failures.code)

@@ -17,7 +17,7 @@ class Look:
 
     `columns` are those of tables of data to show, all of them when empty. With `several` documents, such
     a table in csv begins with a column of their names. Heads of csv have `unit_header` where they tell
-    units, too. People see diagnostics when they are `verbose`.
+    units, too. People see diagnostics when they are `verbose`, and the `steps` of the working on demand.
     """
 
     digits: int = 6
@@ -28,6 +28,7 @@ class Look:
     several: bool = False
     unit_header: bool = False
     verbose: bool = False
+    steps: bool = False
 
 
 class Format(StrEnum):

@@ -28,15 +28,28 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     """A fragment for each report, its name in a comment above it."""
     for report in reports:
         yield f"% {printable(report.name)}: {report.title}\n{formulas(report, look)}\n"
-        for table in report.tables:
-            if shown := shown_columns(table, look, _number):
-                yield _table(table, shown)
+        yield from _tables(report.tables, look)
+        for number, step in enumerate(report.steps if look.steps else (), 1):
+            yield f"\\paragraph{{{number}. {_prose(step.title)}.}} {_prose(step.sentence)}\n"
+            if step.fields:
+                yield _aligned(step.fields, look) + "\n"
+            yield from _tables(step.tables, look)
+
+
+def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
+    for table in tables:
+        if shown := shown_columns(table, look, _number):
+            yield _table(table, shown)
 
 
 def formulas(report: Report, look: Look) -> str:
     """The results of a report, one below the other, without its tables."""
-    rows = [f"  {_row(entry, look.digits)}" for entry in shown_fields(report, look)]
-    return "\\begin{align*}\n" + " \\\\\n".join(rows) + "\n\\end{align*}"
+    return _aligned(shown_fields(report, look), look)
+
+
+def _aligned(fields: Iterable[Field], look: Look) -> str:
+    rows = " \\\\\n".join(f"  {_row(entry, look.digits)}" for entry in fields)
+    return f"\\begin{{align*}}\n{rows}\n\\end{{align*}}"
 
 
 def _table(table: Table, columns: list[tuple[Column, list[str]]]) -> str:
@@ -94,6 +107,6 @@ def _number(number: Value, digits: int) -> str:
     if is_exact(number):
         from rigidcli.symbolic.language.text import latex
 
-        return written(number, latex)
+        return written(number, digits, latex)
     mantissa, e, exponent = f"{number:.{digits}g}".partition("e")
     return rf"{mantissa} \times 10^{{{int(exponent)}}}" if e else mantissa

@@ -9,7 +9,7 @@ from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.render.terminal import GAP, Page, Row
 from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields, written
-from rigidcli.report import Column, Field, Report, Value
+from rigidcli.report import Column, Field, Report, Table, Value
 
 _Results: TypeAlias = Sequence[tuple[Field, str, str]]
 """Results, each with its value as lines of text, and its unit."""
@@ -23,27 +23,33 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     first = True
     for report in reports:
         head = f"{printable(report.name)}: {report.title}"
-        results = [(entry, *_value(entry, look.digits)) for entry in shown_fields(report, look)]
-        tables = [
-            (table.title, [[_head(column), *texts] for column, texts in shown])
-            for table in report.tables
-            if (shown := shown_columns(table, look, number))
-        ]
-        if look.width is None:
-            block = _plain(head, results, tables)
-        else:
-            block = _on_terminal(head, results, tables, look.width, look.colour)
-        yield ("" if first else "\n") + block
+        yield ("" if first else "\n") + _block(head, "", shown_fields(report, look), report.tables, look)
         first = False
+        for place, step in enumerate(report.steps if look.steps else (), 1):
+            yield "\n" + _block(f"{place}. {step.title}", step.sentence, step.fields, step.tables, look)
+
+
+def _block(head: str, words: str, fields: Iterable[Field], tables: Iterable[Table], look: Look) -> str:
+    """A head, words on what follows, if there are any, results, and tables."""
+    results = [(entry, *_value(entry, look.digits)) for entry in fields]
+    shown = [
+        (table.title, [[_head(column), *texts] for column, texts in columns])
+        for table in tables
+        if (columns := shown_columns(table, look, number))
+    ]
+    heads = [printable(line) for line in (head, words) if line]
+    if look.width is None:
+        return _plain(heads, results, shown)
+    return _on_terminal(heads, results, shown, look.width, look.colour)
 
 
 def _head(column: Column) -> str:
     return f"{column.cells[0]} ({column.unit})" if column.unit else column.cells[0]
 
 
-def _plain(head: str, results: _Results, tables: _Tables) -> str:
+def _plain(heads: Sequence[str], results: _Results, tables: _Tables) -> str:
     """A block for a file or pipe: no line is broken, and nothing waits for rich to load."""
-    lines = [head]
+    lines = [*heads]
     titles = max((len(entry.title) for entry, _, _ in results), default=0)
     units = max((len(unit) for _, _, unit in results), default=0)
     for entry, value, unit in results:
@@ -58,9 +64,10 @@ def _plain(head: str, results: _Results, tables: _Tables) -> str:
     return "".join(line.rstrip() + "\n" for line in lines)
 
 
-def _on_terminal(head: str, results: _Results, tables: _Tables, width: int, colour: bool) -> str:
+def _on_terminal(heads: Sequence[str], results: _Results, tables: _Tables, width: int, colour: bool) -> str:
     page = Page(width, colour)
-    page.line((head, "bold"))
+    for head, style in zip(heads, ("bold", ""), strict=False):
+        page.line((head, style))
     rows = [
         Row(((entry.title, "bold"), (unit, "")), value, bool(entry.words)) for entry, value, unit in results
     ]
@@ -99,4 +106,4 @@ def number(value: Value, digits: int) -> str:
         return f"{value:.{digits}g}"
     from rigidcli.symbolic.language.text import reading
 
-    return written(value, reading)
+    return written(value, digits, reading)

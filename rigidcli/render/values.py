@@ -23,12 +23,12 @@ def is_exact(value: Value) -> bool:
     """Whether a value is an exact expression, or an array of them."""
     if isinstance(value, np.ndarray):
         return bool(value.dtype == object)
-    return hasattr(type(value), "to_sympy")
+    return hasattr(type(value), "tree")
 
 
-def written(value: Value, write: Callable[[Node], str]) -> str:
-    """An exact expression as `text`, `reading` or `latex` of `symbolic.language.text` write it."""
-    return write(value.tree())
+def written(value: Value, digits: int, write: Callable[[Node], str]) -> str:
+    """An exact expression or a formula, as a function of `symbolic.language.text` writes it."""
+    return write(value.tree(digits))
 
 
 def plain(value: Value) -> Value:
@@ -96,7 +96,7 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, st
     if is_exact(value):
         numbers = np.ravel(np.array(value, dtype=object))
         unit = "" if any(number.names for number in numbers) else entry.unit
-        if np.ndim(value) == 2 and not any(number.decimal for number in numbers):
+        if np.ndim(value) == 2 and not any(getattr(number, "decimal", True) for number in numbers):
             from rigidcli.symbolic.algebra.arithmetic import common_factor
 
             common, rest = common_factor(value)

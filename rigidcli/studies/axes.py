@@ -9,7 +9,7 @@ from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
 from rigidcli.core.principal import PrincipalFrame
 from rigidcli.errors import ComputationError
 from rigidcli.model.document import Document
-from rigidcli.report import Field, Report
+from rigidcli.report import Field, Report, Step
 from rigidcli.studies.body import body_frame, inertia_fields
 from rigidcli.studies.common import report
 
@@ -33,7 +33,7 @@ CLASSES = {
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def run(document: Document) -> Report:
+def run(document: Document, *, steps: bool = False) -> Report:
     """Find the principal axes of the document's body about its point O, and what its motion is there."""
     n = document.arithmetic
     known = inertia_fields(document)
@@ -52,7 +52,12 @@ def run(document: Document) -> Report:
         own = frame if motion.basis == "principal" else None
         axes = document.physical.axes if own is None else own.axes
         fields += _motion(axes.T @ n.array(motion.omega), tensor, frame, n)
-    return report(document, SCHEMA, "principal moments and axes", fields, notes)
+    working: list[Step] = []
+    if steps:
+        from rigidcli.studies.steps.axes import axes_steps
+
+        working += axes_steps(tensor, frame, n, frozenset(document.parameters or ()))
+    return report(document, SCHEMA, "principal moments and axes", fields, notes, (), working)
 
 
 def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> list[Field]:

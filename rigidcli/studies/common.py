@@ -11,7 +11,7 @@ import numpy as np
 from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.model.document import Document
 from rigidcli.model.load import STDIN
-from rigidcli.report import NOISE, Field, Report, Table, Value
+from rigidcli.report import NOISE, Field, Report, Step, Table, Value
 
 
 def report(
@@ -21,6 +21,7 @@ def report(
     fields: Iterable[Field],
     notes: Iterable[str] = (),
     tables: Iterable[Table] = (),
+    steps: Iterable[Step] = (),
 ) -> Report:
     """The report of a study, in which no zero has a sign.
 
@@ -37,6 +38,7 @@ def report(
         tuple(fields),
         (*document.notes, *notes),
         tuple(map(_without_signed_zeros, tables)),
+        tuple(steps),
     )
 
 

@@ -10,6 +10,6 @@ from rigidcli.studies.common import report
 SCHEMA = "rigidcli.inertia/1"
 
 
-def run(document: Document) -> Report:
+def run(document: Document, *, steps: bool = False) -> Report:
     """Find the mass properties of the document's body."""
     return report(document, SCHEMA, "inertia tensor", inertia_fields(document))

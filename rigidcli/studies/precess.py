@@ -118,7 +118,7 @@ class _Found:
     tables: list[Table] = field(default_factory=list)
 
 
-def run(document: Document) -> Report:
+def run(document: Document, *, steps: bool = False) -> Report:
     """Find how the document's top, free body or planet precesses, whichever of them it has."""
     found = _Found()
     if document.top is not None:

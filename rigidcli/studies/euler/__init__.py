@@ -40,7 +40,11 @@ MOTIONS = {
 
 
 def run(
-    document: Document, *, engine: Engine = "auto", progress: Callable[[float], None] | None = None
+    document: Document,
+    *,
+    engine: Engine = "auto",
+    progress: Callable[[float], None] | None = None,
+    steps: bool = False,
 ) -> Report:
     """Follow the motion that the document describes; `progress` is called with the fraction that is done."""
     motion = follow(document, engine, progress)

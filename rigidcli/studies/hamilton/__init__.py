@@ -66,7 +66,11 @@ class _Results:
 
 
 def run(
-    document: Document, *, invariants: bool = False, progress: Callable[[float], None] | None = None
+    document: Document,
+    *,
+    invariants: bool = False,
+    progress: Callable[[float], None] | None = None,
+    steps: bool = False,
 ) -> Report:
     """Derive what the system of the document has, and follow its orbit; `progress` is told how far.
 

@@ -87,8 +87,8 @@ class Expr(Terms):
     def _repr_latex_(self) -> str:
         return f"${latex(self.tree())}$"
 
-    def tree(self) -> Node:
-        """The tree in which it is written."""
+    def tree(self, digits: int | None = None) -> Node:
+        """The tree in which it is written, exact for any number of digits."""
         return in_decimals(to_tree(self)) if self.decimal else to_tree(self)
 
     def in_decimals(self) -> Expr:

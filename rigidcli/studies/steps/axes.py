@@ -1,0 +1,160 @@
+"""The working of `axes`: the characteristic polynomial, its roots, and the axis of each, by elimination."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.principal import PrincipalFrame
+from rigidcli.report import Field, Step
+from rigidcli.studies.steps.writing import formula, free_name, power, product, total
+from rigidcli.symbolic.language.tree import Name, Node
+
+LONGEST = 40
+"""The longest entry, in characters, of a matrix whose elimination is shown: longer ones teach nothing."""
+
+NOISE = 1e-9
+"""What elimination in floats leaves below this, in units of the largest entry, is zero."""
+
+
+def axes_steps(
+    tensor: Array, frame: PrincipalFrame | None, n: Arithmetic, names: frozenset[str]
+) -> Iterator[Step]:
+    """The way from the tensor (3 by 3, kg m^2) to its principal frame; `names` are the document's."""
+    factor, rest = _common_factor(tensor, n)
+    mu = None if factor is None else free_name(("mu", "nu", "kappa"), names)
+    yield _polynomial(rest, factor, mu, frame, n, free_name(("lambda", "Lambda"), names))
+    if frame is None:
+        return
+    if len(frame.groups) == 1:
+        sentence = "All moments are equal, so that every axis through O is a principal axis."
+        yield Step("Principal axes", sentence, (Field("", frame.axes, "e1, e2, e3 (rows)"),))
+    else:
+        for group in frame.groups:
+            yield _axis(rest, factor, frame, group, n)
+    turned = n.tidy(np.diag(frame.moments))
+    yield Step(
+        "Diagonal form",
+        "Along e1, e2, e3 the products of inertia vanish, and the moments stand on the diagonal.",
+        (Field("", turned, "tensor along the axes", r"\mathbf{I}'", "kg m^2"),),
+    )
+
+
+def _common_factor(tensor: Array, n: Arithmetic) -> tuple[Any, Array]:
+    """A factor with symbols that leaves numbers, and these; None where there is no such factor."""
+    if n.exact:
+        from rigidcli.symbolic.algebra.arithmetic import common_factor
+
+        factor, rest = common_factor(tensor)
+        if factor.names and not any(entry.names for entry in rest.flat):
+            return factor, rest
+    return None, tensor
+
+
+def _polynomial(
+    rest: Array,
+    factor: Scalar | None,
+    mu: str | None,
+    frame: PrincipalFrame | None,
+    n: Arithmetic,
+    unknown: str,
+) -> Step:
+    """det(I - lambda 1), multiplied out, in factors, and its roots."""
+    x, unit = Name(unknown), None if mu is None else Name(mu)
+    minors = sum(rest[i, i] * rest[j, j] - rest[i, j] ** 2 for i, j in ((0, 1), (1, 2), (2, 0)))
+    traces = n.tidy(n.array([rest.trace(), -minors, rest[0] @ np.cross(rest[1], rest[2])]))
+    terms: list[Node] = [product(n, -1, power(x, 3))]
+    for place, coefficient in enumerate(traces, 1):
+        if coefficient != 0:
+            terms.append(product(n, coefficient, power(unit, place), power(x, 3 - place)))
+    fields = []
+    if factor is not None:
+        fields.append(Field("", factor, f"with {mu}", rf"\{mu}"))
+    head, symbol = f"det(I - {unknown} 1)", rf"\det(\mathbf{{I}} - \{unknown.lower()}\mathbf{{1}})"
+    fields.append(Field("", formula(total(terms), n), head, symbol))
+    if frame is not None:
+        ratios = frame.moments if factor is None else n.tidy(frame.moments / factor)
+        parts = [
+            power(total([product(n, ratios[group[0]], unit), product(n, -1, x)]), len(group))
+            for group in frame.groups
+        ]
+        fields.append(Field("", formula(product(n, 1, *parts), n), "in factors", ""))
+        for group in frame.groups:
+            name = " = ".join(f"lambda{k + 1}" for k in group)
+            latex = " = ".join(rf"\lambda_{{{k + 1}}}" for k in group)
+            fields.append(Field("", frame.moments[group[0]], name, latex, "kg m^2"))
+    return Step(
+        "Principal moments",
+        f"The equation (I - {unknown} 1) e = 0 has a solution e other than zero only where the determinant "
+        f"of I - {unknown} 1 vanishes. Its roots are the principal moments.",
+        tuple(fields),
+    )
+
+
+def _axis(
+    rest: Array, factor: Scalar | None, frame: PrincipalFrame, group: Sequence[int], n: Arithmetic
+) -> Step:
+    """The solutions of (I - lambda 1) e = 0 for one root, and the axes that are chosen among them."""
+    moment = frame.moments[group[0]] if factor is None else n.tidy(frame.moments / factor)[group[0]]
+    singular = n.tidy(rest - moment * n.array(np.eye(3, dtype=int)))
+    shown = singular if factor is None else n.tidy(factor * singular)
+    fields = [Field("", shown, "I - lambda 1", r"\mathbf{I} - \lambda\mathbf{1}", "kg m^2")]
+    sentence = ""
+    echelon = _reduced(singular, 3 - len(group), n)
+    if echelon is not None:
+        matrix, pivots = echelon
+        fields.append(Field("", matrix, "row echelon form", r"\text{row echelon form}"))
+        fields += _solution(matrix, pivots, n)
+        free = ["xyz"[k] for k in range(3) if k not in pivots]
+        sentence = f"The free {'variable is' if len(free) == 1 else 'variables are'} {' and '.join(free)}. "
+    fields += [Field("", frame.axes[k], f"e{k + 1}", rf"\mathbf{{e}}_{{{k + 1}}}") for k in group]
+    if len(group) == 2:
+        title, last = (
+            "Axes",
+            "The root is double: any two orthogonal vectors of this plane serve, of length one",
+        )
+    else:
+        title, last = "Axis", "The solution of length one is"
+    roots = " = ".join(f"lambda{k + 1}" for k in group)
+    names = " and ".join(f"e{k + 1}" for k in group)
+    return Step(f"{title} of {roots}", f"{sentence}{last} {names}.", tuple(fields))
+
+
+def _reduced(matrix: Array, rank: int, n: Arithmetic) -> tuple[Array, list[int]] | None:
+    """The reduced row echelon form and its pivot columns; None where the entries are too long to show."""
+    if n.exact and max(len(str(entry)) for entry in matrix.flat) > LONGEST:
+        return None
+    rows, pivots = matrix.copy(), list[int]()
+    noise = 0 if n.exact else NOISE * np.abs(matrix).max()
+    for column in range(3):
+        done = len(pivots)
+        if done == rank:
+            break
+        sizes = [abs(n.size(entry)) for entry in rows[done:, column]]
+        best = done + int(np.argmax(sizes))
+        if sizes[best - done] <= noise:
+            continue
+        rows[[done, best]] = rows[[best, done]]
+        rows[done] = n.tidy(rows[done] / rows[done, column])
+        for other in range(3):
+            if other != done:
+                rows[other] = n.tidy(rows[other] - rows[other, column] * rows[done])
+        pivots.append(column)
+    if len(pivots) < rank or (n.exact and max(len(str(entry)) for entry in rows.flat) > LONGEST):
+        return None
+    rows[rank:] = 0 * rows[rank:]
+    return n.tidy(rows + 0), pivots
+
+
+def _solution(matrix: Array, pivots: Sequence[int], n: Arithmetic) -> Iterator[Field]:
+    """What the rows of the echelon form say of the variables that are not free."""
+    for row, pivot in enumerate(pivots):
+        right = [
+            product(n, -matrix[row, k], Name("xyz"[k]))
+            for k in range(3)
+            if k not in pivots and matrix[row, k] != 0
+        ]
+        yield Field("", formula(total(right), n), "xyz"[pivot], "xyz"[pivot])

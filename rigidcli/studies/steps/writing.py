@@ -1,0 +1,61 @@
+"""Formulas put together as they are to be read, from numbers, exact or not, and names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from rigidcli.core.arithmetic import Arithmetic, Scalar
+from rigidcli.symbolic.language.formula import Formula
+from rigidcli.symbolic.language.tree import Negative, Node, Number, Power, Product, Sum, number
+
+_ZERO = Number("0", 0.0)
+
+
+def free_name(candidates: Sequence[str], names: frozenset[str]) -> str:
+    """The first of these names that the document has not."""
+    return next(name for name in (*candidates, f"{candidates[0]}_0") if name not in names)
+
+
+def formula(node: Node, n: Arithmetic) -> Formula:
+    """The formula, in which exact numbers are not rounded."""
+    return Formula(node, n.exact)
+
+
+def power(base: Node | None, exponent: int) -> Node | None:
+    """A power; None, which is one, of what is None or raised to zero."""
+    if base is None or exponent == 0:
+        return None
+    return base if exponent == 1 else Power(base, Number(str(exponent), exponent))
+
+
+def product(n: Arithmetic, coefficient: Scalar | int, *factors: Node | None) -> Node:
+    """A number times factors, of which None is one; a coefficient of one is not written."""
+    tree = _number(coefficient, n)
+    negative = isinstance(tree, Negative)
+    size = tree.operand if isinstance(tree, Negative) else tree
+    present = [factor for factor in factors if factor is not None]
+    if not (present and isinstance(size, Number) and size.value == 1):
+        present.insert(0, size)
+    written = present[0] if len(present) == 1 else Product(tuple(present))
+    return Negative(written) if negative else written
+
+
+def total(terms: Iterable[Node]) -> Node:
+    """A sum; zero without terms."""
+    terms = tuple(terms)
+    return Sum(terms) if len(terms) > 1 else terms[0] if terms else _ZERO
+
+
+def _number(value: Scalar | int, n: Arithmetic) -> Node:
+    if isinstance(value, int):
+        return number(value) if not n.exact else _whole(value)
+    if n.exact:
+        from rigidcli.symbolic.algebra.expressions import expr
+
+        return expr(value).tree()
+    return number(float(value))
+
+
+def _whole(value: int) -> Node:
+    size = Number(str(abs(value)), abs(value))
+    return Negative(size) if value < 0 else size
