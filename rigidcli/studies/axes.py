@@ -11,7 +11,7 @@ from rigidcli.errors import ComputationError
 from rigidcli.model.document import Document
 from rigidcli.report import Field, Report, Step
 from rigidcli.studies.body import body_frame, inertia_fields
-from rigidcli.studies.common import report
+from rigidcli.studies.common import field_of, report
 
 SCHEMA = "rigidcli.axes/1"
 
@@ -37,7 +37,7 @@ def run(document: Document, *, steps: bool = False) -> Report:
     """Find the principal axes of the document's body about its point O, and what its motion is there."""
     n = document.arithmetic
     known = inertia_fields(document)
-    tensor = next(field.value for field in known if field.key == "tensor")
+    tensor = field_of(known, "tensor")
     motion, frame, notes = document.motion, None, []
     try:
         frame = body_frame(document)
@@ -55,7 +55,9 @@ def run(document: Document, *, steps: bool = False) -> Report:
     working: list[Step] = []
     if steps:
         from rigidcli.studies.steps.axes import axes_steps
+        from rigidcli.studies.steps.inertia import inertia_steps
 
+        working += inertia_steps(document, tensor)
         working += axes_steps(tensor, frame, n, frozenset(document.parameters or ()))
     return report(document, SCHEMA, "principal moments and axes", fields, notes, (), working)
 

@@ -74,6 +74,11 @@ def noise(trusted_digits: float | None) -> float:
     return NOISE if trusted_digits is None else min(max(NOISE, 10**-trusted_digits), MOST_NOISE)
 
 
+def field_of(fields: Iterable[Field], key: str) -> Value:
+    """The value of the field with this key."""
+    return next(entry.value for entry in fields if entry.key == key)
+
+
 def if_known(field: Field) -> Field:
     """The field, which people are not shown where its value is not known."""
     return field if field.value is not None else replace(field, title="")

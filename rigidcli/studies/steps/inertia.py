@@ -1,0 +1,138 @@
+"""The working of `inertia`: integrals or sums, turned axes, and the parallel-axis theorem, part by part."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from rigidcli.core import tensor
+from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.core.tensor import MassProperties
+from rigidcli.model.bodies import Composite, PointMasses
+from rigidcli.model.document import Document
+from rigidcli.model.shape import Form, Shape
+from rigidcli.report import Column, Field, Step, Table
+
+MOST_POINTS = 20
+"""The most point masses whose terms are listed: more fill a screen, and teach nothing more."""
+
+PAIRS = (
+    ("x", "x", 0, 0),
+    ("y", "y", 1, 1),
+    ("z", "z", 2, 2),
+    ("x", "y", 0, 1),
+    ("x", "z", 0, 2),
+    ("y", "z", 1, 2),
+)
+"""The coordinates of second moments, with the places of these in a tensor."""
+
+
+def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
+    """The way to the tensor `asked` for (3 by 3, kg m^2), along the axes of the results."""
+    body, n, physical = document.body, document.arithmetic, document.physical
+    whole = physical.properties
+    if body is None or whole.mass is None:
+        return
+    if isinstance(body, PointMasses) and isinstance(body.points, tuple) and len(body.points) <= MOST_POINTS:
+        yield _points(body, physical.point, n)
+    elif isinstance(body, Composite):
+        for place, part in enumerate(body.parts):
+            name = part.name or getattr(part, "shape", None) or f"part {place + 1}"
+            sentence = (
+                "The tensor about its own centre of mass, and the parallel-axis term that takes it to O."
+            )
+            if part.hole:
+                sentence += " It is a hole: both are taken away."
+            yield Step(f"{name}", sentence, tuple(_parallel(part.properties(n), physical.point, n)))
+    else:
+        if isinstance(body, Shape):
+            yield from _shape(body, n)
+        if any(component != 0 for component in n.tidy(whole.com - physical.point)):
+            yield Step(
+                "Parallel axes",
+                "With d from O to the centre of mass, I = I_cm + M (d^2 1 - d d^T).",
+                tuple(_parallel(whole, physical.point, n)),
+            )
+    if document.frame is not None:
+        yield Step(
+            "Axes of the results",
+            "Along the axes of `frame`, the columns of R, the tensor is R^T I R.",
+            (Field("", physical.axes, "R", r"\mathbf{R}"),),
+        )
+    yield Step(
+        "Inertia tensor about O", "All terms together.", (Field("", asked, "I", r"\mathbf{I}_O", "kg m^2"),)
+    )
+
+
+def _shape(body: Form, n: Arithmetic) -> Iterator[Step]:
+    """The integrals of a shape in its own axes, and its tensor where it is turned."""
+    own = body.local(n)
+    # I = M (tr C 1 - C) for the second moments M C, so that M C = (tr I / 2) 1 - I.
+    second = n.tidy(own.tensor.trace() / 2 * n.array(np.eye(3, dtype=int)) - own.tensor)
+    fields = [
+        Field(
+            "", second[i, j], f"integral of {a} {b} dm" if a != b else f"integral of {a}^2 dm", "", "kg m^2"
+        )
+        for a, b, i, j in PAIRS
+        if i == j or second[i, j] != 0
+    ]
+    yield Step(
+        "Integrals over the body",
+        "In its own axes, from its centre of mass: Ixx is the integral of (y^2 + z^2) dm, and Ixy that of -x y dm.",
+        (
+            Field("", own.mass, "mass", "M", "kg"),
+            *fields,
+            Field("", n.tidy(own.tensor), "tensor in its own axes", r"\mathbf{I}_\mathrm{cm}", "kg m^2"),
+        ),
+    )
+    turn, _ = body.motion(n)
+    if (turn != n.array(np.eye(3, dtype=int))).any():
+        turned = n.tidy(tensor.rotate(own.tensor, turn))
+        yield Step(
+            "Turned axes",
+            "The body is turned by R, and its tensor becomes R I R^T.",
+            (
+                Field("", turn, "R", r"\mathbf{R}"),
+                Field("", turned, "R I R^T", r"\mathbf{R I R}^\mathsf{T}", "kg m^2"),
+            ),
+        )
+
+
+def _parallel(part: MassProperties, point: Array, n: Arithmetic) -> Iterator[Field]:
+    """Mass, place and tensor of a part, and its parallel-axis term about the point O."""
+    offset = n.tidy(part.com - point)
+    yield Field("", part.mass, "mass", "M", "kg")
+    yield Field("", offset, "d, from O to its centre of mass", r"\mathbf{d}", "m")
+    yield Field("", n.tidy(part.tensor), "tensor about it", r"\mathbf{I}_\mathrm{cm}", "kg m^2")
+    term = n.tidy(part.mass * tensor.point_tensor(offset))
+    yield Field(
+        "", term, "M (d^2 1 - d d^T)", r"M (d^2 \mathbf{1} - \mathbf{d} \mathbf{d}^\mathsf{T})", "kg m^2"
+    )
+
+
+def _points(body: PointMasses, point: Array, n: Arithmetic) -> Step:
+    """The terms of the sums that define the tensor of point masses, one row a point."""
+    turn, shift = body.motion(n)
+    rows = n.array(body.points)
+    mass, places = rows[:, 0], n.tidy(rows[:, 1:] @ turn.T + shift - point)
+    x, y, z = places.T
+    terms = {
+        "m(y^2+z^2)": mass * (y**2 + z**2),
+        "m(z^2+x^2)": mass * (z**2 + x**2),
+        "m(x^2+y^2)": mass * (x**2 + y**2),
+        "-m x y": -mass * x * y,
+        "-m x z": -mass * x * z,
+        "-m y z": -mass * y * z,
+    }
+    columns = (
+        Column("", mass, ("m",), "kg"),
+        *(Column("", values, (name,), "m") for name, values in zip("xyz", (x, y, z), strict=True)),
+        *(Column("", n.tidy(values), (name,), "kg m^2") for name, values in terms.items()),
+    )
+    return Step(
+        "Sums over the points",
+        "Measured from O, Ixx is the sum of m (y^2 + z^2), and Ixy that of -m x y.",
+        (),
+        (Table("", "terms of the sums", columns),),
+    )
