@@ -38,7 +38,7 @@ def report(
         tuple(fields),
         (*document.notes, *notes),
         tuple(map(_without_signed_zeros, tables)),
-        tuple(steps),
+        tuple(steps) if document.arithmetic.exact else tuple(map(_step_without_signed_zeros, steps)),
     )
 
 
@@ -48,6 +48,14 @@ def _without_signed_zeros(table: Table) -> Table:
         for column in table.columns
     )
     return replace(table, columns=tuple(columns))
+
+
+def _step_without_signed_zeros(step: Step) -> Step:
+    fields = (
+        replace(entry, value=entry.value + 0.0) if isinstance(entry.value, float | np.ndarray) else entry
+        for entry in step.fields
+    )
+    return replace(step, fields=tuple(fields), tables=tuple(map(_without_signed_zeros, step.tables)))
 
 
 def _representable(field: Field) -> Value:

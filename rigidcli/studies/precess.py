@@ -17,7 +17,7 @@ from rigidcli.model.document import Document
 from rigidcli.model.motion import Motion
 from rigidcli.model.tide import Perturber, Tide
 from rigidcli.model.top import Top
-from rigidcli.report import Column, Field, Report, Table, Value
+from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.body import body_frame, principal_omega, require_spin
 from rigidcli.studies.common import if_known, report
 
@@ -135,7 +135,12 @@ def run(document: Document, *, steps: bool = False) -> Report:
         for section, entries in SECTIONS.items()
         for entry in entries
     ]
-    return report(document, SCHEMA, "precession", fields, found.notes, found.tables)
+    working: list[Step] = []
+    if steps:
+        from rigidcli.studies.steps.precess import precess_steps
+
+        working += precess_steps(document, found.values)
+    return report(document, SCHEMA, "precession", fields, found.notes, found.tables, working)
 
 
 def _field(section: str, entry: Field, values: Mapping[str, Value] | None) -> Field:

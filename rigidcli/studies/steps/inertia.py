@@ -79,7 +79,8 @@ def _shape(body: Form, n: Arithmetic) -> Iterator[Step]:
     ]
     yield Step(
         "Integrals over the body",
-        "In its own axes, from its centre of mass: Ixx is the integral of (y^2 + z^2) dm, and Ixy that of -x y dm.",
+        "In its own axes, from its centre of mass, Ixx is the integral of (y^2 + z^2) dm, and Ixy that of "
+        "-x y dm.",
         (
             Field("", own.mass, "mass", "M", "kg"),
             *fields,

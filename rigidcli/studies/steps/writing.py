@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
+from rigidcli.report import Field, Value
 from rigidcli.symbolic.language.formula import Formula
-from rigidcli.symbolic.language.tree import Negative, Node, Number, Power, Product, Sum, number
+from rigidcli.symbolic.language.parser import read
+from rigidcli.symbolic.language.text import latex, reading
+from rigidcli.symbolic.language.tree import Negative, Node, Number, Power, Product, Sum, bound, number
 
 _ZERO = Number("0", 0.0)
 
@@ -59,3 +62,18 @@ def _number(value: Scalar | int, n: Arithmetic) -> Node:
 def _whole(value: int) -> Node:
     size = Number(str(abs(value)), abs(value))
     return Negative(size) if value < 0 else size
+
+
+def law(
+    text: str, name: str, symbol: str, value: Value, unit: str, n: Arithmetic, **numbers: Scalar
+) -> tuple[Field, ...]:
+    """A formula such as `M*g*R*sin(theta)`, the same with numbers in their places, and its value.
+
+    The value is the one that the results have: it is not worked out from the formula.
+    """
+    root, _ = read(text)
+    filled = bound(root, {letter: _number(number, n) for letter, number in numbers.items()})
+    return (
+        Field("", Formula(filled, n.exact), reading(root), latex(root)),
+        Field("", value, name, symbol, unit),
+    )

@@ -1,0 +1,216 @@
+"""The working of `precess`: the laws of tops, free bodies and tides, with numbers in their places."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from rigidcli.core import precession
+from rigidcli.core import top as heavytop
+from rigidcli.core.arithmetic import Arithmetic
+from rigidcli.model.document import Document
+from rigidcli.model.tide import Tide
+from rigidcli.model.top import Top
+from rigidcli.report import Field, Step, Value
+from rigidcli.studies.steps.writing import law
+
+
+def precess_steps(document: Document, found: Mapping[str, Mapping[str, Value]]) -> Iterator[Step]:
+    """The way to what was `found` of the sections of the document."""
+    n = document.arithmetic
+    if document.top is not None and "top" in found:
+        yield from _top(document.top, found["top"], n)
+    if "free" in found:
+        yield from _free(found["free"], n)
+    if document.tide is not None and "tide" in found:
+        yield from _tide(document.tide, found["tide"], n)
+
+
+def _top(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Iterator[Step]:
+    weight = {"M": top["mass"], "g": top["gravity"], "R": top["distance"]}
+    axial = {"lambda3": top["lambda3"], "omega3": top["spin"]}
+    if top.get("torque_magnitude") is not None:
+        yield Step(
+            "Torque of the weight",
+            "The weight acts at R from the pivot, and its torque R x M g is horizontal, across the axis.",
+            law(
+                "M*g*R*sin(theta)",
+                "torque",
+                r"\Gamma",
+                top["torque_magnitude"],
+                "N m",
+                n,
+                **weight,
+                theta=top["tilt"],
+            ),
+        )
+    if top["gyroscopic_rate"] is not None:
+        yield Step(
+            "Gyroscopic precession",
+            "A fast top has L = lambda3 omega3 along its axis. The torque turns it, so that Omega L sin(theta) is "
+            "M g R sin(theta).",
+            (
+                *law(
+                    "lambda3*omega3",
+                    "L",
+                    "L",
+                    n.tidy(n.array([top["lambda3"] * top["spin"]]))[0],
+                    "kg m^2/s",
+                    n,
+                    **axial,
+                ),
+                *law(
+                    "M*g*R/(lambda3*omega3)",
+                    "Omega",
+                    r"\Omega",
+                    top["gyroscopic_rate"],
+                    "rad/s",
+                    n,
+                    **weight,
+                    **axial,
+                ),
+            ),
+        )
+    if "slow_rate" in top:
+        yield _steady(top, weight, axial, n)
+    if top.get("theta_min") is not None:
+        yield _nutation(section, top, n)
+    if "sleeping_spin" in top:
+        yield Step(
+            "Upright",
+            "Upright, the top sleeps if lambda3^2 omega3^2 > 4 lambda1 M g R.",
+            (
+                *law(
+                    "sqrt(4*lambda1*M*g*R)/lambda3",
+                    "least spin",
+                    r"\omega_\mathrm{sleep}",
+                    top["sleeping_spin"],
+                    "rad/s",
+                    n,
+                    lambda1=top["lambda1"],
+                    lambda3=top["lambda3"],
+                    **weight,
+                ),
+                Field("", top["spin"], "its spin", r"\omega_3", "rad/s"),
+            ),
+        )
+
+
+def _steady(
+    top: Mapping[str, Value], weight: Mapping[str, Value], axial: Mapping[str, Value], n: Arithmetic
+) -> Step:
+    fall = top["mass"] * top["gravity"] * top["distance"]
+    cosine = heavytop.cosine(top["tilt"], n)
+    momentum = top["lambda3"] * top["spin"]
+    root = n.tidy(n.array([momentum**2 - 4 * top["lambda1"] * cosine * fall]))[0]
+    numbers = {"lambda1": top["lambda1"], "theta": top["tilt"], **weight, **axial}
+    equation, _ = law(
+        "lambda1*cos(theta)*Omega^2 - lambda3*omega3*Omega + M*g*R", "", "", None, "", n, **numbers
+    )
+    fields = [
+        equation,
+        *law(
+            "lambda3^2*omega3^2 - 4*lambda1*cos(theta)*M*g*R",
+            "discriminant",
+            "D",
+            root,
+            "kg^2 m^4/s^2",
+            n,
+            **numbers,
+        ),
+    ]
+    told = {"slow_rate": "slow", "fast_rate": "fast"}
+    fields += [
+        Field("", top[key], word, rf"\Omega_\mathrm{{{word}}}", "rad/s")
+        for key, word in told.items()
+        if top[key] is not None
+    ]
+    return Step(
+        "Steady precession",
+        "At a constant tilt, Omega is a root of this quadratic, which has real ones where its discriminant is not "
+        "negative.",
+        tuple(fields),
+    )
+
+
+def _nutation(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Step:
+    """The cubic in u = cos(theta), and its turning points; for floats only."""
+    start = top["slow_rate"] if section.precession is None else section.precession
+    cosine, sine = heavytop.cosine(top["tilt"], n), heavytop.sine(top["tilt"], n)
+    a = top["lambda3"] * top["spin"] / top["lambda1"]
+    beta = 2 * top["mass"] * top["gravity"] * top["distance"] / top["lambda1"]
+    b = sine**2 * start + a * cosine
+    alpha = section.nutation**2 + sine**2 * start**2 + beta * cosine
+    cubic, _ = law(
+        "(1 - u^2)*(alpha - beta*u) - (b - a*u)^2", "", "", None, "", n, alpha=alpha, beta=beta, a=a, b=b
+    )
+    limits = (("theta_max", "u1"), ("theta_min", "u2"))
+    return Step(
+        "Nutation",
+        "With u = cos(theta), a = lambda3 omega3/lambda1, b = p_phi/lambda1, beta = 2 M g R/lambda1, and alpha "
+        "from the energy, (du/dt)^2 is this cubic (Goldstein, section 5.7). The axis nutates between two of "
+        "its roots.",
+        (
+            cubic,
+            *(Field("", float(heavytop.cosine(top[key], n)), name, name, "") for key, name in limits),
+            Field("", top["theta_min"], "least tilt", r"\theta_\mathrm{min}", "rad"),
+            Field("", top["theta_max"], "greatest tilt", r"\theta_\mathrm{max}", "rad"),
+        ),
+    )
+
+
+def _free(free: Mapping[str, Value], n: Arithmetic) -> Iterator[Step]:
+    if "body_rate" not in free:
+        yield Step(
+            "Free motion",
+            "The three moments differ. omega moves along the polhode, on which T and L are constant, with a period "
+            "that is an elliptic integral.",
+            (
+                Field("", free["angular_momentum"], "angular momentum", "L", "kg m^2/s"),
+                Field("", free["kinetic_energy"], "kinetic energy", "T", "J"),
+            ),
+        )
+        return
+    yield Step(
+        "Free motion",
+        "Across the symmetry axis both moments are lambda1, and Euler's equations are linear: omega turns "
+        "about e3 in the body at (lambda3 - lambda1)/lambda1 omega3, and e3 about L in space at L/lambda1.",
+        (
+            Field("", free["moments"], "principal moments", r"\lambda_{1,2,3}", "kg m^2", counts=True),
+            Field("", free["body_rate"], "omega about e3", r"\Omega_\mathrm{body}", "rad/s"),
+            Field("", free["angular_momentum"], "L", "L", "kg m^2/s"),
+            Field("", free["space_rate"], "L/lambda1", r"L/\lambda_1", "rad/s"),
+        ),
+    )
+
+
+def _tide(section: Tide, tide: Mapping[str, Value], n: Arithmetic) -> Iterator[Step]:
+    bulge: Any = section.ellipticity
+    if section.moments is not None:
+        bulge = precession.ellipticity(section.moments)
+    numbers = {"H": bulge, "epsilon": section.obliquity, "omega": section.spin}
+    fields: list[Field] = []
+    for place, perturber in enumerate(section.perturbers, 1):
+        gm: Any = perturber.gm
+        if perturber.mass is not None:
+            gm = precession.gravitational_parameter(perturber.mass)
+        formula, _ = law(
+            "3/2*G*m/(a^3*(1 - e^2)^(3/2))*(1 - 3/2*sin(i)^2)*H*cos(epsilon)/omega".replace("G*m", "mu"),
+            "",
+            "",
+            None,
+            "",
+            n,
+            mu=gm,
+            a=perturber.distance,
+            e=perturber.eccentricity,
+            i=perturber.inclination,
+            **numbers,
+        )
+        fields.append(Field("", formula.value, perturber.name or str(place), formula.symbol))
+    yield Step(
+        "Precession by tides",
+        "Each perturber, of G m = mu at the distance a, pulls at the bulge H = (C - A)/C. Averaged over its "
+        "orbit it turns the axis at 3/2 mu/(a^3 (1 - e^2)^(3/2)) (1 - 3/2 sin(i)^2) H cos(epsilon)/omega.",
+        (*fields, Field("", tide["rate"], "sum", r"\dot\psi", "rad/s")),
+    )
