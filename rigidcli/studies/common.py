@@ -38,24 +38,24 @@ def report(
         tuple(fields),
         (*document.notes, *notes),
         tuple(map(_without_signed_zeros, tables)),
-        tuple(steps) if document.arithmetic.exact else tuple(map(_step_without_signed_zeros, steps)),
+        tuple(map(_step_without_signed_zeros, steps)),
     )
 
 
 def _without_signed_zeros(table: Table) -> Table:
-    columns = (
-        replace(column, values=column.values + 0.0) if isinstance(column.values, np.ndarray) else column
-        for column in table.columns
-    )
+    columns = (replace(column, values=_unsigned(column.values)) for column in table.columns)
     return replace(table, columns=tuple(columns))
 
 
 def _step_without_signed_zeros(step: Step) -> Step:
-    fields = (
-        replace(entry, value=entry.value + 0.0) if isinstance(entry.value, float | np.ndarray) else entry
-        for entry in step.fields
-    )
+    fields = (replace(entry, value=_unsigned(entry.value)) for entry in step.fields)
     return replace(step, fields=tuple(fields), tables=tuple(map(_without_signed_zeros, step.tables)))
+
+
+def _unsigned(value: Value) -> Value:
+    """Floats without a signed zero, and all else as it is."""
+    is_float = isinstance(value, float) or (isinstance(value, np.ndarray) and value.dtype.kind == "f")
+    return value + 0.0 if is_float else value
 
 
 def _representable(field: Field) -> Value:

@@ -12,7 +12,7 @@ from rigidcli.core import stability
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.errors import ValueProblem
 from rigidcli.model.document import Document
-from rigidcli.report import Column, Field, Report, Table
+from rigidcli.report import Column, Field, Report, Step, Table
 from rigidcli.studies.common import SHOWN_DIGITS, if_known, report
 from rigidcli.studies.euler.columns import trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
@@ -48,14 +48,15 @@ def run(
 ) -> Report:
     """Follow the motion that the document describes; `progress` is called with the fraction that is done."""
     motion = follow(document, engine, progress)
-    return report(
-        document,
-        SCHEMA,
-        "motion by Euler's equations",
-        (*_body(motion), *_kind(motion), *_quality(motion)),
-        motion.problem.notes,
-        (_stability(motion), trajectory_table(motion)),
-    )
+    fields, stable = (*_body(motion), *_kind(motion), *_quality(motion)), _stability(motion)
+    working: list[Step] = []
+    if steps:
+        from rigidcli.studies.steps.euler import euler_steps
+
+        working += euler_steps(motion, fields, stable)
+    tables = (stable, trajectory_table(motion))
+    title = "motion by Euler's equations"
+    return report(document, SCHEMA, title, fields, motion.problem.notes, tables, working)
 
 
 def follow(

@@ -12,7 +12,7 @@ import numpy as np
 
 from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
-from rigidcli.report import NOISE, Column, Field, Report, Table, Value
+from rigidcli.report import NOISE, Column, Field, Report, Step, Table, Value
 from rigidcli.studies.common import SHOWN_DIGITS, noise, report, require_values
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
@@ -115,7 +115,14 @@ def run(
     tables = [*_branch_table(found), *_orbit_table(found)]
     if not document.exact_results and DECIMAL.search(repr(document.system)):
         fields = [replace(entry, value=_in_decimals(entry.value)) for entry in fields]
-    return report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables)
+    working: list[Step] = []
+    if steps:
+        from rigidcli.studies.steps.hamilton import hamilton_steps
+
+        momenta = [(name, symbol(name)) for name in conserved if name != "H"]
+        others = [(reading(e.tree()), e) for e in found.invariants or ()]
+        working += hamilton_steps(fields, tables, phase, [*momenta, *others], derivation.hamiltonian)
+    return report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables, working)
 
 
 def _in_decimals(value: Value) -> Value:

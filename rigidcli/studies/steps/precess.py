@@ -12,7 +12,7 @@ from rigidcli.model.document import Document
 from rigidcli.model.tide import Tide
 from rigidcli.model.top import Top
 from rigidcli.report import Field, Step, Value
-from rigidcli.studies.steps.writing import law
+from rigidcli.studies.steps.writing import filled, law
 
 
 def precess_steps(document: Document, found: Mapping[str, Mapping[str, Value]]) -> Iterator[Step]:
@@ -47,8 +47,8 @@ def _top(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Iterator[Step
     if top["gyroscopic_rate"] is not None:
         yield Step(
             "Gyroscopic precession",
-            "A fast top has L = lambda3 omega3 along its axis. The torque turns it, so that Omega L sin(theta) is "
-            "M g R sin(theta).",
+            "A fast top has L = lambda3 omega3 along its axis. The torque turns it, so that Omega L "
+            "sin(theta) is M g R sin(theta).",
             (
                 *law(
                     "lambda3*omega3",
@@ -104,9 +104,7 @@ def _steady(
     momentum = top["lambda3"] * top["spin"]
     root = n.tidy(n.array([momentum**2 - 4 * top["lambda1"] * cosine * fall]))[0]
     numbers = {"lambda1": top["lambda1"], "theta": top["tilt"], **weight, **axial}
-    equation, _ = law(
-        "lambda1*cos(theta)*Omega^2 - lambda3*omega3*Omega + M*g*R", "", "", None, "", n, **numbers
-    )
+    equation = filled("lambda1*cos(theta)*Omega^2 - lambda3*omega3*Omega + M*g*R", n, **numbers)
     fields = [
         equation,
         *law(
@@ -127,8 +125,8 @@ def _steady(
     ]
     return Step(
         "Steady precession",
-        "At a constant tilt, Omega is a root of this quadratic, which has real ones where its discriminant is not "
-        "negative.",
+        "At a constant tilt, Omega is a root of this quadratic, which has real ones where its discriminant "
+        "is not negative.",
         tuple(fields),
     )
 
@@ -141,15 +139,13 @@ def _nutation(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Step:
     beta = 2 * top["mass"] * top["gravity"] * top["distance"] / top["lambda1"]
     b = sine**2 * start + a * cosine
     alpha = section.nutation**2 + sine**2 * start**2 + beta * cosine
-    cubic, _ = law(
-        "(1 - u^2)*(alpha - beta*u) - (b - a*u)^2", "", "", None, "", n, alpha=alpha, beta=beta, a=a, b=b
-    )
+    cubic = filled("(1 - u^2)*(alpha - beta*u) - (b - a*u)^2", n, alpha=alpha, beta=beta, a=a, b=b)
     limits = (("theta_max", "u1"), ("theta_min", "u2"))
     return Step(
         "Nutation",
-        "With u = cos(theta), a = lambda3 omega3/lambda1, b = p_phi/lambda1, beta = 2 M g R/lambda1, and alpha "
-        "from the energy, (du/dt)^2 is this cubic (Goldstein, section 5.7). The axis nutates between two of "
-        "its roots.",
+        "With u = cos(theta), a = lambda3 omega3/lambda1, b = p_phi/lambda1, beta = 2 M g R/lambda1, and "
+        "alpha from the energy, (du/dt)^2 is this cubic (Goldstein, section 5.7). The axis nutates between "
+        "two of its roots.",
         (
             cubic,
             *(Field("", float(heavytop.cosine(top[key], n)), name, name, "") for key, name in limits),
@@ -163,8 +159,8 @@ def _free(free: Mapping[str, Value], n: Arithmetic) -> Iterator[Step]:
     if "body_rate" not in free:
         yield Step(
             "Free motion",
-            "The three moments differ. omega moves along the polhode, on which T and L are constant, with a period "
-            "that is an elliptic integral.",
+            "The three moments differ. omega moves along the polhode, on which T and L are constant, with a "
+            "period that is an elliptic integral.",
             (
                 Field("", free["angular_momentum"], "angular momentum", "L", "kg m^2/s"),
                 Field("", free["kinetic_energy"], "kinetic energy", "T", "J"),
@@ -194,20 +190,18 @@ def _tide(section: Tide, tide: Mapping[str, Value], n: Arithmetic) -> Iterator[S
         gm: Any = perturber.gm
         if perturber.mass is not None:
             gm = precession.gravitational_parameter(perturber.mass)
-        formula, _ = law(
-            "3/2*G*m/(a^3*(1 - e^2)^(3/2))*(1 - 3/2*sin(i)^2)*H*cos(epsilon)/omega".replace("G*m", "mu"),
-            "",
-            "",
-            None,
-            "",
-            n,
-            mu=gm,
-            a=perturber.distance,
-            e=perturber.eccentricity,
-            i=perturber.inclination,
-            **numbers,
+        fields.append(
+            filled(
+                "3/2*mu/(a^3*(1 - e^2)^(3/2))*(1 - 3/2*sin(i)^2)*H*cos(epsilon)/omega",
+                n,
+                perturber.name or str(place),
+                mu=gm,
+                a=perturber.distance,
+                e=perturber.eccentricity,
+                i=perturber.inclination,
+                **numbers,
+            )
         )
-        fields.append(Field("", formula.value, perturber.name or str(place), formula.symbol))
     yield Step(
         "Precession by tides",
         "Each perturber, of G m = mu at the distance a, pulls at the bulge H = (C - A)/C. Averaged over its "

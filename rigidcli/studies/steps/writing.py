@@ -64,16 +64,15 @@ def _whole(value: int) -> Node:
     return Negative(size) if value < 0 else size
 
 
+def filled(text: str, n: Arithmetic, title: str = "", /, **numbers: Scalar) -> Field:
+    """A formula such as `M*g*R*sin(theta)` with numbers in the places of letters, under itself or a title."""
+    root, _ = read(text)
+    numbered = bound(root, {letter: _number(number, n) for letter, number in numbers.items()})
+    return Field("", formula(numbered, n), title or reading(root), "" if title else latex(root))
+
+
 def law(
     text: str, name: str, symbol: str, value: Value, unit: str, n: Arithmetic, **numbers: Scalar
-) -> tuple[Field, ...]:
-    """A formula such as `M*g*R*sin(theta)`, the same with numbers in their places, and its value.
-
-    The value is the one that the results have: it is not worked out from the formula.
-    """
-    root, _ = read(text)
-    filled = bound(root, {letter: _number(number, n) for letter, number in numbers.items()})
-    return (
-        Field("", Formula(filled, n.exact), reading(root), latex(root)),
-        Field("", value, name, symbol, unit),
-    )
+) -> tuple[Field, Field]:
+    """A formula with numbers in their places, and its value: that of the results, worked out there alone."""
+    return filled(text, n, "", **numbers), Field("", value, name, symbol, unit)

@@ -1,0 +1,62 @@
+"""The working of `euler`: Euler's equations with the numbers of the body, and what follows from them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+from rigidcli.core.arithmetic import FLOAT
+from rigidcli.core.polhode import Polhode
+from rigidcli.report import Field, Step, Table
+from rigidcli.studies.euler.trajectory import Trajectory
+from rigidcli.studies.steps.writing import filled
+
+
+def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -> Iterator[Step]:
+    """The way to the motion, along e1, e2, e3, shown by the results themselves."""
+    frame, free = motion.problem.frame, motion.free
+    numbers = {f"lambda{k + 1}": float(moment) for k, moment in enumerate(frame.moments)}
+    yield Step(
+        "Euler's equations",
+        "Seen from the body, dL/dt + omega x L = N. Along e1, e2, e3, where L_k = lambda_k w_k, this is "
+        "lambda1 dw1/dt = (lambda2 - lambda3) w2 w3 + N1, and so on around.",
+        (
+            Field("", frame.moments, "principal moments", r"\lambda_{1,2,3}", "kg m^2", counts=True),
+            Field("", frame.axes, "e1, e2, e3 (rows)", r"\mathbf{e}_{1,2,3}"),
+            *(
+                filled(
+                    f"(lambda{i} - lambda{j})*w{i}*w{j}{'' if free else f' + N{k}'}",
+                    FLOAT,
+                    f"lambda{k} dw{k}/dt",
+                    **numbers,
+                )
+                for k, i, j in ((1, 2, 3), (2, 3, 1), (3, 1, 2))
+            ),
+        ),
+    )
+    yield Step(
+        "Stability",
+        "Near a rotation w about axis i, a small component x along another obeys x'' = -w^2 (lambda_i - "
+        "lambda_j) (lambda_i - lambda_k)/(lambda_j lambda_k) x: it oscillates about the axes of the least "
+        "and of the greatest moment, and grows about the one between.",
+        (),
+        (stability,),
+    )
+    told = {entry.key: replace(entry, key="") for entry in fields}
+    words = told["motion"].words
+    if free is None:
+        sentence = f"Kind of motion: {words}. Method: {motion.method}."
+        yield Step("Motion", sentence, (told["angular_momentum"], told["kinetic_energy"]))
+        return
+    found = [told["angular_momentum"], told["kinetic_energy"]]
+    sentence = f"No torque acts: L in space and T are constant. Kind of motion: {words}."
+    if isinstance(free.path, Polhode) and free.regime.startswith("about"):
+        path = free.path
+        sentence += " The components of omega are Jacobi's elliptic functions cn, sn and dn of the modulus k."
+        found += [
+            Field("", path.k**2, "k^2", "k^2"),
+            Field("", path.rate, "rate of their argument", "", "rad/s"),
+            Field("", path.amplitudes, "amplitudes", "", "rad/s"),
+            told["period"],
+        ]
+    yield Step("Motion", sentence, tuple(found))
