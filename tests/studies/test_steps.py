@@ -1,0 +1,203 @@
+"""The working that `--steps` shows: it leads to the results, and its formulas hold."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rigidcli
+from rigidcli.report import Step
+from rigidcli.symbolic.language.evaluation import real
+from tests.conftest import ROOT, Program
+
+BLOCK = """
+body:
+  parts:
+    - {name: block, shape: box, size: [1, 2, 3], mass: 4, position: [1, 0, -1], axis: [1, 2, 2]}
+    - {name: hole, shape: cylinder, radius: 0.2, height: 0.5, mass: 0.03, position: [1, 0.1, -1], hole: true}
+about: [0.5, 0.5, 0]
+motion: {omega: [0.3, -1, 2], duration: 2, samples: 401}
+"""
+
+
+def value(step: Step, title: str) -> Any:
+    """What a step says under this title."""
+    return next(entry.value for entry in step.fields if entry.title == title)
+
+
+def evaluated(formula: Any, **numbers: float) -> float:
+    """A formula with numbers for its names."""
+    return real(formula.tree(), numbers)
+
+
+def test_the_cube_reads_like_a_textbook(program: Program) -> None:
+    out = program("axes", "configs/cube_symbolic.yaml", "--steps").out
+    lines = [" ".join(line.split()) for line in out.splitlines()]
+    for line in (
+        "integral of x^2 dm M a^2/12",
+        "with mu M a^2/12",
+        "det(I - lambda 1) -lambda^3 + 24 mu lambda^2 - 165 mu^2 lambda + 242 mu^3",
+        "in factors (2 mu - lambda) (11 mu - lambda)^2",
+        "lambda2 = lambda3 11 M a^2/12",
+        "row echelon form 1 0 -1",
+        "e1 (sqrt(3)/3, sqrt(3)/3, sqrt(3)/3)",
+    ):
+        assert line in lines
+    assert "any two orthogonal vectors of this plane serve" in out
+    assert "paragraph" in program("axes", "configs/cube_symbolic.yaml", "--steps", "-f", "latex").out
+
+
+def test_names_of_the_document_are_not_taken_twice(program: Program) -> None:
+    document = (
+        "parameters: {mu: null, lambda: null}\nbody: {shape: cube, side: lambda, mass: mu, anchor: corner}"
+    )
+    out = program("axes", "-", "--steps", stdin=document).out
+    assert "(2 nu - Lambda) (11 nu - Lambda)^2" in out
+
+
+@pytest.mark.parametrize("format", ["json", "csv"])
+def test_programs_see_no_steps(format: str, program: Program) -> None:
+    path = "configs/three_masses.yaml"
+    assert program("axes", path, "-f", format, "--steps").out == program("axes", path, "-f", format).out
+
+
+def test_parts_and_their_parallel_axis_terms_add_up() -> None:
+    result = rigidcli.inertia(BLOCK, steps=True)
+    block, hole, last = result.steps
+    terms = [
+        sign * (value(step, "tensor about it") + value(step, "M (d^2 1 - d d^T)"))
+        for step, sign in ((block, 1), (hole, -1))
+    ]
+    assert np.allclose(sum(terms), result["tensor"], rtol=1e-12)
+    assert np.array_equal(value(last, "I"), result["tensor"])
+
+
+def test_integrals_make_the_tensor_of_a_shape() -> None:
+    document = "body: {shape: tetrahedron, vertices: [[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3]], mass: 2}"
+    step = rigidcli.inertia(document, steps=True).steps[0]
+    second = np.zeros((3, 3))
+    for i, a in enumerate("xyz"):
+        second[i, i] = value(step, f"integral of {a}^2 dm")
+        for j, b in list(enumerate("xyz"))[i + 1 :]:
+            second[i, j] = second[j, i] = value(step, f"integral of {a} {b} dm")
+    corners = np.array([[0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 3.0]]) - np.array([1, 2, 3]) / 4
+    # Of a tetrahedron about its centre of mass: M/20 times the sum over its corners.
+    assert np.allclose(second, 2 * corners.T @ corners / 20, atol=1e-14)
+    tensor = value(step, "tensor in its own axes")
+    assert np.allclose(tensor, np.trace(second) * np.eye(3) - second, atol=1e-14)
+
+
+def test_the_polynomial_is_the_determinant_and_the_echelon_form_has_the_axes() -> None:
+    result = rigidcli.axes(BLOCK, steps=True)
+    tensor, moments = result["tensor"], result["moments"]
+    polynomial = next(step for step in result.steps if step.title == "Principal moments")
+    for x in (-1.0, 0.3, 7.0):
+        determinant = np.linalg.det(tensor - x * np.eye(3))
+        for title in ("det(I - lambda 1)", "in factors"):
+            found = evaluated(value(polynomial, title), **{"lambda": x})
+            assert found == pytest.approx(determinant, rel=1e-9)
+    own = [step for step in result.steps if step.title.startswith("Axis of")]
+    assert len(own) == 3
+    for k, step in enumerate(own):
+        axis = value(step, f"e{k + 1}")
+        assert np.array_equal(axis, result["axes"][k])
+        echelon = value(step, "row echelon form")
+        assert np.allclose(echelon @ axis, 0, atol=1e-9)
+        assert np.linalg.matrix_rank(echelon) == 2
+        assert np.allclose((tensor - moments[k] * np.eye(3)), value(step, "I - lambda 1"), atol=1e-12)
+
+
+@pytest.mark.parametrize("moments", [[1, 1, 1], [1, 2, 2], [2, 2, 3], [0, 1, 1], [0, 0, 0]])
+def test_equal_moments_have_steps(moments: list[float]) -> None:
+    tensor = {"moments": moments, "mass": 1, "rotation": {"axis": [1, 2, 3], "angle": 0.4}}
+    result = rigidcli.axes({"body": tensor}, steps=True)
+    assert value(result.steps[-1], "tensor along the axes").diagonal() == pytest.approx(result["moments"])
+
+
+def test_long_entries_are_left_out_and_long_moments_leave_the_polynomial() -> None:
+    document = """
+parameters: {M: null, a: null, b: null, c: null}
+body: {shape: box, size: [a, b, c], mass: M, anchor: corner}
+"""
+    result = rigidcli.axes(document, steps=True)
+    assert result["moments"] is None
+    assert [step.title for step in result.steps][-1] == "Principal moments"
+
+
+def test_the_formulas_of_a_top_have_the_values_of_the_results() -> None:
+    result = rigidcli.precess(ROOT / "configs" / "openstax_gyroscope.yaml", steps=True)
+    by_title = {step.title: step for step in result.steps}
+    top = result["top"]
+    for step, formula, key in (
+        ("Torque of the weight", "M g R sin(theta)", "torque_magnitude"),
+        ("Gyroscopic precession", "M g R/(lambda3 omega3)", "gyroscopic_rate"),
+        ("Upright", "sqrt(4 lambda1 M g R)/lambda3", "sleeping_spin"),
+    ):
+        assert evaluated(value(by_title[step], formula)) == pytest.approx(top[key], rel=1e-12)
+    quadratic = by_title["Steady precession"].fields[0].value
+    for key in ("slow_rate", "fast_rate"):
+        assert evaluated(quadratic, Omega=top[key]) == pytest.approx(0, abs=1e-12)
+
+
+def test_the_cubic_vanishes_at_the_turning_points() -> None:
+    result = rigidcli.precess(ROOT / "configs" / "top_looping.yaml", steps=True)
+    step = next(step for step in result.steps if step.title == "Nutation")
+    cubic = step.fields[0].value
+    scale = evaluated(cubic, u=np.cos((result["top"]["theta_min"] + result["top"]["theta_max"]) / 2))
+    assert scale > 0
+    for key in ("theta_min", "theta_max"):
+        assert evaluated(cubic, u=np.cos(result["top"][key])) == pytest.approx(0, abs=1e-9 * scale)
+
+
+def test_the_tides_add_up() -> None:
+    result = rigidcli.precess(ROOT / "configs" / "earth.yaml", steps=True)
+    step = next(step for step in result.steps if step.title == "Precession by tides")
+    rates = [evaluated(entry.value) for entry in step.fields[:-1]]
+    assert sum(rates) == pytest.approx(result["tide"]["rate"], rel=1e-12)
+
+
+def test_eulers_equations_hold_along_the_motion() -> None:
+    result = rigidcli.euler(BLOCK, steps=True)
+    first = result.steps[0]
+    omega = result["trajectory"]["omega"] @ result["axes"].T
+    slope = np.gradient(omega, result["trajectory"]["t"], axis=0, edge_order=2)[200]
+    w1, w2, w3 = omega[200]
+    for k in range(3):
+        right = evaluated(value(first, f"lambda{k + 1} dw{k + 1}/dt"), w1=w1, w2=w2, w3=w3)
+        assert right == pytest.approx(result["moments"][k] * slope[k], rel=1e-3)
+
+
+def test_the_steps_of_hamilton_show_the_results_themselves() -> None:
+    result = rigidcli.hamilton(ROOT / "configs" / "kepler_polar.yaml", steps=True)
+    titles = [step.title for step in result.steps]
+    assert titles[:5] == ["Lagrangian", "Momenta", "Velocities", "Hamiltonian", "Hamilton's equations"]
+    shown = result.steps[3].fields[0].value
+    assert shown == result["hamiltonian"]
+    proofs = [step for step in result.steps if step.title.endswith("is conserved")]
+    assert len(proofs) == len(result["invariants"]) + len(result["cyclic"])
+    for step in proofs:
+        assert value(step, "sum of df/dq dH/dp") == value(step, "sum of df/dp dH/dq")
+
+
+@pytest.mark.parametrize(
+    ("command", "config"),
+    [
+        ("hamilton", "taylor_13_25"),
+        ("hamilton", "double_pendulum"),
+        ("hamilton", "taylor_13_26"),
+        ("euler", "flywheel"),
+        ("euler", "damped_satellite"),
+        ("euler", "top_sleeping"),
+        ("precess", "toutatis"),
+        ("inertia", "triangular_plate"),
+        ("axes", "known_tensor"),
+    ],
+)
+def test_every_kind_of_document_has_steps_in_both_formats(
+    command: str, config: str, program: Program
+) -> None:
+    for form in ("table", "latex"):
+        outcome = program(command, f"configs/{config}.yaml", "--steps", "-f", form, "-q")
+        assert (outcome.code, outcome.err) == (0, "")
