@@ -131,6 +131,9 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             bool, typer.Option("-v", "--verbose", help="Tell residuals, drifts, trusted digits, method, too.")
         ] = False,
         steps: Annotated[bool, typer.Option("--steps", help="Show the working, in table and latex.")] = False,
+        standalone: Annotated[
+            bool, typer.Option("--standalone", help="LaTeX that compiles by itself.")
+        ] = False,
         quiet: Quiet = False,
         **options: Any,
     ) -> None:
@@ -161,7 +164,16 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         with Output(output) as target:
             width, colour = target.terminal()
             look = Look(
-                digits, not no_header, width, colour, columns, len(files) > 1, unit_header, verbose, steps
+                digits,
+                not no_header,
+                width,
+                colour,
+                columns,
+                several=len(files) > 1,
+                unit_header=unit_header,
+                verbose=verbose,
+                steps=steps,
+                standalone=standalone,
             )
             for piece in renderer(format)(reports(), look):
                 target.write(piece)

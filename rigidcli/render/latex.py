@@ -24,9 +24,21 @@ _SYMBOLS = {
 """The symbols that stand in the words of a result, spelled out as in a terminal, and how LaTeX has them."""
 
 
+PREAMBLE = r"""\documentclass{article}
+\usepackage[margin=2cm]{geometry}
+\usepackage{amsmath}
+\begin{document}
+"""
+"""What makes fragments a document that compiles by itself."""
+
+
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
-    """A fragment for each report, its name in a comment above it."""
+    """A fragment for each report, its name in a comment above it; or a document of them."""
+    begun = False
     for report in reports:
+        if look.standalone and not begun:
+            yield PREAMBLE
+        begun = True
         yield f"% {printable(report.name)}: {report.title}\n{formulas(report, look)}\n"
         yield from _tables(report.tables, look)
         for number, step in enumerate(report.steps if look.steps else (), 1):
@@ -34,6 +46,8 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
             if step.fields:
                 yield _aligned(step.fields, look) + "\n"
             yield from _tables(step.tables, look)
+    if look.standalone and begun:
+        yield "\\end{document}\n"
 
 
 def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
