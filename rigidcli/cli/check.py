@@ -3,6 +3,7 @@
 # Annotations here are objects, not texts: typer reads them.
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from enum import StrEnum
 from functools import partial
 from pathlib import Path
@@ -15,6 +16,7 @@ from rigidcli.cli.computing import NoHeader, OutputPath, Quiet, tell_notes
 from rigidcli.cli.output import Failures, Output, complain, progress
 from rigidcli.errors import UsageError
 from rigidcli.grading import Feedback
+from rigidcli.render import Look
 
 if TYPE_CHECKING:
     from rigidcli.grading.assignment import Prepared
@@ -37,13 +39,13 @@ TABULAR = {
 """The formats of each option that prints something else than judgements; a gradebook is csv in both."""
 
 
-def _study(name: str) -> "Callable[[Document], Report]":
-    """The study of a command, which is loaded when it is first asked."""
-    return lambda document: getattr(rigidcli, name)(document)
+def studies(steps: bool = False) -> "dict[str, Callable[[Document], Report]]":
+    """The studies that work out keys, each loaded when it is first asked; their reports may have steps."""
 
+    def of(name: str) -> "Callable[[Document], Report]":
+        return lambda document: getattr(rigidcli, name)(document, steps=steps)
 
-STUDIES = {name: _study(name) for name in rigidcli.STUDIES}
-"""The studies that work out keys."""
+    return {name: of(name) for name in rigidcli.STUDIES}
 
 
 class CheckFormat(StrEnum):
@@ -96,6 +98,9 @@ def check(
     selftest: Annotated[
         bool, typer.Option("--selftest", help="Judge the keys themselves, their forms and named mistakes.")
     ] = False,
+    steps: Annotated[
+        bool, typer.Option("--steps", help="Solutions of the questions, too; with --feedback full.")
+    ] = False,
     no_header: NoHeader = False,
     quiet: Quiet = False,
 ) -> None:
@@ -109,6 +114,8 @@ def check(
         raise typer.BadParameter(wrong)
     if views and format not in TABULAR[views[0]]:
         raise typer.BadParameter(f"{views[0]} has no other format than {', '.join(TABULAR[views[0]])}")
+    if steps and (feedback is not Feedback.full or format is not CheckFormat.table or views):
+        raise typer.BadParameter("--steps shows the keys: it is for tables with --feedback full")
     if column is not None and canvas is None:
         raise typer.BadParameter("--column is for --canvas")
     failures = Failures()
@@ -119,7 +126,7 @@ def check(
         from rigidcli.grading.outcome import MISSING
         from rigidcli.grading.reports import Style
 
-        prepared = prepare(assignment, STUDIES)
+        prepared = prepare(assignment, studies(steps))
         for note in () if quiet else prepared.notes:
             complain(str(note))
         if selftest:
@@ -146,7 +153,19 @@ def check(
                 others = [files.safe_name(str(file)) for file in found.others]
                 for piece in view(_noted(judgements, others, prepared.source, failures, quiet), style):
                     target.write(piece)
+            for piece in _solutions(prepared, width, colour) if steps else ():
+                target.write(piece)
     raise typer.Exit(failures.code)
+
+
+def _solutions(prepared: "Prepared", width: int | None, colour: bool) -> Iterator[str]:
+    """The working of the questions whose keys come from documents, each after its name."""
+    from rigidcli.render.table import render
+
+    for id, report in prepared.solutions.items():
+        yield "\n"
+        named = replace(report, name=f"{id}, {report.name}")
+        yield from render([named], Look(width=width, colour=colour, steps=True))
 
 
 def _noted(

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import typer
 
-from rigidcli.cli.check import STUDIES
+from rigidcli.cli.check import studies
 from rigidcli.cli.computing import Exact, Files, Quiet, Settings, tell_notes
 from rigidcli.cli.output import Failures, Output, complain
 from rigidcli.errors import DocumentError, Problem, printable
@@ -63,7 +63,7 @@ def _assignment(file: str, text: str, quiet: bool) -> list[str]:
     """What an assignment asks."""
     from rigidcli.grading.assignment import prepare
 
-    prepared = prepare(file, STUDIES, text)
+    prepared = prepare(file, studies(), text)
     for note in () if quiet else prepared.notes:
         complain(str(note))
     asked = [

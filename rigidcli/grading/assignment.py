@@ -58,12 +58,16 @@ WIDE = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """An assignment with its keys worked out, and `notes` on what in it does nothing."""
+    """An assignment with its keys worked out, and `notes` on what in it does nothing.
+
+    `solutions` are the reports, with their steps, that keys come from, by the names of the questions.
+    """
 
     title: str
     source: str
     items: dict[str, Item]
     notes: tuple[Problem, ...] = ()
+    solutions: Mapping[str, Report] = field(default_factory=dict)
 
 
 def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study], text: str | None = None) -> Prepared:
@@ -76,6 +80,7 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study], text: st
     text = read_text(file, source) if text is None else text
     tree, places = _tree(text, source), Places(text, source)
     items, problems, notes = dict[str, Item](), list[Problem](), list[Problem]()
+    solutions: dict[str, Report] = {}
 
     def placed(keys: Keys, message: str, hint: str | None = None) -> Problem:
         return places.problem(ValueProblem(message, path=keys, hint=hint))
@@ -93,6 +98,8 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study], text: st
         try:
             asked, name = _asked(question, library)
             items[id] = _item(replace(asked, name=id), name)
+            if asked.report is not None:
+                solutions[id] = asked.report
             notes += [
                 placed(("questions", id, *keys), f"note: {what}")
                 for keys, what in _notes(question, items[id], name)
@@ -105,7 +112,7 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study], text: st
             problems.append(placed(keys, error.message, error.hint))
     if problems:
         raise DocumentError(problems)
-    return Prepared(title or Path(file).stem, source, items, tuple(notes))
+    return Prepared(title or Path(file).stem, source, items, tuple(notes), solutions)
 
 
 def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, str]]:
