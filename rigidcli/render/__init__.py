@@ -17,8 +17,8 @@ class Look:
 
     `columns` are those of tables of data to show, all of them when empty. With `several` documents, such
     a table in csv begins with a column of their names. Heads of csv have `unit_header` where they tell
-    units, too. People see diagnostics when they are `verbose`, and the `steps` of the working on demand. LaTeX
-    is a whole document where it is `standalone`.
+    units, too. People see diagnostics when they are `verbose`, and the `steps` of the working on demand.
+    LaTeX is a whole document where it is `standalone`.
     """
 
     digits: int = 6

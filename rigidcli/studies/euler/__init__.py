@@ -51,7 +51,7 @@ def run(
     fields, stable = (*_body(motion), *_kind(motion), *_quality(motion)), _stability(motion)
     working: list[Step] = []
     if steps:
-        from rigidcli.studies.steps.euler import euler_steps
+        from rigidcli.studies.euler.steps import euler_steps
 
         working += euler_steps(motion, fields, stable)
     tables = (stable, trajectory_table(motion))

@@ -117,7 +117,7 @@ def run(
         fields = [replace(entry, value=_in_decimals(entry.value)) for entry in fields]
     working: list[Step] = []
     if steps:
-        from rigidcli.studies.steps.hamilton import hamilton_steps
+        from rigidcli.studies.hamilton.steps import hamilton_steps
 
         momenta = [(name, symbol(name)) for name in conserved if name != "H"]
         others = [(reading(e.tree()), e) for e in found.invariants or ()]
