@@ -11,7 +11,9 @@ digits for a small body far from the origin.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import reduce
+from operator import add
 from typing import Any
 
 import numpy as np
@@ -26,18 +28,152 @@ FAR = 1e3
 """Beyond this ratio of M c^2 to the second moments about c, their difference loses more than three digits."""
 
 
+ROUNDING = 64 * float(np.finfo(np.float64).eps)
+"""The relative error that rounding leaves in a sum of products, with a margin for long sums."""
+
+MISPLACED = 8 * float(np.finfo(np.float64).eps)
+"""The relative error that rounding leaves in a vector or tensor that is turned, or a point that is moved."""
+
+
+def misplaced(*vectors: Array) -> float:
+    """By how much rounding may misplace a sum of `vectors` (3, m), each turned; exact ones not at all."""
+    if any(vector.dtype == object for vector in vectors):
+        return 0.0
+    return MISPLACED * sum(float(np.linalg.norm(vector)) for vector in vectors)
+
+
+def spread_noise(mass: Scalar, spread: Array, error: float) -> Floats:
+    """A bound on the rounding errors (3 by 3, kg m^2) of the tensor of a `mass` about some point.
+
+    `spread` (3, m) is its root mean square distance from the point along each axis. Each place is known to
+    `error` (m), so that what lies on an axis may seem to lie beside it.
+    """
+    if spread.dtype == object:
+        return np.zeros((3, 3))
+    widest = spread + error
+    products = np.outer(widest, ROUNDING / 2 * widest + error)
+    noise: Floats = np.abs(from_second_moments(mass, products + products.T))
+    return noise
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Inertia:
+    """An inertia tensor, by its `entries` (3 by 3, kg m^2) along the axes in which they were worked out.
+
+    `axes` (3 by 3) has these as columns: a body that is only turned keeps its entries, and with them a moment
+    that would vanish beside the rounding of the others. `noise` (3 by 3, kg m^2) bounds the rounding errors
+    of the entries. It decides what is zero; exact numbers have none.
+    """
+
+    entries: Array
+    noise: Floats
+    axes: Array = field(default_factory=lambda: np.eye(3, dtype=int))
+
+    @classmethod
+    def of(cls, entries: Array, noise: Floats | float = 0.0) -> Inertia:
+        """Of `entries` with the relative rounding errors of short sums, and a `noise` besides."""
+        return cls(
+            entries, np.zeros((3, 3)) if entries.dtype == object else ROUNDING * np.abs(entries) + noise
+        )
+
+    @classmethod
+    def of_sums(cls, mass: Scalar, centre: Array, sums: Array, error: float = 0.0) -> Inertia:
+        """Of places with that `mass`, by the `sums` of m r r^T (3 by 3, kg m^2), r from `centre` (3, m).
+
+        Their coordinates are rounded, and the centre is known to `error` (m) besides.
+        """
+        entries = from_second_moments(1, sums)
+        if entries.dtype == object:
+            return cls.of(entries)
+        spread = np.sqrt(sums.diagonal() / mass)
+        return cls.of(entries, spread_noise(mass, spread, error + misplaced(centre, spread)))
+
+    @property
+    def tensor(self) -> Array:
+        """The tensor along the axes of space, as those of `axes` are called here; noise is zero."""
+        return self.in_space().without_noise()
+
+    @property
+    def is_turned(self) -> bool:
+        """Whether the entries are along other axes than those in whose components `axes` are given."""
+        return bool((self.axes != np.eye(3, dtype=int)).any())
+
+    def in_space(self) -> Inertia:
+        """The same by its entries along the axes in whose components `axes` are given."""
+        if not self.is_turned:
+            return self
+        entries = rotate(self.entries, self.axes)
+        if entries.dtype == object:
+            return Inertia.of(entries)
+        size = np.abs(self.axes)
+        return Inertia(entries, size @ (self.noise + MISPLACED * np.abs(self.entries)) @ size.T)
+
+    def without_noise(self) -> Array:
+        """The entries, zero where they may be rounding errors alone."""
+        if self.entries.dtype == object:
+            return self.entries
+        return np.where(np.abs(self.entries) <= self.noise, 0.0, self.entries)
+
+    def turned(self, rotation: Array) -> Inertia:
+        """After the body was turned by `rotation` (3 by 3)."""
+        axes = rotation @ self.axes
+        if axes.dtype != object:
+            # One step of the Newton-Schulz iteration takes out what rounding has added to the angles between.
+            axes = axes @ (1.5 * np.eye(3) - axes.T @ axes / 2)
+        return replace(self, axes=axes)
+
+    def shifted(self, mass: Scalar, d: Array, error: float = 0.0) -> Inertia:
+        """About the point at `d` (3, m, to within `error`) from the centre of mass, about which it was.
+
+        With a negative mass it is the way back.
+        """
+        d = self.axes.T @ d
+        noise = self.noise if d.dtype == object else self.noise + spread_noise(mass, np.abs(d), error)
+        return replace(self, entries=shift_from_com(self.entries, mass, d), noise=noise)
+
+    def times(self, sign: int) -> Inertia:
+        """Of a body (1), or of a hole of its form (-1)."""
+        return replace(self, entries=sign * self.entries)
+
+    def __add__(self, other: Inertia) -> Inertia:
+        """Of both bodies; along axes that they have in common, if they have."""
+        one, two = (self, other) if (self.axes == other.axes).all() else (self.in_space(), other.in_space())
+        return replace(one, entries=one.entries + two.entries, noise=one.noise + two.noise)
+
+    def moment_about(self, axis: Array) -> tuple[Scalar, float]:
+        """The moment about an `axis` (3, unit), and a bound on its rounding error, both in kg m^2."""
+        along = self.axes.T @ axis
+        return along @ self.entries @ along, 0.0 if along.dtype == object else self.noise_along(along)
+
+    def noise_along(self, axis: Floats) -> float:
+        """A bound on the rounding error of the moment about an `axis` (3, unit) along the entries'."""
+        return float(np.abs(axis) @ self.noise @ np.abs(axis))
+
+    def momentum(self, omega: Array) -> Array:
+        """Angular momentum (..., 3; kg m^2/s) at angular velocities `omega` (..., 3; rad/s)."""
+        momentum: Array = omega @ self.axes @ self.entries @ self.axes.T
+        return momentum
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class MassProperties:
-    """What a body is to its motion: mass (kg), centre of mass (3, m), tensor about it (3 by 3, kg m^2).
+    """What a body is to its motion: mass (kg), centre of mass (3, m), inertia about it.
 
-    Of a body without a known mass the tensor cannot be shifted: `tensor` is then about the
-    point `com`, and `at_com` says whether that is its centre of mass.
+    Rounding may misplace the centre of mass by `error` (m). Of a body without a known mass the tensor
+    cannot be shifted: `inertia` is then about the point `com`, and `at_com` says whether that
+    is its centre of mass.
     """
 
     mass: Scalar | None
     com: Array
-    tensor: Array
+    inertia: Inertia
+    error: float = 0.0
     at_com: bool = True
+
+    @property
+    def tensor(self) -> Array:
+        """The tensor about the centre of mass, along the axes of its components (3 by 3, kg m^2)."""
+        return self.inertia.tensor
 
 
 def point_tensor(d: Array) -> Array:
@@ -77,22 +213,22 @@ def from_second_moments(mass: Scalar, second: Array) -> Array:
 def of_points(points: Array, n: Arithmetic = FLOAT) -> MassProperties:
     """Mass properties of point masses, rows (m, x, y, z) in kg and m; k by 4, k at least 1."""
     if n.exact:
-        return _sum_exactly(
-            [MassProperties(point[0], point[1:], n.array(np.zeros((3, 3), dtype=int))) for point in points], n
-        )
+        nothing = Inertia.of(n.array(np.zeros((3, 3), dtype=int)))
+        return _sum_exactly([MassProperties(point[0], point[1:], nothing) for point in points], n)
     mass, origin = points[:, 0], points[0, 1:]
     total = mass.sum()
     offset = points[:, 1:] - origin
     centre = (mass @ offset) / total
     offset = offset - centre
-    second = (offset * mass[:, None]).T @ offset
-    return MassProperties(total, origin + centre, from_second_moments(1, second))
+    com, extent = origin + centre, offset[np.argmax((offset**2).sum(axis=1))]
+    inertia = Inertia.of_sums(total, com, (offset * mass[:, None]).T @ offset)
+    return MassProperties(total, com, inertia, misplaced(com, extent))
 
 
-def about(points: Array, point: Array) -> Array:
-    """Tensor of point masses, rows (m, x, y, z) in kg and m, about `point` (3, m)."""
+def about(points: Array, point: Array, error: float = 0.0) -> Inertia:
+    """Inertia of point masses, rows (m, x, y, z) in kg and m, about `point` (3, m, to within `error`)."""
     offset = points[:, 1:] - point
-    return from_second_moments(1, (offset * points[:, :1]).T @ offset)
+    return Inertia.of_sums(points[:, 0].sum(), point, (offset * points[:, :1]).T @ offset, error)
 
 
 def of_blocks(read: Callable[[], Iterable[Floats]]) -> MassProperties:
@@ -110,7 +246,9 @@ def of_blocks(read: Callable[[], Iterable[Floats]]) -> MassProperties:
         centre, sums = _sums(read, centre + shift)
         shift = sums[0, 1:] / mass
         second = sums[1:, 1:] - mass * np.outer(shift, shift)
-    return MassProperties(float(mass), centre + shift, from_second_moments(1, second))
+    com, spread = centre + shift, np.sqrt(second.diagonal() / mass)
+    inertia = Inertia.of_sums(mass, centre, sums[1:, 1:]).shifted(-mass, shift)
+    return MassProperties(float(mass), com, inertia, misplaced(com, spread))
 
 
 def _sums(read: Callable[[], Iterable[Floats]], centre: Floats | None) -> tuple[Floats, Floats]:
@@ -149,10 +287,16 @@ def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassPrope
     if n.exact:
         return _sum_exactly(parts, n)
     com = coms[0] + masses @ (coms - coms[0]) / mass
-    tensors = [
-        shift_from_com(part.tensor, own, d) for part, own, d in zip(parts, masses, coms - com, strict=True)
-    ]
-    return MassProperties(mass, com, np.sum(tensors, axis=0))
+    reach = [part.error + misplaced(own) for part, own in zip(parts, coms - com, strict=True)]
+    error = float(np.abs(masses) @ reach / abs(mass))
+    inertia = reduce(
+        add,
+        (
+            part.inertia.shifted(own, d, part.error + error)
+            for part, own, d in zip(parts, masses, coms - com, strict=True)
+        ),
+    )
+    return MassProperties(mass, com, inertia, error)
 
 
 def _sum_exactly(parts: Iterable[MassProperties], n: Arithmetic) -> MassProperties:
@@ -165,13 +309,13 @@ def _sum_exactly(parts: Iterable[MassProperties], n: Arithmetic) -> MassProperti
         first = first + own * part.com
         tensor = tensor + shift_from_com(part.tensor, own, part.com)
     com = n.tidy(first / mass)
-    return MassProperties(mass, com, n.tidy(shift_to_com(n.tidy(tensor), mass, com)))
+    return MassProperties(mass, com, Inertia.of(n.tidy(shift_to_com(n.tidy(tensor), mass, com))))
 
 
 def place(body: MassProperties, rotation: Array, displacement: Array) -> MassProperties:
     """`body` turned about the origin by `rotation` (3 by 3), then moved by `displacement` (3, m)."""
-    com = rotation @ body.com + displacement
-    return replace(body, com=com, tensor=rotate(body.tensor, rotation))
+    com, error = rotation @ body.com + displacement, body.error + misplaced(body.com, displacement)
+    return replace(body, com=com, inertia=body.inertia.turned(rotation), error=error)
 
 
 def shortfall(tensor: Array) -> tuple[str, float] | None:

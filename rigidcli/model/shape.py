@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias
 
 import numpy as np
@@ -62,24 +63,21 @@ class Form(Section):
         """Mass properties in the axes in which the form is placed."""
         return tensor.place(self.local(arithmetic), *self.motion(arithmetic))
 
-    def tensor_about(self, point: Array, n: Arithmetic) -> Array:
-        """Inertia tensor about `point` (3, m), in the axes in which the form is placed.
+    def inertia_about(self, point: Array, n: Arithmetic, error: float = 0.0) -> tensor.Inertia:
+        """Inertia about `point` (3, m, to within `error`), in the axes in which the form is placed.
 
         It is summed about that point itself, and so free of the rounding of a centre of mass between.
         """
-        turn, own = self.in_own_axes(point, n)
-        return n.tidy(tensor.rotate(own, turn))
-
-    def in_own_axes(self, point: Array, n: Arithmetic) -> tuple[Array, Array]:
-        """Axes of the form's own, as columns (3 by 3), and its tensor about `point` along these (3 by 3)."""
         turn, shift = self.motion(n)
-        return turn, n.tidy(self.local_tensor_about(n.tidy(turn.T @ (point - shift)), n))
+        error += tensor.misplaced(point, shift)
+        own = self.local_inertia_about(n.tidy(turn.T @ (point - shift)), n, error)
+        return replace(own, entries=n.tidy(own.entries), axes=n.tidy(turn @ own.axes))
 
-    def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
-        """Inertia tensor about `point` (3, m), both in the form's own axes."""
+    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
+        """Inertia about `point` (3, m, to within `error`), both in the form's own axes."""
         body = self.local(n)
         assert body.mass is not None
-        return tensor.shift_from_com(body.tensor, body.mass, body.com - point)
+        return body.inertia.shifted(body.mass, body.com - point, body.error + error)
 
 
 Bounds: TypeAlias = tuple[tuple[float, float], ...]
@@ -158,10 +156,12 @@ class Shape(Form):
         """Mass properties in the shape's own axes and from its natural origin."""
         measure, centre, second, _ = self.geometry(arithmetic)
         mass = self.mass if self.mass is not None else (self.density or 0) * measure
-        second = arithmetic.array(second)
+        second, centre = arithmetic.array(second), arithmetic.array(centre)
         if second.ndim == 1:
-            second = np.diag(second)
-        return tensor.MassProperties(mass, arithmetic.array(centre), tensor.from_second_moments(mass, second))
+            inertia = tensor.Inertia.of(tensor.from_second_moments(mass, np.diag(second)))
+        else:
+            inertia = tensor.Inertia.of_sums(mass, centre, mass * second)
+        return tensor.MassProperties(mass, centre, inertia, tensor.misplaced(centre))
 
 
 class Region(Shape):

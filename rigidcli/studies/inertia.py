@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rigidcli.model.document import Document
 from rigidcli.report import Report
-from rigidcli.studies.body import inertia_fields
+from rigidcli.studies.body import axis_fields, inertia_fields
 from rigidcli.studies.common import report
 
 SCHEMA = "rigidcli.inertia/1"
@@ -12,4 +12,5 @@ SCHEMA = "rigidcli.inertia/1"
 
 def run(document: Document) -> Report:
     """Find the mass properties of the document's body."""
-    return report(document, SCHEMA, "inertia tensor", inertia_fields(document))
+    known, (about_axis, notes) = inertia_fields(document), axis_fields(document)
+    return report(document, SCHEMA, "inertia tensor", [*known, *about_axis], notes)

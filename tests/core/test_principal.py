@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from rigidcli.core import principal, tensor
-from rigidcli.core.principal import PrincipalFrame, principal_frame
+from rigidcli.core.principal import PrincipalFrame
+from tests.core.rigid_motion import principal_frame
 
 Floats = NDArray[np.float64]
 

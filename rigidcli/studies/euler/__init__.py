@@ -83,7 +83,7 @@ def follow(
 
 def _body(motion: Trajectory) -> tuple[Field, ...]:
     problem = motion.problem
-    frame, momentum = problem.frame, problem.tensor @ problem.omega
+    frame, momentum = problem.frame, problem.inertia.momentum(problem.omega)
     energy = float(problem.omega @ momentum) / 2
     # So small an energy has lost its digits, while omega has not.
     is_lost = 0 < abs(energy) < np.finfo(np.float64).tiny
