@@ -105,8 +105,10 @@ class Inertia:
         entries = rotate(self.entries, self.axes)
         if entries.dtype == object:
             return Inertia.of(entries)
+        # The entries of `axes` are rounded alike, large or small.
         size = np.abs(self.axes)
-        return Inertia(entries, size @ (self.noise + MISPLACED * np.abs(self.entries)) @ size.T)
+        rounding = MISPLACED * np.abs(self.entries).sum(axis=0) @ (size + MISPLACED).T
+        return Inertia(entries, size @ self.noise @ size.T + np.add.outer(rounding, rounding))
 
     def without_noise(self) -> Array:
         """The entries, zero where they may be rounding errors alone."""

@@ -61,7 +61,8 @@ class Form(Section):
 
     def properties(self, arithmetic: Arithmetic) -> tensor.MassProperties:
         """Mass properties in the axes in which the form is placed."""
-        return tensor.place(self.local(arithmetic), *self.motion(arithmetic))
+        placed = tensor.place(self.local(arithmetic), *self.motion(arithmetic))
+        return replace(placed, error=placed.error + tensor.misplaced(self.pivot(arithmetic)))
 
     def inertia_about(self, point: Array, n: Arithmetic, error: float = 0.0) -> tensor.Inertia:
         """Inertia about `point` (3, m, to within `error`), in the axes in which the form is placed.
@@ -69,7 +70,7 @@ class Form(Section):
         It is summed about that point itself, and so free of the rounding of a centre of mass between.
         """
         turn, shift = self.motion(n)
-        error += tensor.misplaced(point, shift)
+        error += tensor.misplaced(point, shift, self.pivot(n))
         own = self.local_inertia_about(n.tidy(turn.T @ (point - shift)), n, error)
         return replace(own, entries=n.tidy(own.entries), axes=n.tidy(turn @ own.axes))
 
