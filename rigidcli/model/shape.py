@@ -166,7 +166,9 @@ class Shape(Form):
 
 
 class Region(Shape):
-    """A shape that says which points it fills."""
+    """A shape that says which points it fills; `CONVEX` if it holds the way between any two of them."""
+
+    CONVEX: ClassVar = True
 
     def bounds(self) -> Bounds:
         """The least box round the shape, from its `geometry` unless a subclass knows better."""
