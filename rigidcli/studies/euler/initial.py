@@ -35,8 +35,9 @@ class InitialValueProblem:
     `inertia` is about O, `orientation` (4) turns the document's axes to those of space at t = 0.
     `weight` is M g R (3, N m), the arm from O to the centre of mass times the weight; zero for none. `shown`
     (3 by 3) has as columns the axes of the results, and `frame` is the principal frame along these. `third`
-    (3) is the axis that a torque knows as ux, uy, uz: that of a top, or e3 as it is printed. `symmetry` (3 by
-    3) has as columns the axes of a top, the last along its symmetry axis; None for other bodies.
+    (3) is the axis that a torque knows as ux, uy, uz: that of a top, or e3 as it is printed. `carried` has as
+    columns (3 by 3) the axes whose Euler angles are told: those of the results, or of a top, the last along
+    its symmetry axis. `angles` is their sequence, None for no angles.
     """
 
     inertia: Inertia
@@ -49,7 +50,8 @@ class InitialValueProblem:
     shown: Floats
     frame: PrincipalFrame
     third: Floats
-    symmetry: Floats | None = None
+    carried: Floats
+    angles: str | None
     notes: tuple[str, ...] = ()
 
 
@@ -101,7 +103,9 @@ def _of_body(document: Document, motion: Motion) -> InitialValueProblem:
         physical.axes,
         frame,
         axes[:, 2],
-        notes=(*notes, *noted),
+        physical.axes,
+        motion.angles,
+        (*notes, *noted),
     )
 
 
@@ -160,6 +164,7 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
         principal_frame(inertia.turned(shown.T)),
         axes[:, 2],
         axes,
+        motion.angles or "zxz",
         (*top.remarks, *noted),
     )
 
