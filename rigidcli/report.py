@@ -37,7 +37,8 @@ class Column:
 
     `key` is its name in JSON, where a dot is the way into an object; `cells` the names of its components
     in CSV and in the heads of tables, `symbols` the same in LaTeX. People are not shown a column whose
-    `unit` is None, unless they ask for it. A list, of texts or None too, may stand for an array.
+    `unit` is None, unless they ask for it, and they see `words` instead of the values where there are any. A
+    list, of texts or None too, may stand for an array.
     """
 
     key: str
@@ -45,6 +46,7 @@ class Column:
     cells: tuple[str, ...]
     unit: str | None = None
     symbols: tuple[str, ...] = ()
+    words: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
