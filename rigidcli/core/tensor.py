@@ -145,7 +145,12 @@ class Inertia:
     def moment_about(self, axis: Array) -> tuple[Scalar, float]:
         """The moment about an `axis` (3, unit), and a bound on its rounding error, both in kg m^2."""
         along = self.axes.T @ axis
-        return along @ self.entries @ along, 0.0 if along.dtype == object else self.noise_along(along)
+        moment = along @ self.entries @ along
+        if along.dtype == object:
+            return moment, 0.0
+        widest = np.abs(along) + MISPLACED
+        turning = 2 * MISPLACED * np.abs(self.entries).sum(axis=0) @ widest
+        return moment, float(self.noise_along(widest) + turning)
 
     def noise_along(self, axis: Floats) -> float:
         """A bound on the rounding error of the moment about an `axis` (3, unit) along the entries'."""
