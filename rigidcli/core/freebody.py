@@ -21,7 +21,7 @@ from rigidcli.core.polhode import Polhode, State, follow, polhode
 from rigidcli.core.principal import EQUAL_MOMENTS
 from rigidcli.core.rotation import compose, continuous
 from rigidcli.core.sensitivity import representative, to_rounding
-from rigidcli.core.tensor import MISPLACED, ROUNDING, Inertia
+from rigidcli.core.tensor import ROUNDING, Inertia
 from rigidcli.errors import ComputationError
 
 Regime: TypeAlias = Literal[
@@ -107,12 +107,12 @@ def at(motion: FreeMotion, times: Floats) -> tuple[Floats, Floats]:
 def sensitivity(body: Inertia, omega: Floats, orientation: Floats, times: Floats) -> float:
     """How far (rad, at most pi) the attitude moves when tensor and omega change by their rounding.
 
-    The largest over `times` (n, s), or some of them: see `sensitivity.to_rounding`. An omega that was turned
-    has lost as much of each component, however small that is.
+    The largest over `times` (n, s), or some of them: see `sensitivity.to_rounding`. Each component of an omega
+    that was turned is off by a unit or two in the last place of |omega|, however small it is.
     """
     sample, tensor = representative(times), body.without_noise()
     upper = np.triu_indices(3)
-    unit = MISPLACED / np.finfo(np.float64).eps * FLOAT.hypot(*omega) if body.is_turned else 0.0
+    unit = 2 * FLOAT.hypot(*omega) if body.is_turned else 0.0
     given = np.ones(3) if unit else omega
 
     def orientations(values: Floats) -> Floats:

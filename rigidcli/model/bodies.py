@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, TypeAlias
 import numpy as np
 from pydantic import Field
 
-from rigidcli.core import tensor
+from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.errors import ComputationError, ValueProblem, at
 from rigidcli.model import holes, points
@@ -75,10 +75,10 @@ class PointMasses(Form):
         ),
     ]
 
-    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Sums over the points; those of a file are read in blocks."""
         if not isinstance(self.points, pathlib.Path):
-            return tensor.of_points(arithmetic.array(self.points), arithmetic)
+            return mass_properties.of_points(arithmetic.array(self.points), arithmetic)
         if arithmetic.exact:
             raise ComputationError(
                 f"{self.points}: points from a file have no exact results",
@@ -87,11 +87,11 @@ class PointMasses(Form):
         return self._in_file
 
     @cached_property
-    def _in_file(self) -> tensor.MassProperties:
+    def _in_file(self) -> mass_properties.MassProperties:
         path = self.points
         assert isinstance(path, pathlib.Path)
         with at("points"):
-            body = tensor.of_blocks(lambda: points.blocks(path, checked=False))
+            body = mass_properties.of_blocks(lambda: points.blocks(path, checked=False))
             if not np.isfinite(body.tensor).all():
                 for _ in points.blocks(path):
                     pass  # names the row to blame
@@ -101,7 +101,7 @@ class PointMasses(Form):
         """Summed over the points; that of a file is shifted, so that the file is read once."""
         if isinstance(self.points, pathlib.Path):
             return super().local_inertia_about(point, n, error)
-        return tensor.about(n.array(self.points), point, error)
+        return mass_properties.about(n.array(self.points), point, error)
 
 
 TensorRow = Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList]
@@ -121,7 +121,7 @@ class KnownTensor(Form):
     com: Vector3 | None = None
     given_about: Point = "com"
 
-    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """The tensor shifted to the centre of mass; without a mass, as given and about that point."""
         given = self._given(arithmetic)
         com = arithmetic.array([0, 0, 0] if self.com is None else self.com)
@@ -130,10 +130,10 @@ class KnownTensor(Form):
         if self.mass is None:
             _require_physical(given.entries, arithmetic)
             at_com = all(arithmetic.sign(component) == 0 for component in offset)
-            return tensor.MassProperties(None, com + offset, given, at_com=at_com)
+            return mass_properties.MassProperties(None, com + offset, given, at_com=at_com)
         central = given.shifted(-self.mass, offset, tensor.misplaced(com, com + offset))
         _require_physical(central.entries, arithmetic)
-        return tensor.MassProperties(self.mass, com, central, tensor.misplaced(com))
+        return mass_properties.MassProperties(self.mass, com, central, tensor.misplaced(com))
 
     def _given(self, n: Arithmetic) -> tensor.Inertia:
         if self.moments is not None:
@@ -161,7 +161,7 @@ class Composite(Form):
 
     parts: Annotated[tuple[Body, ...], AsList, Field(min_length=1)]
 
-    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Parts added and holes taken away, refused where nothing would be left."""
         bodies = []
         for index, part in enumerate(self.parts):
@@ -172,7 +172,7 @@ class Composite(Form):
             if part.hole:
                 body = replace(body, mass=-body.mass, inertia=body.inertia.times(-1))
             bodies.append(body)
-        whole = tensor.combine(bodies, arithmetic)
+        whole = mass_properties.combine(bodies, arithmetic)
         if any(part.hole for part in self.parts):
             holes.require_material(list(self.leaves(arithmetic)), arithmetic)
             assert whole.mass is not None

@@ -13,7 +13,8 @@ import numpy as np
 
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
-from rigidcli.core.tensor import Inertia, MassProperties
+from rigidcli.core.mass_properties import MassProperties
+from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ValueProblem, at
 from rigidcli.model.base import Point
 from rigidcli.model.rotations import Rotation

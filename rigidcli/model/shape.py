@@ -12,7 +12,7 @@ import numpy as np
 from pydantic import ConfigDict, Field, ValidationInfo, model_validator
 from pydantic.config import JsonDict
 
-from rigidcli.core import rotation, tensor
+from rigidcli.core import mass_properties, rotation, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, at
 from rigidcli.model import units
@@ -42,7 +42,7 @@ class Form(Section):
     hole: bool = Field(default=False, description="In `parts`: what is missing there")
 
     @abstractmethod
-    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the form's own axes and from its own origin."""
 
     def pivot(self, arithmetic: Arithmetic) -> Array:
@@ -59,9 +59,9 @@ class Form(Section):
                 turn = rotation.onto(self.axis, arithmetic)
         return turn, arithmetic.array(self.position or [0, 0, 0]) - turn @ self.pivot(arithmetic)
 
-    def properties(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+    def properties(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the axes in which the form is placed."""
-        placed = tensor.place(self.local(arithmetic), *self.motion(arithmetic))
+        placed = mass_properties.place(self.local(arithmetic), *self.motion(arithmetic))
         return replace(placed, error=placed.error + tensor.misplaced(self.pivot(arithmetic)))
 
     def inertia_about(self, point: Array, n: Arithmetic, error: float = 0.0) -> tensor.Inertia:
@@ -153,7 +153,7 @@ class Shape(Form):
         measure = self.geometry(n).measure
         return self.density if self.density is not None else (self.mass or 0) / measure
 
-    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the shape's own axes and from its natural origin."""
         measure, centre, second, _ = self.geometry(arithmetic)
         mass = self.mass if self.mass is not None else (self.density or 0) * measure
@@ -162,7 +162,7 @@ class Shape(Form):
             inertia = tensor.Inertia.of(tensor.from_second_moments(mass, np.diag(second)))
         else:
             inertia = tensor.Inertia.of_sums(mass, centre, mass * second)
-        return tensor.MassProperties(mass, centre, inertia, tensor.misplaced(centre))
+        return mass_properties.MassProperties(mass, centre, inertia, tensor.misplaced(centre))
 
 
 class Region(Shape):

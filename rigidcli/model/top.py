@@ -9,8 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.mass_properties import MassProperties
 from rigidcli.core.principal import principal_frame
-from rigidcli.core.tensor import Inertia, MassProperties
+from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.model import units
 from rigidcli.model.base import (

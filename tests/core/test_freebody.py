@@ -19,7 +19,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.spatial.transform import Rotation
 
-from rigidcli.core import rotation, tensor
+from rigidcli.core import mass_properties, rotation, tensor
 from rigidcli.core.freebody import at
 from rigidcli.errors import ComputationError
 from tests.core.rigid_motion import (
@@ -372,7 +372,7 @@ def test_spin_about_computed_axes_is_principal(seed: int) -> None:
     # As a document has it with omega along an axis that the program itself found.
     rng = np.random.default_rng(seed)
     rows = np.column_stack([rng.uniform(0.1, 1, 6), rng.normal(size=(6, 3)) * [0.01, 0.3, 1]])
-    inertia = tensor.rotate(tensor.of_points(rows).tensor, TURNED)
+    inertia = tensor.rotate(mass_properties.of_points(rows).tensor, TURNED)
     for axis in principal_frame(inertia).axes:
         assert free_motion(inertia, 1.7 * axis, START).regime == "principal"
 
