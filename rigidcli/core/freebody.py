@@ -107,8 +107,8 @@ def at(motion: FreeMotion, times: Floats) -> tuple[Floats, Floats]:
 def sensitivity(body: Inertia, omega: Floats, orientation: Floats, times: Floats) -> float:
     """How far (rad, at most pi) the attitude moves when tensor and omega change by their rounding.
 
-    The largest over `times` (n, s), or some of them: see `sensitivity.to_rounding`. Each component of an omega
-    that was turned is off by a unit or two in the last place of |omega|, however small it is.
+    The largest over `times` (n, s), or some of them: see `sensitivity.to_rounding`. Each component of an
+    omega that was turned is off by a unit or two in the last place of |omega|, however small it is.
     """
     sample, tensor = representative(times), body.without_noise()
     upper = np.triu_indices(3)
@@ -150,7 +150,7 @@ def _regime(state: State) -> Regime:
     lower, upper = middle - low <= gap, high - middle <= gap
     if lower and upper:
         return "sphere"
-    if _is_steady(state, TURNED_NOISE if state.rounded else Decimal(0)):
+    if _is_steady(state, rounded=True):
         return "principal"
     if lower or upper:
         return "oblate" if lower else "prolate"
@@ -160,10 +160,18 @@ def _regime(state: State) -> Regime:
     return "about_highest" if more > less else "about_lowest"
 
 
-def _is_steady(state: State, tolerance: Decimal) -> bool:
-    """Whether L x omega, in units of I3 omega^2, is within `tolerance` of 0; within CONTEXT."""
-    limit: Decimal = tolerance * state.moments[2] * state.speed() ** 2
-    return norm(state.torque()) <= limit
+def _is_steady(state: State, *, rounded: bool = False) -> bool:
+    """Whether L x omega is 0, or may be so when what is `rounded` is off by that; within CONTEXT.
+
+    A tensor turns its axes when it is off, and omega itself moves away from them, so that each component of
+    L x omega is off in proportion to the difference of two moments.
+    """
+    low, middle, high = state.moments
+    tensor = TURNED_NOISE * high if rounded and state.coupled else Decimal(0)
+    omega = TURNED_NOISE / 2 if rounded and state.turned else Decimal(0)
+    gaps = (high - middle, high - low, middle - low)
+    square = state.speed() ** 2
+    return all(abs(x) <= (tensor + omega * gap) * square for x, gap in zip(state.torque(), gaps, strict=True))
 
 
 def _excess_noise(state: State) -> Decimal:
@@ -175,7 +183,9 @@ def _excess_noise(state: State) -> Decimal:
     w1, _, w3 = (rate * rate for rate in state.rates)
     more, less = state.excess()
     slopes = abs(2 * I3 - I2) * I3 * w3 + (I3 * w3 + I1 * w1) * I2 + abs(I2 - 2 * I1) * I1 * w1
-    noise: Decimal = (TURNED_NOISE if state.rounded else EPS / 2) * (slopes + 2 * (more + less))
+    noise: Decimal = (TURNED_NOISE if state.coupled or state.turned else EPS / 2) * (
+        slopes + 2 * (more + less)
+    )
     return noise
 
 
@@ -204,7 +214,7 @@ def _period_and_rate(
 
 def _path(state: State, omega: Floats, orientation: Floats) -> Steady | Polhode:
     """The motion of the body exactly as it is given, but for a linear one's line; within CONTEXT."""
-    if state.moments[0] <= 0 or _is_steady(state, Decimal(0)):
+    if state.moments[0] <= 0 or _is_steady(state):
         return _steady(omega, orientation)
     return polhode(state, orientation)
 

@@ -41,8 +41,8 @@ class State:
     """A body (tensor, kg m^2) and its omega (rad/s) in body axes, exactly; `axes` are rows of principal axes.
 
     `rates` are the components of omega along them. The least moment is zero where it may be rounding alone.
-    `rounded` says that the numbers were worked out from others, and not given. All of this is to be called
-    within CONTEXT.
+    `coupled` says that the tensor is not diagonal, and `turned` that omega was given along other axes: then
+    these are rounded. All of this is to be called within CONTEXT.
     """
 
     tensor: Decimals
@@ -50,7 +50,8 @@ class State:
     moments: Decimals
     axes: Decimals
     rates: Decimals
-    rounded: bool
+    coupled: bool
+    turned: bool
 
     @classmethod
     def of(cls, body: Inertia, omega: Floats) -> State:
@@ -60,8 +61,8 @@ class State:
         moments, axes = principal_axes(exact)
         if float(moments[0]) <= body.noise_along(axes[0].astype(np.float64)):
             moments[0] = Decimal(0)
-        rounded = body.is_turned or bool((tensor != np.diag(tensor.diagonal())).any())
-        return cls(exact, w, moments, axes, axes @ w, rounded)
+        coupled = bool((tensor != np.diag(tensor.diagonal())).any())
+        return cls(exact, w, moments, axes, axes @ w, coupled, body.is_turned)
 
     def speed(self) -> Decimal:
         """|omega| (rad/s)."""

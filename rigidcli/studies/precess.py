@@ -119,6 +119,7 @@ class _Found:
     tables: list[Table] = field(default_factory=list)
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def run(document: Document) -> Report:
     """Find how the document's top, free body or planet precesses, whichever of them it has."""
     found = _Found()

@@ -124,6 +124,14 @@ def test_rounding_prints_as_zero() -> None:
     assert run("inertia", {"points": around})["center_of_mass"].tolist() == [0, 0, 0]
 
 
+@pytest.mark.parametrize("omega", [[0, 1, 0], [1e-15, 1, 0], [0, 1, 1e-13]])
+def test_only_what_rounding_hides_is_principal_of_a_turned_body(omega: list[float]) -> None:
+    # About its middle axis a body tumbles, however little omega is off it.
+    body = {"shape": "box", "size": [1, 2, 3], "mass": 12, "rotation": {"euler": [1, 2, 3]}}
+    found = run("euler", body, motion={"omega": omega, "basis": "principal", "duration": 1})
+    assert (found["motion"] == "principal") == (omega == [0, 1, 0])
+
+
 # --- their motion
 
 TURN = Rotation.from_rotvec([0.3, -0.5, 0.7])

@@ -84,6 +84,7 @@ def follow(
         ) from None
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _body(motion: Trajectory) -> tuple[Field, ...]:
     problem = motion.problem
     frame, momentum = problem.frame, problem.inertia.momentum(problem.omega)
