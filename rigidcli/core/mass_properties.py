@@ -79,7 +79,7 @@ def of_blocks(read: Callable[[], Iterable[Floats]]) -> MassProperties:
         centre, sums = _sums(read, centre + shift)
         shift = sums[0, 1:] / mass
         second = sums[1:, 1:] - mass * np.outer(shift, shift)
-    com, spread = centre + shift, np.sqrt(second.diagonal() / mass)
+    com, spread = centre + shift, np.sqrt(sums[1:, 1:].diagonal() / mass)
     inertia = Inertia.of_sums(mass, centre, sums[1:, 1:]).shifted(-mass, shift)
     return MassProperties(float(mass), com, inertia, misplaced(com, spread))
 

@@ -62,7 +62,7 @@ def principal_frame(inertia: Inertia) -> PrincipalFrame:
         values, rows = diagonal_form(entries / scale, np.eye(3), SOLVED)
     order = np.argsort(values, kind="stable")
     values, rows = values[order] * scale, rows[order]
-    values[0] = 0.0 if values[0] <= inertia.noise_along(rows[0]) else values[0]
+    values[0] = values[0] if values[0] > inertia.noise_along(rows[0]) else 0.0
     groups = _groups(values)
     rows = rows @ inertia.axes.T
     projectors = [rows[group].T @ rows[group] for group in map(list, groups)]

@@ -30,10 +30,10 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
     n, physical = document.arithmetic, document.physical
     axes, body, mass = physical.axes, physical.properties, None
     known = body.mass is not None or body.at_com
-    about = n.tidy(axes.T @ physical.point)
     com = n.tidy(axes.T @ body.com) if known else None
     if com is not None and not n.exact:
-        com[np.abs(com) <= body.error] = 0.0
+        com[np.abs(com) <= body.error] = 0.0  # the rounding of a zero
+    about = com if document.about == "com" else n.tidy(axes.T @ physical.point)
     asked = n.tidy(physical.inertia.turned(axes.T).tensor)
     central = n.tidy(body.inertia.turned(axes.T).tensor) if known else None
     if body.mass is not None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -88,6 +90,18 @@ def test_in_composites(direction: Any, place: Any) -> None:
             require({"parts": [body | there, body | further]}, kind, least, 1e-6, about="com")
         opposite = further | {"axis": [-x for x in direction]}
         require({"parts": [ROD | there, ROD | opposite]}, "linear", 0.0, about="com")
+
+
+@directions
+def test_points_of_a_file_on_a_line(direction: Any, tmp_path: Path) -> None:
+    rng = np.random.default_rng(2)
+    for place, count in itertools.product(PLACES, (2, 3, 40, 150)):
+        along = rng.normal(size=(count, 1)) * direction / np.linalg.norm(direction)
+        rows = np.column_stack([rng.uniform(0.1, 10, count), along + place])
+        np.save(tmp_path / "line.npy", rows)
+        for points in (str(tmp_path / "line.npy"), rows.tolist()):
+            for about in ("com", rows[0, 1:].tolist()):
+                require({"points": points}, "linear", 0.0, about=about)
 
 
 @directions
