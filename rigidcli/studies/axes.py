@@ -49,9 +49,7 @@ def run(document: Document) -> Report:
     if motion is not None and motion.omega is not None:
         own = frame if motion.basis == "principal" else None
         axes = document.physical.axes if own is None else own.axes
-        inertia = (
-            Inertia.of(tensor) if n.exact else document.physical.inertia.turned(document.physical.axes.T)
-        )
+        inertia = document.physical.inertia.turned(document.physical.axes.T)
         fields += _motion(axes.T @ n.array(motion.omega), inertia, frame, n)
     about_axis, noted = axis_fields(document)
     return report(document, SCHEMA, "principal moments and axes", [*fields, *about_axis], [*notes, *noted])
