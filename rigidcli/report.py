@@ -42,8 +42,8 @@ class Column:
 
     `key` is its name in JSON, where a dot is the way into an object; `cells` the names of its components
     in CSV and in the heads of tables, `symbols` the same in LaTeX. People are not shown a column that is
-    `hidden`, unless they ask for it, and see zero for numbers below `noise`, in units of the largest.
-    A list, of texts or None too, may stand for an array.
+    `hidden`, unless they ask for it, see zero for numbers below `noise`, in units of the largest, and see
+    `words` instead of the values where there are any. A list, of texts or None too, may stand for an array.
     """
 
     key: str
@@ -53,6 +53,7 @@ class Column:
     symbols: tuple[str, ...] = ()
     hidden: bool = False
     noise: float = NOISE
+    words: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,18 +9,19 @@ that of the rounding of one period, however long the span, and the cost is that 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from decimal import Decimal, localcontext
 from typing import Literal, TypeAlias
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.high_precision import CONTEXT, PI, Cycle, decimals, norm
 from rigidcli.core.polhode import Polhode, State, follow, polhode
-from rigidcli.core.principal import EQUAL_MOMENTS, ZERO_MOMENT
+from rigidcli.core.principal import EQUAL_MOMENTS
 from rigidcli.core.rotation import compose, continuous
 from rigidcli.core.sensitivity import representative, to_rounding
+from rigidcli.core.tensor import ROUNDING, Inertia
 from rigidcli.errors import ComputationError
 
 Regime: TypeAlias = Literal[
@@ -38,7 +39,7 @@ Regime: TypeAlias = Literal[
 EPS = Decimal(2) ** -52
 
 TURNED_NOISE = 8 * EPS
-"""The relative rounding error of a tensor that is not diagonal, because it was computed from another one."""
+"""The relative rounding error of a tensor that is not diagonal, or of an omega that was turned."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,17 +71,18 @@ class FreeMotion:
     path: Steady | Polhode
 
 
-def free_motion(tensor: Floats, omega: Floats, orientation: Floats) -> FreeMotion:
+def free_motion(body: Inertia, omega: Floats, orientation: Floats) -> FreeMotion:
     """The motion from a state at t = 0.
 
-    `tensor` (3 by 3, kg m^2) is about the fixed point or the centre of mass and `omega` (3, rad/s) in the
-    same body axes; `orientation` (4) is the unit quaternion, scalar first, from body to space.
+    The `body` is taken about the fixed point or the centre of mass. The motion is along the axes of its
+    entries: so are `omega` (3, rad/s), and `orientation` (4), the unit quaternion, scalar first, from these
+    axes to space.
 
     Raises ComputationError for motion about an axis without a moment: of a linear body about its
     line, beyond rounding, and of a point.
     """
     with localcontext(CONTEXT):
-        state = State.of(tensor, omega)
+        state = State.of(body, omega)
         regime = _regime(state)
         if regime in ("rest", "linear", "principal"):
             path: Steady | Polhode = _steady(omega, orientation)
@@ -102,24 +104,28 @@ def at(motion: FreeMotion, times: Floats) -> tuple[Floats, Floats]:
     return omega, continuous(np.concatenate([start, orientation]))[1:]
 
 
-def sensitivity(tensor: Floats, omega: Floats, orientation: Floats, times: Floats) -> float:
+def sensitivity(body: Inertia, omega: Floats, orientation: Floats, times: Floats) -> float:
     """How far (rad, at most pi) the attitude moves when tensor and omega change by their rounding.
 
-    The largest over `times` (n, s), or some of them: see `sensitivity.to_rounding`.
+    The largest over `times` (n, s), or some of them: see `sensitivity.to_rounding`. Each component of an
+    omega that was turned is off by a unit or two in the last place of |omega|, however small it is.
     """
-    sample = representative(times)
+    sample, tensor = representative(times), body.without_noise()
     upper = np.triu_indices(3)
+    unit = 2 * FLOAT.hypot(*omega) if body.is_turned else 0.0
+    given = np.ones(3) if unit else omega
 
     def orientations(values: Floats) -> Floats:
         changed = np.zeros((3, 3))
         changed[upper] = values[:6]
         changed.T[upper] = values[:6]
+        rates = omega + (values[6:] - 1) * unit if unit else values[6:]
         with localcontext(CONTEXT):
-            path = _path(State.of(changed, values[6:]), values[6:], orientation)
+            path = _path(State.of(replace(body, entries=changed), rates), rates, orientation)
         return _evaluate(path, sample)[1]
 
-    _, reference = _evaluate(free_motion(tensor, omega, orientation).path, sample)
-    return to_rounding(orientations, np.concatenate([tensor[upper], omega]), reference)
+    _, reference = _evaluate(free_motion(body, omega, orientation).path, sample)
+    return to_rounding(orientations, np.concatenate([tensor[upper], given]), reference)
 
 
 def _regime(state: State) -> Regime:
@@ -133,8 +139,8 @@ def _regime(state: State) -> Regime:
             "a point has no moment of inertia, and no angular velocity follows from its angular momentum",
             hint="give a body with some extent, or set `omega` to zero",
         )
-    if low < Decimal(ZERO_MOMENT) * high:
-        if abs(state.rates[0]) > Decimal(ZERO_MOMENT) * speed:
+    if low <= 0:
+        if abs(state.rates[0]) > Decimal(ROUNDING) * speed:
             raise ComputationError(
                 "the body is linear: it has no moment about its line, and cannot turn about it",
                 hint="make `omega` perpendicular to the line",
@@ -144,7 +150,7 @@ def _regime(state: State) -> Regime:
     lower, upper = middle - low <= gap, high - middle <= gap
     if lower and upper:
         return "sphere"
-    if _is_steady(state, Decimal(0) if state.is_diagonal() else TURNED_NOISE):
+    if _is_steady(state, rounded=True):
         return "principal"
     if lower or upper:
         return "oblate" if lower else "prolate"
@@ -154,10 +160,18 @@ def _regime(state: State) -> Regime:
     return "about_highest" if more > less else "about_lowest"
 
 
-def _is_steady(state: State, tolerance: Decimal) -> bool:
-    """Whether L x omega, in units of I3 omega^2, is within `tolerance` of 0; within CONTEXT."""
-    limit: Decimal = tolerance * state.moments[2] * state.speed() ** 2
-    return norm(state.torque()) <= limit
+def _is_steady(state: State, *, rounded: bool = False) -> bool:
+    """Whether L x omega is 0, or may be so when what is `rounded` is off by that; within CONTEXT.
+
+    A tensor turns its axes when it is off, and omega itself moves away from them, so that each component of
+    L x omega is off in proportion to the difference of two moments.
+    """
+    low, middle, high = state.moments
+    tensor = TURNED_NOISE * high if rounded and state.coupled else Decimal(0)
+    omega = TURNED_NOISE / 2 if rounded and state.turned else Decimal(0)
+    gaps = (high - middle, high - low, middle - low)
+    square = state.speed() ** 2
+    return all(abs(x) <= (tensor + omega * gap) * square for x, gap in zip(state.torque(), gaps, strict=True))
 
 
 def _excess_noise(state: State) -> Decimal:
@@ -169,7 +183,9 @@ def _excess_noise(state: State) -> Decimal:
     w1, _, w3 = (rate * rate for rate in state.rates)
     more, less = state.excess()
     slopes = abs(2 * I3 - I2) * I3 * w3 + (I3 * w3 + I1 * w1) * I2 + abs(I2 - 2 * I1) * I1 * w1
-    noise: Decimal = (EPS / 2 if state.is_diagonal() else TURNED_NOISE) * (slopes + 2 * (more + less))
+    noise: Decimal = (TURNED_NOISE if state.coupled or state.turned else EPS / 2) * (
+        slopes + 2 * (more + less)
+    )
     return noise
 
 
@@ -198,8 +214,7 @@ def _period_and_rate(
 
 def _path(state: State, omega: Floats, orientation: Floats) -> Steady | Polhode:
     """The motion of the body exactly as it is given, but for a linear one's line; within CONTEXT."""
-    linear = state.moments[0] < Decimal(ZERO_MOMENT) * state.moments[2]
-    if linear or _is_steady(state, Decimal(0)):
+    if state.moments[0] <= 0 or _is_steady(state):
         return _steady(omega, orientation)
     return polhode(state, orientation)
 

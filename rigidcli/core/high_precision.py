@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats
+from rigidcli.core.principal import diagonal_form
 
 CONTEXT = Context(prec=80, Emax=MAX_EMAX, Emin=MIN_EMIN)
 """80 digits: a product of four floats is exact, and nothing over- or underflows."""
@@ -49,29 +50,14 @@ def norm(v: Decimals) -> Decimal:
 def principal_axes(tensor: Decimals) -> tuple[Decimals, Decimals]:
     """Moments (3, ascending) and right-handed axes (rows) of a symmetric tensor (3 by 3), to some 70 digits.
 
-    By Jacobi's rotations (G. Golub, C. Van Loan, Matrix Computations, section 8.5). The axes are a
-    signed permutation, and the moments exact, for a diagonal tensor. Unlike
+    The axes are a signed permutation, and the moments exact, for a diagonal tensor. Unlike
     `core.principal.principal_frame`, moments that differ only by rounding stay apart, and are not
     cleared of noise. Call within CONTEXT.
     """
-    tensor, axes = tensor.copy(), decimals(np.eye(3))
-    scale = np.abs(tensor).max()
-    pairs = ((0, 1), (0, 2), (1, 2))
-    while any(abs(tensor[pair]) > NOISE * scale for pair in pairs):
-        for p, q in pairs:
-            if tensor[p, q] != 0:
-                # The turn in the plane (p, q) after which the entry (p, q) vanishes.
-                cotangent = (tensor[q, q] - tensor[p, p]) / (2 * tensor[p, q])
-                tangent = 1 / (abs(cotangent) + (cotangent * cotangent + 1).sqrt()).copy_sign(cotangent)
-                turn = np.array([[1, -tangent], [tangent, 1]]) / (tangent * tangent + 1).sqrt()
-                plane, shift = [p, q], tangent * tensor[p, q]
-                diagonal = np.diag([tensor[p, p] - shift, tensor[q, q] + shift])
-                tensor[plane] = turn @ tensor[plane]
-                tensor[:, plane] = tensor[:, plane] @ turn.T
-                tensor[np.ix_(plane, plane)] = diagonal  # the same as it is now, without the rounding
-                axes[plane] = turn @ axes[plane]
-    order = np.argsort(tensor.diagonal(), kind="stable")
-    low, middle, high = tensor.diagonal()[order]
+    moments, axes = diagonal_form(tensor, decimals(np.eye(3)), NOISE)
+    order = np.argsort(moments, kind="stable")
+    low, middle, high = moments[order]
+    scale = abs(high)
     low = middle if middle - low <= NOISE * scale else low
     high = middle if high - middle <= NOISE * scale else high
     first, second = axes[order[:2]]

@@ -30,6 +30,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elliptic import BLOCK, argument, complete_first, complete_third, growth, jacobi
 from rigidcli.core.high_precision import PI, Cycle, Decimals, decimals, norm, principal_axes
 from rigidcli.core.rotation import as_quaternion, compose
+from rigidcli.core.tensor import Inertia
 
 VANISHING = Decimal("1e-60")
 """A sum below this, in units of its terms, is zero: the rest is the rounding of 80 digits."""
@@ -39,7 +40,9 @@ VANISHING = Decimal("1e-60")
 class State:
     """A body (tensor, kg m^2) and its omega (rad/s) in body axes, exactly; `axes` are rows of principal axes.
 
-    `rates` are the components of omega along them. All of this is to be called within CONTEXT.
+    `rates` are the components of omega along them. The least moment is zero where it may be rounding alone.
+    `coupled` says that the tensor is not diagonal, and `turned` that omega was given along other axes: then
+    these are rounded. All of this is to be called within CONTEXT.
     """
 
     tensor: Decimals
@@ -47,17 +50,19 @@ class State:
     moments: Decimals
     axes: Decimals
     rates: Decimals
+    coupled: bool
+    turned: bool
 
     @classmethod
-    def of(cls, tensor: Floats, omega: Floats) -> State:
-        """From `tensor` (3 by 3) and `omega` (3)."""
+    def of(cls, body: Inertia, omega: Floats) -> State:
+        """From a `body` and its `omega` (3), both along the axes of its entries."""
+        tensor = body.without_noise()
         exact, w = decimals(tensor), decimals(omega)
         moments, axes = principal_axes(exact)
-        return cls(exact, w, moments, axes, axes @ w)
-
-    def is_diagonal(self) -> bool:
-        """Whether the moments were given as such."""
-        return not (self.tensor - np.diag(self.tensor.diagonal())).any()
+        if float(moments[0]) <= body.noise_along(axes[0].astype(np.float64)):
+            moments[0] = Decimal(0)
+        coupled = bool((tensor != np.diag(tensor.diagonal())).any())
+        return cls(exact, w, moments, axes, axes @ w, coupled, body.is_turned)
 
     def speed(self) -> Decimal:
         """|omega| (rad/s)."""

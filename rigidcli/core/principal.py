@@ -9,18 +9,25 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats
+from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ComputationError
 
 EQUAL_MOMENTS = 1e-12
 """Moments that differ by less, in units of the largest, are one group: rounding decides their axes."""
 
-ZERO_MOMENT = 64 * float(np.finfo(np.float64).eps)
-"""A moment below this, in units of the largest, is the rounding noise of a zero."""
+SOLVED = float(np.finfo(np.float64).eps)
+"""The `solved` of floats for `diagonal_form`: what is left changes no moment and no axis."""
+
+SWEEPS = 30
+"""The most sweeps over the entries off the diagonal: five are enough, as each soon squares their size."""
+
+PAIRS = ((0, 1), (0, 2), (1, 2))
+"""The planes in which the axes are turned."""
 
 PIVOT_TIE = 1e-9
 """Squared components of an axis that differ by less count as equally large, and the first is taken."""
@@ -41,19 +48,54 @@ class PrincipalFrame:
     ordered: bool = True
 
 
-def principal_frame(tensor: Array) -> PrincipalFrame:
-    """The principal frame of a symmetric tensor (3 by 3, floats, kg m^2).
+def principal_frame(inertia: Inertia) -> PrincipalFrame:
+    """The principal frame of a body with that `inertia` (floats).
 
-    An axis is uncertain by about eps I3 / gap, where gap is the distance to the next moment.
+    The least moment is zero where rounding may have made it: where it is at most the `noise` along its
+    axis, to first order. An axis is uncertain by about the noise over the distance to the next moment.
     """
-    scale = float(np.abs(tensor).max())
-    if scale == 0:
+    entries = inertia.without_noise()
+    if not entries.any():
         return PrincipalFrame(np.zeros(3), np.eye(3), ((0, 1, 2),))
-    values, vectors = np.linalg.eigh(tensor / scale)
-    values[values < ZERO_MOMENT * values[2]] = 0.0
+    scale = 2.0 ** math.frexp(np.abs(entries).max())[1]
+    with np.errstate(over="ignore"):
+        values, rows = diagonal_form(entries / scale, np.eye(3), SOLVED)
+    order = np.argsort(values, kind="stable")
+    values, rows = values[order] * scale, rows[order]
+    values[0] = values[0] if values[0] > inertia.noise_along(rows[0]) else 0.0
     groups = _groups(values)
-    projectors = [vectors[:, group] @ vectors[:, group].T for group in map(list, groups)]
-    return PrincipalFrame(values * scale, canonical_axes(projectors, groups), groups)
+    rows = rows @ inertia.axes.T
+    projectors = [rows[group].T @ rows[group] for group in map(list, groups)]
+    return PrincipalFrame(values, canonical_axes(projectors, groups), groups)
+
+
+def diagonal_form(tensor: Array, axes: Array, solved: Any) -> tuple[Array, Array]:
+    """The moments (3) and principal axes (rows) of a symmetric `tensor` (3 by 3) of floats or of decimals.
+
+    By Jacobi's rotations of the rows `axes` (3 by 3), which keep a small moment beside large ones: G. Golub,
+    C. Van Loan, Matrix Computations, section 8.5. They end when each entry off the diagonal is below `solved`
+    in units of the mean of its two moments, taken geometrically. A diagonal tensor is not touched.
+    """
+    tensor, axes = tensor.copy(), axes.copy()
+    for _ in range(SWEEPS):
+        if all(
+            abs(tensor[p]) <= solved * np.sqrt(abs(tensor[p[0], p[0]] * tensor[p[1], p[1]])) for p in PAIRS
+        ):
+            break
+        for p, q in PAIRS:
+            if tensor[p, q] != 0:
+                # The turn in the plane (p, q) after which the entry (p, q) vanishes.
+                cotangent = (tensor[q, q] - tensor[p, p]) / (2 * tensor[p, q])
+                tangent = 1 / (abs(cotangent) + np.sqrt(cotangent * cotangent + 1))
+                tangent = tangent if cotangent >= 0 else -tangent
+                turn = np.array([[1, -tangent], [tangent, 1]]) / np.sqrt(tangent * tangent + 1)
+                plane, shift = [p, q], tangent * tensor[p, q]
+                diagonal = np.diag([tensor[p, p] - shift, tensor[q, q] + shift])
+                tensor[plane] = turn @ tensor[plane]
+                tensor[:, plane] = tensor[:, plane] @ turn.T
+                tensor[np.ix_(plane, plane)] = diagonal  # the same as it is now, without the rounding
+                axes[plane] = turn @ axes[plane]
+    return tensor.diagonal().copy(), axes
 
 
 def _groups(values: Array) -> tuple[tuple[int, ...], ...]:

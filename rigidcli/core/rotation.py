@@ -12,6 +12,9 @@ import numpy as np
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
 from rigidcli.errors import ValueProblem
 
+LOCKED = 16 * float(np.finfo(np.float64).eps)
+"""The sine or cosine of half an angle that rounding may have made of 0: the angle is at its end."""
+
 ROTATION_TOLERANCE = 1e-9
 """How far R^T R may be from 1 in any entry: nine digits, typed by hand, are a rotation."""
 
@@ -167,14 +170,35 @@ def continuous(q: Floats) -> Floats:
     return result
 
 
-def zxz_angles(q: Floats) -> Floats:
-    """Euler angles phi, theta, psi (n, 3; rad) of quaternions (n, 4) along a motion, in the sequence zxz.
+def euler_angles(q: Floats, sequence: str = "zxz") -> Floats:
+    """Euler angles (n, 3; rad) of quaternions (n, 4) along a motion: intrinsic turns in the `sequence`.
 
-    theta is from 0 to pi, phi and psi go on beyond 2 pi where the steps between the quaternions, whose
-    signs must be continuous, are short enough to tell. Where theta is 0 or pi the half of
-    phi and psi that means nothing is 0.
+    The second angle is from 0 to pi, or from -pi/2 to pi/2 where the three axes differ. The others begin from
+    -pi to pi and go on beyond that, where the steps between the quaternions, whose signs must be
+    continuous, are short enough to tell. At either end of the second angle (gimbal lock) only the sum or
+    the difference of the others means something; half of what means nothing is taken to be 0.
+
+    With axes i, j, i and k the third one, q0 + i qi = cos(theta/2) exp(i (phi + psi)/2) and
+    qj + i qk = sin(theta/2) exp(i (phi - psi)/2). A sequence i, j, k is one of i, j, i before a quarter
+    turn back about j, as Rk(psi) = Rj(pi/2) Ri(-psi) Rj(-pi/2), with psi instead of -psi where i, j, k is
+    left-handed.
     """
-    theta = 2 * np.arctan2(np.hypot(q[:, 1], q[:, 2]), np.hypot(q[:, 0], q[:, 3]))
-    half_sum = np.unwrap(np.arctan2(q[:, 3], q[:, 0]))
-    half_difference = np.unwrap(np.arctan2(q[:, 2], q[:, 1]))
-    return np.column_stack([half_sum + half_difference, theta, half_sum - half_difference])
+    first, second, third = ("xyz".index(name) + 1 for name in sequence)
+    handed = 1 if (second - first) % 3 == 1 else -1
+    if third != first:
+        quarter = np.zeros(4)
+        quarter[[0, second]] = 0.5**0.5
+        q = compose(q, quarter)
+    along = np.hypot(q[:, 0], q[:, first])
+    across = np.hypot(q[:, second], q[:, 6 - first - second])
+    half_sum = np.where(along > LOCKED, np.arctan2(q[:, first], q[:, 0]), 0.0)
+    half_difference = np.where(
+        across > LOCKED, np.arctan2(handed * q[:, 6 - first - second], q[:, second]), 0.0
+    )
+    half_sum, half_difference = np.unwrap(half_sum), np.unwrap(half_difference)
+    middle = 2 * np.arctan2(across, along)
+    ends = np.array([half_sum + half_difference, half_sum - half_difference])
+    ends -= 2 * np.pi * np.rint(ends[:, :1] / (2 * np.pi))
+    if third != first:
+        ends[1], middle = -handed * ends[1], middle - np.pi / 2
+    return np.column_stack([ends[0], middle, ends[1]])

@@ -23,9 +23,13 @@ from typing import Literal, TypeAlias
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.elliptic import complete_first, complete_third
 from rigidcli.core.high_precision import CONTEXT, NOISE, PI
+from rigidcli.errors import ComputationError
 
 ROUNDING = 4 * 2.0**-52
 """The largest difference of two equal numbers, in units of either, that a few roundings leave."""
+
+CANCELLED = Decimal("1e-40")
+"""A sum below this, in units of its terms, is zero, or has lost too many of 80 digits beside the vertical."""
 
 CUSP = 1e-12
 """phi-dot below this at a limit of theta, in units of what it varies by, is zero."""
@@ -382,17 +386,28 @@ def _mean_rate(start: Start, lower: _Limit, upper: _Limit, complement: Decimal) 
 
     In u = u1 + (u2 - u1) sn^2 the mean of each lies between its values at the limits, at a
     share that is an integral of the third kind. Its numerator is zero where a limit is its pole.
+
+    Without weight the two cancel where the vertical is outside the cone about L. With weight they never do.
+    Raises ComputationError where they differ by less than 80 digits can tell.
     """
     fractions = (
         (start.turning - start.a * start.down, lower.down, upper.down),
         (start.turning + start.a * start.up, lower.up, upper.up),
     )
-    mean = _ZERO
+    terms = []
     for numerator, first, last in fractions:
         if first and last:
             share = complete_third(complement, (last / first).sqrt())
-            mean += numerator * ((1 - share) / first + share / last) / 2
-    return mean
+            terms.append(numerator * ((1 - share) / first + share / last) / 2)
+    mean = sum(terms, _ZERO)
+    if abs(mean) > CANCELLED * sum(map(abs, terms), _ZERO) or not any(terms):
+        return mean
+    if start.beta:
+        raise ComputationError(
+            "the top spins so fast that 80 digits do not tell its mean precession",
+            hint="leave out `tilt`: the gyroscopic rate holds to all digits of so fast a top",
+        )
+    return _ZERO
 
 
 def _turning_points(

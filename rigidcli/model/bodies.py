@@ -5,13 +5,14 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import add
 from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
 from pydantic import Field
 
-from rigidcli.core import tensor
+from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.errors import ComputationError, ValueProblem, at
 from rigidcli.model import holes, points
@@ -74,10 +75,10 @@ class PointMasses(Form):
         ),
     ]
 
-    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Sums over the points; those of a file are read in blocks."""
         if not isinstance(self.points, pathlib.Path):
-            return tensor.of_points(arithmetic.array(self.points), arithmetic)
+            return mass_properties.of_points(arithmetic.array(self.points), arithmetic)
         if arithmetic.exact:
             raise ComputationError(
                 f"{self.points}: points from a file have no exact results",
@@ -86,21 +87,21 @@ class PointMasses(Form):
         return self._in_file
 
     @cached_property
-    def _in_file(self) -> tensor.MassProperties:
+    def _in_file(self) -> mass_properties.MassProperties:
         path = self.points
         assert isinstance(path, pathlib.Path)
         with at("points"):
-            body = tensor.of_blocks(lambda: points.blocks(path, checked=False))
+            body = mass_properties.of_blocks(lambda: points.blocks(path, checked=False))
             if not np.isfinite(body.tensor).all():
                 for _ in points.blocks(path):
                     pass  # names the row to blame
             return body
 
-    def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
-        """The tensor summed over the points; that of a file is shifted, so that the file is read once."""
+    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
+        """Summed over the points; that of a file is shifted, so that the file is read once."""
         if isinstance(self.points, pathlib.Path):
-            return super().local_tensor_about(point, n)
-        return tensor.about(n.array(self.points), point)
+            return super().local_inertia_about(point, n, error)
+        return mass_properties.about(n.array(self.points), point, error)
 
 
 TensorRow = Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList]
@@ -120,27 +121,23 @@ class KnownTensor(Form):
     com: Vector3 | None = None
     given_about: Point = "com"
 
-    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """The tensor shifted to the centre of mass; without a mass, as given and about that point."""
         given = self._given(arithmetic)
         com = arithmetic.array([0, 0, 0] if self.com is None else self.com)
         point = {"com": com, "origin": 0 * com}.get(str(self.given_about))
         offset = (arithmetic.array(self.given_about) if point is None else point) - com
         if self.mass is None:
-            _require_physical(given, arithmetic)
+            _require_physical(given.entries, arithmetic)
             at_com = all(arithmetic.sign(component) == 0 for component in offset)
-            return tensor.MassProperties(None, com + offset, given, at_com)
-        central = tensor.shift_to_com(given, self.mass, offset)
-        _require_physical(central, arithmetic)
-        return tensor.MassProperties(self.mass, com, central)
+            return mass_properties.MassProperties(None, com + offset, given, at_com=at_com)
+        central = given.shifted(-self.mass, offset, tensor.misplaced(com, com + offset))
+        _require_physical(central.entries, arithmetic)
+        return mass_properties.MassProperties(self.mass, com, central, tensor.misplaced(com))
 
-    def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
-        """As given, without a mass: then `point` is the one that it is given about."""
-        return self.local(n).tensor if self.mass is None else super().local_tensor_about(point, n)
-
-    def _given(self, n: Arithmetic) -> Array:
+    def _given(self, n: Arithmetic) -> tensor.Inertia:
         if self.moments is not None:
-            return np.diag(n.array(self.moments))
+            return tensor.Inertia.of(np.diag(n.array(self.moments)))
         given = n.array(self.inertia)
         skew = n.tidy(given - given.T)
         worst = max(abs(n.size(entry)) for entry in skew.flat)
@@ -149,7 +146,7 @@ class KnownTensor(Form):
                 f"not symmetric: entries across the diagonal differ by up to {worst:.3g} kg m^2",
                 path=("inertia",),
             )
-        return (given + given.T) / 2
+        return tensor.Inertia.of((given + given.T) / 2)
 
 
 def _require_physical(central: Array, n: Arithmetic) -> None:
@@ -164,7 +161,7 @@ class Composite(Form):
 
     parts: Annotated[tuple[Body, ...], AsList, Field(min_length=1)]
 
-    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Parts added and holes taken away, refused where nothing would be left."""
         bodies = []
         for index, part in enumerate(self.parts):
@@ -173,9 +170,9 @@ class Composite(Form):
                 if body.mass is None:
                     raise ValueProblem("missing, expected the mass of a part", path=("mass",))
             if part.hole:
-                body = replace(body, mass=-body.mass, tensor=-body.tensor)
+                body = replace(body, mass=-body.mass, inertia=body.inertia.times(-1))
             bodies.append(body)
-        whole = tensor.combine(bodies, arithmetic)
+        whole = mass_properties.combine(bodies, arithmetic)
         if any(part.hole for part in self.parts):
             holes.require_material(list(self.leaves(arithmetic)), arithmetic)
             assert whole.mass is not None
@@ -184,26 +181,10 @@ class Composite(Form):
             _require_physical(whole.tensor, arithmetic)
         return whole
 
-    def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
-        """The sum of the tensors of the parts, less those of the holes."""
-        turn, own = self._together(point, n)
-        return tensor.rotate(own, turn)
-
-    def in_own_axes(self, point: Array, n: Arithmetic) -> tuple[Array, Array]:
-        """Along the axes of the parts, where they all have the same."""
-        turn, shift = self.motion(n)
-        inner, own = self._together(n.tidy(turn.T @ (point - shift)), n)
-        return n.tidy(turn @ inner), n.tidy(own)
-
-    def _together(self, point: Array, n: Arithmetic) -> tuple[Array, Array]:
-        """Axes that all parts have in common, if they have, and the sum of their tensors along these."""
-        signs = [-1 if part.hole else 1 for part in self.parts]
-        pairs = [part.in_own_axes(point, n) for part in self.parts]
-        first = pairs[0][0]
-        if any((turn != first).any() for turn, _ in pairs):
-            first = n.array(np.eye(3, dtype=int))
-            pairs = [(first, tensor.rotate(own, turn)) for turn, own in pairs]
-        return first, np.asarray(sum(sign * own for sign, (_, own) in zip(signs, pairs, strict=True)))
+    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
+        """The sum over the parts, less that over the holes, along axes that they have in common."""
+        found = (part.inertia_about(point, n, error).times(-1 if part.hole else 1) for part in self.parts)
+        return reduce(add, found)
 
     def leaves(self, arithmetic: Arithmetic) -> Iterator[holes.Leaf]:
         """The shapes of which the composite is made, however deep, each with sign and place."""

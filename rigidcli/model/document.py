@@ -11,7 +11,7 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
-from rigidcli.model.base import Point, Section, elsewhere, environment
+from rigidcli.model.base import Direction, Point, Section, elsewhere, environment
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import definitions
 from rigidcli.model.physical import Physical
@@ -52,6 +52,9 @@ class Document(Section):
     )
     body: Body | None = None
     about: Point = Field(default="origin", description="The point about which the tensor is asked")
+    axis: Direction | None = Field(
+        default=None, description="Direction of the axis through that point about which the moment is asked"
+    )
     frame: Rotation | None = Field(
         default=None, description="Axes for every vector and tensor of the results"
     )
@@ -149,4 +152,4 @@ class Document(Section):
     def physical(self) -> Physical:
         """The numbers that the sections describe."""
         turned = None if self.motion is None else self.motion.orientation
-        return Physical(self.arithmetic, self.body, self.about, self.frame, self.top, turned)
+        return Physical(self.arithmetic, self.body, self.about, self.axis, self.frame, self.top, turned)

@@ -10,6 +10,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -30,6 +32,9 @@ BISECTIONS = 40
 
 MARGIN = 1e-9
 """How far points of a hole are drawn in and bodies are grown, in units of their size: beyond all rounding."""
+
+UNPLACED = {"name": None, "position": None, "rotation": None, "axis": None, "mass": None, "density": None}
+"""What the points of a shape do not depend on."""
 
 DENSITY_SLACK = 0.01
 """How much denser than its body a hole may be, in units of its own density: given masses are rounded."""
@@ -79,7 +84,16 @@ def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:
 
 
 def _require_material_in(region: _Placed, others: Sequence[_Placed]) -> None:
+    holes = [other for other in others if other.sign < 0]
+    if len(holes) == 1 and any(other.surrounds(region) for other in others if other.sign > 0):
+        return
     points = region.samples()
+    if not points.size:
+        raise ValueProblem(
+            f"the hole is thinner than {MARGIN:g} of its size, and rounding hides where it is",
+            path=region.path,
+            hint="leave it out, or give a shell as a body of its own",
+        )
     there, taken = np.zeros(points.shape[1]), np.zeros(points.shape[1])
     for other in others:
         if other.sign > 0:
@@ -117,7 +131,8 @@ class _Placed:
         assert isinstance(shape, Region)
         plane, origin = shape.plane()
         turn, shift = turn @ plane, turn @ origin + shift
-        return cls(shape, leaf.sign, turn, shift, shape.uniform_density(FLOAT), leaf.path)
+        alike = shape.model_copy(update=UNPLACED)  # shapes of one size are equal then
+        return cls(alike, leaf.sign, turn, shift, shape.uniform_density(FLOAT), leaf.path)
 
     @property
     def flat(self) -> bool:
@@ -153,46 +168,62 @@ class _Placed:
             near = near | self.contains(points, size, step * direction)
         return near
 
+    def surrounds(self, hole: _Placed) -> bool:
+        """Whether it holds a box about the `hole` and is as dense: then no points in it need be looked at."""
+        bounds = np.array(hole.shape.bounds())
+        middle, half = bounds.mean(axis=1), (1 - MARGIN) * np.ptp(bounds, axis=1) / 2
+        corners = middle + half * np.array(list(product((-1, 1), repeat=3)))
+        placed = hole.rotation @ corners.T + hole.displacement[:, None]
+        dense = hole.density - self.density <= DENSITY_SLACK * hole.density
+        return self.shape.CONVEX and dense and bool(self.reaches(placed, hole.size).all())
+
     def samples(self) -> Floats:
         """Points of the region (3 by n): a grid over it, its corners and its surface, drawn in a little."""
-        bounds = np.array(self.shape.bounds())
-        middle, half = bounds.mean(axis=1)[:, None], np.ptp(bounds, axis=1)[:, None] / 2
-        steps = np.linspace(MARGIN - 1, 1 - MARGIN, GRID)
-        grid = np.stack(np.meshgrid(steps, steps, [0.0] if self.flat else steps, indexing="ij"))
-        inner = middle + half * grid.reshape(3, -1)
-        inner = inner[:, self.shape.contains(*inner)]
-        plane, origin = self.shape.plane()
-        centre = plane.T @ (np.array(self.shape.geometry(FLOAT).centre) - origin)[:, None]
-        corners = plane.T @ (self.shape.corners() - origin).T
-        parts = [inner, centre, centre + (1 - MARGIN) * (corners - centre)]
-        starts = np.hstack([centre, inner[:, :: max(1, inner.shape[1] // 8)]])
-        around = 2 * half * _directions(flat=self.flat)
-        parts.append(self._surface(starts, around))
-        circle = _directions(flat=True)
-        for axis in range(0 if self.flat else 3):
-            # Edges, such as the rim of a cylinder, are seen from the middle of the faces that they bound.
-            across = 2 * half * np.roll(circle, axis + 1, axis=0)
-            for side in (MARGIN - 1, 1 - MARGIN):
-                face = middle + side * half * np.eye(3)[:, [axis]]
-                if self.shape.contains(*face).all():
-                    parts.append(self._surface(face, across))
-        local = np.hstack(parts)
-        placed: Floats = self.rotation @ local[:, self.shape.contains(*local)] + self.displacement[:, None]
+        placed: Floats = self.rotation @ _samples(self.shape) + self.displacement[:, None]
         return placed
 
-    def _surface(self, starts: Floats, reach: Floats) -> Floats:
-        """The points (3 by k n) where rays from points in the shape (3 by k) leave it, drawn in by MARGIN.
 
-        `reach` (3 by n) are the rays from each of them, long enough to end outside.
-        """
-        start, reach = np.repeat(starts, reach.shape[1], axis=1), np.tile(reach, starts.shape[1])
-        low, high = np.zeros(reach.shape[1]), np.ones(reach.shape[1])
-        for _ in range(BISECTIONS):
-            trial = (low + high) / 2
-            inside = self.shape.contains(*(start + trial * reach))
-            low, high = np.where(inside, trial, low), np.where(inside, high, trial)
-        found: Floats = start + np.maximum(low - MARGIN, 0.0) * reach
-        return found
+@lru_cache(maxsize=8)
+def _samples(shape: Region) -> Floats:
+    """Points of the shape (3 by n): a grid over it, its corners and its surface, drawn in a little."""
+    flat = isinstance(shape, Lamina)
+    bounds = np.array(shape.bounds())
+    middle, half = bounds.mean(axis=1)[:, None], np.ptp(bounds, axis=1)[:, None] / 2
+    steps = np.linspace(MARGIN - 1, 1 - MARGIN, GRID)
+    grid = np.stack(np.meshgrid(steps, steps, [0.0] if flat else steps, indexing="ij"))
+    inner = middle + half * grid.reshape(3, -1)
+    inner = inner[:, shape.contains(*inner)]
+    plane, origin = shape.plane()
+    centre = plane.T @ (np.array(shape.geometry(FLOAT).centre) - origin)[:, None]
+    corners = plane.T @ (shape.corners() - origin).T
+    parts = [inner, centre, centre + (1 - MARGIN) * (corners - centre)]
+    starts = np.hstack([centre, inner[:, :: max(1, inner.shape[1] // 8)]])
+    parts.append(_surface(shape, starts, 2 * half * _directions(flat=flat)))
+    circle = _directions(flat=True)
+    for axis in range(0 if flat else 3):
+        # Edges, such as the rim of a cylinder, are seen from the middle of the faces that they bound.
+        across = 2 * half * np.roll(circle, axis + 1, axis=0)
+        for side in (MARGIN - 1, 1 - MARGIN):
+            face = middle + side * half * np.eye(3)[:, [axis]]
+            if shape.contains(*face).all():
+                parts.append(_surface(shape, face, across))
+    local = np.hstack(parts)
+    return local[:, shape.contains(*local)]
+
+
+def _surface(shape: Region, starts: Floats, reach: Floats) -> Floats:
+    """The points (3 by k n) where rays from points in the shape (3 by k) leave it, drawn in by MARGIN.
+
+    `reach` (3 by n) are the rays from each of them, long enough to end outside.
+    """
+    start, reach = np.repeat(starts, reach.shape[1], axis=1), np.tile(reach, starts.shape[1])
+    low, high = np.zeros(reach.shape[1]), np.ones(reach.shape[1])
+    for _ in range(BISECTIONS):
+        trial = (low + high) / 2
+        inside = shape.contains(*(start + trial * reach))
+        low, high = np.where(inside, trial, low), np.where(inside, high, trial)
+    found: Floats = start + np.maximum(low - MARGIN, 0.0) * reach
+    return found
 
 
 def _directions(*, flat: bool) -> Floats:
@@ -216,7 +247,7 @@ def _floats(value: Any, n: Arithmetic) -> Any:
     if isinstance(value, dict):
         return {key: _floats(item, n) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_floats(item, n) for item in value]
+        return tuple(_floats(item, n) for item in value)
     if value is None or isinstance(value, str | bool | Section):
         return value
     if (number := n.value(value)) is None:

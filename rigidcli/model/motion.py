@@ -10,7 +10,7 @@ from rigidcli.core.arithmetic import Scalar
 from rigidcli.model import units
 from rigidcli.model.base import AsList, Quantity, Rates3, ReadBy, Section, by_key, environment
 from rigidcli.model.environment import Formula
-from rigidcli.model.rotations import Rotation
+from rigidcli.model.rotations import EulerSequence, Rotation
 from rigidcli.model.sampling import Sampling
 
 VARIABLES = (
@@ -85,3 +85,6 @@ class Motion(Sampling):
         default=None, description="From the document's axes to those of space at t = 0; default identity"
     )
     torque: Torque | None = None
+    angles: EulerSequence | None = Field(
+        default=None, description="Euler angles that `euler` tells besides, by their sequence, such as zxz"
+    )

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Arithmetic, Array
-from rigidcli.core.tensor import MassProperties
+from rigidcli.core import rotation
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.mass_properties import MassProperties
+from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ValueProblem, at
 from rigidcli.model.base import Point
 from rigidcli.model.rotations import Rotation
@@ -36,6 +38,7 @@ class Physical:
     arithmetic: Arithmetic
     body: Body | None
     about: Point
+    axis: tuple[Scalar, Scalar, Scalar] | None
     frame: Rotation | None
     top: Top | None
     turned: Rotation | None
@@ -43,7 +46,13 @@ class Physical:
     @np.errstate(over="ignore", invalid="ignore")
     def require(self) -> None:
         """Raise ValueProblem unless all that the document describes can exist."""
-        _ = self.axes, self.body and self.properties, self.top and self.heavy_top, self.orientation
+        _ = (
+            self.axes,
+            self.direction,
+            self.body and self.properties,
+            self.top and self.heavy_top,
+            self.orientation,
+        )
 
     @cached_property
     def properties(self) -> MassProperties:
@@ -83,11 +92,27 @@ class Physical:
         return self.arithmetic.array([0, 0, 0] if self.about == "origin" else self.about)
 
     @cached_property
+    def inertia(self) -> Inertia:
+        """The inertia about the point O, along axes in which it was worked out."""
+        # A centre of mass is rounded, and the inertia about it known better; exact sums have axes in common.
+        if (
+            self.body is None
+            or self.properties.mass is None
+            or (self.about == "com" and not self.arithmetic.exact)
+        ):
+            return self.properties.inertia
+        return self.body.inertia_about(self.point, self.arithmetic)
+
+    @cached_property
     def tensor(self) -> Array:
         """The inertia tensor about the point O (3 by 3, kg m^2)."""
-        if self.about == "com" or self.properties.mass is None or self.body is None:
-            return self.properties.tensor
-        return self.body.tensor_about(self.point, self.arithmetic)
+        return self.arithmetic.tidy(self.inertia.tensor)
+
+    @cached_property
+    def direction(self) -> Array | None:
+        """The unit vector (3) along the axis through O about which the moment is asked, if one is."""
+        with at("axis"):
+            return None if self.axis is None else rotation.direction(self.axis, self.arithmetic)
 
     @cached_property
     def heavy_top(self) -> HeavyTop:
@@ -99,7 +124,7 @@ class Physical:
         try:
             if self.body is None:
                 return described(self.top, self.arithmetic)
-            return of_body(self.top, self.properties, self.point, self.tensor, self.arithmetic)
+            return of_body(self.top, self.properties, self.point, self.inertia, self.arithmetic)
         except ValueProblem as problem:
             if problem.path[:1] != ("body",):
                 problem.below("top")

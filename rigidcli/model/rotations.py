@@ -6,7 +6,7 @@ from abc import abstractmethod
 from itertools import pairwise
 from typing import Annotated, TypeAlias
 
-from pydantic import field_validator
+from pydantic import AfterValidator
 
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Arithmetic, Array
@@ -33,21 +33,23 @@ class AxisAngle(Turn):
         return rotation.from_axis_angle(self.axis, self.angle, n)
 
 
+def _three_axes(sequence: str) -> str:
+    repeated = any(first == second for first, second in pairwise(sequence))
+    if len(sequence) != 3 or not set(sequence) <= set("xyz") or repeated:
+        raise ValueProblem(
+            f"read {shown(sequence)}, expected three of x, y, z with no axis twice in a row, such as zxz"
+        )
+    return sequence
+
+
+EulerSequence = Annotated[str, AfterValidator(_three_axes)]
+
+
 class Euler(Turn):
     """Intrinsic turns about three of the body's axes in `sequence`; zxz is Rz(phi) Rx(theta) Rz(psi)."""
 
     euler: Annotated[tuple[Angle, Angle, Angle], AsList]
-    sequence: str = "zxz"
-
-    @field_validator("sequence")
-    @classmethod
-    def _three_axes(cls, sequence: str) -> str:
-        repeated = any(first == second for first, second in pairwise(sequence))
-        if len(sequence) != 3 or not set(sequence) <= set("xyz") or repeated:
-            raise ValueProblem(
-                f"read {shown(sequence)}, expected three of x, y, z with no axis twice in a row, such as zxz"
-            )
-        return sequence
+    sequence: EulerSequence = "zxz"
 
     def as_matrix(self, n: Arithmetic) -> Array:
         """The product of the three turns, the first one leftmost."""

@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias
 
 import numpy as np
 from pydantic import ConfigDict, Field, ValidationInfo, model_validator
 from pydantic.config import JsonDict
 
-from rigidcli.core import rotation, tensor
+from rigidcli.core import mass_properties, rotation, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, at
 from rigidcli.model import units
@@ -41,7 +42,7 @@ class Form(Section):
     hole: bool = Field(default=False, description="In `parts`: what is missing there")
 
     @abstractmethod
-    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the form's own axes and from its own origin."""
 
     def pivot(self, arithmetic: Arithmetic) -> Array:
@@ -58,28 +59,26 @@ class Form(Section):
                 turn = rotation.onto(self.axis, arithmetic)
         return turn, arithmetic.array(self.position or [0, 0, 0]) - turn @ self.pivot(arithmetic)
 
-    def properties(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+    def properties(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the axes in which the form is placed."""
-        return tensor.place(self.local(arithmetic), *self.motion(arithmetic))
+        placed = mass_properties.place(self.local(arithmetic), *self.motion(arithmetic))
+        return replace(placed, error=placed.error + tensor.misplaced(self.pivot(arithmetic)))
 
-    def tensor_about(self, point: Array, n: Arithmetic) -> Array:
-        """Inertia tensor about `point` (3, m), in the axes in which the form is placed.
+    def inertia_about(self, point: Array, n: Arithmetic, error: float = 0.0) -> tensor.Inertia:
+        """Inertia about `point` (3, m, to within `error`), in the axes in which the form is placed.
 
         It is summed about that point itself, and so free of the rounding of a centre of mass between.
         """
-        turn, own = self.in_own_axes(point, n)
-        return n.tidy(tensor.rotate(own, turn))
-
-    def in_own_axes(self, point: Array, n: Arithmetic) -> tuple[Array, Array]:
-        """Axes of the form's own, as columns (3 by 3), and its tensor about `point` along these (3 by 3)."""
         turn, shift = self.motion(n)
-        return turn, n.tidy(self.local_tensor_about(n.tidy(turn.T @ (point - shift)), n))
+        error += tensor.misplaced(point, shift, self.pivot(n))
+        own = self.local_inertia_about(n.tidy(turn.T @ (point - shift)), n, error)
+        return replace(own, entries=n.tidy(own.entries), axes=n.tidy(turn @ own.axes))
 
-    def local_tensor_about(self, point: Array, n: Arithmetic) -> Array:
-        """Inertia tensor about `point` (3, m), both in the form's own axes."""
+    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
+        """Inertia about `point` (3, m, to within `error`), both in the form's own axes."""
         body = self.local(n)
         assert body.mass is not None
-        return tensor.shift_from_com(body.tensor, body.mass, body.com - point)
+        return body.inertia.shifted(body.mass, body.com - point, body.error + error)
 
 
 Bounds: TypeAlias = tuple[tuple[float, float], ...]
@@ -154,18 +153,22 @@ class Shape(Form):
         measure = self.geometry(n).measure
         return self.density if self.density is not None else (self.mass or 0) / measure
 
-    def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the shape's own axes and from its natural origin."""
         measure, centre, second, _ = self.geometry(arithmetic)
         mass = self.mass if self.mass is not None else (self.density or 0) * measure
-        second = arithmetic.array(second)
+        second, centre = arithmetic.array(second), arithmetic.array(centre)
         if second.ndim == 1:
-            second = np.diag(second)
-        return tensor.MassProperties(mass, arithmetic.array(centre), tensor.from_second_moments(mass, second))
+            inertia = tensor.Inertia.of(tensor.from_second_moments(mass, np.diag(second)))
+        else:
+            inertia = tensor.Inertia.of_sums(mass, centre, mass * second)
+        return mass_properties.MassProperties(mass, centre, inertia, tensor.misplaced(centre))
 
 
 class Region(Shape):
-    """A shape that says which points it fills."""
+    """A shape that says which points it fills; `CONVEX` if it holds the way between any two of them."""
+
+    CONVEX: ClassVar = True
 
     def bounds(self) -> Bounds:
         """The least box round the shape, from its `geometry` unless a subclass knows better."""

@@ -93,6 +93,7 @@ class Sphere(Solid):
 class HollowSphere(Solid):
     """A ball with a concentric spherical hole; origin at its centre."""
 
+    CONVEX: ClassVar = False
     outer_radius: Length
     inner_radius: OptionalLength
 
@@ -139,6 +140,7 @@ class Cylinder(_Prism):
 class Tube(_Prism):
     """A cylinder along z with a coaxial hole; origin at its centre."""
 
+    CONVEX: ClassVar = False
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
     outer_radius: Length
     inner_radius: OptionalLength
@@ -303,6 +305,7 @@ class Capsule(Solid):
 class Torus(Solid):
     """A ring of circular section round z; origin at its centre."""
 
+    CONVEX: ClassVar = False
     major_radius: Length
     minor_radius: Length
 

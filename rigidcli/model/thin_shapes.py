@@ -109,6 +109,7 @@ class Disk(Lamina):
 class Annulus(Lamina):
     """A thin disk with a concentric hole, normal along z; origin at its centre."""
 
+    CONVEX: ClassVar = False
     outer_radius: Length
     inner_radius: OptionalLength
 
@@ -178,6 +179,7 @@ class Triangle(_Flat):
 class Polygon(_Flat):
     """A thin plane polygon without crossings, its vertices in order, in space or in the plane z = 0."""
 
+    CONVEX: ClassVar = False
     vertices: Annotated[tuple[Vertex, ...], AsList, Field(min_length=3, max_length=1000)]
 
     def check(self, n: Arithmetic) -> None:

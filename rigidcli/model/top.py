@@ -9,8 +9,9 @@ import numpy as np
 from pydantic import Field
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.mass_properties import MassProperties
 from rigidcli.core.principal import principal_frame
-from rigidcli.core.tensor import MassProperties
+from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.model import units
 from rigidcli.model.base import (
@@ -89,8 +90,8 @@ def described(top: Top, n: Arithmetic) -> HeavyTop:
     return HeavyTop(mass, distance, top.lambda1, lambda3, n.array([0, 0, 1]), remarks)
 
 
-def of_body(top: Top, body: MassProperties, pivot: Array, tensor: Array, n: Arithmetic) -> HeavyTop:
-    """The top that a body makes when it is held at `pivot`, about which it has this `tensor` (3 by 3).
+def of_body(top: Top, body: MassProperties, pivot: Array, inertia: Inertia, n: Arithmetic) -> HeavyTop:
+    """The top that a body makes when it is held at `pivot`, about which it has this `inertia`.
 
     Raises ValueProblem for a body that is not symmetric about the line from the pivot to its centre of mass.
     """
@@ -99,15 +100,16 @@ def of_body(top: Top, body: MassProperties, pivot: Array, tensor: Array, n: Arit
         raise ValueProblem("the `body` tells this; give one or the other", path=(given[0],))
     if body.mass is None:
         raise ValueProblem("missing: a top needs its weight", path=("body", "mass"))
-    arm = n.tidy(body.com - pivot)
+    arm, tensor = n.tidy(body.com - pivot), n.tidy(inertia.tensor)
     distance = n.hypot(*arm)
     largest = max(abs(n.size(entry)) for entry in tensor.flat)
     far = max(abs(n.size(component)) for component in (*body.com, *pivot))
     if n.size(distance) <= (0 if n.exact else 1e-14 * far):
-        axis, distance = _axis_of(tensor, n), 0 * n.pi
+        axis, distance = _axis_of(inertia, n), 0 * n.pi
     else:
         axis = n.tidy(arm / distance)
-    lambda3 = n.tidy(n.array([axis @ tensor @ axis]))[0]
+    along, noise = inertia.moment_about(axis)
+    lambda3 = n.tidy(n.array([0 * along if not n.exact and along <= noise else along]))[0]
     lambda1 = n.tidy(n.array([(np.trace(tensor) - lambda3) / 2]))[0]
     outer = np.outer(axis, axis)
     ideal = lambda3 * outer + lambda1 * (n.array(np.eye(3, dtype=int)) - outer)
@@ -120,14 +122,14 @@ def of_body(top: Top, body: MassProperties, pivot: Array, tensor: Array, n: Arit
     return HeavyTop(body.mass, distance, lambda1, lambda3, axis)
 
 
-def _axis_of(tensor: Array, n: Arithmetic) -> Array:
+def _axis_of(inertia: Inertia, n: Arithmetic) -> Array:
     """The symmetry axis of a body held at its centre of mass: the one principal axis that is unlike."""
     if n.exact:
         from rigidcli.symbolic.mechanics import principal_axes
 
-        frame = principal_axes.principal_frame(tensor)
+        frame = principal_axes.principal_frame(inertia.entries, inertia.axes)
     else:
-        frame = principal_frame(tensor)
+        frame = principal_frame(inertia)
     alone = [group[0] for group in frame.groups if len(group) == 1]
     axis: Array = frame.axes[alone[0] if len(alone) == 1 else 2]
     return axis

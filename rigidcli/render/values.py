@@ -65,7 +65,7 @@ def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Co
     rows = [round(k * (length - 1) / max(1, count - 1)) for k in range(count)]
     tidied = replace(table, columns=tuple(map(_without_noise, table.columns)))
     return [
-        (column, [_cell_text(column.values[row], look.digits, notation) for row in rows])
+        (column, [_cell_text((column.words or column.values)[row], look.digits, notation) for row in rows])
         for column in single_cells(tidied, asked)
         if asked or not column.hidden
     ]

@@ -5,21 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from rigidcli.core import principal
-from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Scalar
 from rigidcli.core.principal import PrincipalFrame
+from rigidcli.core.tensor import MISPLACED, ROUNDING, Inertia
 from rigidcli.errors import ComputationError
 from rigidcli.model.document import Document
 from rigidcli.report import Field, Report, Step
-from rigidcli.studies.body import body_frame, inertia_fields
-from rigidcli.studies.common import field_of, report
+from rigidcli.studies.body import axis_fields, body_frame, inertia_fields
+from rigidcli.studies.common import field_of, if_known, report
 
 SCHEMA = "rigidcli.axes/1"
 
 STEADY = 1e-12
 """Where omega and L are parallel, rounding leaves |omega x L| below this, in units of lambda3 omega^2."""
-
-NO_MOMENTUM = 2 * principal.ZERO_MOMENT
-"""Where I omega is zero, rounding leaves |L| below this, in units of the largest |I_ij| and |omega_k|."""
 
 CLASSES = {
     "point": "a point: no moment at all",
@@ -51,7 +49,9 @@ def run(document: Document, *, steps: bool = False) -> Report:
     if motion is not None and motion.omega is not None:
         own = frame if motion.basis == "principal" else None
         axes = document.physical.axes if own is None else own.axes
-        fields += _motion(axes.T @ n.array(motion.omega), tensor, frame, n)
+        inertia = document.physical.inertia.turned(document.physical.axes.T)
+        fields += _motion(axes.T @ n.array(motion.omega), inertia, frame, n)
+    about_axis, noted = axis_fields(document)
     working: list[Step] = []
     if steps:
         from rigidcli.studies.steps.axes import axes_steps
@@ -59,7 +59,8 @@ def run(document: Document, *, steps: bool = False) -> Report:
 
         working += inertia_steps(document, tensor)
         working += axes_steps(tensor, frame, n, frozenset(document.parameters or ()))
-    return report(document, SCHEMA, "principal moments and axes", fields, notes, (), working)
+    title = "principal moments and axes"
+    return report(document, SCHEMA, title, [*fields, *about_axis], [*notes, *noted], (), working)
 
 
 def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> list[Field]:
@@ -93,30 +94,47 @@ def _residual(tensor: Array, frame: PrincipalFrame, n: Arithmetic) -> object:
     return 0 * n.pi
 
 
-def _motion(omega: Array, tensor: Array, frame: PrincipalFrame | None, n: Arithmetic) -> tuple[Field, ...]:
+def _motion(omega: Array, body: Inertia, frame: PrincipalFrame | None, n: Arithmetic) -> tuple[Field, ...]:
     """L = I omega and T = omega.L/2 at this angular velocity, and whether the body wobbles."""
     omega = n.tidy(omega)
-    momentum = n.tidy(tensor @ omega)
-    if not n.exact and _is_about_massless_axis(tensor, omega):
+    momentum = n.tidy(body.momentum(omega))
+    if not n.exact and _is_about_massless_axis(body, omega):
         momentum = np.zeros(3)
     energy = n.tidy(n.array([omega @ momentum / 2]))[0]
-    largest = frame.moments[2] if frame else max(tensor.flat, key=lambda entry: abs(n.size(entry)))
+    largest = frame.moments[2] if frame else max(body.entries.flat, key=lambda entry: abs(n.size(entry)))
     angle, wobbles = _wobble(omega, momentum, largest, n)
+    turning, along = (tuple((f"{name}{k + 1}", (k,)) for k in range(3)) for name in "wL")
+    torque = _holding_torque(omega, momentum, n)
+    arc, cross = r"\angle(\boldsymbol{\omega}, \mathbf{L})", r"\boldsymbol{\omega}\times\mathbf{L}"
     return (
-        Field("omega", omega, "angular velocity", r"\boldsymbol{\omega}", "rad/s"),
-        Field("angular_momentum", momentum, "angular momentum about O", r"\mathbf{L}", "kg m^2/s"),
-        Field("kinetic_energy", energy, "kinetic energy", "T", "J"),
-        Field("angle", angle, "angle between omega and L", r"\angle(\boldsymbol{\omega}, \mathbf{L})", "rad"),
+        Field("omega", omega, "angular velocity", r"\boldsymbol{\omega}", "rad/s", dict(turning)),
+        Field(
+            "angular_momentum", momentum, "angular momentum about O", r"\mathbf{L}", "kg m^2/s", dict(along)
+        ),
+        Field("kinetic_energy", energy, "kinetic energy", "T", "J", {"T": ()}),
+        Field("angle", angle, "angle between omega and L", arc, "rad", {"angle": ()}),
         Field("wobbles", wobbles, "wobbles when left alone", words=_WOBBLES[wobbles]),
+        if_known(Field("holding_torque", torque, "torque that holds omega", cross, "N m")),
     )
 
 
-def _is_about_massless_axis(tensor: Floats, omega: Floats) -> bool:
+def _holding_torque(omega: Array, momentum: Array, n: Arithmetic) -> Array | None:
+    """omega x L (N m), which keeps omega as it is in the body; None where floats cannot hold its digits."""
+    torque = n.tidy(np.cross(omega, momentum))
+    if n.exact:
+        return torque
+    terms = np.outer(np.abs(omega), np.abs(momentum))
+    rounding = ROUNDING * (terms + terms.T)[[1, 2, 0], [2, 0, 1]]
+    torque = np.where(np.abs(torque) <= rounding, 0.0, torque)
+    lost = 0 < np.abs(torque).max() < np.finfo(np.float64).tiny
+    return None if lost else torque
+
+
+def _is_about_massless_axis(body: Inertia, omega: Floats) -> bool:
     """Whether a linear body turns about its line, so that L is zero but for rounding."""
-    largest, fastest = np.abs(tensor).max(), np.abs(omega).max()
-    return bool(largest > 0 and fastest > 0) and bool(
-        np.abs(tensor / largest @ (omega / fastest)).max() <= NO_MOMENTUM
-    )
+    rates, size = np.abs(omega @ body.axes), np.abs(body.entries)
+    rounding = rates @ body.noise + MISPLACED * FLOAT.hypot(*omega) * size.max(axis=0)
+    return bool((np.abs(omega @ body.axes @ body.entries) <= rounding).all())
 
 
 _WOBBLES = {

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from rigidcli.core import principal, tensor
+from rigidcli.core import principal
 from rigidcli.core.arithmetic import Array
-from rigidcli.core.principal import ZERO_MOMENT, PrincipalFrame
+from rigidcli.core.principal import PrincipalFrame
+from rigidcli.core.tensor import ROUNDING
 from rigidcli.errors import ComputationError, DocumentError, Problem
 from rigidcli.model.document import Document
 from rigidcli.model.top import HeavyTop, Top
 from rigidcli.report import Field
+from rigidcli.studies.common import if_known
 
 NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn about it"
 """Why an angular velocity along the line of a linear body is refused: no angular momentum determines it."""
@@ -28,12 +30,13 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
     n, physical = document.arithmetic, document.physical
     axes, body, mass = physical.axes, physical.properties, None
     known = body.mass is not None or body.at_com
-    about = n.tidy(axes.T @ physical.point)
     com = n.tidy(axes.T @ body.com) if known else None
-    asked = n.tidy(tensor.rotate(body.tensor, axes.T))
-    central = asked if known else None
+    if com is not None and not n.exact:
+        com[np.abs(com) <= body.error] = 0.0  # the rounding of a zero
+    about = com if document.about == "com" else n.tidy(axes.T @ physical.point)
+    asked = n.tidy(physical.inertia.turned(axes.T).tensor)
+    central = n.tidy(body.inertia.turned(axes.T).tensor) if known else None
     if body.mass is not None:
-        asked = n.tidy(tensor.rotate(physical.tensor, axes.T))
         mass = n.tidy(n.array([body.mass]))[0]
         if not n.exact and not np.isfinite([mass, *asked.flat]).all():
             raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
@@ -49,25 +52,39 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
     )
 
 
+def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]:
+    """The moment about the axis that the document asks for, its radius of gyration, and notes on them."""
+    direction, n, mass = document.physical.direction, document.arithmetic, document.physical.properties.mass
+    if direction is None:
+        return (), ()
+    moment, noise = document.physical.inertia.moment_about(direction)
+    moment = n.tidy(n.array([0.0 if not n.exact and moment <= noise else moment]))[0]
+    radius = None if mass is None else n.sqrt(n.tidy(n.array([moment / mass]))[0])
+    missing = "`body.mass` is not given, and the radius of gyration is not told"
+    return (
+        Field("axis_moment", moment, "moment about the axis", "I", "kg m^2", {"axis_moment": ()}),
+        if_known(Field("radius_of_gyration", radius, "its radius of gyration", "k", "m")),
+    ), (missing,) if mass is None else ()
+
+
 def body_frame(document: Document) -> PrincipalFrame:
     """The principal frame of the body about O, its axes e1, e2, e3 along the axes of the results.
 
     Raises ComputationError where an exact one is too long to print.
     """
     n, physical = document.arithmetic, document.physical
-    if not n.exact or document.body is None:
-        return principal.principal_frame(tensor.rotate(physical.tensor, physical.axes.T))
+    inertia = physical.inertia.turned(physical.axes.T)
+    if not n.exact:
+        return principal.principal_frame(inertia)
     from rigidcli.symbolic.mechanics import principal_axes
 
-    turn, own = document.body.in_own_axes(physical.point, n)
-    return principal_axes.principal_frame(own, physical.axes.T @ turn)
+    return principal_axes.principal_frame(inertia.entries, inertia.axes)
 
 
 def require_spin(document: Document, section: Top, top: HeavyTop) -> None:
     """Raise DocumentError where a top without a moment about its symmetry axis is to spin about it."""
     n = document.arithmetic
-    noise = 0 if n.exact or top.lambda1 is None else ZERO_MOMENT * top.lambda1
-    if n.sign(section.spin) != 0 and n.sign(top.lambda3 - noise) in (-1, 0):
+    if n.sign(section.spin) != 0 and n.sign(top.lambda3) in (-1, 0):
         raise document.refusal(NO_SPIN, "top.spin", hint="set it to zero: what is left is a pendulum")
 
 
@@ -83,7 +100,7 @@ def principal_omega(document: Document, frame: PrincipalFrame) -> Array:
     omega = n.array(motion.omega)
     if motion.basis == "body":
         omega = n.tidy(frame.axes @ document.physical.axes.T @ omega)
-    noise = 0 if n.exact else ZERO_MOMENT * n.hypot(*omega)
+    noise = 0 if n.exact else ROUNDING * n.hypot(*omega)
     massless = [n.sign(moment) == 0 for moment in frame.moments]
     if any(zero and abs(n.size(rate)) > noise for zero, rate in zip(massless, omega, strict=True)):
         if all(massless):

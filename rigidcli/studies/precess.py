@@ -12,6 +12,7 @@ from rigidcli.core import freebody, precession
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
 from rigidcli.core.principal import PrincipalFrame, body_class
+from rigidcli.core.tensor import Inertia
 from rigidcli.errors import DocumentError, Problem
 from rigidcli.model.document import Document
 from rigidcli.model.motion import Motion
@@ -118,6 +119,7 @@ class _Found:
     tables: list[Table] = field(default_factory=list)
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def run(document: Document, *, steps: bool = False) -> Report:
     """Find how the document's top, free body or planet precesses, whichever of them it has."""
     found = _Found()
@@ -257,7 +259,7 @@ def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]
 
 def _asymmetric(frame: PrincipalFrame, omega: Floats) -> dict[str, Value]:
     """The periods of an asymmetric body with this `omega` (3, rad/s) along its principal axes."""
-    motion = freebody.free_motion(np.diag(frame.moments), omega, np.array([1.0, 0, 0, 0]))
+    motion = freebody.free_motion(Inertia.of(np.diag(frame.moments)), omega, np.array([1.0, 0, 0, 0]))
     rate = motion.mean_space_rate
     return {
         "polhode_period": motion.period,

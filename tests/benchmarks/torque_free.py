@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from rigidcli.core.freebody import at, free_motion, sensitivity
+from rigidcli.core.tensor import Inertia
 
 Floats = NDArray[np.float64]
 
@@ -45,7 +46,7 @@ def median(job: Callable[[], object], runs: int) -> float:
 
 def closed() -> Floats:
     """The quaternions of rigidcli."""
-    return at(free_motion(np.diag(MOMENTS), OMEGA, START), TIMES)[1]
+    return at(free_motion(Inertia.of(np.diag(MOMENTS)), OMEGA, START), TIMES)[1]
 
 
 def slopes(_: float, state: Floats) -> Floats:
@@ -110,7 +111,7 @@ def main() -> None:
     """Run all of them."""
     runs = int(sys.argv[1]) if len(sys.argv) > 1 else 7
     reference = closed()
-    rounding = sensitivity(np.diag(MOMENTS), OMEGA, START, TIMES)
+    rounding = sensitivity(Inertia.of(np.diag(MOMENTS)), OMEGA, START, TIMES)
     row("rigidcli", median(closed, runs), f"rounding of the inputs alone: {rounding:.1e} rad")
     if importlib.util.find_spec("heyoka"):
         compilation, follow = heyoka_job()

@@ -16,7 +16,8 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core import freebody, lagrange
+from rigidcli.core import freebody, lagrange, principal
+from rigidcli.core.tensor import Inertia
 
 Floats = NDArray[np.float64]
 
@@ -29,6 +30,16 @@ PRECISE = Decimal("1e-24")
 
 State = tuple[Sequence[Any], Any]
 """omega in the body, and the matrix (mpmath) of the rotation from the body to space."""
+
+
+def principal_frame(tensor: Floats) -> principal.PrincipalFrame:
+    """The frame of a body by its tensor."""
+    return principal.principal_frame(Inertia.of(tensor))
+
+
+def free_motion(tensor: Floats, omega: Floats, orientation: Floats) -> freebody.FreeMotion:
+    """The motion of a body by its tensor."""
+    return freebody.free_motion(Inertia.of(tensor), omega, orientation)
 
 
 class Motion(NamedTuple):
@@ -53,13 +64,15 @@ class Motion(NamedTuple):
         at = np.array(list(times), float)
         if self.weight:
             return lagrange.at(lagrange.heavy_motion(*self.inputs), at)
-        return freebody.at(freebody.free_motion(*self.inputs), at)
+        return freebody.at(free_motion(*self.inputs), at)
 
     def sensitivity(self, times: Iterable[float]) -> float:
         """What rounding of the inputs may turn the body by."""
-        arguments = (*self.inputs, np.array(list(times), float))
-        found: float = (lagrange if self.weight else freebody).sensitivity(*arguments)
-        return found
+        at = np.array(list(times), float)
+        body, *state = self.inputs
+        if self.weight:
+            return lagrange.sensitivity(body, state[0], state[1], state[2], state[3], at)
+        return freebody.sensitivity(Inertia.of(body), state[0], state[1], at)
 
     def limit(self, times: Iterable[float]) -> float:
         """What rounding of the inputs may do, ten times over."""

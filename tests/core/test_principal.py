@@ -14,8 +14,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from rigidcli.core import principal, tensor
-from rigidcli.core.principal import PrincipalFrame, principal_frame
+from rigidcli.core import mass_properties, principal, tensor
+from rigidcli.core.principal import PrincipalFrame
+from tests.core.rigid_motion import principal_frame
 
 Floats = NDArray[np.float64]
 
@@ -231,7 +232,7 @@ def test_a_ring_of_masses_has_one_frame_however_it_is_turned() -> None:
     for start in np.linspace(0, 1, 7):
         angles = start + 2 * np.pi * np.arange(5) / 5
         ring = np.array([np.ones(5), np.cos(angles), np.sin(angles), 0 * angles]).T
-        frames.append(principal_frame(tensor.of_points(ring).tensor))
+        frames.append(principal_frame(mass_properties.of_points(ring).tensor))
     for frame in frames:
         assert frame.groups == ((0, 1), (2,))
         assert frame.axes == pytest.approx(np.eye(3), abs=1e-14)
@@ -271,7 +272,7 @@ def test_a_linear_body_has_the_moment_zero(quaternion: list[float], scale: float
 )
 def test_masses_on_a_line_are_linear(masses: list[float], axis: list[float]) -> None:
     rows = np.array([[m, *(k * np.array(axis))] for k, m in enumerate(masses)])
-    frame = principal_frame(tensor.of_points(rows).tensor)
+    frame = principal_frame(mass_properties.of_points(rows).tensor)
     assert principal.body_class(frame) == "linear"
 
 

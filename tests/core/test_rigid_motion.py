@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigidcli.core import rotation, tensor
+from rigidcli.core import mass_properties, rotation
 from tests.core.rigid_motion import Motion, leaning
 
 many = settings(max_examples=60, deadline=None)
@@ -24,7 +24,7 @@ def free_bodies(draw: st.DrawFn) -> Motion:
     points = draw(st.lists(st.tuples(*[st.floats(-1, 1)] * 3), min_size=2, max_size=5))
     rows = np.array([[1.0, *point] for point in points] + [[1.0, 0.1, 0.2, 0.9], [2.0, 0.5, -0.8, 0.3]])
     omega = draw(st.tuples(*[st.floats(-2, 2)] * 3).filter(lambda w: math.hypot(*w) > 0.1))
-    return Motion(tensor.of_points(rows).tensor, omega)
+    return Motion(mass_properties.of_points(rows).tensor, omega)
 
 
 TOPS = st.builds(

@@ -308,10 +308,39 @@ def test_euler_angles_along_a_motion_go_on_beyond_full_turns() -> None:
     x = [rotation.from_axis_angle((1, 0, 0), angle, FLOAT) for angle in theta]
     last = [rotation.from_axis_angle((0, 0, 1), angle, FLOAT) for angle in psi]
     q = np.array([rotation.as_quaternion(a @ b @ c) for a, b, c in zip(z, x, last, strict=True)])
-    found = rotation.zxz_angles(rotation.continuous(q))
+    found = rotation.euler_angles(rotation.continuous(q))
     np.testing.assert_allclose(found, np.column_stack([phi, theta, psi]), atol=1e-13)
 
 
 def test_upright_only_the_sum_of_phi_and_psi_means_something() -> None:
     q = np.array([[np.cos(0.3), 0, 0, np.sin(0.3)]])
-    np.testing.assert_allclose(rotation.zxz_angles(q), [[0.3, 0, 0.3]], atol=1e-15)
+    np.testing.assert_allclose(rotation.euler_angles(q), [[0.3, 0, 0.3]], atol=1e-15)
+
+
+SEQUENCES = [a + b + c for a, b, c in itertools.product("xyz", repeat=3) if a != b != c]
+
+
+@pytest.mark.parametrize("sequence", SEQUENCES)
+def test_euler_angles_in_any_sequence(sequence: str) -> None:
+    first, third = np.linspace(0.4, 25, 300), np.linspace(-1, -40, 300)
+    proper = sequence[0] == sequence[2]
+    middle = 0.9 * np.sin(first) + (np.pi / 2 if proper else 0)
+    angles = np.column_stack([first, middle, third])
+    # scipy has the scalar last, and capitals for intrinsic turns.
+    q = Rotation.from_euler(sequence.upper(), angles).as_quat(scalar_first=True)
+    found = rotation.euler_angles(rotation.continuous(q), sequence)
+    np.testing.assert_allclose(found, angles, atol=1e-13)
+
+
+@pytest.mark.parametrize("sequence", SEQUENCES)
+@pytest.mark.parametrize("end", [0, 1])
+def test_where_two_axes_of_the_angles_fall_together(sequence: str, end: int) -> None:
+    middle = np.pi * end if sequence[0] == sequence[2] else np.pi * (end - 0.5)
+    angles = [0.7, middle, 0.3]
+    q = Rotation.from_euler(sequence.upper(), angles).as_quat(scalar_first=True)[None]
+    (found,) = rotation.euler_angles(q, sequence)
+    assert found[1] == pytest.approx(middle, abs=1e-14)
+    again = rotation.from_euler(found.tolist(), sequence, FLOAT)
+    np.testing.assert_allclose(again, Rotation.from_euler(sequence.upper(), angles).as_matrix(), atol=1e-14)
+    # What the two turns about one axis make together is shared alike between them.
+    assert abs(found[0]) == pytest.approx(abs(found[2]), abs=1e-14)

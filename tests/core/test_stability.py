@@ -7,8 +7,8 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from rigidcli.core.principal import principal_frame
 from rigidcli.core.stability import AxisStability, about_axes
+from tests.core.rigid_motion import principal_frame
 
 
 def stability(*moments: float) -> list[AxisStability]:

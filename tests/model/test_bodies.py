@@ -18,6 +18,7 @@ from scipy.spatial.transform import Rotation
 
 import rigidcli
 from rigidcli.errors import DocumentError
+from rigidcli.model.solid_shapes import Cylinder
 
 Floats = NDArray[np.float64]
 Body = Mapping[str, Any]
@@ -507,6 +508,50 @@ def test_a_good_hole_is_accepted(parts: list[dict[str, Any]]) -> None:
     if not any(part.keys() & {"position", "axis", "rotation"} for part in parts):
         body = {"parts": [part | place for part in parts]}
     assert result(body)["mass"] == pytest.approx(whole["mass"], rel=1e-14, abs=0)
+
+
+SIDE_BY_SIDE = [solid("box", size=[4, 4, 4], position=[x, 0, 0]) for x in (-2, 2)]
+
+
+@pytest.mark.parametrize(
+    ("shape", "d"),
+    [
+        ("hollow_sphere", {"outer_radius": 1, "inner_radius": 1 - 1e-11}),
+        ("tube", {"outer_radius": 1, "inner_radius": 1 - 1e-11, "height": 1}),
+        ("torus", {"major_radius": 1, "minor_radius": 1e-11}),
+        ("annulus", {"outer_radius": 1, "inner_radius": 1 - 1e-11}),
+    ],
+)
+def test_a_hole_too_thin_to_be_found_is_refused(shape: str, d: dict[str, float]) -> None:
+    plates = [solid("plate", size=[4, 4], position=[x, 0, 0]) for x in (-2, 2)]
+    sides = plates if shape == "annulus" else SIDE_BY_SIDE
+    with pytest.raises(DocumentError, match=r"parts\.2: the hole is thinner than 1e-09"):
+        result({"parts": [*sides, cut(shape, **d)]})
+    # In a body without a seam there is nothing to be looked for.
+    whole = PLATE if shape == "annulus" else solid("cube", side=4)
+    assert result({"parts": [whole, cut(shape, **d)]})["mass"] == pytest.approx(
+        4**2 if shape == "annulus" else 4**3
+    )
+
+
+@pytest.mark.parametrize(
+    "body", [solid("box", size=[40, 1, 1]), solid("tube", outer_radius=9, inner_radius=0, height=1)]
+)
+def test_many_holes_take_little_more_than_one(body: Body, monkeypatch: pytest.MonkeyPatch) -> None:
+    looked_at, contains = [0], Cylinder.contains
+
+    def counted(self: Cylinder, x: Any, y: Any, z: Any) -> Any:
+        looked_at[0] += np.size(x)
+        return contains(self, x, y, z)
+
+    monkeypatch.setattr(Cylinder, "contains", counted)
+    counts = []
+    for count in (1, 4, 7):
+        looked_at[0] = 0
+        hole = cut("cylinder", radius=0.1, height=1 - count / 100)
+        result({"parts": [body, *(hole | {"position": [x, 0, 0]} for x in range(count))]})
+        counts.append(looked_at[0])
+    assert counts[2] < 3 * (counts[0] or 1)
 
 
 def test_holes_in_turned_parts_side_by_side() -> None:

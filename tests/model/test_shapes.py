@@ -25,6 +25,7 @@ import rigidcli
 from rigidcli.errors import DocumentError
 from rigidcli.model.shape import Lamina, Region
 from rigidcli.model.shapes import SHAPES
+from tests.shapes import DIMENSIONS
 
 Floats = NDArray[np.float64]
 Dimensions = Mapping[str, Any]
@@ -767,6 +768,18 @@ def test_bounds_are_the_least_box(shape: str, d: Dimensions) -> None:
     for axis, (low, high) in enumerate(region.bounds()):
         assert low == pytest.approx(points[axis].min(), abs=2e-15 * size, rel=0)
         assert high == pytest.approx(points[axis].max(), abs=2e-15 * size, rel=0)
+
+
+@pytest.mark.parametrize("shape", [name for name, form in SHAPES.items() if issubclass(form, Region)])
+def test_convex_shapes_hold_the_way_between_their_points(shape: str) -> None:
+    region = rigidcli.loads(f"body: {{shape: {shape}, mass: 1, {DIMENSIONS[shape]}}}").body
+    assert isinstance(region, Region)
+    low, high = np.array(region.bounds()).T
+    points = np.random.default_rng(0).uniform(low, high, (20_000, 3)).T
+    points = points[:, region.contains(*points)]
+    half = points.shape[1] // 2
+    ways = (points[:, :half] + points[:, half : 2 * half]) / 2
+    assert region.contains(*ways).all() == region.CONVEX
 
 
 def test_a_triangle_in_space_fills_its_plane() -> None:

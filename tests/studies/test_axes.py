@@ -17,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 import rigidcli
 from rigidcli.errors import ComputationError
+from tests.conftest import Program
 from tests.exact import numeric
 
 Floats = NDArray[np.float64]
@@ -444,3 +445,78 @@ def test_where_the_moments_are_too_long_all_else_is_told() -> None:
     assert found["wobbles"] is floating["wobbles"] is True
     with pytest.raises(ComputationError, match="too long to print"):
         run(f"{text}{{m: null, a: null}}}}".replace("omega: [0, 0, 1]", "omega: [0, 0, 1], basis: principal"))
+
+
+# --- about an axis, and held
+
+
+@few
+@given(
+    st.lists(st.integers(-50, 50), min_size=3, max_size=3).filter(any),
+    st.lists(st.integers(-9, 9).map(lambda x: x / 7), min_size=3, max_size=3),
+)
+def test_the_moment_about_an_axis_is_that_of_the_distances_from_it(u: list[int], point: list[float]) -> None:
+    masses = np.array([[1.0, 1, 2, 3], [2, -1, 0, 1], [0.5, 2, -2, 0.5], [1.5, 0, 1, -1]])
+    # |r x u|^2, of the arms from the point, without any tensor.
+    arms = np.cross(masses[:, 1:] - point, np.array(u) / math.hypot(*u))
+    expected = float(masses[:, 0] @ (arms**2).sum(axis=1))
+    for rest in ({}, {"frame": {"euler": [1, 2, 3]}}):
+        body = {"points": masses.tolist()}
+        found = run(json.dumps({"body": body, "about": point, "axis": u, **rest}))
+        assert found["axis_moment"] == pytest.approx(expected, rel=1e-12)
+        assert found["radius_of_gyration"] == pytest.approx(math.sqrt(expected / 5), rel=1e-12)
+
+
+def test_known_radii_of_gyration() -> None:
+    # Meriam and Kraige, table D/4: a sphere about a diameter, a rod about its end, a ring about its tangent.
+    for body, about, axis, radius in (
+        ("{shape: sphere, radius: 2, mass: 3}", "com", [1, 2, 3], 2 * math.sqrt(0.4)),
+        ("{shape: rod, length: 3, mass: 2, anchor: end, axis: [1, 1, 0]}", "origin", [0, 0, 1], math.sqrt(3)),
+        ("{shape: ring, radius: 2, mass: 5}", "[2, 0, 0]", [0, 1, 0], 2 * math.sqrt(1.5)),
+        ("{shape: rod, length: 3, mass: 2, axis: [1, 2, 3]}", "com", [1, 2, 3], 0),
+    ):
+        found = run(f"{{body: {body}, about: {about}, axis: {axis}}}")
+        assert found["radius_of_gyration"] == pytest.approx(radius, rel=1e-14, abs=0)
+
+
+def test_an_axis_in_symbols() -> None:
+    body = "{shape: cube, side: a, mass: M, anchor: corner}"
+    text = f"parameters: {{M: null, a: null}}\nbody: {body}\naxis: [1, 1, 0]"
+    found = run(text)
+    # Ixx cos^2 + Iyy cos^2 + 2 Ixy cos^2 = (8 + 8 - 6)/2 M a^2/12.
+    assert str(found["axis_moment"]) == "5*M*a**2/12"
+    assert str(found["radius_of_gyration"]) == "sqrt(15)*a/6"
+    # omega x L at omega = w z: L = M a^2 w/12 (-3, -3, 8).
+    held = run(text.replace("a: null", "a: null, w: null") + "\nmotion: {omega: [0, 0, w]}")
+    assert [str(x) for x in held["holding_torque"]] == ["M*a**2*w**2/4", "-M*a**2*w**2/4", "0"]
+
+
+def test_the_torque_that_holds_an_unbalanced_shaft() -> None:
+    # Two masses on arms of opposite ends: the centrifugal forces m r w^2 make the couple 2 m r z w^2.
+    found = run("{body: {points: [[3, 0.2, 0, 0.5], [3, -0.2, 0, -0.5]]}, motion: {omega: [0, 0, 7]}}")
+    assert found["holding_torque"] == pytest.approx([0, -2 * 3 * 0.2 * 0.5 * 49, 0], rel=1e-14, abs=1e-14)
+    turned = turning(TURNED, [0, 1, 0], "principal")
+    assert turned["holding_torque"].tolist() == [0, 0, 0]
+
+
+def test_columns_of_what_is_asked(program: Program) -> None:
+    head = "name,mass,com_x,com_y,com_z,Ixx,Iyy,Izz,Ixy,Ixz,Iyz"
+    frame = "lambda1,lambda2,lambda3,e1x,e1y,e1z,e2x,e2y,e2z,e3x,e3y,e3z,class"
+    text = "body: {shape: sphere, radius: 1, mass: 5}\naxis: [0, 0, 1]\nmotion: {omega: [0, 0, 3]}\n"
+    done = program("inertia", "-f", "csv", "-", stdin=text)
+    assert done.out == f"{head},axis_moment\nstdin,5.0,0.0,0.0,0.0,2.0,2.0,2.0,0.0,0.0,0.0,2.0\n"
+    done = program("axes", "-f", "csv", "-", stdin=text)
+    names, values = done.out.splitlines()
+    assert names == f"{head},{frame},w1,w2,w3,L1,L2,L3,T,angle,axis_moment"
+    assert values.endswith(",spherical,0.0,0.0,3.0,0.0,0.0,6.0,9.0,0.0,2.0")
+
+
+def test_an_axis_without_a_mass_or_a_direction(program: Program) -> None:
+    known = "body: {moments: [1, 2, 2.5]}\nabout: com\naxis: [0, 0, 2]\n"
+    done = program("axes", "-f", "json", "-", stdin=known)
+    assert json.loads(done.out)["axis_moment"] == 2.5
+    assert json.loads(done.out)["radius_of_gyration"] is None
+    assert done.err == "-: note: `body.mass` is not given, and the radius of gyration is not told\n"
+    done = program("axes", "-", stdin=known.replace("[0, 0, 2]", "[0, 0, 0]"))
+    assert done.err == "-:3: axis: read the zero vector, expected a direction\n"
+    assert done.code == 3

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
 from rigidcli.core import rotation
 from rigidcli.errors import ComputationError, DocumentError, UsageError
@@ -602,3 +603,41 @@ def test_a_table_tells_why(program: Program) -> None:
     assert "time between flips" in out
     assert "stable" in out
     assert max(map(len, program("euler", "-", stdin=DOCUMENT).out.splitlines())) < 130
+
+
+# --- angles and names
+
+
+@pytest.mark.parametrize("sequence", ["zxz", "xyz", "yxz"])
+@pytest.mark.parametrize("torque", ["", "torque: {body: [0.5, 0, 0]}, "])
+def test_euler_angles_of_any_motion(sequence: str, torque: str, program: Program) -> None:
+    start = "omega: [1, 2, 3], orientation: {euler: [1, 2, 3]}, duration: 6, samples: 200"
+    text = (
+        "body: {shape: box, size: [1, 2, 3], mass: 12}\nframe: {axis: [1, 1, 0], angle: 0.4}\n"
+        f"motion: {{{start}, {torque}angles: {sequence}}}\n"
+    )
+    found = arrays(euler(text))
+    by_scipy = Rotation.from_euler(sequence.upper(), found["angles"])
+    told = Rotation.from_quat(found["orientation"], scalar_first=True)
+    assert (by_scipy.inv() * told).magnitude().max() < 1e-14 * 40
+    assert np.abs(np.diff(found["angles"], axis=0)).max() < math.pi
+    rows = program("euler", "-q", "-f", "csv", "-", stdin=text).out.splitlines()
+    assert rows[0].endswith(",Lx,Ly,Lz,phi,theta,psi")
+    assert np.array(rows[-1].split(",")[-3:], float).tolist() == found["angles"][-1].tolist()
+
+
+def test_a_sequence_that_is_none_is_refused(program: Program) -> None:
+    text = "body: {shape: cube, side: 1, mass: 1}\nmotion: {omega: [1, 0, 0], angles: zzx}\n"
+    assert program("euler", "-", stdin=text).err.startswith(
+        "-:2: motion.angles: read `zzx`, expected three of x, y, z"
+    )
+
+
+def test_people_can_tell_the_axes_of_the_components_from_the_principal_ones(program: Program) -> None:
+    text = "body: {shape: box, size: [1, 2, 3], mass: 12}\nmotion: {omega: [1, 2, 3]}\n"
+    out = program("euler", "-q", "-", stdin=text).out
+    assert "\nprincipal axes e1, e2, e3 (rows)" in out
+    assert "\n   e1, least moment" in out
+    assert "\nthe motion: 1, 2, 3 are the axes x, y, z of the body, which turn with it\n" in out
+    found = json.loads(program("euler", "-q", "-f", "json", "-", stdin=text).out)
+    assert [row["axis"] for row in found["stability"]] == ["e1", "e2", "e3"]

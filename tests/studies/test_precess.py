@@ -11,7 +11,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from rigidcli.errors import DocumentError
+from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.model.load import loads
 from rigidcli.report import Report
 from rigidcli.studies.precess import run
@@ -79,6 +79,18 @@ def test_steady_precession_begun_with_its_own_rate_stays_steady() -> None:
         assert found["theta_min"] == found["theta_max"] == pytest.approx(math.radians(50), rel=1e-15)
         assert found["mean_precession_rate"] == pytest.approx(found["slow_rate"], rel=1e-12)
     assert top(text)["nutation_kind"] == "cuspidal"
+
+
+def test_a_spin_beyond_all_digits_is_refused_and_a_mean_of_nothing_is_zero() -> None:
+    fast = "mass: 1, distance: 1, lambda1: 2, lambda3: 1, tilt: 0.5"
+    # A fast top that starts from rest precesses at M g R/(lambda3 spin) on the average.
+    assert top(f"spin: 1e18, {fast}")["mean_precession_rate"] == pytest.approx(9.80665e-18, rel=1e-12, abs=0)
+    for spin in ("1e40", "-1e80", "1e150"):
+        with pytest.raises(ComputationError, match="so fast"):
+            top(f"spin: {spin}, {fast}")
+    # Without weight the axis goes round L, and not round the vertical beside it.
+    free_top = f"spin: 1, gravity: 0, nutation: 1, {fast}"
+    assert top(free_top)["mean_precession_rate"] == top(free_top)["precession_per_nutation"] == 0
 
 
 def test_friction_is_spoken_of_in_the_notes() -> None:

@@ -13,12 +13,15 @@ from functools import cached_property
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Mask
-from rigidcli.core.principal import EQUAL_MOMENTS, ZERO_MOMENT
+from rigidcli.core.principal import EQUAL_MOMENTS
 from rigidcli.grading.numbers import NOISE, ROUNDING, margin
 from rigidcli.grading.question import RELATIVE, Tolerance
 
 NEARLY_EQUAL = 1e-2
 """Moments further apart, in units of the largest, have axes of their own, however wide the tolerance is."""
+
+ZERO_MOMENT = 64 * float(np.finfo(np.float64).eps)
+"""A moment below this, in units of the largest, is the rounding noise of a zero."""
 
 UNCERTAIN = 64 * float(np.finfo(np.float64).eps)
 """How far off (rad) rounding may put an axis, in units of the largest moment over the gap to the next."""

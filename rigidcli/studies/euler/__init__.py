@@ -38,6 +38,9 @@ MOTIONS = {
 }
 """The kinds of motion, in words."""
 
+AXES = {"e1": "e1, least moment", "e2": "e2, middle moment", "e3": "e3, greatest moment"}
+"""The principal axes, which are others than the axes 1, 2, 3 of the components of omega and L, in words."""
+
 
 def run(
     document: Document,
@@ -86,9 +89,10 @@ def follow(
         ) from None
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _body(motion: Trajectory) -> tuple[Field, ...]:
     problem = motion.problem
-    frame, momentum = problem.frame, problem.tensor @ problem.omega
+    frame, momentum = problem.frame, problem.inertia.momentum(problem.omega)
     energy = float(problem.omega @ momentum) / 2
     # So small an energy has lost its digits, while omega has not.
     is_lost = 0 < abs(energy) < np.finfo(np.float64).tiny
@@ -96,7 +100,7 @@ def _body(motion: Trajectory) -> tuple[Field, ...]:
         Field(
             "moments", frame.moments, "principal moments about O", r"\lambda_{1,2,3}", "kg m^2", counts=True
         ),
-        Field("axes", frame.axes, "principal axes (rows)", r"\mathbf{e}_{1,2,3}"),
+        Field("axes", frame.axes, "principal axes e1, e2, e3 (rows)", r"\mathbf{e}_{1,2,3}"),
         Field("angular_momentum", FLOAT.hypot(*momentum), "angular momentum", "L", "kg m^2/s"),
         Field("kinetic_energy", None if is_lost else energy, "kinetic energy", "T", "J"),
     )
@@ -151,7 +155,7 @@ def _stability(motion: Trajectory) -> Table:
         "stability",
         "rotation about the principal axes, when left alone",
         (
-            Column("axis", ["e1", "e2", "e3"], ("axis",)),
+            Column("axis", list(AXES), ("axis",), words=tuple(AXES.values())),
             Column("moment", [float(moment) for moment in frame.moments], ("moment",), "kg m^2"),
             Column("stable", [one.stable for one in found], ("stable",)),
             Column("rate_per_spin", [one.rate_per_spin for one in found], ("rate/spin",)),

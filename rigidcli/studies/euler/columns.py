@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from rigidcli.core import rotation
 from rigidcli.report import NOISE, Column, Table
 from rigidcli.studies.common import noise
@@ -20,13 +22,13 @@ QUANTITIES = (
     ),
     Column("angles", None, ("phi", "theta", "psi"), "rad", (r"\phi", r"\theta", r"\psi")),
 )
-"""The quantities, still without values, in the order of their columns; only a top has `angles`.
+"""The quantities, still without values, in the order of their columns; of `angles` see the problem.
 
 People are not shown the angular momentum, unless they ask for it.
 """
 
 COLUMNS = tuple(name for quantity in QUANTITIES for name in quantity.cells)
-"""The names of all columns, those of a top included."""
+"""The names of all columns, the angles included."""
 
 
 def trajectory_table(motion: Trajectory) -> Table:
@@ -40,14 +42,14 @@ def trajectory_table(motion: Trajectory) -> Table:
         "orientation": rotation.compose(motion.orientation, rotation.as_quaternion(axes)),
         "angular_momentum_space": motion.momentum_in_space,
     }
-    if problem.symmetry is not None:
-        local = rotation.compose(motion.orientation, rotation.as_quaternion(problem.symmetry))
-        values["angles"] = rotation.zxz_angles(local)
+    if problem.angles is not None:
+        carried = rotation.compose(motion.orientation, rotation.as_quaternion(problem.carried))
+        values["angles"] = rotation.euler_angles(carried, problem.angles)
 
     error = noise(motion.trusted_digits)
 
     def filled(column: Column) -> Column:
-        # People see the angles of a top instead of the quaternion.
+        # People see the angles instead of the quaternion.
         is_hidden = column.key == "orientation" and "angles" in values
         return replace(
             column,
@@ -57,4 +59,6 @@ def trajectory_table(motion: Trajectory) -> Table:
         )
 
     columns = tuple(filled(column) for column in QUANTITIES if column.key in values)
-    return Table("trajectory", "the motion", columns, data=True)
+    own = "the body" if np.array_equal(axes, np.eye(3)) else "`frame`"
+    title = f"the motion: 1, 2, 3 are the axes x, y, z of {own}, which turn with it"
+    return Table("trajectory", title, columns, data=True)

@@ -12,7 +12,6 @@ import numpy as np
 
 from rigidcli.core import integrate, rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.principal import ZERO_MOMENT
 from rigidcli.core.solution import digits, joined
 from rigidcli.errors import ComputationError, Path, ValueProblem, at
 from rigidcli.model.environment import Formula
@@ -204,15 +203,16 @@ def _along_principal_axes(problem: InitialValueProblem, engine: integrate.Engine
 
     A linear body that does not turn about its line moves as a sphere would.
     """
-    diagonal = np.diag(problem.tensor)
-    if (problem.tensor == np.diag(diagonal)).all():
+    tensor = problem.inertia.tensor
+    diagonal = np.diag(tensor)
+    if (tensor == np.diag(diagonal)).all():
         moments, axes = diagonal, np.eye(3)
     else:
         moments, axes = problem.frame.moments, problem.shown @ problem.frame.axes.T
     turn = rotation.as_quaternion(axes)
-    momentum = axes.T @ (problem.tensor @ problem.omega)
+    momentum = moments * (axes.T @ problem.omega)
     state = np.concatenate([rotation.compose(problem.orientation, turn), momentum])
-    idle = moments <= ZERO_MOMENT * moments.max()
+    idle = moments <= 0
     if idle.all():
         raise ValueProblem(
             "the body is a point, which has no moment of inertia, so that a torque has no finite effect",

@@ -16,7 +16,7 @@ SYMMETRIC = 1e-14
 def heavy_top_trajectory(problem: InitialValueProblem) -> Trajectory | None:
     """The trajectory of a body under its weight, where it is a symmetric top about the arm; else None."""
     axes = rotation.onto(tuple(problem.weight), FLOAT)
-    local = axes.T @ problem.tensor @ axes
+    local = problem.inertia.turned(axes.T).in_space().entries
     lambda1, lambda3 = float(local[0, 0] + local[1, 1]) / 2, float(local[2, 2])
     off = np.abs(local - np.diag([lambda1, lambda1, lambda3])).max()
     if off > SYMMETRIC * np.abs(local).max() or lambda1 <= 0:

@@ -11,6 +11,7 @@ from rigidcli.core import rotation
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.principal import PrincipalFrame, principal_frame
+from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.model.document import Document
 from rigidcli.model.motion import Motion, OwnTorque, Weight
@@ -31,14 +32,15 @@ DEFAULT_NUTATIONS = 3
 class InitialValueProblem:
     """What Euler's equations are solved for, in components along the document's axes, which the body carries.
 
-    `tensor` (3 by 3) is about O, `orientation` (4) turns the document's axes to those of space at t = 0.
+    `inertia` is about O, `orientation` (4) turns the document's axes to those of space at t = 0.
     `weight` is M g R (3, N m), the arm from O to the centre of mass times the weight; zero for none. `shown`
     (3 by 3) has as columns the axes of the results, and `frame` is the principal frame along these. `third`
-    (3) is the axis that a torque knows as ux, uy, uz: that of a top, or e3 as it is printed. `symmetry` (3 by
-    3) has as columns the axes of a top, the last along its symmetry axis; None for other bodies.
+    (3) is the axis that a torque knows as ux, uy, uz: that of a top, or e3 as it is printed. `carried` has as
+    columns (3 by 3) the axes whose Euler angles are told: those of the results, or of a top, the last along
+    its symmetry axis. `angles` is their sequence, None for no angles.
     """
 
-    tensor: Floats
+    inertia: Inertia
     omega: Floats
     orientation: Floats
     weight: Floats
@@ -48,7 +50,8 @@ class InitialValueProblem:
     shown: Floats
     frame: PrincipalFrame
     third: Floats
-    symmetry: Floats | None = None
+    carried: Floats
+    angles: str | None
     notes: tuple[str, ...] = ()
 
 
@@ -90,7 +93,7 @@ def _of_body(document: Document, motion: Motion) -> InitialValueProblem:
         notes.append("e3 is not unique, as its moment equals another: `ux uy uz` are the one that is printed")
     times, noted = _times(motion, omega, at_rest=torque is None and not weight.any())
     return InitialValueProblem(
-        physical.tensor,
+        physical.inertia,
         omega,
         _orientation(document, motion),
         weight,
@@ -100,7 +103,9 @@ def _of_body(document: Document, motion: Motion) -> InitialValueProblem:
         physical.axes,
         frame,
         axes[:, 2],
-        notes=(*notes, *noted),
+        physical.axes,
+        motion.angles,
+        (*notes, *noted),
     )
 
 
@@ -140,8 +145,7 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
     omega = np.array([section.nutation, precession * sine, section.spin])
     axes = rotation.onto(tuple(top.axis), FLOAT)
     tilted = np.array([[1.0, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
-    tensor = axes @ np.diag([top.lambda1, top.lambda1, top.lambda3]) @ axes.T
-    tensor = (tensor + tensor.T) / 2
+    inertia = Inertia.of(np.diag([top.lambda1, top.lambda1, top.lambda3])).turned(axes)
     period = heavytop.nutation(
         top.lambda1, top.lambda3, section.spin, section.tilt, precession, section.nutation, fall
     ).period
@@ -149,7 +153,7 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
     times, noted = _times(motion, omega, at_rest=torque is None and period is None, nutation=period)
     shown = document.physical.axes
     return InitialValueProblem(
-        tensor,
+        inertia,
         axes @ omega,
         rotation.as_quaternion(tilted @ axes.T),
         top.axis * fall,
@@ -157,9 +161,10 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
         times,
         motion.tolerance or DEFAULT_TOLERANCE,
         shown,
-        principal_frame(shown.T @ tensor @ shown),
+        principal_frame(inertia.turned(shown.T)),
         axes[:, 2],
         axes,
+        motion.angles or "zxz",
         (*top.remarks, *noted),
     )
 

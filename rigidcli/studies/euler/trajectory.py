@@ -37,7 +37,7 @@ class Trajectory:
     @cached_property
     def momentum(self) -> Floats:
         """Angular momentum about O (n, 3), along the document's axes."""
-        return self.omega @ self.problem.tensor
+        return self.problem.inertia.momentum(self.omega)
 
     @cached_property
     def momentum_in_space(self) -> Floats:
@@ -66,10 +66,13 @@ def closed_form(
 
 def free_trajectory(problem: InitialValueProblem) -> Trajectory:
     """The trajectory of a body on which no torque acts, by Jacobi's elliptic functions."""
-    given = (problem.tensor, problem.omega, problem.orientation)
+    body, turn = problem.inertia, rotation.as_quaternion(problem.inertia.axes)
+    given = (body, problem.omega @ body.axes, rotation.compose(problem.orientation, turn))
     free = freebody.free_motion(*given)
     error = freebody.sensitivity(*given, problem.times)
-    return closed_form(problem, *freebody.at(free, problem.times), error, free)
+    omega, orientation = freebody.at(free, problem.times)
+    orientation = rotation.compose(orientation, turn * [1, -1, -1, -1])
+    return closed_form(problem, omega @ body.axes.T, orientation, error, free)
 
 
 def drift_of(problem: InitialValueProblem, omega: Floats, orientation: Floats) -> dict[str, float]:
@@ -77,10 +80,11 @@ def drift_of(problem: InitialValueProblem, omega: Floats, orientation: Floats) -
 
     What is conserved is the energy, and the angular momentum in space; under weight, its vertical component.
     """
-    fast, size = np.abs(omega).max(), np.abs(omega @ problem.tensor).max()
+    momentum = problem.inertia.momentum(omega)
+    fast, size = np.abs(omega).max(), np.abs(momentum).max()
     if not size:
         return {"energy": 0.0, "angular_momentum": 0.0, "quaternion": 0.0}
-    omega, momentum = omega / fast, omega @ problem.tensor / size  # squares of tiny numbers would vanish
+    omega, momentum = omega / fast, momentum / size  # squares of tiny numbers would vanish
     kinetic = _kinetic(omega, momentum)
     space = rotation.turned(orientation, momentum)
     potential = np.zeros_like(kinetic)

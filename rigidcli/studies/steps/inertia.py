@@ -8,7 +8,7 @@ import numpy as np
 
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Array
-from rigidcli.core.tensor import MassProperties
+from rigidcli.core.mass_properties import MassProperties
 from rigidcli.model.bodies import Composite, PointMasses
 from rigidcli.model.document import Document
 from rigidcli.model.shape import Form, Shape

@@ -1,0 +1,151 @@
+"""Mass, centre of mass and inertia: of point masses, of bodies taken as one, of bodies that are placed.
+
+Everything is centred first and shifted afterwards. Forming sum m r^2 - M c^2 instead loses all
+digits for a small body far from the origin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
+from functools import reduce
+from operator import add
+from typing import Any
+
+import numpy as np
+
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Scalar
+from rigidcli.core.tensor import Inertia, misplaced, shift_from_com, shift_to_com
+from rigidcli.errors import ValueProblem
+
+FAR = 1e3
+"""Beyond this ratio of M c^2 to the second moments about c, their difference loses more than three digits."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MassProperties:
+    """What a body is to its motion: mass (kg), centre of mass (3, m), inertia about it.
+
+    Rounding may misplace the centre of mass by `error` (m). Of a body without a known mass the tensor
+    cannot be shifted: `inertia` is then about the point `com`, and `at_com` says whether that
+    is its centre of mass.
+    """
+
+    mass: Scalar | None
+    com: Array
+    inertia: Inertia
+    error: float = 0.0
+    at_com: bool = True
+
+    @property
+    def tensor(self) -> Array:
+        """The tensor about the centre of mass, along the axes of its components (3 by 3, kg m^2)."""
+        return self.inertia.tensor
+
+
+def of_points(points: Array, n: Arithmetic = FLOAT) -> MassProperties:
+    """Mass properties of point masses, rows (m, x, y, z) in kg and m; k by 4, k at least 1."""
+    if n.exact:
+        nothing = Inertia.of(n.array(np.zeros((3, 3), dtype=int)))
+        return _sum_exactly([MassProperties(point[0], point[1:], nothing) for point in points], n)
+    mass, origin = points[:, 0], points[0, 1:]
+    total = mass.sum()
+    offset = points[:, 1:] - origin
+    centre = (mass @ offset) / total
+    offset = offset - centre
+    com, extent = origin + centre, offset[np.argmax((offset**2).sum(axis=1))]
+    inertia = Inertia.of_sums(total, com, (offset * mass[:, None]).T @ offset)
+    return MassProperties(total, com, inertia, misplaced(com, extent))
+
+
+def about(points: Array, point: Array, error: float = 0.0) -> Inertia:
+    """Inertia of point masses, rows (m, x, y, z) in kg and m, about `point` (3, m, to within `error`)."""
+    offset = points[:, 1:] - point
+    return Inertia.of_sums(points[:, 0].sum(), point, (offset * points[:, :1]).T @ offset, error)
+
+
+def of_blocks(read: Callable[[], Iterable[Floats]]) -> MassProperties:
+    """Mass properties of point masses in blocks (n by 4: m, x, y, z in kg and m), in bounded memory.
+
+    `read` starts the blocks from the beginning. All sums are taken about the centre of the first block, one
+    matrix product a block; should that turn out to be far from the centre of mass, as
+    when the first points are light and distant, they are taken once more about the latter. NaN comes out when
+    a mass is not positive, or a value not finite.
+    """
+    centre, sums = _sums(read, None)
+    mass, shift = sums[0, 0], sums[0, 1:] / sums[0, 0]
+    second = sums[1:, 1:] - mass * np.outer(shift, shift)
+    if mass * (shift @ shift) > FAR * np.trace(second):
+        centre, sums = _sums(read, centre + shift)
+        shift = sums[0, 1:] / mass
+        second = sums[1:, 1:] - mass * np.outer(shift, shift)
+    com, spread = centre + shift, np.sqrt(sums[1:, 1:].diagonal() / mass)
+    inertia = Inertia.of_sums(mass, centre, sums[1:, 1:]).shifted(-mass, shift)
+    return MassProperties(float(mass), com, inertia, misplaced(com, spread))
+
+
+def _sums(read: Callable[[], Iterable[Floats]], centre: Floats | None) -> tuple[Floats, Floats]:
+    """A point, by default the centre of the first block, and the sum of m (1, d) (1, d)^T about it."""
+    total = np.zeros((4, 4))
+    offsets = weighted = np.ones((4, 0))
+    for block in read():
+        count = len(block)
+        if centre is None:
+            centre = (block[:, :1] * block[:, 1:]).sum(axis=0) / block[:, 0].sum()
+        if offsets.shape[1] < count:
+            offsets, weighted = np.ones((4, count)), np.empty((4, count))
+        # Columns of points, in place: numpy's inner loops are then long, and memory stays in the cache.
+        d, w = offsets[:, :count], weighted[:, :count]
+        np.subtract(block.T[1:], centre[:, None], out=d[1:])
+        w[0] = block[:, 0]
+        if not w[0].min() > 0:
+            return centre, np.full((4, 4), np.nan)
+        np.multiply(d[1:], w[0], out=w[1:])
+        total += w @ d.T
+    assert centre is not None
+    return centre, total
+
+
+def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassProperties:
+    """The bodies, of known mass, taken as one. A hole is a part with negative mass and tensor.
+
+    Raises ValueProblem when the masses cancel, so that there is no centre of mass.
+    """
+    parts = list(parts)
+    masses = np.array([part.mass for part in parts])
+    coms = np.array([part.com for part in parts])
+    mass = masses.sum()
+    if mass == 0:
+        raise ValueProblem("the masses of the parts and holes add up to zero")
+    if n.exact:
+        return _sum_exactly(parts, n)
+    com = coms[0] + masses @ (coms - coms[0]) / mass
+    reach = [part.error + misplaced(own) for part, own in zip(parts, coms - com, strict=True)]
+    error = float(np.abs(masses) @ reach / abs(mass))
+    inertia = reduce(
+        add,
+        (
+            part.inertia.shifted(own, d, part.error + error)
+            for part, own, d in zip(parts, masses, coms - com, strict=True)
+        ),
+    )
+    return MassProperties(mass, com, inertia, error)
+
+
+def _sum_exactly(parts: Iterable[MassProperties], n: Arithmetic) -> MassProperties:
+    """Bodies taken as one by sums about the origin: exact numbers lose no digits there, and stay short."""
+    mass: Any = 0
+    first, tensor = n.array([0, 0, 0]), n.array(np.zeros((3, 3), dtype=int))
+    for part in parts:
+        own: Any = part.mass
+        mass = mass + own
+        first = first + own * part.com
+        tensor = tensor + shift_from_com(part.tensor, own, part.com)
+    com = n.tidy(first / mass)
+    return MassProperties(mass, com, Inertia.of(n.tidy(shift_to_com(n.tidy(tensor), mass, com))))
+
+
+def place(body: MassProperties, rotation: Array, displacement: Array) -> MassProperties:
+    """`body` turned about the origin by `rotation` (3 by 3), then moved by `displacement` (3, m)."""
+    com, error = rotation @ body.com + displacement, body.error + misplaced(body.com, displacement)
+    return replace(body, com=com, inertia=body.inertia.turned(rotation), error=error)
