@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +13,7 @@ from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Table
 from rigidcli.studies.common import report, require_values
+from rigidcli.studies.hamilton import lagrange
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.trees import to_tree
@@ -72,7 +73,10 @@ def run(
     derivation, system = found.derivation, found.derivation.system
     phase = derivation.phase
     definitions = None if derivation.momenta is None else derivation.momenta.definitions
-    natural, residual = f"{TRUTH[system.natural]}: {system.reason}", derivation.residual
+    natural = f"{TRUTH[system.natural]}: {system.reason}"
+    residual = max(
+        filter(None, (derivation.residual, lagrange.residual(derivation))), default=derivation.residual
+    )
     cyclic, conserved = derivation.cyclic, derivation.conserved
     dots = [f"{name}dot" for name in phase.names]
     fields = [
@@ -91,6 +95,7 @@ def run(
         _expression("dH_dt", derivation.energy_rate, "dH/dt", r"\frac{\mathrm{d}H}{\mathrm{d}t}"),
         Field("natural", system.natural, "natural coordinates", words=natural),
         Field("natural_reason", system.reason),
+        *_lagrange_equations(derivation),
         _expression("energy", derivation.energy, "", "T + V"),
         _is_energy(derivation),
         Field("verified", residual, "" if residual is None else "residual of the equations of motion"),
@@ -127,6 +132,8 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
 def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
     """Conserved quantities besides H and the momenta of cyclic coordinates; None if not searched for."""
     hamiltonian = derivation.hamiltonian
+    if derivation.is_forced:
+        return None
     if len(derivation.phase.coordinates) == 1:
         return ()
     if hamiltonian is None or not (asked or len(hamiltonian.key) <= QUICK):
@@ -150,6 +157,19 @@ def _expressions(
     return [
         Field(f"{key}.{name}", e, title, latex_name(title), cells={f"{key}.{name}": ()})
         for name, e, title in zip(names, values, titles or [""] * len(names), strict=True)
+    ]
+
+
+def _lagrange_equations(derivation: Derivation) -> list[Field]:
+    """Lagrange's equations as expressions that vanish, and solved for the accelerations."""
+    found = derivation.lagrange
+    equations, solved = (None, None) if found is None else (found.equations, found.accelerations)
+    coordinates, names = derivation.phase.coordinates, () if found is None else found.names
+    titles = [f"Lagrange, {name}: 0 =" for name in coordinates]
+    written = _expressions("lagrange_equations", coordinates, equations, titles)
+    return [
+        *(replace(field, symbol="0") for field in written),
+        *_expressions("accelerations", names, solved, names),
     ]
 
 

@@ -12,6 +12,7 @@ from weakref import WeakValueDictionary
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.roots import Rational
+from rigidcli.symbolic.language.tree import UnknownFunction
 
 MAX_LENGTH = 200_000
 """Largest number of characters in the key of an atom, which is about as long as its text."""
@@ -202,7 +203,7 @@ E = TypeVar("E", bound=Terms)
 
 
 class Applied(Atom, Generic[E]):
-    """A function of its arguments: one of `tree.FUNCTIONS` but `sqrt`, or `pow`.
+    """A function of its arguments: one of `tree.FUNCTIONS` but `sqrt`, or `pow`, or an unknown one.
 
     `pow` is a power whose exponent is not a rational number.
     """
@@ -210,8 +211,10 @@ class Applied(Atom, Generic[E]):
     __slots__ = ("arguments", "function")
 
     def __init__(self, function: str, arguments: tuple[E, ...]) -> None:
+        # Two documents may have unknown functions of one name, and of other parameters.
+        name = f"{function}{function.parameters}" if isinstance(function, UnknownFunction) else function
         super().__init__(
-            f"7{_FUNCTION_ORDER.get(function, 3)}{function}({';'.join(e.key for e in arguments)})",
+            f"7{_FUNCTION_ORDER.get(function, 3)}{name}({';'.join(e.key for e in arguments)})",
             1 + max(argument.depth for argument in arguments),
             frozenset().union(*(argument.names for argument in arguments)),
         )

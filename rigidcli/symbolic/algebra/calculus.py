@@ -21,6 +21,7 @@ from rigidcli.symbolic.algebra.expressions import (
 )
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.roots import Rational, bounded
+from rigidcli.symbolic.language.tree import UnknownFunction
 
 MAX_STEPS = 100_000
 """Most steps in multiplying one expression out: about half a second."""
@@ -92,6 +93,9 @@ class _Derivative:
                 return turned
             case Applied(function="pow", arguments=(base, exponent)):
                 return self.of_power(base, exponent)
+            case Applied(function=UnknownFunction() as function, arguments=arguments):
+                slopes = [apply(slope, *arguments) for slope in function.derivatives]
+                return total(f * self.of(x) for f, x in zip(slopes, arguments, strict=True))
             case Applied(function=function, arguments=(argument,)):
                 return _SLOPES[function](argument) * self.of(argument)
             case _:

@@ -95,7 +95,9 @@ def symbolic_spectrum(matrix: Sequence[Sequence[Expr]], fixed: Mapping[str, floa
         return None
     for i in range(size):
         own = mass_matrix.part(matrix, (i, i + size), (i, i + size))
-        # The trace of a freedom by itself is zero, so that lambda^2 = -determinant.
+        # Without friction the trace of a freedom by itself is zero, so that lambda^2 = -determinant.
+        if not (own[0][0] + own[1][1]).is_zero:
+            return None
         square = tidy(-mass_matrix.determinant(own))
         sign = _sign(square, fixed)
         if sign is None:
