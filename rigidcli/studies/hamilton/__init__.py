@@ -15,6 +15,7 @@ from rigidcli.report import Column, Field, Report, Table
 from rigidcli.studies.common import report, require_values
 from rigidcli.studies.hamilton import lagrange
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
+from rigidcli.studies.hamilton.system import require_formulas
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.latex_names import latex_name
@@ -24,6 +25,7 @@ from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution
+    from rigidcli.studies.hamilton.oscillations import Oscillations
     from rigidcli.studies.hamilton.transform import TransformedSystem
     from rigidcli.symbolic.mechanics.spectrum import Spectrum
 
@@ -60,6 +62,7 @@ class _Results:
     invariants: tuple[Expr, ...] | None
     orbit: OrbitSolution | None
     transform: TransformedSystem | None
+    oscillations: Oscillations | None
 
 
 def run(
@@ -96,6 +99,7 @@ def run(
         Field("natural", system.natural, "natural coordinates", words=natural),
         Field("natural_reason", system.reason),
         *_lagrange_equations(derivation),
+        *_oscillations(found),
         _expression("energy", derivation.energy, "", "T + V"),
         _is_energy(derivation),
         Field("verified", residual, "" if residual is None else "residual of the equations of motion"),
@@ -104,14 +108,18 @@ def run(
         *_transform(found),
         *_orbit_quality(found),
     ]
-    tables = [*_branch_table(found), *_orbit_table(found)]
+    tables = [*_branch_table(found), *_mode_table(found), *_orbit_table(found)]
     return report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables)
 
 
 def _results(document: Document, invariants: bool, progress: Callable[[float], None] | None) -> _Results:
     """Everything that the report tells; what the document does not ask is not imported."""
     derivation = derive(document)
-    branches, orbit, transform = derivation.branches, None, None
+    branches, orbit, transform, small = derivation.branches, None, None, None
+    if document.equilibrium is not None:
+        from rigidcli.studies.hamilton.oscillations import oscillations
+
+        small = oscillations(document, document.equilibrium, derivation)
     if document.orbit is None:
         searched = _searched(derivation, invariants)
     else:
@@ -119,6 +127,7 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
         from rigidcli.studies.hamilton.orbit import solve_orbit
 
         require_values(document, "an orbit")
+        require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
         derivation, initial = initial_state(document, document.orbit, derivation)
         searched = _searched(derivation, invariants)
         orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress)
@@ -126,7 +135,7 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
         from rigidcli.studies.hamilton.transform import transformed
 
         transform = transformed(document, document.transform, derivation)
-    return _Results(document, branches, derivation, searched, orbit, transform)
+    return _Results(document, branches, derivation, searched, orbit, transform, small)
 
 
 def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
@@ -171,6 +180,15 @@ def _lagrange_equations(derivation: Derivation) -> list[Field]:
         *(replace(field, symbol="0") for field in written),
         *_expressions("accelerations", names, solved, names),
     ]
+
+
+def _oscillations(found: _Results) -> list[Field]:
+    """The equilibrium and its modes."""
+    if found.oscillations is None:
+        return [Field("equilibrium", None), Field("modes", None)]
+    from rigidcli.studies.hamilton.modes import fields
+
+    return fields(found.oscillations)
 
 
 def _linear_equations(found: _Results) -> list[Field]:
@@ -284,6 +302,15 @@ def _branch_table(found: _Results) -> list[Table]:
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
 
 
+def _mode_table(found: _Results) -> list[Table]:
+    """The normal modes, for people."""
+    if found.oscillations is None or not found.oscillations.modes:
+        return []
+    from rigidcli.studies.hamilton.modes import table
+
+    return [table(found.oscillations, found.derivation.phase.coordinates)]
+
+
 def _orbit_table(found: _Results) -> list[Table]:
     """The samples of the orbit."""
     orbit, phase = found.orbit, found.derivation.phase
@@ -304,7 +331,7 @@ def _orbit_table(found: _Results) -> list[Table]:
 
 def _notes(found: _Results) -> list[str]:
     """Remarks on the results."""
-    notes = list(found.derivation.notes)
+    notes = [*found.derivation.notes, *(found.oscillations.notes if found.oscillations else ())]
     if found.orbit is not None and found.document.exact_results:
         notes.append("the orbit is followed in floating-point numbers")
     if found.orbit is not None and found.orbit.lost is not None:

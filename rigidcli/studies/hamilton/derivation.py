@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -74,10 +74,14 @@ class Derivation:
             return None
         solved = None if self.branch is None else self.branch.velocities
         free = equations(self.hamiltonian, self.phase, solved)
-        size = len(self.phase.coordinates)
-        known = dict(zip(self.velocity_names, free, strict=False))
-        forces = (tidy(substitute(force, known)) for force in self.system.forces)
-        return (*free[:size], *(rate + force for rate, force in zip(free[size:], forces, strict=True)))
+        velocities = free[: len(self.phase.coordinates)]
+        rates = zip(free[len(velocities) :], self.forces_of(velocities), strict=True)
+        return (*velocities, *(rate + force for rate, force in rates))
+
+    def forces_of(self, velocities: Sequence[Expr]) -> list[Expr]:
+        """The forces beside L or H where the velocities are these, such as functions of the momenta."""
+        known = dict(zip(self.velocity_names, velocities, strict=True))
+        return [tidy(substitute(force, known)) for force in self.system.forces]
 
     @property
     def velocities(self) -> tuple[Expr, ...] | None:
@@ -124,11 +128,10 @@ class Derivation:
 
         It is a function of coordinates and momenta where H is known, and else of velocities, too.
         """
-        pairs = zip(self.system.forces, self.velocity_names, strict=True)
-        work = total(force * symbol(name) for force, name in pairs)
-        if self.velocities is not None:
-            work = substitute(work, dict(zip(self.velocity_names, self.velocities, strict=True)))
-        elif self.momenta is not None:
+        velocities = self.velocities or [symbol(name) for name in self.velocity_names]
+        pairs = zip(self.forces_of(velocities), velocities, strict=True)
+        work = total(force * velocity for force, velocity in pairs)
+        if self.velocities is None and self.momenta is not None:
             work = substitute(work, dict(zip(self.phase.momenta, self.momenta.definitions, strict=True)))
         return derivative(self.generator, TIME) + work
 

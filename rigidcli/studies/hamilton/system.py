@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from rigidcli.errors import ExpressionError
+from rigidcli.errors import DocumentError, ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.model.system import System
 from rigidcli.symbolic.algebra.calculus import derivative
@@ -82,6 +82,17 @@ def _energies(system: System, read: _Read) -> SystemFunctions:
         lagrangian = kinetic - potential
     at_rest = _without_magnetic_terms(potential, system)
     return SystemFunctions(lagrangian, None, kinetic, at_rest, natural, reason)
+
+
+def require_formulas(document: Document, expressions: Iterable[Expr], what: str) -> None:
+    """Raise DocumentError where there is an unknown function in expressions; `what` needs its formula."""
+    names = sorted(frozenset[str]().union(*(e.unknown for e in expressions)))
+    if names:
+        problems = [
+            document.problem(f"{what} needs a formula for `{name}`", f"system.functions.{name}")
+            for name in names
+        ]
+        raise DocumentError(problems)
 
 
 def derived_parameters(document: Document) -> dict[str, Expr]:

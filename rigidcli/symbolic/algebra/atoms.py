@@ -73,6 +73,19 @@ class Terms:
         return self._names
 
     @property
+    def unknown(self) -> frozenset[str]:
+        """The unknown functions in it, at any depth, by the names under which they are declared."""
+        found: set[str] = set()
+        for atom in self.atoms:
+            if isinstance(atom, Applied):
+                found.update(*(argument.unknown for argument in atom.arguments))
+                if isinstance(atom.function, UnknownFunction):
+                    found.add(atom.function.base)
+            elif isinstance(atom, Group):
+                found |= atom.inner.unknown
+        return frozenset(found)
+
+    @property
     def atoms(self) -> list[Atom]:
         """The atoms of its terms, each once."""
         return list(dict.fromkeys(atom for monomial in self.terms for atom, _ in monomial))

@@ -119,9 +119,12 @@ def _balls() -> _Functions:
 def enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
     """The value of an expression as a ball of so many bits; its names have values in `point`.
 
-    Raises ValueError or ArithmeticError where it has no finite real value.
+    Raises ValueError or ArithmeticError where it has no finite real value, as an unknown function has none.
     """
     from flint import ctx
+
+    if e.unknown:
+        raise ValueError("a function without a formula")
 
     with ctx.workprec(bits):
         return _value(e, point, _balls())
