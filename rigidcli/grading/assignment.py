@@ -53,7 +53,7 @@ AS_TYPED = ("answer", "modulo")
 """Keys of a question, and of what it accepts, that are read by the rules of answers, digit by digit."""
 
 OF_SYMBOLS = ("expression", "equations", "matrix")
-"""Kinds of answers with symbols in them. They are compared at points, where unknown functions have no values."""
+"""Kinds of answers with symbols. They are compared at points, where unknown functions have no values."""
 
 FORMULA = "write a formula for each of `system.functions` into the document of the key"
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
 
@@ -17,13 +18,15 @@ from rigidcli.model.equilibrium import Equilibrium
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values, require_formulas
+from rigidcli.symbolic.algebra.atoms import Applied
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
-from rigidcli.symbolic.algebra.expressions import Expr, number
+from rigidcli.symbolic.algebra.expressions import Expr, atomic, number
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language import code
+from rigidcli.symbolic.language.tree import UnknownFunction
 from rigidcli.symbolic.mechanics import small_oscillations
 
 KEY = "equilibrium"
@@ -41,6 +44,19 @@ NOISE = 1e-14
 
 POLISHING = 4
 """How often forces are worked out after the search, with a step of Newton's method between."""
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Coordinates of an equilibrium, and the parameters whose values are put in; with a note, if any.
+
+    Where there are unknown functions, it is one only if what is `assumed` vanishes.
+    """
+
+    coordinates: dict[str, Expr]
+    known: dict[str, Expr]
+    note: str = ""
+    assumed: tuple[Expr, ...] = ()
 
 
 def forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Expr], dict[str, Expr]]:
@@ -63,8 +79,8 @@ def forces_at_rest(document: Document, derivation: Derivation) -> tuple[list[Exp
 
 def given_place(
     document: Document, equilibrium: Equilibrium, names: Sequence[str], forces: Sequence[Expr]
-) -> tuple[dict[str, Expr], dict[str, Expr], tuple[str, ...]]:
-    """The place that is given, the values of parameters with which it is an equilibrium, and notes.
+) -> Place:
+    """The equilibrium that is given. Raises DocumentError where it is none.
 
     Results are exact for all values of the parameters where the document is, or else for the given ones.
     """
@@ -80,13 +96,22 @@ def given_place(
         }
         left = {name: force for name, force in left.items() if not is_zero(force)}
         if all(force.unknown for force in left.values()):
-            notes = (f"it is an equilibrium where {force} = 0" for force in left.values())
-            return place, known, tuple(notes)
+            return Place(place, known, assumed=tuple(map(_vanishing, left.values())))
     raise document.refusal(
         f"no equilibrium: at rest there, {_listed(left)}",
         KEY,
         hint=None if document.symbols else "look for one near these values: `equilibrium: {find: {...}}`",
     )
+
+
+def _vanishing(force: Expr) -> Expr:
+    """What must vanish for a force to do so: the unknown function in it, where it is that times a factor."""
+    if len(force.terms) == 1:
+        ((monomial, _),) = force.terms.items()
+        for atom, _ in monomial:
+            if isinstance(atom, Applied) and isinstance(atom.function, UnknownFunction):
+                return atomic(atom)
+    return force
 
 
 def _listed(forces: Mapping[str, float | Expr]) -> str:
@@ -100,8 +125,8 @@ def _listed(forces: Mapping[str, float | Expr]) -> str:
 
 def found_place(
     document: Document, equilibrium: Equilibrium, names: Sequence[str], forces: Sequence[Expr]
-) -> tuple[dict[str, Expr], tuple[str, ...]]:
-    """An equilibrium near values, and a note with the forces that are left there."""
+) -> Place:
+    """An equilibrium near values. Raises ComputationError where none is found."""
     from scipy.optimize import root
 
     require_values(document, "the search for an equilibrium")
@@ -137,4 +162,5 @@ def found_place(
         shown = ", ".join(f"{name} = {value:.6g}" for name, value in zip(names, q.tolist(), strict=True))
         raise ComputationError(f"no equilibrium found: the search ended at {shown}; at rest there, {told}")
     place = {name: number(Fraction(value)) for name, value in zip(names, q.tolist(), strict=True)}
-    return place, (f"equilibrium found by scipy.optimize.root; at rest there, {told}",)
+    note = f"equilibrium found by scipy.optimize.root; at rest there, {told}"
+    return Place(place, known_values(document), note)

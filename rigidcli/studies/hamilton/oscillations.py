@@ -9,13 +9,14 @@ from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.model.equilibrium import Equilibrium
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
-from rigidcli.studies.hamilton.equilibrium import KEY, forces_at_rest, found_place, given_place
+from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
 from rigidcli.studies.hamilton.system import known_values
-from rigidcli.symbolic.algebra.calculus import substitute
+from rigidcli.symbolic.algebra.calculus import substitute, without
 from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.mechanics import mass_matrix, small_oscillations
-from rigidcli.symbolic.mechanics.normal_modes import FOUND, Mode, numeric_modes
+from rigidcli.symbolic.mechanics.normal_modes import FOUND, ROUNDING, Mode, numeric_modes
 from rigidcli.symbolic.mechanics.small_oscillations import LinearMotion
 from rigidcli.symbolic.mechanics.symbolic_modes import LARGEST, symbolic_modes
 
@@ -44,13 +45,10 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
     try:
         forces, at_rest = forces_at_rest(document, derivation)
         names = derivation.phase.coordinates
-        if equilibrium.is_sought:
-            known = known_values(document)
-            place, notes = found_place(document, equilibrium, names, forces)
-        else:
-            place, known, notes = given_place(document, equilibrium, names, forces)
-        there = {name: substitute(p, known | place) for name, p in at_rest.items()} | known | place
-        motion = _motion(derivation, there)
+        find = found_place if equilibrium.is_sought else given_place
+        place = find(document, equilibrium, names, forces)
+        there = place.known | place.coordinates
+        motion = _motion(derivation, there | {name: substitute(p, there) for name, p in at_rest.items()})
     except ExpressionError as error:
         raise document.refusal(
             f"the equations of motion have no value there: {error.message}", KEY
@@ -60,13 +58,12 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
             "the momenta do not tell the velocities at the equilibrium",
             hint="other coordinates may do: angles fail at their poles",
         )
-    rounding = {"rounding": FOUND} if equilibrium.is_sought else {}
-    modes = _modes(document, derivation, motion, known, rounding)
-    if modes is None:
-        notes = (*notes, NO_MODES)
+    assumed = {atom for e in place.assumed for atom in e.atoms if len(e.terms) == 1}
+    motion = motion.changed(lambda e: tidy(without(e, assumed)))
+    modes = _modes(document, derivation, motion, FOUND if equilibrium.is_sought else ROUNDING)
     is_numeric = equilibrium.is_sought or not document.exact_results
-    values = {name: float(e) if is_numeric and not e.names else e for name, e in place.items()}
-    return Oscillations(values, modes, (*notes, *_conditions(modes or ())))
+    values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
+    return Oscillations(values, modes, tuple(_notes(place, modes)))
 
 
 def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion | None:
@@ -87,27 +84,37 @@ def _modes(
     document: Document,
     derivation: Derivation,
     motion: LinearMotion,
-    known: Mapping[str, Expr],
-    rounding: Mapping[str, float],
+    rounding: float,
 ) -> list[Mode] | None:
-    """The modes in symbols, where these are wanted or needed, or else in numbers."""
-    entries = [e for part in (motion.masses, motion.rates, motion.stiffness) for row in part for e in row]
-    if any(TIME in e.names for e in entries):
+    """The modes in symbols, where these are wanted or needed, or else in numbers; None without either."""
+    if any(TIME in e.names for e in motion.entries):
         raise ComputationError("the equations of motion near the equilibrium change with time")
-    open_names = {name for e in entries for name in (*e.names, *e.unknown)}
-    if document.exact_results or open_names:
-        values = {name: float(value) for name, value in document.values.items()}
-        found = symbolic_modes(motion, values)
-        if found is not None or open_names:
+    if document.exact_results or _is_open(motion):
+        found = symbolic_modes(motion, {name: float(value) for name, value in document.values.items()})
+        if found is not None:
             return found
+        known = known_values(document)
+        motion = motion.changed(lambda e: substitute(e, known))
+    if _is_open(motion):
+        return None
     try:
-        return numeric_modes(motion, not derivation.is_forced, **rounding)
+        return numeric_modes(motion, not derivation.is_forced, rounding)
     except ZeroDivisionError:
         raise ComputationError("the mass matrix is singular at the equilibrium") from None
 
 
-def _conditions(modes: Sequence[Mode]) -> Iterator[str]:
-    """Notes on modes whose kind depends on the values of symbols."""
-    for mode in modes:
+def _is_open(motion: LinearMotion) -> bool:
+    """Whether it has symbols, or unknown functions."""
+    return any(e.names or e.unknown for e in motion.entries)
+
+
+def _notes(place: Place, modes: Sequence[Mode] | None) -> Iterator[str]:
+    """How the equilibrium was found, what is assumed, and where modes are what they are told to be."""
+    if place.note:
+        yield place.note
+    yield from (f"it is an equilibrium where {e} = 0" for e in place.assumed)
+    if modes is None:
+        yield NO_MODES
+    for mode in modes or ():
         if mode.condition is not None:
             yield f"the mode with the rate {mode.rate} oscillates where {mode.condition} > 0"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -128,6 +128,19 @@ def substitute(e: Expr, values: Mapping[str, Expr]) -> Expr:
         return inner if names.isdisjoint(inner.names) else mapped(inner, replaced)
 
     return whole(e)
+
+
+def without(e: Expr, vanishing: Collection[Atom]) -> Expr:
+    """The expression where some of its atoms vanish.
+
+    Raises:
+        ExpressionError: it has no value there.
+    """
+
+    def whole(inner: Expr) -> Expr:
+        return mapped(inner, lambda atom: ZERO if atom in vanishing else rebuilt(atom, whole))
+
+    return whole(e) if vanishing else e
 
 
 def rebuilt(atom: Atom, change: Callable[[Expr], Expr]) -> Expr:

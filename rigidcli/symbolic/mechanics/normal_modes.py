@@ -68,7 +68,7 @@ def numeric_modes(motion: LinearMotion, is_free: bool, rounding: float = ROUNDIN
 
     size = len(motion.masses)
     with ctx.workprec(BITS):
-        masses, rates, stiffness = map(_balls, (motion.masses, motion.rates, motion.stiffness))
+        masses, rates, stiffness = map(_balls, motion.parts)
         back, damping = masses.solve(stiffness), masses.solve(rates)
         if is_free and not any(entry for row in motion.rates for entry in row):
             squares, vectors = acb_mat(-back).eig(right=True, algorithm="approx")
@@ -153,6 +153,7 @@ def _reduced(rows: Array) -> Array:
             continue
         rows[[place, best]] = rows[[best, place]]
         rows[place] /= rows[place, column]
+        rows[place, column] = 1.0
         for other in range(len(rows)):
             if other != place:
                 rows[other] -= rows[other, column] * rows[place]

@@ -10,7 +10,7 @@ sections 6.1 and 6.2. Differences: C, and forces, are not there.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
@@ -30,6 +30,20 @@ class LinearMotion:
     masses: Matrix
     rates: Matrix
     stiffness: Matrix
+
+    @property
+    def parts(self) -> tuple[Matrix, Matrix, Matrix]:
+        """M, C and K."""
+        return self.masses, self.rates, self.stiffness
+
+    @property
+    def entries(self) -> list[Expr]:
+        """All entries of the matrices."""
+        return [e for part in self.parts for row in part for e in row]
+
+    def changed(self, change: Callable[[Expr], Expr]) -> LinearMotion:
+        """The same with other entries."""
+        return LinearMotion(*([[change(e) for e in row] for row in part] for part in self.parts))
 
 
 def forces_at_rest(lagrange: LagrangeEquations, velocities: Sequence[str]) -> list[Expr]:
@@ -94,7 +108,7 @@ def _product(left: Matrix, right: Matrix) -> list[list[Expr]]:
 
 def pencil(motion: LinearMotion, s: Expr) -> list[list[Expr]]:
     """M s^2 + C s + K, which takes the vector of a motion y = Re(v exp(s t)) to zero."""
-    rows = zip(motion.masses, motion.rates, motion.stiffness, strict=True)
+    rows = zip(*motion.parts, strict=True)
     return [[m * s**2 + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
 
 

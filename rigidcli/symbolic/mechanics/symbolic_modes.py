@@ -41,7 +41,7 @@ class Root(NamedTuple):
 def symbolic_modes(motion: LinearMotion, fixed: Mapping[str, float]) -> list[Mode] | None:
     """The modes, by ascending rates; None where the polynomial does not factor."""
     size = len(motion.masses)
-    parts = (motion.masses, motion.rates, motion.stiffness)
+    parts = motion.parts
     blocks = mass_matrix.connected(
         size, lambda i, j: any(not (part[i][j].is_zero and part[j][i].is_zero) for part in parts)
     )
@@ -170,7 +170,7 @@ def _modes(motion: LinearMotion, root: Root, power: int) -> Iterator[Mode]:
         s2, s = (growth**2, growth) if not angular else (-(angular**2), ZERO)
         matrix = [
             [tidy(m * s2 + c * s + k) for m, c, k in zip(*row, strict=True)]
-            for row in zip(motion.masses, motion.rates, motion.stiffness, strict=True)
+            for row in zip(*motion.parts, strict=True)
         ]
         vectors = [[(e, ZERO) for e in vector] for vector in mass_matrix.null_vectors(matrix)]
     else:
@@ -184,7 +184,7 @@ def _modes(motion: LinearMotion, root: Root, power: int) -> Iterator[Mode]:
 def _complex_vectors(motion: LinearMotion, growth: Expr, angular: Expr) -> list[list[tuple[Expr, Expr]]]:
     """Vectors x + i y that A + i B takes to zero: A x - B y = 0 and B x + A y = 0."""
     real, imaginary = tidy(growth**2 - angular**2), tidy(2 * growth * angular)
-    rows = list(zip(motion.masses, motion.rates, motion.stiffness, strict=True))
+    rows = list(zip(*motion.parts, strict=True))
     a = [[tidy(m * real + c * growth + k) for m, c, k in zip(*row, strict=True)] for row in rows]
     b = [[tidy(m * imaginary + c * angular) for m, c, _ in zip(*row, strict=True)] for row in rows]
     both = [[*x, *(-e for e in y)] for x, y in zip(a, b, strict=True)]
