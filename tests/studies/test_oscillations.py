@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -13,6 +14,7 @@ import scipy.linalg
 import rigidcli
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.report import Report
+from rigidcli.symbolic.language.expression import parse
 from tests.conftest import Program
 
 
@@ -33,7 +35,7 @@ VALUES = {"m": 1.3, "M": 0.7, "k": 2.1, "K": 0.9, "l": 0.6, "g": 9.7, "q": 1.1, 
 
 
 def at_values(expression: Any) -> float:
-    text = rigidcli.symbolic.language.expression.parse(str(expression))
+    text = parse(str(expression))
     return float(text.evaluate({name: VALUES[name] for name in text.names}))
 
 
@@ -116,10 +118,10 @@ ROOT2 = math.sqrt(2)
 @pytest.mark.parametrize("exact", [True, False])
 def test_modes_of_textbooks(document: str, rates: list[str], vectors: Any, exact: bool) -> None:
     if not exact:
-        for name, value in VALUES.items():
-            document = document.replace(f"{name}: null", f"{name}: {value}")
+        for name, size in VALUES.items():
+            document = document.replace(f"{name}: null", f"{name}: {size}")
     modes = hamilton(document)["modes"]
-    value = at_values if exact else float
+    value: Callable[[Any], float] = at_values if exact else float
     assert [value(mode["rate"]) for mode in modes] == pytest.approx(list(map(at_values, rates)), rel=1e-13)
     if exact:
         shortest = sum(map(len, rates))
@@ -337,6 +339,8 @@ NUMBERS = {"m": 2, "l": 3, "g": 10}
         (system("a", PENDULUM, "find: {a: 1}", m=None, l=1, g=1), "search for an equilibrium needs"),
         (system("x", PUSHED, "x: 0", m=1, k=1), "change with time"),
         (system("x", "  lagrangian: xdot^2/2 - log(x)", "x: 0"), "have no value there"),
+        (system("x", "  lagrangian: xdot^2/2 - x*abs(x)", "x: 0"), "`abs(x)` is not smooth"),
+        (system("x", "  lagrangian: xdot^2/2 - x^2\n  forces: {x: -sign(xdot)}", "x: 0"), "is not smooth"),
         ("equilibrium: {x: 0}\n", "there is no `system` for it"),
         ("system: {coordinates: [x], kinetic: xdot^2}\nequilibrium: 3\n", "expected the coordinates there"),
     ],
@@ -382,8 +386,6 @@ def test_the_periods_of_the_configs(program: Program) -> None:
         "modes"
     ]
     values = {"g": 9.81, "L": 1.0, "d": 0.5}
-    assert rigidcli.symbolic.language.expression.parse(exact["rate"]).evaluate(values) == pytest.approx(
-        mode["rate"]
-    )
+    assert parse(exact["rate"]).evaluate(values) == pytest.approx(mode["rate"])
     heads, row = program("hamilton", "-f", "csv", "configs/coupled_pendulums.yaml").out.splitlines()
     assert dict(zip(heads.split(","), row.split(","), strict=True))["modes.0.rate"] == "sqrt(g/l)"

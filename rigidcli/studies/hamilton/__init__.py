@@ -77,9 +77,8 @@ def run(
     phase = derivation.phase
     definitions = None if derivation.momenta is None else derivation.momenta.definitions
     natural = f"{TRUTH[system.natural]}: {system.reason}"
-    residual = max(
-        filter(None, (derivation.residual, lagrange.residual(derivation))), default=derivation.residual
-    )
+    residuals = [r for r in (derivation.residual, lagrange.residual(derivation)) if r is not None]
+    residual = max(residuals, default=None)
     cyclic, conserved = derivation.cyclic, derivation.conserved
     dots = [f"{name}dot" for name in phase.names]
     fields = [

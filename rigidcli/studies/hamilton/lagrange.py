@@ -37,7 +37,7 @@ def _residual(
     derivation: Derivation, lagrange: LagrangeEquations, equations: tuple[Expr, ...]
 ) -> float | None:
     phase, size = derivation.phase, len(lagrange.names)
-    slopes = [*derivation.velocity_names, *(f"_{name}" for name in phase.momenta)]
+    slopes = [*derivation.velocity_names, *(f"{name} rate" for name in phase.momenta)]
     moving = [*zip(phase.names, map(symbol, slopes), strict=True), (TIME, symbol(TIME) ** 0)]
     found = [
         total(derivative(velocity, name) * rate for name, rate in moving) for velocity in equations[:size]

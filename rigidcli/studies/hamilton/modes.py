@@ -26,7 +26,13 @@ def fields(found: Oscillations) -> list[Field]:
     cells = {f"modes.{place}.rate": (place,) for place in range(len(rates))}
     return [
         *(
-            Field(f"equilibrium.{name}", e, f"equilibrium, {name}", latex_name(name))
+            Field(
+                f"equilibrium.{name}",
+                e,
+                f"equilibrium, {name}",
+                latex_name(name),
+                cells={f"equilibrium.{name}": ()},
+            )
             for name, e in found.place.items()
         ),
         Field("modes", modes),
@@ -84,7 +90,7 @@ def _component(real: float | Expr, imaginary: float | Expr) -> float | Expr | st
 def _kind(mode: Mode) -> str:
     """How a mode moves, in words."""
     if not mode.growth and not mode.angular:
-        return "neutral"
+        return "zero mode"
     if mode.is_stable is None:
         return "depends on the parameters"
     if not mode.is_stable:

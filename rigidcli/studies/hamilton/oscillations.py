@@ -11,8 +11,9 @@ from rigidcli.model.equilibrium import Equilibrium
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
 from rigidcli.studies.hamilton.system import known_values
+from rigidcli.symbolic.algebra.atoms import Applied, Group
 from rigidcli.symbolic.algebra.calculus import substitute, without
-from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.algebra.expressions import ZERO, Expr
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.mechanics import mass_matrix, small_oscillations
@@ -48,7 +49,10 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
         find = found_place if equilibrium.is_sought else given_place
         place = find(document, equilibrium, names, forces)
         there = place.known | place.coordinates
-        motion = _motion(derivation, there | {name: substitute(p, there) for name, p in at_rest.items()})
+        there |= {name: substitute(p, there) for name, p in at_rest.items()}
+        still = dict.fromkeys(derivation.velocity_names, ZERO)
+        _require_smooth([derivation.generator, *derivation.system.forces], there | still)
+        motion = _motion(derivation, there)
     except ExpressionError as error:
         raise document.refusal(
             f"the equations of motion have no value there: {error.message}", KEY
@@ -64,6 +68,19 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
     is_numeric = equilibrium.is_sought or not document.exact_results
     values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
     return Oscillations(values, modes, tuple(_notes(place, modes)))
+
+
+def _require_smooth(expressions: Sequence[Expr], there: Mapping[str, Expr]) -> None:
+    """Raise ExpressionError where `abs` and `sign` have their corner or jump: nothing is linear there."""
+    for atom in {atom for e in expressions for atom in e.atoms}:
+        inner = (
+            atom.arguments if isinstance(atom, Applied) else [atom.inner] if isinstance(atom, Group) else ()
+        )
+        if isinstance(atom, Applied) and atom.function in ("abs", "sign"):
+            (argument,) = atom.arguments
+            if is_zero(substitute(argument, there)):
+                raise ExpressionError(f"`{atom.function}({argument})` is not smooth")
+        _require_smooth(inner, there)
 
 
 def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion | None:

@@ -189,6 +189,8 @@ def _only_atom(e: Expr) -> Atom | None:
 
 def _signum(argument: Expr) -> Expr:
     """What is known to be positive goes."""
+    if not argument.terms:
+        return ZERO
     coefficient, monomial = factored(argument)
     kept = product(power(atomic(atom), n) for atom, n in monomial if not is_positive(atom))
     sign = 1 if coefficient > 0 else -1

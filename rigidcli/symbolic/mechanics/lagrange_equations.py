@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
-from rigidcli.symbolic.algebra.expressions import Expr, symbol, total
+from rigidcli.symbolic.algebra.expressions import ONE, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.energies import TIME
@@ -42,7 +42,15 @@ class LagrangeEquations:
         inverse = mass_matrix.inverse(self.matrix)
         if inverse is None:
             return None
-        return tuple(tidy(total(-m * r for m, r in zip(row, self.rest, strict=True))) for row in inverse)
+        return tuple(map(self._combined, inverse))
+
+    def _combined(self, row: Sequence[Expr]) -> Expr:
+        """One acceleration, from its row of M^-1."""
+        acting = [(-m, r) for m, r in zip(row, self.rest, strict=True) if m and r]
+        found = total(m * r for m, r in acting)
+        # One product of what is tidy is tidy.
+        is_tidy = len(acting) == len(found.terms) == 1 and len(acting[0][1].terms) == 1
+        return found if is_tidy else tidy(found)
 
 
 def lagrange_equations(
@@ -58,18 +66,11 @@ def lagrange_equations(
     The generalized `forces` (n) may hold momenta, too.
     """
     defined = dict(zip(phase.momenta, momenta.definitions, strict=True))
-    moving = [*zip(phase.coordinates, map(symbol, velocities), strict=True)]
-    rest = [
-        tidy(
-            total(
-                [
-                    *(derivative(p, name) * rate for name, rate in moving),
-                    derivative(p, TIME),
-                    -derivative(lagrangian, q),
-                ]
-            )
-        )
-        - substitute(force, defined)
-        for p, q, force in zip(momenta.definitions, phase.coordinates, forces, strict=True)
-    ]
+    moving = [*zip(phase.coordinates, map(symbol, velocities), strict=True), (TIME, ONE)]
+    rest = []
+    for p, q, force in zip(momenta.definitions, phase.coordinates, forces, strict=True):
+        moved, slope = total(derivative(p, name) * rate for name, rate in moving), derivative(lagrangian, q)
+        # Hamilton's equations have the tidied slope as it is, so that it is known already.
+        free = tidy(moved - slope) if moved else -tidy(slope)
+        rest.append(free - substitute(force, defined))
     return LagrangeEquations(momenta.mass_matrix, tuple(rest), tuple(names))

@@ -112,5 +112,5 @@ def pencil(motion: LinearMotion, s: Expr) -> list[list[Expr]]:
     return [[m * s**2 + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
 
 
-S = symbol("_s")
-"""The variable of characteristic polynomials: no name of a document begins with an underscore alone."""
+S = symbol("rate s")
+"""The variable of characteristic polynomials; with a blank in it, it is no name of a document."""
