@@ -24,8 +24,10 @@ class Equilibrium:
 
 def read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
     """The equilibrium in a document: `{theta: pi}`, or `{find: {theta: 3}}`. Raises ValueProblem."""
-    is_sought = isinstance(raw, Mapping) and isinstance(raw.get("find"), Mapping)
-    env, given = environment(info), raw["find"] if is_sought and isinstance(raw, Mapping) else raw
+    env, given = environment(info), raw
+    below: tuple[str, ...] = ()
+    if isinstance(raw, Mapping) and "find" in raw and "find" not in (env.coordinates or ()):
+        given, below = raw["find"], ("find",)
     if not isinstance(given, Mapping):
         raise ValueProblem(
             f"read {shown(given)}, expected the coordinates there, such as {{theta: 0}}, "
@@ -34,11 +36,12 @@ def read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
     if len(given) > MOST_COORDINATES:
         raise ValueProblem(f"read {len(given)} values, expected at most {MOST_COORDINATES}")
     spelling, problems = read_names(given)
-    if is_sought and isinstance(raw, Mapping):
+    if below and isinstance(raw, Mapping):
+        problems = [problem.below(*below) for problem in problems]
         problems += [
             ValueProblem("stands beside `find`, expected in it", path=(key,)) for key in raw if key != "find"
         ]
-    names, values, below = env.coordinates, {}, ("find",) if is_sought else ()
+    names, values = env.coordinates, {}
     for name, key in spelling.items():
         with gathered(problems, *below, key):
             require_known(name, names, f"expected the coordinates {', '.join(names or ())}")
@@ -50,4 +53,4 @@ def read_equilibrium(raw: object, info: ValidationInfo) -> Equilibrium:
         if name not in spelling
     ]
     refuse("equilibrium", problems)
-    return Equilibrium(values, is_sought)
+    return Equilibrium(values, bool(below))

@@ -36,8 +36,14 @@ def _read_functions(raw: object, info: ValidationInfo) -> tuple[UnknownFunction,
                 raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
             found.append(UnknownFunction(name, _arguments(raw[key])))
             blame_parameter(name, "an unknown function", env)
+    slopes = [slope for function in found for slope in _with_derivatives(function)]
+    env.functions = {str(slope): slope for slope in slopes}
+    for function in found:
+        other = next((slope for slope in slopes if slope == function and slope.by), None)
+        if other is not None:
+            message = f"`{function}` is the derivative of `{other.base}`, expected another name"
+            problems.append(ValueProblem(message, path=(spelling[function],)))
     refuse("functions", problems)
-    env.functions = {str(slope): slope for function in found for slope in _with_derivatives(function)}
     return tuple(found)
 
 

@@ -330,6 +330,7 @@ def test_unknown_functions_as_latex(program: Program) -> None:
         ("{V: [x]}", "xdot^2 - V(x, x)", "`V` takes 1 argument, not 2"),
         ("{V: [x]}", "xdot^2 - W(x)", "`W` is not a function"),
         ("{x: [x]}", "xdot^2", "`x` is a coordinate"),
+        ("{dV_dx: [x], V: [x]}", "xdot^2", "`dV_dx` is the derivative of `V`"),
         ("{V: [x, x]}", "xdot^2 - V(x, x)", "expected different names"),
         ("{V: []}", "xdot^2", "expected a list of 1 to 6 names"),
         ("{V: 3}", "xdot^2", "expected a list of 1 to 6 names"),

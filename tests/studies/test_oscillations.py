@@ -333,6 +333,7 @@ NUMBERS = {"m": 2, "l": 3, "g": 10}
         (system("a", PENDULUM, "a: b", m=None, l=None, g=None, b=None), "the force along a is -m*g*l*sin(b)"),
         (system("a", PENDULUM, "", **NUMBERS), "equilibrium.a: missing"),
         (system("a", PENDULUM, "a: 0, c: 1", **NUMBERS), "equilibrium.c: unknown name"),
+        (system("a", PENDULUM, "find: 3", **NUMBERS), "equilibrium: read `3`, expected the coordinates there"),
         (system("a", PENDULUM, "find: {}", **NUMBERS), "equilibrium.find.a: missing"),
         (system("a", PENDULUM, "find: {a: 1}, a: 0", **NUMBERS), "equilibrium.a: stands beside `find`"),
         (system("a", PENDULUM, "a: a", **NUMBERS), "undeclared name `a`"),
@@ -356,6 +357,7 @@ def test_what_is_no_equilibrium_is_refused(document: str, told: str) -> None:
     [
         (system("x", "  kinetic: xdot^2/2\n  potential: exp(-x)", "find: {x: 0}"), "the search ended at x ="),
         (system("a, b", SPHERICAL, "a: 0, b: 0"), "do not tell the velocities"),
+        (system("x", "  hamiltonian: x*p_x", "x: 0"), "do not follow from H"),
         (system("x", "  hamiltonian: p_x^4 + p_x + x^2", "x: 0"), "do not follow from H"),
     ],
 )  # fmt: skip

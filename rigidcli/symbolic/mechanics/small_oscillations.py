@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
+from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
@@ -72,7 +73,7 @@ def momenta_at_rest(velocities: Sequence[Expr], phase: Phase) -> dict[str, Expr]
     """
     found = linear(velocities, phase.momenta)
     if found is not None:
-        inverse = mass_matrix.inverse(found[0])
+        inverse = _inverse(found[0])
         if inverse is None:
             return None
         values = [tidy(total(-a * b for a, b in zip(row, found[1], strict=True))) for row in inverse]
@@ -91,7 +92,7 @@ def of_hamilton(equations: Sequence[Expr], phase: Phase, place: Mapping[str, Exp
     first, second = range(size), range(size, 2 * size)
     a, b = mass_matrix.part(slopes, first, first), mass_matrix.part(slopes, first, second)
     d, e = mass_matrix.part(slopes, second, first), mass_matrix.part(slopes, second, second)
-    masses = mass_matrix.inverse(b)
+    masses = _inverse(b)
     if masses is None:
         return None
     carried, turned = _product(masses, a), _product(e, masses)
@@ -99,6 +100,14 @@ def of_hamilton(equations: Sequence[Expr], phase: Phase, place: Mapping[str, Exp
     back = _product(turned, a)
     stiffness = [[tidy(x - y) for x, y in zip(*rows, strict=True)] for rows in zip(back, d, strict=True)]
     return LinearMotion(masses, rates, stiffness)
+
+
+def _inverse(matrix: Matrix) -> Matrix | None:
+    """The inverse; None where there is none, or it is too large."""
+    try:
+        return mass_matrix.inverse(matrix)
+    except ExpressionError:
+        return None
 
 
 def _product(left: Matrix, right: Matrix) -> list[list[Expr]]:
