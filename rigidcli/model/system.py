@@ -215,11 +215,6 @@ class System(Section):
         """Names of the momenta, in the order of the coordinates."""
         return tuple(map(momentum, self.coordinates))
 
-    @property
-    def accelerations(self) -> tuple[str, ...]:
-        """Names of the second derivatives by time, in the order of the coordinates."""
-        return tuple(map(acceleration, self.coordinates))
-
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
         yield from super()._contradictions(raw)

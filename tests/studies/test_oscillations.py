@@ -333,7 +333,7 @@ NUMBERS = {"m": 2, "l": 3, "g": 10}
         (system("a", PENDULUM, "a: b", m=None, l=None, g=None, b=None), "the force along a is -m*g*l*sin(b)"),
         (system("a", PENDULUM, "", **NUMBERS), "equilibrium.a: missing"),
         (system("a", PENDULUM, "a: 0, c: 1", **NUMBERS), "equilibrium.c: unknown name"),
-        (system("a", PENDULUM, "find: 3", **NUMBERS), "equilibrium: read `3`, expected the coordinates there"),
+        (system("a", PENDULUM, "find: 3", **NUMBERS), "read `3`, expected the coordinates there"),
         (system("a", PENDULUM, "find: {}", **NUMBERS), "equilibrium.find.a: missing"),
         (system("a", PENDULUM, "find: {a: 1}, a: 0", **NUMBERS), "equilibrium.a: stands beside `find`"),
         (system("a", PENDULUM, "a: a", **NUMBERS), "undeclared name `a`"),
@@ -391,3 +391,15 @@ def test_the_periods_of_the_configs(program: Program) -> None:
     assert parse(exact["rate"]).evaluate(values) == pytest.approx(mode["rate"])
     heads, row = program("hamilton", "-f", "csv", "configs/coupled_pendulums.yaml").out.splitlines()
     assert dict(zip(heads.split(","), row.split(","), strict=True))["modes.0.rate"] == "sqrt(g/l)"
+
+
+def test_lengths_of_atoms_beside_angles() -> None:
+    # x is some 1e-15 m beside an angle of 1: the vector of a plane pendulum that hangs on a mass on a spring.
+    body = "  kinetic: m*xdot^2 + m*l*xdot*adot + m*l^2*adot^2/2\n  potential: m*g*(x^2/l + l*a^2/2)"
+    (slow, fast) = hamilton(system("a, x", body, "a: 0, x: 0", m="1e-27", l="1e-15", g=10))["modes"]
+    back = np.linalg.solve([[1, 1], [1, 2]], [[1, 0], [0, 2]])  # in units of l
+    squares, vectors = np.linalg.eig(back)
+    order = np.argsort(squares)
+    for mode, place in zip((slow, fast), order, strict=True):
+        assert mode["rate"] == pytest.approx(math.sqrt(squares[place] * 10 / 1e-15))
+        assert mode["vector"] == pytest.approx([1, vectors[1, place] / vectors[0, place] * 1e-15], rel=1e-12, abs=0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +13,7 @@ from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Table
 from rigidcli.studies.common import report, require_values
-from rigidcli.studies.hamilton import lagrange
+from rigidcli.studies.hamilton import lagrange, modes
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
 from rigidcli.studies.hamilton.system import require_formulas
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
@@ -97,8 +97,8 @@ def run(
         _expression("dH_dt", derivation.energy_rate, "dH/dt", r"\frac{\mathrm{d}H}{\mathrm{d}t}"),
         Field("natural", system.natural, "natural coordinates", words=natural),
         Field("natural_reason", system.reason),
-        *_lagrange_equations(derivation),
-        *_oscillations(found),
+        *lagrange.fields(derivation),
+        *modes.fields(found.oscillations),
         _expression("energy", derivation.energy, "", "T + V"),
         _is_energy(derivation),
         Field("verified", residual, "" if residual is None else "residual of the equations of motion"),
@@ -107,7 +107,7 @@ def run(
         *_transform(found),
         *_orbit_quality(found),
     ]
-    tables = [*_branch_table(found), *_mode_table(found), *_orbit_table(found)]
+    tables = [*_branch_table(found), *modes.tables(found.oscillations), *_orbit_table(found)]
     return report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables)
 
 
@@ -166,28 +166,6 @@ def _expressions(
         Field(f"{key}.{name}", e, title, latex_name(title), cells={f"{key}.{name}": ()})
         for name, e, title in zip(names, values, titles or [""] * len(names), strict=True)
     ]
-
-
-def _lagrange_equations(derivation: Derivation) -> list[Field]:
-    """Lagrange's equations as expressions that vanish, and solved for the accelerations."""
-    found = derivation.lagrange
-    equations, solved = (None, None) if found is None else (found.equations, found.accelerations)
-    coordinates, names = derivation.phase.coordinates, () if found is None else found.names
-    titles = [f"Lagrange, {name}: 0 =" for name in coordinates]
-    written = _expressions("lagrange_equations", coordinates, equations, titles)
-    return [
-        *(replace(field, symbol="0") for field in written),
-        *_expressions("accelerations", names, solved, names),
-    ]
-
-
-def _oscillations(found: _Results) -> list[Field]:
-    """The equilibrium and its modes."""
-    if found.oscillations is None:
-        return [Field("equilibrium", None), Field("modes", None)]
-    from rigidcli.studies.hamilton.modes import fields
-
-    return fields(found.oscillations)
 
 
 def _linear_equations(found: _Results) -> list[Field]:
@@ -299,15 +277,6 @@ def _branch_table(found: _Results) -> list[Table]:
     columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",), ""))
     columns.append(Column("range", [branch.validity for branch in branches], ("where",), ""))
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
-
-
-def _mode_table(found: _Results) -> list[Table]:
-    """The normal modes, for people."""
-    if found.oscillations is None or not found.oscillations.modes:
-        return []
-    from rigidcli.studies.hamilton.modes import table
-
-    return [table(found.oscillations, found.derivation.phase.coordinates)]
 
 
 def _orbit_table(found: _Results) -> list[Table]:

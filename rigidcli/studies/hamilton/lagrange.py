@@ -1,4 +1,4 @@
-"""Lagrange's equations of a system, compared with Hamilton's at random points."""
+"""What a report tells of Lagrange's equations, and how far they are from Hamilton's at random points."""
 
 from __future__ import annotations
 
@@ -9,13 +9,30 @@ import numpy as np
 
 from rigidcli.core.solution import NO_VALUE, Function
 from rigidcli.errors import ExpressionError
+from rigidcli.report import Field
 from rigidcli.studies.hamilton.derivation import CHECKS, TIME, Derivation
 from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import Expr, symbol, total
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import code
+from rigidcli.symbolic.language.latex_names import latex_name
 from rigidcli.symbolic.mechanics.lagrange_equations import LagrangeEquations
+
+
+def fields(derivation: Derivation) -> list[Field]:
+    """Lagrange's equations as expressions that vanish, and solved for the accelerations."""
+    found = derivation.lagrange
+    if found is None:
+        return [Field("lagrange_equations", None), Field("accelerations", None)]
+    written = zip(derivation.phase.coordinates, found.equations, strict=True)
+    solved = None if found.accelerations is None else zip(found.names, found.accelerations, strict=True)
+    told = [(f"lagrange_equations.{q}", e, f"Lagrange, {q}: 0 =", "0") for q, e in written]
+    told += [(f"accelerations.{name}", e, name, latex_name(name)) for name, e in solved or ()]
+    return [
+        *(Field(key, e, title, sign, cells={key: ()}) for key, e, title, sign in told),
+        *([Field("accelerations", None)] if solved is None else []),
+    ]
 
 
 def residual(derivation: Derivation) -> float | None:

@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigidcli.report import Column, Field, Table
-from rigidcli.studies.hamilton.oscillations import Oscillations
 from rigidcli.symbolic.algebra.expressions import PI, Expr, symbol
 from rigidcli.symbolic.language.latex_names import latex_name
-from rigidcli.symbolic.mechanics.normal_modes import Mode
+
+if TYPE_CHECKING:
+    from rigidcli.studies.hamilton.oscillations import Oscillations
+    from rigidcli.symbolic.mechanics.normal_modes import Mode
 
 UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
 """Columns of the modes that people are shown where there is something in them, with their units."""
 
 
-def fields(found: Oscillations) -> list[Field]:
+def fields(found: Oscillations | None) -> list[Field]:
     """The equilibrium, and its modes as JSON has them; for CSV their rates."""
+    if found is None:
+        return [Field("equilibrium", None), Field("modes", None)]
     modes = None if found.modes is None else [_record(mode) for mode in found.modes]
     rates = [mode.rate for mode in found.modes or ()]
     kind = object if any(isinstance(rate, Expr) for rate in rates) else float
@@ -60,9 +63,11 @@ def _turns(angular: float | Expr) -> float | Expr:
     return angular / (2 * math.pi) if isinstance(angular, float) else angular / (2 * PI)
 
 
-def table(found: Oscillations, coordinates: Sequence[str]) -> Table:
+def tables(found: Oscillations | None) -> list[Table]:
     """The modes for people: a row each."""
-    modes = list(found.modes or ())
+    if found is None or not found.modes:
+        return []
+    modes = found.modes
     records = [_record(mode) for mode in modes]
     is_numeric = not any(isinstance(mode.rate, Expr) for mode in modes)
     columns = [
@@ -70,11 +75,11 @@ def table(found: Oscillations, coordinates: Sequence[str]) -> Table:
         for key, unit in UNITS.items()
         if key == "rate" or ((is_numeric or key == "decay") and any(r.get(key) for r in records))
     ]
-    for place, name in enumerate(coordinates):
+    for place, name in enumerate(found.place):
         entries = [_component(*mode.vector[place]) for mode in modes]
         columns.append(Column(name, entries, (name,), "", (latex_name(name),)))
     columns.append(Column("motion", [_kind(mode) for mode in modes], ("motion",), ""))
-    return Table("", "normal modes", tuple(columns))
+    return [Table("", "normal modes", tuple(columns))]
 
 
 def _component(real: float | Expr, imaginary: float | Expr) -> float | Expr | str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -31,8 +31,10 @@ FOUND = 1e-6
 INDEPENDENT = 1e-8
 """Vectors of length 1 that depend on each other but for this, are parallel."""
 
+NOISE = 1e-12
+"""Entries of a vector below this, in units of its largest one, are zero."""
 
-Pair = tuple["float | Expr", "float | Expr"]
+Pair: TypeAlias = "tuple[float | Expr, float | Expr]"
 """The real and the imaginary part of a number."""
 
 
@@ -64,7 +66,7 @@ def numeric_modes(motion: LinearMotion, is_free: bool, rounding: float = ROUNDIN
 
     Without forces (`is_free`) s and -s come in pairs, of which the growing one is told.
     """
-    from flint import acb_mat, ctx
+    from flint import acb_mat, arb, ctx
 
     size = len(motion.masses)
     with ctx.workprec(BITS):
@@ -79,13 +81,15 @@ def numeric_modes(motion: LinearMotion, is_free: bool, rounding: float = ROUNDIN
             for i, row in enumerate(entries[size:]):
                 row += [-damping[i, j] for j in range(size)]
             values, vectors = acb_mat(entries).eig(right=True, algorithm="approx")
-        columns = [_column(vectors, j, size) for j in range(len(values))]
+        # Of coordinates in different units, entries are compared in units of 1/sqrt(M_ii).
+        weights = [abs(masses[i, i]).sqrt() if masses[i, i] != 0 else arb(1) for i in range(size)]
+        columns = [_column(vectors, j, weights) for j in range(len(values))]
         groups = _groups(values, rounding)
     modes = [
         mode
         for places, growth, angular in groups
         if angular >= 0 and (growth >= 0 or not is_free)
-        for mode in _modes(growth, angular, [columns[place] for place in places])
+        for mode in _modes(growth, angular, [columns[place] for place in places], weights)
     ]
     return sorted(modes, key=lambda mode: (float(mode.rate), float(mode.angular)))
 
@@ -96,9 +100,9 @@ def _balls(matrix: Matrix) -> Any:
     return arb_mat([[enclosed(entry, {}, BITS).mid() for entry in row] for row in matrix])
 
 
-def _column(vectors: Any, j: int, size: int) -> Array:
-    """The upper part (n) of a column, of length 1."""
-    entries = [vectors[i, j] for i in range(size)]
+def _column(vectors: Any, j: int, weights: Sequence[Any]) -> Array:
+    """The upper part (n) of a column times the weights, of length 1."""
+    entries = [vectors[i, j] * weight for i, weight in enumerate(weights)]
     scale = max(abs(entry) for entry in entries)
     column = np.array([complex((entry / scale).mid()) for entry in entries])
     return np.asarray(column / np.linalg.norm(column))
@@ -128,21 +132,25 @@ def _groups(values: Sequence[Any], rounding: float) -> list[tuple[list[int], flo
     ]
 
 
-def _modes(growth: float, angular: float, columns: Sequence[Array]) -> list[Mode]:
+def _modes(growth: float, angular: float, columns: Sequence[Array], weights: Sequence[Any]) -> list[Mode]:
     """The modes of one eigenvalue: as many as there are independent vectors."""
     vectors = np.array(columns)
     rank = int((np.linalg.svd(vectors, compute_uv=False) > INDEPENDENT).sum())
     is_zero = not growth and not angular
     # With fewer vectors than there are equal eigenvalues, motion grows by powers of the time.
     is_stable = None if is_zero else growth < 0 or (not growth and rank == len(columns))
+    rows = _reduced(vectors)[:rank] / np.array([float(weight.mid()) for weight in weights])
+    for row in rows:
+        first = np.flatnonzero(row)[0]
+        row /= row[first]
+        row[first] = 1.0
     return [
-        Mode(growth, angular, tuple((float(e.real), float(e.imag)) for e in row), is_stable)
-        for row in _reduced(vectors)[:rank]
+        Mode(growth, angular, tuple((float(e.real), float(e.imag)) for e in row), is_stable) for row in rows
     ]
 
 
 def _reduced(rows: Array) -> Array:
-    """The rows in reduced echelon form, so that the first entry of each that is not zero is 1."""
+    """The rows in reduced echelon form, by the first entry of each that is not zero."""
     rows = rows.copy()
     place = 0
     for column in range(rows.shape[1]):
@@ -153,11 +161,10 @@ def _reduced(rows: Array) -> Array:
             continue
         rows[[place, best]] = rows[[best, place]]
         rows[place] /= rows[place, column]
-        rows[place, column] = 1.0
         for other in range(len(rows)):
             if other != place:
                 rows[other] -= rows[other, column] * rows[place]
         place += 1
     parts = np.array([rows.real, rows.imag])
-    parts[np.abs(parts) <= 1e-12 * np.abs(rows).max(axis=1, keepdims=True)] = 0.0
+    parts[np.abs(parts) <= NOISE * np.abs(rows).max(axis=1, keepdims=True)] = 0.0
     return np.asarray(parts[0] + 1j * parts[1])
