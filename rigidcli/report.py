@@ -60,8 +60,8 @@ class Column:
 class Table:
     """Columns of equal length. In JSON, `key` holds a list of rows (`records`), or an object of columns.
 
-    A table that is the `data` of its report is what CSV has instead of the report's fields, and people
-    are shown a few of its rows.
+    JSON is without a table that has no key. A table that is the `data` of its report is what CSV has
+    instead of the report's fields, and people are shown a few of its rows.
     """
 
     key: str
@@ -107,7 +107,7 @@ class Report(Mapping[str, Value]):
         tree: dict[str, Value] = {}
         pairs = [(entry.key, entry.value) for entry in self.fields if entry.key]
         for table in self.tables:
-            pairs += _nested(table)
+            pairs += _nested(table) if table.key else []
         for key, value in pairs:
             *way, last = key.split(".")
             place = tree

@@ -38,8 +38,12 @@ def commands(path: Path) -> list[str]:
 
 RUNS = [(path, command) for path in [*CONFIGS, *STARTERS] for command in commands(path)]
 
-NOTES = {"inertia": r"(?!)", "axes": r"(?!)", "hamilton": "the mass matrix is singular where "}
-"""What notes may say: nothing of bodies, of systems where the coordinates fail, of motions anything."""
+NOTES = {
+    "inertia": r"(?!)",
+    "axes": r"(?!)",
+    "hamilton": "(the mass matrix is singular|it is an equilibrium|the mode .* oscillates) where ",
+}
+"""What notes may say: nothing of bodies, of systems where something holds or fails, of motions anything."""
 
 
 @pytest.mark.parametrize("form", Format)

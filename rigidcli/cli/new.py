@@ -28,6 +28,7 @@ class Kind(StrEnum):
     top = "top"
     planet = "planet"
     system = "system"
+    oscillations = "oscillations"
     assignment = "assignment"
     answers = "answers"
 

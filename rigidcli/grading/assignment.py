@@ -52,6 +52,11 @@ _READ = re.compile(r"read `.*`,? (expected|(?=\())", re.DOTALL)
 AS_TYPED = ("answer", "modulo")
 """Keys of a question, and of what it accepts, that are read by the rules of answers, digit by digit."""
 
+OF_SYMBOLS = ("expression", "equations", "matrix")
+"""Kinds of answers with symbols. They are compared at points, where unknown functions have no values."""
+
+FORMULA = "write a formula for each of `system.functions` into the document of the key"
+
 WIDE = 0.2
 """A relative tolerance above this is told: it may have been meant in per cent."""
 
@@ -284,6 +289,8 @@ def _computed(question: Question, ask: str, library: _Library) -> tuple[Asked, s
     if name is None:
         hint = _known("", value) if isinstance(value, Mapping) else None
         raise ValueProblem("this result is no single answer of any kind", path=("ask",), hint=hint)
+    if document.system is not None and document.system.functions and name in OF_SYMBOLS:
+        raise ValueProblem("answers with unknown functions cannot be judged", path=("ask",), hint=FORMULA)
     if name == "trajectory":
         report, second = library.dense(question.document, study)
         return Asked(question, _trajectory(report), unit, path, document, report, second), name

@@ -21,6 +21,7 @@ from rigidcli.symbolic.language.tree import (
     Product,
     Reciprocal,
     Sum,
+    UnknownFunction,
 )
 
 
@@ -50,6 +51,8 @@ def dimension_of(node: Node, known: Mapping[str, Dimension]) -> Dimension | None
             return _power(dimension_of(base, known), exponent)
         case Power(base, Negative(Number(_, exponent))):
             return _power(dimension_of(base, known), -exponent)
+        case Call(UnknownFunction(), _):
+            return None
         case Call("sqrt", (argument,)):
             return _power(dimension_of(argument, known), 0.5)
         case Call("abs", (argument,)):
@@ -78,6 +81,8 @@ def _is_pure(node: Node) -> bool:
             return all(map(_is_pure, members))
         case Power(base, exponent):
             return _is_pure(base) and _is_pure(exponent)
+        case Call(UnknownFunction(), _):
+            return False
         case Call(function, arguments):
             return function not in ("sqrt", "abs") or all(map(_is_pure, arguments))
     return False

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
+from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, Self, TypeAlias
 
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
-from rigidcli.model.base import Direction, Point, Section, elsewhere, environment
+from rigidcli.model.base import Direction, Point, ReadBy, Section, elsewhere, environment
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import definitions
 from rigidcli.model.physical import Physical
@@ -20,6 +21,7 @@ from rigidcli.symbolic.language.expression import Expression
 
 if TYPE_CHECKING:
     from rigidcli.model.bodies import Body
+    from rigidcli.model.equilibrium import Equilibrium
     from rigidcli.model.motion import Motion
     from rigidcli.model.orbit import Orbit
     from rigidcli.model.system import System
@@ -29,12 +31,19 @@ if TYPE_CHECKING:
 else:
     # Loaded when a document has the section, as no document has all of them.
     Body = Annotated[Section, elsewhere("rigidcli.model.bodies", "BODY")]
+    Equilibrium = Any
     Motion = Annotated[Section, elsewhere("rigidcli.model.motion", "Motion")]
     Orbit = Annotated[Section, elsewhere("rigidcli.model.orbit", "Orbit")]
     System = Annotated[Section, elsewhere("rigidcli.model.system", "System")]
     Tide = Annotated[Section, elsewhere("rigidcli.model.tide", "Tide")]
     Top = Annotated[Section, elsewhere("rigidcli.model.top", "Top")]
     Transform = Annotated[Section, elsewhere("rigidcli.model.transform", "Transform")]
+
+_COORDINATES = {"type": "object", "additionalProperties": {"type": ["number", "string"]}}
+_EQUILIBRIUM = ReadBy(
+    lambda raw, info: import_module("rigidcli.model.equilibrium").read_equilibrium(raw, info),
+    {"anyOf": [_COORDINATES, {"type": "object", "properties": {"find": _COORDINATES}}]},
+)
 
 Place: TypeAlias = tuple[str, int | None]
 """The source of a value, as messages name it, and its line."""
@@ -61,9 +70,13 @@ class Document(Section):
     motion: Motion | None = None
     top: Top | None = None
     tide: Tide | None = None
-    # Orbit and transform come after the system, because they use its coordinates.
+    # Orbit, equilibrium and transform come after the system, because they use its coordinates.
     system: System | None = None
     orbit: Orbit | None = None
+    equilibrium: Annotated[Equilibrium, _EQUILIBRIUM] | None = Field(
+        default=None,
+        description="Coordinates of an equilibrium, for small oscillations; or values near it, under `find`",
+    )
     transform: Transform | None = None
 
     _environment: Environment = PrivateAttr()
@@ -74,7 +87,7 @@ class Document(Section):
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
         yield from super()._contradictions(raw)
-        for key in ("orbit", "transform"):
+        for key in ("orbit", "equilibrium", "transform"):
             if raw.get(key) is not None and raw.get("system") is None:
                 yield ValueProblem("there is no `system` for it", path=(key,))
 

@@ -23,6 +23,7 @@ from rigidcli.model.units import (
     split_quantity,
 )
 from rigidcli.symbolic.language.expression import Expression, parse
+from rigidcli.symbolic.language.tree import UnknownFunction
 
 LONGEST_LIST = 20
 """The most names that a message lists: two lines of them."""
@@ -47,7 +48,7 @@ class Environment:
     `open` has the parameters whose value is not known, each with the symbols on which it hangs. `faults`
     has what other parts of the document find wrong with parameters. `exact_results` says whether exact
     results are wanted, be numbers read as floats or not. `coordinates` are those of the system, once
-    they are read without a problem.
+    they are read without a problem, and `functions` its unknown functions and their derivatives by name.
     """
 
     arithmetic: Arithmetic = FLOAT
@@ -62,6 +63,7 @@ class Environment:
     faults: dict[str, ValueProblem] = field(default_factory=dict)
     exact_results: bool = False
     coordinates: tuple[str, ...] | None = None
+    functions: Mapping[str, UnknownFunction] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     def read(self, raw: object, dimension: Dimension | None) -> Any:
@@ -94,7 +96,7 @@ class Environment:
         if written is None:
             return None
         try:
-            names = parse(written.unit).names
+            names = parse(written.unit, self.functions).names
         except ExpressionError:
             names = None
         is_known = names is not None and names.difference(variables) <= self.declared
@@ -138,7 +140,7 @@ class Environment:
             return parse(str(scalar))
         quantity = self._quantity(scalar, dimension, variables)
         if quantity is None:
-            return parse(scalar)
+            return parse(scalar, self.functions)
         digits, unit = quantity
         number = Fraction(repr(_finite(digits)))
         unit.si(number)

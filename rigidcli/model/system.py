@@ -11,9 +11,11 @@ from typing import Annotated, Any, ClassVar, Literal, TypeAlias
 from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
-from rigidcli.errors import ValueProblem, shown
+from rigidcli.errors import ValueProblem, gathered, shown
 from rigidcli.model import units
 from rigidcli.model.base import AsList, ReadBy, Reader, Section, environment, refuse
+from rigidcli.model.functions import FUNCTIONS
+from rigidcli.model.parameters import read_names
 from rigidcli.model.units import Dimension
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,
@@ -26,9 +28,11 @@ from rigidcli.model.variables import (
     names_schema,
     read_expression,
     read_new_names,
+    require_known,
     velocity,
 )
 from rigidcli.symbolic.language.expression import Expression
+from rigidcli.symbolic.language.tree import UnknownFunction
 
 MOST_PARTICLES = 200
 """The most particles of a system: far more than anybody writes, and still worked in bounded time."""
@@ -118,6 +122,31 @@ RotationalInertia: TypeAlias = Annotated[
 ]
 
 
+def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
+    """Generalized forces by their coordinates."""
+    env = environment(info)
+    if not isinstance(raw, Mapping):
+        raise ValueProblem(f"read {shown(raw)}, expected a mapping, such as {{x: -c*xdot}}")
+    if len(raw) > MOST_COORDINATES:
+        raise ValueProblem(f"read {len(raw)} forces, expected at most {MOST_COORDINATES}")
+    spelling, problems = read_names(raw)
+    forces = {}
+    for name, key in spelling.items():
+        with gathered(problems, key):
+            if env.coordinates is None:
+                forces[name] = env.symbolic(raw[key])
+                continue
+            require_known(name, env.coordinates, f"expected one of {', '.join(env.coordinates)}")
+            variables, misplaced = _variables(env.coordinates, ("velocities", "momenta"))
+            forces[name] = read_expression(raw[key], env, variables, misplaced, _FORCE_HINT)
+    refuse("forces", problems)
+    return forces
+
+
+_FORCE_HINT = "write a force in coordinates, velocities, momenta and t"
+_FORCES = ReadBy(_read_forces, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
+
+
 # --- sections
 
 
@@ -161,6 +190,9 @@ class System(Section):
     coordinates: Annotated[tuple[str, ...], ReadBy(_read_coordinates, names_schema(1, MOST_COORDINATES))] = (
         Field(description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x")
     )
+    functions: Annotated[tuple[UnknownFunction, ...], FUNCTIONS] = Field(
+        default=(), description="Functions without a formula; the derivative of V(x) is written dV_dx(x)"
+    )
     lagrangian: InVelocities | None = None
     kinetic: InVelocities | None = None
     potential: InVelocities | None = None
@@ -168,6 +200,10 @@ class System(Section):
         Annotated[tuple[Particle, ...], AsList, Field(min_length=1, max_length=MOST_PARTICLES)] | None
     ) = None
     hamiltonian: InMomenta | None = None
+    forces: Annotated[dict[str, Expression], _FORCES] | None = Field(
+        default=None,
+        description="Generalized forces beside those of the potential, by their coordinates: {x: -c*xdot}",
+    )
 
     @property
     def velocities(self) -> tuple[str, ...]:

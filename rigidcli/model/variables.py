@@ -104,6 +104,9 @@ def read_expression(
     them. Raises ValueProblem.
     """
     expression = env.symbolic(raw, dimension, variables)
+    calls = {name: f"a function, and needs its argument: `{name}(...)`" for name in env.functions}
+    for name in sorted(expression.names & calls.keys() - env.declared - {*variables}):
+        raise ExpressionError(f"`{name}` is {calls[name]}")
     for name in sorted(expression.names & misplaced.keys() - env.declared):
         raise ExpressionError(f"`{name}` is {misplaced[name]}, which cannot stand here", hint=hint)
     env.admit(expression, variables, dimension)

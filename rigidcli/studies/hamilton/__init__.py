@@ -14,7 +14,9 @@ from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table, Value
 from rigidcli.studies.common import SHOWN_DIGITS, noise, report, require_values
+from rigidcli.studies.hamilton import lagrange, modes
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
+from rigidcli.studies.hamilton.system import require_formulas
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.latex_names import latex_name
@@ -24,6 +26,7 @@ from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution
+    from rigidcli.studies.hamilton.oscillations import Oscillations
     from rigidcli.studies.hamilton.transform import TransformedSystem
     from rigidcli.symbolic.mechanics.spectrum import Spectrum
 
@@ -63,6 +66,7 @@ class _Results:
     invariants: tuple[Expr, ...] | None
     orbit: OrbitSolution | None
     transform: TransformedSystem | None
+    oscillations: Oscillations | None
 
 
 def run(
@@ -80,7 +84,9 @@ def run(
     derivation, system = found.derivation, found.derivation.system
     phase = derivation.phase
     definitions = None if derivation.momenta is None else derivation.momenta.definitions
-    natural, residual = f"{TRUTH[system.natural]}: {system.reason}", derivation.residual
+    natural = f"{TRUTH[system.natural]}: {system.reason}"
+    residuals = [r for r in (derivation.residual, lagrange.residual(derivation)) if r is not None]
+    residual = max(residuals, default=None)
     cyclic, conserved = derivation.cyclic, derivation.conserved
     dots = [f"{name}dot" for name in phase.names]
     fields = [
@@ -99,6 +105,8 @@ def run(
         _expression("dH_dt", derivation.energy_rate, "dH/dt", r"\frac{\mathrm{d}H}{\mathrm{d}t}"),
         Field("natural", system.natural, "natural coordinates", words=natural),
         Field("natural_reason", system.reason),
+        *lagrange.fields(derivation),
+        *modes.fields(found.oscillations),
         _expression("energy", derivation.energy, "", "T + V"),
         _is_energy(derivation),
         Field(
@@ -112,7 +120,7 @@ def run(
         *_transform(found),
         *_orbit_quality(found),
     ]
-    tables = [*_branch_table(found), *_orbit_table(found)]
+    tables = [*_branch_table(found), *modes.tables(found.oscillations), *_orbit_table(found)]
     if not document.exact_results and DECIMAL.search(repr(document.system)):
         fields = [replace(entry, value=_in_decimals(entry.value)) for entry in fields]
     working: list[Step] = []
@@ -141,7 +149,11 @@ def _in_decimals(value: Value) -> Value:
 def _results(document: Document, invariants: bool, progress: Callable[[float], None] | None) -> _Results:
     """Everything that the report tells; what the document does not ask is not imported."""
     derivation = derive(document)
-    branches, orbit, transform = derivation.branches, None, None
+    branches, orbit, transform, small = derivation.branches, None, None, None
+    if document.equilibrium is not None:
+        from rigidcli.studies.hamilton.oscillations import oscillations
+
+        small = oscillations(document, document.equilibrium, derivation)
     if document.orbit is None:
         searched = _searched(derivation, invariants)
     else:
@@ -149,6 +161,7 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
         from rigidcli.studies.hamilton.orbit import solve_orbit
 
         require_values(document, "an orbit")
+        require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
         derivation, initial = initial_state(document, document.orbit, derivation)
         searched = _searched(derivation, invariants)
         orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress)
@@ -156,12 +169,14 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
         from rigidcli.studies.hamilton.transform import transformed
 
         transform = transformed(document, document.transform, derivation)
-    return _Results(document, branches, derivation, searched, orbit, transform)
+    return _Results(document, branches, derivation, searched, orbit, transform, small)
 
 
 def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
     """Conserved quantities besides H and the momenta of cyclic coordinates; None if not searched for."""
     hamiltonian = derivation.hamiltonian
+    if derivation.is_forced:
+        return None
     if len(derivation.phase.coordinates) == 1:
         return ()
     if hamiltonian is None or not (asked or len(hamiltonian.key) <= QUICK):
@@ -330,7 +345,7 @@ def _orbit_table(found: _Results) -> list[Table]:
 
 def _notes(found: _Results) -> list[str]:
     """Remarks on the results."""
-    notes = list(found.derivation.notes)
+    notes = [*found.derivation.notes, *(found.oscillations.notes if found.oscillations else ())]
     if found.orbit is not None and found.document.exact_results:
         notes.append("the orbit is followed in floating-point numbers")
     if found.orbit is not None and found.orbit.lost is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
@@ -14,6 +14,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.model.document import Document
+from rigidcli.model.variables import acceleration
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
@@ -24,6 +25,7 @@ from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.mechanics import constraints, energies, mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
+from rigidcli.symbolic.mechanics.lagrange_equations import LagrangeEquations, lagrange_equations
 from rigidcli.symbolic.mechanics.legendre import Momenta, canonical_momenta, legendre_transform
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
@@ -71,12 +73,30 @@ class Derivation:
         if self.hamiltonian is None:
             return None
         solved = None if self.branch is None else self.branch.velocities
-        return equations(self.hamiltonian, self.phase, solved)
+        free = equations(self.hamiltonian, self.phase, solved)
+        velocities = free[: len(self.phase.coordinates)]
+        rates = zip(free[len(velocities) :], self.forces_of(velocities), strict=True)
+        return (*velocities, *(rate + force for rate, force in rates))
+
+    def forces_of(self, velocities: Sequence[Expr]) -> list[Expr]:
+        """The forces beside L or H where the velocities are these, such as functions of the momenta."""
+        known = dict(zip(self.velocity_names, velocities, strict=True))
+        return [tidy(substitute(force, known)) for force in self.system.forces]
 
     @property
     def velocities(self) -> tuple[Expr, ...] | None:
         """The velocities as functions of the momenta."""
         return None if self.equations is None else self.equations[: len(self.phase.coordinates)]
+
+    @cached_property
+    def lagrange(self) -> LagrangeEquations | None:
+        """Lagrange's equations; None where only H is given, or the name of an acceleration is taken."""
+        lagrangian, names = self.system.lagrangian, tuple(map(acceleration, self.phase.coordinates))
+        taken = {*self.phase.names, *self.velocity_names}
+        if lagrangian is None or self.momenta is None or not (taken | lagrangian.names).isdisjoint(names):
+            return None
+        forces = self.system.forces
+        return lagrange_equations(lagrangian, self.momenta, self.phase, self.velocity_names, names, forces)
 
     @property
     def generator(self) -> Expr:
@@ -88,13 +108,32 @@ class Derivation:
 
     @cached_property
     def cyclic(self) -> tuple[str, ...]:
-        """Coordinates on which nothing depends: their momenta are conserved."""
+        """Coordinates on which L and H do not depend."""
         return tuple(q for q in self.phase.coordinates if is_zero(derivative(self.generator, q)))
 
     @cached_property
+    def conserved_momenta(self) -> tuple[str, ...]:
+        """Cyclic coordinates on which no force acts: their momenta are conserved."""
+        forces = dict(zip(self.phase.coordinates, self.system.forces, strict=True))
+        return tuple(q for q in self.cyclic if is_zero(forces[q]))
+
+    @property
+    def is_forced(self) -> bool:
+        """Whether there are forces beside L or H."""
+        return any(not force.is_zero for force in self.system.forces)
+
+    @cached_property
     def power(self) -> Expr:
-        """dH/dt, which is the partial derivative of H, and that of -L, by the time."""
-        return derivative(self.generator, TIME)
+        """dH/dt: the partial derivative of H, and that of -L, by the time, and the power of the forces.
+
+        It is a function of coordinates and momenta where H is known, and else of velocities, too.
+        """
+        velocities = self.velocities or [symbol(name) for name in self.velocity_names]
+        pairs = zip(self.forces_of(velocities), velocities, strict=True)
+        work = total(force * velocity for force, velocity in pairs)
+        if self.velocities is None and self.momenta is not None:
+            work = substitute(work, dict(zip(self.phase.momenta, self.momenta.definitions, strict=True)))
+        return derivative(self.generator, TIME) + work
 
     @property
     def energy_rate(self) -> Expr | None:
@@ -104,12 +143,17 @@ class Derivation:
     @property
     def conserved(self) -> list[str]:
         """The names of conserved momenta, and of H if that is conserved."""
-        return [f"p_{name}" for name in self.cyclic] + ([] if self.explicit_time else ["H"])
+        return [f"p_{name}" for name in self.conserved_momenta] + ([] if self.energy_changes else ["H"])
+
+    @cached_property
+    def energy_changes(self) -> bool:
+        """Whether H is not conserved."""
+        return not is_zero(self.power)
 
     @cached_property
     def explicit_time(self) -> bool:
         """Whether H depends on the time by itself."""
-        return not is_zero(self.power)
+        return not is_zero(derivative(self.generator, TIME))
 
     @cached_property
     def energy_excess(self) -> Expr | None:

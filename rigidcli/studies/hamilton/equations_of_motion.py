@@ -26,7 +26,7 @@ from rigidcli.symbolic.language.tree import Name, Node
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
 
 ENERGY_CHANGE = "_energy_change"
-"""The integral of the partial derivative of H by the time, which is a further variable where H changes."""
+"""The integral of dH/dt, which is a further variable where H changes: by the time, or by forces."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +67,7 @@ def _motion(
     size, start, slopes = len(initial.q), np.concatenate([initial.q, second]), list(slopes)
     arguments = [TIME, *names]
     observe = code.function([to_tree(e) for e in (*momenta, *energy)], arguments, initial.parameters, steps)
-    if derivation.explicit_time:
+    if derivation.energy_changes:
         start, arguments = np.append(start, 0.0), [*arguments, ENERGY_CHANGE]
         slopes.append(to_tree(derivation.power))
 
@@ -93,7 +93,8 @@ def _lagrange(derivation: Derivation, initial: InitialState) -> EquationsOfMotio
     assert lagrangian is not None
     assert derivation.momenta is not None
     matrix, definitions = derivation.momenta.mass_matrix, derivation.momenta.definitions
-    forces = [derivative(lagrangian, q) for q in phase.coordinates]
+    pairs = zip(phase.coordinates, derivation.system.forces, strict=True)
+    forces = [derivative(lagrangian, q) + force for q, force in pairs]
     rates: list[Node] = [Name(name) for name in velocities]
     v = [symbol(name) for name in velocities]
 
@@ -115,8 +116,9 @@ def _lagrange(derivation: Derivation, initial: InitialState) -> EquationsOfMotio
             hint=f"begin the orbit with velocities: {', '.join(velocities)}",
         )
     moving = [*zip(phase.coordinates, v, strict=True), (TIME, ONE)]
+    defined = dict(zip(phase.momenta, definitions, strict=True))
     steps, found = solutions(
-        total([f, *(-derivative(p, name) * rate for name, rate in moving)])
+        total([substitute(f, defined), *(-derivative(p, name) * rate for name, rate in moving)])
         for f, p in zip(forces, definitions, strict=True)
     )
     names, slopes = (*phase.coordinates, *velocities), [*rates, *found]

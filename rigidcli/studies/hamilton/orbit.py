@@ -82,9 +82,9 @@ def solve_orbit(
     coordinates, momenta, energy, terms = motion.observed(times, states)
     coarse = partial(follow, tolerance=min(1e-3, tolerance * COARSER), least=solution.least)
     error, lost = _estimated_error(coarse, motion.start, times, states)
-    gained = states[:, -1] if derivation.explicit_time else np.zeros(len(times))
+    gained = states[:, -1] if derivation.energy_changes else np.zeros(len(times))
     drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms)}
-    for name in derivation.cyclic:
+    for name in derivation.conserved_momenta:
         column = momenta[:, derivation.phase.coordinates.index(name)]
         drift[f"p_{name}"] = _drift(column, column[None])
     further = [str(invariant) for invariant in invariants]

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
-from rigidcli.errors import ExpressionError
+from rigidcli.errors import DocumentError, ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.model.system import System
 from rigidcli.symbolic.algebra.calculus import derivative
@@ -22,7 +22,8 @@ from rigidcli.symbolic.mechanics.hamilton_equations import linear
 class SystemFunctions:
     """The functions of a system that a document gives; None for what it does not say.
 
-    `natural` is whether the coordinates are, and `reason` why; None where that cannot be told.
+    `natural` is whether the coordinates are, and `reason` why; None where that cannot be told. `forces` are
+    the generalized ones beside L or H, one for each coordinate; they may hold velocities and momenta.
     """
 
     lagrangian: Expr | None
@@ -31,6 +32,7 @@ class SystemFunctions:
     potential: Expr | None = None
     natural: bool | None = None
     reason: str = ""
+    forces: tuple[Expr, ...] = ()
 
 
 _Read: TypeAlias = Callable[[Expression | None, str], Expr | None]
@@ -54,6 +56,13 @@ def system_functions(document: Document) -> SystemFunctions:
         except ExpressionError as error:
             raise document.refusal(error.message, f"system.{key}") from error
 
+    given = system.forces or {}
+    forces = tuple(read(given.get(q), f"forces.{q}") or ZERO for q in system.coordinates)
+    return replace(_energies(system, read), forces=forces)
+
+
+def _energies(system: System, read: _Read) -> SystemFunctions:
+    """The functions of a system without its forces."""
     hamiltonian = read(system.hamiltonian, "hamiltonian")
     if hamiltonian is not None:
         return SystemFunctions(None, hamiltonian, reason="H alone does not tell what its coordinates are")
@@ -73,6 +82,17 @@ def system_functions(document: Document) -> SystemFunctions:
         lagrangian = kinetic - potential
     at_rest = _without_magnetic_terms(potential, system)
     return SystemFunctions(lagrangian, None, kinetic, at_rest, natural, reason)
+
+
+def require_formulas(document: Document, expressions: Iterable[Expr], what: str) -> None:
+    """Raise DocumentError where there is an unknown function in expressions; `what` needs its formula."""
+    names = sorted(frozenset[str]().union(*(e.unknown for e in expressions)))
+    if names:
+        problems = [
+            document.problem(f"{what} needs a formula for `{name}`", f"system.functions.{name}")
+            for name in names
+        ]
+        raise DocumentError(problems)
 
 
 def derived_parameters(document: Document) -> dict[str, Expr]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from rigidcli.model.document import Document
@@ -58,8 +59,20 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
         },
         tuple(map(_written, wrong)),
         hamiltonian,
-        None if hamiltonian is None else equations(hamiltonian, new),
+        None if hamiltonian is None or old is None else _equations(hamiltonian, new, derivation, old),
     )
+
+
+def _equations(
+    hamiltonian: Expr, new: Phase, derivation: Derivation, old: Mapping[str, Expr]
+) -> tuple[Expr, ...]:
+    """Hamilton's equations in the new variables, with forces where there are some."""
+    free = equations(hamiltonian, new)
+    if not derivation.is_forced or derivation.velocities is None:
+        return free
+    forces = derivation.forces_of(derivation.velocities)
+    added = canonical.added_by_forces(forces, old, derivation.phase, new)
+    return tuple(rate + force for rate, force in zip(free, added, strict=True))
 
 
 def _written(pair: tuple[str, str]) -> str:

@@ -12,6 +12,7 @@ from weakref import WeakValueDictionary
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.roots import Rational
+from rigidcli.symbolic.language.tree import UnknownFunction
 
 MAX_LENGTH = 200_000
 """Largest number of characters in the key of an atom, which is about as long as its text."""
@@ -70,6 +71,19 @@ class Terms:
         if self._names is None:
             self._names = frozenset().union(*(atom.names for atom in self.atoms))
         return self._names
+
+    @property
+    def unknown(self) -> frozenset[str]:
+        """The unknown functions in it, at any depth, by the names under which they are declared."""
+        found: set[str] = set()
+        for atom in self.atoms:
+            if isinstance(atom, Applied):
+                found.update(*(argument.unknown for argument in atom.arguments))
+                if isinstance(atom.function, UnknownFunction):
+                    found.add(atom.function.base)
+            elif isinstance(atom, Group):
+                found |= atom.inner.unknown
+        return frozenset(found)
 
     @property
     def atoms(self) -> list[Atom]:
@@ -202,7 +216,7 @@ E = TypeVar("E", bound=Terms)
 
 
 class Applied(Atom, Generic[E]):
-    """A function of its arguments: one of `tree.FUNCTIONS` but `sqrt`, or `pow`.
+    """A function of its arguments: one of `tree.FUNCTIONS` but `sqrt`, or `pow`, or an unknown one.
 
     `pow` is a power whose exponent is not a rational number.
     """
@@ -210,8 +224,10 @@ class Applied(Atom, Generic[E]):
     __slots__ = ("arguments", "function")
 
     def __init__(self, function: str, arguments: tuple[E, ...]) -> None:
+        # Two documents may have unknown functions of one name, and of other parameters.
+        name = f"{function}{function.parameters}" if isinstance(function, UnknownFunction) else function
         super().__init__(
-            f"7{_FUNCTION_ORDER.get(function, 3)}{function}({';'.join(e.key for e in arguments)})",
+            f"7{_FUNCTION_ORDER.get(function, 3)}{name}({';'.join(e.key for e in arguments)})",
             1 + max(argument.depth for argument in arguments),
             frozenset().union(*(argument.names for argument in arguments)),
         )

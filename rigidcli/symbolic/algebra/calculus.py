@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -21,6 +21,7 @@ from rigidcli.symbolic.algebra.expressions import (
 )
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.roots import Rational, bounded
+from rigidcli.symbolic.language.tree import UnknownFunction
 
 MAX_STEPS = 100_000
 """Most steps in multiplying one expression out: about half a second."""
@@ -92,6 +93,9 @@ class _Derivative:
                 return turned
             case Applied(function="pow", arguments=(base, exponent)):
                 return self.of_power(base, exponent)
+            case Applied(function=UnknownFunction() as function, arguments=arguments):
+                slopes = [apply(slope, *arguments) for slope in function.derivatives]
+                return total(f * self.of(x) for f, x in zip(slopes, arguments, strict=True))
             case Applied(function=function, arguments=(argument,)):
                 return _SLOPES[function](argument) * self.of(argument)
             case _:
@@ -124,6 +128,19 @@ def substitute(e: Expr, values: Mapping[str, Expr]) -> Expr:
         return inner if names.isdisjoint(inner.names) else mapped(inner, replaced)
 
     return whole(e)
+
+
+def without(e: Expr, vanishing: Collection[Atom]) -> Expr:
+    """The expression where some of its atoms vanish.
+
+    Raises:
+        ExpressionError: it has no value there.
+    """
+
+    def whole(inner: Expr) -> Expr:
+        return mapped(inner, lambda atom: ZERO if atom in vanishing else rebuilt(atom, whole))
+
+    return whole(e) if vanishing else e
 
 
 def rebuilt(atom: Atom, change: Callable[[Expr], Expr]) -> Expr:

@@ -42,7 +42,7 @@ from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.decimals import in_decimals
 from rigidcli.symbolic.language.expression import Expression
 from rigidcli.symbolic.language.text import latex, text
-from rigidcli.symbolic.language.tree import Node
+from rigidcli.symbolic.language.tree import Node, UnknownFunction
 
 MAX_TERMS = 10_000
 """Most terms of a sum: adding so many takes a hundredth of a second."""
@@ -461,6 +461,10 @@ def to_sympy(e: Expr) -> Any:
                 return to_sympy(inner)
             case Applied(function="pow", arguments=(base, exponent)):
                 return to_sympy(base) ** to_sympy(exponent)
+            case Applied(function=UnknownFunction() as function, arguments=arguments):
+                places = sympy.symbols(f"x:{len(arguments)}", cls=sympy.Dummy)
+                slope = sympy.Function(function.base)(*places).diff(*(places[k] for k in function.by))
+                return sympy.Subs(slope, places, [to_sympy(argument) for argument in arguments]).doit()
             case Applied(function=function, arguments=arguments):
                 return getattr(sympy, "Abs" if function == "abs" else function)(*map(to_sympy, arguments))
             case _:

@@ -25,6 +25,7 @@ from rigidcli.symbolic.algebra.expressions import (
     scaled,
 )
 from rigidcli.symbolic.algebra.roots import Rational, magnitude
+from rigidcli.symbolic.language.tree import UnknownFunction
 
 _SHOWN = 24
 """Most digits of a number that a message repeats."""
@@ -98,12 +99,14 @@ _COMPOSED: dict[tuple[str, str], Callable[[Expr], Expr]] = {
 
 
 def apply(function: str, *arguments: Number) -> Expr:
-    """One of `tree.FUNCTIONS`, or `pow`, of its arguments.
+    """One of `tree.FUNCTIONS`, or `pow`, or an unknown function of its arguments.
 
     Raises:
         ExpressionError: it has no finite real value there.
     """
     exprs = [expr(e) for e in arguments]
+    if isinstance(function, UnknownFunction):
+        return atomic(Applied(function, tuple(exprs)))
     if function == "sqrt":
         return power(exprs[0], _HALF)
     if function == "pow":
@@ -186,6 +189,8 @@ def _only_atom(e: Expr) -> Atom | None:
 
 def _signum(argument: Expr) -> Expr:
     """What is known to be positive goes."""
+    if not argument.terms:
+        return ZERO
     coefficient, monomial = factored(argument)
     kept = product(power(atomic(atom), n) for atom, n in monomial if not is_positive(atom))
     sign = 1 if coefficient > 0 else -1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from functools import lru_cache
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
@@ -33,6 +34,7 @@ MAX_DEPTH_TO_TIDY = 12
 """Largest depth of functions and groups inside each other that are made shorter at every level."""
 
 
+@lru_cache(maxsize=4096)
 def tidy(e: Expr) -> Expr:
     """The form with the shortest text among some that are equal to `e` wherever that has a value.
 

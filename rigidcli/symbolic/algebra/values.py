@@ -16,7 +16,7 @@ from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Surd, Symbol
 from rigidcli.symbolic.algebra.expressions import Expr, factored, gathered, product
 from rigidcli.symbolic.algebra.trigonometry import elementary_angles
-from rigidcli.symbolic.language.tree import FUNCTIONS
+from rigidcli.symbolic.language.tree import FUNCTIONS, UnknownFunction
 
 MAX_STEPS = 20_000
 """Steps that a proof that an expression is zero may take, a few hundredths of a second."""
@@ -119,9 +119,12 @@ def _balls() -> _Functions:
 def enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
     """The value of an expression as a ball of so many bits; its names have values in `point`.
 
-    Raises ValueError or ArithmeticError where it has no finite real value.
+    Raises ValueError or ArithmeticError where it has no finite real value, as an unknown function has none.
     """
     from flint import ctx
+
+    if e.unknown:
+        raise ValueError("a function without a formula")
 
     with ctx.workprec(bits):
         return _value(e, point, _balls())
@@ -175,6 +178,9 @@ def _value_of_atom(atom: Atom, point: Mapping[str, Fraction], functions: _Functi
             return _value(inner, point, functions)
         case Applied(function=function, arguments=arguments):
             values = [_value(argument, point, functions) for argument in arguments]
+            if isinstance(function, UnknownFunction):
+                constant, *factors = (functions["number"](Fraction(c)) for c in function.trial)
+                return sum((c * (x + x * x * x) for c, x in zip(factors, values, strict=True)), constant)
             return functions["power" if function == "pow" else function](*values)
         case _:
             return functions["pi"]()

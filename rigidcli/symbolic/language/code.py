@@ -19,7 +19,7 @@ from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.expression import Expression
-from rigidcli.symbolic.language.tree import FUNCTIONS, Function, Node
+from rigidcli.symbolic.language.tree import FUNCTIONS, Function, Node, UnknownFunction
 
 MOST_MULTIPLIED = 16
 """The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
@@ -40,6 +40,8 @@ def function(
     """A flow: of `math`, `numpy` or `heyoka` it makes a function of the `arguments`, in order.
 
     `steps` are names with their values, each worked out after those before and known to all that follow.
+
+    An unknown function has the values of its `trial`, as in tests at random points.
 
     That gives a tuple with the value of each expression; where an expression holds none of the
     arguments, a float. With `math` and `numpy` it agrees to rounding with `Expression.evaluate`, but for
@@ -148,11 +150,22 @@ class _Writer:
         return product if exponent > 0 else self.let(f"1.0 / {product}")
 
     def called(self, name: str, values: Sequence[Value]) -> Value:
+        if isinstance(name, UnknownFunction):
+            return self.tried(name, values)
         numbers = [value for value in values if isinstance(value, float)]
         if len(numbers) == len(values):
             return evaluation.call(name, numbers)
         self.functions.add(name)
         return self.let(f"{name}({', '.join(map(_text, values))})")
+
+    def tried(self, function: UnknownFunction, values: Sequence[Value]) -> Value:
+        """The formula that stands in for an unknown function."""
+        total: Value
+        total, *factors = function.trial
+        for factor, x in zip(factors, values, strict=True):
+            cubed = self.joined(x, "+", self.power(x, 3.0))
+            total = self.joined(total, "+", self.joined(factor, "*", cubed))
+        return total
 
 
 def _text(value: Value) -> str:

@@ -21,6 +21,7 @@ from rigidcli.symbolic.language.tree import (
     Product,
     Reciprocal,
     Sum,
+    UnknownFunction,
 )
 
 if TYPE_CHECKING:
@@ -126,6 +127,7 @@ def power(base: float, exponent: float) -> float:
 
 def call(function: str, arguments: list[float]) -> float:
     """The value of a function; ExpressionError where there is none."""
+    require_formula(function)
     try:
         return finite(FUNCTIONS[function].real(*arguments))
     except OverflowError:
@@ -135,9 +137,19 @@ def call(function: str, arguments: list[float]) -> float:
         raise ExpressionError(f"`{function}({shown})` has no finite real value") from None
 
 
+def require_formula(function: str) -> None:
+    """Raise ExpressionError for an unknown function."""
+    if isinstance(function, UnknownFunction):
+        raise ExpressionError(f"`{function.base}` has no formula, and so no value")
+
+
 def array(node: Node, values: Mapping[str, float | NDArray[np.float64]]) -> NDArray[np.float64]:
     """The values of a tree, element by element; infinite or NaN where there is none."""
     import numpy as np
+
+    def called(function: str, arguments: list[Any]) -> Any:
+        require_formula(function)
+        return getattr(np, FUNCTIONS[function].numpy)(*arguments)
 
     by = Operations(
         lambda name: np.asarray(values[name], dtype=np.float64),
@@ -145,7 +157,7 @@ def array(node: Node, values: Mapping[str, float | NDArray[np.float64]]) -> NDAr
         operator.neg,
         lambda left, sign, right: _SIGNS[sign](left, right),
         np.power,
-        lambda function, arguments: getattr(np, FUNCTIONS[function].numpy)(*arguments),
+        called,
     )
     with np.errstate(all="ignore"):
         return np.asarray(value(node, by))

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, overload
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.parser import read
-from rigidcli.symbolic.language.tree import FUNCTIONS, RESERVED, Node
+from rigidcli.symbolic.language.tree import FUNCTIONS, RESERVED, Node, UnknownFunction
 
 if TYPE_CHECKING:
     import numpy as np
@@ -57,11 +57,11 @@ class Expression:
         return evaluation.array(self.root, known)
 
 
-def parse(text: str) -> Expression:
-    """Read a text in the expression language.
+def parse(text: str, functions: Mapping[str, UnknownFunction] | None = None) -> Expression:
+    """Read a text in the expression language, in which there may be `functions` without a formula.
 
     Raises:
         ExpressionError: the text is not in the language or beyond its bounds.
     """
-    root, names = read(text)
+    root, names = read(text, functions or {})
     return Expression(text, root, names)

@@ -14,6 +14,7 @@ The text is read by these rules alone and is never given to anything that could 
 from __future__ import annotations
 
 import difflib
+from collections.abc import Mapping
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.language.tokens import Token, tokenize
@@ -31,7 +32,10 @@ from rigidcli.symbolic.language.tree import (
     Product,
     Reciprocal,
     Sum,
+    UnknownFunction,
 )
+
+_NONE: Mapping[str, UnknownFunction] = {}
 
 MAX_DEPTH = 100
 """How deep parentheses, calls, signs and powers may be nested, so that recursion never ends the program."""
@@ -44,22 +48,23 @@ _SHOWN_READING = 60
 """The most characters of a reading of an unclear quotient that a message proposes."""
 
 
-def read(source: str) -> tuple[Node, frozenset[str]]:
-    """The tree of a text, and the names in it.
+def read(source: str, functions: Mapping[str, UnknownFunction] = _NONE) -> tuple[Node, frozenset[str]]:
+    """The tree of a text, and the names in it; it may call `functions` without a formula, too.
 
     Raises:
         ExpressionError: the text is not in the language, with the column where it stops being so.
     """
-    reader = _Reader(source)
+    reader = _Reader(source, functions)
     return reader.whole(), frozenset(reader.names)
 
 
 class _Reader:
     """A place in the tokens of one text, with a method for each rule of the grammar."""
 
-    __slots__ = ("depth", "index", "names", "token", "tokens")
+    __slots__ = ("depth", "functions", "index", "names", "token", "tokens")
 
-    def __init__(self, source: str) -> None:
+    def __init__(self, source: str, functions: Mapping[str, UnknownFunction]) -> None:
+        self.functions = functions
         self.tokens = tokenize(source)
         self.index = 0
         self.token = self.tokens[0]
@@ -158,6 +163,8 @@ class _Reader:
         """A constant or a symbol, which has been passed already."""
         name = token.text
         if self.token.text == "(" and self.token.touches:
+            if name in self.functions:
+                return self.call(token)
             raise _no_function(token)
         if name in CONSTANTS:
             return Constant(name)
@@ -197,8 +204,8 @@ class _Reader:
                 arguments.append(self.sum())
         self.close(opening)
         self.depth -= 1
-        name = ALIASES.get(name, name)
-        arity = FUNCTIONS[name].arity
+        name = self.functions.get(name, ALIASES.get(name, name))
+        arity = len(name.parameters) if isinstance(name, UnknownFunction) else FUNCTIONS[name].arity
         if len(arguments) != arity:
             raise ExpressionError(
                 f"`{function.text}` takes {arity} argument{'s' if arity > 1 else ''}, not {len(arguments)}",

@@ -29,6 +29,7 @@ from rigidcli.symbolic.language.tree import (
     Product,
     Reciprocal,
     Sum,
+    UnknownFunction,
 )
 
 
@@ -216,11 +217,24 @@ def _latex(node: Node) -> _Writing:
             small = _SMALL_FRACTION.fullmatch(_signed(exponent))
             raised = "{}{}/{}".format(*small.groups()) if small else _signed(exponent)
             return _Piece(f"{_whole(base, _Strength.ATOM)}^{{{raised}}}", _Strength.POWER)
+        case Call(UnknownFunction() as function, arguments):
+            written = ", ".join(map(_signed, (yield from _each(arguments))))
+            return _Piece(f"{_latex_unknown(function)}({written})", _Strength.POWER)
         case Call(function, arguments) if function in _LATEX_SHAPES:
             shape, strength = _LATEX_SHAPES[function]
             return _Piece(shape.format(_signed((yield arguments[0]))), strength)
         case Call(function, arguments):
             return _latex_call(_LATEX_FUNCTIONS[function], (yield from _each(arguments)))
+
+
+def _latex_unknown(function: UnknownFunction) -> str:
+    """The name of an unknown function: with primes if it is one of one parameter, else with fractions."""
+    name, order = latex_name(function.base), len(function.by)
+    if len(function.parameters) == 1 or not order:
+        return name + "'" * order
+    over = rf"\partial^{{{order}}}" if order > 1 else r"\partial "
+    under = " ".join(rf"\partial {latex_name(function.parameters[place])}" for place in function.by)
+    return rf"\frac{{{over}{name}}}{{{under}}}"
 
 
 def _latex_number(word: str) -> _Piece:

@@ -8,9 +8,10 @@ a tree is only as deep as the parentheses of its text.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+import zlib
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 
 class _Arithmetic:
@@ -106,9 +107,44 @@ class Power(_Arithmetic):
     exponent: Node
 
 
+class UnknownFunction(str):
+    """The name of a function without a formula, or of a derivative of one; it knows its `parameters`.
+
+    The derivative of V(x) by x is called dV_dx, and that of this one dV_dx_dx. The order of the derivatives
+    does not matter: they are sorted by the parameters.
+    """
+
+    base: str
+    parameters: tuple[str, ...]
+    by: tuple[int, ...]
+
+    def __new__(cls, base: str, parameters: Sequence[str], by: Sequence[int] = ()) -> Self:
+        """The derivative of the function `base` by the parameters at the places `by`."""
+        places = tuple(sorted(by))
+        slopes = "".join(f"_d{parameters[place]}" for place in places)
+        self = super().__new__(cls, f"d{base}{slopes}" if places else base)
+        self.base, self.parameters, self.by = base, tuple(parameters), places
+        return self
+
+    @property
+    def derivatives(self) -> list[Self]:
+        """The first derivatives by each parameter."""
+        return [type(self)(self.base, self.parameters, (*self.by, k)) for k in range(len(self.parameters))]
+
+    @property
+    def trial(self) -> list[float]:
+        """Numbers c_0, c_k of a formula c_0 + sum_k c_k (x_k + x_k^3), which stands in for this function.
+
+        Derivatives have formulas of their own, as the values of V, V', V'' at one point can be any. What
+        vanishes for these formulas at random points vanishes, but by chance, for all functions.
+        """
+        names = ["", *self.parameters]
+        return [1 + zlib.crc32(f"{self} {name}".encode()) % 1024 / 1024 for name in names]
+
+
 @dataclass(frozen=True, slots=True)
 class Call(_Arithmetic):
-    """One of `FUNCTIONS`, with as many arguments as its arity."""
+    """One of `FUNCTIONS`, with as many arguments as its arity; or an unknown function."""
 
     function: str
     arguments: tuple[Node, ...]

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from itertools import combinations
 
-from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol
+from rigidcli.symbolic.algebra.calculus import derivative, substitute
+from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.mechanics import mass_matrix
@@ -32,6 +33,22 @@ def expected(a: str, b: str, pairs: Phase) -> Expr:
 def wrong_brackets(found: Mapping[tuple[str, str], Expr], pairs: Phase) -> Sequence[tuple[str, str]]:
     """The pairs whose bracket is not what a canonical change has."""
     return [(a, b) for (a, b), value in found.items() if not is_zero(value - expected(a, b, pairs))]
+
+
+def added_by_forces(
+    forces: Sequence[Expr], old: Mapping[str, Expr], phase: Phase, new: Phase
+) -> Sequence[Expr]:
+    """What generalized forces on the `old` variables add to the equations of the new ones (2n).
+
+    With canonical variables dQ/dp = -dq/dP and dP/dp = dq/dQ, so that F_i adds -F_i dq_i/dP_j to the rate of
+    Q_j, and F_i dq_i/dQ_j to that of P_j.
+    """
+    there = [(substitute(f, old), old[q]) for f, q in zip(forces, phase.coordinates, strict=True)]
+
+    def along(name: str) -> Expr:
+        return tidy(total(f * derivative(q, name) for f, q in there))
+
+    return [*(-along(name) for name in new.momenta), *(along(name) for name in new.coordinates)]
 
 
 def inverted(values: Mapping[str, Expr], new: Phase, old: Phase) -> dict[str, Expr] | None:

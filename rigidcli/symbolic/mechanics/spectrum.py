@@ -95,9 +95,11 @@ def symbolic_spectrum(matrix: Sequence[Sequence[Expr]], fixed: Mapping[str, floa
         return None
     for i in range(size):
         own = mass_matrix.part(matrix, (i, i + size), (i, i + size))
-        # The trace of a freedom by itself is zero, so that lambda^2 = -determinant.
+        # Without friction the trace of a freedom by itself is zero, so that lambda^2 = -determinant.
+        if not (own[0][0] + own[1][1]).is_zero:
+            return None
         square = tidy(-mass_matrix.determinant(own))
-        sign = _sign(square, fixed)
+        sign = sign_of(square, fixed)
         if sign is None:
             return None
         root = tidy((square * sign) ** Fraction(1, 2)) if sign else ZERO
@@ -109,10 +111,12 @@ def symbolic_spectrum(matrix: Sequence[Sequence[Expr]], fixed: Mapping[str, floa
     return Spectrum(tuple(pairs), tuple(frequencies), max(verdicts, key=_WORSE.index))
 
 
-def _sign(e: Expr, fixed: Mapping[str, float]) -> int | None:
+def sign_of(e: Expr, fixed: Mapping[str, float]) -> int | None:
     """The sign that an expression has for any positive parameters, as far as random ones tell."""
     if e.is_zero:
         return 0
+    if e.unknown:
+        return None
     known = {name: value for name, value in fixed.items() if name in e.names}
     found = samples.values([e], known, count=SIGNS)
     if found is None or (found.min() < 0 < found.max()):

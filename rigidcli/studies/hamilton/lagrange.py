@@ -1,0 +1,94 @@
+"""What a report tells of Lagrange's equations, and how far they are from Hamilton's at random points."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+import numpy as np
+
+from rigidcli.core.solution import NO_VALUE, Function
+from rigidcli.errors import ExpressionError
+from rigidcli.report import Field
+from rigidcli.studies.hamilton.derivation import CHECKS, TIME, Derivation
+from rigidcli.symbolic.algebra import samples
+from rigidcli.symbolic.algebra.calculus import derivative
+from rigidcli.symbolic.algebra.expressions import Expr, symbol, total
+from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.language import code
+from rigidcli.symbolic.language.latex_names import latex_name
+from rigidcli.symbolic.mechanics.lagrange_equations import LagrangeEquations
+
+
+def fields(derivation: Derivation) -> list[Field]:
+    """Lagrange's equations as expressions that vanish, and solved for the accelerations."""
+    found = derivation.lagrange
+    if found is None:
+        return [Field("lagrange_equations", None), Field("accelerations", None)]
+    written = zip(derivation.phase.coordinates, found.equations, strict=True)
+    solved = None if found.accelerations is None else zip(found.names, found.accelerations, strict=True)
+    told = [(f"lagrange_equations.{q}", e, f"Lagrange, {q}: 0 =", "0") for q, e in written]
+    told += [(f"accelerations.{name}", e, name, latex_name(name)) for name, e in solved or ()]
+    return [
+        *(Field(key, e, title, sign, cells={key: ()}) for key, e, title, sign in told),
+        *([Field("accelerations", None)] if solved is None else []),
+    ]
+
+
+def residual(derivation: Derivation) -> float | None:
+    """How far Lagrange's equations are from Hamilton's at random points, in units of their largest terms.
+
+    There the accelerations are d/dt dH/dp along Hamilton's equations. They must obey Lagrange's equations,
+    and be what these are solved to. None where one of the two is not known, or has no value at any point.
+    """
+    lagrange = derivation.lagrange
+    if lagrange is None or derivation.equations is None:
+        return None
+    try:
+        return _residual(derivation, lagrange, derivation.equations)
+    except ExpressionError:
+        return None
+
+
+def _residual(
+    derivation: Derivation, lagrange: LagrangeEquations, equations: tuple[Expr, ...]
+) -> float | None:
+    phase, size = derivation.phase, len(lagrange.names)
+    slopes = [*derivation.velocity_names, *(f"{name} rate" for name in phase.momenta)]
+    moving = [*zip(phase.names, map(symbol, slopes), strict=True), (TIME, symbol(TIME) ** 0)]
+    found = [
+        total(derivative(velocity, name) * rate for name, rate in moving) for velocity in equations[:size]
+    ]
+    steps = [*zip(slopes, equations, strict=True), *zip(lagrange.names, found, strict=True)]
+    a = [symbol(name) for name in lagrange.names]
+    terms = [
+        e
+        for row, rest in zip(lagrange.matrix, lagrange.rest, strict=True)
+        for e in (*(m * x for m, x in zip(row, a, strict=True)), rest)
+    ]
+    conditions = () if derivation.branch is None else derivation.branch.conditions
+    outputs = [*terms, *a, *(lagrange.accelerations or a), *conditions]
+    inner = {*derivation.velocity_names, *lagrange.names, *slopes}
+    names = sorted({name for e in (*outputs, *equations, *found) for name in e.names} - inner)
+    f = code.function([to_tree(e) for e in outputs], names, {}, [(name, to_tree(e)) for name, e in steps])(
+        math
+    )
+    misses = list(_misses(f, names, size))[:CHECKS]
+    return max(misses, default=None)
+
+
+def _misses(f: Function, names: list[str], size: int) -> Iterator[float]:
+    """The residual at each random point where there is a motion."""
+    for point in samples.points(names, {}):
+        try:
+            values = np.array(f(*point.values()))
+        except NO_VALUE:
+            continue
+        rows, solutions, conditions = np.split(values, [size * (size + 1), size * (size + 3)])
+        if not np.isfinite(values).all() or (conditions <= 0).any():
+            continue
+        rows, (true, solved) = rows.reshape(size, -1), solutions.reshape(2, size)
+        scale = np.abs(rows).max(axis=1)
+        scale[scale == 0] = 1.0
+        largest = max(np.abs(true).max(), np.abs(solved).max()) or 1.0
+        yield float(max((np.abs(rows.sum(axis=1)) / scale).max(), np.abs(true - solved).max() / largest))

@@ -1,0 +1,137 @@
+"""The equilibrium that a document gives, or asks to find, and the small oscillations about it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.model.document import Document
+from rigidcli.model.equilibrium import Equilibrium
+from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
+from rigidcli.studies.hamilton.system import known_values
+from rigidcli.symbolic.algebra.atoms import Applied, Group
+from rigidcli.symbolic.algebra.calculus import substitute, without
+from rigidcli.symbolic.algebra.expressions import ZERO, Expr
+from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.values import is_zero
+from rigidcli.symbolic.mechanics import mass_matrix, small_oscillations
+from rigidcli.symbolic.mechanics.normal_modes import FOUND, ROUNDING, Mode, numeric_modes
+from rigidcli.symbolic.mechanics.small_oscillations import LinearMotion
+from rigidcli.symbolic.mechanics.symbolic_modes import LARGEST, symbolic_modes
+
+NO_MODES = (
+    "the modes have no closed form here: the characteristic polynomial has no factors of low degree; "
+    "with values for all parameters they are told as numbers"
+)
+"""What is said where there are symbols, and no modes."""
+
+
+@dataclass(frozen=True, slots=True)
+class Oscillations:
+    """The coordinates of the equilibrium, and the modes about it; None where these cannot be told."""
+
+    place: Mapping[str, float | Expr]
+    modes: Sequence[Mode] | None
+    notes: tuple[str, ...]
+
+
+def oscillations(document: Document, equilibrium: Equilibrium, derivation: Derivation) -> Oscillations:
+    """The small oscillations about the equilibrium of a document.
+
+    Raises DocumentError where it is none, and ComputationError where none is found, or the equations have no
+    first order there.
+    """
+    try:
+        forces, at_rest = forces_at_rest(document, derivation)
+        names = derivation.phase.coordinates
+        find = found_place if equilibrium.is_sought else given_place
+        place = find(document, equilibrium, names, forces)
+        there = place.known | place.coordinates
+        there |= {name: substitute(p, there) for name, p in at_rest.items()}
+        still = dict.fromkeys(derivation.velocity_names, ZERO)
+        _require_smooth([derivation.generator, *derivation.system.forces], there | still)
+        motion = _motion(derivation, there)
+    except ExpressionError as error:
+        raise document.refusal(
+            f"the equations of motion have no value there: {error.message}", KEY
+        ) from error
+    if motion is None or _is_singular(motion):
+        raise ComputationError(
+            "the momenta do not tell the velocities at the equilibrium",
+            hint="other coordinates may do: angles fail at their poles",
+        )
+    assumed = {atom for e in place.assumed for atom in e.atoms if len(e.terms) == 1}
+    motion = motion.changed(lambda e: tidy(without(e, assumed)))
+    modes = _modes(document, derivation, motion, FOUND if equilibrium.is_sought else ROUNDING)
+    is_numeric = equilibrium.is_sought or not document.exact_results
+    values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
+    return Oscillations(values, modes, tuple(_notes(place, modes)))
+
+
+def _require_smooth(expressions: Sequence[Expr], there: Mapping[str, Expr]) -> None:
+    """Raise ExpressionError where `abs` and `sign` have their corner or jump: nothing is linear there."""
+    for atom in {atom for e in expressions for atom in e.atoms}:
+        inner = (
+            atom.arguments if isinstance(atom, Applied) else [atom.inner] if isinstance(atom, Group) else ()
+        )
+        if isinstance(atom, Applied) and atom.function in ("abs", "sign"):
+            (argument,) = atom.arguments
+            if is_zero(substitute(argument, there)):
+                raise ExpressionError(f"`{atom.function}({argument})` is not smooth")
+        _require_smooth(inner, there)
+
+
+def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion | None:
+    lagrange, phase = derivation.lagrange, derivation.phase
+    if lagrange is not None:
+        return small_oscillations.of_lagrange(lagrange, phase, derivation.velocity_names, there)
+    assert derivation.equations is not None
+    return small_oscillations.of_hamilton(derivation.equations, phase, there)
+
+
+def _is_singular(motion: LinearMotion) -> bool:
+    """Whether the mass matrix has no inverse, as far as small blocks tell."""
+    blocks = (mass_matrix.part(motion.masses, b, b) for b in mass_matrix.blocks(motion.masses))
+    return any(is_zero(mass_matrix.determinant(block)) for block in blocks if len(block) <= LARGEST)
+
+
+def _modes(
+    document: Document,
+    derivation: Derivation,
+    motion: LinearMotion,
+    rounding: float,
+) -> list[Mode] | None:
+    """The modes in symbols, where these are wanted or needed, or else in numbers; None without either."""
+    if any(TIME in e.names for e in motion.entries):
+        raise ComputationError("the equations of motion near the equilibrium change with time")
+    if document.exact_results or _is_open(motion):
+        found = symbolic_modes(motion, {name: float(value) for name, value in document.values.items()})
+        if found is not None:
+            return found
+        known = known_values(document)
+        motion = motion.changed(lambda e: substitute(e, known))
+    if _is_open(motion):
+        return None
+    try:
+        return numeric_modes(motion, not derivation.is_forced, rounding)
+    except ZeroDivisionError:
+        raise ComputationError("the mass matrix is singular at the equilibrium") from None
+
+
+def _is_open(motion: LinearMotion) -> bool:
+    """Whether it has symbols, or unknown functions."""
+    return any(e.names or e.unknown for e in motion.entries)
+
+
+def _notes(place: Place, modes: Sequence[Mode] | None) -> Iterator[str]:
+    """How the equilibrium was found, what is assumed, and where modes are what they are told to be."""
+    if place.note:
+        yield place.note
+    yield from (f"it is an equilibrium where {e} = 0" for e in place.assumed)
+    if modes is None:
+        yield NO_MODES
+    for mode in modes or ():
+        if mode.condition is not None:
+            yield f"the mode with the rate {mode.rate} oscillates where {mode.condition} > 0"

@@ -1,0 +1,386 @@
+"""Lagrange's equations, forces beside the potential, and functions without a formula."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from scipy.integrate import solve_ivp
+
+import rigidcli
+from rigidcli.errors import DocumentError
+from rigidcli.report import Report
+from rigidcli.studies.hamilton import lagrange
+from rigidcli.studies.hamilton.derivation import derive
+from tests.conftest import ROOT, Program
+
+
+def hamilton(document: str, **options: Any) -> Report:
+    return rigidcli.hamilton(rigidcli.loads(document), **options)
+
+
+def words(value: Any) -> Any:
+    return {key: str(entry) for key, entry in value.items()}
+
+
+DRAG = "system: {coordinates: [x], kinetic: m*xdot^2/2, potential: k*x^2/2, forces: {x: -c*xdot}}\n"
+SYMBOLS = "parameters: {m: null, k: null, c: null}\n"
+
+
+# --- Lagrange's equations
+
+
+def test_lagranges_equations_of_a_planet() -> None:
+    found = hamilton(
+        "system: {coordinates: [r, phi], kinetic: m*(rdot^2 + r^2*phidot^2)/2, potential: -k/r}\n"
+        "parameters: {m: null, k: null}\n"
+    )
+    assert words(found["lagrange_equations"]) == {
+        "r": "m*rddot - m*r*phidot**2 + k/r**2",
+        "phi": "2*m*r*phidot*rdot + m*r**2*phiddot",
+    }
+    assert words(found["accelerations"]) == {
+        "rddot": "r*phidot**2 - k/(m*r**2)",
+        "phiddot": "-2*phidot*rdot/r",
+    }
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "top_euler_angles", "elevator_pendulum", "bead_on_hoop"])
+def test_lagranges_equations_against_sympy(name: str) -> None:
+    found = rigidcli.hamilton(rigidcli.load(ROOT / "configs" / f"{name}.yaml", settings=["orbit=null"]))
+    t, names = sympy.Symbol("t", real=True), found["coordinates"]
+    paths = {q: sympy.Function(q)(t) for q in names}
+    moving = {sympy.Symbol(q, real=True): path for q, path in paths.items()}
+    moving |= {sympy.Symbol(f"{q}dot", real=True): path.diff(t) for q, path in paths.items()}
+    moving |= {sympy.Symbol(f"{q}ddot", real=True): path.diff(t, 2) for q, path in paths.items()}
+    energy = found["lagrangian"].to_sympy().subs(moving)
+    values = {s: sympy.Rational(k + 3, 7) for k, s in enumerate(sorted(energy.free_symbols, key=str))}
+    motion = {
+        path: sympy.Rational(2, 3) + (k + 1) * t / 5 + t**2 / (k + 3) for k, path in enumerate(paths.values())
+    }
+    for q, path in paths.items():
+        expected = energy.diff(path.diff(t)).diff(t) - energy.diff(path)
+        ours = found["lagrange_equations"][q].to_sympy().subs(moving)
+        difference = (expected - ours).subs(motion).doit().subs(values)
+        assert abs(difference.evalf(30)) < 1e-25
+    # The accelerations obey the equations.
+    solved = {sympy.Symbol(name, real=True): e.to_sympy() for name, e in found["accelerations"].items()}
+    for equation in found["lagrange_equations"].values():
+        left = equation.to_sympy().subs(solved)
+        point = {s: sympy.Rational(k + 2, 9) for k, s in enumerate(sorted(left.free_symbols, key=str))}
+        assert abs(left.subs(point).evalf(30)) < 1e-25
+
+
+def test_where_lagranges_equations_are_not_told() -> None:
+    only_h = hamilton("system: {coordinates: [x], hamiltonian: p_x^2/2}\n")
+    taken = hamilton("system: {coordinates: [x, xddot], kinetic: xdot^2/2 + xddotdot^2/2}\n")
+    for found in (only_h, taken):
+        assert found["lagrange_equations"] is found["accelerations"] is None
+    # No closed form of the velocities is needed.
+    found = hamilton("system: {coordinates: [x], lagrangian: xdot^2/2 + xdot^6/6 - x^2/2}\n")
+    assert found["hamiltonian"] is None
+    assert words(found["accelerations"]) == {"xddot": "-x/(5*xdot**4 + 1)"}
+
+
+def test_wrong_equations_would_be_seen() -> None:
+    derivation = derive(rigidcli.load(ROOT / "configs" / "double_pendulum.yaml"))
+    assert lagrange.residual(derivation) < 1e-13  # type: ignore[operator]
+    found = derivation.lagrange
+    assert found is not None
+    wrong = type(found)(found.matrix, (found.rest[0] * 2, *found.rest[1:]), found.names)
+    derivation.__dict__["lagrange"] = wrong
+    assert lagrange.residual(derivation) > 1e-3  # type: ignore[operator]
+
+
+# --- forces
+
+
+def test_friction_takes_energy() -> None:
+    found = hamilton(DRAG + SYMBOLS)
+    assert words(found["equations"]) == {"x": "p_x/m", "p_x": "-c*p_x/m - k*x"}
+    assert words(found["lagrange_equations"]) == {"x": "m*xddot + c*xdot + k*x"}
+    assert str(found["dH_dt"]) == "-c*p_x**2/m**2"
+    assert [str(e) for e in found["matrix"][1]] == ["-k", "-c/m"]
+    assert (found["conserved"], found["explicit_time"]) == ([], False)
+    assert (found["natural"], found["h_equals_energy"]) == (True, True)
+    assert found["invariants"] is None
+    numbers = hamilton(DRAG + "parameters: {m: 1, k: 4, c: 2}\n")
+    assert [(e["re"], abs(e["im"])) for e in numbers["eigenvalues"]] == [pytest.approx((-1, 3**0.5))] * 2
+
+
+def test_an_orbit_with_friction() -> None:
+    orbit = hamilton(
+        DRAG + "parameters: {m: 2, k: 3, c: 0.4}\n"
+        "orbit: {initial: {x: 1, xdot: 0}, duration: 30, samples: 61}\n"
+    )["orbit"]
+    decay, rate = 0.1, math.sqrt(1.5 - 0.01)
+    t = orbit["t"]
+    expected = np.exp(-decay * t) * (np.cos(rate * t) + decay / rate * np.sin(rate * t))
+    assert orbit["q"]["x"] == pytest.approx(expected, abs=1e-11)
+    assert orbit["drift"]["H"] < 1e-12
+    assert orbit["trusted_digits"] > 10
+
+
+def followed(rates: Any, state: list[float], times: Any) -> Any:
+    return solve_ivp(rates, (0, times[-1]), state, "DOP853", times, rtol=1e-12, atol=1e-13).y
+
+
+def test_forces_that_depend_on_everything() -> None:
+    # In polar coordinates: a drive in t, a spring in r, drag by the velocity, and a torque by the momentum.
+    orbit = hamilton(
+        "system:\n  coordinates: [r, phi]\n  kinetic: m*(rdot^2 + r^2*phidot^2)/2\n"
+        "  forces: {r: F*cos(t) - k*r - c*rdot, phi: -c*p_phi + x0}\n"
+        "parameters: {m: 2, F: 1, k: 3, c: 0.2, x0: 0.7}\n"
+        "orbit: {initial: {r: 1, phi: 0, rdot: 0, phidot: 1}, duration: 10, samples: 21}\n"
+    )["orbit"]
+
+    def rates(t: float, y: Any) -> list[float]:
+        r, _, pr, pphi = y
+        return [
+            pr / 2,
+            pphi / 2 / r**2,
+            pphi**2 / 2 / r**3 + math.cos(t) - 3 * r - 0.1 * pr,
+            -0.2 * pphi + 0.7,
+        ]
+
+    r, phi, pr, pphi = followed(rates, [1, 0, 0, 2], orbit["t"])
+    assert orbit["q"]["r"] == pytest.approx(r, abs=1e-9)
+    assert orbit["q"]["phi"] == pytest.approx(phi, abs=1e-9)
+    assert orbit["p"]["p_r"] == pytest.approx(pr, abs=1e-9)
+    assert orbit["p"]["p_phi"] == pytest.approx(pphi, abs=1e-9)
+    assert orbit["drift"]["H"] < 1e-11
+    assert set(orbit["drift"]) == {"H"}
+
+
+def test_forces_where_the_velocities_have_no_closed_form() -> None:
+    orbit = hamilton(
+        "system: {coordinates: [x], lagrangian: xdot^2/2 + xdot^6/30 - x^2, forces: {x: -p_x/10 - xdot/20}}\n"
+        "orbit: {initial: {x: 1, xdot: 0}, duration: 10, samples: 11}\n"
+    )["orbit"]
+
+    def rates(_: float, y: Any) -> list[float]:
+        x, v = y
+        return [v, (-2 * x - (v + v**5 / 5) / 10 - v / 20) / (1 + v**4)]
+
+    x, v = followed(rates, [1, 0], orbit["t"])
+    assert orbit["q"]["x"] == pytest.approx(x, abs=1e-9)
+    assert orbit["p"]["p_x"] == pytest.approx(v + v**5 / 5, abs=1e-9)
+    assert orbit["drift"]["H"] < 1e-11
+
+
+def test_forces_on_five_pendulums_whose_hamiltonian_is_not_written() -> None:
+    size, drag = 5, 0.3
+    particles = []
+    for count in range(1, size + 1):
+        x, y = (" + ".join(f"{f}(a{i})" for i in range(1, count + 1)) for f in ("sin", "cos"))
+        particles.append(f"    - {{mass: 1, position: ['{x}', '-({y})'], potential: '-({y})'}}")
+    names = [f"a{i}" for i in range(1, size + 1)]
+    forces = ", ".join(f"{a}: -c*{a}dot" for a in names)
+    start = ", ".join(f"{a}: 0.{k}, {a}dot: 0" for k, a in enumerate(names))
+    orbit = hamilton(
+        f"system:\n  coordinates: [{', '.join(names)}]\n  particles:\n" + "\n".join(particles) + "\n"
+        f"  forces: {{{forces}}}\nparameters: {{c: {drag}}}\n"
+        f"orbit: {{initial: {{{start}}}, duration: 4, samples: 9}}\n"
+    )["orbit"]
+    weights = size - np.maximum.outer(np.arange(size), np.arange(size))
+
+    def rates(_: float, y: Any) -> Any:
+        a, v = y[:size], y[size:]
+        turned = a[:, None] - a[None, :]
+        right = -(weights * np.sin(turned)) @ v**2 - np.diag(weights) * np.sin(a) - drag * v
+        return [*v, *np.linalg.solve(weights * np.cos(turned), right)]
+
+    expected = followed(rates, [*(k / 10 for k in range(size)), *[0.0] * size], orbit["t"])
+    for k, a in enumerate(names):
+        assert orbit["q"][a] == pytest.approx(expected[k], abs=1e-8)
+    assert orbit["drift"]["H"] < 1e-10
+
+
+def test_a_force_without_power_keeps_the_energy_and_not_the_momentum() -> None:
+    found = hamilton(
+        "system: {coordinates: [x, y, z], kinetic: m*(xdot^2 + ydot^2 + zdot^2)/2,"
+        " forces: {x: q*B*ydot, y: -q*B*xdot}}\n"
+        "parameters: {m: 1, q: 2, B: 3}\n"
+        "orbit: {initial: {x: 0, y: 0, z: 0, xdot: 1, ydot: 0, zdot: 1}, duration: 3, samples: 4}\n"
+    )
+    assert found["cyclic"] == ["x", "y", "z"]
+    assert found["conserved"] == ["p_z", "H"]
+    assert str(found["dH_dt"]) == "0"
+    assert set(found["orbit"]["drift"]) == {"H", "p_z"}
+    assert found["orbit"]["q"]["x"] == pytest.approx(np.sin(6 * found["orbit"]["t"]) / 6, abs=1e-11)
+    damped = hamilton(
+        "system: {coordinates: [x, y], kinetic: (xdot^2 + ydot^2)/2, potential: x^2 + y^2,"
+        " forces: {x: -xdot}}\n",
+        invariants=True,
+    )
+    assert damped["invariants"] is None
+
+
+def test_forces_beside_a_hamiltonian() -> None:
+    found = hamilton(
+        "system: {coordinates: [x], hamiltonian: p_x^2/(2*m) + k*x^2/2, forces: {x: -c*xdot^3}}\n" + SYMBOLS
+    )
+    assert words(found["equations"]) == {"x": "p_x/m", "p_x": "-c*p_x**3/m**3 - k*x"}
+
+
+def test_forces_in_new_variables() -> None:
+    # Q and P of the oscillator with m = 1, w = 2: x = sqrt(P) sin Q, p = 2 sqrt(P) cos Q.
+    found = hamilton(
+        "system: {coordinates: [x], kinetic: xdot^2/2, potential: 2*x^2, forces: {x: -c*xdot + F*cos(t)}}\n"
+        "parameters: {c: null, F: null}\n"
+        "transform: {new_variables: [Q, P], old: {x: sqrt(P)*sin(Q), p_x: 2*sqrt(P)*cos(Q)}}\n"
+    )
+    assert found["transform"]["canonical"] is True
+    Q, P, c, F, t = sympy.symbols("Q P c F t", real=True)
+    x, p = sympy.sqrt(P) * sympy.sin(Q), 2 * sympy.sqrt(P) * sympy.cos(Q)
+    rates = [found["transform"]["equations"][name].to_sympy() for name in ("Q", "P")]
+    for old, expected in ((x, p), (p, -4 * x - c * p + F * sympy.cos(t))):
+        left = old.diff(Q) * rates[0] + old.diff(P) * rates[1] - expected
+        point = {Q: 0.3, P: 1.7, c: 0.4, F: 0.9, t: 0.2}
+        assert abs(left.subs(point).evalf()) < 1e-14
+
+
+@pytest.mark.parametrize(
+    ("forces", "told"),
+    [
+        ("{y: 1}", "system.forces.y: unknown name"),
+        ("{x: -c*xddot}", "`xddot` is the acceleration of `x`"),
+        ("{x: d*xdot}", "undeclared name `d`"),
+        ("[1]", "expected a mapping"),
+    ],
+)
+def test_forces_that_are_refused(forces: str, told: str) -> None:
+    with pytest.raises(DocumentError) as refused:
+        hamilton(f"system: {{coordinates: [x], kinetic: xdot^2, forces: {forces}}}\nparameters: {{c: 1}}\n")
+    assert told in str(refused.value)
+
+
+# --- functions without a formula
+
+TRACK = "system: {{coordinates: [x], functions: {{h: [x]}}, {}}}\nparameters: {{m: null, g: null}}\n"
+FORMS = [
+    "particles: [{mass: m, position: [x, h(x)], potential: m*g*h(x)}]",
+    "lagrangian: m*(1 + dh_dx(x)^2)*xdot^2/2 - m*g*h(x)",
+    "kinetic: m*(1 + dh_dx(x)^2)*xdot^2/2, potential: m g h(x)",
+    "hamiltonian: p_x^2/(2*m*(1 + dh_dx(x)^2)) + m*g*h(x)",
+]
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_bead_on_a_track(form: str) -> None:
+    # J. R. Taylor, Classical Mechanics, problem 13.7.
+    found = hamilton(TRACK.format(form))
+    assert str(found["hamiltonian"]) == "p_x**2/(2*m*(1 + dh_dx(x)**2)) + m*g*h(x)"
+    x, p, m, g = sympy.symbols("x p_x m g", real=True)
+    h = sympy.Function("h")(x)
+    energy = p**2 / (2 * m * (1 + h.diff(x) ** 2)) + m * g * h
+    assert sympy.simplify(found["equations"]["p_x"].to_sympy() + energy.diff(x)) == 0
+    assert found["conserved"] == ["H"]
+
+
+def test_functions_of_several_arguments_and_of_expressions() -> None:
+    found = hamilton(
+        "system:\n  coordinates: [x, y]\n  functions: {V: [x, y], U: [r], A: [x, t]}\n"
+        "  lagrangian: m*(xdot^2 + ydot^2)/2 - V(x, y) - U(sqrt(x^2 + y^2)) - dV_dy(y, x) + A(x, t)*xdot\n"
+        "parameters: {m: null}\n"
+    )
+    assert str(found["equations"]["p_y"]) == (
+        "-y*dU_dr(sqrt(x**2 + y**2))/sqrt(x**2 + y**2) - dV_dx_dy(y, x) - dV_dy(x, y)"
+    )
+    assert found["verified"] < 1e-12
+    assert found["conserved"] == []
+    assert "dA_dt(x, t)" in str(found["dH_dt"])
+
+
+def test_what_is_conserved_for_any_potential() -> None:
+    radial = hamilton(
+        "system: {coordinates: [r, phi], functions: {V: r}, kinetic: m*(rdot^2 + r^2*phidot^2)/2,"
+        " potential: V(r)}\nparameters: {m: null}\n"
+    )
+    assert radial["conserved"] == ["p_phi", "H"]
+    pair = hamilton(
+        "system: {coordinates: [x, y], functions: {V: [d]}, kinetic: (xdot^2 + ydot^2)/2,"
+        " potential: V(x - y)}\n", invariants=True
+    )  # fmt: skip
+    assert "p_x + p_y" in [str(e) for e in pair["invariants"]]
+    # An even function is not taken for granted, and two documents share no names.
+    odd = hamilton("system: {coordinates: [x], functions: {V: [s]}, hamiltonian: p_x + V(x) - V(-x)}\n")
+    assert str(odd["equations"]["p_x"]) == "-dV_ds(-x) - dV_ds(x)"
+
+
+def test_unknown_functions_as_latex(program: Program) -> None:
+    document = (
+        "system: {coordinates: [x, y], functions: {V: [x, y], h: [x]},"
+        " lagrangian: 'xdot^2/2 + ydot^2/2 - V(x, y)*dh_dx(x)'}\n"
+    )
+    out = program("hamilton", "-f", "latex", "-", stdin=document).out
+    assert r"h''\left(x\right)" in out
+    assert r"\frac{\partial V}{\partial x}\left(x, y\right)" in out
+
+
+@pytest.mark.parametrize(
+    ("functions", "lagrangian", "told"),
+    [
+        ("{V: [x]}", "xdot^2 - V", "`V` is a function, and needs its argument"),
+        ("{V: [x]}", "xdot^2 - V(x, x)", "`V` takes 1 argument, not 2"),
+        ("{V: [x]}", "xdot^2 - W(x)", "`W` is not a function"),
+        ("{x: [x]}", "xdot^2", "`x` is a coordinate"),
+        ("{dV_dx: [x], V: [x]}", "xdot^2", "`dV_dx` is the derivative of `V`"),
+        ("{V: [x, x]}", "xdot^2 - V(x, x)", "expected different names"),
+        ("{V: []}", "xdot^2", "expected a list of 1 to 6 names"),
+        ("{V: 3}", "xdot^2", "expected a list of 1 to 6 names"),
+        ("{sin: [x]}", "xdot^2", "is reserved"),
+        ("{k: [x]}", "xdot^2 + k(x)", "parameters.k: `k` is an unknown function"),
+        ("[V]", "xdot^2", "expected a mapping from names to arguments"),
+    ],
+)
+def test_functions_that_are_refused(functions: str, lagrangian: str, told: str) -> None:
+    with pytest.raises(DocumentError) as refused:
+        hamilton(
+            f"system: {{coordinates: [x], functions: {functions}, lagrangian: '{lagrangian}'}}\n"
+            "parameters: {k: 1}\n"
+        )
+    assert told in str(refused.value)
+
+
+def test_orbits_need_a_formula(program: Program) -> None:
+    document = "system: {coordinates: [x], functions: {V: [x]}, kinetic: xdot^2/2, potential: V(x)}\n"
+    orbit = "orbit: {initial: {x: 1, p_x: 0}, duration: 1}\n"
+    for more, what in (
+        (orbit, "an orbit"),
+        ("equilibrium: {find: {x: 0}}\n", "the search for an equilibrium"),
+    ):
+        outcome = program("hamilton", "-", stdin=document + more)
+        assert outcome.code == 3
+        assert f"system.functions.V: {what} needs a formula for `V`" in outcome.err
+    # Numbers in the arguments do not give the function a value.
+    assert json.loads(program("hamilton", "-f", "json", "-", stdin=document.replace("V(x)", "x^2*V(0)")).out)[
+        "frequencies"
+    ] in (None, [])
+
+
+def test_answers_with_unknown_functions_are_refused(tmp_path: Path, program: Program) -> None:
+    (tmp_path / "doc.yaml").write_text(TRACK.format(FORMS[0]))
+    (tmp_path / "bob.yaml").write_text("answers: {1: p_x^2}\n")
+    for ask in ("hamiltonian", "equations", "dH_dt"):
+        questions = f"questions: {{1: {{document: doc.yaml, ask: hamilton.{ask}}}}}"
+        (tmp_path / "a.yaml").write_text(f"assignment: T\n{questions}\n")
+        outcome = program("check", str(tmp_path / "a.yaml"), str(tmp_path / "bob.yaml"))
+        assert outcome.code == 3
+        assert "answers with unknown functions cannot be judged" in outcome.err
+
+
+def test_the_configs_with_forces_and_functions() -> None:
+    damped = rigidcli.hamilton(rigidcli.load(ROOT / "configs" / "damped_oscillator.yaml"))
+    (mode,) = damped["modes"]
+    decay, rate, t = 0.1 / 1.4, mode["rate"], damped["orbit"]["t"]
+    assert rate == pytest.approx(math.sqrt(4 - decay**2))
+    expected = 0.1 * np.exp(-decay * t) * (np.cos(rate * t) + decay / rate * np.sin(rate * t))
+    assert damped["orbit"]["q"]["x"] == pytest.approx(expected, abs=1e-12)
+    track = rigidcli.hamilton(rigidcli.load(ROOT / "configs" / "bead_on_track.yaml"))
+    assert [str(mode["rate"]) for mode in track["modes"]] == ["sqrt(g*dh_dx_dx(x0))"]

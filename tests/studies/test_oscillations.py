@@ -1,0 +1,407 @@
+"""Small oscillations: normal modes of textbooks, of matrices worked by numpy, and refusals."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+import rigidcli
+from rigidcli.errors import ComputationError, DocumentError
+from rigidcli.report import Report
+from rigidcli.symbolic.language.expression import parse
+from tests.conftest import Program
+
+
+def hamilton(document: str) -> Report:
+    return rigidcli.hamilton(rigidcli.loads(document))
+
+
+def system(coordinates: str, body: str, equilibrium: str, **parameters: object) -> str:
+    values = ", ".join(f"{name}: {'null' if value is None else value}" for name, value in parameters.items())
+    return (
+        f"system:\n  coordinates: [{coordinates}]\n{body}\n"
+        f"equilibrium: {{{equilibrium}}}\nparameters: {{{values}}}\n"
+    )
+
+
+VALUES = {"m": 1.3, "M": 0.7, "k": 2.1, "K": 0.9, "l": 0.6, "g": 9.7, "q": 1.1, "B": 0.8, "R": 0.5, "w": 11.0}
+"""Values of symbols at which formulas are compared."""
+
+
+def at_values(expression: Any) -> float:
+    text = parse(str(expression))
+    return float(text.evaluate({name: VALUES[name] for name in text.names}))
+
+
+WALLS = "  kinetic: m*(xdot^2 + ydot^2 + zdot^2)/2\n  potential: k*(x^2 + (y-x)^2 + (z-y)^2 + z^2)/2"
+PENDULA = (
+    "  kinetic: m*l^2*(adot^2 + bdot^2)/2\n"
+    "  potential: -m*g*l*(cos(a) + cos(b)) + k*l^2*(sin(a) - sin(b))^2/2"
+)
+DOUBLE = (
+    "  particles:\n"
+    "    - {mass: m, position: [l*sin(a), -l*cos(a)], potential: -m*g*l*cos(a)}\n"
+    "    - {mass: m, position: [l*(sin(a) + sin(b)), -l*(cos(a) + cos(b))],"
+    " potential: -m*g*l*(cos(a) + cos(b))}"
+)
+MOLECULE = "  kinetic: m*(xdot^2 + zdot^2)/2 + M*ydot^2/2\n  potential: k*((y-x)^2 + (z-y)^2)/2"
+HOOP = (
+    "  particles: [{mass: m, position: [R*sin(a)*cos(w*t), R*sin(a)*sin(w*t), -R*cos(a)],"
+    " potential: -m*g*R*cos(a)}]"
+)
+MAGNETIC = "  lagrangian: m*(xdot^2 + ydot^2)/2 + q*B*(x*ydot - y*xdot)/2 - k*(x^2 + y^2)/2"
+FIELD = "  lagrangian: m*(xdot^2 + ydot^2)/2 + q*B*(x*ydot - y*xdot)/2"
+ROOT2 = math.sqrt(2)
+
+
+@pytest.mark.parametrize(
+    ("document", "rates", "vectors"),
+    [
+        # J. R. Taylor, Classical Mechanics, sections 11.1 and 11.2: two equal carts, three equal springs.
+        (
+            system(
+                "x, y",
+                "  kinetic: m*(xdot^2 + ydot^2)/2\n  potential: k*(x^2 + (y-x)^2 + y^2)/2",
+                "x: 0, y: 0",
+                m=None,
+                k=None,
+            ),
+            ["sqrt(k/m)", "sqrt(3*k/m)"],
+            [[1, 1], [1, -1]],
+        ),
+        (
+            system("x, y, z", WALLS, "x: 0, y: 0, z: 0", m=None, k=None),
+            ["sqrt((2 - sqrt(2))*k/m)", "sqrt(2*k/m)", "sqrt((2 + sqrt(2))*k/m)"],
+            [[1, ROOT2, 1], [1, 0, -1], [1, -ROOT2, 1]],
+        ),
+        # The same, section 11.4: a double pendulum with equal masses and lengths.
+        (
+            system("a, b", DOUBLE, "a: 0, b: 0", m=None, l=None, g=None),
+            ["sqrt((2 - sqrt(2))*g/l)", "sqrt((2 + sqrt(2))*g/l)"],
+            [[1, ROOT2], [1, -ROOT2]],
+        ),
+        (
+            system("a, b", PENDULA, "a: 0, b: 0", m=None, l=None, k=None, g=None),
+            ["sqrt(g/l)", "sqrt(g/l + 2*k/m)"],
+            [[1, 1], [1, -1]],
+        ),
+        # H. Goldstein, C. Poole, J. Safko, Classical Mechanics, section 6.4: a linear triatomic molecule.
+        (
+            system("x, y, z", MOLECULE, "x: 0, y: 0, z: 0", m=None, M=None, k=None),
+            ["0", "sqrt(k/m)", "sqrt(k/m*(1 + 2*m/M))"],
+            [[1, 1, 1], [1, 0, -1], [1, -2 * VALUES["m"] / VALUES["M"], 1]],
+        ),
+        (
+            system("a", HOOP, "a: acos(g/(R*w^2))", m=None, R=None, w=None, g=None),
+            ["sqrt(w^2 - g^2/(R*w)^2)"],
+            [[1]],
+        ),
+        # L. Landau, E. Lifshitz, Mechanics, section 23, problem 3, and a charge in a field: complex vectors.
+        (
+            system("x, y", MAGNETIC, "x: 0, y: 0", m=None, q=None, B=None, k=None),
+            ["(sqrt(q^2*B^2 + 4*m*k) - q*B)/(2*m)", "(sqrt(q^2*B^2 + 4*m*k) + q*B)/(2*m)"],
+            [[1, -1j], [1, 1j]],
+        ),
+        (
+            system("x, y", FIELD, "x: 0, y: 0", m=None, q=None, B=None),
+            ["0", "0", "q*B/m"],
+            [[1, 0], [0, 1], [1, 1j]],
+        ),
+    ],
+)
+@pytest.mark.parametrize("exact", [True, False])
+def test_modes_of_textbooks(document: str, rates: list[str], vectors: Any, exact: bool) -> None:
+    if not exact:
+        for name, size in VALUES.items():
+            document = document.replace(f"{name}: null", f"{name}: {size}")
+    modes = hamilton(document)["modes"]
+    value: Callable[[Any], float] = at_values if exact else float
+    assert [value(mode["rate"]) for mode in modes] == pytest.approx(list(map(at_values, rates)), rel=1e-13)
+    if exact:
+        shortest = sum(map(len, rates))
+        assert sum(len(str(mode["rate"])) for mode in modes) <= 1.2 * shortest + 1
+    for mode, vector in zip(modes, vectors, strict=True):
+        entries = [
+            complex(value(e["re"]), value(e["im"])) if isinstance(e, dict) else value(e)
+            for e in mode["vector"]
+        ]
+        assert entries == pytest.approx(vector, rel=1e-13, abs=1e-13)
+        if value(mode["rate"]):
+            assert value(mode["frequency"]) == pytest.approx(value(mode["rate"]) / (2 * math.pi))
+            assert value(mode["period"]) * value(mode["frequency"]) == pytest.approx(1)
+        else:
+            assert mode["frequency"] is mode["period"] is mode["stable"] is None
+
+
+def test_three_pendulums_in_a_row() -> None:
+    # J. R. Taylor, Classical Mechanics, section 11.6: omega^2 = 1, 1 + k, 1 + 3 k in natural units.
+    found = hamilton(
+        system(
+            "a, b, c",
+            "  kinetic: (adot^2 + bdot^2 + cdot^2)/2\n"
+            "  potential: -cos(a) - cos(b) - cos(c) + k*((b - a)^2 + (c - b)^2)/2",
+            "a: 0, b: 0, c: 0",
+            k=0.1,
+        )
+    )
+    assert [mode["rate"] ** 2 for mode in found["modes"]] == pytest.approx([1, 1.1, 1.3], rel=1e-14)
+    assert found["equilibrium"] == {"a": 0, "b": 0, "c": 0}
+
+
+def test_the_bead_on_the_hoop_at_its_three_equilibria(program: Program) -> None:
+    values = {"m": 1, "R": 0.2, "w": 10, "g": 9.8}
+    expected = {
+        "0": (math.sqrt(100 - 9.8 / 0.2), False),
+        "pi": (math.sqrt(100 + 9.8 / 0.2), False),
+        "acos(g/(R*w^2))": (math.sqrt(100 - (9.8 / 0.2 / 10) ** 2), True),
+    }
+    for place, (rate, stable) in expected.items():
+        (mode,) = hamilton(system("a", HOOP, f"a: {place}", **values))["modes"]
+        assert mode["rate"] == pytest.approx(rate, rel=1e-14)
+        assert mode["stable"] is stable
+        assert (mode["period"] is None) is not stable
+    open_sign = program("hamilton", "-", stdin=system("a", HOOP, "a: 0", m=None, R=None, w=None, g=None))
+    assert open_sign.code == 0
+    assert "sqrt(g/R - w^2)" in open_sign.out
+    assert "oscillates where g/R - w**2 > 0" in open_sign.err
+
+
+# --- matrices of any kind, and the same from the Hamiltonian
+
+
+def matrices(size: int, seed: int, magnetic: float, least: float) -> tuple[Any, Any, Any]:
+    """A mass matrix, an antisymmetric one and a symmetric one whose least eigenvalue may be negative."""
+    source = np.random.default_rng(seed)
+    a, b, c = (source.integers(-9, 10, (size, size)) / 4 for _ in range(3))
+    return a @ a.T + np.eye(size), magnetic * (b - b.T), c @ c.T + least * np.eye(size)
+
+
+def lagrangian(m: Any, g: Any, k: Any) -> str:
+    size = range(len(m))
+    terms = [
+        f"({m[i][j] / 2})*x{i}dot*x{j}dot - ({k[i][j] / 2})*x{i}*x{j} + ({g[i][j] / 2})*x{j}*x{i}dot"
+        for i in size
+        for j in size
+    ]
+    return " + ".join(f"({term})" for term in terms)
+
+
+def residual(modes: Any, m: Any, g: Any, k: Any) -> float:
+    """How far the modes are from M s^2 + G s + K taking their vectors to zero."""
+    worst = 0.0
+    for mode in modes:
+        rate, omega = mode["rate"], 2 * math.pi * (mode["frequency"] or 0.0)
+        s = 1j * rate if mode["stable"] else rate + 1j * omega if mode["stable"] is False else 0.0
+        v = np.array([e["re"] + 1j * e["im"] if isinstance(e, dict) else e for e in mode["vector"]])
+        scale = np.abs(s * s * m).max() + np.abs(s * g).max() + np.abs(k).max()
+        worst = max(worst, np.abs((s * s * m + s * g + k) @ v).max() / scale / np.abs(v).max())
+    return worst
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("magnetic", "least"), [(0.0, 0.5), (0.0, -3.0), (0.5, 0.5), (2.0, -6.0)])
+def test_modes_against_numpy(seed: int, magnetic: float, least: float) -> None:
+    size = 3
+    m, g, k = matrices(size, seed, magnetic, least)
+    names = [f"x{i}" for i in range(size)]
+    place = ", ".join(f"{name}: 0" for name in names)
+    found = hamilton(system(", ".join(names), f"  lagrangian: {lagrangian(m, g, k)}", place))
+    back = np.linalg.solve(m, np.hstack([-k, -g]))
+    every = np.linalg.eigvals(np.vstack([np.eye(size, 2 * size, size), back]))
+    real, imaginary = (np.where(np.abs(part) < 1e-6, 0, part) for part in (every.real, every.imag))
+    expected = [re or im for re, im in zip(real, imaginary, strict=True) if re >= 0 and im >= 0]
+    modes = found["modes"]
+    assert [mode["rate"] for mode in modes] == pytest.approx(sorted(expected), rel=1e-9)
+    assert residual(modes, m, g, k) < 1e-12
+    assert all(next(e for e in mode["vector"] if e != 0) in (1, {"re": 1, "im": 0}) for mode in modes)
+    # The same from H alone, by the linearised equations of Hamilton.
+    other = hamilton(system(", ".join(names), f"  hamiltonian: {found['hamiltonian']}", place))
+    assert [mode["rate"] for mode in other["modes"]] == pytest.approx(sorted(expected), rel=1e-9)
+    assert residual(other["modes"], m, g, k) < 1e-12
+    assert other["lagrange_equations"] is None
+
+
+def test_against_scipy_with_twelve_freedoms() -> None:
+    m, _, k = matrices(12, 7, 0, 0.1)
+    names = [f"x{i}" for i in range(12)]
+    found = hamilton(
+        system(
+            ", ".join(names), f"  lagrangian: {lagrangian(m, 0 * m, k)}", ", ".join(f"{n}: 0" for n in names)
+        )
+    )
+    expected = np.sqrt(scipy.linalg.eigh(k, m, eigvals_only=True))
+    assert [mode["rate"] for mode in found["modes"]] == pytest.approx(list(expected), rel=1e-9)
+
+
+def test_slow_modes_beside_stiff_ones_are_no_zero_modes() -> None:
+    body = "  kinetic: (xdot^2 + ydot^2 + zdot^2)/2\n  potential: k*(x - y)^2/2 + (x + y)^2/(2*k)"
+    found = hamilton(system("x, y, z", body, "x: 0, y: 0, z: 2", k="1e16"))["modes"]
+    assert [mode["rate"] for mode in found] == pytest.approx([0, ROOT2 * 1e-8, ROOT2 * 1e8], rel=1e-12)
+    assert [mode["stable"] for mode in found] == [None, True, True]
+
+
+def test_gyroscopic_forces_may_hold_a_system_on_a_hill() -> None:
+    # K < 0: with m = 1 omega^2 - b omega + k = 0, which is real for b^2 > 4 k only.
+    body = "  lagrangian: (xdot^2 + ydot^2)/2 + b*(x*ydot - y*xdot)/2 + k*(x^2 + y^2)/2"
+    held = hamilton(system("x, y", body, "x: 0, y: 0", b=6, k=4))["modes"]
+    assert [mode["rate"] for mode in held] == pytest.approx([3 - math.sqrt(5), 3 + math.sqrt(5)])
+    assert all(mode["stable"] for mode in held)
+    (lost,) = hamilton(system("x, y", body, "x: 0, y: 0", b=6, k=10))["modes"]
+    assert lost["rate"] == pytest.approx(1)
+    assert lost["frequency"] == pytest.approx(3 / (2 * math.pi))
+    assert lost["stable"] is False
+    # Just between the two frequencies are one, and motion grows by powers of the time.
+    (between,) = hamilton(system("x, y", body, "x: 0, y: 0", b=6, k=9))["modes"]
+    assert between["rate"] == pytest.approx(3)
+    assert between["stable"] is False
+
+
+def test_friction_makes_modes_decay() -> None:
+    body = "  kinetic: m*xdot^2/2\n  potential: k*x^2/2\n  forces: {x: -c*xdot}"
+    (weak,) = hamilton(system("x", body, "x: 0", m=2, k=3, c=1))["modes"]
+    assert weak["rate"] == pytest.approx(math.sqrt(3 / 2 - 1 / 16))
+    assert weak["decay"] == pytest.approx(1 / 4)
+    assert weak["stable"] is True
+    slow, fast = hamilton(system("x", body, "x: 0", m=2, k=3, c=10))["modes"]
+    assert [slow["rate"], fast["rate"]] == pytest.approx([2.5 - math.sqrt(4.75), 2.5 + math.sqrt(4.75)])
+    assert slow["period"] is None
+    (exact,) = hamilton(system("x", body, "x: 0", m=None, k=None, c=None))["modes"]
+    assert str(exact["decay"]) == "c/(2*m)"
+    (critical,) = hamilton(system("x", body, "x: 0", m=1, k=1, c=2))["modes"]
+    assert (critical["rate"], critical["stable"]) == (pytest.approx(1), True)
+
+
+# --- equilibria that are found, assumed, or refused
+
+
+def test_an_equilibrium_is_found_near_values(program: Program) -> None:
+    body = "  kinetic: m*l^2*adot^2/2\n  potential: -m*g*l*cos(a)"
+    outcome = program(
+        "hamilton", "-f", "json", "-", stdin=system("a", body, "find: {a: 3}", m=2, l=0.5, g=10)
+    )
+    found = json.loads(outcome.out)
+    assert found["equilibrium"]["a"] == pytest.approx(math.pi, rel=1e-15)
+    assert found["modes"] == [
+        {
+            "rate": pytest.approx(math.sqrt(20)),
+            "frequency": None,
+            "period": None,
+            "vector": [1],
+            "stable": False,
+        }
+    ]
+    assert "at rest there, the force along a is " in outcome.err
+
+
+def test_a_found_molecule_has_three_zero_modes() -> None:
+    # Lennard-Jones: k = 72/2^(1/3) at the distance 2^(1/6), and the reduced mass is 1/2.
+    body = (
+        "  kinetic: (x1dot^2 + y1dot^2 + x2dot^2 + y2dot^2)/2\n"
+        "  potential: 4/((x1-x2)^2 + (y1-y2)^2)^6 - 4/((x1-x2)^2 + (y1-y2)^2)^3"
+    )
+    found = hamilton(system("x1, y1, x2, y2", body, "find: {x1: 0, y1: 0, x2: 1, y2: 0.4}"))
+    place = found["equilibrium"]
+    assert math.dist((place["x1"], place["y1"]), (place["x2"], place["y2"])) == pytest.approx(2 ** (1 / 6))
+    assert [mode["rate"] for mode in found["modes"]] == pytest.approx(
+        [0, 0, 0, math.sqrt(144 / 2 ** (1 / 3))], rel=1e-9, abs=0
+    )
+
+
+def test_an_unknown_potential_has_its_second_derivative_in_the_rate() -> None:
+    body = "  functions: {V: [x]}\n  kinetic: m*xdot^2/2\n  potential: V(x)"
+    found = hamilton(system("x", body, "x: a", m=None, a=None))
+    assert [str(mode["rate"]) for mode in found["modes"]] == ["sqrt(dV_dx_dx(a)/m)"]
+    assert "it is an equilibrium where dV_dx(a) = 0" in found.notes
+
+
+PENDULUM = "  kinetic: m*l^2*adot^2/2\n  potential: -m*g*l*cos(a)"
+PUSHED = "  kinetic: m*xdot^2/2\n  potential: k*x^2/2 - x*cos(t)"
+SPHERICAL = "  kinetic: (adot^2 + sin(a)^2*bdot^2)/2\n  potential: -cos(a)"
+NUMBERS = {"m": 2, "l": 3, "g": 10}
+
+
+@pytest.mark.parametrize(
+    ("document", "told"),
+    [
+        (system("a", PENDULUM, "a: pi/6", **NUMBERS), "the force along a is -30"),
+        (system("a", PENDULUM, "a: b", m=None, l=None, g=None, b=None), "the force along a is -m*g*l*sin(b)"),
+        (system("a", PENDULUM, "", **NUMBERS), "equilibrium.a: missing"),
+        (system("a", PENDULUM, "a: 0, c: 1", **NUMBERS), "equilibrium.c: unknown name"),
+        (system("a", PENDULUM, "find: 3", **NUMBERS), "read `3`, expected the coordinates there"),
+        (system("a", PENDULUM, "find: {}", **NUMBERS), "equilibrium.find.a: missing"),
+        (system("a", PENDULUM, "find: {a: 1}, a: 0", **NUMBERS), "equilibrium.a: stands beside `find`"),
+        (system("a", PENDULUM, "a: a", **NUMBERS), "undeclared name `a`"),
+        (system("a", PENDULUM, "find: {a: 1}", m=None, l=1, g=1), "search for an equilibrium needs"),
+        (system("x", PUSHED, "x: 0", m=1, k=1), "change with time"),
+        (system("x", "  lagrangian: xdot^2/2 - log(x)", "x: 0"), "have no value there"),
+        (system("x", "  lagrangian: xdot^2/2 - x*abs(x)", "x: 0"), "`abs(x)` is not smooth"),
+        (system("x", "  lagrangian: xdot^2/2 - x^2\n  forces: {x: -sign(xdot)}", "x: 0"), "is not smooth"),
+        ("equilibrium: {x: 0}\n", "there is no `system` for it"),
+        ("system: {coordinates: [x], kinetic: xdot^2}\nequilibrium: 3\n", "expected the coordinates there"),
+    ],
+)  # fmt: skip
+def test_what_is_no_equilibrium_is_refused(document: str, told: str) -> None:
+    with pytest.raises(DocumentError) as refused:
+        hamilton(document)
+    assert told in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("document", "told"),
+    [
+        (system("x", "  kinetic: xdot^2/2\n  potential: exp(-x)", "find: {x: 0}"), "the search ended at x ="),
+        (system("a, b", SPHERICAL, "a: 0, b: 0"), "do not tell the velocities"),
+        (system("x", "  hamiltonian: x*p_x", "x: 0"), "do not follow from H"),
+        (system("x", "  hamiltonian: p_x^4 + p_x + x^2", "x: 0"), "do not follow from H"),
+    ],
+)  # fmt: skip
+def test_where_there_are_no_small_oscillations(document: str, told: str) -> None:
+    with pytest.raises(ComputationError) as refused:
+        hamilton(document)
+    assert told in str(refused.value)
+
+
+def test_modes_without_a_closed_form_are_told_with_values(program: Program) -> None:
+    names = [f"x{i}" for i in range(4)]
+    kinetic = "(" + " + ".join(f"m*{i + 1}*{name}dot^2" for i, name in enumerate(names)) + ")/2"
+    chain = " + ".join(f"({a} - {b})^2" for a, b in zip(names, ["0", *names], strict=False))
+    body, place = f"  kinetic: {kinetic}\n  potential: k*({chain})/2", ", ".join(f"{n}: 0" for n in names)
+    open_form = program(
+        "hamilton", "-f", "json", "-", stdin=system(", ".join(names), body, place, m=None, k=None)
+    )
+    assert json.loads(open_form.out)["modes"] is None
+    assert "no closed form" in open_form.err
+    document = rigidcli.loads(system(", ".join(names), body, place, m=1, k=1), exact=True)
+    assert all(isinstance(mode["rate"], float) for mode in rigidcli.hamilton(document)["modes"])
+
+
+def test_the_periods_of_the_configs(program: Program) -> None:
+    (mode,) = json.loads(program("hamilton", "-f", "json", "configs/compound_pendulum.yaml").out)["modes"]
+    assert mode["period"] == pytest.approx(2 * math.pi * math.sqrt(2 / (3 * 9.81)), rel=1e-14)
+    (exact,) = json.loads(program("hamilton", "-f", "json", "--exact", "configs/compound_pendulum.yaml").out)[
+        "modes"
+    ]
+    values = {"g": 9.81, "L": 1.0, "d": 0.5}
+    assert parse(exact["rate"]).evaluate(values) == pytest.approx(mode["rate"])
+    heads, row = program("hamilton", "-f", "csv", "configs/coupled_pendulums.yaml").out.splitlines()
+    assert dict(zip(heads.split(","), row.split(","), strict=True))["modes.0.rate"] == "sqrt(g/l)"
+
+
+def test_lengths_of_atoms_beside_angles() -> None:
+    # x is some 1e-15 m beside an angle of 1: the vector of a plane pendulum that hangs on a mass on a spring.
+    body = "  kinetic: m*xdot^2 + m*l*xdot*adot + m*l^2*adot^2/2\n  potential: m*g*(x^2/l + l*a^2/2)"
+    (slow, fast) = hamilton(system("a, x", body, "a: 0, x: 0", m="1e-27", l="1e-15", g=10))["modes"]
+    back = np.linalg.solve([[1, 1], [1, 2]], [[1, 0], [0, 2]])  # in units of l
+    squares, vectors = np.linalg.eig(back)
+    order = np.argsort(squares)
+    for mode, place in zip((slow, fast), order, strict=True):
+        assert mode["rate"] == pytest.approx(math.sqrt(squares[place] * 10 / 1e-15))
+        assert mode["vector"] == pytest.approx(
+            [1, vectors[1, place] / vectors[0, place] * 1e-15], rel=1e-12, abs=0
+        )
