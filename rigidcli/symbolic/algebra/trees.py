@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
 
-from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms
+from rigidcli.symbolic.algebra.atoms import (
+    Applied,
+    Atom,
+    Group,
+    Monomial,
+    Pi,
+    Surd,
+    Symbol,
+    Terms,
+    key_of_atom,
+)
 from rigidcli.symbolic.algebra.roots import Rational, magnitude
+from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import (
     Call,
     Constant,
@@ -43,6 +54,36 @@ def _number(value: int) -> Number:
 
 
 def _term(monomial: Monomial, coefficient: Rational) -> Node:
+    """A term; what divides a sum, or multiplies one below, is written inside it where that is shorter."""
+    forms = [_written(way, coefficient) for way in (monomial, *_moved_inside(monomial))]
+    return forms[0] if len(forms) == 1 else min(forms, key=lambda form: len(text(form)))
+
+
+def _moved_inside(monomial: Monomial) -> Iterator[Monomial]:
+    """The same product, with factors taken into a sum some of whose terms hold them: (c p + q)^2/c^2 is one."""
+    for sum_, n in monomial:
+        if not isinstance(sum_, Group) or not sum_.plain or n.denominator != 1:
+            continue
+        if abs(n) > 1 and not sum_.has_rates:
+            continue
+        inside = frozenset(sum_.inner.atoms)
+        moved = {a: k / Fraction(n) for a, k in monomial if a in inside and k * n < 0 and k % n == 0}
+        if moved:
+            inner = Terms({_multiplied(m, moved): c for m, c in sum_.inner.terms.items()})
+            kept = (
+                (Group(inner, plain=True), n) if a is sum_ else (a, k) for a, k in monomial if a not in moved
+            )
+            yield tuple(kept)
+
+
+def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial:
+    exponents = dict(monomial)
+    for atom, n in powers.items():
+        exponents[atom] = exponents.get(atom, 0) + n
+    return tuple(sorted(((atom, n) for atom, n in exponents.items() if n), key=key_of_atom))
+
+
+def _written(monomial: Monomial, coefficient: Rational) -> Node:
     above: list[Node] = []
     below: list[Node] = []
     negative = coefficient < 0
