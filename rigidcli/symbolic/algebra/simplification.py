@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 
@@ -9,7 +10,7 @@ from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Atom, Group, Monomial, Pi, Surd, Symbol
 from rigidcli.symbolic.algebra.calculus import expand, mapped, rebuilt
-from rigidcli.symbolic.algebra.expressions import Expr, factored, gathered, product, total
+from rigidcli.symbolic.algebra.expressions import Expr, factored, gathered, number, product, total
 from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.roots import Rational
 from rigidcli.symbolic.algebra.trees import to_tree
@@ -59,6 +60,16 @@ def shortest(forms: Sequence[Expr]) -> Expr:
     return forms[0] if len(forms) == 1 else min(forms, key=_length)
 
 
+def over_shared_sums(e: Expr) -> Expr:
+    """Terms that are divided by the same sum over one fraction bar, where that is shorter."""
+    for divisor in dict.fromkeys(a for m in e.terms for a, n in m if isinstance(a, Group) and n < 0):
+        sharing = {m: c for m, c in e.terms.items() if any(a is divisor and n < 0 for a, n in m)}
+        if len(sharing) > 1:
+            rest = {m: c for m, c in e.terms.items() if m not in sharing}
+            e = shortest([e, total([_with_factors(Expr(sharing)), Expr(rest)])])
+    return e
+
+
 def _is_plain(e: Expr) -> bool:
     """Whether it is one product of numbers and powers of symbols."""
     return len(e.terms) < 2 and all(isinstance(atom, (Symbol, Pi, Surd)) for atom in e.atoms)
@@ -100,8 +111,23 @@ def _shortened(e: Expr, allowance: Allowance) -> Expr:
 def _reduced(e: Expr, allowance: Allowance) -> Expr:
     if len(e.terms) > MAX_TERMS_TO_TIDY:
         return e
-    e = exponentials_merged(e)
+    e = exponentials_merged(_roots_above(e))
     return shortened(e, allowance) if has_functions(e) else e
+
+
+def _roots_above(e: Expr) -> Expr:
+    """Roots of products only above the fraction bar: k/sqrt(k*m) is sqrt(k*m)/m."""
+
+    def moved(atom: Atom, n: Rational) -> Expr:
+        whole = math.floor(n) if isinstance(atom, Group) and not atom.plain else 0
+        return gathered(1, {atom: n - whole}) * (atom.inner**whole if whole else 1)
+
+    return total(
+        product([number(coefficient), *(moved(atom, n) for atom, n in monomial)])
+        if any(isinstance(atom, Group) and not atom.plain and n < 0 for atom, n in monomial)
+        else Expr({monomial: coefficient})
+        for monomial, coefficient in e.terms.items()
+    )
 
 
 def _with_factors(e: Expr) -> Expr:

@@ -60,20 +60,27 @@ def _term(monomial: Monomial, coefficient: Rational) -> Node:
 
 
 def _moved_inside(monomial: Monomial) -> Iterator[Monomial]:
-    """The same product, with factors taken into a sum some of whose terms hold them: (c p + q)^2/c^2 is one."""
-    for sum_, n in monomial:
-        if not isinstance(sum_, Group) or not sum_.plain or n.denominator != 1:
+    """The same product with divisors taken into a sum that has them in some terms: (c p + q)^2/c^2."""
+    has_rates = any(isinstance(atom, Symbol) and atom.is_rate for atom, _ in monomial)
+    for atom, n in monomial:
+        if not isinstance(atom, Group) or not atom.plain or n < 1 or n.denominator != 1:
             continue
-        if abs(n) > 1 and not sum_.has_rates:
-            continue
-        inside = frozenset(sum_.inner.atoms)
-        moved = {a: k / Fraction(n) for a, k in monomial if a in inside and k * n < 0 and k % n == 0}
+        moved = {a: k / Fraction(n) for a, k in monomial if k < 0 and _is_inside(atom, n, a, k, has_rates)}
         if moved:
-            inner = Terms({_multiplied(m, moved): c for m, c in sum_.inner.terms.items()})
-            kept = (
-                (Group(inner, plain=True), n) if a is sum_ else (a, k) for a, k in monomial if a not in moved
-            )
-            yield tuple(kept)
+            inner = Terms({_multiplied(term, moved): c for term, c in atom.inner.terms.items()})
+            kept = (factor for factor in monomial if factor[0] is not atom and factor[0] not in moved)
+            yield tuple(sorted([*kept, (Group(inner, plain=True), n)], key=key_of_atom))
+
+
+def _is_inside(group: Group[Terms], n: Rational, divisor: Atom, k: Rational, has_rates: bool) -> bool:
+    """Whether a divisor of a power of a sum may be written in it: symbols only if they cancel wholly there.
+
+    They stay outside, too, where kinetic energy and potential would get one denominator.
+    """
+    powers = {dict(term).get(divisor, 0) for term in group.inner.terms}
+    if n > 1 or isinstance(divisor, Symbol):
+        return powers == {0, -k / Fraction(n)} and (group.has_rates if n > 1 else has_rates > group.has_rates)
+    return powers != {0}
 
 
 def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial:
@@ -84,6 +91,7 @@ def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial
 
 
 def _written(monomial: Monomial, coefficient: Rational) -> Node:
+    monomial = _under_one_root(monomial)
     above: list[Node] = []
     below: list[Node] = []
     negative = coefficient < 0
@@ -113,6 +121,16 @@ def _written(monomial: Monomial, coefficient: Rational) -> Node:
         above.append(Reciprocal(_product(below)))
     term = _product(above)
     return Negative(term) if negative else term
+
+
+def _under_one_root(monomial: Monomial) -> Monomial:
+    """The same product, with one root of all symbols under square roots: sqrt(k)/sqrt(m) is sqrt(k/m)."""
+    inside = {a: 2 * n for a, n in monomial if isinstance(a, Symbol) and abs(n) == Fraction(1, 2)}
+    if len(inside) < 2:
+        return monomial
+    root = Group(Terms({tuple(inside.items()): 1}), plain=False)
+    kept = [(a, n) for a, n in monomial if a not in inside]
+    return tuple(sorted([*kept, (root, Fraction(1, 2))], key=key_of_atom))
 
 
 def _times(e: Terms, factor: Rational) -> Terms:

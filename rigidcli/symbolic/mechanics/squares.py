@@ -21,7 +21,7 @@ from typing import TypeAlias
 from rigidcli.symbolic.algebra.atoms import Group, Symbol
 from rigidcli.symbolic.algebra.calculus import coefficients
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, gathered, total
-from rigidcli.symbolic.algebra.simplification import shortest, tidy
+from rigidcli.symbolic.algebra.simplification import over_shared_sums, shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
 
@@ -32,7 +32,7 @@ _HALF = Fraction(1, 2)
 
 
 def typed_squares(e: Expr, velocities: Sequence[str]) -> Squares:
-    """The squares whose sum the terms of degree 2 are, as they are typed; none where others are among them."""
+    """The squares whose sum the terms of degree 2 are, as they are typed; none where there are others."""
     try:
         return list(_squares(e, velocities, ONE))
     except ValueError:
@@ -63,7 +63,10 @@ def _squares(e: Expr, velocities: Sequence[str], factor: Expr) -> Iterator[tuple
 def kinetic_energy(
     matrix: mass_matrix.Matrix, inverse: mass_matrix.Matrix, momenta: Sequence[Expr], squares: Squares
 ) -> Expr:
-    """P.M^-1.P/2 of a mass matrix, its inverse (n by n each) and momenta (n); `squares` are those of v.M.v/2."""
+    """P.M^-1.P/2 of a mass matrix, its inverse (n by n each) and momenta (n).
+
+    `squares` are those as whose sum v.M.v/2 was typed; none if it was not.
+    """
     energy = []
     alone: dict[Expr, list[Expr]] = {}
     for block in mass_matrix.blocks(inverse):
@@ -74,7 +77,7 @@ def kinetic_energy(
         inside = [(a, [row[i] for i in block]) for a, row in squares if any(row[i] != ZERO for i in block)]
         energy.append(shortest(list(_forms(own, back, [momenta[i] for i in block], inside))))
     energy += [factor * total(equal) for factor, equal in alone.items()]
-    return total(energy)
+    return over_shared_sums(total(energy))
 
 
 def _forms(

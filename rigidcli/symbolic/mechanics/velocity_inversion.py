@@ -23,12 +23,13 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from rigidcli.symbolic.algebra.atoms import Applied, Group, Symbol
-from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, expand
+from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, number, total
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
+from rigidcli.symbolic.mechanics.squares import kinetic_energy, typed_squares
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +79,7 @@ def _of_quadratic(
         return []
     constant = coefficient(found, len(names))
     raised = [total(a * P for a, P in zip(row, momenta, strict=True)) for row in inverse]
-    square = tidy(total(w * P for w, P in zip(raised, momenta, strict=True)))
+    square = 2 * kinetic_energy(form, inverse, momenta, typed_squares(inner, names))
     if (k == Fraction(1, 2)) is constant.is_zero:
         return []
     if not constant.is_zero:
@@ -101,7 +102,7 @@ def quadratic_form(found: Polynomial, size: int) -> list[list[Expr]]:
 def _of_root(A: Expr, B: Expr, raised: Sequence[Expr], square: Expr) -> Branch:
     """K = A sqrt(B + v.Q.v)."""
     if len(B.terms) == 1 and B.sign() == 1:
-        root = _root(tidy(expand(B * (1 - square / A**2))))
+        root = _root(tidy(B * (1 - square / A**2)))
         return Branch(tuple(w * B / (A * root) for w in raised), -A * root)
     R2 = tidy(1 - square / A**2)
     S = _root(B / R2)
