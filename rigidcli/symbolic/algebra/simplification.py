@@ -70,6 +70,21 @@ def over_shared_sums(e: Expr) -> Expr:
     return e
 
 
+def spread(e: Expr) -> Expr:
+    """Sums over a denominator that some of their terms cancel, term by term: (a + b)/(a*b) is 1/b + 1/a."""
+
+    def parts(monomial: Monomial, coefficient: Rational) -> Expr:
+        for atom, n in monomial:
+            if isinstance(atom, Group) and atom.plain and n == 1:
+                inside = frozenset(atom.inner.atoms)
+                if any(k < 0 and other in inside for other, k in monomial):
+                    rest = gathered(coefficient, {other: k for other, k in monomial if other is not atom})
+                    return total(rest * Expr({m: c}) for m, c in atom.inner.terms.items())
+        return Expr({monomial: coefficient})
+
+    return total(parts(monomial, coefficient) for monomial, coefficient in e.terms.items())
+
+
 def _is_plain(e: Expr) -> bool:
     """Whether it is one product of numbers and powers of symbols."""
     return len(e.terms) < 2 and all(isinstance(atom, (Symbol, Pi, Surd)) for atom in e.atoms)

@@ -42,7 +42,8 @@ def to_tree(e: Terms) -> Node:
         if not isinstance(term, Negative):
             terms.insert(0, terms.pop(place))
             break
-    return terms[0] if len(terms) == 1 else Sum(tuple(terms))
+    flat = [inner for term in terms for inner in (term.terms if isinstance(term, Sum) else [term])]
+    return flat[0] if len(flat) == 1 else Sum(tuple(flat))
 
 
 def _number(value: int) -> Number:
@@ -61,26 +62,36 @@ def _term(monomial: Monomial, coefficient: Rational) -> Node:
 
 def _moved_inside(monomial: Monomial) -> Iterator[Monomial]:
     """The same product with divisors taken into a sum that has them in some terms: (c p + q)^2/c^2."""
-    has_rates = any(isinstance(atom, Symbol) and atom.is_rate for atom, _ in monomial)
     for atom, n in monomial:
         if not isinstance(atom, Group) or not atom.plain or n < 1 or n.denominator != 1:
             continue
-        moved = {a: k / Fraction(n) for a, k in monomial if k < 0 and _is_inside(atom, n, a, k, has_rates)}
+        divisors = ((a, -k / Fraction(n)) for a, k in monomial if k < 0)
+        moved = {a: power for a, k in divisors if (power := _power_inside(atom, n, a, k))}
         if moved:
             inner = Terms({_multiplied(term, moved): c for term, c in atom.inner.terms.items()})
-            kept = (factor for factor in monomial if factor[0] is not atom and factor[0] not in moved)
-            yield tuple(sorted([*kept, (Group(inner, plain=True), n)], key=key_of_atom))
+            outside = dict(_multiplied(monomial, {a: -n * power for a, power in moved.items()}))
+            del outside[atom]
+            yield tuple(sorted([*outside.items(), (Group(inner, plain=True), n)], key=key_of_atom))
 
 
-def _is_inside(group: Group[Terms], n: Rational, divisor: Atom, k: Rational, has_rates: bool) -> bool:
-    """Whether a divisor of a power of a sum may be written in it: symbols only if they cancel wholly there.
+def _power_inside(group: Group[Terms], n: Rational, divisor: Atom, k: Rational) -> Rational:
+    """The power of a divisor that comes into the n-th power of a sum, which is divided by the n k-th.
 
-    They stay outside, too, where kinetic energy and potential would get one denominator.
+    Sums that are linear in momenta lose what a term has, so that a momentum may stand by itself. Others take
+    in all of sums and functions, but never if kinetic energy and potential came into one sum by this.
     """
-    powers = {dict(term).get(divisor, 0) for term in group.inner.terms}
-    if n > 1 or isinstance(divisor, Symbol):
-        return powers == {0, -k / Fraction(n)} and (group.has_rates if n > 1 else has_rates > group.has_rates)
-    return powers != {0}
+    powers = {dict(term).get(divisor, 0) for term in group.inner.terms} - {0}
+    degrees = {_degree(term) for term in group.inner.terms}
+    if 1 in degrees and degrees <= {0, 1}:
+        return -min(powers) if len(powers) == 1 and 0 < min(powers) <= k else 0
+    is_allowed = n == 1 and len({degree > 0 for degree in degrees}) == 1 and not isinstance(divisor, Symbol)
+    return -k if powers and is_allowed else 0
+
+
+def _degree(term: Monomial) -> Rational:
+    """The degree of a term in momenta and velocities."""
+    rates = (n for atom, n in term if isinstance(atom, Symbol) and atom.is_rate)
+    return sum(rates) + sum(2 for atom, _ in term if isinstance(atom, Group) and atom.has_rates)
 
 
 def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial:

@@ -8,7 +8,7 @@ from typing import TypeGuard
 
 from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
-from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.simplification import shortest, spread, tidy
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,11 +27,15 @@ class Phase:
 def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None = None) -> tuple[Expr, ...]:
     """Hamilton's equations: the derivatives by time of the coordinates, dH/dp, and of the momenta, -dH/dq.
 
-    Where the `velocities` are known as functions of the momenta, they are dH/dp.
+    Where the `velocities` are known as functions of the momenta, they are dH/dp, and the shorter form is kept.
     """
+    slopes = [derivative(hamiltonian, name) for name in phase.momenta]
     if velocities is None:
-        velocities = [tidy(derivative(hamiltonian, name)) for name in phase.momenta]
-    return (*velocities, *(tidy(-derivative(hamiltonian, name)) for name in phase.coordinates))
+        velocities = list(map(tidy, slopes))
+    else:
+        velocities = [shortest([v, slope]) for v, slope in zip(velocities, slopes, strict=True)]
+    parts = spread(hamiltonian)
+    return (*velocities, *(tidy(-derivative(parts, name)) for name in phase.coordinates))
 
 
 def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:
