@@ -61,10 +61,15 @@ def shortest(forms: Sequence[Expr]) -> Expr:
 
 
 def over_shared_sums(e: Expr) -> Expr:
-    """Terms that are divided by the same sum over one fraction bar, where that is shorter."""
+    """Terms divided by the same sum, and the same symbols, over one fraction bar, where that is shorter."""
+
+    def divisors(monomial: Monomial) -> set[tuple[Atom, Rational]]:
+        return {(a, n) for a, n in monomial if n < 0 and isinstance(a, Symbol)}
+
     for divisor in dict.fromkeys(a for m in e.terms for a, n in m if isinstance(a, Group) and n < 0):
         sharing = {m: c for m, c in e.terms.items() if any(a is divisor and n < 0 for a, n in m)}
-        if len(sharing) > 1:
+        first, *others = map(divisors, sharing)
+        if others and all(first == found for found in others):
             rest = {m: c for m, c in e.terms.items() if m not in sharing}
             e = shortest([e, total([_with_factors(Expr(sharing)), Expr(rest)])])
     return e
@@ -169,4 +174,5 @@ def _over_one_denominator(e: Expr, allowance: Allowance) -> Expr:
     e = expand(e, allowance)
     if not any(isinstance(atom, Group) and n < 0 for atom, n in factored(e)[1]):
         return e
-    return product([_shortened(factor, allowance) ** n for factor, n in factors(e, allowance)])
+    parts = [(_shortened(factor, allowance), n) for factor, n in factors(e, allowance)]
+    return product([shortest([part, _collected(part)]) ** n for part, n in parts])

@@ -55,9 +55,14 @@ def _number(value: int) -> Number:
 
 
 def _term(monomial: Monomial, coefficient: Rational) -> Node:
-    """A term; what divides a sum, or multiplies one below, is written inside it where that is shorter."""
-    forms = [_written(way, coefficient) for way in (monomial, *_moved_inside(monomial))]
-    return forms[0] if len(forms) == 1 else min(forms, key=lambda form: len(text(form)))
+    """A term; what divides a sum is written inside it where that is shorter."""
+    best = _written(monomial, coefficient)
+    for way in _moved_inside(monomial):
+        # Further sums of the product follow from there.
+        other = _term(way, coefficient)
+        if len(text(other)) < len(text(best)):
+            best = other
+    return best
 
 
 def _moved_inside(monomial: Monomial) -> Iterator[Monomial]:
@@ -77,15 +82,16 @@ def _moved_inside(monomial: Monomial) -> Iterator[Monomial]:
 def _power_inside(group: Group[Terms], n: Rational, divisor: Atom, k: Rational) -> Rational:
     """The power of a divisor that comes into the n-th power of a sum, which is divided by the n k-th.
 
-    Sums that are linear in momenta lose what a term has, so that a momentum may stand by itself. Others take
-    in all of sums and functions, but never if kinetic energy and potential came into one sum by this.
+    A sum that is linear in momenta takes in what stands at a momentum, which may be left by itself. Others
+    take in sums and functions, but never if kinetic energy and potential came into one sum by this.
     """
-    powers = {dict(term).get(divisor, 0) for term in group.inner.terms} - {0}
-    degrees = {_degree(term) for term in group.inner.terms}
-    if 1 in degrees and degrees <= {0, 1}:
+    degrees = {term: _degree(term) for term in group.inner.terms}
+    is_linear = 1 in degrees.values() and {*degrees.values()} <= {0, 1}
+    powers = {dict(term).get(divisor, 0) for term, degree in degrees.items() if degree or not is_linear} - {0}
+    if is_linear:
         return -min(powers) if len(powers) == 1 and 0 < min(powers) <= k else 0
-    is_allowed = n == 1 and len({degree > 0 for degree in degrees}) == 1 and not isinstance(divisor, Symbol)
-    return -k if powers and is_allowed else 0
+    is_mixed = len({degree > 0 for degree in degrees.values()}) > 1
+    return 0 if n > 1 or is_mixed or not powers or isinstance(divisor, Symbol) else -k
 
 
 def _degree(term: Monomial) -> Rational:

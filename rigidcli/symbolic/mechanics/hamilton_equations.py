@@ -27,7 +27,7 @@ class Phase:
 def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None = None) -> tuple[Expr, ...]:
     """Hamilton's equations: the derivatives by time of the coordinates, dH/dp, and of the momenta, -dH/dq.
 
-    Where the `velocities` are known as functions of the momenta, they are dH/dp, and the shorter form is kept.
+    Where the `velocities` are known as functions of the momenta, the shorter form of these is kept.
     """
     slopes = [derivative(hamiltonian, name) for name in phase.momenta]
     if velocities is None:
@@ -35,7 +35,19 @@ def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None
     else:
         velocities = [shortest([v, slope]) for v, slope in zip(velocities, slopes, strict=True)]
     parts = spread(hamiltonian)
-    return (*velocities, *(tidy(-derivative(parts, name)) for name in phase.coordinates))
+    return (*velocities, *(_force(parts, name, phase) for name in phase.coordinates))
+
+
+def _force(hamiltonian: Expr, name: str, phase: Phase) -> Expr:
+    """-dH/dq, and by itself what comes from the terms of H without momenta, where that is shorter."""
+    slope = -derivative(hamiltonian, name)
+    potential = Expr(
+        {m: c for m, c in hamiltonian.terms.items() if Expr({m: c}).names.isdisjoint(phase.momenta)}
+    )
+    rest = -derivative(potential, name)
+    if rest.is_zero or rest == slope:
+        return tidy(slope)
+    return shortest([tidy(slope), tidy(slope - rest) + tidy(rest)])
 
 
 def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:
