@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from functools import lru_cache
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
@@ -75,6 +76,11 @@ def over_shared_sums(e: Expr) -> Expr:
     return e
 
 
+def is_product(e: Expr) -> bool:
+    """Whether it has at most one term, and no sum in it."""
+    return len(e.terms) < 2 and not any(isinstance(atom, Group) for atom in e.atoms)
+
+
 def spread(e: Expr) -> Expr:
     """Sums over a denominator that some of their terms cancel, term by term: (a + b)/(a*b) is 1/b + 1/a."""
 
@@ -101,6 +107,7 @@ def _tidied_atom(atom: Atom, allowance: Allowance) -> Expr | None:
     return rebuilt(atom, lambda inner: _tidied(inner, allowance))
 
 
+@lru_cache(4096)
 def _length(e: Expr) -> tuple[int, str]:
     written = text(to_tree(e))
     return len(written), written

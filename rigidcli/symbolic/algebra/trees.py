@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
+from functools import lru_cache
 
 from rigidcli.symbolic.algebra.atoms import (
     Applied,
@@ -54,6 +55,7 @@ def _number(value: int) -> Number:
     return Number(str(value), near)
 
 
+@lru_cache(4096)
 def _term(monomial: Monomial, coefficient: Rational) -> Node:
     """A term; what divides a sum is written inside it where that is shorter."""
     best = _written(monomial, coefficient)
