@@ -51,7 +51,8 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
         wrong = canonical.wrong_brackets({pair: substitute(brackets[pair], known) for pair in wrong}, pairs)
     timeless = all(is_zero(derivative(value, TIME)) for value in values.values())
     old = values if transform.old is not None else canonical.inverted(values, pairs, phase)
-    hamiltonian, positive = None, []
+    hamiltonian: Expr | None = None
+    positive: list[str] = []
     if not wrong and timeless and old is not None and derivation.hamiltonian is not None:
         signs = {name: sign(value) for name, value in known_values(document).items()}
         negative = [name for name in signs if signs[name] != 1]

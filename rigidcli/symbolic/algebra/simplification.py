@@ -11,7 +11,7 @@ from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Atom, Group, Monomial, Pi, Surd, Symbol
 from rigidcli.symbolic.algebra.calculus import expand, mapped, rebuilt
-from rigidcli.symbolic.algebra.expressions import Expr, factored, gathered, number, product, total
+from rigidcli.symbolic.algebra.expressions import Expr, factored, gathered, product, total
 from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.roots import Rational
 from rigidcli.symbolic.algebra.trees import to_tree
@@ -145,16 +145,16 @@ def _reduced(e: Expr, allowance: Allowance) -> Expr:
 def _roots_above(e: Expr) -> Expr:
     """Roots of products only above the fraction bar: k/sqrt(k*m) is sqrt(k*m)/m."""
 
-    def moved(atom: Atom, n: Rational) -> Expr:
-        whole = math.floor(n) if isinstance(atom, Group) and not atom.plain else 0
-        return gathered(1, {atom: n - whole}) * (atom.inner**whole if whole else 1)
+    def moved(monomial: Monomial, coefficient: Rational) -> Expr:
+        below = {
+            a: a.inner ** math.floor(n) for a, n in monomial if isinstance(a, Group) and not a.plain and n < 0
+        }
+        if not below:
+            return Expr({monomial: coefficient})
+        above = gathered(coefficient, {a: n - math.floor(n) if a in below else n for a, n in monomial})
+        return product([above, *below.values()])
 
-    return total(
-        product([number(coefficient), *(moved(atom, n) for atom, n in monomial)])
-        if any(isinstance(atom, Group) and not atom.plain and n < 0 for atom, n in monomial)
-        else Expr({monomial: coefficient})
-        for monomial, coefficient in e.terms.items()
-    )
+    return total(moved(monomial, coefficient) for monomial, coefficient in e.terms.items())
 
 
 def _with_factors(e: Expr) -> Expr:
