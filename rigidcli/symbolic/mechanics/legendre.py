@@ -17,15 +17,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 from itertools import product as combinations
 from typing import TypeAlias
 
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
-from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.simplification import over_shared_sums, shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
-from rigidcli.symbolic.mechanics.squares import Squares, kinetic_energy, typed_squares
+from rigidcli.symbolic.mechanics.squares import Squares, energies, typed_squares
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch, inverted_velocities, quadratic_form
 
 MOST_BRANCHES = 16
@@ -108,11 +109,39 @@ def _inverted(part: _Part, velocities: Sequence[str], momenta: Sequence[Expr]) -
 
 
 def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr], squares: Squares) -> list[Branch]:
-    """The inverse for L = v.M.v/2, block by block; `squares` are its terms as they are typed."""
+    """The inverse for L = v.M.v/2, block by block; `squares` are those as whose sum it was typed."""
     inverse = mass_matrix.inverse(matrix)
     if inverse is None:
         return []
     size = range(len(momenta))
     velocities = tuple(tidy(total(inverse[i][j] * momenta[j] for j in size)) for i in size)
-    energy = kinetic_energy(matrix, inverse, momenta, squares)
-    return [Branch(velocities, energy)]
+    energy = []
+    alone: dict[Expr, list[Expr]] = {}
+    for block in mass_matrix.blocks(inverse):
+        if len(block) == 1 and len(momenta[block[0]].terms) == 1:
+            alone.setdefault(inverse[block[0]][block[0]] / 2, []).append(momenta[block[0]] ** 2)
+        else:
+            own, back = mass_matrix.part(matrix, block, block), mass_matrix.part(inverse, block, block)
+            form = _energy(back, own, [momenta[i] for i in block])
+            energy.append(shortest([form, *energies(block, momenta, squares)]))
+    energy += [factor * total(squares) for factor, squares in alone.items()]
+    return [Branch(velocities, over_shared_sums(total(energy)))]
+
+
+def _energy(inverse: mass_matrix.Matrix, matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> Expr:
+    """P.M^-1.P/2 of one block: of two momenta as squares, of more coefficient by coefficient."""
+    size = range(len(momenta))
+    half = Fraction(1, 2)
+    if len(momenta) == 2:
+        # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
+        return shortest(
+            [
+                inverse[i][i] * half * (momenta[i] - tidy(matrix[i][j] / matrix[j][j]) * momenta[j]) ** 2
+                + tidy(half / matrix[j][j]) * momenta[j] ** 2
+                for i, j in ((0, 1), (1, 0))
+                if not matrix[j][j].is_zero
+            ]
+            or [inverse[0][1] * momenta[0] * momenta[1]]
+        )
+    pairs = [(i, j) for i in size for j in size[i:]]
+    return tidy(total(inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j] for i, j in pairs))

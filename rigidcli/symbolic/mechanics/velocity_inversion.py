@@ -29,7 +29,6 @@ from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
-from rigidcli.symbolic.mechanics.squares import kinetic_energy, typed_squares
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +78,7 @@ def _of_quadratic(
         return []
     constant = coefficient(found, len(names))
     raised = [total(a * P for a, P in zip(row, momenta, strict=True)) for row in inverse]
-    square = 2 * kinetic_energy(form, inverse, momenta, typed_squares(inner, names))
+    square = tidy(total(w * P for w, P in zip(raised, momenta, strict=True)))
     if (k == Fraction(1, 2)) is constant.is_zero:
         return []
     if not constant.is_zero:

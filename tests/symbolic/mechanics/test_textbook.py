@@ -18,7 +18,6 @@ from rigidcli.report import Report
 from rigidcli.symbolic.language.evaluation import real
 from rigidcli.symbolic.language.expression import parse
 from rigidcli.symbolic.language.parser import read
-from rigidcli.symbolic.language.tree import Sum
 from tests.conftest import ROOT
 
 LONGEST = 1.5
@@ -104,26 +103,6 @@ def test_these_parts_stay_together(name: str, parts: list[str]) -> None:
 )
 def test_equations_are_short_too(name: str, key: str, expected: str) -> None:
     assert str(derived(name)["equations"][key]) == expected
-
-
-def test_a_top_that_is_multiplied_out_is_three_squares() -> None:
-    """The squares are completed where L is not typed as a sum of them."""
-    lagrangian = (
-        "((A*sin(psi)^2 + B*cos(psi)^2)*sin(theta)^2 + C*cos(theta)^2)*phidot^2/2 + C*psidot^2/2"
-        " + (A*cos(psi)^2 + B*sin(psi)^2)*thetadot^2/2 + C*cos(theta)*phidot*psidot"
-        " + (A - B)*sin(theta)*sin(psi)*cos(psi)*phidot*thetadot"
-    )
-    system = {"coordinates": ["phi", "theta", "psi"], "lagrangian": lagrangian}
-    document = {"system": system, "parameters": dict.fromkeys("ABC")}
-    found = str(rigidcli.hamilton(rigidcli.loads(json.dumps(document)))["hamiltonian"])
-    root = read(found)[0]
-    assert isinstance(root, Sum)
-    assert len(root.terms) == 3
-    chance = random.Random(3)
-    book = SYSTEMS["asymmetric top"]["hamiltonian"]
-    for _ in range(3):
-        point = {symbol: chance.uniform(0.5, 1.5) for symbol in sorted(parse(book).names)}
-        assert real(read(found)[0], point) == pytest.approx(real(read(book)[0], point), rel=1e-12)
 
 
 def test_what_must_be_positive_is_told() -> None:
