@@ -74,7 +74,7 @@ def _moved_inside(monomial: Monomial) -> Iterator[Monomial]:
             continue
         divisors = ((a, -k / Fraction(n)) for a, k in monomial if k < 0)
         moved = {a: power for a, k in divisors if (power := _power_inside(atom, n, a, k))}
-        if moved:
+        if moved and (atom.has_rates or all(any(a in moved for a, _ in term) for term in atom.inner.terms)):
             inner = Terms({_multiplied(term, moved): c for term, c in atom.inner.terms.items()})
             outside = dict(_multiplied(monomial, {a: -n * power for a, power in moved.items()}))
             del outside[atom]
@@ -85,7 +85,8 @@ def _power_inside(group: Group[Terms], n: Rational, divisor: Atom, k: Rational) 
     """The power of a divisor that comes into the n-th power of a sum, which is divided by the n k-th.
 
     A sum that is linear in momenta takes in what stands at a momentum, which may be left by itself. Others
-    take in sums and functions, but never if kinetic energy and potential came into one sum by this.
+    take in sums and functions, but never if kinetic energy and potential came into one sum by this, and
+    without momenta only where each term loses one.
     """
     degrees = {term: _degree(term) for term in group.inner.terms}
     is_linear = 1 in degrees.values() and {*degrees.values()} <= {0, 1}
@@ -103,6 +104,7 @@ def _degree(term: Monomial) -> Rational:
 
 
 def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial:
+    """The product of powers of atoms with further ones."""
     exponents = dict(monomial)
     for atom, n in powers.items():
         exponents[atom] = exponents.get(atom, 0) + n
@@ -110,6 +112,7 @@ def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial
 
 
 def _written(monomial: Monomial, coefficient: Rational) -> Node:
+    """A term with its factors as they are."""
     monomial = _under_one_root(monomial)
     above: list[Node] = []
     below: list[Node] = []
