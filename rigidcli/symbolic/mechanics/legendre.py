@@ -108,8 +108,8 @@ def _inverted(part: _Part, velocities: Sequence[str], momenta: Sequence[Expr]) -
     return inverted_velocities(others[0], names, shifted) if len(others) == 1 else []
 
 
-def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr], squares: Squares) -> list[Branch]:
-    """The inverse for L = v.M.v/2, block by block; `squares` are those as whose sum it was typed."""
+def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr], typed: Squares) -> list[Branch]:
+    """The inverse for L = v.M.v/2, block by block; `typed` are the squares as whose sum it was typed."""
     inverse = mass_matrix.inverse(matrix)
     if inverse is None:
         return []
@@ -123,7 +123,7 @@ def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr], squares: Squ
         else:
             own, back = mass_matrix.part(matrix, block, block), mass_matrix.part(inverse, block, block)
             form = _energy(back, own, [momenta[i] for i in block])
-            energy.append(shortest([form, *energies(block, momenta, squares)]))
+            energy.append(shortest([form, *energies(block, momenta, typed)]))
     energy += [factor * total(squares) for factor, squares in alone.items()]
     return [Branch(velocities, over_shared_sums(total(energy)))]
 

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.simplification import over_shared_sums, tidy
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language.parser import read
@@ -153,3 +153,9 @@ def test_the_work_is_bounded(source: str) -> None:
     tidy(e)
     is_zero(e)
     assert time.process_time() - start < 4.0
+
+
+def test_terms_over_the_same_sum_come_over_one_fraction_bar() -> None:
+    source = "a**2/((x + y)*(u + v)) + b**2/((x + y)*(u + v)) + c**2/((x + y)*(r + s)) + d/(r + s)"
+    short = over_shared_sums(from_tree(read(source)[0]))
+    assert text(to_tree(short)) == "d/(r + s) + (c**2/(r + s) + (a**2 + b**2)/(u + v))/(x + y)"
