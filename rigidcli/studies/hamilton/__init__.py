@@ -359,4 +359,6 @@ def _notes(found: _Results) -> list[str]:
             "H in the new variables is told where H has one form, the change does not hold the time, and "
             "the old variables are given, or follow from linear equations"
         )
+    if transform is not None and transform.conditions:
+        notes.append(f"H in the new variables is written for {' and '.join(transform.conditions)}")
     return notes

@@ -9,8 +9,10 @@ from rigidcli.model.document import Document
 from rigidcli.model.transform import Transform
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
+from rigidcli.symbolic.algebra.arithmetic import sign
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
 from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.algebra.positive_roots import for_positive_symbols
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.values import is_zero
@@ -22,6 +24,7 @@ from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
 class TransformedSystem:
     """New `names` (coordinates, then momenta), the fundamental brackets, and those that are `wrong`.
 
+    H in the new variables holds under the `conditions`.
     H and its equations in the new variables are None where the change is not canonical, holds the time,
     or cannot be inverted.
     """
@@ -29,6 +32,7 @@ class TransformedSystem:
     names: tuple[str, ...]
     brackets: dict[str, Expr]
     wrong: tuple[str, ...]
+    conditions: tuple[str, ...]
     hamiltonian: Expr | None
     equations: tuple[Expr, ...] | None
 
@@ -48,9 +52,14 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
         wrong = canonical.wrong_brackets({pair: substitute(brackets[pair], known) for pair in wrong}, pairs)
     timeless = all(is_zero(derivative(value, TIME)) for value in values.values())
     old = values if transform.old is not None else canonical.inverted(values, pairs, phase)
-    hamiltonian = None
+    hamiltonian: Expr | None = None
+    positive: list[str] = []
     if not wrong and timeless and old is not None and derivation.hamiltonian is not None:
+        signs = {name: sign(value) for name, value in known_values(document).items()}
+        negative = [name for name in signs if signs[name] != 1]
         hamiltonian = tidy(substitute(derivation.hamiltonian, old))
+        hamiltonian, positive = for_positive_symbols(hamiltonian, negative)
+        positive = [name for name in positive if name not in signs]
     return TransformedSystem(
         new.names,
         {
@@ -58,6 +67,7 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
             for pair, value in brackets.items()
         },
         tuple(map(_written, wrong)),
+        tuple(f"{name} > 0" for name in positive),
         hamiltonian,
         None if hamiltonian is None or old is None else _equations(hamiltonian, new, derivation, old),
     )

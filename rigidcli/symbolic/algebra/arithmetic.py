@@ -57,7 +57,7 @@ def tidy(e: Expr) -> Expr:
         if len(e.key) > LONG_KEY:
             return ZERO if values.is_zero(e) else e
     short = simplification.tidy(e)
-    if _is_product(short):
+    if simplification.is_product(short):
         return short
     shorter = simplification.shortest([short, *_fractions(short)])
     if values.is_zero(shorter):
@@ -82,11 +82,6 @@ def worked_out(node: Node, known: Mapping[str, Expr]) -> Expr:
     if any(isinstance(atom, Applied | Group) for atom in e.atoms) and not values.has_value(e):
         raise ExpressionError("there is no finite real value, or it cannot be told")
     return e
-
-
-def _is_product(e: Expr) -> bool:
-    """Whether it has at most one term, and no sum in it."""
-    return len(e.terms) < 2 and not any(isinstance(atom, Group) for atom in e.atoms)
 
 
 def tidy_array(array: Array) -> Array:

@@ -284,4 +284,7 @@ def is_positive(atom: Atom) -> bool:
 
 def is_nonnegative(atom: Atom) -> bool:
     """Whether it is never below zero."""
+    if isinstance(atom, Group):
+        sign: int | None = atom.inner.sign()
+        return sign == 1
     return is_positive(atom) or (isinstance(atom, Applied) and atom.function in _NEVER_NEGATIVE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from functools import lru_cache
@@ -61,6 +62,41 @@ def shortest(forms: Sequence[Expr]) -> Expr:
     return forms[0] if len(forms) == 1 else min(forms, key=_length)
 
 
+def over_shared_sums(e: Expr) -> Expr:
+    """Terms divided by the same sum, and the same symbols, over one fraction bar, where that is shorter."""
+
+    def divisors(monomial: Monomial) -> set[tuple[Atom, Rational]]:
+        return {(a, n) for a, n in monomial if n < 0 and isinstance(a, Symbol)}
+
+    for divisor in dict.fromkeys(a for m in e.terms for a, n in m if isinstance(a, Group) and n < 0):
+        sharing = {m: c for m, c in e.terms.items() if any(a is divisor and n < 0 for a, n in m)}
+        symbols = list(map(divisors, sharing))
+        if len(sharing) > 1 and all(found == symbols[0] for found in symbols):
+            rest = {m: c for m, c in e.terms.items() if m not in sharing}
+            e = shortest([e, total([_with_factors(Expr(sharing)), Expr(rest)])])
+    return e
+
+
+def is_product(e: Expr) -> bool:
+    """Whether it has at most one term, and no sum in it."""
+    return len(e.terms) < 2 and not any(isinstance(atom, Group) for atom in e.atoms)
+
+
+def spread(e: Expr) -> Expr:
+    """Sums over a denominator that some of their terms cancel, term by term: (a + b)/(a*b) is 1/b + 1/a."""
+
+    def parts(monomial: Monomial, coefficient: Rational) -> Expr:
+        for atom, n in monomial:
+            if isinstance(atom, Group) and atom.plain and n == 1:
+                inside = frozenset(atom.inner.atoms)
+                if any(k < 0 and other in inside for other, k in monomial):
+                    rest = gathered(coefficient, {other: k for other, k in monomial if other is not atom})
+                    return total(rest * Expr({m: c}) for m, c in atom.inner.terms.items())
+        return Expr({monomial: coefficient})
+
+    return total(parts(monomial, coefficient) for monomial, coefficient in e.terms.items())
+
+
 def _is_plain(e: Expr) -> bool:
     """Whether it is one product of numbers and powers of symbols."""
     return len(e.terms) < 2 and all(isinstance(atom, (Symbol, Pi, Surd)) for atom in e.atoms)
@@ -72,6 +108,7 @@ def _tidied_atom(atom: Atom, allowance: Allowance) -> Expr | None:
     return rebuilt(atom, lambda inner: _tidied(inner, allowance))
 
 
+@lru_cache(4096)
 def _length(e: Expr) -> tuple[int, str]:
     written = text(to_tree(e))
     return len(written), written
@@ -102,8 +139,23 @@ def _shortened(e: Expr, allowance: Allowance) -> Expr:
 def _reduced(e: Expr, allowance: Allowance) -> Expr:
     if len(e.terms) > MAX_TERMS_TO_TIDY:
         return e
-    e = exponentials_merged(e)
+    e = exponentials_merged(_roots_above(e))
     return shortened(e, allowance) if has_functions(e) else e
+
+
+def _roots_above(e: Expr) -> Expr:
+    """Roots of products only above the fraction bar: k/sqrt(k*m) is sqrt(k*m)/m."""
+
+    def moved(monomial: Monomial, coefficient: Rational) -> Expr:
+        below = {
+            a: a.inner ** math.floor(n) for a, n in monomial if isinstance(a, Group) and not a.plain and n < 0
+        }
+        if not below:
+            return Expr({monomial: coefficient})
+        above = gathered(coefficient, {a: n - math.floor(n) if a in below else n for a, n in monomial})
+        return product([above, *below.values()])
+
+    return total(moved(monomial, coefficient) for monomial, coefficient in e.terms.items())
 
 
 def _with_factors(e: Expr) -> Expr:
@@ -130,4 +182,5 @@ def _over_one_denominator(e: Expr, allowance: Allowance) -> Expr:
     e = expand(e, allowance)
     if not any(isinstance(atom, Group) and n < 0 for atom, n in factored(e)[1]):
         return e
-    return product([_shortened(factor, allowance) ** n for factor, n in factors(e, allowance)])
+    parts = [(_shortened(factor, allowance), n) for factor, n in factors(e, allowance)]
+    return product([shortest([part, _collected(part)]) ** n for part, n in parts])

@@ -3,11 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from fractions import Fraction
+from functools import lru_cache
 
-from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Monomial, Pi, Surd, Symbol, Terms
+from rigidcli.symbolic.algebra.atoms import (
+    Applied,
+    Atom,
+    Group,
+    Monomial,
+    Pi,
+    Surd,
+    Symbol,
+    Terms,
+    key_of_atom,
+)
 from rigidcli.symbolic.algebra.roots import Rational, magnitude
+from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import (
     Call,
     Constant,
@@ -31,7 +43,8 @@ def to_tree(e: Terms) -> Node:
         if not isinstance(term, Negative):
             terms.insert(0, terms.pop(place))
             break
-    return terms[0] if len(terms) == 1 else Sum(tuple(terms))
+    flat = [inner for term in terms for inner in (term.terms if isinstance(term, Sum) else [term])]
+    return flat[0] if len(flat) == 1 else Sum(tuple(flat))
 
 
 def _number(value: int) -> Number:
@@ -42,7 +55,65 @@ def _number(value: int) -> Number:
     return Number(str(value), near)
 
 
+@lru_cache(4096)
 def _term(monomial: Monomial, coefficient: Rational) -> Node:
+    """A term; what divides a sum is written inside it where that is shorter."""
+    best = _written(monomial, coefficient)
+    for way in _moved_inside(monomial):
+        # Further sums of the product follow from there.
+        other = _term(way, coefficient)
+        if len(text(other)) < len(text(best)):
+            best = other
+    return best
+
+
+def _moved_inside(monomial: Monomial) -> Iterator[Monomial]:
+    """The same product with divisors taken into a sum that has them in some terms: (c p + q)^2/c^2."""
+    for atom, n in monomial:
+        if not isinstance(atom, Group) or not atom.plain or n < 1 or n.denominator != 1:
+            continue
+        divisors = ((a, -k / Fraction(n)) for a, k in monomial if k < 0)
+        moved = {a: power for a, k in divisors if (power := _power_inside(atom, n, a, k))}
+        if moved and (atom.has_rates or all(any(a in moved for a, _ in term) for term in atom.inner.terms)):
+            inner = Terms({_multiplied(term, moved): c for term, c in atom.inner.terms.items()})
+            outside = dict(_multiplied(monomial, {a: -n * power for a, power in moved.items()}))
+            del outside[atom]
+            yield tuple(sorted([*outside.items(), (Group(inner, plain=True), n)], key=key_of_atom))
+
+
+def _power_inside(group: Group[Terms], n: Rational, divisor: Atom, k: Rational) -> Rational:
+    """The power of a divisor that comes into the n-th power of a sum, which is divided by the n k-th.
+
+    A sum that is linear in momenta takes in what stands at a momentum, which may be left by itself. Others
+    take in sums and functions, but never if kinetic energy and potential came into one sum by this, and
+    without momenta only where each term loses one.
+    """
+    degrees = {term: _degree(term) for term in group.inner.terms}
+    is_linear = 1 in degrees.values() and {*degrees.values()} <= {0, 1}
+    powers = {dict(term).get(divisor, 0) for term, degree in degrees.items() if degree or not is_linear} - {0}
+    if is_linear:
+        return -min(powers) if len(powers) == 1 and 0 < min(powers) <= k else 0
+    is_mixed = len({degree > 0 for degree in degrees.values()}) > 1
+    return 0 if n > 1 or is_mixed or not powers or isinstance(divisor, Symbol) else -k
+
+
+def _degree(term: Monomial) -> Rational:
+    """The degree of a term in momenta and velocities."""
+    rates = (n for atom, n in term if isinstance(atom, Symbol) and atom.is_rate)
+    return sum(rates) + sum(2 for atom, _ in term if isinstance(atom, Group) and atom.has_rates)
+
+
+def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial:
+    """The product of powers of atoms with further ones."""
+    exponents = dict(monomial)
+    for atom, n in powers.items():
+        exponents[atom] = exponents.get(atom, 0) + n
+    return tuple(sorted(((atom, n) for atom, n in exponents.items() if n), key=key_of_atom))
+
+
+def _written(monomial: Monomial, coefficient: Rational) -> Node:
+    """A term with its factors as they are."""
+    monomial = _under_one_root(monomial)
     above: list[Node] = []
     below: list[Node] = []
     negative = coefficient < 0
@@ -72,6 +143,16 @@ def _term(monomial: Monomial, coefficient: Rational) -> Node:
         above.append(Reciprocal(_product(below)))
     term = _product(above)
     return Negative(term) if negative else term
+
+
+def _under_one_root(monomial: Monomial) -> Monomial:
+    """The same product, with one root of all symbols under square roots: sqrt(k)/sqrt(m) is sqrt(k/m)."""
+    inside = {a: 2 * n for a, n in monomial if isinstance(a, Symbol) and abs(n) == Fraction(1, 2)}
+    if len(inside) < 2:
+        return monomial
+    root = Group(Terms({tuple(inside.items()): 1}), plain=False)
+    kept = [(a, n) for a, n in monomial if a not in inside]
+    return tuple(sorted([*kept, (root, Fraction(1, 2))], key=key_of_atom))
 
 
 def _times(e: Terms, factor: Rational) -> Terms:

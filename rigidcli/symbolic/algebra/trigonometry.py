@@ -215,7 +215,7 @@ def _odd_and_even(pair: _Pair, x: Expr, allowance: Allowance) -> tuple[Expr, Exp
 
 
 def exponentials_merged(e: Expr) -> Expr:
-    """exp(x)*exp(y) as exp(x + y) in each term."""
+    """exp(x)*exp(y) as exp(x + y) in each term, and exp(n*log(x)) as x**n."""
     parts = []
     for monomial, coefficient in e.terms.items():
         kept: dict[Atom, Rational] = {}
@@ -226,5 +226,20 @@ def exponentials_merged(e: Expr) -> Expr:
             else:
                 kept[atom] = exponent
         rest = gathered(coefficient, kept)
-        parts.append(rest * apply("exp", total(exponents)) if exponents else rest)
+        parts.append(rest * _exponential(total(exponents)) if exponents else rest)
     return total(parts)
+
+
+def _exponential(e: Expr) -> Expr:
+    """exp of a sum, its logarithms as factors: exp(a + n*log(x)) is x**n*exp(a)."""
+    powers, others = [], []
+    for monomial, coefficient in e.terms.items():
+        logs = [
+            atom for atom, n in monomial if isinstance(atom, Applied) and atom.function == "log" and n == 1
+        ]
+        if len(logs) == 1:
+            exponent = Expr({tuple(factor for factor in monomial if factor[0] is not logs[0]): coefficient})
+            powers.append(logs[0].arguments[0] ** exponent)
+        else:
+            others.append(Expr({monomial: coefficient}))
+    return product([*powers, apply("exp", total(others))])

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeGuard
 
-from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative
+from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.algebra.atoms import Group
+from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
-from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.simplification import is_product, shortest, spread, tidy
 
 
 @dataclass(frozen=True, slots=True)
@@ -27,11 +30,35 @@ class Phase:
 def equations(hamiltonian: Expr, phase: Phase, velocities: Sequence[Expr] | None = None) -> tuple[Expr, ...]:
     """Hamilton's equations: the derivatives by time of the coordinates, dH/dp, and of the momenta, -dH/dq.
 
-    Where the `velocities` are known as functions of the momenta, they are dH/dp.
+    Where the `velocities` are known as functions of the momenta, the shorter form of these is kept.
     """
     if velocities is None:
         velocities = [tidy(derivative(hamiltonian, name)) for name in phase.momenta]
-    return (*velocities, *(tidy(-derivative(hamiltonian, name)) for name in phase.coordinates))
+    velocities = [
+        v if is_product(v) else shortest([v, derivative(hamiltonian, name)])
+        for v, name in zip(velocities, phase.momenta, strict=True)
+    ]
+    parts = spread(hamiltonian)
+    potential = Expr(
+        {m: c for m, c in parts.terms.items() if all(a.names.isdisjoint(phase.momenta) for a, _ in m)}
+    )
+    return (*velocities, *(_force(parts - potential, potential, name, phase) for name in phase.coordinates))
+
+
+def _force(kinetic: Expr, potential: Expr, name: str, phase: Phase) -> Expr:
+    """-dH/dq, what comes from the terms of H with momenta and from the others each by itself.
+
+    Where something is left without momenta, as in a rotating frame, the two may cancel. Where both are
+    divided by the same sum, they may be shorter together.
+    """
+    parts = [tidy(-derivative(e, name)) for e in (kinetic, potential)]
+    apart = total(parts)
+    below = [{a for m in e.terms for a, n in m if isinstance(a, Group) and n < 0} for e in parts]
+    with suppress(ExpressionError):
+        at_rest = substitute(parts[0], dict.fromkeys(phase.momenta, ZERO))
+        if any(e.is_zero for e in parts) or (at_rest.is_zero and below[0].isdisjoint(below[1])):
+            return apart
+    return shortest([apart, tidy(-derivative(kinetic + potential, name))])
 
 
 def bracket(f: Expr, g: Expr, phase: Phase) -> Expr:

@@ -23,9 +23,10 @@ from typing import TypeAlias
 
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
-from rigidcli.symbolic.algebra.simplification import shortest, tidy
+from rigidcli.symbolic.algebra.simplification import over_shared_sums, shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
+from rigidcli.symbolic.mechanics.squares import Squares, energies, typed_squares
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch, inverted_velocities, quadratic_form
 
 MOST_BRANCHES = 16
@@ -102,12 +103,13 @@ def _inverted(part: _Part, velocities: Sequence[str], momenta: Sequence[Expr]) -
         found = coefficients(e - total(others), names) or {}
     shifted = [momenta[place] - coefficient(found, size, i) for i, place in enumerate(places)]
     if not others:
-        return _of_masses([[2 * entry for entry in row] for row in quadratic_form(found, size)], shifted)
+        matrix = [[2 * entry for entry in row] for row in quadratic_form(found, size)]
+        return _of_masses(matrix, shifted, typed_squares(e, names))
     return inverted_velocities(others[0], names, shifted) if len(others) == 1 else []
 
 
-def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
-    """The inverse for L = v.M.v/2, block by block."""
+def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr], typed: Squares) -> list[Branch]:
+    """The inverse for L = v.M.v/2, block by block; `typed` are the squares as whose sum it was typed."""
     inverse = mass_matrix.inverse(matrix)
     if inverse is None:
         return []
@@ -120,9 +122,10 @@ def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Bran
             alone.setdefault(inverse[block[0]][block[0]] / 2, []).append(momenta[block[0]] ** 2)
         else:
             own, back = mass_matrix.part(matrix, block, block), mass_matrix.part(inverse, block, block)
-            energy.append(_energy(back, own, [momenta[i] for i in block]))
+            form = _energy(back, own, [momenta[i] for i in block])
+            energy.append(shortest([form, *energies(block, momenta, typed)]))
     energy += [factor * total(squares) for factor, squares in alone.items()]
-    return [Branch(velocities, total(energy))]
+    return [Branch(velocities, over_shared_sums(total(energy)))]
 
 
 def _energy(inverse: mass_matrix.Matrix, matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> Expr:

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from rigidcli.symbolic.algebra.atoms import Applied, Group, Symbol
-from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, expand
+from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, number, total
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.simplification import tidy
@@ -101,7 +101,7 @@ def quadratic_form(found: Polynomial, size: int) -> list[list[Expr]]:
 def _of_root(A: Expr, B: Expr, raised: Sequence[Expr], square: Expr) -> Branch:
     """K = A sqrt(B + v.Q.v)."""
     if len(B.terms) == 1 and B.sign() == 1:
-        root = _root(tidy(expand(B * (1 - square / A**2))))
+        root = _root(tidy(B * (1 - square / A**2)))
         return Branch(tuple(w * B / (A * root) for w in raised), -A * root)
     R2 = tidy(1 - square / A**2)
     S = _root(B / R2)

@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.simplification import over_shared_sums, tidy
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language.parser import read
@@ -58,7 +58,16 @@ def tidied(source: str) -> str:
         ("a*b + a*c", "a*(b + c)"),
         ("x*(a + b) - x*a", "b*x"),
         ("exp(x)*exp(-x)", "1"),
+        ("exp(2*log(x))", "x**2"),
+        ("exp(a + b*log(x) - log(y))", "exp(a)*x**b/y"),
         ("(1 - cos(x)**2)/sin(x)", "sin(x)"),
+        ("k*sin(x)**2/sqrt(m*k) + sqrt(m*k)*cos(x)**2/m", "sqrt(m*k)/m"),
+        ("sqrt(k)/sqrt(m)", "sqrt(k/m)"),
+        ("g*(1/(x - y)**2 + 1/(x - z)**2)", "g*(1/(x - y)**2 + 1/(x - z)**2)"),
+        ("(2*c*p_x + b*y)**2/(8*m*c**2)", "(p_x + b*y/(2*c))**2/(2*m)"),
+        ("(p_x - l*b*y)**2/(m*l**2)", "(p_x - b*l*y)**2/(m*l**2)"),
+        ("y/(x**2 + y**2)", "y/(x**2 + y**2)"),
+        ("(m*k*x**2 + p_x**2)/m", "p_x**2/m + k*x**2"),
         ("k*(x - y)**2/2", "k*(x - y)**2/2"),
         ("p_x**2/(2*m) + k*x**2/2", "p_x**2/(2*m) + k*x**2/2"),
         ("m*g*l*(1 - cos(theta))", "m*g*l*(1 - cos(theta))"),
@@ -144,3 +153,9 @@ def test_the_work_is_bounded(source: str) -> None:
     tidy(e)
     is_zero(e)
     assert time.process_time() - start < 4.0
+
+
+def test_terms_over_the_same_sum_come_over_one_fraction_bar() -> None:
+    source = "a**2/((x + y)*(u + v)) + b**2/((x + y)*(u + v)) + c**2/((x + y)*(r + s)) + d/(r + s)"
+    short = over_shared_sums(from_tree(read(source)[0]))
+    assert text(to_tree(short)) == "d/(r + s) + (c**2/(r + s) + (a**2 + b**2)/(u + v))/(x + y)"
