@@ -219,11 +219,13 @@ def _transform(found: _Results) -> list[Field]:
     if transform is None:
         return []
     wrong = ", ".join(transform.wrong)
-    words = f"no: of {wrong} the bracket is wrong" if wrong else "yes"
+    where = ", ".join(transform.conditions)
+    words = f"no: of {wrong} the bracket is wrong" if wrong else f"yes, where {where}" if where else "yes"
     title = "new Hamiltonian" if transform.hamiltonian is not None else ""
     brackets, dots = transform.brackets.items(), [f"{name}dot" for name in transform.names]
     return [
         Field("transform.canonical", not wrong, "canonical change of variables", words=words),
+        Field("transform.conditions", list(transform.conditions)),
         *(Field(f"transform.brackets.{name}", e, name, rf"\{name[:-1]}\}}") for name, e in brackets),
         Field("transform.hamiltonian", transform.hamiltonian, title, "K"),
         *_expressions("transform.equations", transform.names, transform.equations, dots),
@@ -285,6 +287,9 @@ def _orbit_table(found: _Results) -> list[Table]:
 def _notes(found: _Results) -> list[str]:
     """Remarks on the results."""
     notes = list(found.derivation.notes)
+    notes += [
+        f"H has a step where {place} = 0, which its equations do not tell" for place in found.derivation.jumps
+    ]
     if found.orbit is not None and found.document.exact_results:
         notes.append("the orbit is followed in floating-point numbers")
     if found.orbit is not None and found.orbit.lost is not None:
@@ -295,7 +300,7 @@ def _notes(found: _Results) -> list[str]:
     transform = found.transform
     if transform is not None and not transform.wrong and transform.hamiltonian is None:
         notes.append(
-            "H in the new variables is told where H has one form, the change does not hold the time, and "
-            "the old variables are given, or follow from linear equations"
+            "H in the new variables is not found: H has not one form, or the old variables do not follow "
+            "from the new ones by equations that are solved one by one"
         )
     return notes

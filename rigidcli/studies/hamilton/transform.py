@@ -2,64 +2,187 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import islice
 
+from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.model.transform import Transform
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
-from rigidcli.symbolic.algebra.calculus import derivative, substitute
-from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.algebra.arithmetic import sign
+from rigidcli.symbolic.algebra.arithmetic import tidy as in_lowest_terms
+from rigidcli.symbolic.algebra.calculus import coefficients, derivative, substitute
+from rigidcli.symbolic.algebra.expressions import ZERO, Expr, product, symbol, total
 from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.algebra.values import is_zero
+from rigidcli.symbolic.algebra.simplification import shortest, tidy
+from rigidcli.symbolic.algebra.values import is_zero, vanish_together
 from rigidcli.symbolic.mechanics import canonical
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
+from rigidcli.symbolic.mechanics.inverse_change import inverses, with_roots
+
+MOST_INVERSES = 4
+"""The most ways back from the new variables that are put to the test."""
 
 
 @dataclass(frozen=True, slots=True)
 class TransformedSystem:
     """New `names` (coordinates, then momenta), the fundamental brackets, and those that are `wrong`.
 
-    H and its equations in the new variables are None where the change is not canonical, holds the time,
-    or cannot be inverted.
+    All holds under the `conditions`. H and its equations in the new variables are None where the change is
+    not canonical, or they are not found.
     """
 
     names: tuple[str, ...]
     brackets: dict[str, Expr]
     wrong: tuple[str, ...]
+    conditions: tuple[str, ...]
     hamiltonian: Expr | None
     equations: tuple[Expr, ...] | None
 
 
 def transformed(document: Document, transform: Transform, derivation: Derivation) -> TransformedSystem:
     """Judge a change of variables, for all values of the parameters or else for the given ones."""
-    new = Phase(transform.coordinates, transform.momenta)
+    new, old = Phase(transform.coordinates, transform.momenta), derivation.phase
     given = transform.old if transform.old is not None else transform.new
     assert given is not None
     derived = derived_parameters(document)
     values = {name: from_tree(expression.root, derived) for name, expression in given.items()}
-    pairs, phase = (derivation.phase, new) if transform.old is not None else (new, derivation.phase)
+    pairs, phase = (old, new) if transform.old is not None else (new, old)
     brackets = canonical.brackets(values, pairs, phase)
-    wrong = canonical.wrong_brackets(brackets, pairs)
+    wrong, hamiltonian = canonical.wrong_brackets(brackets, pairs), derivation.hamiltonian
+    conditions: tuple[str, ...] = ()
     if wrong:
         known = known_values(document)
-        wrong = canonical.wrong_brackets({pair: substitute(brackets[pair], known) for pair in wrong}, pairs)
-    timeless = all(is_zero(derivative(value, TIME)) for value in values.values())
-    old = values if transform.old is not None else canonical.inverted(values, pairs, phase)
-    hamiltonian = None
-    if not wrong and timeless and old is not None and derivation.hamiltonian is not None:
-        hamiltonian = tidy(substitute(derivation.hamiltonian, old))
+        misses = {pair: brackets[pair] - canonical.expected(*pair, pairs) for pair in wrong}
+        needed = canonical.positive_names(misses.values(), phase.names)
+        if needed is None or any(sign(known[name]) != 1 for name in needed if name in known):
+            misses = {pair: substitute(miss, known) for pair, miss in misses.items()}
+            needed = canonical.positive_names(misses.values(), phase.names)
+            values = {name: substitute(value, known) for name, value in values.items()}
+            hamiltonian = None if hamiltonian is None else substitute(hamiltonian, known)
+        if needed is None:
+            wrong = [pair for pair, miss in misses.items() if not is_zero(miss)]
+        else:
+            wrong, conditions = [], tuple(f"{name} > 0" for name in needed if name not in known)
+    found = None
+    if not wrong and hamiltonian is not None:
+        with suppress(ComputationError, ExpressionError):
+            change = _Change(values, old, new, hamiltonian)
+            found = change.from_old() if transform.old is not None else change.from_new()
+    if found is not None:
+        conditions = tuple(dict.fromkeys([*conditions, *found.conditions]))
     return TransformedSystem(
         new.names,
         {
-            _written(pair): value if pair in wrong else canonical.expected(*pair, pairs)
+            _written(pair): tidy(value) if pair in wrong else canonical.expected(*pair, pairs)
             for pair, value in brackets.items()
         },
         tuple(map(_written, wrong)),
-        hamiltonian,
-        None if hamiltonian is None else equations(hamiltonian, new),
+        conditions,
+        None if found is None else found.hamiltonian,
+        None if found is None else equations(found.hamiltonian, new),
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """K, the R that was added to H in it, the gradient of R, and the conditions under which K holds."""
+
+    hamiltonian: Expr
+    added: Expr
+    gradient: list[Expr]
+    conditions: tuple[str, ...] = ()
+
+    def where(self, conditions: Iterable[str]) -> Found:
+        """The same under conditions."""
+        return replace(self, conditions=tuple(conditions))
+
+
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """A canonical change from `old` to `new` variables, whose `values` are given on one side, and H."""
+
+    values: Mapping[str, Expr]
+    old: Phase
+    new: Phase
+    hamiltonian: Expr
+
+    def from_old(self) -> Found | None:
+        """K from the old variables as functions of the new ones, and the conditions under which it holds."""
+        for found in self._hamiltonians(self.values):
+            miss = found.hamiltonian - found.added - substitute(self.hamiltonian, self.values)
+            positive = canonical.positive_names([miss], (*self.new.names, TIME))
+            if positive is not None:
+                return found.where(f"{name} > 0" for name in positive)
+        return None
+
+    def from_new(self) -> Found | None:
+        """K from the new variables as functions of the old ones, and the conditions under which it holds.
+
+        The way back is found by solving equations, and what follows from it put to the test: K must be
+        what it should for all variables, or for positive ones, or at least where this is the way back.
+        """
+        conditional, on_branch = None, None
+        for old in islice(inverses(self.values, self.new, self.old), MOST_INVERSES):
+            back = {name: substitute(e, self.values) - symbol(name) for name, e in old.items()}
+            for found in self._hamiltonians(old):
+                misses = [*self._misses(found)]
+                positive = canonical.positive_names(misses, (*self.old.names, TIME))
+                if positive == ():
+                    return found
+                if positive is not None:
+                    conditional = conditional or found.where(f"{name} > 0" for name in positive)
+                elif on_branch is None and vanish_together([*misses, *back.values()]):
+                    words = [f"{name} = {old[name]}" for name, miss in back.items() if not is_zero(miss)]
+                    on_branch = found.where(words) if words else None
+        return conditional or on_branch
+
+    def _hamiltonians(self, old: Mapping[str, Expr]) -> Iterator[Found]:
+        """K = H + R in the new variables: first with roots of squares that may have either sign."""
+        gradient = canonical.added_gradient(old, self.old, self.new)
+        added = canonical.potential_of(gradient, self.new.names)
+        if added is not None:
+            for way in with_roots, substitute:
+                yield Found(_gathered(way(self.hamiltonian, old) + added, self.new), added, gradient)
+
+    def _misses(self, found: Found) -> Iterator[Expr]:
+        """Functions of the old variables that vanish if the old variables are those that were meant."""
+        yield substitute(found.hamiltonian - found.added, self.values) - self.hamiltonian
+        size = len(self.new.coordinates)
+        for place, slope in enumerate(found.gradient):
+            turn, moving = (-1, place + size) if place < size else (1, place - size)
+            rate = derivative(self.values[self.new.names[moving]], TIME)
+            yield substitute(slope, self.values) - turn * rate
+
+
+def _gathered(e: Expr, phase: Phase) -> Expr:
+    """As a polynomial in the momenta, or else in all variables, each coefficient by itself; or as it is."""
+    forms = [tidy(e)]
+    for names in (phase.names, phase.momenta):
+        with suppress(ExpressionError):
+            found = coefficients(e, names)
+            if found is not None:
+                parts = {
+                    powers: product(symbol(n) ** k for n, k in zip(names, powers, strict=True))
+                    for powers in found
+                }
+                forms.append(
+                    tidy(total(_coefficient(found[powers]) * part for powers, part in parts.items()))
+                )
+                break
+    return shortest(forms)
+
+
+def _coefficient(e: Expr) -> Expr:
+    """A coefficient in a short form, in lowest terms where these are not too long."""
+    if is_zero(e):
+        return ZERO
+    with suppress(ComputationError):
+        return in_lowest_terms(e)
+    return tidy(e)
 
 
 def _written(pair: tuple[str, str]) -> str:

@@ -44,6 +44,7 @@ from rigidcli.symbolic.invariants.trial_terms import Term, parts_of, products, s
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.mechanics.energies import TIME
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, bracket
+from rigidcli.symbolic.mechanics.jumps import smooth
 
 MOST_COORDINATES = 20
 """With more coordinates nothing is searched: the lists of terms would be too long."""
@@ -96,12 +97,20 @@ def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr])
                 e = _recognized(sample, chosen, ratios())
                 if e is not None:
                     e = _primitive(tidy(_primitive(e, phase)), phase)
-                if e is None or not is_zero(bracket(e, hamiltonian, phase)):
+                if e is None or not _is_conserved(e, hamiltonian, phase):
                     misses += 1
                     continue
                 spanned = np.concatenate([spanned, gradients[:, None]], axis=1)
                 found.append(e)
     return tuple(found)
+
+
+def _is_conserved(e: Expr, hamiltonian: Expr, phase: Phase) -> bool:
+    """Whether {F, H} = 0, also across steps in H, of which derivatives do not tell."""
+    if not is_zero(bracket(e, hamiltonian, phase)):
+        return False
+    gradual = smooth(hamiltonian)
+    return gradual == hamiltonian or is_zero(bracket(smooth(e), gradual, phase))
 
 
 def _primitive(e: Expr, phase: Phase) -> Expr:
