@@ -14,6 +14,8 @@ from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Table
 from rigidcli.studies.common import report, require_values
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
+from rigidcli.studies.hamilton.system import known_values
+from rigidcli.symbolic.algebra.calculus import substitute
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.latex_names import latex_name
@@ -187,14 +189,14 @@ def _spectrum(matrix: Sequence[Sequence[Expr]], document: Document) -> Spectrum 
     """Of numbers where all parameters have values, else of what symbols allow."""
     from rigidcli.symbolic.mechanics.spectrum import numeric_spectrum, symbolic_spectrum
 
-    values = {name: float(value) for name, value in document.values.items()}
+    known = known_values(document)
     used = {name for row in matrix for e in row for name in e.names}
-    if used <= values.keys() and not document.exact_results:
+    if used <= known.keys() and not document.exact_results:
         try:
-            return numeric_spectrum(np.array([[e.evaluate(**values) for e in row] for row in matrix]))
+            return numeric_spectrum([[substitute(e, known) for e in row] for row in matrix])
         except ExpressionError:
             return None
-    return None if TIME in used else symbolic_spectrum(matrix, values)
+    return None if TIME in used else symbolic_spectrum(matrix, known)
 
 
 def _is_energy(derivation: Derivation) -> Field:
