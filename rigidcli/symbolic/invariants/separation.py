@@ -1,9 +1,9 @@
 """Conserved quantities of systems whose Hamilton-Jacobi equation separates, of Liouville's kind or in steps.
 
-If f(q) (H - E) is a sum of functions that have no variables in common, each of them is conserved for the value
-E of H, as they add up to zero: r**2 (H - E) for a central force, or (u + v) (H - E) in parabolic coordinates.
-A function of several coordinates may be split again. Sources: L. D. Landau, E. M. Lifshitz, Mechanics, section
-48; B. Carter, Physical Review 174 (1968) 1559.
+If f(q) (H - E) is a sum of functions that have no variables in common, each of them is conserved for the
+value E of H, as they add up to zero: r**2 (H - E) for a central force, or (u + v) (H - E) in parabolic
+coordinates. A function of several coordinates may be split again. Sources: L. D. Landau, E. M. Lifshitz,
+Mechanics, section 48; B. Carter, Physical Review 174 (1968) 1559.
 """
 
 from __future__ import annotations

@@ -98,9 +98,8 @@ def trial_sums(hamiltonian: Expr, parts: Iterable[Monomial], phase: Phase) -> li
             room = max(MOST_WITH_PRODUCTS - len(resting) - len(moving) * len(momenta), 0)
             moving = [*moving, *more_factors[: room // len(momenta)]]
             sums.append([*((e, ONE) for e in resting), *((e, p) for p in momenta for e in moving)])
-    for q in angles:
-        if all(q not in atom.names for m in parts for atom, _ in m):
-            sums.append(_turning(q, [e for e in waves if q not in e.names], kinetic, phase.momenta))
+    used = {name for m in parts for atom, _ in m for name in atom.names}
+    sums += [_turning(q, waves, kinetic, phase.momenta) for q in angles if q not in used]
     return [list(dict.fromkeys(terms)) for terms in sums]
 
 
@@ -111,7 +110,8 @@ def _turning(
 
     H does not mix them with others: the components of an angular momentum across its axis are such sums.
     """
-    inner = simplest_first(products([ONE, *waves], kinetic))[: MOST_TURNING // (2 * len(momenta))]
+    others = (e for e in waves if angle not in e.names)
+    inner = simplest_first(products([ONE, *others], kinetic))[: MOST_TURNING // (2 * len(momenta))]
     functions = products([apply(function, symbol(angle)) for function in ("sin", "cos")], inner)
     return [(e, symbol(p)) for p in momenta for e in functions]
 

@@ -36,6 +36,7 @@ KERR = (
     f" - ((r**2 + a**2)*p_T + a*p_phi)**2/{DELTA})/(2*(r**2 + a**2*cos(theta)**2))"
 )
 CARTER = f"p_theta**2 + (p_phi/sin(theta) + a*p_T*sin(theta))**2 - 2*a**2*cos(theta)**2*({KERR})"
+STARK = "2*(u*p_u**2 + v*p_v**2)/(m*(u + v)) + p_phi**2/(2*m*u*v) - 2*k/(u + v) + F*(u - v)/2"
 ELLIPTIC = "((p_u**2 + p_v**2)/(2*m*a**2) - k*cosh(u)/a - K*cos(v)/a)/(sinh(u)**2 + sin(v)**2)"
 PAIR = "(p_x1**2 + p_y1**2)/(2*m1) + (p_x2**2 + p_y2**2)/(2*m2)"
 APART = "sqrt((x1 - x2)**2 + (y1 - y2)**2)"
@@ -102,7 +103,7 @@ CASES = {
         f"({NODE})**2/(2*A) + (({TILT})*cos(psi) - p_theta*sin(psi))**2/(2*B) + p_psi**2/(2*C)",
         (
             f"p_theta**2 + ({TILT})**2 + p_psi**2",
-            f"p_psi*cos(phi)/sin(theta) - p_phi*cos(phi)/tan(theta) - p_theta*sin(phi)",
+            "p_psi*cos(phi)/sin(theta) - p_phi*cos(phi)/tan(theta) - p_theta*sin(phi)",
         ),
         2,
         ("p_phi",),
@@ -112,7 +113,7 @@ CASES = {
         f"p_theta**2/(2*A) + ({TILT})**2/(2*A) + p_psi**2/(2*C)",
         (
             f"p_theta**2 + ({TILT})**2 + p_psi**2",
-            f"p_psi*cos(phi)/sin(theta) - p_phi*cos(phi)/tan(theta) - p_theta*sin(phi)",
+            "p_psi*cos(phi)/sin(theta) - p_phi*cos(phi)/tan(theta) - p_theta*sin(phi)",
         ),
         1,
         ("p_phi", "p_psi"),
@@ -120,11 +121,8 @@ CASES = {
     # L. D. Landau, E. M. Lifshitz, Mechanics, section 48: separation of variables.
     "Stark, parabolic": Case(
         "u v phi",
-        "2*(u*p_u**2 + v*p_v**2)/(m*(u + v)) + p_phi**2/(2*m*u*v) - 2*k/(u + v) + F*(u - v)/2",
-        (
-            "2*u*p_u**2/m + p_phi**2/(2*m*u) + F*u**2/2 - u*(2*(u*p_u**2 + v*p_v**2)/(m*(u + v)) + p_phi**2/(2*m*u*v)"
-            " - 2*k/(u + v) + F*(u - v)/2)",
-        ),
+        STARK,
+        (f"2*u*p_u**2/m + p_phi**2/(2*m*u) + F*u**2/2 - u*({STARK})",),
         1,
         ("p_phi",),
     ),
@@ -135,7 +133,7 @@ CASES = {
         1,
         ("p_phi",),
     ),
-    "two centres, elliptic": Case("u v", f"{ELLIPTIC}", (), 1),
+    "two centres, elliptic": Case("u v", ELLIPTIC, (), 1),
     "Liouville": Case("x y", "(p_x**2 + p_y**2 + a*x**3 + b*exp(y))/(2*(x**4 + exp(2*y)))", (), 1),
     "in steps": Case(
         "r theta phi",
