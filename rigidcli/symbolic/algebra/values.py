@@ -36,6 +36,9 @@ TRIALS = 60
 ROUNDING = 16 * sys.float_info.epsilon
 """What one operation on floats may add to the relative error: library functions err by a few units."""
 
+UNCERTAIN = 0.1
+"""An error of an argument beyond which the change of a function, as of a sine, does not bound its error."""
+
 PRECISIONS = (64, 200, 1100)
 """Bits of the balls that decide where floats do not. What all leave open is zero, to 330 digits."""
 
@@ -139,6 +142,8 @@ def _near(function: Callable[..., float]) -> Callable[..., _Near]:
         error = 0.0
         for place, argument in enumerate(arguments):
             if isinstance(argument, _Near):
+                if argument.error > UNCERTAIN:
+                    raise ValueError("the argument is not known well enough")
                 for moved in (points[place] - argument.error, points[place] + argument.error):
                     error = max(error, abs(function(*points[:place], moved, *points[place + 1 :]) - value))
         return _Near(value, error)
