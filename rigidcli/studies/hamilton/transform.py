@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -12,19 +13,21 @@ from rigidcli.model.document import Document
 from rigidcli.model.transform import Transform
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
+from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.arithmetic import sign
 from rigidcli.symbolic.algebra.arithmetic import tidy as in_lowest_terms
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, product, symbol, total
+from rigidcli.symbolic.algebra.isolation import Branch
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
 from rigidcli.symbolic.algebra.values import is_zero, vanish_together
 from rigidcli.symbolic.mechanics import canonical
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
-from rigidcli.symbolic.mechanics.inverse_change import inverses, with_roots
+from rigidcli.symbolic.mechanics.inverse_change import inverse
 
-MOST_INVERSES = 4
-"""The most ways back from the new variables that are put to the test."""
+MOST_BRANCHES = 3
+"""The most points from which a way back from the new variables is looked for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,7 +91,7 @@ def transformed(document: Document, transform: Transform, derivation: Derivation
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
+class _Found:
     """K, the R that was added to H in it, the gradient of R, and the conditions under which K holds."""
 
     hamiltonian: Expr
@@ -96,7 +99,7 @@ class Found:
     gradient: list[Expr]
     conditions: tuple[str, ...] = ()
 
-    def where(self, conditions: Iterable[str]) -> Found:
+    def where(self, conditions: Iterable[str]) -> _Found:
         """The same under conditions."""
         return replace(self, conditions=tuple(conditions))
 
@@ -110,25 +113,28 @@ class _Change:
     new: Phase
     hamiltonian: Expr
 
-    def from_old(self) -> Found | None:
+    def from_old(self) -> _Found | None:
         """K from the old variables as functions of the new ones, and the conditions under which it holds."""
-        for found in self._hamiltonians(self.values):
+        for found in self._hamiltonians(self.values, next(self._branches(), Branch({}))):
             miss = found.hamiltonian - found.added - substitute(self.hamiltonian, self.values)
             positive = canonical.positive_names([miss], (*self.new.names, TIME))
             if positive is not None:
                 return found.where(f"{name} > 0" for name in positive)
         return None
 
-    def from_new(self) -> Found | None:
+    def from_new(self) -> _Found | None:
         """K from the new variables as functions of the old ones, and the conditions under which it holds.
 
         The way back is found by solving equations, and what follows from it put to the test: K must be
         what it should for all variables, or for positive ones, or at least where this is the way back.
         """
         conditional, on_branch = None, None
-        for old in islice(inverses(self.values, self.new, self.old), MOST_INVERSES):
+        for branch in islice(self._branches(), MOST_BRANCHES):
+            old = inverse(self.values, self.new, self.old, branch)
+            if old is None:
+                continue
             back = {name: substitute(e, self.values) - symbol(name) for name, e in old.items()}
-            for found in self._hamiltonians(old):
+            for found in self._hamiltonians(old, branch):
                 misses = [*self._misses(found)]
                 positive = canonical.positive_names(misses, (*self.old.names, TIME))
                 if positive == ():
@@ -138,17 +144,29 @@ class _Change:
                 elif on_branch is None and vanish_together([*misses, *back.values()]):
                     words = [f"{name} = {old[name]}" for name, miss in back.items() if not is_zero(miss)]
                     on_branch = found.where(words) if words else None
+            if conditional or on_branch:
+                break
         return conditional or on_branch
 
-    def _hamiltonians(self, old: Mapping[str, Expr]) -> Iterator[Found]:
-        """K = H + R in the new variables: first with roots of squares that may have either sign."""
+    def _branches(self) -> Iterator[Branch]:
+        """Points at which all variables have values; those on the right-hand sides are positive."""
+        exprs = (self.hamiltonian, *self.values.values())
+        names = {name for e in exprs for name in e.names}.difference(self.values)
+        for point in samples.points(sorted(names), {}):
+            here = Branch(point)
+            values = {name: here.value(e) for name, e in self.values.items()}
+            if all(map(math.isfinite, values.values())):
+                yield Branch({**point, **values})
+
+    def _hamiltonians(self, old: Mapping[str, Expr], branch: Branch) -> Iterator[_Found]:
+        """K = H + R in the new variables: first with the roots of squares that the branch has."""
         gradient = canonical.added_gradient(old, self.old, self.new)
         added = canonical.potential_of(gradient, self.new.names)
         if added is not None:
-            for way in with_roots, substitute:
-                yield Found(_gathered(way(self.hamiltonian, old) + added, self.new), added, gradient)
+            for way in branch.with_roots, substitute:
+                yield _Found(_gathered(way(self.hamiltonian, old) + added, self.new), added, gradient)
 
-    def _misses(self, found: Found) -> Iterator[Expr]:
+    def _misses(self, found: _Found) -> Iterator[Expr]:
         """Functions of the old variables that vanish if the old variables are those that were meant."""
         yield substitute(found.hamiltonian - found.added, self.values) - self.hamiltonian
         size = len(self.new.coordinates)

@@ -25,9 +25,9 @@ from rigidcli.symbolic.algebra.expressions import (
     total,
 )
 from rigidcli.symbolic.algebra.functions import apply
+from rigidcli.symbolic.algebra.isolation import Branch, isolated
 from rigidcli.symbolic.algebra.roots import Rational
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.mechanics.inverse_change import isolated
 
 
 def is_constant_in(e: Expr, name: str) -> bool:
@@ -90,7 +90,7 @@ def _heights(e: Expr, u: Expr, names: Sequence[str]) -> Iterator[Expr]:
 
     height = beside(1) - beside(-1)
     for name in names:
-        for value in isolated(u, name) if name in u.names else ():
+        for value in isolated(u, name, Branch({})) if name in u.names else ():
             with suppress(ExpressionError):
                 yield substitute(height, {name: value})
 
