@@ -17,6 +17,7 @@ PLANE = "(p_x**2 + p_y**2)/(2*m) + k*sqrt(x**2 + y**2) + c*x"
 SPACE = "(p_x**2 + p_y**2 + p_z**2)/(2*m) + c*z - k/sqrt(x**2 + y**2 + z**2)"
 R, R_3, RHO = "sqrt(x**2 + y**2)", "sqrt(x**2 + y**2 + z**2)", "sqrt(x**2 + y**2)"
 FAR, CLOSE = "sqrt((x + a)**2 + y**2)", "sqrt((x - a)**2 + y**2)"
+LONG, SHORT = f"(({FAR} + {CLOSE})/(2*a))", f"(({FAR} - {CLOSE})/(2*a))"
 TURNED = {
     "X": "x*cos(w*t) + y*sin(w*t)",
     "Y": "-x*sin(w*t) + y*cos(w*t)",
@@ -145,10 +146,10 @@ CHANGES = {
         f"(p_x**2 + p_y**2)/(2*m) - k/{FAR} - c/{CLOSE}",
         "s d ps pd",
         {
-            "s": f"({FAR} + {CLOSE})/(2*a)",
-            "d": f"({FAR} - {CLOSE})/(2*a)",
-            "ps": f"({FAR} - {CLOSE})/2*p_x + y*({FAR} + {CLOSE})/(2*a)/((({FAR} + {CLOSE})/(2*a))**2 - 1)*p_y",
-            "pd": f"({FAR} + {CLOSE})/2*p_x - y*({FAR} - {CLOSE})/(2*a)/(1 - (({FAR} - {CLOSE})/(2*a))**2)*p_y",
+            "s": LONG,
+            "d": SHORT,
+            "ps": f"a*{SHORT}*p_x + y*{LONG}/({LONG}**2 - 1)*p_y",
+            "pd": f"a*{LONG}*p_x - y*{SHORT}/(1 - {SHORT}**2)*p_y",
         },
     ),
     "conformal": (

@@ -13,6 +13,7 @@ from contextlib import suppress
 from typing import TypeAlias
 
 from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.isolation import Branch, isolated
@@ -35,7 +36,9 @@ def inverse(values: Mapping[str, Expr], new: Phase, old: Phase, branch: Branch) 
         half = _half(new, old, values)
         if half is not None:
             return _of_half(values, *half, branch)
-        return _solution([symbol(n) - values[n] for n in new.names], old.names, _Trials(MOST_TRIALS), branch)
+        return _solution(
+            [symbol(n) - values[n] for n in new.names], old.names, Allowance(MOST_TRIALS), branch
+        )
     return None
 
 
@@ -72,7 +75,7 @@ def _of_half(
 ) -> dict[str, Expr] | None:
     """Half of the old variables by solving equations, and the others by the derivatives of these."""
     (ours, theirs), (alone, rest) = new, old
-    found = _solution([symbol(name) - values[name] for name in ours], alone, _Trials(MOST_TRIALS), branch)
+    found = _solution([symbol(name) - values[name] for name in ours], alone, Allowance(MOST_TRIALS), branch)
     if found is None:
         return None
     at_rest = dict.fromkeys(rest, ZERO)
@@ -84,15 +87,8 @@ def _of_half(
     return found | {name: branch.put(e, found) for name, e in others.items()}
 
 
-class _Trials:
-    """How many more trials there are in a search."""
-
-    def __init__(self, left: int) -> None:
-        self.left = left
-
-
 def _solution(
-    equations: Sequence[Expr], unknowns: Sequence[str], trials: _Trials, branch: Branch
+    equations: Sequence[Expr], unknowns: Sequence[str], trials: Allowance, branch: Branch
 ) -> dict[str, Expr] | None:
     """Values of the unknowns for which the equations (expressions that vanish) hold; None if not found.
 
@@ -103,9 +99,7 @@ def _solution(
     for equation in sorted(equations, key=lambda e: (len(e.names.intersection(unknowns)), len(e.key))):
         for unknown in unknowns:
             for value in isolated(equation, unknown, branch) if unknown in equation.names else ():
-                trials.left -= 1
-                if trials.left < 0:
-                    return None
+                trials.spend(1)
                 if not branch.is_at(value, branch.point[unknown]):
                     continue
                 with suppress(ExpressionError, ComputationError):
