@@ -165,6 +165,41 @@ def test_a_growth_that_is_slow_beside_other_motion_is_growth() -> None:
     assert max(pair["re"] for pair in found["eigenvalues"]) == pytest.approx(math.sqrt(1e-3))
 
 
+GAMMA = "sqrt(1 - xdot^2/c^2)"
+PLANE_GAMMA = "sqrt(1 - (rdot^2 + r^2*phidot^2)/c^2)"
+
+
+@pytest.mark.parametrize(
+    ("coordinates", "kinetic", "potential", "lagrangian", "excess"),
+    [
+        ("x", f"m*c^2/{GAMMA}", "k*x^2/2", f"-m*c^2*{GAMMA} - k*x^2/2", "0"),
+        ("x", f"m*c^2/{GAMMA} - m*c^2", "k*x^2/2", f"m*c^2*(1 - {GAMMA}) - k*x^2/2", "0"),
+        ("x", f"m*c^2/{GAMMA} - m*c^2", "k*x^2/2", f"-m*c^2*{GAMMA} - k*x^2/2", "-m c^2"),
+        ("r, phi", f"m*c^2/{PLANE_GAMMA}", "-k/r", f"-m*c^2*{PLANE_GAMMA} + k/r", "0"),
+        ("r, phi", f"m*c^2/{PLANE_GAMMA}", "-k/r", f"-m*c^2*{PLANE_GAMMA} + k/r + k*r^2*phidot", "0"),
+        (
+            "x, y",
+            f"m*c^2/{GAMMA} + m*c^2/{GAMMA.replace('x', 'y')}",
+            "k*(x - y)^2",
+            f"-m*c^2*({GAMMA} + {GAMMA.replace('x', 'y')}) - k*(x - y)^2",
+            "0",
+        ),
+        ("x", f"m*c^2*(1/{GAMMA} - 1)", "k*x", "m*xdot^2/2 - k*x", None),
+    ],
+)
+def test_relativistic_energies(
+    coordinates: str, kinetic: str, potential: str, lagrangian: str, excess: str | None
+) -> None:
+    found = hamilton(
+        f"system: {{coordinates: [{coordinates}], kinetic: {kinetic}, potential: {potential}, "
+        f"lagrangian: {lagrangian}}}\nparameters: {{m: null, c: null, k: null}}\n"
+    )
+    assert found["h_equals_energy"] is (excess == "0")
+    if excess is not None:
+        (field,) = (field for field in found.fields if field.key == "h_equals_energy")
+        assert field.words == ("yes" if excess == "0" else f"no: T + V - H = {excess}")
+
+
 # --- what has no one Hamiltonian
 
 

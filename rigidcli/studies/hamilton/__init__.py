@@ -16,7 +16,8 @@ from rigidcli.report import NOISE, Column, Field, Report, Step, Table, Value
 from rigidcli.studies.common import SHOWN_DIGITS, noise, report, require_values
 from rigidcli.studies.hamilton import lagrange, modes
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
-from rigidcli.studies.hamilton.system import require_formulas
+from rigidcli.studies.hamilton.system import known_values, require_formulas
+from rigidcli.symbolic.algebra.calculus import substitute
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.latex_names import latex_name
@@ -237,14 +238,14 @@ def _spectrum(matrix: Sequence[Sequence[Expr]], document: Document) -> Spectrum 
     """Of numbers where all parameters have values, else of what symbols allow."""
     from rigidcli.symbolic.mechanics.spectrum import numeric_spectrum, symbolic_spectrum
 
-    values = {name: float(value) for name, value in document.values.items()}
+    known = known_values(document)
     used = {name for row in matrix for e in row for name in e.names}
-    if used <= values.keys() and not document.exact_results:
+    if used <= known.keys() and not document.exact_results:
         try:
-            return numeric_spectrum(np.array([[e.evaluate(**values) for e in row] for row in matrix]))
+            return numeric_spectrum([[substitute(e, known) for e in row] for row in matrix])
         except ExpressionError:
             return None
-    return None if TIME in used else symbolic_spectrum(matrix, values)
+    return None if TIME in used else symbolic_spectrum(matrix, known)
 
 
 def _is_energy(derivation: Derivation) -> Field:
@@ -269,11 +270,13 @@ def _transform(found: _Results) -> list[Field]:
     if transform is None:
         return []
     wrong = ", ".join(transform.wrong)
-    words = f"no: of {wrong} the bracket is wrong" if wrong else "yes"
+    where = ", ".join(transform.conditions)
+    words = f"no: of {wrong} the bracket is wrong" if wrong else f"yes, where {where}" if where else "yes"
     title = "new Hamiltonian" if transform.hamiltonian is not None else ""
     brackets, dots = transform.brackets.items(), [f"{name}dot" for name in transform.names]
     return [
         Field("transform.canonical", not wrong, "canonical change of variables", words=words),
+        Field("transform.conditions", list(transform.conditions)),
         *(Field(f"transform.brackets.{name}", e, name, rf"\{name[:-1]}\}}") for name, e in brackets),
         Field("transform.hamiltonian", transform.hamiltonian, title, "K"),
         *_expressions("transform.equations", transform.names, transform.equations, dots),
@@ -346,6 +349,9 @@ def _orbit_table(found: _Results) -> list[Table]:
 def _notes(found: _Results) -> list[str]:
     """Remarks on the results."""
     notes = [*found.derivation.notes, *(found.oscillations.notes if found.oscillations else ())]
+    notes += [
+        f"H has a step where {place} = 0, which its equations do not tell" for place in found.derivation.jumps
+    ]
     if found.orbit is not None and found.document.exact_results:
         notes.append("the orbit is followed in floating-point numbers")
     if found.orbit is not None and found.orbit.lost is not None:
@@ -356,8 +362,8 @@ def _notes(found: _Results) -> list[str]:
     transform = found.transform
     if transform is not None and not transform.wrong and transform.hamiltonian is None:
         notes.append(
-            "H in the new variables is told where H has one form, the change does not hold the time, and "
-            "the old variables are given, or follow from linear equations"
+            "H in the new variables is not found: H has not one form, or the old variables do not follow "
+            "from the new ones by equations that are solved one by one"
         )
     if transform is not None and transform.conditions:
         notes.append(f"H in the new variables is written for {' and '.join(transform.conditions)}")

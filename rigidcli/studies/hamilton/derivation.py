@@ -23,7 +23,7 @@ from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language import code
-from rigidcli.symbolic.mechanics import constraints, energies, mass_matrix
+from rigidcli.symbolic.mechanics import constraints, energies, jumps, mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
 from rigidcli.symbolic.mechanics.lagrange_equations import LagrangeEquations, lagrange_equations
 from rigidcli.symbolic.mechanics.legendre import Momenta, canonical_momenta, legendre_transform
@@ -109,7 +109,12 @@ class Derivation:
     @cached_property
     def cyclic(self) -> tuple[str, ...]:
         """Coordinates on which L and H do not depend."""
-        return tuple(q for q in self.phase.coordinates if is_zero(derivative(self.generator, q)))
+        return tuple(q for q in self.phase.coordinates if jumps.is_constant_in(self.generator, q))
+
+    @cached_property
+    def jumps(self) -> tuple[Expr, ...]:
+        """Functions of the variables at whose zeros H, or L if H is not known, has a step."""
+        return tuple(jumps.jumps(self.generator, (*self.phase.names, *self.velocity_names)))
 
     @cached_property
     def conserved_momenta(self) -> tuple[str, ...]:
@@ -148,12 +153,12 @@ class Derivation:
     @cached_property
     def energy_changes(self) -> bool:
         """Whether H is not conserved."""
-        return not is_zero(self.power)
+        return self.explicit_time or not is_zero(self.power)
 
     @cached_property
     def explicit_time(self) -> bool:
         """Whether H depends on the time by itself."""
-        return not is_zero(derivative(self.generator, TIME))
+        return not jumps.is_constant_in(self.generator, TIME)
 
     @cached_property
     def energy_excess(self) -> Expr | None:
@@ -163,8 +168,11 @@ class Derivation:
         if self.momenta is None or any(e is None for e in known):
             return None
         pairs = zip(self.momenta.definitions, self.velocity_names, strict=True)
-        excess = tidy(total([*(e for e in known if e is not None), *(-p * symbol(v) for p, v in pairs)]))
-        return ZERO if is_zero(excess) else excess
+        excess = total([*(e for e in known if e is not None), *(-p * symbol(v) for p, v in pairs)])
+        at_rest = excess
+        with suppress(ExpressionError):
+            at_rest = substitute(excess, dict.fromkeys(self.velocity_names, ZERO))
+        return tidy(at_rest if is_zero(excess - at_rest) else excess)
 
     @cached_property
     def energy(self) -> Expr | None:

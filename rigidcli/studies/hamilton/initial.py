@@ -15,7 +15,8 @@ from rigidcli.model.document import Document
 from rigidcli.model.orbit import Orbit
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.algebra.expressions import Expr, symbol
+from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch
@@ -42,9 +43,14 @@ def initial_state(
 ) -> tuple[Derivation, InitialState]:
     """The system on the branch of the velocities that an orbit begins on, and the state there.
 
-    Raises DocumentError where the system has no motion from there.
+    Raises DocumentError where the system has no motion from there, and ComputationError where H has steps.
     """
     assert document.system is not None
+    for place in derivation.jumps:
+        raise ComputationError(
+            f"H has a step where {place} = 0, at which a momentum changes suddenly",
+            hint=f"write a gradual step, such as {apply('tanh', place / symbol('d'))} with a small d",
+        )
     q, p, v = orbit.start(document.system)
     parameters = {name: float(value) for name, value in document.values.items()}
     point = _Point(document, {TIME: 0.0, **parameters}).at(derivation.phase.coordinates, q)

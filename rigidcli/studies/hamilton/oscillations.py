@@ -107,10 +107,10 @@ def _modes(
     if any(TIME in e.names for e in motion.entries):
         raise ComputationError("the equations of motion near the equilibrium change with time")
     if document.exact_results or _is_open(motion):
-        found = symbolic_modes(motion, {name: float(value) for name, value in document.values.items()})
+        known = known_values(document)
+        found = symbolic_modes(motion, known)
         if found is not None:
             return found
-        known = known_values(document)
         motion = motion.changed(lambda e: substitute(e, known))
     if _is_open(motion):
         return None

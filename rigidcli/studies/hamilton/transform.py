@@ -2,31 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from itertools import islice
 
+from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.model.transform import Transform
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
+from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.arithmetic import sign
-from rigidcli.symbolic.algebra.calculus import derivative, substitute
-from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.algebra.arithmetic import tidy as in_lowest_terms
+from rigidcli.symbolic.algebra.calculus import coefficients, derivative, substitute
+from rigidcli.symbolic.algebra.expressions import ZERO, Expr, product, symbol, total
+from rigidcli.symbolic.algebra.isolation import Branch
 from rigidcli.symbolic.algebra.positive_roots import for_positive_symbols
 from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.algebra.values import is_zero
+from rigidcli.symbolic.algebra.simplification import shortest, tidy
+from rigidcli.symbolic.algebra.values import is_zero, vanish_together
 from rigidcli.symbolic.mechanics import canonical
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
+from rigidcli.symbolic.mechanics.inverse_change import inverse
+
+MOST_BRANCHES = 3
+"""The most points from which a way back from the new variables is looked for."""
 
 
 @dataclass(frozen=True, slots=True)
 class TransformedSystem:
     """New `names` (coordinates, then momenta), the fundamental brackets, and those that are `wrong`.
 
-    H in the new variables holds under the `conditions`.
-    H and its equations in the new variables are None where the change is not canonical, holds the time,
-    or cannot be inverted.
+    All holds under the `conditions`. H and its equations in the new variables are None where the change is
+    not canonical, or they are not found.
     """
 
     names: tuple[str, ...]
@@ -39,50 +49,183 @@ class TransformedSystem:
 
 def transformed(document: Document, transform: Transform, derivation: Derivation) -> TransformedSystem:
     """Judge a change of variables, for all values of the parameters or else for the given ones."""
-    new = Phase(transform.coordinates, transform.momenta)
+    new, old = Phase(transform.coordinates, transform.momenta), derivation.phase
     given = transform.old if transform.old is not None else transform.new
     assert given is not None
     derived = derived_parameters(document)
     values = {name: from_tree(expression.root, derived) for name, expression in given.items()}
-    pairs, phase = (derivation.phase, new) if transform.old is not None else (new, derivation.phase)
+    pairs, phase = (old, new) if transform.old is not None else (new, old)
     brackets = canonical.brackets(values, pairs, phase)
-    wrong = canonical.wrong_brackets(brackets, pairs)
+    wrong, hamiltonian = canonical.wrong_brackets(brackets, pairs), derivation.hamiltonian
+    conditions: tuple[str, ...] = ()
     if wrong:
         known = known_values(document)
-        wrong = canonical.wrong_brackets({pair: substitute(brackets[pair], known) for pair in wrong}, pairs)
-    timeless = all(is_zero(derivative(value, TIME)) for value in values.values())
-    old = values if transform.old is not None else canonical.inverted(values, pairs, phase)
-    hamiltonian: Expr | None = None
-    positive: list[str] = []
-    if not wrong and timeless and old is not None and derivation.hamiltonian is not None:
-        signs = {name: sign(value) for name, value in known_values(document).items()}
-        negative = [name for name in signs if signs[name] != 1]
-        hamiltonian = tidy(substitute(derivation.hamiltonian, old))
-        hamiltonian, positive = for_positive_symbols(hamiltonian, negative)
-        positive = [name for name in positive if name not in signs]
+        misses = {pair: brackets[pair] - canonical.expected(*pair, pairs) for pair in wrong}
+        needed = canonical.positive_names(misses.values(), phase.names)
+        if needed is None or any(sign(known[name]) != 1 for name in needed if name in known):
+            misses = {pair: substitute(miss, known) for pair, miss in misses.items()}
+            needed = canonical.positive_names(misses.values(), phase.names)
+            values = {name: substitute(value, known) for name, value in values.items()}
+            hamiltonian = None if hamiltonian is None else substitute(hamiltonian, known)
+        if needed is None:
+            wrong = [pair for pair, miss in misses.items() if not is_zero(miss)]
+        else:
+            wrong, conditions = [], tuple(f"{name} > 0" for name in needed if name not in known)
+    found = None
+    if not wrong and hamiltonian is not None:
+        with suppress(ComputationError, ExpressionError):
+            change = _Change(values, old, new, hamiltonian)
+            found = change.from_old() if transform.old is not None else change.from_new()
+    if found is not None:
+        found = found.tidied(document)
+        conditions = tuple(dict.fromkeys([*conditions, *found.conditions]))
     return TransformedSystem(
         new.names,
         {
-            _written(pair): value if pair in wrong else canonical.expected(*pair, pairs)
+            _written(pair): tidy(value) if pair in wrong else canonical.expected(*pair, pairs)
             for pair, value in brackets.items()
         },
         tuple(map(_written, wrong)),
-        tuple(f"{name} > 0" for name in positive),
-        hamiltonian,
-        None if hamiltonian is None or old is None else _equations(hamiltonian, new, derivation, old),
+        conditions,
+        None if found is None else found.hamiltonian,
+        None if found is None else _equations(found, new, derivation),
     )
 
 
-def _equations(
-    hamiltonian: Expr, new: Phase, derivation: Derivation, old: Mapping[str, Expr]
-) -> tuple[Expr, ...]:
+def _equations(found: _Found, new: Phase, derivation: Derivation) -> tuple[Expr, ...]:
     """Hamilton's equations in the new variables, with forces where there are some."""
-    free = equations(hamiltonian, new)
+    free = equations(found.hamiltonian, new)
     if not derivation.is_forced or derivation.velocities is None:
         return free
     forces = derivation.forces_of(derivation.velocities)
-    added = canonical.added_by_forces(forces, old, derivation.phase, new)
+    added = canonical.added_by_forces(forces, found.old, derivation.phase, new)
     return tuple(rate + force for rate, force in zip(free, added, strict=True))
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """K, the R that was added to H in it, the gradient of R, and the conditions under which K holds.
+
+    `old` has the old variables as functions of the new ones.
+    """
+
+    hamiltonian: Expr
+    old: Mapping[str, Expr]
+    added: Expr
+    gradient: list[Expr]
+    conditions: tuple[str, ...] = ()
+
+    def where(self, conditions: Iterable[str]) -> _Found:
+        """The same under conditions."""
+        return replace(self, conditions=tuple(conditions))
+
+    def tidied(self, document: Document) -> _Found:
+        """The same with K as it is for positive symbols under its roots, where that is shorter."""
+        signs = {name: sign(value) for name, value in known_values(document).items()}
+        others = [name for name in signs if signs[name] != 1]
+        hamiltonian, positive = for_positive_symbols(self.hamiltonian, others)
+        further = [f"{name} > 0" for name in positive if name not in signs]
+        return replace(self, hamiltonian=hamiltonian, conditions=(*self.conditions, *further))
+
+
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """A canonical change from `old` to `new` variables, whose `values` are given on one side, and H."""
+
+    values: Mapping[str, Expr]
+    old: Phase
+    new: Phase
+    hamiltonian: Expr
+
+    def from_old(self) -> _Found | None:
+        """K from the old variables as functions of the new ones, and the conditions under which it holds."""
+        for found in self._hamiltonians(self.values, next(self._branches(), Branch({}))):
+            miss = found.hamiltonian - found.added - substitute(self.hamiltonian, self.values)
+            positive = canonical.positive_names([miss], (*self.new.names, TIME))
+            if positive is not None:
+                return found.where(f"{name} > 0" for name in positive)
+        return None
+
+    def from_new(self) -> _Found | None:
+        """K from the new variables as functions of the old ones, and the conditions under which it holds.
+
+        The way back is found by solving equations, and what follows from it put to the test: K must be
+        what it should for all variables, or for positive ones, or at least where this is the way back.
+        """
+        conditional, on_branch = None, None
+        for branch in islice(self._branches(), MOST_BRANCHES):
+            old = inverse(self.values, self.new, self.old, branch)
+            if old is None:
+                continue
+            back = {name: substitute(e, self.values) - symbol(name) for name, e in old.items()}
+            for found in self._hamiltonians(old, branch):
+                misses = [*self._misses(found)]
+                positive = canonical.positive_names(misses, (*self.old.names, TIME))
+                if positive == ():
+                    return found
+                if positive is not None:
+                    conditional = conditional or found.where(f"{name} > 0" for name in positive)
+                elif on_branch is None and vanish_together([*misses, *back.values()]):
+                    words = [f"{name} = {old[name]}" for name, miss in back.items() if not is_zero(miss)]
+                    on_branch = found.where(words) if words else None
+            if conditional or on_branch:
+                break
+        return conditional or on_branch
+
+    def _branches(self) -> Iterator[Branch]:
+        """Points at which all variables have values; those on the right-hand sides are positive."""
+        exprs = (self.hamiltonian, *self.values.values())
+        names = {name for e in exprs for name in e.names}.difference(self.values)
+        for point in samples.points(sorted(names), {}):
+            here = Branch(point)
+            values = {name: here.value(e) for name, e in self.values.items()}
+            if all(map(math.isfinite, values.values())):
+                yield Branch({**point, **values})
+
+    def _hamiltonians(self, old: Mapping[str, Expr], branch: Branch) -> Iterator[_Found]:
+        """K = H + R in the new variables: first with the roots of squares that the branch has."""
+        gradient = canonical.added_gradient(old, self.old, self.new)
+        added = canonical.potential_of(gradient, self.new.names)
+        if added is not None:
+            for way in branch.with_roots, substitute:
+                k = _gathered(way(self.hamiltonian, old) + added, self.new)
+                yield _Found(k, old, added, gradient)
+
+    def _misses(self, found: _Found) -> Iterator[Expr]:
+        """Functions of the old variables that vanish if the old variables are those that were meant."""
+        yield substitute(found.hamiltonian - found.added, self.values) - self.hamiltonian
+        size = len(self.new.coordinates)
+        for place, slope in enumerate(found.gradient):
+            turn, moving = (-1, place + size) if place < size else (1, place - size)
+            rate = derivative(self.values[self.new.names[moving]], TIME)
+            yield substitute(slope, self.values) - turn * rate
+
+
+def _gathered(e: Expr, phase: Phase) -> Expr:
+    """As a polynomial in the momenta, or else in all variables, each coefficient by itself; or as it is."""
+    forms = [tidy(e)]
+    for names in (phase.names, phase.momenta):
+        with suppress(ExpressionError):
+            found = coefficients(e, names)
+            if found is not None:
+                parts = {
+                    powers: product(symbol(n) ** k for n, k in zip(names, powers, strict=True))
+                    for powers in found
+                }
+                forms.append(
+                    tidy(total(_coefficient(found[powers]) * part for powers, part in parts.items()))
+                )
+                break
+    return shortest(forms)
+
+
+def _coefficient(e: Expr) -> Expr:
+    """A coefficient in a short form, in lowest terms where these are not too long."""
+    if is_zero(e):
+        return ZERO
+    with suppress(ComputationError):
+        return in_lowest_terms(e)
+    return tidy(e)
 
 
 def _written(pair: tuple[str, str]) -> str:

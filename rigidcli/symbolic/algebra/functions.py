@@ -94,6 +94,9 @@ _COMPOSED: dict[tuple[str, str], Callable[[Expr], Expr]] = {
     ("cos", "atan"): lambda x: 1 / _root(1 + x**2),
     ("tan", "atan"): lambda x: x,
     ("log", "exp"): lambda x: x,
+    **{(f, g): lambda x: x for f, g in (("sinh", "asinh"), ("cosh", "acosh"), ("tanh", "atanh"))},
+    **{(f, g): lambda x: x for f, g in (("asinh", "sinh"), ("atanh", "tanh"))},
+    ("cosh", "asinh"): lambda x: _root(1 + x**2),
 }
 """Functions of functions that are simpler wherever they have a value."""
 

@@ -27,7 +27,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra.atoms import Monomial
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, factored, gathered, symbol, total
-from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.simplification import shortest, tidy
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.invariants.nullspace import (
@@ -40,10 +40,12 @@ from rigidcli.symbolic.invariants.nullspace import (
     sampler,
     split_columns,
 )
+from rigidcli.symbolic.invariants.separation import separated
 from rigidcli.symbolic.invariants.trial_terms import Term, parts_of, products, simplest_first, trial_sums
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.mechanics.energies import TIME
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, bracket
+from rigidcli.symbolic.mechanics.jumps import smooth
 
 MOST_COORDINATES = 20
 """With more coordinates nothing is searched: the lists of terms would be too long."""
@@ -96,12 +98,30 @@ def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr])
                 e = _recognized(sample, chosen, ratios())
                 if e is not None:
                     e = _primitive(tidy(_primitive(e, phase)), phase)
-                if e is None or not is_zero(bracket(e, hamiltonian, phase)):
+                if e is None or not _is_conserved(e, hamiltonian, phase):
                     misses += 1
                     continue
                 spanned = np.concatenate([spanned, gradients[:, None]], axis=1)
                 found.append(e)
+        # As many as there are coordinates are all that separation gives.
+        missing = len(phase.coordinates) - 1 - len(known) - len(found)
+        for candidate in separated(hamiltonian, phase) if missing > 0 else ():
+            e = shortest([candidate, _primitive(candidate, phase)])
+            *others, gradients = sampler(hamiltonian, phase, [*known, *found, e], ())(0, 0).given.swapaxes(
+                0, 1
+            )
+            is_new = not is_combination(gradients, np.array(others).swapaxes(0, 1))
+            if is_new and _is_conserved(e, hamiltonian, phase):
+                found.append(e)
     return tuple(found)
+
+
+def _is_conserved(e: Expr, hamiltonian: Expr, phase: Phase) -> bool:
+    """Whether {F, H} = 0, also across steps in H, of which derivatives do not tell."""
+    if not is_zero(bracket(e, hamiltonian, phase)):
+        return False
+    gradual = smooth(hamiltonian)
+    return gradual == hamiltonian or is_zero(bracket(smooth(e), gradual, phase))
 
 
 def _primitive(e: Expr, phase: Phase) -> Expr:

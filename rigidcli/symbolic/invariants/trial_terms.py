@@ -6,7 +6,7 @@ The functions of the coordinates are powers, sines and cosines, and what stands 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -22,6 +22,9 @@ MOST_TERMS = 400
 
 MOST_WITH_PRODUCTS = 160
 """The most terms of a sum to which products of listed functions are added."""
+
+MOST_TURNING = 360
+"""The most terms of a sum with the sine or cosine of an angle that is not in H."""
 
 MOST_PIECES = 60
 """The most products of factors of H that are taken as functions; these are the simplest ones."""
@@ -88,14 +91,29 @@ def trial_sums(hamiltonian: Expr, parts: Iterable[Monomial], phase: Phase) -> li
         momenta = [e for degree in degrees if degree for e in _powers(phase.momenta, degree)]
         resting, more_resting = (alone, more_alone) if 0 in degrees else ([], [])
         most = (MOST_TERMS - len(resting)) // len(momenta)
-        moving = next((functions for functions in factors if len(functions) <= most), None)
-        if moving is not None:
+        moving = next((functions for functions in factors if len(functions) <= most), factors[-1][:most])
+        if moving:
             room = max(MOST_WITH_PRODUCTS - len(resting) - len(moving) * len(momenta), 0)
             resting = [*resting, *more_resting[: room // 2]]
             room = max(MOST_WITH_PRODUCTS - len(resting) - len(moving) * len(momenta), 0)
             moving = [*moving, *more_factors[: room // len(momenta)]]
             sums.append([*((e, ONE) for e in resting), *((e, p) for p in momenta for e in moving)])
+    used = {name for m in parts for atom, _ in m for name in atom.names}
+    sums += [_turning(q, waves, kinetic, phase.momenta) for q in angles if q not in used]
     return [list(dict.fromkeys(terms)) for terms in sums]
+
+
+def _turning(
+    angle: str, waves: Iterable[Expr], kinetic: Iterable[Expr], momenta: Sequence[str]
+) -> list[Term]:
+    """Terms of degree 1 in the momenta with the sine or cosine of an angle that is not in H.
+
+    H does not mix them with others: the components of an angular momentum across its axis are such sums.
+    """
+    others = (e for e in waves if angle not in e.names)
+    inner = simplest_first(products([ONE, *others], kinetic))[: MOST_TURNING // (2 * len(momenta))]
+    functions = products([apply(function, symbol(angle)) for function in ("sin", "cos")], inner)
+    return [(e, symbol(p)) for p in momenta for e in functions]
 
 
 def _powers(names: Iterable[str], degree: int) -> list[Expr]:

@@ -1,27 +1,32 @@
-"""Changes of variables in phase space: are they canonical, and what becomes of H?
+"""Changes of variables in phase space: are they canonical, where, and what becomes of H?
 
 A change is canonical if and only if the fundamental Poisson brackets stay what they are,
-{Q_i, Q_j} = {P_i, P_j} = 0 and {Q_i, P_j} = delta_ij. Source: H. Goldstein, C. Poole, J. Safko, Classical
-Mechanics, 3rd edition, section 9.5. Where the old variables are given as functions of the new ones, the same
-is asked the other way round, of the brackets of the old ones by the new ones: one follows from the other.
+{Q_i, Q_j} = {P_i, P_j} = 0 and {Q_i, P_j} = delta_ij. Where the old variables are given as functions of the
+new ones, the same is asked the other way round, of the brackets of the old ones by the new ones: one follows
+from the other. Where the change holds the time, the new Hamiltonian is K = H + R, with a function R that
+makes the new variables move at fixed old ones. Source: H. Goldstein, C. Poole, J. Safko, Classical
+Mechanics, 3rd edition, sections 9.1, 9.4 and 9.5.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from itertools import combinations
 
+from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
+from rigidcli.symbolic.algebra.integration import antiderivative
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.mechanics import mass_matrix
-from rigidcli.symbolic.mechanics.hamilton_equations import Phase, bracket, linear
+from rigidcli.symbolic.mechanics.energies import TIME
+from rigidcli.symbolic.mechanics.hamilton_equations import Phase, bracket
 
 
 def brackets(values: Mapping[str, Expr], pairs: Phase, phase: Phase) -> dict[tuple[str, str], Expr]:
     """All fundamental brackets of the variables `pairs`, whose `values` are functions on `phase`."""
-    return {(a, b): tidy(bracket(values[a], values[b], phase)) for a, b in combinations(pairs.names, 2)}
+    return {(a, b): bracket(values[a], values[b], phase) for a, b in combinations(pairs.names, 2)}
 
 
 def expected(a: str, b: str, pairs: Phase) -> Expr:
@@ -51,23 +56,59 @@ def added_by_forces(
     return [*(-along(name) for name in new.momenta), *(along(name) for name in new.coordinates)]
 
 
-def inverted(values: Mapping[str, Expr], new: Phase, old: Phase) -> dict[str, Expr] | None:
-    """The `old` variables as functions of the `new` ones, whose `values` are linear; None if they are not."""
-    parts = linear([values[name] for name in new.names], old.names)
-    if parts is None or len(new.names) > mass_matrix.LARGEST:
+def positive_names(expressions: Iterable[Expr], variables: Sequence[str]) -> tuple[str, ...] | None:
+    """The names that must be positive for all the expressions to vanish; None if that is not enough.
+
+    Conditions on parameters are preferred to those on `variables`.
+    """
+    left = [e for e in expressions if not is_zero(e)]
+    if not left:
+        return ()
+    parameters = sorted({name for e in left for name in e.names}.difference(variables))
+
+    def vanish(names: Sequence[str]) -> bool:
+        positive = {name: symbol(name, positive=True) for name in names}
+        with suppress(ExpressionError):
+            return all(is_zero(substitute(e, positive)) for e in left)
+        return False
+
+    needed = [*variables, *parameters]
+    if not vanish(needed):
         return None
-    matrix, offset = parts
-    determinant = mass_matrix.determinant(matrix)
-    if is_zero(determinant):
-        return None
-    right = [symbol(name) - b for name, b in zip(new.names, offset, strict=True)]
-    # Cramer's rule: the column of each variable is replaced by the right-hand side.
-    return {
-        name: tidy(
-            mass_matrix.determinant(
-                [[*row[:k], b, *row[k + 1 :]] for row, b in zip(matrix, right, strict=True)]
+    for name in tuple(needed):
+        fewer = [kept for kept in needed if kept != name]
+        if vanish(fewer):
+            needed = fewer
+    return tuple(needed)
+
+
+def added_gradient(old: Mapping[str, Expr], old_phase: Phase, new: Phase) -> list[Expr]:
+    """The derivatives of R by the new variables (2n), for old variables as functions of these and the time.
+
+    The new variables Z move at fixed old ones as J dR/dZ. With z(Z, t) that is
+    dR/dZ_k = sum_i dq_i/dZ_k dp_i/dt - dp_i/dZ_k dq_i/dt.
+    """
+    pairs = [(old[q], old[p]) for q, p in zip(old_phase.coordinates, old_phase.momenta, strict=True)]
+    return [
+        tidy(
+            total(
+                derivative(q, name) * derivative(p, TIME) - derivative(p, name) * derivative(q, TIME)
+                for q, p in pairs
             )
-            / determinant
         )
-        for k, name in enumerate(old.names)
-    }
+        for name in new.names
+    ]
+
+
+def potential_of(gradient: Sequence[Expr], names: Sequence[str]) -> Expr | None:
+    """The function with this gradient by the names, but for a function of other names; None if not found."""
+    found = ZERO
+    for name, slope in reversed([*zip(names, gradient, strict=True)]):
+        part = antiderivative(tidy(slope - derivative(found, name)), name)
+        if part is None:
+            return None
+        found += part
+    is_right = all(
+        is_zero(slope - derivative(found, name)) for name, slope in zip(names, gradient, strict=True)
+    )
+    return found if is_right else None

@@ -28,6 +28,9 @@ from rigidcli.symbolic.mechanics.spectrum import sign_of
 LARGEST = 6
 """The most freedoms that act on each other and are worked in symbols: more have no factors as a rule."""
 
+SIGNS = 12
+"""Random points at which a root must have one sign, so that few of another sign are missed."""
+
 
 class Root(NamedTuple):
     """The real and the imaginary part of s, whether motion is bounded, and where it is so, as in `Mode`."""
@@ -38,7 +41,7 @@ class Root(NamedTuple):
     condition: Expr | None = None
 
 
-def symbolic_modes(motion: LinearMotion, fixed: Mapping[str, float]) -> list[Mode] | None:
+def symbolic_modes(motion: LinearMotion, fixed: Mapping[str, Expr]) -> list[Mode] | None:
     """The modes, by ascending rates; None where the polynomial does not factor."""
     size = len(motion.masses)
     parts = motion.parts
@@ -60,12 +63,13 @@ def symbolic_modes(motion: LinearMotion, fixed: Mapping[str, float]) -> list[Mod
                 whole[place] = entry
             modes.append(replace(mode, vector=tuple(whole)))
     rates = [rate for mode in modes if isinstance(rate := mode.rate, Expr)]
-    sizes = samples.values(rates, fixed, count=1)
+    known = {name: float(value) for name, value in fixed.items()}
+    sizes = samples.values(rates, known, count=1)
     order = range(len(modes)) if sizes is None else sizes[0].argsort(kind="stable")
     return [modes[place] for place in order]
 
 
-def _of_block(motion: LinearMotion, fixed: Mapping[str, float]) -> list[Mode] | None:
+def _of_block(motion: LinearMotion, fixed: Mapping[str, Expr]) -> list[Mode] | None:
     if len(motion.masses) > LARGEST:
         return None
     matrix = pencil(motion, S)
@@ -85,7 +89,7 @@ def _of_block(motion: LinearMotion, fixed: Mapping[str, float]) -> list[Mode] | 
     return modes
 
 
-def _roots(factor: Expr, fixed: Mapping[str, float]) -> list[Root] | None:
+def _roots(factor: Expr, fixed: Mapping[str, Expr]) -> list[Root] | None:
     """The roots of a factor of the polynomial with Im s >= 0, of s and -s one; None without a closed form."""
     found = coefficients(factor, sorted(S.names))
     if found is None:
@@ -106,7 +110,7 @@ def _roots(factor: Expr, fixed: Mapping[str, float]) -> list[Root] | None:
     return _biquadratic(a, b, c, fixed)
 
 
-def _of_square(square: Expr, fixed: Mapping[str, float]) -> Root:
+def _of_square(square: Expr, fixed: Mapping[str, Expr]) -> Root:
     """The root of s^2 = `square`; where the sign of that is open, it is taken to oscillate."""
     sign = sign_of(square, fixed)
     if sign == 1:
@@ -115,7 +119,7 @@ def _of_square(square: Expr, fixed: Mapping[str, float]) -> Root:
     return Root(ZERO, angular, True) if sign else Root(ZERO, angular, None, tidy(-square))
 
 
-def _biquadratic(a: Expr, b: Expr, c: Expr, fixed: Mapping[str, float]) -> list[Root] | None:
+def _biquadratic(a: Expr, b: Expr, c: Expr, fixed: Mapping[str, Expr]) -> list[Root] | None:
     """The roots of a s^4 + b s^2 + c, of which both s^2 are real."""
     middle, discriminant = tidy(-b / (2 * a)), tidy((b**2 - 4 * a * c) / (4 * a**2))
     if sign_of(discriminant, fixed) != 1:
@@ -132,7 +136,7 @@ def _biquadratic(a: Expr, b: Expr, c: Expr, fixed: Mapping[str, float]) -> list[
     return [root._replace(angular=shortest([root.angular, form])) for root, form in pairs]
 
 
-def _damped(a: Expr, b: Expr, c: Expr, fixed: Mapping[str, float]) -> list[Root] | None:
+def _damped(a: Expr, b: Expr, c: Expr, fixed: Mapping[str, Expr]) -> list[Root] | None:
     """The roots of a s^2 + b s + c: two real ones, or one of two that are complex."""
     middle, discriminant = tidy(-b / (2 * a)), tidy((b**2 - 4 * a * c) / (4 * a**2))
     sign, decay = sign_of(discriminant, fixed), sign_of(middle, fixed)
@@ -150,14 +154,16 @@ def _damped(a: Expr, b: Expr, c: Expr, fixed: Mapping[str, float]) -> list[Root]
     return [Root(value, ZERO, own < 0 if own else None) for value, own in pairs if own is not None]
 
 
-def _positive_root(square: Expr, fixed: Mapping[str, float]) -> Expr:
-    """The square root that is positive for positive parameters."""
+def _positive_root(square: Expr, fixed: Mapping[str, Expr]) -> Expr:
+    """The root of a square that no positive parameters make zero: its sign at one point is that at all."""
     free = root_of_either_sign(square)
-    sign = sign_of(free, fixed)
-    return tidy(free * sign) if sign else square ** Fraction(1, 2)
+    sizes = samples.values([free], {name: float(value) for name, value in fixed.items()}, count=SIGNS)
+    if sizes is None or sizes.min() < 0 < sizes.max():
+        return square ** Fraction(1, 2)
+    return tidy(free if sizes.min() >= 0 else -free)
 
 
-def _shortest_root(square: Expr, fixed: Mapping[str, float]) -> Expr:
+def _shortest_root(square: Expr, fixed: Mapping[str, Expr]) -> Expr:
     """The same in its shortest form."""
     return shortest([square ** Fraction(1, 2), _positive_root(square, fixed)])
 

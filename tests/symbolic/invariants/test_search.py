@@ -27,6 +27,17 @@ R = "sqrt(x**2 + y**2)"
 R_3 = "sqrt(x**2 + y**2 + z**2)"
 L = "x*p_y - y*p_x"
 ROTOR = "(p_theta**2 + p_phi**2/sin(theta)**2)"
+L_X = "p_theta*sin(phi) + p_phi*cos(phi)/tan(theta)"
+TILT = "(p_phi - p_psi*cos(theta))/sin(theta)"
+NODE = f"({TILT})*sin(psi) + p_theta*cos(psi)"
+DELTA = "(r**2 - 2*M*r + a**2)"
+KERR = (
+    f"({DELTA}*p_r**2 + p_theta**2 + (p_phi/sin(theta) + a*p_T*sin(theta))**2"
+    f" - ((r**2 + a**2)*p_T + a*p_phi)**2/{DELTA})/(2*(r**2 + a**2*cos(theta)**2))"
+)
+CARTER = f"p_theta**2 + (p_phi/sin(theta) + a*p_T*sin(theta))**2 - 2*a**2*cos(theta)**2*({KERR})"
+STARK = "2*(u*p_u**2 + v*p_v**2)/(m*(u + v)) + p_phi**2/(2*m*u*v) - 2*k/(u + v) + F*(u - v)/2"
+ELLIPTIC = "((p_u**2 + p_v**2)/(2*m*a**2) - k*cosh(u)/a - K*cos(v)/a)/(sinh(u)**2 + sin(v)**2)"
 PAIR = "(p_x1**2 + p_y1**2)/(2*m1) + (p_x2**2 + p_y2**2)/(2*m2)"
 APART = "sqrt((x1 - x2)**2 + (y1 - y2)**2)"
 TURNING = "(x1 - x2)*(m2*p_y1 - m1*p_y2) - (y1 - y2)*(m2*p_x1 - m1*p_x2)"
@@ -69,9 +80,75 @@ CASES = {
     "central force, spherical": Case(
         "r theta phi",
         f"p_r**2/(2*m) + {ROTOR}/(2*m*r**2) + k*r**4",
-        (ROTOR,),
+        (ROTOR, L_X),
+        2,
+        ("p_phi",),
+    ),
+    "Kepler, spherical": Case(
+        "r theta phi", f"p_r**2/(2*m) + {ROTOR}/(2*m*r**2) - k/r", (ROTOR, L_X), 2, ("p_phi",)
+    ),
+    "screened, spherical": Case(
+        "r theta phi", f"p_r**2/(2*m) + {ROTOR}/(2*m*r**2) - k*exp(-r/a)/r", (ROTOR, L_X), 2, ("p_phi",)
+    ),
+    "dipole, spherical": Case(
+        "r theta phi",
+        f"p_r**2/(2*m) + {ROTOR}/(2*m*r**2) + k*cos(theta)/r**2",
+        (f"{ROTOR} + 2*m*k*cos(theta)",),
         1,
         ("p_phi",),
+    ),
+    # L. D. Landau, E. M. Lifshitz, Mechanics, section 35, in Euler angles; L is at rest in space.
+    "free asymmetric top": Case(
+        "theta phi psi",
+        f"({NODE})**2/(2*A) + (({TILT})*cos(psi) - p_theta*sin(psi))**2/(2*B) + p_psi**2/(2*C)",
+        (
+            f"p_theta**2 + ({TILT})**2 + p_psi**2",
+            "p_psi*cos(phi)/sin(theta) - p_phi*cos(phi)/tan(theta) - p_theta*sin(phi)",
+        ),
+        2,
+        ("p_phi",),
+    ),
+    "free symmetric top": Case(
+        "theta phi psi",
+        f"p_theta**2/(2*A) + ({TILT})**2/(2*A) + p_psi**2/(2*C)",
+        (
+            f"p_theta**2 + ({TILT})**2 + p_psi**2",
+            "p_psi*cos(phi)/sin(theta) - p_phi*cos(phi)/tan(theta) - p_theta*sin(phi)",
+        ),
+        1,
+        ("p_phi", "p_psi"),
+    ),
+    # L. D. Landau, E. M. Lifshitz, Mechanics, section 48: separation of variables.
+    "Stark, parabolic": Case(
+        "u v phi",
+        STARK,
+        (f"2*u*p_u**2/m + p_phi**2/(2*m*u) + F*u**2/2 - u*({STARK})",),
+        1,
+        ("p_phi",),
+    ),
+    "Stark, squared": Case(
+        "u v phi",
+        "((p_u**2 + p_v**2)/(2*m) - 2*k)/(u**2 + v**2) + p_phi**2/(2*m*u**2*v**2) + F*(u**2 - v**2)/2",
+        (),
+        1,
+        ("p_phi",),
+    ),
+    "two centres, elliptic": Case("u v", ELLIPTIC, (), 1),
+    "Liouville": Case("x y", "(p_x**2 + p_y**2 + a*x**3 + b*exp(y))/(2*(x**4 + exp(2*y)))", (), 1),
+    "in steps": Case(
+        "r theta phi",
+        "p_r**2/2 + exp(r) + (p_theta**2 + (p_phi**2 + exp(cos(phi)))/sin(theta)**2 + cos(theta))/(2*r**2)",
+        ("p_phi**2 + exp(cos(phi))", "p_theta**2 + (p_phi**2 + exp(cos(phi)))/sin(theta)**2 + cos(theta)"),
+        2,
+    ),
+    # B. Carter, Physical Review 174 (1968) 1559: geodesics about a turning black hole.
+    "Kerr": Case("r theta phi T", KERR, (CARTER,), 1, ("p_phi", "p_T")),
+    "Schwarzschild": Case(
+        "r theta phi T",
+        "((1 - 2*M/r)*p_r**2 + (p_theta**2 + p_phi**2/sin(theta)**2)/r**2 - p_T**2/(1 - 2*M/r))/2",
+        (ROTOR,),
+        1,
+        ("p_phi", "p_T"),
     ),
     "dipole": Case("x y", f"{FREE} - k*x/{R}**3", (f"({L})**2 - 2*m*k*x/{R}",), 1),
     "spherical pendulum": Case("theta phi", f"{ROTOR}/(2*m*l**2) - m*g*l*cos(theta)", (), 0, ("p_phi",)),

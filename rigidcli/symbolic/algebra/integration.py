@@ -1,0 +1,49 @@
+"""Antiderivatives of sums of simple terms: powers, and functions of what is linear in the variable."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.algebra.atoms import Applied, Symbol
+from rigidcli.symbolic.algebra.calculus import derivative, expand
+from rigidcli.symbolic.algebra.expressions import Expr, atomic, gathered, power, symbol, total
+from rigidcli.symbolic.algebra.functions import apply
+
+_INTEGRALS: dict[str, Callable[[Expr], Expr]] = {
+    "sin": lambda x: -apply("cos", x),
+    "cos": lambda x: apply("sin", x),
+    "sinh": lambda x: apply("cosh", x),
+    "cosh": lambda x: apply("sinh", x),
+    "exp": lambda x: apply("exp", x),
+}
+"""The integral of each function of one argument."""
+
+
+def antiderivative(e: Expr, name: str) -> Expr | None:
+    """A function whose derivative by a symbol is `e`; None where a term is of no kind that is known."""
+    try:
+        parts = [_of_term(Expr({monomial: c}), name) for monomial, c in expand(e).ordered]
+    except ExpressionError:
+        return None
+    known = [part for part in parts if part is not None]
+    return total(known) if len(known) == len(parts) else None
+
+
+def _of_term(term: Expr, name: str) -> Expr | None:
+    """The same for one term."""
+    ((monomial, coefficient),) = term.terms.items()
+    moving = [(atom, n) for atom, n in monomial if name in atom.names]
+    rest = gathered(coefficient, {atom: n for atom, n in monomial if name not in atom.names})
+    if not moving:
+        return term * symbol(name)
+    if len(moving) > 1:
+        return None
+    ((atom, n),) = moving
+    if isinstance(atom, Symbol):
+        x = atomic(atom)
+        return rest * (apply("log", x) if n == -1 else power(x, n + 1) / (n + 1))
+    if not isinstance(atom, Applied) or atom.function not in _INTEGRALS or n != 1:
+        return None
+    slope = derivative(atom.arguments[0], name)
+    return None if name in slope.names else rest * _INTEGRALS[atom.function](atom.arguments[0]) / slope
