@@ -402,6 +402,5 @@ def test_lengths_of_atoms_beside_angles() -> None:
     order = np.argsort(squares)
     for mode, place in zip((slow, fast), order, strict=True):
         assert mode["rate"] == pytest.approx(math.sqrt(squares[place] * 10 / 1e-15))
-        assert mode["vector"] == pytest.approx(
-            [1, vectors[1, place] / vectors[0, place] * 1e-15], rel=1e-12, abs=0
-        )
+        ratio = vectors[1, place] / vectors[0, place] * 1e-15
+        assert mode["vector"] == pytest.approx([1, ratio], rel=1e-12, abs=0)
