@@ -53,11 +53,15 @@ def principal_frame(inertia: Inertia) -> PrincipalFrame:
 
     The least moment is zero where rounding may have made it: where it is at most the `noise` along its
     axis, to first order. An axis is uncertain by about the noise over the distance to the next moment.
+
+    Raises ComputationError for entries beyond the range of floats.
     """
     entries = inertia.without_noise()
     if not entries.any():
         return PrincipalFrame(np.zeros(3), np.eye(3), ((0, 1, 2),))
-    scale = 2.0 ** math.frexp(np.abs(entries).max())[1]
+    if not np.isfinite(entries).all():
+        raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
+    scale = 2.0 ** (math.frexp(np.abs(entries).max())[1] - 1)
     with np.errstate(over="ignore"):
         values, rows = diagonal_form(entries / scale, np.eye(3), SOLVED)
     order = np.argsort(values, kind="stable")

@@ -134,7 +134,8 @@ def _is_about_massless_axis(body: Inertia, omega: Floats) -> bool:
     """Whether a linear body turns about its line, so that L is zero but for rounding."""
     rates, size = np.abs(omega @ body.axes), np.abs(body.entries)
     rounding = rates @ body.noise + MISPLACED * FLOAT.hypot(*omega) * size.max(axis=0)
-    return bool((np.abs(omega @ body.axes @ body.entries) <= rounding).all())
+    momentum = np.abs(omega @ body.axes @ body.entries)
+    return bool((momentum <= rounding).all() and np.isfinite(momentum).all())
 
 
 _WOBBLES = {

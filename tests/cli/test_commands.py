@@ -42,7 +42,7 @@ BODIES = [path for path in DOCUMENTS if "body" in read_tree(path.read_text(), pa
 
 INERTIA = ["schema", "name", "source", "mass", "center_of_mass", "about", "tensor", "tensor_com"]
 AXES = [*INERTIA, "moments", "axes", "groups", "class", "residual"]
-MOTION = ["omega", "angular_momentum", "kinetic_energy", "angle", "wobbles"]
+MOTION = ["omega", "angular_momentum", "kinetic_energy", "angle", "wobbles", "holding_torque"]
 INERTIA_HEADER = "name,mass,com_x,com_y,com_z,Ixx,Iyy,Izz,Ixy,Ixz,Iyz"
 AXES_HEADER = f"{INERTIA_HEADER},lambda1,lambda2,lambda3,e1x,e1y,e1z,e2x,e2y,e2z,e3x,e3y,e3z,class"
 

@@ -272,7 +272,7 @@ def test_a_linear_body_has_the_moment_zero(quaternion: list[float], scale: float
 )
 def test_masses_on_a_line_are_linear(masses: list[float], axis: list[float]) -> None:
     rows = np.array([[m, *(k * np.array(axis))] for k, m in enumerate(masses)])
-    frame = principal_frame(mass_properties.of_points(rows).tensor)
+    frame = principal.principal_frame(mass_properties.of_points(rows).inertia)
     assert principal.body_class(frame) == "linear"
 
 

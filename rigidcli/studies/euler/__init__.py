@@ -42,6 +42,7 @@ AXES = {"e1": "e1, least moment", "e2": "e2, middle moment", "e3": "e3, greatest
 """The principal axes, which are others than the axes 1, 2, 3 of the components of omega and L, in words."""
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def run(
     document: Document,
     *,
@@ -89,7 +90,6 @@ def follow(
         ) from None
 
 
-@np.errstate(over="ignore", invalid="ignore")
 def _body(motion: Trajectory) -> tuple[Field, ...]:
     problem = motion.problem
     frame, momentum = problem.frame, problem.inertia.momentum(problem.omega)
