@@ -110,9 +110,9 @@ def _roots(factor: Expr, fixed: Mapping[str, Expr]) -> list[Root] | None:
     return _biquadratic(a, b, c, fixed)
 
 
-def _of_square(square: Expr, fixed: Mapping[str, Expr]) -> Root:
+def _of_square(square: Expr, fixed: Mapping[str, Expr], sign: int | None = None) -> Root:
     """The root of s^2 = `square`; where the sign of that is open, it is taken to oscillate."""
-    sign = sign_of(square, fixed)
+    sign = sign_of(square, fixed) if sign is None else sign
     if sign == 1:
         return Root(_shortest_root(square, fixed), ZERO, False)
     angular = _shortest_root(-square, fixed)
@@ -125,12 +125,18 @@ def _biquadratic(a: Expr, b: Expr, c: Expr, fixed: Mapping[str, Expr]) -> list[R
     if sign_of(discriminant, fixed) != 1:
         return None
     width = _positive_root(discriminant, fixed)
-    roots = [_of_square(tidy(middle + side * width), fixed) for side in (1, -1)]
+    # Of two squares with a positive product both have the sign of their mean, else one has either.
+    product, mean = sign_of(c / a, fixed), sign_of(middle, fixed)
+    signs = (mean, mean) if product == 1 else (1, -1) if product == -1 else (None, None)
+    roots = [
+        _of_square(tidy(middle + side * width), fixed, sign)
+        for side, sign in zip((1, -1), signs, strict=True)
+    ]
     if not all(root.is_stable for root in roots):
         return roots
     # sqrt(m - d) = sqrt((m + r)/2) - sqrt((m - r)/2), where r^2 = m^2 - d^2, may be shorter.
-    product = _positive_root(tidy(c / a), fixed)
-    first, second = (_positive_root(tidy((side * product - middle) / 2), fixed) for side in (1, -1))
+    size = _positive_root(tidy(c / a), fixed)
+    first, second = (_positive_root(tidy((side * size - middle) / 2), fixed) for side in (1, -1))
     forms = tidy(first - second), tidy(first + second)
     pairs = zip(roots, forms, strict=True)
     return [root._replace(angular=shortest([root.angular, form])) for root, form in pairs]
