@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 
 import numpy as np
@@ -17,7 +18,7 @@ from rigidcli.model.document import Document
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
-from rigidcli.symbolic.algebra.expressions import PI, ZERO, Expr, symbol, total
+from rigidcli.symbolic.algebra.expressions import PI, ZERO, Expr, number, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
@@ -154,17 +155,47 @@ def _transformed(derivation: Derivation, lagrangian: Expr, values: Mapping[str, 
     phase, velocities = derivation.phase, derivation.velocity_names
     momenta = canonical_momenta(lagrangian, velocities)
     _require_regular(momenta, phase, velocities, values)
+    branches, residual = _branches(derivation, lagrangian, momenta, values)
+    notes = [*_singular_points(momenta, phase), *map(_assumed, branches[:1])]
+    if not branches:
+        notes.append("no closed form of the velocities in the momenta was found, so that H is not written")
+    return replace(
+        derivation, momenta=momenta, branches=branches, residual=residual, notes=tuple(filter(None, notes))
+    )
+
+
+def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivation:
+    """The same system with the form of its branches that holds for these values."""
+    if all(e.evaluate(**values) > 0 for branch in derivation.branches for e in branch.region):
+        return derivation
+    lagrangian, momenta = derivation.system.lagrangian, derivation.momenta
+    assert lagrangian is not None
+    assert momenta is not None
+    notes = {_assumed(branch) for branch in derivation.branches}
+    exact = {name: number(Fraction(value)) for name, value in values.items()}
+    branches, residual = _branches(derivation, lagrangian, momenta, exact)
+    kept = tuple(note for note in derivation.notes if note not in notes)
+    return replace(derivation, branches=branches, residual=residual, notes=kept)
+
+
+def _assumed(branch: Branch) -> str:
+    """What the form of a branch assumes of parameters and coordinates."""
+    where = " and ".join(f"{e} > 0" for e in branch.region)
+    return f"H is written for {where}" if where else ""
+
+
+def _branches(
+    derivation: Derivation, lagrangian: Expr, momenta: Momenta, values: Mapping[str, Expr]
+) -> tuple[tuple[Branch, ...], float | None]:
+    """The ways from momenta to velocities that pass the check, and the largest residual of it."""
+    phase, velocities = derivation.phase, derivation.velocity_names
     good, residuals = [], []
-    for branch in legendre_transform(lagrangian, velocities, phase.momenta):
+    for branch in legendre_transform(lagrangian, velocities, phase.momenta, values):
         residual = _residual(lagrangian, momenta, branch, phase, velocities)
         if residual is None or residual < MOST_RESIDUAL:
             good.append(branch)
             residuals += [] if residual is None else [residual]
-    notes = list(_singular_points(momenta, phase))
-    if not good:
-        notes.append("the velocities have no closed form in the momenta, so that H is not written")
-    worst = max(residuals, default=None)
-    return Derivation(phase, velocities, derivation.system, momenta, tuple(good), worst, tuple(notes))
+    return tuple(good), max(residuals, default=None)
 
 
 def _singular_points(momenta: Momenta, phase: Phase) -> Iterator[str]:
@@ -218,10 +249,13 @@ def _residual(
     names = lagrangian.names | branch.hamiltonian.names
     shared = [*sorted(names - {*phase.names, *velocities, TIME}), TIME, *phase.coordinates]
     from_velocities = code.function([to_tree(e) for e in expected], [*shared, *velocities], {})(math)
-    trees = [to_tree(e) for e in (*found, *branch.conditions)]
+    limits = (*branch.conditions, *branch.region)
+    trees = [to_tree(e) for e in (*found, *limits)]
     from_momenta = code.function(trees, [*shared, *phase.momenta], {})(math)
     size, worst, seen = len(velocities), 0.0, 0
-    for point in samples.points([*shared, *velocities], {}):
+    for place, point in enumerate(samples.points([*shared, *velocities], {})):
+        if place % 2:
+            point |= {name: -point[name] for name in velocities}
         v = np.array([point[name] for name in velocities])
         try:
             known = np.array(from_velocities(*point.values()))

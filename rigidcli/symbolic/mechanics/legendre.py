@@ -15,21 +15,32 @@ whole: each coefficient is, by itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from itertools import product as combinations
-from typing import TypeAlias
+from typing import NamedTuple
 
-from rigidcli.symbolic.algebra.calculus import coefficients, derivative
+from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.algebra.calculus import Polynomial, derivative, expand, substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
-from rigidcli.symbolic.mechanics.velocity_inversion import Branch, inverted_velocities, quadratic_form
+from rigidcli.symbolic.mechanics.velocity_inversion import (
+    Branch,
+    inverted_kernel,
+    inverted_polynomial,
+    quadratic_form,
+)
+from rigidcli.symbolic.mechanics.velocity_terms import Kernel, places_in, restricted, sorted_terms
 
 MOST_BRANCHES = 16
 """The most branches that are listed: more of them nobody would read."""
+
+NOTHING: Mapping[str, Expr] = {}
+"""Values of no names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +51,12 @@ class Momenta:
     mass_matrix: tuple[tuple[Expr, ...], ...]
 
 
-_Part: TypeAlias = tuple[Expr, list[int]]
-"""Terms of a Lagrangian, and the places of the velocities in them."""
+class _Part(NamedTuple):
+    """The places of some velocities, and the terms of a Lagrangian in these, in this order."""
+
+    places: list[int]
+    polynomial: Polynomial
+    kernels: list[Kernel]
 
 
 def canonical_momenta(lagrangian: Expr, velocities: Sequence[str]) -> Momenta:
@@ -53,57 +68,104 @@ def canonical_momenta(lagrangian: Expr, velocities: Sequence[str]) -> Momenta:
     return Momenta(definitions, matrix)
 
 
-def legendre_transform(lagrangian: Expr, velocities: Sequence[str], names: Sequence[str]) -> list[Branch]:
-    """All ways back from the momenta, called `names`; none where the velocities have no closed form.
+def legendre_transform(
+    lagrangian: Expr,
+    velocities: Sequence[str],
+    names: Sequence[str],
+    values: Mapping[str, Expr] = NOTHING,
+) -> list[Branch]:
+    """All ways back from the momenta, called `names`; none where no closed form is known.
 
-    The mass matrix must be regular.
+    Where their form depends on signs, as that of a mass, it is the form for the `values` of parameters and
+    coordinates, and where these do not tell for positive ones. The mass matrix must be regular.
     """
-    still, parts = _parts(lagrangian, velocities)
+    sorted_out = _parts(lagrangian, velocities)
+    if sorted_out is None:
+        return []
+    still, parts = sorted_out
     p = [symbol(name) for name in names]
-    options = [_inverted(part, velocities, p) for part in parts]
+    options = [_likely(_inverted(part, p), values) for part in parts]
     chosen = combinations(*options) if math.prod(map(len, options)) <= MOST_BRANCHES else ()
     return [_joined(choice, parts, still, len(p)) for choice in chosen]
+
+
+def _likely(branches: Sequence[Branch], values: Mapping[str, Expr]) -> list[Branch]:
+    """The branches in one region: in that of the values, or else in the first."""
+    possible = []
+    for branch in branches:
+        signs = {e: substitute(e, values) for e in branch.region}
+        if not any(not value.names and value.evaluate() <= 0 for value in signs.values()):
+            open_signs = tuple(e for e, value in signs.items() if value.names)
+            possible.append(replace(branch, region=open_signs))
+    return [branch for branch in possible if branch.region == possible[0].region]
 
 
 def _joined(chosen: Sequence[Branch], parts: Sequence[_Part], still: Expr, size: int) -> Branch:
     """The branch of the whole Lagrangian, from one branch of each part."""
     velocities = [ZERO] * size
-    for branch, (_, places) in zip(chosen, parts, strict=True):
-        for place, velocity in zip(places, branch.velocities, strict=True):
+    for branch, part in zip(chosen, parts, strict=True):
+        for place, velocity in zip(part.places, branch.velocities, strict=True):
             velocities[place] = velocity
-    hamiltonian = total([*(branch.hamiltonian for branch in chosen), -still])
-    return Branch(tuple(velocities), hamiltonian, tuple(e for branch in chosen for e in branch.conditions))
+    return Branch(
+        tuple(velocities),
+        total([*(branch.hamiltonian for branch in chosen), -still]),
+        tuple(e for branch in chosen for e in branch.conditions),
+        tuple(e for branch in chosen for e in branch.region),
+        next((branch.period for branch in chosen if branch.period is not None), None),
+    )
 
 
-def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Part]]:
-    """The terms without velocities, and the others: all, if they are quadratic, or those that share some."""
-    every = range(len(velocities))
-    found = coefficients(lagrangian, velocities)
-    if has_degrees(found, 0, 1, 2):
-        still = coefficient(found, len(velocities))
-        return still, [(lagrangian - still, list(every))]
-    terms = [
-        (term, {i for i in every if velocities[i] in term.names})
-        for term in (Expr({monomial: factor}) for monomial, factor in lagrangian.terms.items())
-    ]
-    groups = mass_matrix.connected(len(velocities), lambda i, j: any({i, j} <= places for _, places in terms))
-    parts = [(total(term for term, places in terms if places & {*group}), group) for group in groups]
-    return total(term for term, places in terms if not places), parts
+def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Part]] | None:
+    """What is without velocities, and the others: all, if they are quadratic, or those that share some.
+
+    None where a term has no form that is known.
+    """
+    size = len(velocities)
+    still = total(
+        Expr({monomial: factor})
+        for monomial, factor in lagrangian.terms.items()
+        if all(atom.names.isdisjoint(velocities) for atom, _ in monomial)
+    )
+    found = sorted_terms(lagrangian - still, velocities)
+    if found is None:
+        return None
+    polynomial, kernels = found
+    still = _cancelled(still, coefficient(polynomial, size))
+    if not kernels and has_degrees(polynomial, 0, 1, 2):
+        groups = [list(range(size))]
+    else:
+        links = [*(kernel.places for kernel in kernels), *map(places_in, polynomial)]
+        groups = mass_matrix.connected(size, lambda i, j: any({i, j} <= places for places in links))
+    parts = []
+    for group in groups:
+        own = {powers: e for powers, e in polynomial.items() if places_in(powers) & {*group}}
+        inner = [kernel for kernel in kernels if kernel.places & {*group}]
+        parts.append(_Part(group, restricted(own, group), [kernel.restricted(group) for kernel in inner]))
+    return still, parts
 
 
-def _inverted(part: _Part, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
+def _cancelled(typed: Expr, rest: Expr) -> Expr:
+    """Terms as they are typed, and what is left of others: together, if some of them cancel."""
+    both = typed + rest
+    with suppress(ExpressionError):
+        if typed.terms and rest.terms and len(expand(both).terms) < len(both.terms):
+            return tidy(both)
+    return both
+
+
+def _inverted(part: _Part, momenta: Sequence[Expr]) -> list[Branch]:
     """All that is known of going back from the momenta of a part to its velocities."""
-    e, places = part
-    names, size = [velocities[place] for place in places], len(places)
-    found, others = coefficients(e, names), []
-    if not has_degrees(found, 0, 1, 2):
-        terms = [Expr({monomial: factor}) for monomial, factor in e.terms.items()]
-        others = [term for term in terms if not has_degrees(coefficients(term, names), 1)]
-        found = coefficients(e - total(others), names) or {}
-    shifted = [momenta[place] - coefficient(found, size, i) for i, place in enumerate(places)]
-    if not others:
+    places, found, kernels = part
+    size = len(places)
+    own = [momenta[place] for place in places]
+    if kernels and not has_degrees(found, 1):
+        return []
+    if not has_degrees(found, 1, 2):
+        return inverted_polynomial(found, own)
+    shifted = [P - coefficient(found, size, place) for place, P in enumerate(own)]
+    if not kernels:
         return _of_masses([[2 * entry for entry in row] for row in quadratic_form(found, size)], shifted)
-    return inverted_velocities(others[0], names, shifted) if len(others) == 1 else []
+    return inverted_kernel(kernels[0], shifted) if len(kernels) == 1 else []
 
 
 def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:

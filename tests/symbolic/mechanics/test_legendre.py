@@ -108,7 +108,7 @@ def test_all_real_branches_are_listed(lagrangian: str, count: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "lagrangian", ["xdot^4 + xdot^2 - x", "sin(xdot)", "exp(xdot) + xdot^2", "exp(xdot^2) - x"]
+    "lagrangian", ["xdot^6 + xdot^2 - x", "tan(xdot)", "exp(xdot) + xdot^2", "exp(xdot^2) - x"]
 )
 def test_what_has_no_closed_inverse_has_no_branch(lagrangian: str) -> None:
     assert transformed(lagrangian, ["x"]) == []
