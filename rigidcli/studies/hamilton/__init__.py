@@ -36,6 +36,9 @@ QUICK = 160
 MOST_COLUMNS = 8
 """The widest matrix that people are shown: a terminal has room for no more."""
 
+LONGEST_SHOWN = 2_000
+"""The longest text of an expression, in characters, that people are shown: a screen full."""
+
 SPECTRUM = ("eigenvalues", "frequencies", "stability")
 """The keys of what the matrix of linear equations tells."""
 
@@ -137,8 +140,12 @@ def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
 
 
 def _expression(key: str, e: Expr | None, title: str, sign: str) -> Field:
-    """An expression; people are not shown one that is not known."""
-    return Field(key, e, title if e is not None else "", sign, cells={key: ()})
+    """An expression; people are not shown one that is not known, or fills more than a screen."""
+    return Field(key, e, title if e is not None and not _is_long(e) else "", sign, cells={key: ()})
+
+
+def _is_long(e: Expr) -> bool:
+    return len(e.key) > LONGEST_SHOWN and len(str(e)) > LONGEST_SHOWN
 
 
 def _expressions(
@@ -148,7 +155,9 @@ def _expressions(
     if values is None:
         return [Field(key, None)]
     return [
-        Field(f"{key}.{name}", e, title, latex_name(title), cells={f"{key}.{name}": ()})
+        Field(
+            f"{key}.{name}", e, "" if _is_long(e) else title, latex_name(title), cells={f"{key}.{name}": ()}
+        )
         for name, e, title in zip(names, values, titles or [""] * len(names), strict=True)
     ]
 
@@ -284,7 +293,14 @@ def _orbit_table(found: _Results) -> list[Table]:
 
 def _notes(found: _Results) -> list[str]:
     """Remarks on the results."""
-    notes = list(found.derivation.notes)
+    derivation = found.derivation
+    notes = list(derivation.notes)
+    known = {"the Hamiltonian": derivation.hamiltonian} | {
+        f"{name}dot": e for name, e in zip(derivation.phase.names, derivation.equations or (), strict=False)
+    }
+    long = [f"{name} ({len(str(e)):,} characters)" for name, e in known.items() if e and _is_long(e)]
+    if long:
+        notes.append(f"too long for people to read: {', '.join(long)}; `-f json` prints all of it")
     if found.orbit is not None and found.document.exact_results:
         notes.append("the orbit is followed in floating-point numbers")
     if found.orbit is not None and found.orbit.lost is not None:

@@ -36,6 +36,9 @@ MOST_RESIDUAL = 1e-6
 CHECKS = 3
 """The number of random points at which the equations of motion are compared."""
 
+LONGEST_KEY = 30_000
+"""The longest keys of H and of the velocities together that are worked with: about ten pages of text."""
+
 SPECIAL_VALUES = {"0": ZERO, "pi/2": PI / 2, "pi": PI}
 """Values of coordinates at which it is looked whether the mass matrix is singular, as at poles of angles."""
 
@@ -66,10 +69,15 @@ class Derivation:
         """H(q, p, t), if it is given or has one closed form."""
         return self.system.hamiltonian if self.branch is None else self.branch.hamiltonian
 
+    @property
+    def is_short(self) -> bool:
+        """Whether H is known, and short enough to be worked with."""
+        return self.hamiltonian is not None and (self.branch is None or _is_short(self.branch))
+
     @cached_property
     def equations(self) -> tuple[Expr, ...] | None:
-        """The derivatives of coordinates and momenta by time."""
-        if self.hamiltonian is None:
+        """The derivatives of coordinates and momenta by time; None if H is not known, or too long."""
+        if self.hamiltonian is None or not self.is_short:
             return None
         solved = None if self.branch is None else self.branch.velocities
         return equations(self.hamiltonian, self.phase, solved)
@@ -81,8 +89,8 @@ class Derivation:
 
     @property
     def generator(self) -> Expr:
-        """H, or -L where H is not known: their derivatives by coordinates and by the time are the same."""
-        if self.hamiltonian is not None:
+        """H, or -L where H is not worked with: their derivatives by coordinates and time are the same."""
+        if self.hamiltonian is not None and self.is_short:
             return self.hamiltonian
         assert self.system.lagrangian is not None
         return -self.system.lagrangian
@@ -100,7 +108,7 @@ class Derivation:
     @property
     def energy_rate(self) -> Expr | None:
         """dH/dt where H is known."""
-        return None if self.hamiltonian is None else tidy(self.power)
+        return tidy(self.power) if self.is_short else None
 
     @property
     def conserved(self) -> list[str]:
@@ -157,8 +165,12 @@ def _transformed(derivation: Derivation, lagrangian: Expr, values: Mapping[str, 
     _require_regular(momenta, phase, velocities, values)
     branches, residual = _branches(derivation, lagrangian, momenta, values)
     notes = [*_singular_points(momenta, phase), *map(_assumed, branches[:1])]
-    if not branches:
+    if not branches and all(e.names.isdisjoint(velocities) for row in momenta.mass_matrix for e in row):
+        notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
+    elif not branches:
         notes.append("no closed form of the velocities in the momenta was found, so that H is not written")
+    elif not _is_short(branches[0]):
+        notes.append("Hamilton's equations are too long to be worked out in symbols")
     return replace(
         derivation, momenta=momenta, branches=branches, residual=residual, notes=tuple(filter(None, notes))
     )
@@ -176,6 +188,11 @@ def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivat
     branches, residual = _branches(derivation, lagrangian, momenta, exact)
     kept = tuple(note for note in derivation.notes if note not in notes)
     return replace(derivation, branches=branches, residual=residual, notes=kept)
+
+
+def _is_short(branch: Branch) -> bool:
+    """Whether H can be worked with in symbols."""
+    return sum(len(e.key) for e in (branch.hamiltonian, *branch.velocities)) <= LONGEST_KEY
 
 
 def _assumed(branch: Branch) -> str:
@@ -241,11 +258,17 @@ def _residual(
 ) -> float | None:
     """How far a branch is from the Euler-Lagrange equations at random points; None if it has no value at any.
 
-    There p = dL/dv must lead back to v, and -dH/dq be dL/dq. A point on another branch says nothing.
+    There p = dL/dv must lead back to v, and -dH/dq be dL/dq, or where H is long, H be p v - L. A point on
+    another branch says nothing.
     """
-    forces = [derivative(lagrangian, q) for q in phase.coordinates]
-    expected = [*momenta.definitions, *forces]
-    found = [*branch.velocities, *(-derivative(branch.hamiltonian, q) for q in phase.coordinates)]
+    if _is_short(branch):
+        expected = [derivative(lagrangian, q) for q in phase.coordinates]
+        found = [-derivative(branch.hamiltonian, q) for q in phase.coordinates]
+    else:
+        pairs = zip(momenta.definitions, velocities, strict=True)
+        expected, found = [total(p * symbol(v) for p, v in pairs) - lagrangian], [branch.hamiltonian]
+    expected = [*momenta.definitions, *expected]
+    found = [*branch.velocities, *found]
     names = lagrangian.names | branch.hamiltonian.names
     shared = [*sorted(names - {*phase.names, *velocities, TIME}), TIME, *phase.coordinates]
     from_velocities = code.function([to_tree(e) for e in expected], [*shared, *velocities], {})(math)
@@ -262,9 +285,10 @@ def _residual(
             reached = np.array(from_momenta(*(point[name] for name in shared), *known[:size]))
         except NO_VALUE:
             continue
-        if not np.isfinite([*known, *reached]).all() or (reached[2 * size :] <= 0).any():
+        values, signs = np.split(reached, [len(found)])
+        if not np.isfinite([*known, *reached]).all() or (signs <= 0).any():
             continue
-        miss = max(_miss(v, reached[:size]), _miss(known[size:], reached[size : 2 * size]))
+        miss = max(_miss(v, values[:size]), _miss(known[size:], values[size:]))
         if not branch.conditions or miss <= MOST_RESIDUAL:
             worst, seen = max(worst, miss), seen + 1
         if seen == CHECKS:

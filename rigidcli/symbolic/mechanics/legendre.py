@@ -24,7 +24,7 @@ from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.calculus import Polynomial, derivative, expand, substitute
-from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
+from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
@@ -38,6 +38,12 @@ from rigidcli.symbolic.mechanics.velocity_terms import Kernel, places_in, restri
 
 MOST_BRANCHES = 16
 """The most branches that are listed: more of them nobody would read."""
+
+SHORT = 300
+"""Characters of an H as a sum of squares, up to which no shorter one is looked for: four lines."""
+
+LONGEST_TO_TIDY = 2_000
+"""The longest key of a velocity that is made shorter: about ten lines of text."""
 
 NOTHING: Mapping[str, Expr] = {}
 """Values of no names."""
@@ -170,37 +176,63 @@ def _inverted(part: _Part, momenta: Sequence[Expr]) -> list[Branch]:
 
 def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
     """The inverse for L = v.M.v/2, block by block."""
+    velocities = [ZERO] * len(momenta)
+    energy = []
+    alone: dict[Expr, list[Expr]] = {}
+    for block in mass_matrix.blocks(matrix):
+        own, P = mass_matrix.part(matrix, block, block), [momenta[place] for place in block]
+        if len(block) == 1 and len(P[0].terms) == 1:
+            velocities[block[0]] = tidy(P[0] / own[0][0])
+            alone.setdefault(tidy(1 / own[0][0]) / 2, []).append(P[0] ** 2)
+            continue
+        forms = _of_squares(own, P)
+        if not (forms and len(str(forms[0].hamiltonian)) <= SHORT):
+            forms += _of_inverse(own, P)
+        if not forms:
+            return []
+        energy.append(shortest([form.hamiltonian for form in forms]))
+        for place, velocity in zip(block, forms[-1].velocities, strict=True):
+            velocities[place] = tidy(velocity) if len(velocity.key) <= LONGEST_TO_TIDY else velocity
+    energy += [factor * total(terms) for factor, terms in alone.items()]
+    return [Branch(tuple(velocities), total(energy))]
+
+
+def _of_inverse(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
+    """H = P.M^-1.P/2 of one block: of two momenta as squares, of more coefficient by coefficient."""
     inverse = mass_matrix.inverse(matrix)
     if inverse is None:
         return []
     size = range(len(momenta))
     velocities = tuple(tidy(total(inverse[i][j] * momenta[j] for j in size)) for i in size)
-    energy = []
-    alone: dict[Expr, list[Expr]] = {}
-    for block in mass_matrix.blocks(inverse):
-        if len(block) == 1 and len(momenta[block[0]].terms) == 1:
-            alone.setdefault(inverse[block[0]][block[0]] / 2, []).append(momenta[block[0]] ** 2)
-        else:
-            own, back = mass_matrix.part(matrix, block, block), mass_matrix.part(inverse, block, block)
-            energy.append(_energy(back, own, [momenta[i] for i in block]))
-    energy += [factor * total(squares) for factor, squares in alone.items()]
-    return [Branch(velocities, total(energy))]
-
-
-def _energy(inverse: mass_matrix.Matrix, matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> Expr:
-    """P.M^-1.P/2 of one block: of two momenta as squares, of more coefficient by coefficient."""
-    size = range(len(momenta))
     half = Fraction(1, 2)
     if len(momenta) == 2:
         # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
-        return shortest(
-            [
-                inverse[i][i] * half * (momenta[i] - tidy(matrix[i][j] / matrix[j][j]) * momenta[j]) ** 2
-                + tidy(half / matrix[j][j]) * momenta[j] ** 2
-                for i, j in ((0, 1), (1, 0))
-                if not matrix[j][j].is_zero
-            ]
-            or [inverse[0][1] * momenta[0] * momenta[1]]
-        )
+        forms = [
+            inverse[i][i] * half * (momenta[i] - tidy(matrix[i][j] / matrix[j][j]) * momenta[j]) ** 2
+            + tidy(half / matrix[j][j]) * momenta[j] ** 2
+            for i, j in ((0, 1), (1, 0))
+            if not matrix[j][j].is_zero
+        ]
+        return [Branch(velocities, shortest(forms or [inverse[0][1] * momenta[0] * momenta[1]]))]
     pairs = [(i, j) for i in size for j in size[i:]]
-    return tidy(total(inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j] for i, j in pairs))
+    energy = (inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j] for i, j in pairs)
+    return [Branch(velocities, tidy(total(energy)))]
+
+
+def _of_squares(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
+    """H as a sum of as many squares as momenta, of one block of three or more.
+
+    With v.M.v = sum d_k w_k^2, where w_k = v_k + sum_j f_kj v_j, it is sum Q_k^2/(2 d_k), where
+    P_j = Q_j + sum_k f_kj Q_k. The velocities are dH/dP_j = sum_k Q_k/d_k dQ_k/dP_j.
+    """
+    squares = mass_matrix.squares(matrix) if len(momenta) > 2 else None
+    if squares is None:
+        return []
+    size = range(len(momenta))
+    Q, slopes = list(momenta), [[ONE if i == j else ZERO for j in size] for i in size]
+    for k, _, others in squares:
+        for j, factor in others.items():
+            Q[j] -= factor * Q[k]
+            slopes[j] = [a - factor * b for a, b in zip(slopes[j], slopes[k], strict=True)]
+    velocities = tuple(total(slopes[k][j] * Q[k] / d for k, d, _ in squares) for j in size)
+    return [Branch(velocities, total(tidy(1 / d) / 2 * Q[k] ** 2 for k, d, _ in squares))]

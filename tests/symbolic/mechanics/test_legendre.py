@@ -155,10 +155,38 @@ def test_masses_in_a_row(size: int) -> None:
     judge(lagrangian, coordinates, branch, point | {f"{q}dot": chance.uniform(-1, 1) for q in coordinates})
 
 
-def test_a_large_full_block_is_left_implicit() -> None:
-    coordinates = [f"a{i}" for i in range(1, 7)]
+FREE_PAIR = (
+    "m*(xdot^2 + ydot^2 + zdot^2)/2 + k*((xdot + adot*cos(a)*cos(b) - bdot*sin(a)*sin(b))^2"
+    " + (ydot + adot*cos(a)*sin(b) + bdot*sin(a)*cos(b))^2 + (zdot - adot*sin(a))^2)/2"
+)
+"""Two masses at the ends of a rod: the place of one, and the angles of the rod."""
+
+
+def coupled(size: int) -> tuple[list[str], str]:
+    """A Lagrangian whose mass matrix is full, and has a cosine of each coordinate."""
+    coordinates = [f"a{i}" for i in range(1, size + 1)]
     path = " + ".join(f"cos({q})*{q}dot" for q in coordinates)
-    lagrangian = f"({path})^2/2 + " + " + ".join(f"{q}dot^2/2" for q in coordinates)
+    return coordinates, f"({path})^2/2 + " + " + ".join(f"{q}dot^2/2" for q in coordinates)
+
+
+@pytest.mark.parametrize(
+    ("coordinates", "lagrangian"),
+    [
+        coupled(3),
+        coupled(5),
+        (["x", "y", "z", "a", "b"], FREE_PAIR),
+        (["x", "y", "z"], "m*xdot*ydot + k*ydot*zdot + xdot*zdot"),
+    ],
+)
+def test_full_blocks_are_written_as_squares(coordinates: list[str], lagrangian: str) -> None:
+    (branch,) = transformed(lagrangian, coordinates)
+    chance = random.Random(9)
+    point = {name: chance.uniform(0.4, 1.2) for name in ("m", "k", *coordinates)}
+    judge(lagrangian, coordinates, branch, point | {f"{q}dot": chance.uniform(-1, 1) for q in coordinates})
+
+
+def test_what_would_fill_pages_is_left_implicit() -> None:
+    coordinates, lagrangian = coupled(20)
     assert transformed(lagrangian, coordinates) == []
 
 
