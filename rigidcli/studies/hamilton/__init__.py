@@ -19,11 +19,13 @@ from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.latex_names import latex_name
 from rigidcli.symbolic.language.text import reading
 from rigidcli.symbolic.mechanics.hamilton_equations import linear
+from rigidcli.symbolic.mechanics.legendre import MOST_BRANCHES
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.transform import TransformedSystem
+    from rigidcli.studies.hamilton.velocity_branches import Interval
     from rigidcli.symbolic.mechanics.spectrum import Spectrum
 
 SCHEMA = "rigidcli.hamilton/1"
@@ -58,6 +60,7 @@ class _Results:
 
     document: Document
     branches: Sequence[Branch]
+    intervals: Sequence[Interval]
     derivation: Derivation
     invariants: tuple[Expr, ...] | None
     orbit: OrbitSolution | None
@@ -98,7 +101,7 @@ def run(
         _is_energy(derivation),
         Field("verified", residual, "" if residual is None else "residual of the equations of motion"),
         *_invariants(found),
-        *([Field("branches", [])] if len(found.branches) < 2 else []),
+        *([] if _branch_table(found) else [Field("branches", [])]),
         *_transform(found),
         *_orbit_quality(found),
     ]
@@ -110,6 +113,7 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
     """Everything that the report tells; what the document does not ask is not imported."""
     derivation = derive(document)
     branches, orbit, transform = derivation.branches, None, None
+    intervals = _intervals(document, derivation)
     if document.orbit is None:
         searched = _searched(derivation, invariants)
     else:
@@ -124,7 +128,21 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
         from rigidcli.studies.hamilton.transform import transformed
 
         transform = transformed(document, document.transform, derivation)
-    return _Results(document, branches, derivation, searched, orbit, transform)
+    return _Results(document, branches, intervals, derivation, searched, orbit, transform)
+
+
+def _intervals(document: Document, derivation: Derivation) -> list[Interval]:
+    """The branches of one velocity by numbers, where they have no closed form and are everywhere the same."""
+    values = {name: float(value) for name, value in document.values.items()}
+    names = derivation.velocity_names
+    if derivation.momenta is None or derivation.branches or len(names) > 1:
+        return []
+    if not derivation.momenta.definitions[0].names <= {*names, *values}:
+        return []
+    from rigidcli.studies.hamilton.velocity_branches import intervals
+
+    found = intervals(derivation, values)
+    return found if 1 < len(found) <= MOST_BRANCHES else []
 
 
 def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
@@ -261,15 +279,20 @@ def _orbit_quality(found: _Results) -> list[Field]:
 
 def _branch_table(found: _Results) -> list[Table]:
     """The ways back from the momenta, where there are several."""
-    branches = found.branches
-    if len(branches) < 2:
+    branches, names = found.branches, found.derivation.velocity_names
+    if len(branches) < 2 and not found.intervals:
         return []
     columns = [
         Column(name, [branch.velocities[place] for branch in branches], (name,), "")
-        for place, name in enumerate(found.derivation.velocity_names)
+        for place, name in enumerate(names if branches else ())
     ]
-    columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",), ""))
-    columns.append(Column("range", [branch.validity for branch in branches], ("where",), ""))
+    if branches:
+        columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",), ""))
+    ranges = [branch.validity for branch in branches] or [
+        f"{each.velocities(names[0])} and {each.momenta(found.derivation.phase.momenta[0])}"
+        for each in found.intervals
+    ]
+    columns.append(Column("range", ranges, ("where",), ""))
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
 
 

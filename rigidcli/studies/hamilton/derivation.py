@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -25,7 +25,7 @@ from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.mechanics import constraints, energies, mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
-from rigidcli.symbolic.mechanics.legendre import Momenta, canonical_momenta, legendre_transform
+from rigidcli.symbolic.mechanics.legendre import NOTHING, Momenta, canonical_momenta, legendre_transform
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 TIME = energies.TIME
@@ -164,16 +164,14 @@ def _transformed(derivation: Derivation, lagrangian: Expr, values: Mapping[str, 
     momenta = canonical_momenta(lagrangian, velocities)
     _require_regular(momenta, phase, velocities, values)
     branches, residual = _branches(derivation, lagrangian, momenta, values)
-    notes = [*_singular_points(momenta, phase), *map(_assumed, branches[:1])]
+    notes = [*_singular_points(momenta, phase), *_assumed(branches, values)]
     if not branches and all(e.names.isdisjoint(velocities) for row in momenta.mass_matrix for e in row):
         notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
     elif not branches:
         notes.append("no closed form of the velocities in the momenta was found, so that H is not written")
     elif not _is_short(branches[0]):
         notes.append("Hamilton's equations are too long to be worked out in symbols")
-    return replace(
-        derivation, momenta=momenta, branches=branches, residual=residual, notes=tuple(filter(None, notes))
-    )
+    return replace(derivation, momenta=momenta, branches=branches, residual=residual, notes=tuple(notes))
 
 
 def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivation:
@@ -183,7 +181,7 @@ def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivat
     lagrangian, momenta = derivation.system.lagrangian, derivation.momenta
     assert lagrangian is not None
     assert momenta is not None
-    notes = {_assumed(branch) for branch in derivation.branches}
+    notes = set(_assumed(derivation.branches, NOTHING))
     exact = {name: number(Fraction(value)) for name, value in values.items()}
     branches, residual = _branches(derivation, lagrangian, momenta, exact)
     kept = tuple(note for note in derivation.notes if note not in notes)
@@ -195,10 +193,11 @@ def _is_short(branch: Branch) -> bool:
     return sum(len(e.key) for e in (branch.hamiltonian, *branch.velocities)) <= LONGEST_KEY
 
 
-def _assumed(branch: Branch) -> str:
-    """What the form of a branch assumes of parameters and coordinates."""
-    where = " and ".join(f"{e} > 0" for e in branch.region)
-    return f"H is written for {where}" if where else ""
+def _assumed(branches: Sequence[Branch], values: Mapping[str, Expr]) -> Iterator[str]:
+    """A note on what the form of branches assumes of names without a value."""
+    for e in branches[0].region if branches else ():
+        if not e.names <= values.keys():
+            yield f"H is written for {e} > 0"
 
 
 def _branches(
@@ -208,7 +207,9 @@ def _branches(
     phase, velocities = derivation.phase, derivation.velocity_names
     good, residuals = [], []
     for branch in legendre_transform(lagrangian, velocities, phase.momenta, values):
-        residual = _residual(lagrangian, momenta, branch, phase, velocities)
+        decided = [e.names for e in branch.region if e.names <= values.keys()]
+        fixed = {name: values[name].evaluate() for names in decided for name in names}
+        residual = _residual(lagrangian, momenta, branch, phase, velocities, fixed)
         if residual is None or residual < MOST_RESIDUAL:
             good.append(branch)
             residuals += [] if residual is None else [residual]
@@ -254,9 +255,16 @@ def _require_regular(
 
 
 def _residual(
-    lagrangian: Expr, momenta: Momenta, branch: Branch, phase: Phase, velocities: tuple[str, ...]
+    lagrangian: Expr,
+    momenta: Momenta,
+    branch: Branch,
+    phase: Phase,
+    velocities: tuple[str, ...],
+    fixed: Mapping[str, float],
 ) -> float | None:
     """How far a branch is from the Euler-Lagrange equations at random points; None if it has no value at any.
+
+    Names have their `fixed` values, or random ones.
 
     There p = dL/dv must lead back to v, and -dH/dq be dL/dq, or where H is long, H be p v - L. A point on
     another branch says nothing.
@@ -276,7 +284,7 @@ def _residual(
     trees = [to_tree(e) for e in (*found, *limits)]
     from_momenta = code.function(trees, [*shared, *phase.momenta], {})(math)
     size, worst, seen = len(velocities), 0.0, 0
-    for place, point in enumerate(samples.points([*shared, *velocities], {})):
+    for place, point in enumerate(samples.points([*shared, *velocities], fixed)):
         if place % 2:
             point |= {name: -point[name] for name in velocities}
         v = np.array([point[name] for name in velocities])

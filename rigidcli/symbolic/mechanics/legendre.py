@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product as combinations
 from typing import NamedTuple
@@ -97,12 +97,12 @@ def legendre_transform(
 
 def _likely(branches: Sequence[Branch], values: Mapping[str, Expr]) -> list[Branch]:
     """The branches in one region: in that of the values, or else in the first."""
-    possible = []
-    for branch in branches:
-        signs = {e: substitute(e, values) for e in branch.region}
-        if not any(not value.names and value.evaluate() <= 0 for value in signs.values()):
-            open_signs = tuple(e for e, value in signs.items() if value.names)
-            possible.append(replace(branch, region=open_signs))
+    signs = [[substitute(e, values) for e in branch.region] for branch in branches]
+    possible = [
+        branch
+        for branch, known in zip(branches, signs, strict=True)
+        if not any(not e.names and e.evaluate() <= 0 for e in known)
+    ]
     return [branch for branch in possible if branch.region == possible[0].region]
 
 
@@ -118,6 +118,7 @@ def _joined(chosen: Sequence[Branch], parts: Sequence[_Part], still: Expr, size:
         tuple(e for branch in chosen for e in branch.conditions),
         tuple(e for branch in chosen for e in branch.region),
         next((branch.period for branch in chosen if branch.period is not None), None),
+        any(branch.is_continued for branch in chosen),
     )
 
 

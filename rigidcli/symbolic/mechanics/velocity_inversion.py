@@ -17,7 +17,7 @@ The cubic has its real roots by the triple angles of sine, cosine, and their hyp
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TypeAlias
@@ -52,7 +52,8 @@ class Branch:
     """One way back from momenta: velocities, H = P v - K, and expressions that must be positive for that.
 
     These are `conditions` on the momenta, and the `region` of coordinates and parameters: elsewhere the
-    same velocities have another form. Velocities with a `period` may differ by its multiples, too.
+    same velocities have another form. Velocities with a `period` may differ by its multiples, too. Those of a
+    branch that `is_continued` have another form, too, beyond the conditions.
     """
 
     velocities: tuple[Expr, ...]
@@ -60,12 +61,31 @@ class Branch:
     conditions: tuple[Expr, ...] = ()
     region: tuple[Expr, ...] = ()
     period: Expr | None = None
+    is_continued: bool = False
 
     @property
     def validity(self) -> str:
         """The conditions in words."""
-        where = " and ".join(f"{e} > 0" for e in self.conditions)
+        where = " and ".join(self._limits())
         return where if self.period is None else f"{where}, and all that differ by multiples of {self.period}"
+
+    def _limits(self) -> Iterator[str]:
+        """The conditions, solved for a momentum where they are linear in it, with numbers."""
+        ends: dict[str, dict[int, Expr]] = {}
+        for e in self.conditions:
+            name = next(iter(e.names), "")
+            found = coefficients(e, [name])
+            slope = coefficient(found, 1, 0).as_number if has_degrees(found, 0, 1) else None
+            if found is None or not slope or not e.names <= {name}:
+                yield f"{e} > 0"
+            else:
+                ends.setdefault(name, {})[1 if slope > 0 else -1] = -coefficient(found, 1) / slope
+        for name, sides in ends.items():
+            if len(sides) == 2:
+                yield f"{sides[1]} < {name} < {sides[-1]}"
+            else:
+                ((side, end),) = sides.items()
+                yield f"{name} {'>' if side > 0 else '<'} {end}"
 
     def shifted(self, shift: Sequence[Expr], momenta: Sequence[Expr]) -> Branch:
         """The inverse of K(v + `shift`) from that of K(v)."""
@@ -110,7 +130,7 @@ def _of_powers(found: Polynomial, momenta: Sequence[Expr]) -> list[Branch]:
 def _of_quartic(a: Expr, b: Expr, P: Expr) -> list[Branch]:
     """K = a v^4 + b v^2. Where b/a is negative, the slope has three real roots for small P."""
     f, g = tidy(b / (2 * a)), tidy(P / (4 * a))
-    found = []
+    found: list[Branch] = []
     for sign, region in _signs(f):
         size = 2 * (sign * f / 3) ** HALF
         w = tidy(4 * g / size**3)
@@ -126,7 +146,9 @@ def _of_quartic(a: Expr, b: Expr, P: Expr) -> list[Branch]:
         for root, conditions in roots:
             v = size * root
             energy = P * v * Fraction(3, 4) - b * v**2 / 2
-            found.append(Branch((v,), energy, tuple(map(tidy, conditions)), region))
+            # The outer roots pass from cosine to cosh where the inner one ends.
+            outer = bool(conditions) and root is not roots[0][0]
+            found.append(Branch((v,), energy, tuple(map(tidy, conditions)), region, is_continued=outer))
     return found
 
 

@@ -108,7 +108,29 @@ def test_all_real_branches_are_listed(lagrangian: str, count: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "lagrangian", ["xdot^6 + xdot^2 - x", "tan(xdot)", "exp(xdot) + xdot^2", "exp(xdot^2) - x"]
+    ("lagrangian", "velocities"),
+    [
+        ("xdot^4/12 - xdot^2/2 + x*xdot", [-2.5, -1.9, -1.2, -0.6, 0.3, 1.1, 1.8, 3.0]),
+        ("m*(xdot + x)^4 - k*(xdot + x)^2", [-3.0, -1.5, -0.7, -0.3, 0.4, 2.0]),
+        ("m*xdot^4/4 + k*xdot^2/2 + x*xdot^3/3", [-2.0, -0.5, 0.5, 2.0]),
+        ("xdot^3/3 + x*xdot^2/2 - x", [-3.0, -0.9, 0.2, 2.0]),
+        ("-m*cos(k*xdot + x)", [-1.2, 0.3, 1.1, 2.0]),
+        ("m*sin(xdot)", [-1.2, -0.3, 0.3, 1.1, 2.5]),
+    ],
+)
+def test_every_velocity_is_on_one_branch(lagrangian: str, velocities: list[float]) -> None:
+    found = transformed(lagrangian, ["x"])
+    for velocity in velocities:
+        point = {"x": 0.5, "m": 1.3, "k": 1.1, "xdot": velocity}
+        here = {**point, "p_x": real(to_tree(derivative(expression(lagrangian), "xdot")), point)}
+        inside = [b for b in found if all(real(to_tree(e), here) > 0 for e in b.conditions)]
+        (right,) = (b for b in inside if real(to_tree(b.velocities[0]), here) == pytest.approx(velocity))
+        judge(lagrangian, ["x"], right, point)
+
+
+@pytest.mark.parametrize(
+    "lagrangian",
+    ["xdot^6 + xdot^2 - x", "tan(xdot)", "exp(xdot) + xdot^2", "exp(xdot^2) - x", "xdot*exp(xdot)"],
 )
 def test_what_has_no_closed_inverse_has_no_branch(lagrangian: str) -> None:
     assert transformed(lagrangian, ["x"]) == []
