@@ -177,15 +177,27 @@ def test_branches_are_listed_with_their_ranges(program: Program) -> None:
         assert found == roots
 
 
-def test_branches_without_a_closed_form_are_listed_by_numbers() -> None:
-    found = hamilton("xdot^6/30 - xdot^2/2 + 0.3*xdot")
-    assert [branch["range"] for branch in found["branches"]] == [
-        "xdot < -1 and p_x < 1.1",
-        "-1 < xdot < 1 and -0.5 < p_x < 1.1",
-        "xdot > 1 and p_x > -0.5",
-    ]
+@pytest.mark.parametrize(
+    ("lagrangian", "ranges"),
+    [
+        (
+            "xdot^6/30 - xdot^2/2 + 0.3*xdot",
+            ["xdot < -1 and p_x < 1.1", "-1 < xdot < 1 and -0.5 < p_x < 1.1", "xdot > 1 and p_x > -0.5"],
+        ),
+        # p = 1 - 1/(1 + v)^2 and -2 v/(1 - v^2) have limits at poles and at large velocities.
+        ("xdot^2/(1 + xdot)", ["xdot < -1 and p_x < 1", "xdot > -1 and p_x < 1"]),
+        (
+            "log((1 - xdot^2)^2)",
+            ["xdot < -1 and p_x < 0", "-1 < xdot < 1 and any p_x", "xdot > 1 and p_x > 0"],
+        ),
+        ("tanh(xdot)", ["xdot < 0 and 0 < p_x < 1", "xdot > 0 and 0 < p_x < 1"]),
+        ("xdot^6/30 + xdot^2/2", []),
+    ],
+)
+def test_branches_without_a_closed_form_are_listed_by_numbers(lagrangian: str, ranges: list[str]) -> None:
+    found = hamilton(lagrangian)
     assert found["hamiltonian"] is None
-    assert hamilton("xdot^6/30 + xdot^2/2")["branches"] == []
+    assert [branch["range"] for branch in found["branches"]] == ranges
 
 
 # --- forms that depend on signs

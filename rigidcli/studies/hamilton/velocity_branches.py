@@ -24,6 +24,12 @@ from rigidcli.symbolic.language import code
 SPEEDS = np.geomspace(1e-9, 1e9, 3601)
 """The speeds at which it is looked for changes of the sign of M: two hundred in each factor of ten."""
 
+MOST_INTERVALS = 64
+"""The most changes of the sign of M that are followed up, those of the smallest speeds."""
+
+NEAR, GROWTH = 1e-6, 1.01
+"""A momentum that grows by this factor over the last such part of an interval has no limit at its end."""
+
 STARTS = 40
 """Random velocities from which Newton's method sets out, besides rest."""
 
@@ -63,7 +69,9 @@ def _between(low: float, high: float, name: str) -> str:
     if math.isfinite(low) and not math.isfinite(high):
         return f"{name} > {low:.6g}"
     above = f" < {high:.6g}" if math.isfinite(high) else ""
-    return f"{low:.6g} < {name}{above}" if math.isfinite(low) else f"{name}{above}"
+    if math.isfinite(low):
+        return f"{low:.6g} < {name}{above}"
+    return f"{name}{above}" if above else f"any {name}"
 
 
 def intervals(derivation: Derivation, known: Mapping[str, float]) -> list[Interval]:
@@ -76,18 +84,26 @@ def intervals(derivation: Derivation, known: Mapping[str, float]) -> list[Interv
 
     speeds = np.concatenate([-SPEEDS[::-1], [0.0], SPEEDS])
     kinds = signs(speeds)
-    # Where M touches zero only, as that of v^4 does, no branch ends.
+    # Where M touches zero only, as that of v^4 does, or is lost in rounding at large speeds, no branch ends.
     touching = 1 + np.flatnonzero((kinds[1:-1] == 0) & (kinds[:-2] == kinds[2:]))
     kinds[touching] = kinds[touching - 1]
+    regular = np.flatnonzero(kinds)
+    if not regular.size:
+        return []
+    kinds[: regular[0]], kinds[regular[-1] :] = kinds[regular[0]], kinds[regular[-1]]
+    changes = np.flatnonzero(kinds[1:] != kinds[:-1])
+    is_cut = len(changes) > MOST_INTERVALS
+    nearest = np.sort(changes[np.argsort(np.abs(speeds[changes]), kind="stable")][:MOST_INTERVALS])
     found, low = [], -math.inf
-    for place in [*np.flatnonzero(kinds[1:] != kinds[:-1]), None]:
-        left, right = (math.inf, math.inf) if place is None else _edge(signs, speeds, kinds, int(place))
-        kind = kinds[-1 if place is None else place]
-        if abs(kind) == 1:
-            ends = [_momentum(momenta, v, kind) for v in (low, left)]
-            found.append(Interval(low, left, *ends))
-        low = right
-    return found
+    for place in [*map(int, nearest), len(speeds) - 1]:
+        high, following = (math.inf, 0.0)
+        if place < len(speeds) - 1:
+            high, following = _edge(signs, speeds, kinds, place)
+        if abs(kinds[place]) == 1:
+            ends = [_momentum(momenta, v, inwards) for v, inwards in ((low, 1), (high, -1))]
+            found.append(Interval(low, high, *ends))
+        low = following
+    return found[1:-1] if is_cut else found
 
 
 def _edge(
@@ -105,9 +121,17 @@ def _edge(
     return float(low), float(high)
 
 
-def _momentum(momenta: _Momenta, v: float, sign: float) -> float:
-    """The momentum at an end of an interval; at an infinite one it is taken to be infinite."""
-    return float(momenta(np.array([[v]]))[0][0, 0]) if math.isfinite(v) else math.copysign(math.inf, v * sign)
+def _momentum(momenta: _Momenta, end: float, inwards: int) -> float:
+    """The momentum at an end of an interval; infinite where it grows without bound."""
+    if math.isfinite(end):
+        near, v = end + inwards * NEAR * (abs(end) or 1.0), end
+    else:
+        near, v = -inwards * SPEEDS[-1] / 10, -inwards * SPEEDS[-1]
+    before, at = momenta(np.array([[near, v]]))[0][0]
+    if not math.isfinite(end) and abs(at) < abs(before) / 2:
+        return 0.0
+    grows = not math.isfinite(at) or abs(at) > GROWTH * abs(before)
+    return math.copysign(math.inf, at if not math.isnan(at) else before) if grows else float(at)
 
 
 def velocities(derivation: Derivation, known: Mapping[str, float], p: Floats) -> list[Floats]:

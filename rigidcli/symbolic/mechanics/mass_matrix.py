@@ -98,6 +98,11 @@ def determinant(matrix: Matrix) -> Expr:
     )
 
 
+def is_regular(matrix: Matrix) -> bool:
+    """Whether no block of a symmetric matrix has a vanishing determinant."""
+    return not any(is_zero(determinant(part(matrix, block, block))) for block in blocks(matrix))
+
+
 def _of_numbers(matrix: Matrix) -> list[list[Expr]] | None:
     """The inverse of numbers times one expression; None if it is not that."""
     size = range(len(matrix))

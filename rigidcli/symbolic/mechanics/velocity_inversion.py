@@ -183,7 +183,8 @@ def _of_quadratic(kernel: Kernel, momenta: Sequence[Expr]) -> list[Branch]:
     A, k, found, size = kernel.factor, kernel.exponent, kernel.argument, len(momenta)
     if not has_degrees(found, 0, 1, 2):
         return []
-    inverse = mass_matrix.inverse(quadratic_form(found, size))
+    form = quadratic_form(found, size)
+    inverse = mass_matrix.inverse(form) if mass_matrix.is_regular(form) else None
     if inverse is None:
         return []
     linear = [coefficient(found, size, place) for place in range(size)]

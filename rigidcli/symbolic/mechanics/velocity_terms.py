@@ -84,7 +84,10 @@ def sorted_terms(e: Expr, velocities: Sequence[str]) -> tuple[Polynomial, list[K
             kernels.append(Kernel(part[(0,) * size], factor.function, factor.argument, exponent))
         elif part:
             return None
-    return polynomial, kernels
+    return (
+        {powers: e for powers, e in polynomial.items() if sum(powers) <= 2 or not is_zero(e)},
+        [kernel for kernel in kernels if not is_zero(kernel.factor)],
+    )
 
 
 def _sum(left: Polynomial, right: Polynomial) -> Polynomial:
