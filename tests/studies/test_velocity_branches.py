@@ -65,6 +65,16 @@ def test_two_velocities_follow_from_their_momenta() -> None:
     assert orbit["q"]["y"] == pytest.approx((4 - s**5) / 2 * orbit["t"], abs=1e-11)
 
 
+def test_a_start_from_rest_where_the_closed_form_has_no_value() -> None:
+    lagrangian = "(xdot^2 + ydot^2)/2 + (xdot^2 + ydot^2)^2/8 - x"
+    for start in ("xdot: 0, ydot: 0", "p_x: 0, p_y: 0"):
+        found = hamilton(lagrangian, f"initial: {{x: 0, y: 0, {start}}}, duration: 2", coordinates="x, y")
+        # It falls along x: p = v + v^3/2 = -t, and dx = v dt = -v (1 + 3 v^2/2) dv.
+        v = min(np.roots([0.5, 0, 1, 2]), key=lambda root: abs(root.imag)).real
+        assert found["orbit"]["q"]["x"][-1] == pytest.approx(-(v**2 / 2 + 3 * v**4 / 8), abs=1e-11)
+        assert found["orbit"]["p"]["p_x"][-1] == pytest.approx(-2, abs=1e-11)
+
+
 @pytest.mark.parametrize(
     ("lagrangian", "p", "count"),
     [

@@ -46,7 +46,10 @@ def equations_of_motion(derivation: Derivation, initial: InitialState) -> Equati
 
     Raises ComputationError where the initial velocities are needed, and not given.
     """
-    return (_lagrange if derivation.equations is None else _hamilton)(derivation, initial)
+    follows_velocities = derivation.branch is not None and derivation.branch.is_continued
+    if derivation.equations is None or follows_velocities:
+        return _lagrange(derivation, initial)
+    return _hamilton(derivation, initial)
 
 
 def _motion(

@@ -112,33 +112,35 @@ def _on_branch(
     point: _Point, derivation: Derivation, p: Floats, v: Floats | None
 ) -> tuple[Derivation, Floats | None]:
     """The system on the branch of the velocities at a point, and these where they are followed themselves."""
-    branches, branch = derivation.branches, None
-    if branches:
-        branch = _branch(point, derivation, v)
-    if branch is not None and branch.is_continued and v is None:
-        v = point.evaluate(branch.velocities, "a velocity")
-    elif branch is None and v is None:
-        v = _velocities(point, derivation, p)
-    start = v if branch is None or v is not None else point.evaluate(branch.velocities, "a velocity")
-    assert start is not None
+    branch = _branch(point, derivation, v) if derivation.branches else None
+    alone = derivation.branch is not None and derivation.branch.is_continued
+    kept = derivation.branches if alone else ()
+    if branch is not None:
+        start, kept = point.evaluate(branch.velocities, "a velocity"), (branch,)
+    else:
+        start = v = _velocities(point, derivation, p) if v is None else v
     notes = (*derivation.notes, *_named(point, derivation, start))
-    kept = () if branch is None or branch.is_continued else (branch,)
     return replace(derivation, branches=kept, notes=notes), v
 
 
 def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch | None:
-    """The branch of the velocities that the orbit begins on; None if given ones are on none that is known."""
+    """The branch of the velocities that the orbit begins on; None if these are to be followed themselves.
+
+    They are if they belong to no branch that is known, or its form changes on the way.
+    """
     branches = derivation.branches
     inside = [b for b in branches if min(point.evaluate(b.conditions, "a momentum"), default=1.0) > 0]
-    found = [(b, point.evaluate(b.velocities, "a velocity")) for b in inside]
-    if v is not None:
-        near = [b for b, known in found if np.allclose(known, v, rtol=SAME, atol=SAME * np.abs(v).max())]
-        return near[0] if near else None
-    if not inside:
+    if v is None and not inside:
         raise point.document.refusal(f"no velocity has these momenta, expected {branches[0].validity}", KEY)
-    if len(inside) > 1:
-        raise _several(point, derivation, sorted((known for _, known in found), key=tuple), inside[0].period)
-    return inside[0]
+    if v is None and len(inside) > 1:
+        found = sorted((point.evaluate(b.velocities, "a velocity") for b in inside), key=tuple)
+        raise _several(point, derivation, found, inside[0].period)
+    for branch in inside:
+        if not branch.is_continued:
+            known = point.evaluate(branch.velocities, "a velocity")
+            if v is None or np.allclose(known, v, rtol=SAME, atol=SAME * np.abs(v).max()):
+                return branch
+    return None
 
 
 def _is_linear(momenta: Momenta, velocities: Sequence[str]) -> bool:

@@ -186,14 +186,16 @@ def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Bran
             velocities[block[0]] = tidy(P[0] / own[0][0])
             alone.setdefault(tidy(1 / own[0][0]) / 2, []).append(P[0] ** 2)
             continue
-        forms = _of_squares(own, P)
-        if not (forms and len(str(forms[0].hamiltonian)) <= SHORT):
-            forms += _of_inverse(own, P)
+        squares = _of_squares(own, P)
+        is_short = squares and len(str(squares[0].hamiltonian)) <= SHORT
+        inverted = [] if is_short else _of_inverse(own, P)
+        forms = [*inverted, *squares]
         if not forms:
             return []
         energy.append(shortest([form.hamiltonian for form in forms]))
-        for place, velocity in zip(block, forms[-1].velocities, strict=True):
-            velocities[place] = tidy(velocity) if len(velocity.key) <= LONGEST_TO_TIDY else velocity
+        for place, velocity in zip(block, forms[0].velocities, strict=True):
+            is_tidy = inverted or len(velocity.key) > LONGEST_TO_TIDY
+            velocities[place] = velocity if is_tidy else tidy(velocity)
     energy += [factor * total(terms) for factor, terms in alone.items()]
     return [Branch(tuple(velocities), total(energy))]
 

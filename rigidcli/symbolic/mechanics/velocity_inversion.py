@@ -7,7 +7,8 @@ velocities. With P = dK/dv,
     K = A (v.Q.v)^k          v = Q^-1 P/(2 k A s^(k-1)),  H = (2 k - 1) A s^k,
                              s^(2k-1) = P.Q^-1 P/(2 k A)^2
     K = A f(c v + d)         v = (u - d)/c where f'(u) = r = P/(A c),  H = A (r u - f(u)) - P d/c
-    K = a v^4 + b v^2        v^3 + f v = g where f = b/(2 a), g = P/(4 a),  H = 3 P v/4 - b v^2/2
+    K = a v^4 + b v^2        v^3 + f v = g where f = b/(2 a), g = P/(4 a),  H = 3 P v/4 - b v^2/2,
+                             also for a length v, v^2 = v.Q.v, P^2 = P.Q^-1 P
 
 K as a function of v + s, as where a square is completed, has v less by s, and H less by P.s. The roots are
 real, and positive where they are square roots. The formulas are derived here from dK/dv = P and H = P v - K.
@@ -42,7 +43,7 @@ from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
-from rigidcli.symbolic.mechanics.velocity_terms import Kernel
+from rigidcli.symbolic.mechanics.velocity_terms import Kernel, ratio_of
 
 HALF = Fraction(1, 2)
 
@@ -153,9 +154,9 @@ def _of_quartic(a: Expr, b: Expr, P: Expr) -> list[Branch]:
 
 
 def _of_power_of_form(found: Polynomial, momenta: Sequence[Expr]) -> list[Branch]:
-    """A (v.Q.v)^k multiplied out, and terms that are linear in v."""
+    """A (v.Q.v)^k multiplied out, for k = 2 also with b v.Q.v, and terms that are linear in v."""
     size, degree = len(momenta), max(map(sum, found))
-    if {sum(powers) for powers in found} - {0, 1, degree}:
+    if {sum(powers) for powers in found} - {1, degree} - ({2} if degree == 4 else set()):
         return []
     names = [f"velocity {place}" for place in range(size)]
     rates = [symbol(name) for name in names]
@@ -174,8 +175,26 @@ def _of_power_of_form(found: Polynomial, momenta: Sequence[Expr]) -> list[Branch
         return []
     A = product(e**k for e, k in parts if e.names.isdisjoint(names))
     shifted = [P - coefficient(found, size, place) for place, P in enumerate(momenta)]
-    branches = _of_quadratic(Kernel(A, "", form, Fraction(moving[0][1])), shifted)
-    return [replace(b, hamiltonian=b.hamiltonian - coefficient(found, size)) for b in branches]
+    square = {powers: e for powers, e in found.items() if sum(powers) == 2}
+    if not square:
+        return _of_quadratic(Kernel(A, "", form, Fraction(moving[0][1])), shifted)
+    b = ratio_of(square, form)
+    return [] if b is None else _of_length(A, b, quadratic_form(form, size), shifted)
+
+
+def _of_length(a: Expr, b: Expr, form: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
+    """K = a u^4 + b u^2 of the length u of the velocities, u^2 = v.Q.v, along Q^-1 P."""
+    inverse = mass_matrix.inverse(form) if mass_matrix.is_regular(form) else None
+    if inverse is None:
+        return []
+    size = tidy(_form(inverse, momenta)) ** HALF
+    raised = [total(e * P for e, P in zip(row, momenta, strict=True)) for row in inverse]
+    return [
+        # At rest 0/0 stands for a velocity: orbits follow the velocities themselves.
+        replace(branch, velocities=tuple(w * u / size for w in raised), is_continued=True)
+        for branch in _of_quartic(a, b, size)
+        for u in branch.velocities
+    ]
 
 
 def _of_quadratic(kernel: Kernel, momenta: Sequence[Expr]) -> list[Branch]:

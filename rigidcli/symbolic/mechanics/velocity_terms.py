@@ -76,7 +76,7 @@ def sorted_terms(e: Expr, velocities: Sequence[str]) -> tuple[Polynomial, list[K
     kernels = []
     for factor, part in zip(known.found, parts, strict=True):
         exponent = factor.exponent
-        while not factor.function and (ratio := _ratio(part, factor.argument)) is not None:
+        while not factor.function and (ratio := ratio_of(part, factor.argument)) is not None:
             part, exponent = {(0,) * size: ratio}, exponent + 1
         if exponent == 0:
             polynomial = _sum(polynomial, part)
@@ -95,7 +95,7 @@ def _sum(left: Polynomial, right: Polynomial) -> Polynomial:
     return {powers: left.get(powers, zero) + right.get(powers, zero) for powers in {**left, **right}}
 
 
-def _ratio(left: Polynomial, right: Polynomial) -> Expr | None:
+def ratio_of(left: Polynomial, right: Polynomial) -> Expr | None:
     """What one polynomial is times another; None if they are not proportional."""
     if left.keys() != right.keys() or len(left) < 2:
         return None

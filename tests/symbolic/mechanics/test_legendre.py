@@ -68,6 +68,10 @@ FORMS = {
     "rotational": (["x", "y"], "m*(xdot^2 + ydot^2)^2 - k*(x^2 + y^2)"),
     "rotational, a root": (["x", "y"], "m*(xdot^2 + ydot^2)^(3/2) + x*y"),
     "rotational in polar coordinates": (["r", "a"], "m*(rdot^2 + r^2*adot^2)^2 - k/r"),
+    "first correction of relativity": (
+        ["x", "y", "z"],
+        "m*(xdot^2 + ydot^2 + zdot^2)/2 + m*(xdot^2 + ydot^2 + zdot^2)^2/(8*c^2) + k*x*ydot - x*y*z",
+    ),
     "curved, of order two": (["x", "y"], "m*(2*xdot^2 + xdot*ydot + 3*ydot^2)^2 - x*y"),
     "two kinds at once": (["x", "y"], "m*exp(xdot) + k*ydot^2/2 - x*y"),
     "masses of both signs": (["x", "y"], "m*xdot*ydot + k*ydot^2 - x*y"),
