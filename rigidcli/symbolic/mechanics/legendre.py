@@ -28,10 +28,10 @@ from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
+from rigidcli.symbolic.mechanics.polynomial_inversion import inverted_polynomial
 from rigidcli.symbolic.mechanics.velocity_inversion import (
     Branch,
     inverted_kernel,
-    inverted_polynomial,
     quadratic_form,
 )
 from rigidcli.symbolic.mechanics.velocity_terms import Kernel, places_in, restricted, sorted_terms

@@ -1,49 +1,40 @@
 """Velocities from momenta in closed form, where a Lagrangian is not quadratic in them.
 
-Each of the forms below is a part K of the Lagrangian, in velocities v; A, B, Q, a, b, c and d are free of
-velocities. With P = dK/dv,
+Each of the forms below is a part K of the Lagrangian, in velocities v; A, B, Q, c and d are free of them.
+With P = dK/dv,
 
     K = A sqrt(B + v.Q.v)    v = S B Q^-1 P/D,  H = -S D,  S = sign(A B),  D^2 = B (A^2 - P.Q^-1 P)
     K = A (v.Q.v)^k          v = Q^-1 P/(2 k A s^(k-1)),  H = (2 k - 1) A s^k,
                              s^(2k-1) = P.Q^-1 P/(2 k A)^2
     K = A f(c v + d)         v = (u - d)/c where f'(u) = r = P/(A c),  H = A (r u - f(u)) - P d/c
-    K = a v^4 + b v^2        v^3 + f v = g where f = b/(2 a), g = P/(4 a),  H = 3 P v/4 - b v^2/2,
-                             also for a length v, v^2 = v.Q.v, P^2 = P.Q^-1 P
 
 K as a function of v + s, as where a square is completed, has v less by s, and H less by P.s. The roots are
 real, and positive where they are square roots. The formulas are derived here from dK/dv = P and H = P v - K.
-The cubic has its real roots by the triple angles of sine, cosine, and their hyperbolic counterparts.
+Polynomials of a higher degree are a matter of `polynomial_inversion`.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TypeAlias
 
-from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import is_positive
-from rigidcli.symbolic.algebra.calculus import MAX_STEPS, Polynomial, coefficients
+from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients
 from rigidcli.symbolic.algebra.expressions import (
-    ONE,
     PI,
     Expr,
     factored,
     gathered,
     number,
-    product,
-    symbol,
     total,
 )
-from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
-from rigidcli.symbolic.mechanics.velocity_terms import Kernel, ratio_of
+from rigidcli.symbolic.mechanics.velocity_terms import Kernel
 
 HALF = Fraction(1, 2)
 
@@ -98,106 +89,11 @@ class Branch:
 def inverted_kernel(kernel: Kernel, momenta: Sequence[Expr]) -> list[Branch]:
     """All real inverses of a function or power; none if it has no form that is known here."""
     if len(momenta) == 1 and has_degrees(kernel.argument, 0, 1):
-        return _of_function(kernel, momenta[0])
-    return [] if kernel.function else _of_quadratic(kernel, momenta)
+        return of_function(kernel, momenta[0])
+    return [] if kernel.function else of_quadratic(kernel, momenta)
 
 
-def inverted_polynomial(found: Polynomial, momenta: Sequence[Expr]) -> list[Branch]:
-    """All real inverses of a polynomial of a degree above 2; none if it has no form that is known here."""
-    return (_of_powers if len(momenta) == 1 else _of_power_of_form)(found, momenta)
-
-
-def _of_powers(found: Polynomial, momenta: Sequence[Expr]) -> list[Branch]:
-    """A polynomial in one velocity: a power, or of degree 4, when its next lower power is shifted away."""
-    (P,), (degree,) = momenta, max(found)
-    lead = coefficient(found, 1, *[0] * degree)
-    shift = tidy(coefficient(found, 1, *[0] * (degree - 1)) / (degree * lead))
-    moved = [
-        tidy(total(e * math.comb(n, k) * (-shift) ** (n - k) for (n,), e in found.items() if n >= k))
-        for k in range(degree)
-    ]
-    P = P - moved[1]
-    if all(e.is_zero for e in moved[2:]):
-        argument: Polynomial = {(1,): ONE, (0,): shift}
-        branches = _of_function(Kernel(lead, "", argument, Fraction(degree)), P)
-    elif degree == 4 and moved[3].is_zero:
-        branches = [branch.shifted([shift], [P]) for branch in _of_quartic(lead, moved[2], P)]
-    else:
-        return []
-    rest = moved[0] + moved[1] * shift
-    return [replace(branch, hamiltonian=branch.hamiltonian - rest) for branch in branches]
-
-
-def _of_quartic(a: Expr, b: Expr, P: Expr) -> list[Branch]:
-    """K = a v^4 + b v^2. Where b/a is negative, the slope has three real roots for small P."""
-    f, g = tidy(b / (2 * a)), tidy(P / (4 * a))
-    found: list[Branch] = []
-    for sign, region in _signs(f):
-        size = 2 * (sign * f / 3) ** HALF
-        w = tidy(4 * g / size**3)
-        roots: list[tuple[Expr, tuple[Expr, ...]]]
-        if sign > 0:
-            roots = [(apply("sinh", apply("asinh", w) / 3), ())]
-        else:
-            inside = (1 - w, 1 + w)
-            roots = [(-apply("sin", apply("asin", w) / 3), inside)]
-            for side in (1, -1):
-                roots.append((side * apply("cos", apply("acos", side * w) / 3), inside))
-                roots.append((side * apply("cosh", apply("acosh", side * w) / 3), (side * w - 1,)))
-        for root, conditions in roots:
-            v = size * root
-            energy = P * v * Fraction(3, 4) - b * v**2 / 2
-            # The outer roots pass from cosine to cosh where the inner one ends.
-            outer = bool(conditions) and root is not roots[0][0]
-            found.append(Branch((v,), energy, tuple(map(tidy, conditions)), region, is_continued=outer))
-    return found
-
-
-def _of_power_of_form(found: Polynomial, momenta: Sequence[Expr]) -> list[Branch]:
-    """A (v.Q.v)^k multiplied out, for k = 2 also with b v.Q.v, and terms that are linear in v."""
-    size, degree = len(momenta), max(map(sum, found))
-    if {sum(powers) for powers in found} - {1, degree} - ({2} if degree == 4 else set()):
-        return []
-    names = [f"velocity {place}" for place in range(size)]
-    rates = [symbol(name) for name in names]
-    top = total(
-        product([e, *(v**n for v, n in zip(rates, powers, strict=True))])
-        for powers, e in found.items()
-        if sum(powers) == degree
-    )
-    try:
-        parts = factors(top, Allowance(MAX_STEPS))
-    except ExpressionError:
-        return []
-    moving = [(e, k) for e, k in parts if not e.names.isdisjoint(names)]
-    form = coefficients(moving[0][0], names)
-    if len(moving) != 1 or not has_degrees(form, 2):
-        return []
-    A = product(e**k for e, k in parts if e.names.isdisjoint(names))
-    shifted = [P - coefficient(found, size, place) for place, P in enumerate(momenta)]
-    square = {powers: e for powers, e in found.items() if sum(powers) == 2}
-    if not square:
-        return _of_quadratic(Kernel(A, "", form, Fraction(moving[0][1])), shifted)
-    b = ratio_of(square, form)
-    return [] if b is None else _of_length(A, b, quadratic_form(form, size), shifted)
-
-
-def _of_length(a: Expr, b: Expr, form: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
-    """K = a u^4 + b u^2 of the length u of the velocities, u^2 = v.Q.v, along Q^-1 P."""
-    inverse = mass_matrix.inverse(form) if mass_matrix.is_regular(form) else None
-    if inverse is None:
-        return []
-    size = tidy(_form(inverse, momenta)) ** HALF
-    raised = [total(e * P for e, P in zip(row, momenta, strict=True)) for row in inverse]
-    return [
-        # At rest 0/0 stands for a velocity: orbits follow the velocities themselves.
-        replace(branch, velocities=tuple(w * u / size for w in raised), is_continued=True)
-        for branch in _of_quartic(a, b, size)
-        for u in branch.velocities
-    ]
-
-
-def _of_quadratic(kernel: Kernel, momenta: Sequence[Expr]) -> list[Branch]:
+def of_quadratic(kernel: Kernel, momenta: Sequence[Expr]) -> list[Branch]:
     """K = A (B + c.v + v.Q.v)^k: the square is completed. A B may be left where k is 1/2."""
     A, k, found, size = kernel.factor, kernel.exponent, kernel.argument, len(momenta)
     if not has_degrees(found, 0, 1, 2):
@@ -213,10 +109,10 @@ def _of_quadratic(kernel: Kernel, momenta: Sequence[Expr]) -> list[Branch]:
         return []
     raised = [total(a * P for a, P in zip(row, momenta, strict=True)) for row in inverse]
     if k == HALF:
-        squares = _form([[tidy(-B * entry) for entry in row] for row in inverse], momenta)
+        squares = form_of([[tidy(-B * entry) for entry in row] for row in inverse], momenta)
         branches = _of_root(A, B, raised, squares + tidy(A**2 * B))
     else:
-        s = tidy(_form(inverse, momenta)) / (2 * k * A) ** 2
+        s = tidy(form_of(inverse, momenta)) / (2 * k * A) ** 2
         down, up = (k - 1) / (2 * k - 1), k / (2 * k - 1)
         velocities = tuple(tidy(w / (2 * k * A * s**down)) for w in raised)
         branches = [Branch(velocities, (2 * k - 1) * A * s**up)]
@@ -229,7 +125,7 @@ def quadratic_form(found: Polynomial, size: int) -> list[list[Expr]]:
     return [[coefficient(found, size, i, j) * (1 if i == j else HALF) for j in places] for i in places]
 
 
-def _form(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> Expr:
+def form_of(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> Expr:
     """P.M.P, each momentum left whole."""
     size = range(len(momenta))
     pairs = [(i, j) for i in size for j in size[i:]]
@@ -264,7 +160,7 @@ def _either_sign(sign: int, region: Expr) -> list[tuple[int, tuple[Expr, ...]]]:
     return [(sign, (tidy(region),)), (-sign, (tidy(-region),))]
 
 
-def _signs(e: Expr) -> list[tuple[int, tuple[Expr, ...]]]:
+def signs_of(e: Expr) -> list[tuple[int, tuple[Expr, ...]]]:
     """The signs that an expression may have, and where: first that for positive symbols."""
     return _either_sign(*_odd_part(e))
 
@@ -272,7 +168,7 @@ def _signs(e: Expr) -> list[tuple[int, tuple[Expr, ...]]]:
 _Solutions: TypeAlias = list[tuple[Expr, Expr, tuple[Expr, ...]]]
 
 
-def _of_function(kernel: Kernel, P: Expr) -> list[Branch]:
+def of_function(kernel: Kernel, P: Expr) -> list[Branch]:
     """K = A f(c v + d), where f is a power or one of `INVERSE_SLOPES`."""
     A, n = kernel.factor, kernel.exponent
     c, d = coefficient(kernel.argument, 1, 0), coefficient(kernel.argument, 1)
