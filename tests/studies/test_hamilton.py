@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import math
 from itertools import pairwise
 from typing import Any
@@ -381,6 +382,21 @@ def test_an_orbit_ends_where_momenta_have_no_velocities() -> None:
             "system: {coordinates: [x], lagrangian: xdot^(3/2) - x}\n"
             "orbit: {initial: {x: 1, xdot: 1}, duration: 3}\n"
         )
+
+
+def test_a_hamiltonian_that_fills_a_screen_is_told_with_its_length(program: Program) -> None:
+    names = [f"a{i}" for i in range(1, 6)]
+    path = " + ".join(f"cos({name})*{name}dot" for name in names)
+    kinetic = " + ".join(f"{name}dot**2/2" for name in names)
+    document = f"system: {{coordinates: [{', '.join(names)}], lagrangian: '({path})**2/2 + {kinetic}'}}"
+    whole = program("hamilton", "-f", "json", "-", stdin=document)
+    hamiltonian = json.loads(whole.out)["hamiltonian"]
+    assert len(hamiltonian) > 2_000
+    shown = program("hamilton", "-", stdin=document)
+    assert (shown.code, whole.code) == (0, 0)
+    assert f"too long for people to read: the Hamiltonian ({len(hamiltonian):,} characters)" in shown.err
+    assert "`-f json` prints all of it" in shown.err
+    assert "Hamiltonian   " not in shown.out
 
 
 # --- canonical changes of variables

@@ -149,7 +149,7 @@ def _transformed(derivation: Derivation, lagrangian: Expr, values: Mapping[str, 
     _require_regular(momenta, phase, velocities, values)
     branches, residual = _branches(derivation, lagrangian, momenta, values)
     notes = [*_singular_points(momenta, phase), *_assumed(branches, values)]
-    if not branches and all(e.names.isdisjoint(velocities) for row in momenta.mass_matrix for e in row):
+    if not branches and momenta.are_linear(velocities):
         notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
     elif not branches:
         notes.append("no closed form of the velocities in the momenta was found, so that H is not written")

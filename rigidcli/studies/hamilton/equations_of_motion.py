@@ -106,7 +106,7 @@ def _lagrange(derivation: Derivation, initial: InitialState) -> EquationsOfMotio
     def energy(p: Sequence[Expr]) -> list[Expr]:
         return [*(a * b for a, b in zip(p, v, strict=True)), *terms(-lagrangian)]
 
-    if all(entry.names.isdisjoint(velocities) for row in matrix for entry in row):
+    if derivation.momenta.are_linear(velocities):
         p, at_rest = [symbol(name) for name in phase.momenta], dict.fromkeys(velocities, ZERO)
         steps, found = solutions(a - substitute(e, at_rest) for a, e in zip(p, definitions, strict=True))
         steps += zip(velocities, found, strict=True)

@@ -19,7 +19,7 @@ from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import code
-from rigidcli.symbolic.mechanics.legendre import MOST_BRANCHES, Momenta
+from rigidcli.symbolic.mechanics.legendre import MOST_BRANCHES
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 KEY = "orbit.initial"
@@ -58,7 +58,7 @@ def initial_state(
         assert v is not None
         p = _momenta(point, derivation, v)
     point = point.at(derivation.phase.momenta, p)
-    if derivation.momenta is not None and not _is_linear(derivation.momenta, derivation.velocity_names):
+    if derivation.momenta is not None and not derivation.momenta.are_linear(derivation.velocity_names):
         derivation, v = _on_branch(point, on_this_side(derivation, point.known), p, v)
     if derivation.hamiltonian is not None:
         point.evaluate([derivation.hamiltonian], "H")
@@ -141,11 +141,6 @@ def _branch(point: _Point, derivation: Derivation, v: Floats | None) -> Branch |
             if v is None or np.allclose(known, v, rtol=SAME, atol=SAME * np.abs(v).max()):
                 return branch
     return None
-
-
-def _is_linear(momenta: Momenta, velocities: Sequence[str]) -> bool:
-    """Whether the momenta are linear in the velocities."""
-    return all(e.names.isdisjoint(velocities) for row in momenta.mass_matrix for e in row)
 
 
 def _velocities(point: _Point, derivation: Derivation, p: Floats) -> Floats:

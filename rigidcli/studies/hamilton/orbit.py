@@ -86,15 +86,17 @@ def solve_orbit(
     times = orbit.instants(1.0)
     tolerance = orbit.tolerance or DEFAULT_TOLERANCE
     follow = partial(integrate.integrate, motion.flow, engine=orbit.method, name="the orbit")
+    defined = derivation.momenta
+    may_branch = defined is not None and not defined.are_linear(derivation.velocity_names)
     try:
         solution = follow(motion.start, (0.0, float(times[-1])), tolerance=tolerance, progress=progress)
     except integrate.Stopped as stop:
-        if derivation.momenta is not None:
+        if may_branch:
             with suppress(integrate.Stopped):
                 seen = follow(motion.start, (0.0, BEFORE * stop.time), tolerance=tolerance)
                 _require_regular(seen, motion, derivation, initial, VANISHING)
         raise
-    if derivation.equations is None:
+    if may_branch:
         _require_regular(solution, motion, derivation, initial, 0.0)
     _require_range(solution, derivation, initial)
     states = solution.at(times)

@@ -56,6 +56,10 @@ class Momenta:
     definitions: tuple[Expr, ...]
     mass_matrix: tuple[tuple[Expr, ...], ...]
 
+    def are_linear(self, velocities: Sequence[str]) -> bool:
+        """Whether they are linear in the velocities."""
+        return all(e.names.isdisjoint(velocities) for row in self.mass_matrix for e in row)
+
 
 class _Part(NamedTuple):
     """The places of some velocities, and the terms of a Lagrangian in these, in this order."""

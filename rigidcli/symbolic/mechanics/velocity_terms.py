@@ -13,6 +13,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import combinations
 
 from rigidcli.symbolic.algebra.atoms import Applied, Group, Monomial, Symbol
 from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients
@@ -81,13 +82,28 @@ def sorted_terms(e: Expr, velocities: Sequence[str]) -> tuple[Polynomial, list[K
         if exponent == 0:
             polynomial = _sum(polynomial, part)
         elif set(part) == {(0,) * size}:
-            kernels.append(Kernel(part[(0,) * size], factor.function, factor.argument, exponent))
+            argument = factor.argument
+            if factor.function == "exp":
+                argument, exponent = {powers: exponent * e for powers, e in argument.items()}, Fraction(1)
+            kernels.append(Kernel(part[(0,) * size], factor.function, argument, exponent))
         elif part:
             return None
     return (
         {powers: e for powers, e in polynomial.items() if sum(powers) <= 2 or not is_zero(e)},
-        [kernel for kernel in kernels if not is_zero(kernel.factor)],
+        _hyperbolic([kernel for kernel in kernels if not is_zero(kernel.factor)]),
     )
+
+
+def _hyperbolic(kernels: list[Kernel]) -> list[Kernel]:
+    """The same with cosh or sinh for two exponentials that make one."""
+    exponentials = [kernel for kernel in kernels if kernel.function == "exp"]
+    for first, second in combinations(exponentials, 2):
+        opposite = {powers: -e for powers, e in second.argument.items()}
+        for function, sign in (("cosh", 1), ("sinh", -1)):
+            if _are_equal(first.argument, opposite) and is_zero(first.factor - sign * second.factor):
+                others = [kernel for kernel in kernels if kernel not in (first, second)]
+                return [*others, replace(first, factor=2 * first.factor, function=function)]
+    return kernels
 
 
 def _sum(left: Polynomial, right: Polynomial) -> Polynomial:
