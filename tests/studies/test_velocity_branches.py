@@ -97,9 +97,27 @@ def test_several_velocities_are_listed_and_none_is_chosen(lagrangian: str, p: fl
         assert real(to_tree(slope), {"xdot": v, "m": 1.0}) == pytest.approx(p, abs=1e-4)
 
 
-def test_momenta_that_no_velocity_has_are_refused() -> None:
+@pytest.mark.parametrize(
+    ("lagrangian", "coordinates", "initial"),
+    [
+        ("xdot^4/4 + log(xdot)", "x", "p_x: -1"),
+        # The momentum jumps from -1 to 1 where the velocity changes its sign.
+        ("xdot^6/6 + xdot^2/2 + abs(xdot)", "x", "p_x: 0.5"),
+        ("xdot^2/2 + abs(xdot)", "x", "p_x: 0.5"),
+        # p_x comes close to 1 at large velocities alone.
+        ("sqrt(1 + xdot^2 + ydot^2) + ydot^2*xdot^2", "x, y", "p_x: 1, y: 0, p_y: 0"),
+    ],
+)
+def test_momenta_that_no_velocity_has_are_refused(lagrangian: str, coordinates: str, initial: str) -> None:
     with pytest.raises(DocumentError, match="no velocities were found that have these momenta"):
-        hamilton("xdot^4/4 + log(xdot)", "initial: {x: 0, p_x: -1}, duration: 1")
+        hamilton(lagrangian, f"initial: {{x: 0, {initial}}}, duration: 1", coordinates=coordinates)
+
+
+def test_momenta_that_jump_are_not_taken_for_linear_ones() -> None:
+    found = hamilton("xdot^2/2 + abs(xdot) + x", "initial: {x: 0, xdot: 1}, duration: 1")
+    # p = v + 1, and p' = 1.
+    assert found["orbit"]["p"]["p_x"] == pytest.approx(2 + found["orbit"]["t"], rel=1e-12)
+    assert found["orbit"]["drift"]["H"] < 1e-12
 
 
 # --- the branch of an orbit, and its end

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -38,6 +39,9 @@ SAME = 1e-6
 
 VANISHING = 1e-2
 """A determinant of M below this, in units of its largest along an orbit that ends, is about to be zero."""
+
+MOST_HALVINGS = 5_000
+"""The most steps to one velocity: intervals may have to be halved down to the smallest float."""
 
 NO_VALUE = 2.0
 """What stands for the sign of M where it has no value."""
@@ -177,7 +181,11 @@ def _of_one(derivation: Derivation, known: Mapping[str, float], momenta: _Moment
         low, high = np.clip((interval.low, interval.high), -SPEEDS[-1], SPEEDS[-1])
         at_low, at_high = miss(low), miss(high)
         if np.isfinite([at_low, at_high]).all() and np.sign(at_low) * np.sign(at_high) <= 0:
-            found.append(np.array([brentq(miss, low, high, xtol=np.finfo(np.float64).tiny, rtol=1e-15)]))
+            tiny = np.finfo(np.float64).tiny
+            v = brentq(miss, low, high, xtol=tiny, rtol=1e-15, maxiter=MOST_HALVINGS)
+            # Where |v| has a kink, the momentum jumps over values that no velocity has.
+            if abs(miss(v)) <= SAME * max(abs(p), abs(miss(v) + p)):
+                found.append(np.array([v]))
     return found
 
 
@@ -195,10 +203,13 @@ def _of_several(momenta: _Momenta, p: Floats) -> list[Floats]:
     for start in starts:
         with np.errstate(all="ignore"):
             solution = root(miss, start, jac=True, tol=1e-14)
-        scale = np.abs(solution.x).max() or 1.0
-        close = np.abs(miss(solution.x)[0]).max() <= SAME * (np.abs(p).max() or 1.0)
-        if close and all(np.abs(solution.x - v).max() > SAME * scale for v in found):
-            found.append(solution.x)
+        v, (miss_there, mass) = solution.x, miss(solution.x)
+        with suppress(np.linalg.LinAlgError):
+            # At large velocities momenta may come close to values, to all digits, that they never have.
+            scale, blur = np.abs(v).max() or 1.0, np.abs(miss_there) + np.finfo(np.float64).eps * np.abs(p)
+            is_near = (np.abs(np.linalg.inv(mass)) @ blur).max() <= NEAR * scale
+            if is_near and all(np.abs(v - known).max() > SAME * scale for known in found):
+                found.append(v)
     return found
 
 

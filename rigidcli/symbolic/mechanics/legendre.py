@@ -23,7 +23,7 @@ from itertools import product as combinations
 from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.algebra.calculus import Polynomial, derivative, expand, substitute
+from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative, expand, substitute
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
@@ -58,7 +58,7 @@ class Momenta:
 
     def are_linear(self, velocities: Sequence[str]) -> bool:
         """Whether they are linear in the velocities."""
-        return all(e.names.isdisjoint(velocities) for row in self.mass_matrix for e in row)
+        return all(has_degrees(coefficients(p, velocities), 0, 1) for p in self.definitions)
 
 
 class _Part(NamedTuple):
