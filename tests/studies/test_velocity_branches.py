@@ -170,6 +170,20 @@ def test_a_mass_that_vanishes_on_the_way_is_told(
     assert before.code == 0
 
 
+def test_a_mass_that_only_touches_zero_ends_nothing() -> None:
+    # H = 3 p^(4/3)/4 + x^2/2, and at rest the mass 3 v^2 is zero.
+    found = hamilton("xdot^4/4 - x^2/2", "initial: {x: 1, p_x: 0}, duration: 2")
+    assert found["orbit"]["H"] == pytest.approx(np.full(6, 0.5), rel=1e-6)
+
+
+def test_an_orbit_from_where_branches_meet_is_refused(program: Program) -> None:
+    document = "system: {coordinates: [x], lagrangian: xdot**6/6 - xdot**3/3 + x}\n"
+    ended = program("hamilton", "-", stdin=document + "orbit: {initial: {x: 0, xdot: 0}, duration: 1}\n")
+    assert ended.code == 4
+    assert "t = 0" in ended.err
+    assert "Traceback" not in ended.err
+
+
 def test_velocities_beyond_the_listed_ones_are_followed_themselves() -> None:
     found = hamilton("-cos(xdot)", "initial: {x: 0, xdot: 7}, duration: 1")
     assert found["orbit"]["q"]["x"][-1] == pytest.approx(7)

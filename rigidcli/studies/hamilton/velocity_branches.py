@@ -134,7 +134,7 @@ def _momentum(momenta: _Momenta, end: float, inwards: int) -> float:
     before, at = momenta(np.array([[near, v]]))[0][0]
     if not math.isfinite(end) and abs(at) < abs(before) / 2:
         return 0.0
-    grows = not math.isfinite(at) or abs(at) > GROWTH * abs(before)
+    grows = not math.isfinite(at) or abs(at) / GROWTH > abs(before)
     return math.copysign(math.inf, at if not math.isnan(at) else before) if grows else float(at)
 
 
@@ -149,7 +149,7 @@ def require_regular(
 ) -> None:
     """Raise ComputationError if M becomes singular along q and v (k by n) at times (k).
 
-    That is where its determinant falls below `least`, in units of its largest, or changes its sign.
+    That is where its determinant changes its sign, or ends below `least`, in units of its largest.
     """
     assert derivation.momenta is not None
     entries = [to_tree(e) for row in derivation.momenta.mass_matrix for e in row]
@@ -158,9 +158,9 @@ def require_regular(
     with np.errstate(all="ignore"):
         rows = [np.broadcast_to(row, times.shape) for row in f(times, *q.T, *v.T)]
         sizes = np.linalg.det(np.array(rows).T.reshape(len(times), v.shape[1], -1))
-    sizes *= np.sign(sizes[0])
-    if sizes.min() <= least * sizes.max():
-        place = int(np.argmin(sizes))
+    sizes *= np.sign(sizes[0]) or 1.0
+    if sizes.min() < 0 < sizes.max() or abs(sizes[-1]) < least * np.abs(sizes).max():
+        place = int(np.argmax(sizes < 0)) or len(times) - 1
         rates = zip(derivation.velocity_names, v[place], strict=True)
         there = ", ".join(f"{name} = {value:.6g}" for name, value in rates)
         raise ComputationError(
