@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import json
 import math
 from itertools import pairwise
 from typing import Any
@@ -319,16 +320,16 @@ def test_a_kick_that_runs_along_a_chain_takes_a_second_opinion_no_longer() -> No
 
 
 def test_an_orbit_without_a_closed_hamiltonian() -> None:
-    # L = v^4/4 + v^2/2 - x^2/2: (3 v^2 + 1) v' = -x.
+    # L = v^6/6 + v^2/2 - x^2/2: (5 v^4 + 1) v' = -x.
     found = hamilton(
-        "system: {coordinates: [x], lagrangian: xdot^4/4 + xdot^2/2 - x^2/2}\n"
+        "system: {coordinates: [x], lagrangian: xdot^6/6 + xdot^2/2 - x^2/2}\n"
         "orbit: {initial: {x: 1, xdot: 0}, duration: 10, samples: 11}\n"
     )
     assert found["hamiltonian"] is None
     assert found["equations"] is None
     t, q, p = orbit(found)
     truth = solve_ivp(
-        lambda t, y: (y[1], -y[0] / (3 * y[1] ** 2 + 1)),
+        lambda t, y: (y[1], -y[0] / (5 * y[1] ** 4 + 1)),
         (0, 10),
         (1, 0),
         t_eval=t,
@@ -337,12 +338,12 @@ def test_an_orbit_without_a_closed_hamiltonian() -> None:
         atol=1e-14,
     )
     assert q["x"] == pytest.approx(truth.y[0], abs=1e-9)
-    assert p["p_x"] == pytest.approx(truth.y[1] ** 3 + truth.y[1], abs=1e-9)
+    assert p["p_x"] == pytest.approx(truth.y[1] ** 5 + truth.y[1], abs=1e-9)
     assert found["orbit"]["H"] == pytest.approx(np.full(11, 0.5), rel=1e-10)
 
 
-def test_a_chain_of_pendulums_is_integrated_without_printing_h() -> None:
-    # Five equal pendulums, one below the other: H has no readable form, but an orbit.
+def test_a_chain_of_pendulums_is_integrated_without_its_equations() -> None:
+    # Five equal pendulums, one below the other: H fills pages, but has an orbit.
     size = 5
     names = [f"a{i}" for i in range(1, size + 1)]
     particles = []
@@ -354,7 +355,10 @@ def test_a_chain_of_pendulums_is_integrated_without_printing_h() -> None:
         f"system:\n  coordinates: [{', '.join(names)}]\n  particles:\n" + "\n".join(particles) + "\n"
         f"orbit: {{initial: {{{start}}}, duration: 2, samples: 5}}\n"
     )
-    assert found["hamiltonian"] is None
+    assert found["equations"] is None
+    assert found["verified"] < 1e-12
+    (note,) = (note for note in found.notes if "too long for people to read" in note)
+    assert f"the Hamiltonian ({len(str(found['hamiltonian'])):,} characters); `-f json` prints" in note
 
     weights = [[size - max(i, j) for j in range(size)] for i in range(size)]
 
@@ -413,6 +417,21 @@ def test_an_orbit_ends_where_momenta_have_no_velocities() -> None:
             "system: {coordinates: [x], lagrangian: xdot^(3/2) - x}\n"
             "orbit: {initial: {x: 1, xdot: 1}, duration: 3}\n"
         )
+
+
+def test_a_hamiltonian_that_fills_a_screen_is_told_with_its_length(program: Program) -> None:
+    names = [f"a{i}" for i in range(1, 6)]
+    path = " + ".join(f"cos({name})*{name}dot" for name in names)
+    kinetic = " + ".join(f"{name}dot**2/2" for name in names)
+    document = f"system: {{coordinates: [{', '.join(names)}], lagrangian: '({path})**2/2 + {kinetic}'}}"
+    whole = program("hamilton", "-f", "json", "-", stdin=document)
+    hamiltonian = json.loads(whole.out)["hamiltonian"]
+    assert len(hamiltonian) > 2_000
+    shown = program("hamilton", "-", stdin=document)
+    assert (shown.code, whole.code) == (0, 0)
+    assert f"too long for people to read: the Hamiltonian ({len(hamiltonian):,} characters)" in shown.err
+    assert "`-f json` prints all of it" in shown.err
+    assert "Hamiltonian   " not in shown.out
 
 
 # --- canonical changes of variables

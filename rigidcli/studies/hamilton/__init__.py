@@ -23,12 +23,14 @@ from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.latex_names import latex_name
 from rigidcli.symbolic.language.text import reading
 from rigidcli.symbolic.mechanics.hamilton_equations import linear
+from rigidcli.symbolic.mechanics.legendre import MOST_BRANCHES
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.oscillations import Oscillations
     from rigidcli.studies.hamilton.transform import TransformedSystem
+    from rigidcli.studies.hamilton.velocity_branches import Interval
     from rigidcli.symbolic.mechanics.spectrum import Spectrum
 
 SCHEMA = "rigidcli.hamilton/1"
@@ -43,6 +45,9 @@ QUICK = 160
 
 MOST_COLUMNS = 8
 """The widest matrix that people are shown: a terminal has room for no more."""
+
+LONGEST_SHOWN = 2_000
+"""The longest text of an expression, in characters, that people are shown: a screen full."""
 
 SPECTRUM = ("eigenvalues", "frequencies", "stability")
 """The keys of what the matrix of linear equations tells."""
@@ -63,6 +68,7 @@ class _Results:
 
     document: Document
     branches: Sequence[Branch]
+    intervals: Sequence[Interval]
     derivation: Derivation
     invariants: tuple[Expr, ...] | None
     orbit: OrbitSolution | None
@@ -117,7 +123,7 @@ def run(
             diagnostic=True,
         ),
         *_invariants(found),
-        *([Field("branches", [])] if len(found.branches) < 2 else []),
+        *([] if _branch_table(found) else [Field("branches", [])]),
         *_transform(found),
         *_orbit_quality(found),
     ]
@@ -151,6 +157,7 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
     """Everything that the report tells; what the document does not ask is not imported."""
     derivation = derive(document)
     branches, orbit, transform, small = derivation.branches, None, None, None
+    intervals = _intervals(document, derivation)
     if document.equilibrium is not None:
         from rigidcli.studies.hamilton.oscillations import oscillations
 
@@ -170,7 +177,21 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
         from rigidcli.studies.hamilton.transform import transformed
 
         transform = transformed(document, document.transform, derivation)
-    return _Results(document, branches, derivation, searched, orbit, transform, small)
+    return _Results(document, branches, intervals, derivation, searched, orbit, transform, small)
+
+
+def _intervals(document: Document, derivation: Derivation) -> list[Interval]:
+    """The branches of one velocity by numbers, where they have no closed form and are everywhere the same."""
+    values = {name: float(value) for name, value in document.values.items()}
+    names = derivation.velocity_names
+    if derivation.momenta is None or derivation.branches or len(names) > 1:
+        return []
+    if not derivation.momenta.definitions[0].names <= {*names, *values}:
+        return []
+    from rigidcli.studies.hamilton.velocity_branches import intervals
+
+    found = intervals(derivation, values)
+    return found if 1 < len(found) <= MOST_BRANCHES else []
 
 
 def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
@@ -188,8 +209,12 @@ def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
 
 
 def _expression(key: str, e: Expr | None, title: str, sign: str) -> Field:
-    """An expression; people are not shown one that is not known."""
-    return Field(key, e, title if e is not None else "", sign, cells={key: ()})
+    """An expression; people are not shown one that is not known, or fills more than a screen."""
+    return Field(key, e, title if e is not None and not _is_long(e) else "", sign, cells={key: ()})
+
+
+def _is_long(e: Expr) -> bool:
+    return len(e.key) > LONGEST_SHOWN and len(str(e)) > LONGEST_SHOWN
 
 
 def _expressions(
@@ -199,7 +224,9 @@ def _expressions(
     if values is None:
         return [Field(key, None)]
     return [
-        Field(f"{key}.{name}", e, title, latex_name(title), cells={f"{key}.{name}": ()})
+        Field(
+            f"{key}.{name}", e, "" if _is_long(e) else title, latex_name(title), cells={f"{key}.{name}": ()}
+        )
         for name, e, title in zip(names, values, titles or [""] * len(names), strict=True)
     ]
 
@@ -310,15 +337,20 @@ def _orbit_quality(found: _Results) -> list[Field]:
 
 def _branch_table(found: _Results) -> list[Table]:
     """The ways back from the momenta, where there are several."""
-    branches = found.branches
-    if len(branches) < 2:
+    branches, names = found.branches, found.derivation.velocity_names
+    if len(branches) < 2 and not found.intervals:
         return []
     columns = [
         Column(name, [branch.velocities[place] for branch in branches], (name,))
-        for place, name in enumerate(found.derivation.velocity_names)
+        for place, name in enumerate(names if branches else ())
     ]
-    columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",)))
-    columns.append(Column("range", [branch.validity for branch in branches], ("where",)))
+    if branches:
+        columns.append(Column("hamiltonian", [branch.hamiltonian for branch in branches], ("H",)))
+    ranges = [branch.validity for branch in branches] or [
+        f"{each.velocities(names[0])} and {each.momenta(found.derivation.phase.momenta[0])}"
+        for each in found.intervals
+    ]
+    columns.append(Column("range", ranges, ("where",)))
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
 
 
@@ -348,10 +380,17 @@ def _orbit_table(found: _Results) -> list[Table]:
 
 def _notes(found: _Results) -> list[str]:
     """Remarks on the results."""
-    notes = [*found.derivation.notes, *(found.oscillations.notes if found.oscillations else ())]
+    derivation = found.derivation
+    notes = [*derivation.notes, *(found.oscillations.notes if found.oscillations else ())]
     notes += [
-        f"H has a step where {place} = 0, which its equations do not tell" for place in found.derivation.jumps
+        f"H has a step where {place} = 0, which its equations do not tell" for place in derivation.jumps
     ]
+    known = {"the Hamiltonian": derivation.hamiltonian} | {
+        f"{name}dot": e for name, e in zip(derivation.phase.names, derivation.equations or (), strict=False)
+    }
+    long = [f"{name} ({len(str(e)):,} characters)" for name, e in known.items() if e and _is_long(e)]
+    if long:
+        notes.append(f"too long for people to read: {', '.join(long)}; `-f json` prints all of it")
     if found.orbit is not None and found.document.exact_results:
         notes.append("the orbit is followed in floating-point numbers")
     if found.orbit is not None and found.orbit.lost is not None:

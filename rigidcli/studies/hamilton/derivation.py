@@ -2,40 +2,28 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import cached_property
 
-import numpy as np
-
-from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import NO_VALUE
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.model.variables import acceleration
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
-from rigidcli.symbolic.algebra import samples
+from rigidcli.studies.hamilton.verification import MOST_RESIDUAL, is_short, residual_of
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
-from rigidcli.symbolic.algebra.expressions import PI, ZERO, Expr, symbol, total
+from rigidcli.symbolic.algebra.expressions import PI, ZERO, Expr, number, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.language import code
 from rigidcli.symbolic.mechanics import constraints, energies, jumps, mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
 from rigidcli.symbolic.mechanics.lagrange_equations import LagrangeEquations, lagrange_equations
-from rigidcli.symbolic.mechanics.legendre import Momenta, canonical_momenta, legendre_transform
+from rigidcli.symbolic.mechanics.legendre import NOTHING, Momenta, canonical_momenta, legendre_transform
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 TIME = energies.TIME
-
-MOST_RESIDUAL = 1e-6
-"""A residual of the equations of motion beyond this, in units of their size, is no rounding error."""
-
-CHECKS = 3
-"""The number of random points at which the equations of motion are compared."""
 
 SPECIAL_VALUES = {"0": ZERO, "pi/2": PI / 2, "pi": PI}
 """Values of coordinates at which it is looked whether the mass matrix is singular, as at poles of angles."""
@@ -67,10 +55,15 @@ class Derivation:
         """H(q, p, t), if it is given or has one closed form."""
         return self.system.hamiltonian if self.branch is None else self.branch.hamiltonian
 
+    @property
+    def is_short(self) -> bool:
+        """Whether H is known, and short enough to be worked with."""
+        return self.hamiltonian is not None and (self.branch is None or is_short(self.branch))
+
     @cached_property
     def equations(self) -> tuple[Expr, ...] | None:
-        """The derivatives of coordinates and momenta by time."""
-        if self.hamiltonian is None:
+        """The derivatives of coordinates and momenta by time; None if H is not known, or too long."""
+        if self.hamiltonian is None or not self.is_short:
             return None
         solved = None if self.branch is None else self.branch.velocities
         free = equations(self.hamiltonian, self.phase, solved)
@@ -100,8 +93,8 @@ class Derivation:
 
     @property
     def generator(self) -> Expr:
-        """H, or -L where H is not known: their derivatives by coordinates and by the time are the same."""
-        if self.hamiltonian is not None:
+        """H, or -L where H is not worked with: their derivatives by coordinates and time are the same."""
+        if self.hamiltonian is not None and self.is_short:
             return self.hamiltonian
         assert self.system.lagrangian is not None
         return -self.system.lagrangian
@@ -143,7 +136,7 @@ class Derivation:
     @property
     def energy_rate(self) -> Expr | None:
         """dH/dt where H is known."""
-        return None if self.hamiltonian is None else tidy(self.power)
+        return tidy(self.power) if self.is_short else None
 
     @property
     def conserved(self) -> list[str]:
@@ -206,17 +199,52 @@ def _transformed(derivation: Derivation, lagrangian: Expr, values: Mapping[str, 
     phase, velocities = derivation.phase, derivation.velocity_names
     momenta = canonical_momenta(lagrangian, velocities)
     _require_regular(momenta, phase, velocities, values)
+    branches, residual = _branches(derivation, lagrangian, momenta, values)
+    notes = [*_singular_points(momenta, phase), *_assumed(branches, values)]
+    if not branches and momenta.are_linear(velocities):
+        notes.append("H is too long to be worked out in symbols; orbits solve for the velocities in numbers")
+    elif not branches:
+        notes.append("no closed form of the velocities in the momenta was found, so that H is not written")
+    elif not is_short(branches[0]):
+        notes.append("Hamilton's equations are too long to be worked out in symbols")
+    return replace(derivation, momenta=momenta, branches=branches, residual=residual, notes=tuple(notes))
+
+
+def on_this_side(derivation: Derivation, values: Mapping[str, float]) -> Derivation:
+    """The same system with the form of its branches that holds for these values."""
+    if all(e.evaluate(**values) > 0 for branch in derivation.branches for e in branch.region):
+        return derivation
+    lagrangian, momenta = derivation.system.lagrangian, derivation.momenta
+    assert lagrangian is not None
+    assert momenta is not None
+    notes = set(_assumed(derivation.branches, NOTHING))
+    exact = {name: number(Fraction(value)) for name, value in values.items()}
+    branches, residual = _branches(derivation, lagrangian, momenta, exact)
+    kept = tuple(note for note in derivation.notes if note not in notes)
+    return replace(derivation, branches=branches, residual=residual, notes=kept)
+
+
+def _assumed(branches: Sequence[Branch], values: Mapping[str, Expr]) -> Iterator[str]:
+    """A note on what the form of branches assumes of names without a value."""
+    for e in branches[0].region if branches else ():
+        if not e.names <= values.keys():
+            yield f"H is written for {e} > 0"
+
+
+def _branches(
+    derivation: Derivation, lagrangian: Expr, momenta: Momenta, values: Mapping[str, Expr]
+) -> tuple[tuple[Branch, ...], float | None]:
+    """The ways from momenta to velocities that pass the check, and the largest residual of it."""
+    phase, velocities = derivation.phase, derivation.velocity_names
     good, residuals = [], []
-    for branch in legendre_transform(lagrangian, velocities, phase.momenta):
-        residual = _residual(lagrangian, momenta, branch, phase, velocities)
+    for branch in legendre_transform(lagrangian, velocities, phase.momenta, values):
+        decided = [e.names for e in branch.region if e.names <= values.keys()]
+        fixed = {name: values[name].evaluate() for names in decided for name in names}
+        residual = residual_of(lagrangian, momenta, branch, phase, velocities, fixed)
         if residual is None or residual < MOST_RESIDUAL:
             good.append(branch)
             residuals += [] if residual is None else [residual]
-    notes = list(_singular_points(momenta, phase))
-    if not good:
-        notes.append("the velocities have no closed form in the momenta, so that H is not written")
-    worst = max(residuals, default=None)
-    return Derivation(phase, velocities, derivation.system, momenta, tuple(good), worst, tuple(notes))
+    return tuple(good), max(residuals, default=None)
 
 
 def _singular_points(momenta: Momenta, phase: Phase) -> Iterator[str]:
@@ -255,42 +283,3 @@ def _require_regular(
             f"the mass matrix has rank {rank} of {size} at the given values ({shown}), "
             "so that the momenta do not tell the velocities"
         )
-
-
-def _residual(
-    lagrangian: Expr, momenta: Momenta, branch: Branch, phase: Phase, velocities: tuple[str, ...]
-) -> float | None:
-    """How far a branch is from the Euler-Lagrange equations at random points; None if it has no value at any.
-
-    There p = dL/dv must lead back to v, and -dH/dq be dL/dq. A point on another branch says nothing.
-    """
-    forces = [derivative(lagrangian, q) for q in phase.coordinates]
-    expected = [*momenta.definitions, *forces]
-    found = [*branch.velocities, *(-derivative(branch.hamiltonian, q) for q in phase.coordinates)]
-    names = lagrangian.names | branch.hamiltonian.names
-    shared = [*sorted(names - {*phase.names, *velocities, TIME}), TIME, *phase.coordinates]
-    from_velocities = code.function([to_tree(e) for e in expected], [*shared, *velocities], {})(math)
-    trees = [to_tree(e) for e in (*found, *branch.conditions)]
-    from_momenta = code.function(trees, [*shared, *phase.momenta], {})(math)
-    size, worst, seen = len(velocities), 0.0, 0
-    for point in samples.points([*shared, *velocities], {}):
-        v = np.array([point[name] for name in velocities])
-        try:
-            known = np.array(from_velocities(*point.values()))
-            reached = np.array(from_momenta(*(point[name] for name in shared), *known[:size]))
-        except NO_VALUE:
-            continue
-        if not np.isfinite([*known, *reached]).all() or (reached[2 * size :] <= 0).any():
-            continue
-        miss = max(_miss(v, reached[:size]), _miss(known[size:], reached[size : 2 * size]))
-        if not branch.conditions or miss <= MOST_RESIDUAL:
-            worst, seen = max(worst, miss), seen + 1
-        if seen == CHECKS:
-            break
-    return worst if seen else None
-
-
-def _miss(a: Floats, b: Floats) -> float:
-    """The largest difference, in units of the largest entry."""
-    scale = max(np.abs(a).max(), np.abs(b).max())
-    return float(np.abs(a - b).max() / scale) if scale else 0.0

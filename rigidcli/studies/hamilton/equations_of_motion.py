@@ -46,7 +46,10 @@ def equations_of_motion(derivation: Derivation, initial: InitialState) -> Equati
 
     Raises ComputationError where the initial velocities are needed, and not given.
     """
-    return (_lagrange if derivation.equations is None else _hamilton)(derivation, initial)
+    follows_velocities = derivation.branch is not None and derivation.branch.is_continued
+    if derivation.equations is None or follows_velocities:
+        return _lagrange(derivation, initial)
+    return _hamilton(derivation, initial)
 
 
 def _motion(
@@ -104,7 +107,7 @@ def _lagrange(derivation: Derivation, initial: InitialState) -> EquationsOfMotio
     def energy(p: Sequence[Expr]) -> list[Expr]:
         return [*(a * b for a, b in zip(p, v, strict=True)), *terms(-lagrangian)]
 
-    if all(entry.names.isdisjoint(velocities) for row in matrix for entry in row):
+    if derivation.momenta.are_linear(velocities):
         p, at_rest = [symbol(name) for name in phase.momenta], dict.fromkeys(velocities, ZERO)
         steps, found = solutions(a - substitute(e, at_rest) for a, e in zip(p, definitions, strict=True))
         steps += zip(velocities, found, strict=True)

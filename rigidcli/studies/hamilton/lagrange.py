@@ -10,7 +10,8 @@ import numpy as np
 from rigidcli.core.solution import NO_VALUE, Function
 from rigidcli.errors import ExpressionError
 from rigidcli.report import Field
-from rigidcli.studies.hamilton.derivation import CHECKS, TIME, Derivation
+from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.studies.hamilton.verification import CHECKS
 from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import Expr, symbol, total

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 
@@ -15,8 +16,14 @@ from rigidcli.errors import ComputationError
 from rigidcli.model.orbit import Orbit
 from rigidcli.model.sampling import DEFAULT_TOLERANCE
 from rigidcli.studies.hamilton.derivation import Derivation
-from rigidcli.studies.hamilton.equations_of_motion import columns, equations_of_motion, flow_of_terms
+from rigidcli.studies.hamilton.equations_of_motion import (
+    EquationsOfMotion,
+    columns,
+    equations_of_motion,
+    flow_of_terms,
+)
 from rigidcli.studies.hamilton.initial import InitialState
+from rigidcli.studies.hamilton.velocity_branches import VANISHING, require_regular
 from rigidcli.symbolic.algebra.expressions import Expr
 
 COARSER = 1e2
@@ -33,6 +40,9 @@ LOST = 0.1
 
 EARLY = 0.8
 """If the coarse orbit is lost before this part of the span, the fine one is lost before its end."""
+
+BEFORE = 1 - 1e-9
+"""The part of an orbit that ends that is followed again, to see why."""
 
 ORDER = 7 / 8
 """The power of the tolerance to which the error of an orbit is proportional: steps h have errors of h^8."""
@@ -76,7 +86,18 @@ def solve_orbit(
     times = orbit.instants(1.0)
     tolerance = orbit.tolerance or DEFAULT_TOLERANCE
     follow = partial(integrate.integrate, motion.flow, engine=orbit.method, name="the orbit")
-    solution = follow(motion.start, (0.0, float(times[-1])), tolerance=tolerance, progress=progress)
+    defined = derivation.momenta
+    may_branch = defined is not None and not defined.are_linear(derivation.velocity_names)
+    try:
+        solution = follow(motion.start, (0.0, float(times[-1])), tolerance=tolerance, progress=progress)
+    except integrate.Stopped as stop:
+        if may_branch:
+            with suppress(integrate.Stopped):
+                seen = follow(motion.start, (0.0, BEFORE * stop.time), tolerance=tolerance)
+                _require_regular(seen, motion, derivation, initial, VANISHING)
+        raise
+    if may_branch:
+        _require_regular(solution, motion, derivation, initial, 0.0)
     _require_range(solution, derivation, initial)
     states = solution.at(times)
     coordinates, momenta, energy, terms = motion.observed(times, states)
@@ -104,6 +125,20 @@ def solve_orbit(
         digits(max(error, np.finfo(np.float64).eps * solution.steps**0.5)),
         lost,
     )
+
+
+def _require_regular(
+    solution: integrate.Solution,
+    motion: EquationsOfMotion,
+    derivation: Derivation,
+    initial: InitialState,
+    least: float,
+) -> None:
+    """Raise ComputationError if the mass matrix becomes singular on the way."""
+    times, size = solution.knots, len(initial.q)
+    states = solution.at(times)
+    velocities = columns(motion.flow, times, states)[:size].T
+    require_regular(derivation, initial.parameters, times, states[:, :size], velocities, least)
 
 
 def _drift(values: Floats, terms: Floats) -> float:

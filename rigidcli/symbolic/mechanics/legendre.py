@@ -15,22 +15,39 @@ whole: each coefficient is, by itself.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
 from itertools import product as combinations
-from typing import TypeAlias
+from typing import NamedTuple
 
-from rigidcli.symbolic.algebra.calculus import coefficients, derivative
-from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
+from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative, expand, substitute
+from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import over_shared_sums, shortest, tidy
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
+from rigidcli.symbolic.mechanics.polynomial_inversion import inverted_polynomial
 from rigidcli.symbolic.mechanics.squares import Squares, energies, typed_squares
-from rigidcli.symbolic.mechanics.velocity_inversion import Branch, inverted_velocities, quadratic_form
+from rigidcli.symbolic.mechanics.velocity_inversion import (
+    Branch,
+    inverted_kernel,
+    quadratic_form,
+)
+from rigidcli.symbolic.mechanics.velocity_terms import Kernel, places_in, restricted, sorted_terms
 
 MOST_BRANCHES = 16
 """The most branches that are listed: more of them nobody would read."""
+
+SHORT = 300
+"""Characters of an H as a sum of squares, up to which no shorter one is looked for: four lines."""
+
+LONGEST_TO_TIDY = 2_000
+"""The longest key of a velocity that is made shorter: about ten lines of text."""
+
+NOTHING: Mapping[str, Expr] = {}
+"""Values of no names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,9 +57,17 @@ class Momenta:
     definitions: tuple[Expr, ...]
     mass_matrix: tuple[tuple[Expr, ...], ...]
 
+    def are_linear(self, velocities: Sequence[str]) -> bool:
+        """Whether they are linear in the velocities."""
+        return all(has_degrees(coefficients(p, velocities), 0, 1) for p in self.definitions)
 
-_Part: TypeAlias = tuple[Expr, list[int]]
-"""Terms of a Lagrangian, and the places of the velocities in them."""
+
+class _Part(NamedTuple):
+    """The places of some velocities, and the terms of a Lagrangian in these, in this order."""
+
+    places: list[int]
+    polynomial: Polynomial
+    kernels: list[Kernel]
 
 
 def canonical_momenta(lagrangian: Expr, velocities: Sequence[str]) -> Momenta:
@@ -54,94 +79,170 @@ def canonical_momenta(lagrangian: Expr, velocities: Sequence[str]) -> Momenta:
     return Momenta(definitions, matrix)
 
 
-def legendre_transform(lagrangian: Expr, velocities: Sequence[str], names: Sequence[str]) -> list[Branch]:
-    """All ways back from the momenta, called `names`; none where the velocities have no closed form.
+def legendre_transform(
+    lagrangian: Expr,
+    velocities: Sequence[str],
+    names: Sequence[str],
+    values: Mapping[str, Expr] = NOTHING,
+) -> list[Branch]:
+    """All ways back from the momenta, called `names`; none where no closed form is known.
 
-    The mass matrix must be regular.
+    Where their form depends on signs, as that of a mass, it is the form for the `values` of parameters and
+    coordinates, and where these do not tell for positive ones. The mass matrix must be regular.
     """
-    still, parts = _parts(lagrangian, velocities)
+    sorted_out = _parts(lagrangian, velocities)
+    if sorted_out is None:
+        return []
+    still, parts = sorted_out
     p = [symbol(name) for name in names]
-    options = [_inverted(part, velocities, p) for part in parts]
+    typed = typed_squares(lagrangian, velocities)
+    options = [_likely(_inverted(part, p, typed), values) for part in parts]
     chosen = combinations(*options) if math.prod(map(len, options)) <= MOST_BRANCHES else ()
     return [_joined(choice, parts, still, len(p)) for choice in chosen]
+
+
+def _likely(branches: Sequence[Branch], values: Mapping[str, Expr]) -> list[Branch]:
+    """The branches in one region: in that of the values, or else in the first."""
+    signs = [[substitute(e, values) for e in branch.region] for branch in branches]
+    possible = [
+        branch
+        for branch, known in zip(branches, signs, strict=True)
+        if not any(not e.names and e.evaluate() <= 0 for e in known)
+    ]
+    return [branch for branch in possible if branch.region == possible[0].region]
 
 
 def _joined(chosen: Sequence[Branch], parts: Sequence[_Part], still: Expr, size: int) -> Branch:
     """The branch of the whole Lagrangian, from one branch of each part."""
     velocities = [ZERO] * size
-    for branch, (_, places) in zip(chosen, parts, strict=True):
-        for place, velocity in zip(places, branch.velocities, strict=True):
+    for branch, part in zip(chosen, parts, strict=True):
+        for place, velocity in zip(part.places, branch.velocities, strict=True):
             velocities[place] = velocity
-    hamiltonian = total([*(branch.hamiltonian for branch in chosen), -still])
-    return Branch(tuple(velocities), hamiltonian, tuple(e for branch in chosen for e in branch.conditions))
+    return Branch(
+        tuple(velocities),
+        total([*(branch.hamiltonian for branch in chosen), -still]),
+        tuple(e for branch in chosen for e in branch.conditions),
+        tuple(e for branch in chosen for e in branch.region),
+        next((branch.period for branch in chosen if branch.period is not None), None),
+        any(branch.is_continued for branch in chosen),
+    )
 
 
-def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Part]]:
-    """The terms without velocities, and the others: all, if they are quadratic, or those that share some."""
-    every = range(len(velocities))
-    found = coefficients(lagrangian, velocities)
-    if has_degrees(found, 0, 1, 2):
-        still = coefficient(found, len(velocities))
-        return still, [(lagrangian - still, list(every))]
-    terms = [
-        (term, {i for i in every if velocities[i] in term.names})
-        for term in (Expr({monomial: factor}) for monomial, factor in lagrangian.terms.items())
-    ]
-    groups = mass_matrix.connected(len(velocities), lambda i, j: any({i, j} <= places for _, places in terms))
-    parts = [(total(term for term, places in terms if places & {*group}), group) for group in groups]
-    return total(term for term, places in terms if not places), parts
+def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Part]] | None:
+    """What is without velocities, and the others: all, if they are quadratic, or those that share some.
+
+    None where a term has no form that is known.
+    """
+    size = len(velocities)
+    still = total(
+        Expr({monomial: factor})
+        for monomial, factor in lagrangian.terms.items()
+        if all(atom.names.isdisjoint(velocities) for atom, _ in monomial)
+    )
+    found = sorted_terms(lagrangian - still, velocities)
+    if found is None:
+        return None
+    polynomial, kernels = found
+    still = _cancelled(still, coefficient(polynomial, size))
+    if not kernels and has_degrees(polynomial, 0, 1, 2):
+        groups = [list(range(size))]
+    else:
+        links = [*(kernel.places for kernel in kernels), *map(places_in, polynomial)]
+        groups = mass_matrix.connected(size, lambda i, j: any({i, j} <= places for places in links))
+    parts = []
+    for group in groups:
+        own = {powers: e for powers, e in polynomial.items() if places_in(powers) & {*group}}
+        inner = [kernel for kernel in kernels if kernel.places & {*group}]
+        parts.append(_Part(group, restricted(own, group), [kernel.restricted(group) for kernel in inner]))
+    return still, parts
 
 
-def _inverted(part: _Part, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
+def _cancelled(typed: Expr, rest: Expr) -> Expr:
+    """Terms as they are typed, and what is left of others: together, if some of them cancel."""
+    both = typed + rest
+    with suppress(ExpressionError):
+        if typed.terms and rest.terms and len(expand(both).terms) < len(both.terms):
+            return tidy(both)
+    return both
+
+
+def _inverted(part: _Part, momenta: Sequence[Expr], typed: Squares) -> list[Branch]:
     """All that is known of going back from the momenta of a part to its velocities."""
-    e, places = part
-    names, size = [velocities[place] for place in places], len(places)
-    found, others = coefficients(e, names), []
-    if not has_degrees(found, 0, 1, 2):
-        terms = [Expr({monomial: factor}) for monomial, factor in e.terms.items()]
-        others = [term for term in terms if not has_degrees(coefficients(term, names), 1)]
-        found = coefficients(e - total(others), names) or {}
-    shifted = [momenta[place] - coefficient(found, size, i) for i, place in enumerate(places)]
-    if not others:
+    places, found, kernels = part
+    size = len(places)
+    own = [momenta[place] for place in places]
+    if kernels and not has_degrees(found, 1):
+        return []
+    if not has_degrees(found, 1, 2):
+        return inverted_polynomial(found, own)
+    shifted = [P - coefficient(found, size, place) for place, P in enumerate(own)]
+    if not kernels:
         matrix = [[2 * entry for entry in row] for row in quadratic_form(found, size)]
-        return _of_masses(matrix, shifted, typed_squares(e, names))
-    return inverted_velocities(others[0], names, shifted) if len(others) == 1 else []
+        return _of_masses(matrix, shifted, [(a, [row[place] for place in places]) for a, row in typed])
+    return inverted_kernel(kernels[0], shifted) if len(kernels) == 1 else []
 
 
 def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr], typed: Squares) -> list[Branch]:
     """The inverse for L = v.M.v/2, block by block; `typed` are the squares as whose sum it was typed."""
+    velocities = [ZERO] * len(momenta)
+    energy = []
+    alone: dict[Expr, list[Expr]] = {}
+    for block in mass_matrix.blocks(matrix):
+        own, P = mass_matrix.part(matrix, block, block), [momenta[place] for place in block]
+        if len(block) == 1 and len(P[0].terms) == 1:
+            velocities[block[0]] = tidy(P[0] / own[0][0])
+            alone.setdefault(tidy(1 / own[0][0]) / 2, []).append(P[0] ** 2)
+            continue
+        squares = _of_squares(own, P)
+        is_short = squares and len(str(squares[0].hamiltonian)) <= SHORT
+        inverted = [] if is_short else _of_inverse(own, P)
+        forms = [*inverted, *squares]
+        if not forms:
+            return []
+        energy.append(shortest([*(form.hamiltonian for form in forms), *energies(block, momenta, typed)]))
+        for place, velocity in zip(block, forms[0].velocities, strict=True):
+            is_tidy = inverted or len(velocity.key) > LONGEST_TO_TIDY
+            velocities[place] = velocity if is_tidy else tidy(velocity)
+    energy += [factor * total(terms) for factor, terms in alone.items()]
+    return [Branch(tuple(velocities), over_shared_sums(total(energy)))]
+
+
+def _of_inverse(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
+    """H = P.M^-1.P/2 of one block: of two momenta as squares, of more coefficient by coefficient."""
     inverse = mass_matrix.inverse(matrix)
     if inverse is None:
         return []
     size = range(len(momenta))
     velocities = tuple(tidy(total(inverse[i][j] * momenta[j] for j in size)) for i in size)
-    energy = []
-    alone: dict[Expr, list[Expr]] = {}
-    for block in mass_matrix.blocks(inverse):
-        if len(block) == 1 and len(momenta[block[0]].terms) == 1:
-            alone.setdefault(inverse[block[0]][block[0]] / 2, []).append(momenta[block[0]] ** 2)
-        else:
-            own, back = mass_matrix.part(matrix, block, block), mass_matrix.part(inverse, block, block)
-            form = _energy(back, own, [momenta[i] for i in block])
-            energy.append(shortest([form, *energies(block, momenta, typed)]))
-    energy += [factor * total(squares) for factor, squares in alone.items()]
-    return [Branch(velocities, over_shared_sums(total(energy)))]
-
-
-def _energy(inverse: mass_matrix.Matrix, matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> Expr:
-    """P.M^-1.P/2 of one block: of two momenta as squares, of more coefficient by coefficient."""
-    size = range(len(momenta))
     half = Fraction(1, 2)
     if len(momenta) == 2:
         # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
-        return shortest(
-            [
-                inverse[i][i] * half * (momenta[i] - tidy(matrix[i][j] / matrix[j][j]) * momenta[j]) ** 2
-                + tidy(half / matrix[j][j]) * momenta[j] ** 2
-                for i, j in ((0, 1), (1, 0))
-                if not matrix[j][j].is_zero
-            ]
-            or [inverse[0][1] * momenta[0] * momenta[1]]
-        )
+        forms = [
+            inverse[i][i] * half * (momenta[i] - tidy(matrix[i][j] / matrix[j][j]) * momenta[j]) ** 2
+            + tidy(half / matrix[j][j]) * momenta[j] ** 2
+            for i, j in ((0, 1), (1, 0))
+            if not matrix[j][j].is_zero
+        ]
+        return [Branch(velocities, shortest(forms or [inverse[0][1] * momenta[0] * momenta[1]]))]
     pairs = [(i, j) for i in size for j in size[i:]]
-    return tidy(total(inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j] for i, j in pairs))
+    energy = (inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j] for i, j in pairs)
+    return [Branch(velocities, tidy(total(energy)))]
+
+
+def _of_squares(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
+    """H as a sum of as many squares as momenta, of one block of three or more.
+
+    With v.M.v = sum d_k w_k^2, where w_k = v_k + sum_j f_kj v_j, it is sum Q_k^2/(2 d_k), where
+    P_j = Q_j + sum_k f_kj Q_k. The velocities are dH/dP_j = sum_k Q_k/d_k dQ_k/dP_j.
+    """
+    squares = mass_matrix.squares(matrix) if len(momenta) > 2 else None
+    if squares is None:
+        return []
+    size = range(len(momenta))
+    Q, slopes = list(momenta), [[ONE if i == j else ZERO for j in size] for i in size]
+    for k, _, others in squares:
+        for j, factor in others.items():
+            Q[j] -= factor * Q[k]
+            slopes[j] = [a - factor * b for a, b in zip(slopes[j], slopes[k], strict=True)]
+    velocities = tuple(total(slopes[k][j] * Q[k] / d for k, d, _ in squares) for j in size)
+    return [Branch(velocities, total(tidy(1 / d) / 2 * Q[k] ** 2 for k, d, _ in squares))]

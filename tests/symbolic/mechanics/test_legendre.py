@@ -68,6 +68,10 @@ FORMS = {
     "rotational": (["x", "y"], "m*(xdot^2 + ydot^2)^2 - k*(x^2 + y^2)"),
     "rotational, a root": (["x", "y"], "m*(xdot^2 + ydot^2)^(3/2) + x*y"),
     "rotational in polar coordinates": (["r", "a"], "m*(rdot^2 + r^2*adot^2)^2 - k/r"),
+    "first correction of relativity": (
+        ["x", "y", "z"],
+        "m*(xdot^2 + ydot^2 + zdot^2)/2 + m*(xdot^2 + ydot^2 + zdot^2)^2/(8*c^2) + k*x*ydot - x*y*z",
+    ),
     "curved, of order two": (["x", "y"], "m*(2*xdot^2 + xdot*ydot + 3*ydot^2)^2 - x*y"),
     "two kinds at once": (["x", "y"], "m*exp(xdot) + k*ydot^2/2 - x*y"),
     "masses of both signs": (["x", "y"], "m*xdot*ydot + k*ydot^2 - x*y"),
@@ -108,7 +112,29 @@ def test_all_real_branches_are_listed(lagrangian: str, count: int) -> None:
 
 
 @pytest.mark.parametrize(
-    "lagrangian", ["xdot^4 + xdot^2 - x", "sin(xdot)", "exp(xdot) + xdot^2", "exp(xdot^2) - x"]
+    ("lagrangian", "velocities"),
+    [
+        ("xdot^4/12 - xdot^2/2 + x*xdot", [-2.5, -1.9, -1.2, -0.6, 0.3, 1.1, 1.8, 3.0]),
+        ("m*(xdot + x)^4 - k*(xdot + x)^2", [-3.0, -1.5, -0.7, -0.3, 0.4, 2.0]),
+        ("m*xdot^4/4 + k*xdot^2/2 + x*xdot^3/3", [-2.0, -0.5, 0.5, 2.0]),
+        ("xdot^3/3 + x*xdot^2/2 - x", [-3.0, -0.9, 0.2, 2.0]),
+        ("-m*cos(k*xdot + x)", [-1.2, 0.3, 1.1, 2.0]),
+        ("m*sin(xdot)", [-1.2, -0.3, 0.3, 1.1, 2.5]),
+    ],
+)
+def test_every_velocity_is_on_one_branch(lagrangian: str, velocities: list[float]) -> None:
+    found = transformed(lagrangian, ["x"])
+    for velocity in velocities:
+        point = {"x": 0.5, "m": 1.3, "k": 1.1, "xdot": velocity}
+        here = {**point, "p_x": real(to_tree(derivative(expression(lagrangian), "xdot")), point)}
+        inside = [b for b in found if all(real(to_tree(e), here) > 0 for e in b.conditions)]
+        (right,) = (b for b in inside if real(to_tree(b.velocities[0]), here) == pytest.approx(velocity))
+        judge(lagrangian, ["x"], right, point)
+
+
+@pytest.mark.parametrize(
+    "lagrangian",
+    ["xdot^6 + xdot^2 - x", "tan(xdot)", "exp(xdot) + xdot^2", "exp(xdot^2) - x", "xdot*exp(xdot)"],
 )
 def test_what_has_no_closed_inverse_has_no_branch(lagrangian: str) -> None:
     assert transformed(lagrangian, ["x"]) == []
@@ -155,10 +181,38 @@ def test_masses_in_a_row(size: int) -> None:
     judge(lagrangian, coordinates, branch, point | {f"{q}dot": chance.uniform(-1, 1) for q in coordinates})
 
 
-def test_a_large_full_block_is_left_implicit() -> None:
-    coordinates = [f"a{i}" for i in range(1, 7)]
+FREE_PAIR = (
+    "m*(xdot^2 + ydot^2 + zdot^2)/2 + k*((xdot + adot*cos(a)*cos(b) - bdot*sin(a)*sin(b))^2"
+    " + (ydot + adot*cos(a)*sin(b) + bdot*sin(a)*cos(b))^2 + (zdot - adot*sin(a))^2)/2"
+)
+"""Two masses at the ends of a rod: the place of one, and the angles of the rod."""
+
+
+def coupled(size: int) -> tuple[list[str], str]:
+    """A Lagrangian whose mass matrix is full, and has a cosine of each coordinate."""
+    coordinates = [f"a{i}" for i in range(1, size + 1)]
     path = " + ".join(f"cos({q})*{q}dot" for q in coordinates)
-    lagrangian = f"({path})^2/2 + " + " + ".join(f"{q}dot^2/2" for q in coordinates)
+    return coordinates, f"({path})^2/2 + " + " + ".join(f"{q}dot^2/2" for q in coordinates)
+
+
+@pytest.mark.parametrize(
+    ("coordinates", "lagrangian"),
+    [
+        coupled(3),
+        coupled(5),
+        (["x", "y", "z", "a", "b"], FREE_PAIR),
+        (["x", "y", "z"], "m*xdot*ydot + k*ydot*zdot + xdot*zdot"),
+    ],
+)
+def test_full_blocks_are_written_as_squares(coordinates: list[str], lagrangian: str) -> None:
+    (branch,) = transformed(lagrangian, coordinates)
+    chance = random.Random(9)
+    point = {name: chance.uniform(0.4, 1.2) for name in ("m", "k", *coordinates)}
+    judge(lagrangian, coordinates, branch, point | {f"{q}dot": chance.uniform(-1, 1) for q in coordinates})
+
+
+def test_what_would_fill_pages_is_left_implicit() -> None:
+    coordinates, lagrangian = coupled(20)
     assert transformed(lagrangian, coordinates) == []
 
 

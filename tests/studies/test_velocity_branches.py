@@ -1,0 +1,270 @@
+"""Momenta that several velocities have, or none in closed form: branches, starts of orbits, their ends."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import rigidcli
+from rigidcli.errors import DocumentError, RigidError
+from rigidcli.report import Report
+from rigidcli.symbolic.algebra.calculus import derivative
+from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.language.evaluation import real
+from tests.conftest import Program
+from tests.symbolic.trees import expression
+
+
+def hamilton(lagrangian: str, orbit: str = "", parameters: str = "", coordinates: str = "x") -> Report:
+    text = f"system: {{coordinates: [{coordinates}], lagrangian: '{lagrangian}'}}\n"
+    text += f"parameters: {{{parameters}}}\n" if parameters else ""
+    text += f"orbit: {{{orbit}, samples: 6}}\n" if orbit else ""
+    return rigidcli.hamilton(rigidcli.loads(text))
+
+
+def notes(report: Report) -> str:
+    return "\n".join(report.notes)
+
+
+# --- starts from momenta
+
+
+@pytest.mark.parametrize("p", [0.5, -2.0, 40.0])
+def test_an_orbit_begins_with_momenta_that_have_no_closed_inverse(p: float) -> None:
+    found = hamilton(
+        "xdot^2/2 + eps*xdot^6/6 - x^2/2", f"initial: {{x: 1, p_x: {p}}}, duration: 3", "eps: 0.1"
+    )
+    v = brentq(lambda v: v + 0.1 * v**5 - p, -10, 10, xtol=1e-15)
+    truth = solve_ivp(
+        lambda t, y: (y[1], -y[0] / (1 + 0.5 * y[1] ** 4)),
+        (0, 3),
+        (1, v),
+        "DOP853",
+        found["orbit"]["t"],
+        rtol=1e-12,
+        atol=1e-13,
+    )
+    assert found["orbit"]["q"]["x"] == pytest.approx(truth.y[0], abs=1e-9)
+    assert found["orbit"]["p"]["p_x"][0] == pytest.approx(p, rel=1e-13)
+    assert found["hamiltonian"] is None
+    assert "no closed form" in notes(found)
+
+
+def test_two_velocities_follow_from_their_momenta() -> None:
+    lagrangian = "xdot^2/2 + ydot^2 + (xdot + ydot)^6/6"
+    found = hamilton(lagrangian, "initial: {x: 0, y: 0, p_x: 3, p_y: 4}, duration: 1", coordinates="x, y")
+    # Free motion: p_x = v + s^5, p_y = 2 w + s^5, where s = v + w.
+    s = brentq(lambda s: (3 - s**5) + (4 - s**5) / 2 - s, 0, 3, xtol=1e-15)
+    orbit = found["orbit"]
+    assert orbit["q"]["x"] == pytest.approx((3 - s**5) * orbit["t"], abs=1e-11)
+    assert orbit["q"]["y"] == pytest.approx((4 - s**5) / 2 * orbit["t"], abs=1e-11)
+
+
+def test_a_start_from_rest_where_the_closed_form_has_no_value() -> None:
+    lagrangian = "(xdot^2 + ydot^2)/2 + (xdot^2 + ydot^2)^2/8 - x"
+    for start in ("xdot: 0, ydot: 0", "p_x: 0, p_y: 0"):
+        found = hamilton(lagrangian, f"initial: {{x: 0, y: 0, {start}}}, duration: 2", coordinates="x, y")
+        # It falls along x: p = v + v^3/2 = -t, and dx = v dt = -v (1 + 3 v^2/2) dv.
+        v = min(np.roots([0.5, 0, 1, 2]), key=lambda root: abs(root.imag)).real
+        assert found["orbit"]["q"]["x"][-1] == pytest.approx(-(v**2 / 2 + 3 * v**4 / 8), abs=1e-11)
+        assert found["orbit"]["p"]["p_x"][-1] == pytest.approx(-2, abs=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("lagrangian", "p", "count"),
+    [
+        ("xdot^4/12 - xdot^2/2", 0.1, 3),
+        ("xdot^6/30 - xdot^2/2", 0.1, 3),
+        ("xdot^6/30 - xdot^2/2 + xdot^3/5", 0.05, 3),
+        ("m*xdot^3/3", 1.0, 2),
+        ("xdot^3/3 + xdot^2/2", 1.0, 2),
+    ],
+)
+def test_several_velocities_are_listed_and_none_is_chosen(lagrangian: str, p: float, count: int) -> None:
+    with pytest.raises(DocumentError) as caught:
+        hamilton(lagrangian, f"initial: {{x: 0, p_x: {p}}}, duration: 1", "m: 1" if "m" in lagrangian else "")
+    message = str(caught.value)
+    assert f"{count} velocities have these momenta" in message
+    listed = message.split("momenta: ")[1].split("\n")[0]
+    for part in listed.split("; "):
+        v = float(part.removeprefix("xdot = "))
+        slope = derivative(expression(lagrangian), "xdot")
+        assert real(to_tree(slope), {"xdot": v, "m": 1.0}) == pytest.approx(p, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("lagrangian", "coordinates", "initial"),
+    [
+        ("xdot^4/4 + log(xdot)", "x", "p_x: -1"),
+        # The momentum jumps from -1 to 1 where the velocity changes its sign.
+        ("xdot^6/6 + xdot^2/2 + abs(xdot)", "x", "p_x: 0.5"),
+        ("xdot^2/2 + abs(xdot)", "x", "p_x: 0.5"),
+        # p_x comes close to 1 at large velocities alone.
+        ("sqrt(1 + xdot^2 + ydot^2) + ydot^2*xdot^2", "x, y", "p_x: 1, y: 0, p_y: 0"),
+    ],
+)
+def test_momenta_that_no_velocity_has_are_refused(lagrangian: str, coordinates: str, initial: str) -> None:
+    with pytest.raises(DocumentError, match="no velocities were found that have these momenta"):
+        hamilton(lagrangian, f"initial: {{x: 0, {initial}}}, duration: 1", coordinates=coordinates)
+
+
+def test_momenta_that_jump_are_not_taken_for_linear_ones() -> None:
+    found = hamilton("xdot^2/2 + abs(xdot) + x", "initial: {x: 0, xdot: 1}, duration: 1")
+    # p = v + 1, and p' = 1.
+    assert found["orbit"]["p"]["p_x"] == pytest.approx(2 + found["orbit"]["t"], rel=1e-12)
+    assert found["orbit"]["drift"]["H"] < 1e-12
+
+
+# --- the branch of an orbit, and its end
+
+
+def test_an_orbit_names_its_branch_and_passes_from_cosine_to_cosh() -> None:
+    # p = v^3/3 - v falls from 2 to 0, so that the largest root passes 2/3, where the formula changes.
+    found = hamilton("xdot^4/12 - xdot^2/2 - x", "initial: {x: 0, p_x: 2}, duration: 2")
+    orbit = found["orbit"]
+    for t, p in zip(orbit["t"], orbit["p"]["p_x"], strict=True):
+        assert p == pytest.approx(2 - t, abs=1e-11)
+    # dx = v dt, and dt = -dp = -(v^2 - 1) dv.
+    v = [max(np.roots([1 / 3, 0, -1, -p]).real) for p in (2, 0)]
+    travelled = [u**4 / 4 - u**2 / 2 for u in v]
+    assert orbit["q"]["x"][-1] == pytest.approx(travelled[0] - travelled[1], abs=1e-10)
+    assert "the orbit is on the branch xdot > 1 where p_x > -0.666667; there are 3 branches" in notes(found)
+
+
+@pytest.mark.parametrize(
+    ("lagrangian", "v", "end", "limit"),
+    [
+        # p = p0 + t runs into an extremum of p(v), which is at v = -1 or 1.
+        ("xdot^4/12 - xdot^2/2 + x", 0.1, 2 / 3 - (0.1**3 / 3 - 0.1), -1.0),
+        ("xdot^6/30 - xdot^2/2 + x", 0.1, 4 / 5 - (0.1**5 / 5 - 0.1), -1.0),
+        ("xdot^4/12 - xdot^2/2 - x", 2.0, (8 / 3 - 2) + 2 / 3, 1.0),
+        ("xdot^6/30 - xdot^2/2 - x", 2.0, (32 / 5 - 2) + 4 / 5, 1.0),
+    ],
+)
+def test_a_mass_that_vanishes_on_the_way_is_told(
+    program: Program, lagrangian: str, v: float, end: float, limit: float
+) -> None:
+    document = f"system: {{coordinates: [x], lagrangian: {lagrangian}}}\n"
+    ended = program(
+        "hamilton", "-", stdin=document + f"orbit: {{initial: {{x: 0, xdot: {v}}}, duration: 20}}\n"
+    )
+    assert ended.code == 4
+    assert "the mass matrix becomes singular at t = " in ended.err
+    time, velocity = (
+        float(part.split(" = ")[1].split(",")[0].split(":")[0])
+        for part in (ended.err.split("singular at ")[1], ended.err.split("where ")[1])
+    )
+    assert time == pytest.approx(end, rel=1e-4)
+    assert velocity == pytest.approx(limit, abs=1e-2)
+    before = program(
+        "hamilton",
+        "-q",
+        "-",
+        stdin=document + f"orbit: {{initial: {{x: 0, xdot: {v}}}, duration: {0.9 * end}}}\n",
+    )
+    assert before.code == 0
+
+
+def test_a_mass_that_only_touches_zero_ends_nothing() -> None:
+    # H = 3 p^(4/3)/4 + x^2/2, and at rest the mass 3 v^2 is zero.
+    found = hamilton("xdot^4/4 - x^2/2", "initial: {x: 1, p_x: 0}, duration: 2")
+    assert found["orbit"]["H"] == pytest.approx(np.full(6, 0.5), rel=1e-6)
+
+
+def test_an_orbit_from_where_branches_meet_is_refused(program: Program) -> None:
+    document = "system: {coordinates: [x], lagrangian: xdot**6/6 - xdot**3/3 + x}\n"
+    ended = program("hamilton", "-", stdin=document + "orbit: {initial: {x: 0, xdot: 0}, duration: 1}\n")
+    assert ended.code == 4
+    assert "t = 0" in ended.err
+    assert "Traceback" not in ended.err
+
+
+def test_velocities_beyond_the_listed_ones_are_followed_themselves() -> None:
+    found = hamilton("-cos(xdot)", "initial: {x: 0, xdot: 7}, duration: 1")
+    assert found["orbit"]["q"]["x"][-1] == pytest.approx(7)
+    assert "4.71239 < xdot < 7.85398" in notes(found)
+
+
+# --- lists without an orbit
+
+
+def test_branches_are_listed_with_their_ranges(program: Program) -> None:
+    ended = program(
+        "hamilton", "-f", "json", "-", stdin="system: {coordinates: [x], lagrangian: xdot**4/12 - xdot**2/2}"
+    )
+    branches = json.loads(ended.out)["branches"]
+    assert [branch["range"] for branch in branches] == [
+        "-2/3 < p_x < 2/3",
+        "-2/3 < p_x < 2/3",
+        "p_x > 2/3",
+        "-2/3 < p_x < 2/3",
+        "p_x < -2/3",
+    ]
+    for p in (-3.0, -0.2, 0.5, 0.9):
+        roots = {round(float(r.real), 9) for r in np.roots([1 / 3, 0, -1, -p]) if abs(r.imag) < 1e-9}
+        found = set()
+        for branch in branches:
+            e = rigidcli.hamilton(
+                rigidcli.loads(f"system: {{coordinates: [x], hamiltonian: {branch['xdot']}}}")
+            )
+            try:
+                found.add(round(float(e["hamiltonian"].evaluate(p_x=p)), 9))
+            except RigidError:
+                continue
+        assert found == roots
+
+
+@pytest.mark.parametrize(
+    ("lagrangian", "ranges"),
+    [
+        (
+            "xdot^6/30 - xdot^2/2 + 0.3*xdot",
+            ["xdot < -1 and p_x < 1.1", "-1 < xdot < 1 and -0.5 < p_x < 1.1", "xdot > 1 and p_x > -0.5"],
+        ),
+        # p = 1 - 1/(1 + v)^2 and -2 v/(1 - v^2) have limits at poles and at large velocities.
+        ("xdot^2/(1 + xdot)", ["xdot < -1 and p_x < 1", "xdot > -1 and p_x < 1"]),
+        (
+            "log((1 - xdot^2)^2)",
+            ["xdot < -1 and p_x < 0", "-1 < xdot < 1 and any p_x", "xdot > 1 and p_x > 0"],
+        ),
+        ("tanh(xdot)", ["xdot < 0 and 0 < p_x < 1", "xdot > 0 and 0 < p_x < 1"]),
+        ("xdot^6/30 + xdot^2/2", []),
+    ],
+)
+def test_branches_without_a_closed_form_are_listed_by_numbers(lagrangian: str, ranges: list[str]) -> None:
+    found = hamilton(lagrangian)
+    assert found["hamiltonian"] is None
+    assert [branch["range"] for branch in found["branches"]] == ranges
+
+
+# --- forms that depend on signs
+
+
+def test_what_is_assumed_of_signs_is_told() -> None:
+    lagrangian = "-m*c^2*sqrt(1 - xdot^2/c^2)"
+    free = hamilton(lagrangian, parameters="m: null, c: null")
+    assert "H is written for m > 0" in notes(free)
+    assert "m > 0" not in notes(hamilton(lagrangian, parameters="m: 2, c: null"))
+    negative = hamilton(lagrangian, parameters="m: -2, c: 3")
+    assert "m > 0" not in notes(negative)
+    assert negative["hamiltonian"].evaluate(m=-2, c=3, p_x=4.0) == pytest.approx(-math.hypot(18, 12))
+
+
+def test_an_orbit_begins_on_the_other_side_of_a_horizon() -> None:
+    # Inside, r is the time: with 1 - 2/r < 0, L = -sqrt((1 - 2/r) - v^2/(1 - 2/r)), v^2 > (1 - 2/r)^2.
+    found = hamilton(
+        "-sqrt(1 - 2/r - rdot^2/(1 - 2/r))", "initial: {r: 1.5, rdot: -0.6}, duration: 0.5", "", "r"
+    )
+    orbit = found["orbit"]
+    f = 1 - 2 / 1.5
+    energy = f / math.sqrt(f - 0.36 / f)
+    assert orbit["H"] == pytest.approx(np.full(6, energy), rel=1e-10)
+    outside = hamilton(
+        "-sqrt(1 - 2/r - rdot^2/(1 - 2/r))", "initial: {r: 9, rdot: -0.1}, duration: 0.5", "", "r"
+    )
+    assert outside["orbit"]["H"][0] == pytest.approx((7 / 9) / math.sqrt(7 / 9 - 0.01 * 9 / 7), rel=1e-12)
