@@ -158,5 +158,10 @@ def nearest(word: str, known: Sequence[str]) -> str | None:
     if len(known) > MOST_COMPARED:
         return None
     folded = {other.casefold(): other for other in known}
-    near = difflib.get_close_matches(word.casefold(), folded, n=1, cutoff=0.6)
+    plain = word.casefold()
+    near = difflib.get_close_matches(plain, folded, cutoff=0.6)
+    # Of words that are as like, the one of nearly the same length: `con` is `com` and not `corner`.
+    near.sort(
+        key=lambda other: (-difflib.SequenceMatcher(a=other, b=plain).ratio(), abs(len(other) - len(plain)))
+    )
     return folded[near[0]] if near else None

@@ -9,11 +9,11 @@ from functools import cached_property
 from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, ValidationInfo
 
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
-from rigidcli.errors import ComputationError, ValueProblem, at
+from rigidcli.errors import ComputationError, ValueProblem, at, nearest, shown
 from rigidcli.model import holes, points
 from rigidcli.model.base import (
     Alternative,
@@ -29,10 +29,12 @@ from rigidcli.model.base import (
     by_key,
     not_one_of,
     reference,
+    refuse,
 )
 from rigidcli.model.environment import Environment
-from rigidcli.model.shape import Form
+from rigidcli.model.shape import Form, Shape
 from rigidcli.model.shapes import SHAPES
+from rigidcli.model.words import RELATIVES, keys_called, other_form, shapes_called
 
 SYMMETRY_TOLERANCE = 1e-9
 """How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded."""
@@ -103,6 +105,22 @@ class PointMasses(Form):
         return tensor.about(n.array(self.points), point)
 
 
+class TensorEntries(Section):
+    """The entries of a symmetric tensor; products of inertia that are not given are zero."""
+
+    Ixx: MomentOfInertia
+    Iyy: MomentOfInertia
+    Izz: MomentOfInertia
+    Ixy: MomentOfInertia = Field(default=0, description="-sum m x y (kg m^2)")
+    Ixz: MomentOfInertia = Field(default=0, description="-sum m x z (kg m^2)")
+    Iyz: MomentOfInertia = Field(default=0, description="-sum m y z (kg m^2)")
+
+
+def _rows(raw: Mapping[str, Any], env: Environment) -> tuple[tuple[Scalar, ...], ...]:
+    e = TensorEntries.model_validate(raw, context=env)
+    return ((e.Ixx, e.Ixy, e.Ixz), (e.Ixy, e.Iyy, e.Iyz), (e.Ixz, e.Iyz, e.Izz))
+
+
 TensorRow = Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList]
 
 
@@ -114,7 +132,18 @@ class KnownTensor(Form):
 
     ONE_OF: ClassVar = ("inertia", "moments")
 
-    inertia: Annotated[tuple[TensorRow, TensorRow, TensorRow], AsList] | None = None
+    inertia: (
+        Annotated[
+            tuple[TensorRow, TensorRow, TensorRow],
+            Alternative(
+                dict,
+                _rows,
+                otherwise=Annotated[tuple[TensorRow, TensorRow, TensorRow], AsList],
+                schema=reference(TensorEntries),
+            ),
+        ]
+        | None
+    ) = None
     moments: Annotated[tuple[PrincipalMoment, PrincipalMoment, PrincipalMoment], AsList] | None = None
     mass: Mass | None = None
     com: Vector3 | None = None
@@ -223,17 +252,74 @@ FORMS: dict[str, type[Form]] = {
 """The forms besides the shapes, by the key that tells them."""
 
 
-def _choose(raw: Mapping[str, Any]) -> type[Section]:
-    """The form that a mapping describes, by its key; a primitive by the name of its shape."""
-    if not raw.keys() & FORMS.keys() and "shape" in raw:
-        name = raw["shape"]
-        if not isinstance(name, str) or name not in SHAPES:
-            raise ValueProblem(not_one_of(name, list(SHAPES)), path=("shape",))
-        return SHAPES[name]
-    return by_key({"shape": Form, **FORMS}).choose(raw)
+class _AnyForm(Choice):
+    """Marks a field that takes a body of any form, told by its key; a primitive by the name of its shape."""
+
+    def read(self, raw: object, info: ValidationInfo) -> Section:
+        """The form. All problems of a shape are told at once, also where it is called by another word."""
+        if isinstance(raw, str) and raw.strip():
+            meant = _shape_called(raw, {})[0] or SHAPES["box"]
+            hint = f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"
+            raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
+        if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
+            return super().read(raw, info)
+        key = (
+            "shape" if "shape" in raw else next((key for key in raw if "shape" in keys_called(key)), "shape")
+        )
+        if key not in raw:
+            return super().read(raw, info)
+        shape, problem = _shape_called(raw[key], raw)
+        if key != "shape":
+            cure = None if problem is None else problem.hint
+            problem = ValueProblem("unknown key (did you mean shape?)", hint=cure)
+        if shape is None or (problem is not None and problem.hint is None and key == "shape"):
+            assert problem is not None
+            raise problem.below(key)  # a guess by its letters alone says nothing of the other keys
+        rest = {name: value for name, value in raw.items() if name != key} | {"shape": shape.word()}
+        read: Section = refuse(
+            shape.__name__,
+            [] if problem is None else [problem.below(key)],
+            lambda: shape.model_validate(rest, context=info.context),
+        )
+        return read
 
 
-BODY = Choice(_choose, lambda: (*SHAPES.values(), *dict.fromkeys(FORMS.values())))
+def _shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | None, ValueProblem | None]:
+    """The shape of a name, or that for which it is a word; and its problem, unless it is that name.
+
+    Of several the one that has most of the other keys in `raw` is meant, be it only a relative of the others.
+    """
+    word = name if isinstance(name, str) else ""
+    form = other_form(word)
+    if word not in SHAPES and form is not None:
+        return None, ValueProblem(f"{shown(name)} is no shape", hint=f"write `{form}` instead of `shape`")
+    called = [word] if word in SHAPES else [each for each in shapes_called(word) if each in SHAPES]
+    if not called:
+        near = nearest(word, list(SHAPES))
+        return (near and SHAPES[near]) or None, ValueProblem(not_one_of(name, list(SHAPES)))
+    if word not in SHAPES or any(_is_foreign(SHAPES[word], *item) for item in raw.items()):
+        called += [other for each in called for other in RELATIVES.get(each, "").split()]
+    best = max((SHAPES[each] for each in called), key=lambda shape: _likeness(shape, raw))
+    if best.word() == word:
+        return best, None
+    return best, ValueProblem(f"read {shown(name)} (did you mean {best.word()}?)", hint=best.summary())
+
+
+def _is_foreign(shape: type[Shape], key: str, value: object) -> bool:
+    """Whether a key is none of the shape, or has a list of another length than there."""
+    is_other = isinstance(value, list) and key in shape.dimensions() and not shape.holds(key, value)
+    return is_other or key not in shape.model_fields
+
+
+def _likeness(shape: type[Shape], raw: Mapping[str, Any]) -> int:
+    """How many of the keys in `raw` are dimensions of the shape in some word: twice where the value fits."""
+    found = [(shape.key_for(*item), item[1]) for item in raw.items()]
+    return sum((name is not None) + shape.holds(name, value) for name, value in found)
+
+
+BODY = _AnyForm(
+    by_key({"shape": Form, **FORMS}).choose, lambda: (*SHAPES.values(), *dict.fromkeys(FORMS.values()))
+)
 """Marks a field that takes a body of any form."""
 
 Body: TypeAlias = Annotated[Form, BODY]

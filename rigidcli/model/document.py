@@ -5,17 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
+from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, Self, TypeAlias
 
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
-from rigidcli.model.base import Point, Section, elsewhere, environment
+from rigidcli.model.base import (
+    Elsewhere,
+    ReferencePoint,
+    Section,
+    Title,
+    environment,
+    not_one_of,
+    sections_in,
+)
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import definitions
 from rigidcli.model.physical import Physical
 from rigidcli.model.rotations import Rotation
+from rigidcli.model.words import keys_called
 from rigidcli.symbolic.language.expression import Expression
 
 if TYPE_CHECKING:
@@ -28,13 +38,13 @@ if TYPE_CHECKING:
     from rigidcli.model.transform import Transform
 else:
     # Loaded when a document has the section, as no document has all of them.
-    Body = Annotated[Section, elsewhere("rigidcli.model.bodies", "BODY")]
-    Motion = Annotated[Section, elsewhere("rigidcli.model.motion", "Motion")]
-    Orbit = Annotated[Section, elsewhere("rigidcli.model.orbit", "Orbit")]
-    System = Annotated[Section, elsewhere("rigidcli.model.system", "System")]
-    Tide = Annotated[Section, elsewhere("rigidcli.model.tide", "Tide")]
-    Top = Annotated[Section, elsewhere("rigidcli.model.top", "Top")]
-    Transform = Annotated[Section, elsewhere("rigidcli.model.transform", "Transform")]
+    Body = Annotated[Section, Elsewhere("rigidcli.model.bodies", "BODY")]
+    Motion = Annotated[Section, Elsewhere("rigidcli.model.motion", "Motion")]
+    Orbit = Annotated[Section, Elsewhere("rigidcli.model.orbit", "Orbit")]
+    System = Annotated[Section, Elsewhere("rigidcli.model.system", "System")]
+    Tide = Annotated[Section, Elsewhere("rigidcli.model.tide", "Tide")]
+    Top = Annotated[Section, Elsewhere("rigidcli.model.top", "Top")]
+    Transform = Annotated[Section, Elsewhere("rigidcli.model.transform", "Transform")]
 
 Place: TypeAlias = tuple[str, int | None]
 """The source of a value, as messages name it, and its line."""
@@ -43,15 +53,18 @@ Place: TypeAlias = tuple[str, int | None]
 class Document(Section):
     """A system as a person describes it. Numbers are SI values, or exact; `arithmetic` says which."""
 
-    name: str | None = None
-    description: str | None = None
+    name: Title | None = Field(default=None, description="What results call it; else the name of the file")
+    description: Title | None = Field(default=None, description="What people should know; nothing reads it")
     parameters: dict[str, Any] | None = Field(
         default=None,
         description="Values for names in expressions; null makes a symbol, and the document exact",
         json_schema_extra={"additionalProperties": {"type": ["number", "string", "null"]}},
     )
     body: Body | None = None
-    about: Point = Field(default="origin", description="The point about which the tensor is asked")
+    about: ReferencePoint = Field(
+        default="origin",
+        description="The point O of the tensor: `origin`, `com`, an anchor of the shape, or [x, y, z] (m)",
+    )
     frame: Rotation | None = Field(
         default=None, description="Axes for every vector and tensor of the results"
     )
@@ -71,9 +84,28 @@ class Document(Section):
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
         yield from super()._contradictions(raw)
+        about, body = raw.get("about"), raw.get("body")
+        if isinstance(about, str) and about not in (points := ["origin", "com"]):
+            shapes = import_module("rigidcli.model.shapes").SHAPES
+            name = body.get("shape") if isinstance(body, dict) else None
+            points += shapes[name].ANCHORS if isinstance(name, str) and name in shapes else ()
+            if about not in points:
+                yield ValueProblem(not_one_of(about, points), path=("about",))
         for key in ("orbit", "transform"):
             if raw.get(key) is not None and raw.get("system") is None:
                 yield ValueProblem("there is no `system` for it", path=(key,))
+
+    @classmethod
+    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+        names = list(cls.model_fields)
+        if raw.get("system") is not None:
+            names.reverse()  # a duration is that of the orbit, not of a motion
+        for word in (key, *keys_called(key)) if cls.called(key, raw) is None else ():
+            for name in names:
+                if any(word in each.model_fields for each in sections_in(cls.model_fields[name].annotation)):
+                    hint = f"write `{name}: {{{word}: ...}}`"
+                    return ValueProblem(f"belongs inside `{name}`", hint=hint)
+        return super()._unknown(key, raw)
 
     @model_validator(mode="after")
     def _remember(self, info: ValidationInfo) -> Self:

@@ -25,6 +25,9 @@ MAX_DEPTH = 50
 MAX_INTEGER_DIGITS = 400
 """The most digits of a whole number: more than any float has, fewer than are slow to read."""
 
+TITLES = frozenset(["name", "description", "assignment"])
+"""Keys whose values are texts, however they look: the problem 10.10 is not 10.1."""
+
 _LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 """The parser in C, which is ten times faster, where there is one; both give the same events."""
 
@@ -149,7 +152,12 @@ class _Builder:
             if key in mapping:
                 message = f"the key {shown(key)} stands twice in this mapping"
                 raise self._refusal(event, message, code="duplicate_key")
-            mapping[key] = self._node(next(self._events), self._placed(path, key, event), depth)
+            value = next(self._events)
+            place = self._placed(path, key, event)
+            if key in TITLES and isinstance(value, yaml.ScalarEvent):
+                mapping[key] = self._title(value)
+            else:
+                mapping[key] = self._node(value, place, depth)
         return mapping
 
     def _placed(self, path: Path, step: str | int, event: yaml.Event) -> Path:
@@ -173,6 +181,12 @@ class _Builder:
         if tag is not None:
             hint = "leave out tags: the schema knows the types"
             raise self._refusal(event, f"the tag {shown(tag)} is not read", hint, code="not_allowed")
+
+    def _title(self, event: yaml.ScalarEvent) -> str | None:
+        """A text as it is typed, unless nothing is."""
+        self._refuse_unsafe(event)
+        text: str = event.value
+        return None if text in _NULL and not event.style else text
 
     def _scalar(self, event: yaml.ScalarEvent) -> object:
         text: str = event.value

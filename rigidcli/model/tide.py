@@ -19,6 +19,7 @@ from rigidcli.model.base import (
     PositiveMoment,
     Quantity,
     Section,
+    Title,
     environment,
     limited,
 )
@@ -37,7 +38,7 @@ class Perturber(Section):
 
     ONE_OF: ClassVar = ("mass", "gm")
 
-    name: str | None = None
+    name: Title | None = None
     mass: Mass | None = None
     gm: Annotated[Scalar, Quantity(units.GRAVITATIONAL_PARAMETER, "positive")] | None = Field(
         default=None, description="Gravitational parameter G m (m^3/s^2), often known better than the mass"
