@@ -104,6 +104,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         def reports() -> Iterator[Report]:
             for document in documents(files, failures, exact=exact, settings=changes, options=named):
                 with failures.of(document.source), document.placing(), progress() as show:
+                    target.protect(*document.files)
                     run = getattr(rigidcli, study.__name__)
                     if "progress" in inspect.signature(run).parameters:
                         options["progress"] = show
@@ -112,7 +113,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                     tell_notes(report.source, report.notes, quiet)
                     yield report
 
-        with Output(output) as target:
+        with failures.of(output or ""), Output(output) as target:
+            target.protect(*(file for file in files if file != "-"))
             width, colour = target.terminal()
             look = Look(digits, not no_header, width, colour, columns, several=len(files) > 1)
             for piece in renderer(format)(reports(), look):

@@ -58,6 +58,16 @@ class Output:
             # The same input gives the same bytes, whatever the locale.
             sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace", newline="\n")
 
+    def protect(self, *files: str | Path) -> None:
+        """Raise UsageError where the output would take the place of a file that is read, by whatever name."""
+        if self._path is None or not Path(self._path).is_file():
+            return
+        for file in files:
+            with contextlib.suppress(OSError, ValueError):  # a file that is not there is not lost
+                if Path(file).samefile(self._path):
+                    hint = "choose another name for the output"
+                    raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=hint)
+
     def write(self, piece: str) -> None:
         """Write a piece of text that is complete in itself."""
         if self._path is not None:

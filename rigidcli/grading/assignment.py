@@ -58,12 +58,13 @@ WIDE = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """An assignment with its keys worked out, and `notes` on what in it does nothing."""
+    """An assignment with its keys worked out: `notes` on what in it does nothing, `files` that it reads."""
 
     title: str
     source: str
     items: dict[str, Item]
     notes: tuple[Problem, ...] = ()
+    files: tuple[Path, ...] = ()
 
 
 def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study], text: str | None = None) -> Prepared:
@@ -105,7 +106,7 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study], text: st
             problems.append(placed(keys, error.message, error.hint))
     if problems:
         raise DocumentError(problems)
-    return Prepared(title or Path(file).stem, source, items, tuple(notes))
+    return Prepared(title or Path(file).stem, source, items, tuple(notes), (Path(file), *library.files))
 
 
 def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, str]]:
@@ -165,6 +166,12 @@ class _Library:
     studies: Mapping[str, Study]
     documents: dict[str, Document] = field(default_factory=dict)
     reports: dict[tuple[str, str], Report] = field(default_factory=dict)
+
+    @property
+    def files(self) -> Iterator[Path]:
+        """The documents, and the files that these name."""
+        for name, document in self.documents.items():
+            yield from (self.folder / name, *document.files)
 
     def document(self, name: str) -> Document:
         if name not in self.documents:

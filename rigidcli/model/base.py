@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from importlib import import_module
@@ -28,7 +28,7 @@ from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.model import units
 from rigidcli.model.environment import Environment, number_of
-from rigidcli.model.words import keys_called
+from rigidcli.model.words import keys_called, with_colon
 
 SECTION = "x-section"
 """Key that stands for `$ref` in the JSON Schema of one section, as bodies contain bodies."""
@@ -56,7 +56,7 @@ class Section(BaseModel):
         if not isinstance(raw, dict):
             return validate(raw)
         unknown = [key for key in raw if key not in cls.model_fields]
-        problems = [cls._unknown(key, raw).below(key) for key in unknown]
+        problems = [(_slip(key, cls.model_fields) or cls._unknown(key, raw)).below(key) for key in unknown]
         problems += cls._contradictions(raw)
         if not problems:
             return validate(raw)
@@ -93,6 +93,17 @@ class Section(BaseModel):
         """The key of the section for which `word` stands, if there is one that `raw` does not give."""
         free = (key for key in keys_called(word) if key in cls.model_fields and raw.get(key) is None)
         return next(free, None)
+
+
+_AS_WRITTEN = "write `{}`: a colon, and a blank after it"
+
+
+def _slip(key: str, known: Collection[str]) -> ValueProblem | None:
+    """The problem of a key such as `shape:cube`, which is one of the `known` keys with its value."""
+    cure = with_colon(key)
+    if cure is None or {cure.partition(":")[0], *keys_called(cure.partition(":")[0])}.isdisjoint(known):
+        return None
+    return ValueProblem("no key and value", hint=_AS_WRITTEN.format(cure), typed=key)
 
 
 def refuse(title: str, problems: Sequence[ValueProblem], rest: Callable[[], Any] = lambda: None) -> Any:
@@ -282,7 +293,10 @@ class Choice(Reader):
         if isinstance(raw, Section):
             return raw
         if not isinstance(raw, Mapping):
-            raise ValueProblem(f"read {shown(raw)}, expected a mapping")
+            message = f"read {shown(raw)}, expected a mapping"
+            if isinstance(raw, str) and (cure := with_colon(raw)) is not None:
+                raise ValueProblem(message, hint=_AS_WRITTEN.format(cure), typed=raw)
+            raise ValueProblem(message)
         return self.choose(raw).model_validate(raw, context=info.context)
 
 
@@ -320,6 +334,8 @@ def by_key(forms: Mapping[str, type[Section]]) -> Choice:
         if len({forms[key] for key in present}) == 1:
             return forms[present[0]]
         read = " and ".join(f"`{key}`" for key in present) or "none of them"
+        if slips := [slip.below(key) for key in raw if (slip := _slip(key, forms)) is not None]:
+            raise slips[0]
         called = [name for key in raw for name in keys_called(key) if name in forms]
         guess = next((name for name in (*called, *(nearest(key, list(forms)) for key in raw)) if name), None)
         also = f" (did you mean {guess}?)" if guess and not present else ""

@@ -34,7 +34,7 @@ from rigidcli.model.base import (
 from rigidcli.model.environment import Environment
 from rigidcli.model.shape import Form, Shape
 from rigidcli.model.shapes import SHAPES
-from rigidcli.model.words import RELATIVES, keys_called, other_form, shapes_called
+from rigidcli.model.words import RELATIVES, keys_called, other_form, shapes_called, with_colon
 
 SYMMETRY_TOLERANCE = 1e-9
 """How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded."""
@@ -70,7 +70,7 @@ class PointMasses(Form):
         tuple[Row, ...] | pathlib.Path,
         Alternative(
             str,
-            lambda raw, env: env.folder / raw,
+            lambda raw, env: env.file(raw),
             otherwise=Annotated[tuple[Row, ...], AsList, Field(min_length=1)],
             schema={"type": "string", "description": "A .csv or .npy file, beside the document"},
         ),
@@ -257,7 +257,7 @@ class _AnyForm(Choice):
 
     def read(self, raw: object, info: ValidationInfo) -> Section:
         """The form. All problems of a shape are told at once, also where it is called by another word."""
-        if isinstance(raw, str) and raw.strip():
+        if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
             meant = _shape_called(raw, {})[0] or SHAPES["box"]
             hint = f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"
             raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)

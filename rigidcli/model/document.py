@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pathlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
@@ -139,6 +140,11 @@ class Document(Section):
     def definitions(self) -> Mapping[str, Expression | None]:
         """The parameters as they are given, exactly: each after those it uses, None for a symbol."""
         return definitions(self._environment, self.parameters or {})
+
+    @property
+    def files(self) -> Sequence[pathlib.Path]:
+        """The files that the document names."""
+        return self._environment.files
 
     @property
     def source(self) -> str:

@@ -46,8 +46,8 @@ class Environment:
 
     `open` has the parameters whose value is not known, each with the symbols on which it hangs. `faults`
     has what other parts of the document find wrong with parameters. `exact_results` says whether exact
-    results are wanted, be numbers read as floats or not. `coordinates` are those of the system, once
-    they are read without a problem.
+    results are wanted, be numbers read as floats or not. `files` are those that the document names.
+    `coordinates` are those of the system, once they are read without a problem.
     """
 
     arithmetic: Arithmetic = FLOAT
@@ -63,6 +63,13 @@ class Environment:
     exact_results: bool = False
     coordinates: tuple[str, ...] | None = None
     notes: list[str] = field(default_factory=list)
+    files: list[pathlib.Path] = field(default_factory=list)
+
+    def file(self, name: str) -> pathlib.Path:
+        """The path of a file that the document names, which is taken note of."""
+        path = self.folder / name
+        self.files.append(path)
+        return path
 
     def read(self, raw: object, dimension: Dimension | None) -> Any:
         """The SI value of a number, a quantity such as `5 cm`, or an expression in the parameters.

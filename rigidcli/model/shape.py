@@ -298,7 +298,10 @@ def _list_along(axes: str) -> BeforeValidator:
 
     def check(raw: object) -> object:
         if not isinstance(raw, list | tuple):
-            raise ValueProblem(f"read {shown(raw)}, expected a list, such as [{axes}]")
+            hint = f"write `[{raw.strip('[]() ')}]`" if isinstance(raw, str) and "," in raw else None
+            raise ValueProblem(
+                f"read {shown(raw)}, expected a list, such as [{axes}]", hint=hint, typed=hint and str(raw)
+            )
         return raw
 
     return BeforeValidator(check)

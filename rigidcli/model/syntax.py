@@ -14,7 +14,8 @@ from typing import Any
 
 import yaml
 
-from rigidcli.errors import DocumentError, Path, Problem, shown
+from rigidcli.errors import DocumentError, Excerpt, Path, Problem, shown
+from rigidcli.model.slips import find_slip
 
 MAX_BYTES = 2_000_000
 """The longest text in UTF-8, which takes about half a second to read."""
@@ -62,13 +63,14 @@ def read_tree(
     try:
         return _Builder(yaml.parse(data, Loader=_LOADER), source, decimal, lines, typed).root()
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line = None if mark is None else mark.line + 1
-        tab = line is not None and re.match(r" *\t", "".join(text.splitlines()[line - 1 : line]))
-        hint = "YAML indents with blanks, not tabs" if tab else None
-        if "mapping values are not allowed" in str(error.problem):
-            hint = "a text with a colon and a blank in it stands in quotes"
-        raise _refusal(source, line, f"not YAML: {error.problem}", hint) from None
+        slip = find_slip(text, error)
+        if slip is None:
+            raise _refusal(source, None, f"not YAML: {error.problem}", None) from None
+        excerpt = Excerpt.of(text, slip.line, slip.column)
+        problem = Problem(
+            source, f"not YAML: {slip.message}", slip.line, "", slip.hint, "parse_error", excerpt
+        )
+        raise DocumentError([problem]) from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1 if isinstance(error.position, int) else None
         raise _refusal(source, line, f"not YAML: {error.reason}", None) from None

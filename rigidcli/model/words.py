@@ -207,6 +207,15 @@ def other_form(word: str) -> str | None:
     return next((form for form, words in OTHER_FORMS.items() if folded(word) in words.split()), None)
 
 
+def with_colon(typed: str) -> str | None:
+    """What was meant by `shape cube`, `shape:cube` or `shape = cube`: `shape: cube`; None for other texts."""
+    found = re.fullmatch(r"\s*([A-Za-z_]\w*)(?:\s*[:=]\s*(.+?)|\s+(\S+))\s*", typed, re.DOTALL)
+    if found is None:
+        return None
+    value = found[2] or found[3]
+    return f"{found[1]}: {value[0] + '...' if value[0] in '{[' else value}"
+
+
 def halved(word: str) -> tuple[str, ...]:
     """The keys that hold half of what a word tells; none for a word that is not known."""
     return HALVED.get(folded(word), ())

@@ -271,3 +271,65 @@ def test_homework_is_read_as_generously(
     (tmp_path / "ada.yaml").write_text(f"answers: {{a: {answer}}}\n")
     outcome = program("check", "-f", "json", str(tmp_path / "hw.yaml"), str(tmp_path / "ada.yaml"))
     assert json.loads(outcome.out)["questions"][0]["verdict"] == verdict, outcome.out
+
+
+SLIPS = [
+    ("body:\n  shape cube\n  side: 1\n  mass: 1\n", 2, "shape cube", "write `shape: cube`"),
+    ("body:\n  shape: cube\n  side 1\n  mass: 1\n", 3, "side 1", "write `side: 1`"),
+    ("body:\n  shape: cube\n  side: 1\n  mass = 1\n  name: x\n", 4, "mass = 1", "write `mass: 1`"),
+    ("body:\n  shape:cube\n  side: 1\n  mass: 1\n", 2, "shape:cube", "write `shape: cube`"),
+    ("body:\n  shape: cube\n  side:1\n  mass: 1\n", 3, "side:1", "write `side: 1`"),
+    ("body:\n  shape:cube\n", 2, "shape:cube", "write `shape: cube`"),
+    ("# a cube\nshape cube\n", 2, "shape cube", "write `shape: cube`"),
+    ("body: {shape: cube, side 1, mass: 1}\n", 1, "side 1", "write `side: 1`"),
+    ("body: {shape:cube, side:1, mass:1}\n", 1, "shape:cube", "write `shape: cube`"),
+    ("body\n  shape: cube\n", 1, "body", "write `body:`"),
+    ("name: x\nbody:\n\tshape: cube\n", 3, "\\tshape", "blanks, not tabs"),
+    ("body:\n  shape: cube\n  side: 1\n \tmass: 1\n", 4, "\\tmass", "blanks, not tabs"),
+    ("body:\n  shape: cube\n   side: 1\n  mass: 1\n", 3, "side: 1", "after 0 or 2 blanks, this one after 3"),
+    ("body:\n  shape: cube\n side: 1\n  mass: 1\n", 3, "side: 1", "after 0 or 2 blanks, this one after 1"),
+    ("body:\n    shape: cube\n  side: 1\n", 3, "side: 1", "after 0 or 4 blanks, this one after 2"),
+    ("body:\n  parts:\n    - shape: cube\n      side: 1\n     mass: 1\n", 5, "mass", "or 6 blanks"),
+    ("body:\n  parts:\n    - shape: cube\n    side: 1\n", 4, "side", "or 6 blanks"),
+    ("body: {shape: cube, side: 1\nmotion:\n  omega: [0, 0, 1]\n", 1, "{", "its `}` is missing"),
+    ("name: x\nbody:\n  shape: box\n  size: [1, 2, 3\n  mass: 2\nabout: com\n", 4, "[", "its `]` is missing"),
+    (
+        "body:\n  parts:\n    - {shape: cube, side: 1, mass: 1\n    - {shape: cube, side: 1, mass: 1}\n",
+        3,
+        "{",
+        "`}`",
+    ),
+    ("body: {shape: cube side: 1, mass: 1}\n", 1, "side", "commas"),
+    ('name: "x\nbody: {shape: cube, side: 1, mass: 1}\n', 1, '"', "quote"),
+    ("name: a: b\nbody: {shape: cube, side: 1, mass: 1}\n", 1, ": b", "in quotes"),
+    ("body:\n  shape: box\n  size: 1, 2, 3\n  mass: 1\n", 3, "1, 2, 3", "write `[1, 2, 3]`"),
+    ("body: {shape: cube, side: 1, mass: 1}\nname: @x\n", 2, "@", "quotes"),
+]
+"""Texts, the line of the slip, what the caret points at (the end of a key, or what begins there), the cure."""
+
+
+@pytest.mark.parametrize(("text", "line", "place", "cure"), SLIPS)
+def test_a_slip_is_shown_where_it_is(text: str, line: int, place: str, cure: str, program: Program) -> None:
+    outcome = program("validate", "-", stdin=text)
+    first, typed, caret, *rest = outcome.err.splitlines()
+    assert outcome.code == 3
+    assert first.startswith(f"-:{line}: ")
+    assert typed.strip() == text.splitlines()[line - 1].replace("\t", "\\t").strip()
+    pointed = caret.index("^")
+    assert set(caret.strip()) == {"^"}
+    assert typed.index(place) <= pointed <= typed.index(place) + len(place.split(" ")[0].split(":")[0]) + 1
+    assert cure in f"{first}{rest[0]}"
+
+
+MISPLACED = [
+    ("system: {coordinates: [x], lagrangian: xdot**2/2, orbit: {}}", "system.orbit: belongs beside `system`"),
+    ("system: {coordinates: [x], lagrangian: xdot**2/2, transform: {}}", "belongs beside `system`"),
+    ("body: {shape: cube, side: 1, mass: 1, motion: {}}", "body.motion: belongs beside `body`"),
+    ("body: {parts: [{shape: cube, side: 1, mass: 1, frame: {}}]}", "frame: belongs beside `body`"),
+    ("lagrangian: x", "lagrangian: belongs inside `system`"),
+]
+
+
+@pytest.mark.parametrize(("text", "told"), MISPLACED)
+def test_a_key_in_the_wrong_section_is_told_where_it_belongs(text: str, told: str, program: Program) -> None:
+    assert told in program("validate", "-", stdin=text).err
