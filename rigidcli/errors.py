@@ -12,6 +12,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Self, TypeAlias
 
+EXIT_CODES = {
+    0: "done",
+    1: "`check` judged something not correct",
+    2: "wrong usage: an option, an argument, or a file that cannot be written",
+    3: "a document was refused: syntax, keys, values that no body has, unsafe expressions",
+    4: "the computation cannot be done, or has no closed form where one is asked for",
+    130: "interrupted",
+}
+"""What the exit codes of the program mean; of several FILES the worst one is returned."""
+
 Path: TypeAlias = tuple[str | int, ...]
 """The way to a value in a document: keys of mappings and indices of lists."""
 

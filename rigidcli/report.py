@@ -18,7 +18,7 @@ class Field:
     cell's place is an index such as (0, 1) into an array, or () for a value that is one cell. `symbol` is
     LaTeX; `title` and `unit` are for people, who are not shown a field without a title, and see `words`
     instead of the value where there are any, and zero for entries of an array that are rounding noise
-    beside its largest, unless each entry `counts` by itself.
+    beside its largest, unless each entry `counts` by itself. `means` says what the title does not.
     """
 
     key: str
@@ -29,6 +29,7 @@ class Field:
     cells: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     words: str = ""
     counts: bool = False
+    means: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,7 @@ from rigidcli import STUDIES, __version__
 from rigidcli.cli.output import complain
 from rigidcli.errors import ComputationError, printable
 
-COMMANDS = (*STUDIES, "check", "validate", "schema", "new")
+COMMANDS = (*STUDIES, "check", "validate", "explain", "schema", "new")
 """The commands: each is a function in a module of this package that has its name."""
 
 app = typer.Typer(

@@ -305,7 +305,7 @@ SLIPS = [
     ("body:\n  shape: box\n  size: 1, 2, 3\n  mass: 1\n", 3, "1, 2, 3", "write `[1, 2, 3]`"),
     ("body: {shape: cube, side: 1, mass: 1}\nname: @x\n", 2, "@", "quotes"),
 ]
-"""Texts, the line of the slip, what the caret points at (the end of a key, or what begins there), the cure."""
+"""Texts, the line of the slip, what the caret points at (the end of a key, or a beginning), the cure."""
 
 
 @pytest.mark.parametrize(("text", "line", "place", "cure"), SLIPS)
