@@ -178,6 +178,9 @@ LIMITS: dict[units.Dimension | None, float] = {
 }
 """The largest number of a dimension, in SI units; its inverse is the least. No formula goes beyond floats."""
 
+FULL_TURN = 6.2832
+"""A bare number beyond this (rad) is probably an angle in degrees; 2 pi, as it is typed, is not beyond it."""
+
 DEFAULT_LIMIT = 1e160
 """The limit of numbers of other dimensions."""
 
@@ -211,6 +214,9 @@ class Quantity(Reader):
         """The SI value, of a size and sign that fit."""
         env = environment(info)
         value: Scalar = env.read(raw, self.dimension)
+        is_bare = self.dimension == units.ANGLE and isinstance(raw, int | float | Decimal)
+        if is_bare and abs(float(str(raw))) > FULL_TURN:
+            env.notes.append(f"an angle of {raw} rad is beyond a full turn; {raw} deg meant?")
         limit = LIMITS.get(self.dimension, DEFAULT_LIMIT)
         if not env.arithmetic.exact and value and not 1 / limit <= abs(value) <= limit:
             raise ValueProblem(
@@ -242,7 +248,8 @@ def limited(fits: Callable[[Any, Arithmetic], bool], expected: str, unit: str = 
     def check(value: Scalar, info: ValidationInfo) -> Scalar:
         n = environment(info).arithmetic
         if not fits(value, n):
-            raise ValueProblem(f"read {n.size(value):.6g}{unit}, expected {expected}")
+            hint = f"{n.size(value):.6g} deg meant?" if unit == " rad" else None
+            raise ValueProblem(f"read {n.size(value):.6g}{unit}, expected {expected}", hint=hint)
         return value
 
     return AfterValidator(check)

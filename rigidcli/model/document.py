@@ -98,6 +98,10 @@ class Document(Section):
 
     @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+        if key in ("questions", "answers"):
+            what = "an assignment" if key == "questions" else "an answer file"
+            hint = f"this is {what}: `rigidcli check ASSIGNMENT ANSWERS`"
+            return ValueProblem("belongs to no document", hint=hint)
         names = list(cls.model_fields)
         if raw.get("system") is not None:
             names.reverse()  # a duration is that of the orbit, not of a motion

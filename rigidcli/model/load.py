@@ -211,7 +211,12 @@ def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -
         # Symbols that stand for masses and lengths are positive; knowing that, read once more.
         positive = positive | env.positive
     unused = sorted((env.parameters.keys() | env.open.keys()) - env.used)
-    notes = [*dict.fromkeys(env.notes), *(f"parameter `{name}` is not used" for name in unused)]
+    notes = list(dict.fromkeys(env.notes))
+    if document.body is not None:
+        from rigidcli.model.traps import traps
+
+        notes += traps(document, tree)
+    notes += [f"parameter `{name}` is not used" for name in unused]
     return document.came_from(places.source, notes, places.of)
 
 

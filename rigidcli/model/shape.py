@@ -108,9 +108,9 @@ def _complete_schema(schema: JsonDict, shape: type[Any]) -> None:
     """Tell JSON Schema the name and the anchors of a shape, and that it has a mass or a density."""
     properties = schema["properties"]
     assert isinstance(properties, dict)
-    anchors: JsonDict = {"title": "Anchor", "description": "The point that is put at `position`"}
     properties["shape"] = {"const": shape.word(), "title": "Shape", "type": "string"}
-    properties["anchor"] = anchors | {"enum": ["com", *shape.ANCHORS]}
+    anchor = shape.model_fields["anchor"].description
+    properties["anchor"] = {"title": "Anchor", "description": anchor} | {"enum": ["com", *shape.ANCHORS]}
     schema["oneOf"] = [{"required": ["mass"]}, {"required": ["density"]}]
 
 
@@ -147,8 +147,8 @@ class Shape(Form):
 
     mass: Mass | None = None
     density: Scalar | None = None
-    anchor: str | None = None
-    shape: str
+    anchor: str | None = Field(default=None, description="The point that is put at `position`")
+    shape: str = Field(description="The name of the shape")
 
     @classmethod
     def word(cls) -> str:

@@ -98,7 +98,8 @@ def _by_name(name: str) -> list[str]:
         return [keys.shape_page(name, SHAPES[name])]
     if name in FUNCTIONS or name in RESERVED:
         return [tables.functions()]
-    found = [keys.explained(key) for key in keys.anywhere(name)]
+    found = list(dict.fromkeys(keys.explained(key) for key in keys.anywhere(name)))
+    found += filter(None, [keys.dimension_page(name)])
     found += [
         tables.result(command, field)
         for command, fields in tables.results().items()

@@ -57,7 +57,7 @@ def every() -> Iterator[Key]:
             if section in seen or issubclass(section, Shape):
                 continue
             seen.add(section)
-            for name, field in section.model_fields.items():
+            for name, field in fields_of(section).items():
                 key = Key((*path, name), field, tuple(sections_in(field.annotation)))
                 yield key
                 yield from walk(key.sections, key.path)
@@ -70,15 +70,15 @@ def _below(key: Key, path: tuple[str, ...]) -> Key | None:
     if not path:
         return key
     step, *rest = path
-    if step.isdecimal() or (step == "shape" and rest and key.field is not None):
-        return _below(key, tuple(rest))
+    if step.isdecimal() or (step == "shape" and rest):
+        return _below(key._replace(path=(*key.path, step)), tuple(rest))
     for section in key.sections:
         name = section.word() if issubclass(section, Shape) else None
         if step == name:
             return _below(Key((*key.path, step), key.field, (section,)), tuple(rest))
     for section in key.sections:
-        if step in section.model_fields:
-            field = section.model_fields[step]
+        if step in fields_of(section):
+            field = fields_of(section)[step]
             below = Key((*key.path, step), field, tuple(sections_in(field.annotation)))
             found = _below(below, tuple(rest))
             if found is not None:
@@ -91,7 +91,7 @@ def explained(key: Key) -> str:
     head = ".".join(key.path)
     if len(key.sections) == 1 and issubclass(key.sections[0], Shape):
         return shape_page(head, key.sections[0])
-    about = "" if key.field is None else description(key.field)
+    about = "" if key.field is None else key.field.description or ""
     if key.field is None or not key.sections:
         more = (
             ""
@@ -112,12 +112,19 @@ def _section(section: type[Section], is_one_of_several: bool) -> str:
         required = [name for name, field in section.model_fields.items() if field.is_required()]
         key = next(iter(required), "") or " or ".join(section.ONE_OF)
         title = paragraph(f"With `{key}`: {_first(section)}") if key else title
-    return title + "\n" + rows([(name, said(field)) for name, field in section.model_fields.items()])
+    return title + "\n" + rows([(name, said(field)) for name, field in fields_of(section).items()])
+
+
+def fields_of(section: type[Section]) -> dict[str, FieldInfo]:
+    """The keys of a section; those that hold bodies within bodies are known when it is built."""
+    if any("ForwardRef" in repr(field.annotation) for field in section.model_fields.values()):
+        section.model_rebuild()
+    return section.model_fields
 
 
 def _first(section: type[Section]) -> str:
-    """The first paragraph of what a section's class says of itself."""
-    return (inspect.getdoc(section) or "").partition("\n\n")[0]
+    """The first sentence of what a section's class says of itself."""
+    return (inspect.getdoc(section) or "").partition("\n\n")[0].partition(". ")[0].rstrip(".")
 
 
 def said(field: FieldInfo) -> str:
@@ -128,8 +135,9 @@ def said(field: FieldInfo) -> str:
     if unit is not None and unit[0] in told:
         holds = ""
     inside = "" if told and "section" in holds else holds
-    after = "; needed" if field.is_required() else ""
-    return "; ".join(filter(None, [told, inside])) + after
+    value = field.default
+    usual = f"default {value}" if isinstance(value, str | float) and "default" not in told and value else ""
+    return "; ".join(filter(None, [told, inside, usual, "needed" if field.is_required() else ""]))
 
 
 def description(field: FieldInfo) -> str:
@@ -137,7 +145,7 @@ def description(field: FieldInfo) -> str:
     if field.description:
         return field.description
     sections = sections_in(field.annotation)
-    return _first(sections[0]).rstrip(".") if len(sections) == 1 else ""
+    return _first(sections[0]) if len(sections) == 1 else ""
 
 
 def default(field: FieldInfo) -> str:
@@ -261,6 +269,17 @@ def _sketch(shape: type[Shape]) -> str:
         return ""
     points = ["=".join(name for name, z in places.items() if z == height) for height in heights]
     return f"\n  {' ---- '.join(points)} ---> z    (O is the origin of its own axes)"
+
+
+def dimension_page(name: str) -> str | None:
+    """A dimension of shapes, and which have it; None for another name."""
+    having = [shape for shape in SHAPES.values() if name in shape.dimensions()]
+    if not having:
+        return None
+    return page(
+        f"{name}: a dimension of shapes",
+        rows([(each.word(), said(each.model_fields[name])) for each in having]),
+    )
 
 
 def shapes_page() -> str:

@@ -50,17 +50,12 @@ def functions() -> str:
     from rigidcli.symbolic.language.tree import ALIASES, CONSTANTS, FUNCTIONS
 
     listed = [
-        (f"{name}({'y, x' if function.arity == 2 else 'x'})", _first(function.real.__doc__))
+        (f"{name}({'y, x' if function.arity == 2 else 'x'})", function.says)
         for name, function in FUNCTIONS.items()
     ]
     listed += [(f"{alias}(x)", f"the same as {name}(x)") for alias, name in ALIASES.items()]
     listed += [(name, f"{value:.16g}") for name, value in CONSTANTS.items()]
     return page("functions", rows(listed), "Operators: + - * / and ** or ^ for powers. `2 a` is a product.")
-
-
-def _first(text: str | None) -> str:
-    """The first sentence of what Python says of a function."""
-    return " ".join((text or "").split("\n\n")[0].split()).rstrip(".")
 
 
 def mistakes() -> dict[str, str]:
