@@ -99,7 +99,10 @@ def check(
     no_header: NoHeader = False,
     quiet: Quiet = False,
 ) -> None:
-    """Judge answer files (homework)."""
+    """Judge answer files (homework).
+
+    Example: rigidcli check homework.yaml answers/ -f csv -o scores.csv
+    """
     chosen = {"--items": items, "--regrade": regrade, "--canvas": canvas, "--selftest": selftest}
     views = [option for option, given in chosen.items() if given]
     if len(views) > 1:

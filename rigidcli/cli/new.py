@@ -55,7 +55,12 @@ def new(
     output: OutputPath = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file PATH.")] = False,
 ) -> None:
-    """Print a commented document, assignment or answer file to start from."""
+    """Print a commented file to start from.
+
+    A document of some kind, an assignment or an answer file.
+
+    Example: rigidcli new top -o top.yaml
+    """
     if output is not None and Path(output).is_file() and not force:
         hint = "`--force` overwrites it"
         complain(str(Problem(output, "this file is there already, and is not overwritten", hint=hint)))

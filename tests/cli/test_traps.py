@@ -1,4 +1,4 @@
-"""What goes wrong in silence elsewhere: notes on likely slips, files that are kept, the command that is meant."""
+"""What goes wrong in silence elsewhere: likely slips, files that are overwritten, the wrong command."""
 
 from __future__ import annotations
 
