@@ -35,7 +35,7 @@ RELATIVE = 1e-3
 
 
 class Tolerance(Section):
-    """How near an answer must be; with nothing given, RELATIVE.
+    """How near an answer must be; with nothing given, the usual relative tolerance.
 
     `absolute` is in SI units, or has a unit; `angle` (rad) is between axes; `conserved` is the drift of
     conserved quantities along a trajectory, in units of their size.

@@ -143,11 +143,13 @@ class KnownTensor(Form):
             ),
         ]
         | None
-    ) = None
-    moments: Annotated[tuple[PrincipalMoment, PrincipalMoment, PrincipalMoment], AsList] | None = None
-    mass: Mass | None = None
-    com: Vector3 | None = None
-    given_about: Point = "com"
+    ) = Field(default=None, description="The tensor by its rows, or by Ixx, Iyy, Izz, Ixy, Ixz, Iyz")
+    moments: Annotated[tuple[PrincipalMoment, PrincipalMoment, PrincipalMoment], AsList] | None = Field(
+        default=None, description="Moments along the form's own x, y and z"
+    )
+    mass: Mass | None = Field(default=None, description="Without it the tensor cannot be shifted")
+    com: Vector3 | None = Field(default=None, description="Where the centre of mass is; default the origin")
+    given_about: Point = Field(default="com", description="The point about which the tensor is given")
 
     def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
         """The tensor shifted to the centre of mass; without a mass, as given and about that point."""
@@ -191,7 +193,9 @@ def _require_physical(central: Array, n: Arithmetic) -> None:
 class Composite(Form):
     """Several bodies taken as one; parts with `hole: true` are missing."""
 
-    parts: Annotated[tuple[Body, ...], AsList, Field(min_length=1)]
+    parts: Annotated[tuple[Body, ...], AsList, Field(min_length=1)] = Field(
+        description="Bodies of any form; one with `hole: true` is cut out of the others"
+    )
 
     def local(self, arithmetic: Arithmetic) -> tensor.MassProperties:
         """Parts added and holes taken away, refused where nothing would be left."""

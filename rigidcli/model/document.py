@@ -61,7 +61,7 @@ class Document(Section):
         description="Values for names in expressions; null makes a symbol, and the document exact",
         json_schema_extra={"additionalProperties": {"type": ["number", "string", "null"]}},
     )
-    body: Body | None = None
+    body: Body | None = Field(default=None, description="A rigid body, in one of several forms")
     about: ReferencePoint = Field(
         default="origin",
         description="The point O of the tensor: `origin`, `com`, an anchor of the shape, or [x, y, z] (m)",

@@ -84,4 +84,6 @@ class Motion(Sampling):
     orientation: Rotation | None = Field(
         default=None, description="From the document's axes to those of space at t = 0; default identity"
     )
-    torque: Torque | None = None
+    torque: Torque | None = Field(
+        default=None, description="By its components along body axes or those of space, or of the weight"
+    )

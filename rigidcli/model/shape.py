@@ -121,7 +121,7 @@ def _is_list(field: FieldInfo) -> bool:
 def _sketch(annotation: object) -> str:
     """How a list of dimensions is written: `[x, y]`, or `[[x, y, z], ...]` for vertices."""
     entries = get_args(annotation)
-    if len(entries) > len("xyz") or Ellipsis in entries or any(get_args(entries[0])[:1] == () for _ in "1"):
+    if get_origin(get_args(entries[0])[0]) is tuple:
         return "[[x, y, z], ...]"
     return f"[{', '.join('xyz'[: len(entries)])}]"
 
@@ -145,9 +145,11 @@ class Shape(Form):
     ONE_OF: ClassVar = ("mass", "density")
     ANCHORS: ClassVar[Mapping[str, Callable[[Any], tuple[Scalar, Scalar, Scalar]]]] = {}
 
-    mass: Mass | None = None
+    mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
     density: Scalar | None = None
-    anchor: str | None = Field(default=None, description="The point that is put at `position`")
+    anchor: str | None = Field(
+        default=None, description="The point that is put at `position`: `com`, or another of the shape"
+    )
     shape: str = Field(description="The name of the shape")
 
     @classmethod

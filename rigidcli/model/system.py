@@ -161,13 +161,13 @@ class System(Section):
     coordinates: Annotated[tuple[str, ...], ReadBy(_read_coordinates, names_schema(1, MOST_COORDINATES))] = (
         Field(description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x")
     )
-    lagrangian: InVelocities | None = None
-    kinetic: InVelocities | None = None
-    potential: InVelocities | None = None
+    lagrangian: InVelocities | None = Field(default=None, description="L, in coordinates and velocities")
+    kinetic: InVelocities | None = Field(default=None, description="T, in coordinates and velocities")
+    potential: InVelocities | None = Field(default=None, description="V, in coordinates")
     particles: (
         Annotated[tuple[Particle, ...], AsList, Field(min_length=1, max_length=MOST_PARTICLES)] | None
     ) = None
-    hamiltonian: InMomenta | None = None
+    hamiltonian: InMomenta | None = Field(default=None, description="H, in coordinates and momenta")
 
     @property
     def velocities(self) -> tuple[str, ...]:

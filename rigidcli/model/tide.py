@@ -58,14 +58,16 @@ class Tide(Section):
     obliquity: PolarAngle = Field(
         description="Angle between the spin and the normal of the orbits' plane (rad)"
     )
-    spin: AngularVelocity
+    spin: AngularVelocity = Field(description="Angular velocity of the planet")
     moments: Annotated[tuple[PositiveMoment, PositiveMoment, PositiveMoment], AsList] | None = Field(
         default=None, description="A, B, C; C about the spin"
     )
     ellipticity: Ellipticity | None = Field(
         default=None, description="(C - A)/C; A is the mean of the moments across the spin"
     )
-    perturbers: Annotated[tuple[Perturber, ...], AsList, Field(min_length=1)]
+    perturbers: Annotated[tuple[Perturber, ...], AsList, Field(min_length=1)] = Field(
+        description="The bodies that pull at the bulge"
+    )
 
     @model_validator(mode="after")
     def _check(self, info: ValidationInfo) -> Self:

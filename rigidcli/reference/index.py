@@ -12,8 +12,7 @@ from rigidcli.reference.page import page, paragraph, rows
 def _keys_of(root: int) -> str:
     from rigidcli.reference import keys
 
-    section = keys.roots()[root]
-    return page(section.__name__.lower(), keys._section(section, False))
+    return keys.top(keys.roots()[root])
 
 
 def _shapes() -> str:
@@ -66,7 +65,7 @@ def explain(path: str) -> str:
     known = tables.results()
     if command in known and not key:
         return page(f"results of `rigidcli {command}`", tables.result_rows(known[command]))
-    found = [tables.result(command, field) for field in known.get(command, ()) if field.key == key]
+    found = [tables.result(path, field) for field in known.get(command, ()) if field.key == key]
     found += [] if found else _below(command, key)
     if not found:
         from rigidcli.reference import keys
@@ -94,18 +93,15 @@ def _by_name(name: str) -> list[str]:
     from rigidcli.reference import keys
     from rigidcli.symbolic.language.tree import FUNCTIONS, RESERVED
 
+    if name in ("shape", "anchor", "density") and (place := keys.find(("body", name))) is not None:
+        return [keys.explained(place)]
     if name in SHAPES:
         return [keys.shape_page(name, SHAPES[name])]
     if name in FUNCTIONS or name in RESERVED:
         return [tables.functions()]
     found = list(dict.fromkeys(keys.explained(key) for key in keys.anywhere(name)))
     found += filter(None, [keys.dimension_page(name)])
-    found += [
-        tables.result(command, field)
-        for command, fields in tables.results().items()
-        for field in fields
-        if name in (field.key, field.key.rpartition(".")[2])
-    ]
+    found += tables.results_called(name)
     if not found and (unit := tables.unit(name)) is not None:
         found = [unit]
     if not found and (says := tables.mistakes().get(name)) is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from types import UnionType
 from typing import Any, Literal, NamedTuple, Union, get_args, get_origin
 
@@ -53,10 +53,10 @@ def every() -> Iterator[Key]:
     seen = set[type[Section]]()
 
     def walk(sections: tuple[type[Section], ...], path: tuple[str, ...]) -> Iterator[Key]:
-        for section in sections:
-            if section in seen or issubclass(section, Shape):
-                continue
-            seen.add(section)
+        # Those beside each other come first: bodies stand in `body` before they stand in `parts`.
+        fresh = [each for each in sections if each not in seen and not issubclass(each, Shape)]
+        seen.update(fresh)
+        for section in fresh:
             for name, field in fields_of(section).items():
                 key = Key((*path, name), field, tuple(sections_in(field.annotation)))
                 yield key
@@ -91,28 +91,36 @@ def explained(key: Key) -> str:
     head = ".".join(key.path)
     if len(key.sections) == 1 and issubclass(key.sections[0], Shape):
         return shape_page(head, key.sections[0])
+    if key.path[-1:] == ("shape",):
+        return shapes_page(head)
     about = "" if key.field is None else key.field.description or ""
     if key.field is None or not key.sections:
-        more = (
-            ""
-            if key.field is None
-            else rows([("holds", kind(key.field)), ("unless given", default(key.field))])
-        )
-        return page(head, paragraph(about), more)
+        return page(head, paragraph(about), "" if key.field is None else _holding(key.field))
     forms = [section for section in key.sections if not issubclass(section, Shape)]
-    parts = [_section(section, len(forms) > 1) for section in forms]
+    all_have = set.intersection(*(set(fields_of(section)) for section in forms)) if len(forms) > 1 else set()
+    parts = [_section(section, len(forms) > 1, all_have) for section in forms]
+    if all_have:
+        shared = [(name, said(field)) for name, field in fields_of(forms[0]).items() if name in all_have]
+        parts.append("All of them may have:\n" + rows(shared))
     if len(forms) < len(key.sections):
         parts.insert(0, page("A shape, by its name under `shape`:", words(SHAPES)).rstrip())
     return page(head, paragraph(about), *parts)
 
 
-def _section(section: type[Section], is_one_of_several: bool) -> str:
+def top(root: type[Section]) -> str:
+    """The page of a file: the keys at its top."""
+    return page(root.__name__.lower(), _section(root))
+
+
+def _section(section: type[Section], is_one_of_several: bool = False, besides: Collection[str] = ()) -> str:
+    """What a section is, and its keys without those that stand elsewhere."""
     title = paragraph(_first(section))
     if is_one_of_several:
         required = [name for name, field in section.model_fields.items() if field.is_required()]
         key = next(iter(required), "") or " or ".join(section.ONE_OF)
         title = paragraph(f"With `{key}`: {_first(section)}") if key else title
-    return title + "\n" + rows([(name, said(field)) for name, field in fields_of(section).items()])
+    own = [(name, said(field)) for name, field in fields_of(section).items() if name not in besides]
+    return title + "\n" + rows(own)
 
 
 def fields_of(section: type[Section]) -> dict[str, FieldInfo]:
@@ -148,11 +156,14 @@ def description(field: FieldInfo) -> str:
     return _first(sections[0]) if len(sections) == 1 else ""
 
 
-def default(field: FieldInfo) -> str:
-    """What is taken where a key is not given."""
+def _holding(field: FieldInfo) -> str:
+    """What a key holds, and what is taken where it is not given."""
+    told = [("holds", kind(field))]
     if field.is_required():
-        return "it is needed"
-    return "nothing" if field.default is None else str(field.default)
+        told.append(("needed", "yes"))
+    elif field.default is not None:
+        told.append(("default", str(field.default)))
+    return rows(told)
 
 
 def kind(field: FieldInfo) -> str:
@@ -198,8 +209,10 @@ def _kind(annotation: Any) -> str:
     if origin in (Union, UnionType):
         return " or ".join(_kind(each) for each in entries if each is not type(None))
     if origin is tuple:
-        count = "" if Ellipsis in entries else f" of {len(entries)}"
-        return f"a list{count}, each {_kind(entries[0])}"
+        if Ellipsis in entries:
+            return f"a list, each {_kind(entries[0])}"
+        each = ", then each ".join(dict.fromkeys(map(_kind, entries)))
+        return f"a list of {len(entries)}, each {each}" if "then" not in each else f"a list of {each}"
     if origin is dict:
         return "a mapping"
     if isinstance(annotation, type) and issubclass(annotation, Section):
@@ -222,6 +235,9 @@ class _Typed(str):
 
     def __truediv__(self, other: object) -> _Typed:
         return _Typed(f"{self}/{other}")
+
+    def __iter__(self) -> Iterator[_Typed]:
+        return map(_Typed, "xyz")
 
     def __getitem__(self, index: Any) -> _Typed:
         return _Typed("xyz"[index])
@@ -282,7 +298,7 @@ def dimension_page(name: str) -> str | None:
     )
 
 
-def shapes_page() -> str:
+def shapes_page(head: str = "shapes") -> str:
     """All shapes, each with its dimensions."""
     listed = [(name, ", ".join(shape.dimensions().values())) for name, shape in SHAPES.items()]
-    return page("shapes", rows(listed), "`rigidcli explain cone` tells more of one.")
+    return page(head, rows(listed), "`rigidcli explain cone` tells more of one.")

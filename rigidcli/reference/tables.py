@@ -83,7 +83,18 @@ def _told(field: Field) -> str:
     return f"{what or 'the ' + field.key.rpartition('.')[2].replace('_', ' ')}{unit}"
 
 
-def result(command: str, field: Field) -> str:
+def results_called(name: str) -> list[str]:
+    """The pages of results of a name; of one that several commands have alike a single page."""
+    alike: dict[str, tuple[Field, list[str]]] = {}
+    for command, fields in results().items():
+        for field in fields:
+            if name in (field.key, field.key.rpartition(".")[2]):
+                _, places = alike.setdefault(repr(field), (field, []))
+                places.append(f"{command}.{field.key}")
+    return [result(", ".join(places), field) for field, places in alike.values()]
+
+
+def result(head: str, field: Field) -> str:
     """One result."""
     told = [
         ("is", field.title.strip()),
@@ -92,4 +103,4 @@ def result(command: str, field: Field) -> str:
         ("unit", field.unit or "none"),
         ("csv", ", ".join(field.cells)),
     ]
-    return page(f"{command}.{field.key}", rows([row for row in told if row[1]]))
+    return page(head, rows([row for row in told if row[1]]))
