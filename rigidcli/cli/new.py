@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from enum import StrEnum
 from importlib import resources
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from rigidcli.cli.computing import OutputPath
-from rigidcli.cli.output import Output, complain
+from rigidcli.cli.output import Output, complain, is_file
 from rigidcli.errors import Problem, UsageError, shown
 
 
@@ -61,7 +60,7 @@ def new(
 
     Example: rigidcli new top -o top.yaml
     """
-    if output is not None and Path(output).is_file() and not force:
+    if output is not None and is_file(output) and not force:
         hint = "`--force` overwrites it"
         complain(str(Problem(output, "this file is there already, and is not overwritten", hint=hint)))
         raise typer.Exit(UsageError.exit_code)

@@ -27,6 +27,13 @@ def complain(text: str) -> None:
         print(text, file=sys.stderr or io.StringIO(), flush=True)
 
 
+def is_file(path: str) -> bool:
+    """Whether there is a regular file of that name, which may be none that a file can have."""
+    with contextlib.suppress(OSError, ValueError):
+        return Path(path).is_file()
+    return False
+
+
 class Failures:
     """Reports errors instead of raising them, file by file; `code` is the worst exit code so far."""
 
@@ -60,7 +67,7 @@ class Output:
 
     def protect(self, *files: str | Path) -> None:
         """Raise UsageError where the output would take the place of a file that is read, by whatever name."""
-        if self._path is None or not Path(self._path).is_file():
+        if self._path is None or not is_file(self._path):
             return
         for file in files:
             with contextlib.suppress(OSError, ValueError):  # a file that is not there is not lost

@@ -13,7 +13,7 @@ from pydantic import Field, ValidationInfo
 
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
-from rigidcli.errors import ComputationError, ValueProblem, at, nearest, shown
+from rigidcli.errors import ComputationError, ValueProblem, at, shown
 from rigidcli.model import holes, points
 from rigidcli.model.base import (
     Alternative,
@@ -27,14 +27,14 @@ from rigidcli.model.base import (
     Section,
     Vector3,
     by_key,
-    not_one_of,
     reference,
     refuse,
 )
 from rigidcli.model.environment import Environment
-from rigidcli.model.shape import Form, Shape
+from rigidcli.model.shape import Form
+from rigidcli.model.shape_names import shape_called
 from rigidcli.model.shapes import SHAPES
-from rigidcli.model.words import RELATIVES, keys_called, other_form, shapes_called, with_colon
+from rigidcli.model.words import keys_called, with_colon
 
 SYMMETRY_TOLERANCE = 1e-9
 """How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded."""
@@ -262,7 +262,7 @@ class _AnyForm(Choice):
     def read(self, raw: object, info: ValidationInfo) -> Section:
         """The form. All problems of a shape are told at once, also where it is called by another word."""
         if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
-            meant = _shape_called(raw, {})[0] or SHAPES["box"]
+            meant = shape_called(raw, {})[0] or SHAPES["box"]
             hint = f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"
             raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
         if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
@@ -272,7 +272,7 @@ class _AnyForm(Choice):
         )
         if key not in raw:
             return super().read(raw, info)
-        shape, problem = _shape_called(raw[key], raw)
+        shape, problem = shape_called(raw[key], raw)
         if key != "shape":
             cure = None if problem is None else problem.hint
             problem = ValueProblem("unknown key (did you mean shape?)", hint=cure)
@@ -286,39 +286,6 @@ class _AnyForm(Choice):
             lambda: shape.model_validate(rest, context=info.context),
         )
         return read
-
-
-def _shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | None, ValueProblem | None]:
-    """The shape of a name, or that for which it is a word; and its problem, unless it is that name.
-
-    Of several the one that has most of the other keys in `raw` is meant, be it only a relative of the others.
-    """
-    word = name if isinstance(name, str) else ""
-    form = other_form(word)
-    if word not in SHAPES and form is not None:
-        return None, ValueProblem(f"{shown(name)} is no shape", hint=f"write `{form}` instead of `shape`")
-    called = [word] if word in SHAPES else [each for each in shapes_called(word) if each in SHAPES]
-    if not called:
-        near = nearest(word, list(SHAPES))
-        return (near and SHAPES[near]) or None, ValueProblem(not_one_of(name, list(SHAPES)))
-    if word not in SHAPES or any(_is_foreign(SHAPES[word], *item) for item in raw.items()):
-        called += [other for each in called for other in RELATIVES.get(each, "").split()]
-    best = max((SHAPES[each] for each in called), key=lambda shape: _likeness(shape, raw))
-    if best.word() == word:
-        return best, None
-    return best, ValueProblem(f"read {shown(name)} (did you mean {best.word()}?)", hint=best.summary())
-
-
-def _is_foreign(shape: type[Shape], key: str, value: object) -> bool:
-    """Whether a key is none of the shape, or has a list of another length than there."""
-    is_other = isinstance(value, list) and key in shape.dimensions() and not shape.holds(key, value)
-    return is_other or key not in shape.model_fields
-
-
-def _likeness(shape: type[Shape], raw: Mapping[str, Any]) -> int:
-    """How many of the keys in `raw` are dimensions of the shape in some word: twice where the value fits."""
-    found = [(shape.key_for(*item), item[1]) for item in raw.items()]
-    return sum((name is not None) + shape.holds(name, value) for name, value in found)
 
 
 BODY = _AnyForm(

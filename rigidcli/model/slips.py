@@ -39,6 +39,9 @@ def find_slip(text: str, error: Any) -> Slip | None:
     lines = text.splitlines() or [""]
     noticed = min(mark.line, len(lines) - 1)
     if "quoted" in str(error.context) and error.context_mark is not None:
+        if "escape" in str(error.problem):
+            hint = "in single quotes a backslash is only a backslash"
+            return Slip(noticed + 1, mark.column + 1, "this backslash begins no escape", hint)
         begin = error.context_mark
         return Slip(begin.line + 1, begin.column + 1, "this quote is not closed", "close it on its own line")
     if "flow" in str(error.context):
@@ -65,7 +68,8 @@ def _in_brackets(lines: list[str], line: int, column: int) -> Slip:
     if opened:
         number, place = opened[-1]
         sign = lines[number][place]
-        return Slip(number + 1, place + 1, f"this `{sign}` is not closed", f"its `{_PAIRS[sign]}` is missing")
+        hint = f"close the bracket by `{_PAIRS[sign]}`"
+        return Slip(number + 1, place + 1, f"this `{sign}` is not closed", hint)
     before = re.search(r"[\w.]*\W*$", lines[line][:column])
     start = column if before is None or lines[line][column : column + 1] != ":" else before.start()
     hint = "entries are separated by commas, as in `{a: 1, b: 2}`"

@@ -16,7 +16,7 @@ def _keys_of(root: int) -> str:
 
 
 def _shapes() -> str:
-    from rigidcli.reference.keys import shapes_page
+    from rigidcli.reference.shapes import shapes_page
 
     return shapes_page()
 
@@ -91,16 +91,17 @@ def _by_name(name: str) -> list[str]:
     """Pages of what has a name, wherever it is; mistakes come last, as they take long to load."""
     from rigidcli.model.shapes import SHAPES
     from rigidcli.reference import keys
+    from rigidcli.reference.shapes import dimension_page, shape_page
     from rigidcli.symbolic.language.tree import FUNCTIONS, RESERVED
 
     if name in ("shape", "anchor", "density") and (place := keys.find(("body", name))) is not None:
         return [keys.explained(place)]
     if name in SHAPES:
-        return [keys.shape_page(name, SHAPES[name])]
+        return [shape_page(name, SHAPES[name])]
     if name in FUNCTIONS or name in RESERVED:
         return [tables.functions()]
     found = list(dict.fromkeys(keys.explained(key) for key in keys.anywhere(name)))
-    found += filter(None, [keys.dimension_page(name)])
+    found += filter(None, [dimension_page(name)])
     found += tables.results_called(name)
     if not found and (unit := tables.unit(name)) is not None:
         found = [unit]

@@ -12,6 +12,7 @@ from rigidcli.errors import EXIT_CODES, RigidError
 from rigidcli.model.shapes import SHAPES
 from rigidcli.model.units import TABLE
 from rigidcli.reference import index, keys, tables
+from rigidcli.reference.fields import said
 from rigidcli.symbolic.language.tree import FUNCTIONS
 from tests.conftest import ROOT, Program
 from tests.shapes import DIMENSIONS
@@ -67,7 +68,7 @@ def test_a_page_tells_what_something_is(path: str, told: list[str], program: Pro
         ("body.shape.cnoe", "body.shape.cone"),
         ("motoin", "motion"),
         ("motion.omga", "motion.omega"),
-        ("unist", "units"),
+        ("funtions", "functions"),
         ("xyzzy", None),
         ("", None),
         ("a..b", None),
@@ -104,7 +105,7 @@ def test_everything_has_a_page_that_fits() -> None:
 def test_every_key_is_told_what_it_holds() -> None:
     for key in keys.every():
         assert key.field is not None
-        assert keys.said(key.field).strip(), key.path
+        assert said(key.field).strip(), key.path
     for shape in SHAPES.values():
         assert set(shape.dimensions()) == {
             entry.split(":")[0].strip() for entry in _keys(DIMENSIONS[shape.word()])

@@ -11,6 +11,9 @@ import numpy as np
 import pytest
 import yaml
 
+from rigidcli.model import words
+from rigidcli.model.shapes import SHAPES
+from rigidcli.reference import keys
 from tests.conftest import Program
 
 STARTS = """
@@ -291,8 +294,13 @@ SLIPS = [
     ("body:\n    shape: cube\n  side: 1\n", 3, "side: 1", "after 0 or 4 blanks, this one after 2"),
     ("body:\n  parts:\n    - shape: cube\n      side: 1\n     mass: 1\n", 5, "mass", "or 6 blanks"),
     ("body:\n  parts:\n    - shape: cube\n    side: 1\n", 4, "side", "or 6 blanks"),
-    ("body: {shape: cube, side: 1\nmotion:\n  omega: [0, 0, 1]\n", 1, "{", "its `}` is missing"),
-    ("name: x\nbody:\n  shape: box\n  size: [1, 2, 3\n  mass: 2\nabout: com\n", 4, "[", "its `]` is missing"),
+    ("body: {shape: cube, side: 1\nmotion:\n  omega: [0, 0, 1]\n", 1, "{", "close the bracket by `}`"),
+    (
+        "name: x\nbody:\n  shape: box\n  size: [1, 2, 3\n  mass: 2\nabout: com\n",
+        4,
+        "[",
+        "close the bracket by `]`",
+    ),
     (
         "body:\n  parts:\n    - {shape: cube, side: 1, mass: 1\n    - {shape: cube, side: 1, mass: 1}\n",
         3,
@@ -301,6 +309,7 @@ SLIPS = [
     ),
     ("body: {shape: cube side: 1, mass: 1}\n", 1, "side", "commas"),
     ('name: "x\nbody: {shape: cube, side: 1, mass: 1}\n', 1, '"', "quote"),
+    ('name: "a \\omega"\nbody: {shape: cube, side: 1, mass: 1}\n', 1, "\\omega", "single quotes"),
     ("name: a: b\nbody: {shape: cube, side: 1, mass: 1}\n", 1, ": b", "in quotes"),
     ("body:\n  shape: box\n  size: 1, 2, 3\n  mass: 1\n", 3, "1, 2, 3", "write `[1, 2, 3]`"),
     ("body: {shape: cube, side: 1, mass: 1}\nname: @x\n", 2, "@", "quotes"),
@@ -333,3 +342,15 @@ MISPLACED = [
 @pytest.mark.parametrize(("text", "told"), MISPLACED)
 def test_a_key_in_the_wrong_section_is_told_where_it_belongs(text: str, told: str, program: Program) -> None:
     assert told in program("validate", "-", stdin=text).err
+
+
+def test_the_tables_of_words_lead_to_what_there_is(program: Program) -> None:
+    known = {key.path[-1] for key in keys.every()} | {"Ixy", "Ixz", "Iyz"}
+    known |= {key for each in SHAPES.values() for key in each.model_fields}
+    for called in (*words.KEYS_BY_WORD.values(), *words.HALVED.values()):
+        assert set(called) <= known
+    shapes = {shape for called in words.SHAPES_BY_WORD.values() for shape in called}
+    assert shapes | set(words.RELATIVES) | set(" ".join(words.RELATIVES.values()).split()) <= set(SHAPES)
+    assert not set(words.SHAPES_BY_WORD) & set(SHAPES)
+    for form in words.OTHER_FORMS:
+        assert program("validate", "-q", "-", stdin=f"body: {{{form}}}").code == 0
