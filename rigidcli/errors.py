@@ -107,9 +107,8 @@ class Excerpt(NamedTuple):
     column: int
 
     @classmethod
-    def of(cls, text: str, line: int, column: int) -> Self:
-        """What is round a place in a text, as much as fits on a line."""
-        typed = "".join(text.splitlines()[line - 1 : line])
+    def of(cls, typed: str, column: int) -> Self:
+        """What is round a column of a line, as much as fits on a line."""
         start = max(0, column - LONGEST_SHOWN)
         return cls(typed[start : start + 2 * LONGEST_SHOWN - 50], column - start)
 

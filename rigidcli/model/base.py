@@ -96,6 +96,7 @@ class Section(BaseModel):
 
 
 _AS_WRITTEN = "write `{}`: a colon, and a blank after it"
+"""What to do about a key and its value that have become one text."""
 
 
 def _slip(key: str, known: Collection[str]) -> ValueProblem | None:
@@ -170,6 +171,7 @@ def _read_title(raw: object, info: ValidationInfo) -> str:
 
 
 Title = Annotated[str, ReadBy(_read_title, {"type": ["string", "number"]})]
+"""A text that may look like a number."""
 
 LIMITS: dict[units.Dimension | None, float] = {
     units.LENGTH: 1e50,

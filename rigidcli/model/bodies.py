@@ -267,10 +267,9 @@ class _AnyForm(Choice):
             raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
         if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
             return super().read(raw, info)
-        key = (
-            "shape" if "shape" in raw else next((key for key in raw if "shape" in keys_called(key)), "shape")
-        )
-        if key not in raw:
+        called = ("shape", *(key for key in raw if "shape" in keys_called(key)))
+        key = next((key for key in called if key in raw), None)
+        if key is None:
             return super().read(raw, info)
         shape, problem = shape_called(raw[key], raw)
         if key != "shape":

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pathlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, Self, TypeAlias
 
@@ -102,14 +102,11 @@ class Document(Section):
             what = "an assignment" if key == "questions" else "an answer file"
             hint = f"this is {what}: `rigidcli check ASSIGNMENT ANSWERS`"
             return ValueProblem("belongs to no document", hint=hint)
-        names = list(cls.model_fields)
-        if raw.get("system") is not None:
-            names.reverse()  # a duration is that of the orbit, not of a motion
         for word in (key, *keys_called(key)) if cls.called(key, raw) is None else ():
-            for name in names:
-                if any(word in each.model_fields for each in sections_in(cls.model_fields[name].annotation)):
-                    hint = f"write `{name}: {{{word}: ...}}`"
-                    return ValueProblem(f"belongs inside `{name}`", hint=hint)
+            if sections := _sections_with().get(word):
+                # Beside a system, a duration is that of the orbit, not of a motion.
+                name = sections[-1 if raw.get("system") is not None else 0]
+                return ValueProblem(f"belongs inside `{name}`", hint=f"write `{name}: {{{word}: ...}}`")
         return super()._unknown(key, raw)
 
     @model_validator(mode="after")
@@ -192,3 +189,13 @@ class Document(Section):
         """The numbers that the sections describe."""
         turned = None if self.motion is None else self.motion.orientation
         return Physical(self.arithmetic, self.body, self.about, self.frame, self.top, turned)
+
+
+@cache
+def _sections_with() -> dict[str, list[str]]:
+    """For each key below the sections at the top of a document, the names of those that have it."""
+    found: dict[str, list[str]] = {}
+    for name, field in Document.model_fields.items():
+        for key in dict.fromkeys(key for each in sections_in(field.annotation) for key in each.model_fields):
+            found.setdefault(key, []).append(name)
+    return found

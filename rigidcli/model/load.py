@@ -27,6 +27,12 @@ from rigidcli.model.words import with_colon
 STDIN = "-"
 """The name of a file that stands for standard input."""
 
+NEAR = 20
+"""A value begins within so many lines of its key, or the line is not shown."""
+
+LONGEST_LINE = 2000
+"""The longest line (characters) that is searched for a slip: nobody would find the place in a longer one."""
+
 _TYPES = {
     "tuple_type": "a list, such as [0, 0, 1]",
     "dict_type": "a mapping",
@@ -153,6 +159,10 @@ class Places:
         read_tree(self.text, self.source, lines=lines)
         return lines
 
+    @cached_property
+    def _typed(self) -> list[str]:
+        return self.text.splitlines()
+
     def of(self, path: Path) -> Place:
         """The source and line of a value, or of what is nearest above it; without a line if set outside."""
         for changed, option in reversed(self.changed.items()):
@@ -169,9 +179,9 @@ class Places:
         excerpt = None
         if problem.typed is not None and line is not None:
             typed = problem.typed.partition("\n")[0].strip()
-            for number, text in enumerate(self.text.splitlines()[line - 1 :], start=line):
-                if typed in text:
-                    line, excerpt = number, Excerpt.of(self.text, number, text.index(typed) + 1)
+            for number, text in enumerate(self._typed[line - 1 : line + NEAR], start=line):
+                if len(text) <= LONGEST_LINE and typed in text:
+                    line, excerpt = number, Excerpt.of(text, text.index(typed) + 1)
                     break
         key = ".".join(map(str, problem.path))
         return Problem(source, problem.message, line, key, problem.hint, excerpt=excerpt)

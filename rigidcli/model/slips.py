@@ -29,6 +29,7 @@ _QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|(?<!\S)#.*")
 """What has no brackets that count: quoted texts and comments."""
 
 _PAIRS = {"{": "}", "[": "]"}
+"""Brackets, and what closes them."""
 
 
 def find_slip(text: str, error: Any) -> Slip | None:

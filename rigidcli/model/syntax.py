@@ -66,7 +66,7 @@ def read_tree(
         slip = find_slip(text, error)
         if slip is None:
             raise _refusal(source, None, f"not YAML: {error.problem}", None) from None
-        excerpt = Excerpt.of(text, slip.line, slip.column)
+        excerpt = Excerpt.of("".join(text.splitlines()[slip.line - 1 : slip.line]), slip.column)
         problem = Problem(
             source, f"not YAML: {slip.message}", slip.line, "", slip.hint, "parse_error", excerpt
         )
