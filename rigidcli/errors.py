@@ -10,7 +10,17 @@ import json
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import ClassVar, Self, TypeAlias
+from typing import ClassVar, NamedTuple, Self, TypeAlias
+
+EXIT_CODES = {
+    0: "done",
+    1: "`check` judged something not correct",
+    2: "wrong usage: an option, an argument, or a file that cannot be written",
+    3: "a document was refused: syntax, keys, values that no body has, unsafe expressions",
+    4: "the computation cannot be done, or has no closed form where one is asked for",
+    130: "interrupted",
+}
+"""What the exit codes of the program mean; of several FILES the worst one is returned."""
 
 Path: TypeAlias = tuple[str | int, ...]
 """The way to a value in a document: keys of mappings and indices of lists."""
@@ -41,14 +51,18 @@ class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Proble
     """A value that cannot be what the document says it is.
 
     It is a `ValueError`, so that pydantic gathers it with the other problems of a document. `path`
-    leads from where it is caught to the value: keys of mappings and indices of lists.
+    leads from where it is caught to the value: keys of mappings and indices of lists. `typed` is the text
+    to be shown where it stands in the document, if that makes the problem clear.
     """
 
     exit_code = 3
 
-    def __init__(self, message: str, *, path: Path = (), hint: str | None = None) -> None:
+    def __init__(
+        self, message: str, *, path: Path = (), hint: str | None = None, typed: str | None = None
+    ) -> None:
         super().__init__(message, hint=hint)
         self.path = path
+        self.typed = typed
 
     def below(self, *path: str | int) -> Self:
         """The same problem, as seen from further up the document."""
@@ -86,6 +100,23 @@ class ExpressionError(ValueProblem):
         self.column = column
 
 
+class Excerpt(NamedTuple):
+    """A line of a document as it is typed, and the column (from 1) at which its slip is."""
+
+    text: str
+    column: int
+
+    @classmethod
+    def of(cls, typed: str, column: int) -> Self:
+        """What is round a column of a line, as much as fits on a line."""
+        start = max(0, column - LONGEST_SHOWN)
+        return cls(typed[start : start + 2 * LONGEST_SHOWN - 50], column - start)
+
+    def __str__(self) -> str:
+        blanks = " " * len(printable(self.text[: self.column - 1]))
+        return f"    {printable(self.text)}\n    {blanks}^"
+
+
 @dataclass(frozen=True, slots=True)
 class Problem:
     """One thing that is wrong with a document, and where; `code` names its kind for programs."""
@@ -96,10 +127,12 @@ class Problem:
     key: str = ""
     hint: str | None = None
     code: str = ""
+    excerpt: Excerpt | None = None
 
     def __str__(self) -> str:
         place = self.source if self.line is None else f"{self.source}:{self.line}"
         text = ": ".join(printable(part) for part in (place, shortened(self.key), self.message) if part)
+        text += f"\n{self.excerpt}" if self.excerpt else ""
         return text if self.hint is None else f"{text}\n  hint: {printable(self.hint)}"
 
 
@@ -158,5 +191,10 @@ def nearest(word: str, known: Sequence[str]) -> str | None:
     if len(known) > MOST_COMPARED:
         return None
     folded = {other.casefold(): other for other in known}
-    near = difflib.get_close_matches(word.casefold(), folded, n=1, cutoff=0.6)
+    plain = word.casefold()
+    near = difflib.get_close_matches(plain, folded, cutoff=0.6)
+    # Of words that are as like, the one of nearly the same length: `con` is `com` and not `corner`.
+    near.sort(
+        key=lambda other: (-difflib.SequenceMatcher(a=other, b=plain).ratio(), abs(len(other) - len(plain)))
+    )
     return folded[near[0]] if near else None

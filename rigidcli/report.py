@@ -22,7 +22,7 @@ class Field:
     LaTeX; `title` and `unit` are for people, who are not shown a field without a title, and see `words`
     instead of the value where there are any, and zero for entries of an array that are rounding noise
     beside its largest, unless each entry `counts` by itself. A `diagnostic` tells how good the others are;
-    people see it when they ask for more.
+    people see it when they ask for more. `means` says what the title does not.
     """
 
     key: str
@@ -34,6 +34,7 @@ class Field:
     words: str = ""
     counts: bool = False
     diagnostic: bool = False
+    means: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +122,8 @@ class Report(Mapping[str, Value]):
         """The units of the values that have one, by their keys: a dot is the way into an object."""
         units = {entry.key: entry.unit for entry in self.fields if entry.key and entry.unit}
         for table in self.tables:
-            units |= {f"{table.key}.{column.key}": column.unit for column in table.columns if column.unit}
+            if table.key:
+                units |= {f"{table.key}.{column.key}": column.unit for column in table.columns if column.unit}
         return units
 
     def __getitem__(self, key: str) -> Value:

@@ -9,10 +9,11 @@ from typing import Annotated, NoReturn
 import typer
 
 from rigidcli import STUDIES, __version__
+from rigidcli.cli.help import Command
 from rigidcli.cli.output import complain
 from rigidcli.errors import ComputationError, printable
 
-COMMANDS = (*STUDIES, "check", "validate", "schema", "new")
+COMMANDS = (*STUDIES, "check", "validate", "explain", "schema", "new")
 """The commands: each is a function in a module of this package that has its name."""
 
 app = typer.Typer(
@@ -23,7 +24,7 @@ app = typer.Typer(
     context_settings={"help_option_names": ["-h", "--help"]},
 )
 for _name in COMMANDS:
-    app.command()(getattr(import_module(f"rigidcli.cli.{_name}"), _name))
+    app.command(cls=Command)(getattr(import_module(f"rigidcli.cli.{_name}"), _name))
 
 
 def _show_version(asked: bool) -> None:
@@ -39,7 +40,11 @@ def options(
         typer.Option("--version", callback=_show_version, is_eager=True, help="Show the version and exit."),
     ] = False,
 ) -> None:
-    """Inertia, principal axes, precession and motion of bodies described in YAML."""
+    """Inertia, principal axes, precession, motion and Hamiltonians, from YAML.
+
+    Begin with `rigidcli new -o cube.yaml` and `rigidcli axes cube.yaml`; `rigidcli explain` tells what
+    may stand in a document.
+    """
 
 
 def main() -> NoReturn:

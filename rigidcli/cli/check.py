@@ -104,7 +104,10 @@ def check(
     no_header: NoHeader = False,
     quiet: Quiet = False,
 ) -> None:
-    """Judge answer files (homework)."""
+    """Judge answer files (homework).
+
+    Example: rigidcli check homework.yaml answers/ -f csv -o scores.csv
+    """
     chosen = {"--items": items, "--regrade": regrade, "--canvas": canvas, "--selftest": selftest}
     views = [option for option, given in chosen.items() if given]
     if len(views) > 1:
@@ -127,6 +130,7 @@ def check(
         from rigidcli.grading.reports import Style
 
         prepared = prepare(assignment, studies(steps))
+        target.protect(*prepared.files, *filter(None, (regrade, canvas, roster)))
         for note in () if quiet else prepared.notes:
             complain(str(note))
         if selftest:
@@ -136,6 +140,7 @@ def check(
             style = Style(feedback, not no_header, width, colour)
             view = _view(format, items, regrade, canvas, column or prepared.title, quiet)
             found = files.gather(answers or (), assignment)
+            target.protect(*found.files)
             known = None if roster is None else students.read_roster(roster)
             papers, notes = students.papers(found.files, known)
             # Gradescope waits for a result of those, too, who have handed in nothing.
@@ -151,7 +156,8 @@ def check(
                 seen = (lambda fraction: None) if width else show
                 judgements = batch.run(prepared.items, papers, jobs, seen)
                 others = [files.safe_name(str(file)) for file in found.others]
-                for piece in view(_noted(judgements, others, prepared.source, failures, quiet), style):
+                judged = _noted(judgements, others, prepared.source, failures, quiet, target)
+                for piece in view(judged, style):
                     target.write(piece)
             for piece in _solutions(prepared, width, colour) if steps else ():
                 target.write(piece)
@@ -169,7 +175,12 @@ def _solutions(prepared: "Prepared", width: int | None, colour: bool) -> Iterato
 
 
 def _noted(
-    judgements: "Iterator[Judgement]", others: Sequence[str], source: str, failures: Failures, quiet: bool
+    judgements: "Iterator[Judgement]",
+    others: Sequence[str],
+    source: str,
+    failures: Failures,
+    quiet: bool,
+    target: Output,
 ) -> "Iterator[Judgement]":
     """The judgements, whose notes are printed, and whose verdicts decide the exit code.
 
@@ -182,10 +193,12 @@ def _noted(
         tell_notes(judgement.source, judgement.notes, quiet)
         if any(question.verdict != "correct" for question in judgement.questions):
             failures.code = max(failures.code, NOT_CORRECT)
-        named.update(str(Path(judgement.source).parent / name) for name in judgement.files)
+        beside = [str(Path(judgement.source).parent / name) for name in judgement.files]
+        target.protect(*beside)
+        named.update(beside)
         yield judgement
-    beside = [str(Path(*Path(file).parts[-2:])) for file in others if file not in named]
-    tell_notes(source, noted("no answer files, and left out", beside), quiet)
+    unused = [str(Path(*Path(file).parts[-2:])) for file in others if file not in named]
+    tell_notes(source, noted("no answer files, and left out", unused), quiet)
 
 
 def _view(

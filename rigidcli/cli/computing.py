@@ -153,6 +153,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
 
             for document in documents(files, failures, exact=exact, settings=changes, options=named):
                 with failures.of(document.source), document.placing(), progress() as show:
+                    target.protect(*document.files)
+                    _require_fitting(document, study.__name__)
                     run = getattr(rigidcli, study.__name__)
                     if "progress" in inspect.signature(run).parameters:
                         options["progress"] = show
@@ -161,7 +163,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                     tell_notes(report.source, report.notes, quiet)
                     yield in_units(report, wanted) if wanted else report
 
-        with Output(output) as target:
+        with failures.of(output or ""), Output(output) as target:
+            target.protect(*(file for file in files if file != "-"))
             width, colour = target.terminal()
             look = Look(
                 digits,
@@ -185,6 +188,27 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
     command.__signature__ = shared.replace(parameters=parameters)  # type: ignore[attr-defined]
     command.__annotations__ = {p.name: p.annotation for p in parameters}
     return command
+
+
+NEEDS = {
+    "inertia": ("body",),
+    "axes": ("body",),
+    "precess": ("top", "body", "tide"),
+    "euler": ("body", "top"),
+    "hamilton": ("system",),
+}
+"""The sections of a document of which each command needs one."""
+
+
+def _require_fitting(document: Document, command: str) -> None:
+    """Raise DocumentError for a document that is for another command, which is named."""
+    if any(getattr(document, section) is not None for section in NEEDS[command]):
+        return
+    for other, sections in NEEDS.items():
+        for section in sections:
+            if getattr(document, section) is not None:
+                hint = f"this document has a `{section}`: `rigidcli {other} {document.source}`"
+                raise document.refusal(f"missing: `{command}` needs it", NEEDS[command][0], hint=hint)
 
 
 def _require_columns(report: Report, columns: Sequence[str]) -> None:

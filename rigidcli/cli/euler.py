@@ -28,7 +28,9 @@ def euler(
         EngineName, typer.Option(help="What integrates driven motion; taylor needs the extra `taylor`.")
     ] = EngineName.auto,
 ) -> None:
-    """Motion by Euler's equations: omega, L, T and orientation in time; stability.
+    """Motion by Euler's equations in time; stability of the axes.
 
     Torque-free motion is in closed form, driven motion is integrated.
+
+    Example: rigidcli euler motion.yaml --duration "5 min" -f csv
     """

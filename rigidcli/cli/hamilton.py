@@ -20,4 +20,9 @@ def hamilton(
         typer.Option("--invariants", help="Search for conserved quantities also where that takes longer."),
     ] = False,
 ) -> None:
-    """From a Lagrangian to momenta, the Hamiltonian, Hamilton's equations and orbits in phase space."""
+    """From a Lagrangian to H, Hamilton's equations and orbits.
+
+    Also from energies, particles or a Hamiltonian; with what is conserved, and changes of variables.
+
+    Example: rigidcli hamilton spring.yaml -f latex
+    """

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from enum import StrEnum
 from importlib import resources
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from rigidcli.cli.computing import OutputPath
-from rigidcli.cli.output import Output, complain
+from rigidcli.cli.output import Output, complain, is_file
 from rigidcli.errors import Problem, UsageError, shown
 
 
@@ -56,8 +55,13 @@ def new(
     output: OutputPath = None,
     force: Annotated[bool, typer.Option("--force", help="Overwrite the file PATH.")] = False,
 ) -> None:
-    """Print a commented document, assignment or answer file to start from."""
-    if output is not None and Path(output).is_file() and not force:
+    """Print a commented file to start from.
+
+    A document of some kind, an assignment or an answer file.
+
+    Example: rigidcli new top -o top.yaml
+    """
+    if output is not None and is_file(output) and not force:
         hint = "`--force` overwrites it"
         complain(str(Problem(output, "this file is there already, and is not overwritten", hint=hint)))
         raise typer.Exit(UsageError.exit_code)

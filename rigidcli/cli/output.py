@@ -27,6 +27,13 @@ def complain(text: str) -> None:
         print(text, file=sys.stderr or io.StringIO(), flush=True)
 
 
+def is_file(path: str) -> bool:
+    """Whether there is a regular file of that name, which may be none that a file can have."""
+    with contextlib.suppress(OSError, ValueError):
+        return Path(path).is_file()
+    return False
+
+
 class Failures:
     """Reports errors instead of raising them, file by file; `code` is the worst exit code so far."""
 
@@ -57,6 +64,16 @@ class Output:
         if isinstance(sys.stdout, io.TextIOWrapper):
             # The same input gives the same bytes, whatever the locale.
             sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace", newline="\n")
+
+    def protect(self, *files: str | Path) -> None:
+        """Raise UsageError where the output would take the place of a file that is read, by whatever name."""
+        if self._path is None or not is_file(self._path):
+            return
+        for file in files:
+            with contextlib.suppress(OSError, ValueError):  # a file that is not there is not lost
+                if Path(file).samefile(self._path):
+                    hint = "choose another name for the output"
+                    raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=hint)
 
     def write(self, piece: str) -> None:
         """Write a piece of text that is complete in itself."""

@@ -25,7 +25,10 @@ def schema(
     ] = SchemaKind.document,
     output: OutputPath = None,
 ) -> None:
-    """Print the JSON Schema of a document, an assignment or an answer file, for editors."""
+    """Print the JSON Schema of a kind of file, for editors.
+
+    Example: rigidcli schema -o .rigidcli.schema.json
+    """
     import orjson
 
     from rigidcli.grading.question import AnswerFile, Assignment

@@ -18,9 +18,12 @@ HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers)[\"']?\s*:", re.MULTILINE
 
 
 def validate(files: Files, settings: Settings = None, exact: Exact = False, quiet: Quiet = False) -> None:
-    """Read and validate only: documents, assignments, and answer files without the key.
+    """Read and validate only: documents, assignments, answers.
 
-    Prints the names of the files that are valid, and what is asked or answered in them.
+    Prints the names of the files that are valid, and what is asked or answered in them; answer files
+    are read without their key.
+
+    Example: rigidcli validate cube.yaml homework.yaml
     """
     from rigidcli.model.load import loads, read_text
 

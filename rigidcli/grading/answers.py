@@ -145,7 +145,7 @@ class _Lines:
         text = " ".join([value, *map(str.strip, self.lines[1:])]).strip()
         if list_and_unit(text)[1]:
             return text
-        hint = found.hint or (_cure(text, found.message) if found.code == "parse_error" else None)
+        hint = _cure(text, found) if found.code == "parse_error" else found.hint
         line = self.first - 1 + min(found.line or 1, len(self.lines))
         return _unreadable(replace(found, line=line, hint=hint))
 
@@ -162,11 +162,12 @@ class _Lines:
             yield _Lines(name, self.first + place, self.lines[place:end])
 
 
-def _cure(text: str, message: str) -> str:
+def _cure(text: str, found: Problem) -> str:
     """What helps against an answer that is no YAML."""
     if text.startswith(("'", '"')):
         return "quotation marks stand round the whole answer"
-    return f"close the bracket, or {QUOTED}" if "expected ','" in message else QUOTED
+    is_plain = text[:1].isalnum() or text.startswith(("[", "{"))
+    return (found.hint if is_plain else None) or QUOTED
 
 
 def list_and_unit(text: str) -> tuple[str, str]:

@@ -63,7 +63,7 @@ WIDE = 0.2
 
 @dataclass(frozen=True, slots=True)
 class Prepared:
-    """An assignment with its keys worked out, and `notes` on what in it does nothing.
+    """An assignment with its keys worked out: `notes` on what in it does nothing, `files` that it reads.
 
     `solutions` are the reports, with their steps, that keys come from, by the names of the questions.
     """
@@ -72,6 +72,7 @@ class Prepared:
     source: str
     items: dict[str, Item]
     notes: tuple[Problem, ...] = ()
+    files: tuple[Path, ...] = ()
     solutions: Mapping[str, Report] = field(default_factory=dict)
 
 
@@ -117,7 +118,8 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study], text: st
             problems.append(placed(keys, error.message, error.hint))
     if problems:
         raise DocumentError(problems)
-    return Prepared(title or Path(file).stem, source, items, tuple(notes), solutions)
+    read = (Path(file), *library.files)
+    return Prepared(title or Path(file).stem, source, items, tuple(notes), read, solutions)
 
 
 def _notes(question: Question, item: Item, name: str) -> Iterator[tuple[Keys, str]]:
@@ -177,6 +179,12 @@ class _Library:
     studies: Mapping[str, Study]
     documents: dict[str, Document] = field(default_factory=dict)
     reports: dict[tuple[str, str], Report] = field(default_factory=dict)
+
+    @property
+    def files(self) -> Iterator[Path]:
+        """The documents, and the files that these name."""
+        for name, document in self.documents.items():
+            yield from (self.folder / name, *document.files)
 
     def document(self, name: str) -> Document:
         if name not in self.documents:

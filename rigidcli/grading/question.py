@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from decimal import Decimal
 from typing import Annotated, Any, Literal
 
 from pydantic import ConfigDict, Field, ValidationInfo
 
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model.base import AsList, Quantity, ReadBy, Section
+from rigidcli.model.base import Alternative, AsList, Quantity, ReadBy, Section, Title
+from rigidcli.model.environment import Environment
 from rigidcli.model.units import ANGLE, DIMENSIONLESS
 
 Positive = Annotated[float, Quantity(DIMENSIONLESS, "positive")]
@@ -33,7 +35,7 @@ RELATIVE = 1e-3
 
 
 class Tolerance(Section):
-    """How near an answer must be; with nothing given, RELATIVE.
+    """How near an answer must be; with nothing given, the usual relative tolerance.
 
     `absolute` is in SI units, or has a unit; `angle` (rad) is between axes; `conserved` is the drift of
     conserved quantities along a trajectory, in units of their size.
@@ -46,6 +48,18 @@ class Tolerance(Section):
     angle: Annotated[float, Quantity(ANGLE, "positive")] | None = None
     conserved: Positive | None = None
 
+
+def _relative(raw: object, env: Environment) -> Tolerance:
+    return Tolerance.model_validate({"relative": raw}, context=env)
+
+
+AnyTolerance = Annotated[
+    Tolerance,
+    Alternative(
+        int | float | Decimal, _relative, otherwise=Tolerance, schema={"type": "number", "minimum": 0}
+    ),
+]
+"""A tolerance; a number alone is a relative one."""
 
 Share = Annotated[float, Field(ge=0, le=1)]
 """A part of the points of a question."""
@@ -93,7 +107,7 @@ class Question(Section):
     answer: Any = None
     kind: KindName | None = None
     points: NotNegative = 1.0
-    tolerance: Tolerance = Tolerance()
+    tolerance: AnyTolerance = Tolerance()
     order: Literal["free", "ascending"] = "free"
     direction: Literal["exact", "sense", "sign_free", "parallel"] = "exact"
     normalized: Literal["optional", "required"] = "optional"
@@ -123,7 +137,7 @@ EVERYWHERE = frozenset({"document", "ask", "answer", "kind", "points", "toleranc
 class Assignment(Section):
     """Questions by their names."""
 
-    assignment: str = ""
+    assignment: Title = ""
     questions: Annotated[dict[str, Question], Field(min_length=1)]
 
 

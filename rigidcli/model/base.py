@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
 from importlib import import_module
-from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias
+from types import UnionType
+from typing import Annotated, Any, ClassVar, Literal, Self, TypeAlias, get_args
 
 from pydantic import (
     AfterValidator,
@@ -26,6 +28,7 @@ from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.model import units
 from rigidcli.model.environment import Environment, number_of
+from rigidcli.model.words import keys_called, with_colon
 
 SECTION = "x-section"
 """Key that stands for `$ref` in the JSON Schema of one section, as bodies contain bodies."""
@@ -53,18 +56,13 @@ class Section(BaseModel):
         if not isinstance(raw, dict):
             return validate(raw)
         unknown = [key for key in raw if key not in cls.model_fields]
-        errors = [_error((key,), raw[key], _unknown_key(key, cls)) for key in unknown]
-        errors += [_error((), raw, problem) for problem in cls._contradictions(raw)]
-        if not errors:
+        problems = [(_slip(key, cls.model_fields) or cls._unknown(key, raw)).below(key) for key in unknown]
+        problems += cls._contradictions(raw)
+        if not problems:
             return validate(raw)
-        try:
-            validate({key: value for key, value in raw.items() if key in cls.model_fields})
-        except ValidationError as rest:
-            errors += [
-                InitErrorDetails(type=e["type"], loc=e["loc"], input=e["input"], ctx=e.get("ctx", {}))
-                for e in rest.errors(include_url=False)
-            ]
-        raise ValidationError.from_exception_data(cls.__name__, errors)
+        known = {key: value for key, value in raw.items() if key in cls.model_fields}
+        read: Self = refuse(cls.__name__, problems, lambda: validate(known))
+        return read
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
@@ -75,23 +73,59 @@ class Section(BaseModel):
                 which = "both" if given else "neither"
                 yield ValueProblem(f"{which} of {words} given, expected {expected} one")
 
+    @classmethod
+    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+        """The problem of a key that the section does not have."""
+        known = list(cls.model_fields)
+        called = cls.called(key, raw)
+        top = import_module("rigidcli.model.document").Document.model_fields
+        if called is None and key in top:
+            for name, field in top.items():
+                if cls in sections_in(field.annotation):
+                    return ValueProblem(f"belongs beside `{name}`, at the top of the document")
+        near = called or nearest(key, known)
+        if near is not None:
+            return ValueProblem(f"unknown key (did you mean {near}?)")
+        return ValueProblem("unknown key", hint=f"known keys here: {', '.join(known)}")
 
-def _error(loc: tuple[int | str, ...], read: object, problem: ValueProblem) -> InitErrorDetails:
-    return InitErrorDetails(type="value_error", loc=loc, input=read, ctx={"error": problem})
+    @classmethod
+    def called(cls, word: str, raw: Mapping[str, Any]) -> str | None:
+        """The key of the section for which `word` stands, if there is one that `raw` does not give."""
+        free = (key for key in keys_called(word) if key in cls.model_fields and raw.get(key) is None)
+        return next(free, None)
 
 
-def refuse(title: str, problems: Sequence[ValueProblem]) -> None:
-    """Raise the problems of one value together, if there are any; each by the path that it has."""
-    if problems:
-        raise ValidationError.from_exception_data(title, [_error((), None, problem) for problem in problems])
+_AS_WRITTEN = "write `{}`: a colon, and a blank after it"
+"""What to do about a key and its value that have become one text."""
 
 
-def _unknown_key(key: str, section: type[BaseModel]) -> ValueProblem:
-    known = list(section.model_fields)
-    near = nearest(key, known)
-    if near is not None:
-        return ValueProblem(f"unknown key (did you mean {near}?)")
-    return ValueProblem("unknown key", hint=f"known keys here: {', '.join(known)}")
+def _slip(key: str, known: Collection[str]) -> ValueProblem | None:
+    """The problem of a key such as `shape:cube`, which is one of the `known` keys with its value."""
+    cure = with_colon(key)
+    if cure is None or {cure.partition(":")[0], *keys_called(cure.partition(":")[0])}.isdisjoint(known):
+        return None
+    return ValueProblem("no key and value", hint=_AS_WRITTEN.format(cure), typed=key)
+
+
+def refuse(title: str, problems: Sequence[ValueProblem], rest: Callable[[], Any] = lambda: None) -> Any:
+    """Raise the problems of one value together, with those that reading the `rest` of it raises.
+
+    Each has the path that leads to it. Without any problem, what the rest is.
+    """
+    errors = [
+        InitErrorDetails(type="value_error", loc=(), input=None, ctx={"error": problem})
+        for problem in problems
+    ]
+    try:
+        value = rest()
+    except ValidationError as error:
+        errors += [
+            InitErrorDetails(type=e["type"], loc=e["loc"], input=e["input"], ctx=e.get("ctx", {}))
+            for e in error.errors(include_url=False)
+        ]
+    if errors:
+        raise ValidationError.from_exception_data(title, errors)
+    return value
 
 
 def environment(info: ValidationInfo) -> Environment:
@@ -129,12 +163,25 @@ class ReadBy(Reader):
         return self.schema
 
 
+def _read_title(raw: object, info: ValidationInfo) -> str:
+    """A text; a number is one, too, as `13.2` may name a problem."""
+    if isinstance(raw, bool) or not isinstance(raw, str | int | float | Decimal):
+        raise ValueProblem(f"read {shown(raw)}, expected a text")
+    return str(raw)
+
+
+Title = Annotated[str, ReadBy(_read_title, {"type": ["string", "number"]})]
+"""A text that may look like a number."""
+
 LIMITS: dict[units.Dimension | None, float] = {
     units.LENGTH: 1e50,
     units.MASS: 1e100,
     units.MOMENT_OF_INERTIA: 1e200,
 }
 """The largest number of a dimension, in SI units; its inverse is the least. No formula goes beyond floats."""
+
+FULL_TURN = 6.2832
+"""A bare number beyond this (rad) is probably an angle in degrees; 2 pi, as it is typed, is not beyond it."""
 
 DEFAULT_LIMIT = 1e160
 """The limit of numbers of other dimensions."""
@@ -169,6 +216,9 @@ class Quantity(Reader):
         """The SI value, of a size and sign that fit."""
         env = environment(info)
         value: Scalar = env.read(raw, self.dimension)
+        is_bare = self.dimension == units.ANGLE and isinstance(raw, int | float | Decimal)
+        if is_bare and abs(float(str(raw))) > FULL_TURN:
+            env.notes.append(f"an angle of {raw} rad is beyond a full turn; {raw} deg meant?")
         limit = LIMITS.get(self.dimension, DEFAULT_LIMIT)
         if not env.arithmetic.exact and value and not 1 / limit <= abs(value) <= limit:
             raise ValueProblem(
@@ -200,7 +250,8 @@ def limited(fits: Callable[[Any, Arithmetic], bool], expected: str, unit: str = 
     def check(value: Scalar, info: ValidationInfo) -> Scalar:
         n = environment(info).arithmetic
         if not fits(value, n):
-            raise ValueProblem(f"read {n.size(value):.6g}{unit}, expected {expected}")
+            hint = f"{n.size(value):.6g} deg meant?" if unit == " rad" else None
+            raise ValueProblem(f"read {n.size(value):.6g}{unit}, expected {expected}", hint=hint)
         return value
 
     return AfterValidator(check)
@@ -251,18 +302,21 @@ class Choice(Reader):
         if isinstance(raw, Section):
             return raw
         if not isinstance(raw, Mapping):
-            raise ValueProblem(f"read {shown(raw)}, expected a mapping")
+            message = f"read {shown(raw)}, expected a mapping"
+            if isinstance(raw, str) and (cure := with_colon(raw)) is not None:
+                raise ValueProblem(message, hint=_AS_WRITTEN.format(cure), typed=raw)
+            raise ValueProblem(message)
         return self.choose(raw).model_validate(raw, context=info.context)
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Alternative:
     """Marks a field in which a value of another type (`kind`) may stand for what it otherwise holds.
 
     `read` makes of that value what the field then holds; `schema` is its JSON Schema.
     """
 
-    kind: type
+    kind: type | UnionType
     read: Callable[[Any, Environment], object]
     otherwise: Any
     schema: JsonSchemaValue
@@ -289,26 +343,56 @@ def by_key(forms: Mapping[str, type[Section]]) -> Choice:
         if len({forms[key] for key in present}) == 1:
             return forms[present[0]]
         read = " and ".join(f"`{key}`" for key in present) or "none of them"
-        guess = next(filter(None, (nearest(str(key), list(forms)) for key in raw)), None)
+        if slips := [slip.below(key) for key in raw if (slip := _slip(key, forms)) is not None]:
+            raise slips[0]
+        called = [name for key in raw for name in keys_called(key) if name in forms]
+        guess = next((name for name in (*called, *(nearest(key, list(forms)) for key in raw)) if name), None)
         also = f" (did you mean {guess}?)" if guess and not present else ""
         raise ValueProblem(f"expected exactly one of {', '.join(forms)}; read {read}{also}")
 
     return Choice(choose, lambda: tuple(dict.fromkeys(forms.values())))
 
 
-def elsewhere(module: str, name: str) -> Choice:
+@dataclass(frozen=True)
+class Elsewhere(Reader):
     """Marks a field for a section, or a choice, of another module, loaded when there is one to read."""
 
-    def found() -> Choice:
-        there = getattr(import_module(module), name)
+    module: str
+    name: str
+
+    @property
+    def choice(self) -> Choice:
+        """The choice; one section is a choice, too."""
+        there = getattr(import_module(self.module), self.name)
         return there if isinstance(there, Choice) else Choice(lambda raw: there, lambda: (there,))
 
-    return Choice(lambda raw: found().choose(raw), lambda: found().options())
+    def json_schema(self) -> JsonSchemaValue:
+        """That of the choice."""
+        return self.choice.json_schema()
+
+    def read(self, raw: object, info: ValidationInfo) -> Section:
+        """The section that was chosen."""
+        return self.choice.read(raw, info)
+
+
+def sections_in(annotation: Any) -> list[type[Section]]:
+    """The sections that a field of this type may hold, at any depth of its lists and choices."""
+    if isinstance(annotation, Alternative):
+        return sections_in(annotation.otherwise)
+    if isinstance(annotation, Choice | Elsewhere):
+        choice = annotation.choice if isinstance(annotation, Elsewhere) else annotation
+        return list(choice.options())
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return [annotation]
+    *types, metadata = (*get_args(annotation), getattr(annotation, "__metadata__", ()))
+    marked = [section for mark in metadata for section in sections_in(mark)]
+    return marked or list(dict.fromkeys(section for part in types for section in sections_in(part)))
 
 
 def not_one_of(raw: object, words: Sequence[str]) -> str:
     """The message for a value that is none of the `words`."""
-    near = nearest(raw, list(words)) if isinstance(raw, str) else None
+    called = [key for key in keys_called(raw) if key in words] if isinstance(raw, str) else []
+    near = called[0] if called else nearest(raw, list(words)) if isinstance(raw, str) else None
     if near is not None:
         return f"read {shown(raw)} (did you mean {near}?)"
     return f"read {shown(raw)}, expected one of {', '.join(words)}"
@@ -324,3 +408,9 @@ Point: TypeAlias = Annotated[
     tuple[Scalar, Scalar, Scalar] | str,
     Alternative(str, _read_point, otherwise=Vector3, schema={"enum": ["origin", "com"]}),
 ]
+
+ReferencePoint: TypeAlias = Annotated[
+    tuple[Scalar, Scalar, Scalar] | str,
+    Alternative(str, lambda raw, env: raw, otherwise=Vector3, schema={"type": "string"}),
+]
+"""A point of the document, which may have a name."""

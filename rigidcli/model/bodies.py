@@ -10,11 +10,11 @@ from operator import add
 from typing import Annotated, Any, ClassVar, TypeAlias
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, ValidationInfo
 
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
-from rigidcli.errors import ComputationError, ValueProblem, at
+from rigidcli.errors import ComputationError, ValueProblem, at, shown
 from rigidcli.model import holes, points
 from rigidcli.model.base import (
     Alternative,
@@ -28,12 +28,14 @@ from rigidcli.model.base import (
     Section,
     Vector3,
     by_key,
-    not_one_of,
     reference,
+    refuse,
 )
 from rigidcli.model.environment import Environment
 from rigidcli.model.shape import Form
+from rigidcli.model.shape_names import shape_called
 from rigidcli.model.shapes import SHAPES
+from rigidcli.model.words import keys_called, with_colon
 
 SYMMETRY_TOLERANCE = 1e-9
 """How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded."""
@@ -69,7 +71,7 @@ class PointMasses(Form):
         tuple[Row, ...] | pathlib.Path,
         Alternative(
             str,
-            lambda raw, env: env.folder / raw,
+            lambda raw, env: env.file(raw),
             otherwise=Annotated[tuple[Row, ...], AsList, Field(min_length=1)],
             schema={"type": "string", "description": "A .csv or .npy file, beside the document"},
         ),
@@ -104,6 +106,22 @@ class PointMasses(Form):
         return mass_properties.about(n.array(self.points), point, error)
 
 
+class TensorEntries(Section):
+    """The entries of a symmetric tensor; products of inertia that are not given are zero."""
+
+    Ixx: MomentOfInertia
+    Iyy: MomentOfInertia
+    Izz: MomentOfInertia
+    Ixy: MomentOfInertia = Field(default=0, description="-sum m x y (kg m^2)")
+    Ixz: MomentOfInertia = Field(default=0, description="-sum m x z (kg m^2)")
+    Iyz: MomentOfInertia = Field(default=0, description="-sum m y z (kg m^2)")
+
+
+def _rows(raw: Mapping[str, Any], env: Environment) -> tuple[tuple[Scalar, ...], ...]:
+    e = TensorEntries.model_validate(raw, context=env)
+    return ((e.Ixx, e.Ixy, e.Ixz), (e.Ixy, e.Iyy, e.Iyz), (e.Ixz, e.Iyz, e.Izz))
+
+
 TensorRow = Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList]
 
 
@@ -115,11 +133,24 @@ class KnownTensor(Form):
 
     ONE_OF: ClassVar = ("inertia", "moments")
 
-    inertia: Annotated[tuple[TensorRow, TensorRow, TensorRow], AsList] | None = None
-    moments: Annotated[tuple[PrincipalMoment, PrincipalMoment, PrincipalMoment], AsList] | None = None
-    mass: Mass | None = None
-    com: Vector3 | None = None
-    given_about: Point = "com"
+    inertia: (
+        Annotated[
+            tuple[TensorRow, TensorRow, TensorRow],
+            Alternative(
+                dict,
+                _rows,
+                otherwise=Annotated[tuple[TensorRow, TensorRow, TensorRow], AsList],
+                schema=reference(TensorEntries),
+            ),
+        ]
+        | None
+    ) = Field(default=None, description="The tensor by its rows, or by Ixx, Iyy, Izz, Ixy, Ixz, Iyz")
+    moments: Annotated[tuple[PrincipalMoment, PrincipalMoment, PrincipalMoment], AsList] | None = Field(
+        default=None, description="Moments along the form's own x, y and z"
+    )
+    mass: Mass | None = Field(default=None, description="Without it the tensor cannot be shifted")
+    com: Vector3 | None = Field(default=None, description="Where the centre of mass is; default the origin")
+    given_about: Point = Field(default="com", description="The point about which the tensor is given")
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """The tensor shifted to the centre of mass; without a mass, as given and about that point."""
@@ -159,7 +190,9 @@ def _require_physical(central: Array, n: Arithmetic) -> None:
 class Composite(Form):
     """Several bodies taken as one; parts with `hole: true` are missing."""
 
-    parts: Annotated[tuple[Body, ...], AsList, Field(min_length=1)]
+    parts: Annotated[tuple[Body, ...], AsList, Field(min_length=1)] = Field(
+        description="Bodies of any form; one with `hole: true` is cut out of the others"
+    )
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Parts added and holes taken away, refused where nothing would be left."""
@@ -204,17 +237,40 @@ FORMS: dict[str, type[Form]] = {
 """The forms besides the shapes, by the key that tells them."""
 
 
-def _choose(raw: Mapping[str, Any]) -> type[Section]:
-    """The form that a mapping describes, by its key; a primitive by the name of its shape."""
-    if not raw.keys() & FORMS.keys() and "shape" in raw:
-        name = raw["shape"]
-        if not isinstance(name, str) or name not in SHAPES:
-            raise ValueProblem(not_one_of(name, list(SHAPES)), path=("shape",))
-        return SHAPES[name]
-    return by_key({"shape": Form, **FORMS}).choose(raw)
+class _AnyForm(Choice):
+    """Marks a field that takes a body of any form, told by its key; a primitive by the name of its shape."""
+
+    def read(self, raw: object, info: ValidationInfo) -> Section:
+        """The form. All problems of a shape are told at once, also where it is called by another word."""
+        if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
+            meant = shape_called(raw, {})[0] or SHAPES["box"]
+            hint = f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"
+            raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
+        if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
+            return super().read(raw, info)
+        called = ("shape", *(key for key in raw if "shape" in keys_called(key)))
+        key = next((key for key in called if key in raw), None)
+        if key is None:
+            return super().read(raw, info)
+        shape, problem = shape_called(raw[key], raw)
+        if key != "shape":
+            cure = None if problem is None else problem.hint
+            problem = ValueProblem("unknown key (did you mean shape?)", hint=cure)
+        if shape is None or (problem is not None and problem.hint is None and key == "shape"):
+            assert problem is not None
+            raise problem.below(key)  # a guess by its letters alone says nothing of the other keys
+        rest = {name: value for name, value in raw.items() if name != key} | {"shape": shape.word()}
+        read: Section = refuse(
+            shape.__name__,
+            [] if problem is None else [problem.below(key)],
+            lambda: shape.model_validate(rest, context=info.context),
+        )
+        return read
 
 
-BODY = Choice(_choose, lambda: (*SHAPES.values(), *dict.fromkeys(FORMS.values())))
+BODY = _AnyForm(
+    by_key({"shape": Form, **FORMS}).choose, lambda: (*SHAPES.values(), *dict.fromkeys(FORMS.values()))
+)
 """Marks a field that takes a body of any form."""
 
 Body: TypeAlias = Annotated[Form, BODY]

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import pathlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import import_module
 from typing import TYPE_CHECKING, Annotated, Any, Self, TypeAlias
 
@@ -12,11 +13,22 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
-from rigidcli.model.base import Direction, Point, ReadBy, Section, elsewhere, environment
+from rigidcli.model.base import (
+    Direction,
+    Elsewhere,
+    ReadBy,
+    ReferencePoint,
+    Section,
+    Title,
+    environment,
+    not_one_of,
+    sections_in,
+)
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import definitions
 from rigidcli.model.physical import Physical
 from rigidcli.model.rotations import Rotation
+from rigidcli.model.words import keys_called
 from rigidcli.symbolic.language.expression import Expression
 
 if TYPE_CHECKING:
@@ -30,14 +42,14 @@ if TYPE_CHECKING:
     from rigidcli.model.transform import Transform
 else:
     # Loaded when a document has the section, as no document has all of them.
-    Body = Annotated[Section, elsewhere("rigidcli.model.bodies", "BODY")]
+    Body = Annotated[Section, Elsewhere("rigidcli.model.bodies", "BODY")]
     Equilibrium = Any
-    Motion = Annotated[Section, elsewhere("rigidcli.model.motion", "Motion")]
-    Orbit = Annotated[Section, elsewhere("rigidcli.model.orbit", "Orbit")]
-    System = Annotated[Section, elsewhere("rigidcli.model.system", "System")]
-    Tide = Annotated[Section, elsewhere("rigidcli.model.tide", "Tide")]
-    Top = Annotated[Section, elsewhere("rigidcli.model.top", "Top")]
-    Transform = Annotated[Section, elsewhere("rigidcli.model.transform", "Transform")]
+    Motion = Annotated[Section, Elsewhere("rigidcli.model.motion", "Motion")]
+    Orbit = Annotated[Section, Elsewhere("rigidcli.model.orbit", "Orbit")]
+    System = Annotated[Section, Elsewhere("rigidcli.model.system", "System")]
+    Tide = Annotated[Section, Elsewhere("rigidcli.model.tide", "Tide")]
+    Top = Annotated[Section, Elsewhere("rigidcli.model.top", "Top")]
+    Transform = Annotated[Section, Elsewhere("rigidcli.model.transform", "Transform")]
 
 _COORDINATES = {"type": "object", "additionalProperties": {"type": ["number", "string"]}}
 _EQUILIBRIUM = ReadBy(
@@ -52,15 +64,18 @@ Place: TypeAlias = tuple[str, int | None]
 class Document(Section):
     """A system as a person describes it. Numbers are SI values, or exact; `arithmetic` says which."""
 
-    name: str | None = None
-    description: str | None = None
+    name: Title | None = Field(default=None, description="What results call it; else the name of the file")
+    description: Title | None = Field(default=None, description="What people should know; nothing reads it")
     parameters: dict[str, Any] | None = Field(
         default=None,
         description="Values for names in expressions; null makes a symbol, and the document exact",
         json_schema_extra={"additionalProperties": {"type": ["number", "string", "null"]}},
     )
-    body: Body | None = None
-    about: Point = Field(default="origin", description="The point about which the tensor is asked")
+    body: Body | None = Field(default=None, description="A rigid body, in one of several forms")
+    about: ReferencePoint = Field(
+        default="origin",
+        description="The point O of the tensor: `origin`, `com`, an anchor of the shape, or [x, y, z] (m)",
+    )
     axis: Direction | None = Field(
         default=None, description="Direction of the axis through that point about which the moment is asked"
     )
@@ -87,9 +102,29 @@ class Document(Section):
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
         yield from super()._contradictions(raw)
+        about, body = raw.get("about"), raw.get("body")
+        if isinstance(about, str) and about not in (points := ["origin", "com"]):
+            shapes = import_module("rigidcli.model.shapes").SHAPES
+            name = body.get("shape") if isinstance(body, dict) else None
+            points += shapes[name].ANCHORS if isinstance(name, str) and name in shapes else ()
+            if about not in points:
+                yield ValueProblem(not_one_of(about, points), path=("about",))
         for key in ("orbit", "equilibrium", "transform"):
             if raw.get(key) is not None and raw.get("system") is None:
                 yield ValueProblem("there is no `system` for it", path=(key,))
+
+    @classmethod
+    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+        if key in ("questions", "answers"):
+            what = "an assignment" if key == "questions" else "an answer file"
+            hint = f"this is {what}: `rigidcli check ASSIGNMENT ANSWERS`"
+            return ValueProblem("belongs to no document", hint=hint)
+        for word in (key, *keys_called(key)) if cls.called(key, raw) is None else ():
+            if sections := _sections_with().get(word):
+                # Beside a system, a duration is that of the orbit, not of a motion.
+                name = sections[-1 if raw.get("system") is not None else 0]
+                return ValueProblem(f"belongs inside `{name}`", hint=f"write `{name}: {{{word}: ...}}`")
+        return super()._unknown(key, raw)
 
     @model_validator(mode="after")
     def _remember(self, info: ValidationInfo) -> Self:
@@ -123,6 +158,11 @@ class Document(Section):
     def definitions(self) -> Mapping[str, Expression | None]:
         """The parameters as they are given, exactly: each after those it uses, None for a symbol."""
         return definitions(self._environment, self.parameters or {})
+
+    @property
+    def files(self) -> Sequence[pathlib.Path]:
+        """The files that the document names."""
+        return self._environment.files
 
     @property
     def source(self) -> str:
@@ -166,3 +206,13 @@ class Document(Section):
         """The numbers that the sections describe."""
         turned = None if self.motion is None else self.motion.orientation
         return Physical(self.arithmetic, self.body, self.about, self.axis, self.frame, self.top, turned)
+
+
+@cache
+def _sections_with() -> dict[str, list[str]]:
+    """For each key below the sections at the top of a document, the names of those that have it."""
+    found: dict[str, list[str]] = {}
+    for name, field in Document.model_fields.items():
+        for key in dict.fromkeys(key for each in sections_in(field.annotation) for key in each.model_fields):
+            found.setdefault(key, []).append(name)
+    return found

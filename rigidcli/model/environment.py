@@ -47,8 +47,9 @@ class Environment:
 
     `open` has the parameters whose value is not known, each with the symbols on which it hangs. `faults`
     has what other parts of the document find wrong with parameters. `exact_results` says whether exact
-    results are wanted, be numbers read as floats or not. `coordinates` are those of the system, once
-    they are read without a problem, and `functions` its unknown functions and their derivatives by name.
+    results are wanted, be numbers read as floats or not. `files` are those that the document names.
+    `coordinates` are those of the system, once they are read without a problem, and `functions` its unknown
+    functions and their derivatives by name.
     """
 
     arithmetic: Arithmetic = FLOAT
@@ -65,6 +66,13 @@ class Environment:
     coordinates: tuple[str, ...] | None = None
     functions: Mapping[str, UnknownFunction] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    files: list[pathlib.Path] = field(default_factory=list)
+
+    def file(self, name: str) -> pathlib.Path:
+        """The path of a file that the document names, which is taken note of."""
+        path = self.folder / name
+        self.files.append(path)
+        return path
 
     def read(self, raw: object, dimension: Dimension | None) -> Any:
         """The SI value of a number, a quantity such as `5 cm`, or an expression in the parameters.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import io
 import os
 import pathlib
 import stat
@@ -15,15 +16,22 @@ from functools import cached_property
 from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic
-from rigidcli.errors import DocumentError, Path, Problem, ValueProblem, shown
+from rigidcli.errors import DocumentError, Excerpt, Path, Problem, ValueProblem, shown
 from rigidcli.model.document import Document, Place
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_parameters
 from rigidcli.model.settings import Change, apply, split_setting
 from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
+from rigidcli.model.words import with_colon
 
 STDIN = "-"
 """The name of a file that stands for standard input."""
+
+NEAR = 20
+"""A value begins within so many lines of its key, or the line is not shown."""
+
+LONGEST_LINE = 2000
+"""The longest line (characters) that is searched for a slip: nobody would find the place in a longer one."""
 
 _TYPES = {
     "tuple_type": "a list, such as [0, 0, 1]",
@@ -73,29 +81,30 @@ def loads(
     """Read the document in `text`, as `load` does; files that it names are looked for in `folder`."""
     given: dict[Path, str] = {tuple(key.split(".")): option for key, option in (options or {}).items()}
     changes = _changes(settings, given, float)
-    tree = read_tree(text, source)
-    exact = exact or _has_symbols(apply(tree, changes, source))
+    tree, paths = apply(read_tree(text, source), changes, source)
+    exact = exact or _has_symbols(tree)
     if exact:
         # Read again, so that decimals are kept digit by digit.
-        tree = apply(read_tree(text, source, Decimal), _changes(settings, given, Decimal), source)
-    changed = {path: given.get(path, "--set") for path, _ in changes}
+        tree, _ = apply(read_tree(text, source, Decimal), _changes(settings, given, Decimal), source)
+    changed = {path: given.get(path, "--set") for path in paths}
     return _document(tree, Places(text, source, changed), folder or pathlib.Path(), exact)
 
 
 def read_text(name: str, source: str) -> str:
-    """The text of a file, bounded; only of a regular one, or of standard input. Raises DocumentError."""
+    """The text of a regular file, a pipe or standard input, bounded. Raises DocumentError."""
     try:
         if name == STDIN:
             if sys.stdin is None:
                 raise OSError(errno.EBADF, "standard input is closed")
             data = sys.stdin.buffer.read(MAX_BYTES + 1)
         else:
-            # A FIFO or device named by mistake is refused, not waited for.
+            # A pipe without a writer, or a device, named by mistake is refused, not waited for.
             descriptor = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
             with os.fdopen(descriptor, "rb") as file:
-                if not stat.S_ISREG(os.fstat(descriptor).st_mode):
+                mode = os.fstat(descriptor).st_mode
+                if not (stat.S_ISREG(mode) or stat.S_ISFIFO(mode)):
                     raise OSError(errno.EINVAL, "not a regular file")
-                data = file.read(MAX_BYTES + 1)
+                data = _of_pipe(file) if stat.S_ISFIFO(mode) else file.read(MAX_BYTES + 1)
         require_bounded(data, source)
         return data.decode("utf-8-sig")
     except OSError as error:
@@ -105,6 +114,15 @@ def read_text(name: str, source: str) -> str:
     except ValueError:  # there is a NUL in it
         message = "cannot be read: no file has such a name"
     raise DocumentError([Problem(source, message)])
+
+
+def _of_pipe(file: io.BufferedReader) -> bytes:
+    """What is written to a pipe, as by a process substitution; raises OSError where nobody writes."""
+    first = file.raw.read(MAX_BYTES + 1)  # None where a writer is there, and has written nothing yet
+    if first == b"":
+        raise OSError(errno.EPIPE, "nothing is written to this pipe")
+    os.set_blocking(file.fileno(), True)
+    return (first or b"") + file.read(MAX_BYTES + 1)
 
 
 def _changes(
@@ -141,6 +159,10 @@ class Places:
         read_tree(self.text, self.source, lines=lines)
         return lines
 
+    @cached_property
+    def _typed(self) -> list[str]:
+        return self.text.splitlines()
+
     def of(self, path: Path) -> Place:
         """The source and line of a value, or of what is nearest above it; without a line if set outside."""
         for changed, option in reversed(self.changed.items()):
@@ -154,14 +176,27 @@ class Places:
         source, line = self.of(problem.path)
         if source == self.source:
             line = line or 1  # that of the document itself
-        return Problem(source, problem.message, line, ".".join(map(str, problem.path)), problem.hint)
+        excerpt = None
+        if problem.typed is not None and line is not None:
+            typed = problem.typed.partition("\n")[0].strip()
+            for number, text in enumerate(self._typed[line - 1 : line + NEAR], start=line):
+                if len(text) <= LONGEST_LINE and typed in text:
+                    line, excerpt = number, Excerpt.of(text, text.index(typed) + 1)
+                    break
+        key = ".".join(map(str, problem.path))
+        return Problem(source, problem.message, line, key, problem.hint, excerpt=excerpt)
 
 
 def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -> Document:
     """The document of a tree, with its mass properties; DocumentError with all problems otherwise."""
     if not isinstance(tree, dict):
         read = "an empty document" if tree is None else shown(tree)
-        raise DocumentError([Problem(places.source, f"read {read}, expected a mapping")])
+        typed = tree if isinstance(tree, str) else ""
+        cure = with_colon(typed)
+        problem = ValueProblem(
+            f"read {read}, expected a mapping", hint=cure and f"write `{cure}`", typed=cure and typed
+        )
+        raise DocumentError([places.problem(problem)])
     positive: frozenset[str] = frozenset()
     while True:
         arithmetic = _arithmetic(exact and not _is_symbolic(tree))
@@ -186,7 +221,12 @@ def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -
         # Symbols that stand for masses and lengths are positive; knowing that, read once more.
         positive = positive | env.positive
     unused = sorted((env.parameters.keys() | env.open.keys()) - env.used)
-    notes = [*dict.fromkeys(env.notes), *(f"parameter `{name}` is not used" for name in unused)]
+    notes = list(dict.fromkeys(env.notes))
+    if document.body is not None:
+        from rigidcli.model.traps import traps
+
+        notes += traps(document, tree)
+    notes += [f"parameter `{name}` is not used" for name in unused]
     return document.came_from(places.source, notes, places.of)
 
 
@@ -208,10 +248,12 @@ def explain(error: ValidationError) -> list[ValueProblem]:
     explained: dict[Path, ValueProblem] = {}
     for complaint in error.errors(include_url=False):
         path, kind, read = complaint["loc"], complaint["type"], complaint["input"]
+        typed = None
         context = complaint.get("ctx", {})
         problem, hint = context.get("error"), None
         if isinstance(problem, ValueProblem):
             path, message, hint = (*path, *problem.path), problem.message, problem.hint
+            typed = problem.typed
         elif kind == "missing" and isinstance(last := path[-1], int):
             # A list that is too short lacks each of its last entries; that is one problem.
             path, message = path[:-1], f"read {shown(read)}, expected {last + 1} entries"
@@ -228,5 +270,7 @@ def explain(error: ValidationError) -> list[ValueProblem]:
             message = f"read {shown(read)}, expected {expected.replace(chr(39), '')}"
             if kind == "string_type" and isinstance(read, int | float | Decimal):
                 hint = f'write it in quotes: "{read}"'
-        explained[path] = ValueProblem(message, path=path, hint=hint)
+            elif kind == "tuple_type" and isinstance(read, str) and "," in read:
+                hint, typed = f"write `[{read.strip('[]() ')}]`", read
+        explained[path] = ValueProblem(message, path=path, hint=hint, typed=typed)
     return list(explained.values())

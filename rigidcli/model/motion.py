@@ -84,7 +84,9 @@ class Motion(Sampling):
     orientation: Rotation | None = Field(
         default=None, description="From the document's axes to those of space at t = 0; default identity"
     )
-    torque: Torque | None = None
+    torque: Torque | None = Field(
+        default=None, description="By its components along body axes or those of space, or of the weight"
+    )
     angles: EulerSequence | None = Field(
         default=None, description="Euler angles that `euler` tells besides, by their sequence, such as zxz"
     )

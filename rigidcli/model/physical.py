@@ -16,7 +16,7 @@ from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ValueProblem, at
-from rigidcli.model.base import Point
+from rigidcli.model.base import ReferencePoint
 from rigidcli.model.rotations import Rotation
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ class Physical:
 
     arithmetic: Arithmetic
     body: Body | None
-    about: Point
+    about: ReferencePoint
     axis: tuple[Scalar, Scalar, Scalar] | None
     frame: Rotation | None
     top: Top | None
@@ -89,6 +89,11 @@ class Physical:
     def _point(self, properties: MassProperties) -> Array:
         if self.about == "com":
             return properties.com
+        if isinstance(self.about, str) and self.about != "origin":
+            from rigidcli.model.shape import Shape
+
+            assert isinstance(self.body, Shape)
+            return self.body.point_named(self.about, self.arithmetic)
         return self.arithmetic.array([0, 0, 0] if self.about == "origin" else self.about)
 
     @cached_property

@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
-from rigidcli.errors import DocumentError, Path, Problem, UsageError, shown
+from rigidcli.errors import DocumentError, Path, Problem, UsageError, nearest, shown
 
 Change: TypeAlias = tuple[Path, object]
 """The path to a value, and what is to stand there."""
@@ -26,19 +26,43 @@ def split_setting(text: str) -> tuple[Path, str]:
     return tuple(int(step) if step.isdecimal() else step for step in key.split(".")), value
 
 
-def apply(tree: Any, changes: Sequence[Change], source: str) -> Any:
-    """`tree` with values replaced or added. Raises DocumentError where there is no such place."""
+def apply(tree: Any, changes: Sequence[Change], source: str) -> tuple[Any, list[Path]]:
+    """`tree` with values replaced or added, and their paths, in which entries of lists have indices.
+
+    Raises DocumentError where there is no such place.
+    """
+    paths: list[Path] = []
     for path, value in changes:
-        place = tree
+        place, way = tree, list(path)
         for done, step in enumerate(path, start=1):
             if isinstance(place, dict):
                 step = str(step)
                 place.setdefault(step, {})
-            elif not (isinstance(place, list) and isinstance(step, int) and step < len(place)):
-                key = ".".join(map(str, path))
-                problem = f"--set {key}: there is no {shown(str(step))} in {shown(place)}"
-                raise DocumentError([Problem(source, problem)])
+            else:
+                step = way[done - 1] = _index(place, step, path, source)
             if done == len(path):
                 place[step] = value
             place = place[step]
-    return tree
+        paths.append(tuple(way))
+    return tree, paths
+
+
+def _index(place: Any, step: str | int, path: Path, source: str) -> int:
+    """The entry of a list that a step of the path means, by its index or its name. Raises DocumentError."""
+    entries = place if isinstance(place, list) else []
+    if isinstance(step, int) and step < len(entries):
+        return step
+    names = [entry.get("name") if isinstance(entry, dict) else None for entry in entries]
+    found = [index for index, name in enumerate(names) if name == str(step)]
+    if len(found) == 1:
+        return found[0]
+    known = [name for name in names if isinstance(name, str)]
+    near = nearest(str(step), known)
+    guess = f" (did you mean {near}?)" if near else ""
+    what = f"there is no {shown(str(step))} in {shown(place)}{guess}"
+    if found:
+        what = f"{len(found)} entries have the name {shown(str(step))}"
+    hint = f"its entries are 0 to {len(entries) - 1}" if entries else None
+    if known and hint is not None:
+        hint += f", or by their names: {', '.join(known)}"
+    raise DocumentError([Problem(source, f"--set {'.'.join(map(str, path))}: {what}", hint=hint)])

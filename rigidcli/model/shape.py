@@ -6,15 +6,17 @@ import re
 from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias
+from decimal import Decimal
+from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias, get_args, get_origin
 
 import numpy as np
-from pydantic import ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 from pydantic.config import JsonDict
+from pydantic.fields import FieldInfo
 
 from rigidcli.core import mass_properties, rotation, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ValueProblem, at
+from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.model import units
 from rigidcli.model.base import (
     AsList,
@@ -23,11 +25,13 @@ from rigidcli.model.base import (
     Mass,
     Quantity,
     Section,
+    Title,
     Vector3,
     environment,
     not_one_of,
 )
 from rigidcli.model.rotations import Rotation
+from rigidcli.model.words import halved, keys_called
 
 
 class Form(Section):
@@ -35,7 +39,7 @@ class Form(Section):
 
     AT_MOST_ONE_OF: ClassVar = ("rotation", "axis")
 
-    name: str | None = None
+    name: Title | None = Field(default=None, description="What messages call it, and `--set`")
     position: Vector3 | None = Field(default=None, description="Where the form's own origin goes (m)")
     rotation: Rotation | None = Field(default=None, description="Turns the form about its own origin")
     axis: Direction | None = Field(default=None, description="Direction onto which local +z is turned")
@@ -103,11 +107,30 @@ def _complete_schema(schema: JsonDict, shape: type[Any]) -> None:
     """Tell JSON Schema the name and the anchors of a shape, and that it has a mass or a density."""
     properties = schema["properties"]
     assert isinstance(properties, dict)
-    anchors: JsonDict = {"title": "Anchor", "description": "The point that is put at `position`"}
-    name = re.sub("(?<=[a-z])(?=[A-Z])", "_", shape.__name__).lower()  # `HalfDisk` is a `half_disk`
-    properties["shape"] = {"const": name, "title": "Shape", "type": "string"}
-    properties["anchor"] = anchors | {"enum": ["com", *shape.ANCHORS]}
+    properties["shape"] = {"const": shape.word(), "title": "Shape", "type": "string"}
+    anchor = shape.model_fields["anchor"].description
+    properties["anchor"] = {"title": "Anchor", "description": anchor} | {"enum": ["com", *shape.ANCHORS]}
     schema["oneOf"] = [{"required": ["mass"]}, {"required": ["density"]}]
+
+
+def _is_list(field: FieldInfo) -> bool:
+    return get_origin(field.annotation) is tuple
+
+
+def _sketch(annotation: object) -> str:
+    """How a list of dimensions is written: `[x, y]`, or `[[x, y, z], ...]` for vertices."""
+    entries = get_args(annotation)
+    if get_origin(get_args(entries[0])[0]) is tuple:
+        return "[[x, y, z], ...]"
+    return f"[{', '.join('xyz'[: len(entries)])}]"
+
+
+def _half(value: object) -> str:
+    """Half of a length, as it is written."""
+    if isinstance(value, int | float | Decimal):
+        return f"{float(value) / 2:g}"
+    written = units.split_quantity(str(value))
+    return f"({value})/2" if written is None else f"{float(written.digits) / 2:g} {written.unit}"
 
 
 class Shape(Form):
@@ -121,10 +144,68 @@ class Shape(Form):
     ONE_OF: ClassVar = ("mass", "density")
     ANCHORS: ClassVar[Mapping[str, Callable[[Any], tuple[Scalar, Scalar, Scalar]]]] = {}
 
-    mass: Mass | None = None
+    mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
     density: Scalar | None = None
-    anchor: str | None = None
-    shape: str
+    anchor: str | None = Field(
+        default=None, description="The point that is put at `position`: `com`, or another of the shape"
+    )
+    shape: str = Field(description="The name of the shape")
+
+    @classmethod
+    def word(cls) -> str:
+        """What stands under `shape`: that of `HalfDisk` is `half_disk`."""
+        return re.sub("(?<=[a-z])(?=[A-Z])", "_", cls.__name__).lower()
+
+    @classmethod
+    def dimensions(cls) -> dict[str, str]:
+        """The keys of the dimensions, each as it is written: `size` is `size: [x, y, z]`."""
+        return {
+            key: f"{key}: {_sketch(field.annotation)}" if _is_list(field) else key
+            for key, field in cls.model_fields.items()
+            if key not in Shape.model_fields
+        }
+
+    @classmethod
+    def summary(cls) -> str:
+        """The shape and its dimensions in words."""
+        word = cls.word()
+        article = "an" if word[0] in "aeiou" else "a"
+        written = ", ".join(f"`{dimension}`" for dimension in cls.dimensions().values())
+        return f"{article} {word} has {written}, and `mass` or `density`"
+
+    @classmethod
+    def key_for(cls, word: str, value: object) -> str | None:
+        """The dimension for which `word` stands, if there is one: best a list where `value` is one."""
+        names = [name for name in (word, *keys_called(word), *halved(word)) if name in cls.dimensions()]
+        return next((name for name in names if cls.holds(name, value)), next(iter(names), None))
+
+    @classmethod
+    def holds(cls, key: str | None, value: object) -> bool:
+        """Whether a dimension is there, and a list of as many entries where `value` is a list."""
+        if key is None:
+            return False
+        field = cls.model_fields[key]
+        if not isinstance(value, list):
+            return not _is_list(field)
+        entries = get_args(field.annotation)
+        return _is_list(field) and (Ellipsis in entries or len(value) == len(entries))
+
+    @classmethod
+    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+        for radius in halved(key):
+            if radius in cls.model_fields:
+                return ValueProblem(
+                    f"a diameter is not read, expected `{radius}`",
+                    hint=f"write `{radius}: {_half(raw[key])}`, which is half of it",
+                )
+        dimension = cls.key_for(key, raw[key])
+        if dimension is not None and raw.get(dimension) is None:
+            hint = None if cls.holds(dimension, raw[key]) else cls.summary()
+            return ValueProblem(f"unknown key (did you mean {dimension}?)", hint=hint)
+        problem = super()._unknown(key, raw)
+        if problem.hint is not None:
+            problem.hint = f"{cls.summary()}; any body may have {', '.join(Form.model_fields)}"
+        return problem
 
     @model_validator(mode="after")
     def _complete(self, info: ValidationInfo) -> Self:
@@ -147,6 +228,12 @@ class Shape(Form):
         if self.anchor == "com":
             return arithmetic.array(self.geometry(arithmetic).centre)
         return arithmetic.array(self.ANCHORS[self.anchor](self))
+
+    def point_named(self, anchor: str, arithmetic: Arithmetic) -> Array:
+        """An anchor (3, m) where the shape is placed."""
+        turn, shift = self.motion(arithmetic)
+        place: Array = shift + turn @ arithmetic.array(self.ANCHORS[anchor](self))
+        return place
 
     def uniform_density(self, n: Arithmetic) -> Scalar:
         """The density as given, or as it follows from the mass."""
@@ -211,8 +298,22 @@ class Wire(Shape):
     density: Annotated[Scalar, Quantity(units.LINE_DENSITY, "positive")] | None = None
 
 
-Size2 = Annotated[tuple[Length, Length], AsList]
-Size3 = Annotated[tuple[Length, Length, Length], AsList]
+def _list_along(axes: str) -> BeforeValidator:
+    """Marks lengths along these axes, so that what is no list is told how it is written."""
+
+    def check(raw: object) -> object:
+        if not isinstance(raw, list | tuple):
+            hint = f"write `[{raw.strip('[]() ')}]`" if isinstance(raw, str) and "," in raw else None
+            raise ValueProblem(
+                f"read {shown(raw)}, expected a list, such as [{axes}]", hint=hint, typed=hint and str(raw)
+            )
+        return raw
+
+    return BeforeValidator(check)
+
+
+Size2 = Annotated[tuple[Length, Length], AsList, _list_along("x, y")]
+Size3 = Annotated[tuple[Length, Length, Length], AsList, _list_along("x, y, z")]
 ORIGIN = (0, 0, 0)
 """The centre of a shape that is symmetric about its natural origin."""
 

@@ -14,7 +14,8 @@ from typing import Any
 
 import yaml
 
-from rigidcli.errors import DocumentError, Path, Problem, shown
+from rigidcli.errors import DocumentError, Excerpt, Path, Problem, shown
+from rigidcli.model.slips import find_slip
 
 MAX_BYTES = 2_000_000
 """The longest text in UTF-8, which takes about half a second to read."""
@@ -24,6 +25,9 @@ MAX_DEPTH = 50
 
 MAX_INTEGER_DIGITS = 400
 """The most digits of a whole number: more than any float has, fewer than are slow to read."""
+
+TITLES = frozenset(["name", "description", "assignment"])
+"""Keys whose values are texts, however they look: the problem 10.10 is not 10.1."""
 
 _LOADER: Any = getattr(yaml, "CBaseLoader", yaml.BaseLoader)
 """The parser in C, which is ten times faster, where there is one; both give the same events."""
@@ -59,13 +63,14 @@ def read_tree(
     try:
         return _Builder(yaml.parse(data, Loader=_LOADER), source, decimal, lines, typed).root()
     except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line = None if mark is None else mark.line + 1
-        tab = line is not None and re.match(r" *\t", "".join(text.splitlines()[line - 1 : line]))
-        hint = "YAML indents with blanks, not tabs" if tab else None
-        if "mapping values are not allowed" in str(error.problem):
-            hint = "a text with a colon and a blank in it stands in quotes"
-        raise _refusal(source, line, f"not YAML: {error.problem}", hint) from None
+        slip = find_slip(text, error)
+        if slip is None:
+            raise _refusal(source, None, f"not YAML: {error.problem}", None) from None
+        excerpt = Excerpt.of("".join(text.splitlines()[slip.line - 1 : slip.line]), slip.column)
+        problem = Problem(
+            source, f"not YAML: {slip.message}", slip.line, "", slip.hint, "parse_error", excerpt
+        )
+        raise DocumentError([problem]) from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1 if isinstance(error.position, int) else None
         raise _refusal(source, line, f"not YAML: {error.reason}", None) from None
@@ -149,7 +154,12 @@ class _Builder:
             if key in mapping:
                 message = f"the key {shown(key)} stands twice in this mapping"
                 raise self._refusal(event, message, code="duplicate_key")
-            mapping[key] = self._node(next(self._events), self._placed(path, key, event), depth)
+            value = next(self._events)
+            place = self._placed(path, key, event)
+            if key in TITLES and isinstance(value, yaml.ScalarEvent):
+                mapping[key] = self._title(value)
+            else:
+                mapping[key] = self._node(value, place, depth)
         return mapping
 
     def _placed(self, path: Path, step: str | int, event: yaml.Event) -> Path:
@@ -173,6 +183,12 @@ class _Builder:
         if tag is not None:
             hint = "leave out tags: the schema knows the types"
             raise self._refusal(event, f"the tag {shown(tag)} is not read", hint, code="not_allowed")
+
+    def _title(self, event: yaml.ScalarEvent) -> str | None:
+        """A text as it is typed, unless nothing is."""
+        self._refuse_unsafe(event)
+        text: str = event.value
+        return None if text in _NULL and not event.style else text
 
     def _scalar(self, event: yaml.ScalarEvent) -> object:
         text: str = event.value

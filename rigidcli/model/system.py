@@ -193,13 +193,13 @@ class System(Section):
     functions: Annotated[tuple[UnknownFunction, ...], FUNCTIONS] = Field(
         default=(), description="Functions without a formula; the derivative of V(x) is written dV_dx(x)"
     )
-    lagrangian: InVelocities | None = None
-    kinetic: InVelocities | None = None
-    potential: InVelocities | None = None
+    lagrangian: InVelocities | None = Field(default=None, description="L, in coordinates and velocities")
+    kinetic: InVelocities | None = Field(default=None, description="T, in coordinates and velocities")
+    potential: InVelocities | None = Field(default=None, description="V, in coordinates")
     particles: (
         Annotated[tuple[Particle, ...], AsList, Field(min_length=1, max_length=MOST_PARTICLES)] | None
     ) = None
-    hamiltonian: InMomenta | None = None
+    hamiltonian: InMomenta | None = Field(default=None, description="H, in coordinates and momenta")
     forces: Annotated[dict[str, Expression], _FORCES] | None = Field(
         default=None,
         description="Generalized forces beside those of the potential, by their coordinates: {x: -c*xdot}",

@@ -19,6 +19,7 @@ from rigidcli.model.base import (
     PositiveMoment,
     Quantity,
     Section,
+    Title,
     environment,
     limited,
 )
@@ -37,7 +38,7 @@ class Perturber(Section):
 
     ONE_OF: ClassVar = ("mass", "gm")
 
-    name: str | None = None
+    name: Title | None = None
     mass: Mass | None = None
     gm: Annotated[Scalar, Quantity(units.GRAVITATIONAL_PARAMETER, "positive")] | None = Field(
         default=None, description="Gravitational parameter G m (m^3/s^2), often known better than the mass"
@@ -57,14 +58,16 @@ class Tide(Section):
     obliquity: PolarAngle = Field(
         description="Angle between the spin and the normal of the orbits' plane (rad)"
     )
-    spin: AngularVelocity
+    spin: AngularVelocity = Field(description="Angular velocity of the planet")
     moments: Annotated[tuple[PositiveMoment, PositiveMoment, PositiveMoment], AsList] | None = Field(
         default=None, description="A, B, C; C about the spin"
     )
     ellipticity: Ellipticity | None = Field(
         default=None, description="(C - A)/C; A is the mean of the moments across the spin"
     )
-    perturbers: Annotated[tuple[Perturber, ...], AsList, Field(min_length=1)]
+    perturbers: Annotated[tuple[Perturber, ...], AsList, Field(min_length=1)] = Field(
+        description="The bodies that pull at the bulge"
+    )
 
     @model_validator(mode="after")
     def _check(self, info: ValidationInfo) -> Self:

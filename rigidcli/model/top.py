@@ -45,7 +45,7 @@ class Top(Section):
         default=None, description="Angle of the axis from the vertical (rad), 0 to pi"
     )
     gravity: Annotated[Scalar, Quantity(units.ACCELERATION, "nonnegative")] = Field(
-        default=9.80665, validate_default=True
+        default=9.80665, validate_default=True, description="Acceleration of free fall (m/s^2)"
     )
     precession: Annotated[
         Scalar | None,

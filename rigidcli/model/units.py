@@ -157,7 +157,7 @@ class Unit:
 # --- the table
 
 # fmt: off
-_PREFIXES = {prefix: power for power, prefixes in {
+PREFIXES = {prefix: power for power, prefixes in {
     -30: "q quecto", -27: "r ronto", -24: "y yocto", -21: "z zepto", -18: "a atto", -15: "f femto",
     -12: "p pico", -9: "n nano", -6: "u µ micro", -3: "m milli", -2: "c centi", -1: "d deci", 1: "da deca",
     2: "h hecto", 3: "k kilo", 6: "M mega", 9: "G giga", 12: "T tera", 15: "P peta", 18: "E exa",
@@ -172,7 +172,7 @@ _SYMBOLS = frozenset([
 # fmt: on
 """The units before which a short prefix may stand; a long one stands before their longer names."""
 
-_TABLE: tuple[tuple[str, Unit | str], ...] = (
+TABLE: tuple[tuple[str, Unit | str], ...] = (
     ("kg", Unit("kg", Fraction(1), 0, MASS)),
     ("m meter meters metre metres", Unit("m", Fraction(1), 0, LENGTH)),
     ("s sec secs second seconds", Unit("s", Fraction(1), 0, TIME)),
@@ -299,7 +299,7 @@ _REFUSED = {
 
 _ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)
 
-_ROWS = {"1": ("1", _ONE)} | {name: row for row in _TABLE for name in row[0].split()}
+_ROWS = {"1": ("1", _ONE)} | {name: row for row in TABLE for name in row[0].split()}
 """The row of the table in which a name stands."""
 
 _WORDS = frozenset(name for symbol in _SYMBOLS for name in _ROWS[symbol][0].split() if len(name) > 3)
@@ -312,7 +312,7 @@ def _may_follow(prefix: str) -> frozenset[str]:
 
 def known_names() -> list[str]:
     """Every name of the table, those with an SI prefix too."""
-    prefixed = (prefix + name for prefix in _PREFIXES for name in sorted(_may_follow(prefix)))
+    prefixed = (prefix + name for prefix in PREFIXES for name in sorted(_may_follow(prefix)))
     return list(dict.fromkeys([*_ROWS, *prefixed]))
 
 
@@ -320,7 +320,7 @@ def _from_table(name: str) -> Unit | None:
     if name in _ROWS:
         meaning = _ROWS[name][1]
         return replace(meaning, text=name) if isinstance(meaning, Unit) else _defined(name, meaning)
-    for prefix, power in _PREFIXES.items():
+    for prefix, power in PREFIXES.items():
         rest = name.removeprefix(prefix)
         if rest != name and rest in _may_follow(prefix):
             unit = _named(rest)
@@ -361,7 +361,7 @@ def _hint_for(name: str) -> str:
     near = get_close_matches(name, known_names(), cutoff=0.7)
     if near:
         return f"did you mean {_listed(near)}?"
-    return "units are those of the SI with their prefixes, and others of mechanics, which the README lists"
+    return "units are those of the SI with their prefixes, and others of mechanics, `rigidcli explain units`"
 
 
 def _listed(texts: list[str]) -> str:

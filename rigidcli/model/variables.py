@@ -20,8 +20,9 @@ EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}
 
 
 def names_schema(least: int, most: int) -> JsonSchemaValue:
-    """JSON Schema of a list of names."""
-    return {"type": "array", "items": {"type": "string"}, "minItems": least, "maxItems": most}
+    """JSON Schema of a list of names, or of names in a text."""
+    names = {"type": "array", "items": {"type": "string"}, "minItems": least, "maxItems": most}
+    return {"anyOf": [names, {"type": "string"}]}
 
 
 RESULTS: Mapping[str, str] = {"H": "the Hamiltonian"}
@@ -59,6 +60,8 @@ def read_new_names(
 
     `taken` tells what a name is already. A parameter of the same name is at fault, not the name.
     """
+    if isinstance(raw, str):
+        raw = [name.strip() for name in raw.split(",")]
     if not isinstance(raw, list | tuple):
         raise ValueProblem(f"read {shown(raw)}, expected a list of {what}, such as [x, y]")
     if not 1 <= len(raw) <= most:

@@ -13,6 +13,7 @@ from rigidcli.model.document import Document
 from rigidcli.report import Field, Report, Step
 from rigidcli.studies.body import axis_fields, body_frame, inertia_fields
 from rigidcli.studies.common import field_of, if_known, report
+from rigidcli.studies.results import told
 
 SCHEMA = "rigidcli.axes/1"
 
@@ -65,22 +66,15 @@ def run(document: Document, *, steps: bool = False) -> Report:
 
 def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> list[Field]:
     """Moments, axes and class; null, and not shown to people, where there is no frame to tell."""
-    cells: dict[str, dict[str, tuple[int, ...]]] = {
-        "moments": {f"lambda{k + 1}": (k,) for k in range(3)},
-        "axes": {f"e{k + 1}{axis}": (k, j) for k in range(3) for j, axis in enumerate("xyz")},
-        "groups": {},
-        "class": {"class": ()},
-        "residual": {},
-    }
+    keys = ("moments", "axes", "groups", "class", "residual")
     if frame is None:
-        return [Field(key, None, cells=columns) for key, columns in cells.items()]
-    kind, symbol = principal.body_class(frame), r"\lambda_{1,2,3}"
+        return [told("axes", key, None, title="") for key in keys]
+    kind = principal.body_class(frame)
+    groups = [list(group) for group in frame.groups]
+    values = (frame.moments, frame.axes, groups, kind, _residual(tensor, frame, n))
+    words = {"class": CLASSES[kind]}
     return [
-        Field("moments", frame.moments, "principal moments", symbol, "kg m^2", cells["moments"], counts=True),
-        Field("axes", frame.axes, "principal axes (rows)", r"\mathbf{e}_{1,2,3}", "", cells["axes"]),
-        Field("groups", [list(group) for group in frame.groups]),
-        Field("class", kind, "class", cells=cells["class"], words=CLASSES[kind]),
-        Field("residual", _residual(tensor, frame, n)),
+        told("axes", key, value, words=words.get(key, "")) for key, value in zip(keys, values, strict=True)
     ]
 
 
@@ -103,18 +97,14 @@ def _motion(omega: Array, body: Inertia, frame: PrincipalFrame | None, n: Arithm
     energy = n.tidy(n.array([omega @ momentum / 2]))[0]
     largest = frame.moments[2] if frame else max(body.entries.flat, key=lambda entry: abs(n.size(entry)))
     angle, wobbles = _wobble(omega, momentum, largest, n)
-    turning, along = (tuple((f"{name}{k + 1}", (k,)) for k in range(3)) for name in "wL")
     torque = _holding_torque(omega, momentum, n)
-    arc, cross = r"\angle(\boldsymbol{\omega}, \mathbf{L})", r"\boldsymbol{\omega}\times\mathbf{L}"
     return (
-        Field("omega", omega, "angular velocity", r"\boldsymbol{\omega}", "rad/s", dict(turning)),
-        Field(
-            "angular_momentum", momentum, "angular momentum about O", r"\mathbf{L}", "kg m^2/s", dict(along)
-        ),
-        Field("kinetic_energy", energy, "kinetic energy", "T", "J", {"T": ()}),
-        Field("angle", angle, "angle between omega and L", arc, "rad", {"angle": ()}),
-        Field("wobbles", wobbles, "wobbles when left alone", words=_WOBBLES[wobbles]),
-        if_known(Field("holding_torque", torque, "torque that holds omega", cross, "N m")),
+        told("axes", "omega", omega),
+        told("axes", "angular_momentum", momentum),
+        told("axes", "kinetic_energy", energy),
+        told("axes", "angle", angle),
+        told("axes", "wobbles", wobbles, words=_WOBBLES[wobbles]),
+        if_known(told("axes", "holding_torque", torque)),
     )
 
 

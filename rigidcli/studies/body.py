@@ -13,6 +13,7 @@ from rigidcli.model.document import Document
 from rigidcli.model.top import HeavyTop, Top
 from rigidcli.report import Field
 from rigidcli.studies.common import if_known
+from rigidcli.studies.results import told
 
 NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn about it"
 """Why an angular velocity along the line of a linear body is refused: no angular momentum determines it."""
@@ -40,16 +41,8 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
         mass = n.tidy(n.array([body.mass]))[0]
         if not n.exact and not np.isfinite([mass, *asked.flat]).all():
             raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
-    entries = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
-    places = {f"com_{axis}": (index,) for index, axis in enumerate("xyz")}
-    cells = {f"I{name}": place for name, place in entries.items()}
-    return (
-        Field("mass", mass, "mass", "M", "kg", {"mass": ()}),
-        Field("center_of_mass", com, "centre of mass", r"\mathbf{R}", "m", places),
-        Field("about", about, "about the point O", r"\mathbf{O}", "m"),
-        Field("tensor", asked, "inertia tensor about O", r"\mathbf{I}_O", "kg m^2", cells),
-        Field("tensor_com", central, "about the centre of mass", r"\mathbf{I}_\mathrm{cm}", "kg m^2"),
-    )
+    values = {"mass": mass, "center_of_mass": com, "about": about, "tensor": asked, "tensor_com": central}
+    return tuple(told("inertia", key, value) for key, value in values.items())
 
 
 def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]:
@@ -62,8 +55,8 @@ def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]
     radius = None if mass is None else n.sqrt(n.tidy(n.array([moment / mass]))[0])
     missing = "`body.mass` is not given, and the radius of gyration is not told"
     return (
-        Field("axis_moment", moment, "moment about the axis", "I", "kg m^2", {"axis_moment": ()}),
-        if_known(Field("radius_of_gyration", radius, "its radius of gyration", "k", "m")),
+        told("inertia", "axis_moment", moment),
+        if_known(told("inertia", "radius_of_gyration", radius)),
     ), (missing,) if mass is None else ()
 
 

@@ -21,68 +21,10 @@ from rigidcli.model.top import Top
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.body import body_frame, principal_omega, require_spin
 from rigidcli.studies.common import if_known, report
+from rigidcli.studies.results import SECTIONS
 
 SCHEMA = "rigidcli.precess/1"
 
-
-SECTIONS: dict[str, tuple[Field, ...]] = {
-    "top": (
-        Field("mass", None, "mass", "M", "kg"),
-        Field("distance", None, "from pivot to centre of mass", "R", "m"),
-        Field("lambda1", None, "moment across the axis", r"\lambda_1", "kg m^2"),
-        Field("lambda3", None, "moment about the axis", r"\lambda_3", "kg m^2"),
-        Field("spin", None, "spin", r"\omega_3", "rad/s"),
-        Field("tilt", None, "tilt", r"\theta", "rad"),
-        Field("gravity", None, "gravity", "g", "m/s^2"),
-        Field("torque", None, "torque, leaning towards x", r"\boldsymbol{\Gamma}", "N m", counts=True),
-        Field("torque_magnitude", None, "its magnitude", r"\Gamma", "N m"),
-        Field("gyroscopic_rate", None, "gyroscopic precession", r"M g R/\lambda_3\omega_3", "rad/s"),
-        Field("gyroscopic_period", None, "its period", "", "s"),
-        Field("gyroscopic_error", None, "its error, as the top is not infinitely fast"),
-        Field("slow_rate", None, "slow steady precession", r"\Omega_\mathrm{slow}", "rad/s"),
-        Field("fast_rate", None, "fast steady precession", r"\Omega_\mathrm{fast}", "rad/s"),
-        Field("minimum_spin", None, "least spin for steady precession", r"\omega_\mathrm{min}", "rad/s"),
-        Field("sleeping_spin", None, "least spin to sleep upright", r"\omega_\mathrm{sleep}", "rad/s"),
-        Field("sleeping", None, "upright"),
-        Field("sleeping_growth_rate", None, "growth of its fall from upright", "", "1/s"),
-        Field("sleeping_frequencies", None, "rates of its wobble upright", "", "rad/s", counts=True),
-        Field("theta_min", None, "least tilt", r"\theta_\mathrm{min}", "rad"),
-        Field("theta_max", None, "greatest tilt", r"\theta_\mathrm{max}", "rad"),
-        Field("phi_dot_at_theta_min", None, "precession at the least tilt", "", "rad/s"),
-        Field("phi_dot_at_theta_max", None, "precession at the greatest tilt", "", "rad/s"),
-        Field("nutation_period", None, "period of nutation", "", "s"),
-        Field("precession_per_nutation", None, "precession in a nutation", r"\Delta\phi", "rad"),
-        Field("mean_precession_rate", None, "mean precession", r"\overline{\dot\phi}", "rad/s"),
-        Field("nutation_kind", None, "nutation"),
-    ),
-    "free": (
-        Field("moments", None, "principal moments about O", r"\lambda_{1,2,3}", "kg m^2", counts=True),
-        Field("angular_momentum", None, "angular momentum", "L", "kg m^2/s"),
-        Field("kinetic_energy", None, "kinetic energy", "T", "J"),
-        Field("body_rate", None, "omega about e3 in the body", r"\Omega_\mathrm{body}", "rad/s"),
-        Field("body_period", None, "its period", "", "s"),
-        Field("space_rate", None, "e3 about L in space", r"\Omega_\mathrm{space}", "rad/s"),
-        Field("space_period", None, "its period", "", "s"),
-        Field("spin_rate", None, "spin about e3 besides", r"\dot\psi", "rad/s"),
-        Field("wobble_to_spin_ratio", None, "wobble to spin"),
-        Field("body_cone_angle", None, "angle between omega and e3", "", "rad"),
-        Field("space_cone_angle", None, "angle between omega and L", "", "rad"),
-        Field("axis_angle", None, "angle between e3 and L", r"\theta", "rad"),
-        Field("polhode_period", None, "period of omega in the body", r"\tau", "s"),
-        Field("flip_interval", None, "time between flips", r"\tau/2", "s"),
-        Field("mean_space_rate", None, "mean rate about L", r"\overline{\dot\phi}", "rad/s"),
-        Field("mean_space_period", None, "its period", "", "s"),
-    ),
-    "tide": (
-        Field("rate", None, "precession, retrograde", r"\dot\psi", "rad/s"),
-        Field("rate_arcsec_per_year", None, "in seconds of arc a Julian year", "", "arcsec/yr"),
-        Field("period_years", None, "its period in Julian years", "", "yr"),
-    ),
-}
-"""The results of each section of a document, still without values, in the order in which they are shown.
-
-A vector, each of whose entries `counts` by itself, has no column in CSV.
-"""
 
 WORDS: dict[str, dict[str | None, str]] = {
     "sleeping": {

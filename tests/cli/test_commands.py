@@ -732,12 +732,6 @@ def test_output_may_be_a_pipe(path: str) -> None:
     assert done.stdout == (ROOT / "rigidcli/starters/points.yaml").read_bytes()
 
 
-def test_output_may_replace_the_document_itself(folder: Path, program: Program) -> None:
-    path = folder / "good.yaml"
-    assert program("inertia", "-f", "json", "-o", str(path), str(path)).code == 0
-    assert json.loads(path.read_text())["mass"] == 12
-
-
 def test_schema_and_new_write_to_files_too(folder: Path, program: Program) -> None:
     assert program("schema", "-o", str(folder / "schema.json")).code == 0
     assert (folder / "schema.json").read_text() == program("schema").out

@@ -44,7 +44,11 @@ motion: {omega: [0, 0, 1800 rpm]}
 
 
 @pytest.mark.parametrize(
-    "arguments", ["--version", "--help", "axes --help", "euler --help", "check --help", "new points"]
+    "arguments",
+    [
+        *("--version", "--help", "axes --help", "euler --help", "check --help", "new points"),
+        *("explain", "explain axes.groups", "explain precess", "explain units", "explain functions"),
+    ],
 )
 def test_what_computes_nothing_loads_nothing(arguments: str) -> None:
     assert loaded(*arguments.split()) == set()

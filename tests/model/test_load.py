@@ -44,7 +44,7 @@ def mass(document: Document) -> object:
 
 
 EVERYTHING_WRONG = """\
-name: 5
+name: [5]
 parameters:
   a: 2
   b: zz
@@ -142,7 +142,7 @@ def test_problems_found_in_the_whole_body_have_a_place_too() -> None:
         ("", "", "mapping"),
         ("hello", "", "mapping"),
         ("name: x", "body", None),
-        ("name: 10.35\n" + CUBE, "name", "text"),
+        ("name: [10.35]\n" + CUBE, "name", "text"),
         ("description: {a: 1}\n" + CUBE, "description", "text"),
         ("body: 3", "body", "mapping"),
         ("body: {}", "body", "exactly one of shape, points, parts, inertia, moments"),
@@ -181,7 +181,8 @@ def test_problems_found_in_the_whole_body_have_a_place_too() -> None:
         ("body: {moments: [1, 2, 3], inertia: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}", "body", "both"),
         ("body: {moments: [1, 2, 3], given_about: [1, 0, 0]}", "body.mass", "missing"),
         ("body: {parts: [{moments: [1, 2, 3]}]}", "body.parts.0.mass", "missing"),
-        ("about: center\n" + CUBE, "about", "origin, com"),
+        ("about: center\n" + CUBE, "about", "com"),
+        ("about: thing\n" + CUBE, "about", "origin, com, corner"),
         ("frame: {quaternion: [0, 0, 0, 0]}\n" + CUBE, "frame", "zero quaternion"),
         ("frame: {matrix: [[1, 0, 0], [0, 1, 0], [0, 0, 1.1]]}\n" + CUBE, "frame", "no rotation"),
         ("body: {shape: cube, side: 30 deg, mass: 1}", "body.side", "an angle (rad), expected a length (m)"),

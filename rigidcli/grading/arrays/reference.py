@@ -170,7 +170,10 @@ class Reference:
 
     def read(self, answer: Tree, layout: Layout) -> Typed:
         """An answer, worked out. Raises Unreadable."""
-        cells = layout(opened(answer))
+        opened_answer = opened(answer)
+        if self.shape == (1,) and not isinstance(opened_answer, list | dict):
+            opened_answer = [opened_answer]  # one frequency, say, needs no brackets
+        cells = layout(opened_answer)
         read = read_entries(cells, self.unit, self.names)
         entries = filled([each.entry for each in read], cells.shape)
         halves = np.array([each.half for each in read], dtype=np.float64).reshape(cells.shape)

@@ -17,6 +17,7 @@ from rigidcli.studies.common import SHOWN_DIGITS, if_known, report
 from rigidcli.studies.euler.columns import trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
 from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory, free_trajectory
+from rigidcli.studies.results import told
 
 if TYPE_CHECKING:
     from rigidcli.core.integrate import Engine
@@ -97,12 +98,10 @@ def _body(motion: Trajectory) -> tuple[Field, ...]:
     # So small an energy has lost its digits, while omega has not.
     is_lost = 0 < abs(energy) < np.finfo(np.float64).tiny
     return (
-        Field(
-            "moments", frame.moments, "principal moments about O", r"\lambda_{1,2,3}", "kg m^2", counts=True
-        ),
-        Field("axes", frame.axes, "principal axes e1, e2, e3 (rows)", r"\mathbf{e}_{1,2,3}"),
-        Field("angular_momentum", FLOAT.hypot(*momentum), "angular momentum", "L", "kg m^2/s"),
-        Field("kinetic_energy", None if is_lost else energy, "kinetic energy", "T", "J"),
+        told("euler", "moments", frame.moments),
+        told("euler", "axes", frame.axes),
+        told("euler", "angular_momentum", FLOAT.hypot(*momentum)),
+        told("euler", "kinetic_energy", None if is_lost else energy),
     )
 
 
@@ -114,11 +113,11 @@ def _kind(motion: Trajectory) -> tuple[Field, ...]:
     period, flip, rate = (free.period, free.flip_interval, free.mean_space_rate) if free else (None,) * 3
     turns = None if flip is None or rate is None else flip * rate / (2 * math.pi)
     return (
-        Field("motion", kind, "motion", words=words),
-        if_known(Field("period", period, "period of omega in the body", r"\tau", "s")),
-        if_known(Field("flip_interval", flip, "time between flips", r"\tau/2", "s")),
-        if_known(Field("turns_per_flip", turns, "turns about L between flips")),
-        if_known(Field("mean_space_rate", rate, "mean rate about L", r"\overline{\dot\phi}", "rad/s")),
+        told("euler", "motion", kind, words=words),
+        if_known(told("euler", "period", period)),
+        if_known(told("euler", "flip_interval", flip)),
+        if_known(told("euler", "turns_per_flip", turns)),
+        if_known(told("euler", "mean_space_rate", rate)),
     )
 
 
@@ -126,22 +125,17 @@ def _quality(motion: Trajectory) -> tuple[Field, ...]:
     """How the motion was followed, and how many digits can be trusted."""
     drift = motion.drift
     return (
-        Field("method", motion.method, "method", words=motion.method, diagnostic=True),
-        Field("steps", motion.steps),
-        Field(
+        told("euler", "method", motion.method, words=motion.method),
+        told("euler", "steps", motion.steps),
+        told(
+            "euler",
             "trusted_digits",
             motion.trusted_digits,
-            "digits of the orientation to trust",
             diagnostic=motion.trusted_digits >= SHOWN_DIGITS,
         ),
-        Field("drift.energy", drift["energy"], "drift of the energy balance", diagnostic=True),
-        Field(
-            "drift.angular_momentum",
-            drift["angular_momentum"],
-            "drift of the angular momentum",
-            diagnostic=True,
-        ),
-        Field("drift.quaternion", drift["quaternion"]),
+        told("euler", "drift.energy", drift["energy"]),
+        told("euler", "drift.angular_momentum", drift["angular_momentum"]),
+        told("euler", "drift.quaternion", drift["quaternion"]),
     )
 
 

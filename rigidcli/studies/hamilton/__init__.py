@@ -13,10 +13,11 @@ import numpy as np
 from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table, Value
-from rigidcli.studies.common import SHOWN_DIGITS, noise, report, require_values
+from rigidcli.studies.common import SHOWN_DIGITS, if_known, noise, report, require_values
 from rigidcli.studies.hamilton import lagrange, modes
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
 from rigidcli.studies.hamilton.system import known_values, require_formulas
+from rigidcli.studies.results import told
 from rigidcli.symbolic.algebra.calculus import substitute
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.trees import to_tree
@@ -100,28 +101,23 @@ def run(
         Field("coordinates", list(phase.coordinates)),
         Field("velocities", list(derivation.velocity_names)),
         Field("momenta", list(phase.momenta)),
-        _expression("lagrangian", system.lagrangian, "Lagrangian", "L"),
+        _expression("lagrangian", system.lagrangian),
         *_expressions("momentum_definitions", phase.momenta, definitions, phase.momenta),
         *_expressions("velocity_solutions", derivation.velocity_names, derivation.velocities),
-        _expression("hamiltonian", derivation.hamiltonian, "Hamiltonian", "H"),
+        _expression("hamiltonian", derivation.hamiltonian),
         *_expressions("equations", phase.names, derivation.equations, dots),
         *_linear_equations(found),
-        Field("cyclic", list(cyclic), "cyclic coordinates", words=", ".join(cyclic) or "none"),
-        Field("conserved", conserved, "conserved", words=", ".join(conserved) or "nothing found"),
+        told("hamilton", "cyclic", list(cyclic), words=", ".join(cyclic) or "none"),
+        told("hamilton", "conserved", conserved, words=", ".join(conserved) or "nothing found"),
         Field("explicit_time", derivation.explicit_time),
-        _expression("dH_dt", derivation.energy_rate, "dH/dt", r"\frac{\mathrm{d}H}{\mathrm{d}t}"),
-        Field("natural", system.natural, "natural coordinates", words=natural),
+        _expression("dH_dt", derivation.energy_rate),
+        told("hamilton", "natural", system.natural, words=natural),
         Field("natural_reason", system.reason),
         *lagrange.fields(derivation),
         *modes.fields(found.oscillations),
-        _expression("energy", derivation.energy, "", "T + V"),
+        _expression("energy", derivation.energy),
         _is_energy(derivation),
-        Field(
-            "verified",
-            residual,
-            "" if residual is None else "residual of the equations of motion",
-            diagnostic=True,
-        ),
+        if_known(told("hamilton", "verified", residual)),
         *_invariants(found),
         *([] if _branch_table(found) else [Field("branches", [])]),
         *_transform(found),
@@ -147,6 +143,8 @@ def _in_decimals(value: Value) -> Value:
             return value.in_decimals()
         case list():
             return [_in_decimals(entry) for entry in value]
+        case dict():
+            return {key: _in_decimals(entry) for key, entry in value.items()}
         case np.ndarray() if value.dtype == object:
             return np.array([_in_decimals(entry) for entry in value.flat], dtype=object).reshape(value.shape)
         case _:
@@ -208,9 +206,10 @@ def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
     return conserved_quantities(hamiltonian, derivation.phase, [symbol(f"p_{q}") for q in derivation.cyclic])
 
 
-def _expression(key: str, e: Expr | None, title: str, sign: str) -> Field:
+def _expression(key: str, e: Expr | None) -> Field:
     """An expression; people are not shown one that is not known, or fills more than a screen."""
-    return Field(key, e, title if e is not None and not _is_long(e) else "", sign, cells={key: ()})
+    entry = if_known(told("hamilton", key, e, cells={key: ()}))
+    return replace(entry, title="") if e is not None and _is_long(e) else entry
 
 
 def _is_long(e: Expr) -> bool:
@@ -252,12 +251,12 @@ def _linear_equations(found: _Results) -> list[Field]:
         return [*fields, *(Field(key, None) for key in SPECTRUM)]
     numeric = all(isinstance(f, float) for f in spectrum.frequencies)
     frequencies = np.array(spectrum.frequencies, dtype=float if numeric else object)
-    title, unit = "frequencies" if len(frequencies) else "", "rad/s" if numeric else ""
+    changes = {} if len(frequencies) else {"title": ""}
     return [
         *fields,
         Field("eigenvalues", [{"re": re, "im": im} for re, im in spectrum.eigenvalues]),
-        Field("frequencies", frequencies, title, r"\omega", unit),
-        Field("stability", spectrum.stability, "stability", words=STABILITY[spectrum.stability]),
+        told("hamilton", "frequencies", frequencies, unit="rad/s" if numeric else "", **changes),
+        told("hamilton", "stability", spectrum.stability, words=STABILITY[spectrum.stability]),
     ]
 
 
@@ -280,14 +279,17 @@ def _is_energy(derivation: Derivation) -> Field:
     excess = derivation.energy_excess
     same = None if excess is None else excess.is_zero
     differ = f": T + V - H = {reading(to_tree(excess))}" if excess is not None and not same else ""
-    return Field("h_equals_energy", same, "H = T + V", words=f"{TRUTH[same]}{differ}")
+    return told("hamilton", "h_equals_energy", same, words=f"{TRUTH[same]}{differ}")
 
 
 def _invariants(found: _Results) -> list[Field]:
     """The conserved quantities that were found by searching."""
     invariants = None if found.invariants is None else list(found.invariants)
-    lines = enumerate(invariants or ())
-    shown = [Field("", e, " " if place else "conserved, too") for place, e in lines]
+    titles = [{}, *len(invariants or ()) * [{"title": " "}]]
+    shown = [
+        told("hamilton", "invariants", e, key="", **title)
+        for e, title in zip(invariants or (), titles, strict=False)
+    ]
     return [Field("invariants", invariants), *shown]
 
 
@@ -299,13 +301,12 @@ def _transform(found: _Results) -> list[Field]:
     wrong = ", ".join(transform.wrong)
     where = ", ".join(transform.conditions)
     words = f"no: of {wrong} the bracket is wrong" if wrong else f"yes, where {where}" if where else "yes"
-    title = "new Hamiltonian" if transform.hamiltonian is not None else ""
     brackets, dots = transform.brackets.items(), [f"{name}dot" for name in transform.names]
     return [
-        Field("transform.canonical", not wrong, "canonical change of variables", words=words),
-        Field("transform.conditions", list(transform.conditions)),
+        told("hamilton", "transform.canonical", not wrong, words=words),
+        told("hamilton", "transform.conditions", list(transform.conditions)),
         *(Field(f"transform.brackets.{name}", e, name, rf"\{name[:-1]}\}}") for name, e in brackets),
-        Field("transform.hamiltonian", transform.hamiltonian, title, "K"),
+        if_known(told("hamilton", "transform.hamiltonian", transform.hamiltonian)),
         *_expressions("transform.equations", transform.names, transform.equations, dots),
     ]
 
@@ -317,12 +318,12 @@ def _orbit_quality(found: _Results) -> list[Field]:
         return []
     further = [orbit.drift[name] for name in orbit.invariants]
     return [
-        Field("orbit.method", orbit.method, "method", words=orbit.method, diagnostic=True),
+        told("hamilton", "orbit.method", orbit.method, words=orbit.method),
         Field("orbit.steps", orbit.steps),
-        Field(
+        told(
+            "hamilton",
             "orbit.trusted_digits",
             orbit.trusted_digits,
-            "digits of the orbit to trust",
             diagnostic=orbit.trusted_digits >= SHOWN_DIGITS,
         ),
         Field("orbit.drift", orbit.drift),

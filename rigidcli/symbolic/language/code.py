@@ -24,7 +24,7 @@ from rigidcli.symbolic.language.tree import FUNCTIONS, Function, Node, UnknownFu
 MOST_MULTIPLIED = 16
 """The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
 
-_POWER = Function(2, math.pow, "power", None)
+_POWER = Function(2, math.pow, "power", None, "power")
 """What `pow` is in code; documents write `^`."""
 
 Value: TypeAlias = str | float

@@ -1,0 +1,40 @@
+"""The help of a command, with arguments by the names that people give them: `FILE...`, without types."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from typer.core import TyperArgument, TyperCommand
+
+
+class Command(TyperCommand):
+    """A command whose help has usage and arguments as manual pages have."""
+
+    def collect_usage_pieces(self, ctx: Any) -> list[str]:
+        """What follows the command: options, then the arguments, in brackets those that may be left out."""
+        return ["[OPTIONS]", *(name if needed else f"[{name}]" for name, needed, _ in self._arguments(ctx))]
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        """Write what arguments and options mean."""
+        records = [
+            record
+            for param in self.get_params(ctx)
+            if param.param_type_name == "option" and (record := param.get_help_record(ctx)) is not None
+        ]
+        arguments = [(name, text) for name, _, text in self._arguments(ctx)]
+        for title, rows in (("Arguments", arguments), ("Options", records)):
+            if rows:
+                with formatter.section(title):
+                    formatter.write_dl(rows)
+
+    def _arguments(self, ctx: Any) -> list[tuple[str, bool, str]]:
+        """The arguments: name, whether it is needed, and what it means."""
+        return [
+            (
+                f"{param.metavar or param.name}{'...' if param.nargs != 1 else ''}",
+                param.required,
+                param.help or "",
+            )
+            for param in self.get_params(ctx)
+            if isinstance(param, TyperArgument)
+        ]

@@ -1,0 +1,224 @@
+"""What goes wrong in silence elsewhere: likely slips, files that are overwritten, the wrong command."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import ROOT, Program
+
+CUBE = "body: {shape: cube, side: 1, mass: 12}\n"
+SPRING = "system: {coordinates: [x], lagrangian: xdot**2/2 - x**2/2}\n"
+ROD = "body: {shape: rod, length: 2, mass: 1, axis: [1, 0, 0]}\n"
+
+
+# --- notes
+
+
+@pytest.mark.parametrize(
+    ("text", "note"),
+    [
+        (f"frame: {{axis: [0, 0, 1], angle: 45}}\n{CUBE}", "45 rad is beyond a full turn; 45 deg meant?"),
+        (f"frame: {{euler: [0, -90, 0]}}\n{CUBE}", "-90 deg meant?"),
+        (f"frame: {{axis: [0, 0, 1], angle: 45 rad}}\n{CUBE}", None),
+        (f"frame: {{axis: [0, 0, 1], angle: 3*pi}}\n{CUBE}", None),
+        (f"frame: {{axis: [0, 0, 1], angle: 6.28319}}\n{CUBE}", None),
+        (f"frame: {{axis: [0, 0, 1], angle: -6.283185307179586}}\n{CUBE}", None),
+        (f"motion: {{omega: [1500, 0, 0]}}\n{ROD}", "1500 rpm meant?"),
+        (f"motion: {{omega: [0, -1500, 0]}}\n{ROD}", "1500 rpm meant?"),
+        (f"motion: {{omega: [1500 rpm, 0, 0]}}\n{ROD}", None),
+        (f"motion: {{omega: [1500 rad/s, 0, 0]}}\n{ROD}", None),
+        (f"motion: {{omega: [999, 0, 0]}}\n{ROD}", None),
+        ("motion: {omega: [1500, 0, 0]}\nbody: {shape: rod, length: 0.5, mass: 1}\n", None),
+        ("body: {shape: cube, side: 1 mm, mass: 12}", "`body` has 1.2e+10 kg/m^3, over a million times"),
+        (
+            f"body: {{parts: [{CUBE[6:-1]}, {{shape: sphere, radius: 1, mass: 1e11}}]}}",
+            "`body.parts.1` has 2.39e+10 kg/m^3",
+        ),
+        ("body: {shape: sphere, radius: 6371 km, mass: 5.97e24}", None),
+        ("body: {shape: cube, side: 1 cm, density: 22 g/cm^3}", None),
+        ("body: {shape: disk, radius: 1 mm, mass: 12}", None),
+        ("parameters: {m: null, a: null}\nbody: {shape: cube, side: a, mass: m}", None),
+    ],
+)
+def test_a_likely_slip_is_noted(text: str, note: str | None, program: Program) -> None:
+    outcome = program("validate", "-", stdin=text)
+    assert outcome.code == 0
+    if note is None:
+        assert "meant?" not in outcome.err
+        assert "million" not in outcome.err
+    else:
+        assert outcome.err.startswith("-: note: ")
+        assert note in outcome.err
+    assert program("validate", "-q", "-", stdin=text).err == ""
+
+
+def test_an_angle_that_is_refused_says_so_too(program: Program) -> None:
+    outcome = program("validate", "-", stdin="top: {spin: 100, tilt: 30, mass: 1, distance: 1, lambda3: 1}")
+    assert outcome.code == 3
+    assert "hint: 30 deg meant?" in outcome.err
+
+
+# --- the command that a document is for
+
+
+@pytest.mark.parametrize(
+    ("command", "text", "told"),
+    [
+        *(
+            (command, SPRING, "a `system`: `rigidcli hamilton -`")
+            for command in ("inertia", "axes", "precess", "euler")
+        ),
+        ("hamilton", CUBE, "a `body`: `rigidcli inertia -`"),
+        ("axes", "top: {spin: 1, mass: 1, distance: 1, lambda3: 1}", "a `top`: `rigidcli precess -`"),
+        ("axes", "questions: {a: {answer: 1, kind: number}}", "`rigidcli check ASSIGNMENT ANSWERS`"),
+        ("inertia", "answers: {a: 1}", "`rigidcli check ASSIGNMENT ANSWERS`"),
+    ],
+)
+def test_the_wrong_command_names_the_right_one(command: str, text: str, told: str, program: Program) -> None:
+    outcome = program(command, "-", stdin=text)
+    assert (outcome.code, outcome.out) == (3, "")
+    assert told in outcome.err
+
+
+# --- files that are kept
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "cube.yaml").write_text(CUBE)
+    (tmp_path / "cloud.csv").write_text("m,x,y,z\n1,0,0,1\n")
+    (tmp_path / "cloud.yaml").write_text("body: {points: cloud.csv}\n")
+    (tmp_path / "hw.yaml").write_text("questions: {a: {document: cube.yaml, ask: inertia.mass}}\n")
+    (tmp_path / "ada.yaml").write_text("answers: {a: 12}\n")
+    (tmp_path / "link.yaml").symlink_to("cube.yaml")
+    (tmp_path / "hard.yaml").hardlink_to(tmp_path / "cube.yaml")
+    (tmp_path / "old.json").write_text("{}\n")
+    return tmp_path
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        "inertia -o cube.yaml cube.yaml",
+        "inertia -o ./x/../cube.yaml cube.yaml",
+        "inertia -o link.yaml cube.yaml",
+        "inertia -o cube.yaml link.yaml",
+        "inertia -o hard.yaml cube.yaml",
+        "axes -f json -o cube.yaml cloud.yaml cube.yaml",
+        "axes -o cloud.csv cloud.yaml",
+        "check -o hw.yaml hw.yaml ada.yaml",
+        "check -o ada.yaml hw.yaml ada.yaml",
+        "check -o cube.yaml hw.yaml ada.yaml",
+        "check -f json -o old.json --regrade old.json hw.yaml ada.yaml",
+        "new -o cube.yaml",
+        "new -o link.yaml",
+        "new -o hard.yaml",
+        "new system -o cloud.csv",
+    ],
+)
+def test_output_takes_the_place_of_no_file_that_is_read(
+    arguments: str, folder: Path, program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (folder / "x").mkdir()
+    before = {path: path.read_bytes() for path in folder.iterdir() if path.is_file()}
+    words = [str(folder / word) if "." in word else word for word in arguments.split()]
+    outcome = program(*words)
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "overwr" in outcome.err
+    assert {path: path.read_bytes() for path in folder.iterdir() if path.is_file()} == before
+
+
+def test_new_overwrites_by_force_and_other_output_what_is_only_old(folder: Path, program: Program) -> None:
+    assert program("new", "system", "--force", "-o", str(folder / "cloud.csv")).code == 0
+    assert (folder / "cloud.csv").read_text() == program("new", "system").out
+    assert program("axes", "-f", "json", "-o", str(folder / "old.json"), str(folder / "cube.yaml")).code == 0
+    assert json.loads((folder / "old.json").read_text())["mass"] == 12
+
+
+# --- pipes
+
+
+def piped(command: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "PY": sys.executable}
+    return subprocess.run(
+        ["bash", "-c", command],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+    )
+
+
+@pytest.mark.skipif(not Path("/dev/fd").exists(), reason="there is no process substitution")
+@pytest.mark.parametrize("source", ["cat cube.yaml", "sleep 0.5; cat cube.yaml"])
+def test_a_process_substitution_is_read_like_a_file(source: str, folder: Path) -> None:
+    done = piped(f'"$PY" -m rigidcli inertia -f json <({source}) cube.yaml', folder)
+    assert done.returncode == 0, done.stderr
+    assert [json.loads(line)["mass"] for line in done.stdout.splitlines()] == [12, 12]
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="there are no named pipes")
+def test_a_named_pipe_is_read_and_one_without_a_writer_refused(folder: Path) -> None:
+    os.mkfifo(folder / "pipe")
+    done = piped('cat cube.yaml > pipe & "$PY" -m rigidcli inertia -f json pipe', folder)
+    assert json.loads(done.stdout)["mass"] == 12
+    done = piped('"$PY" -m rigidcli inertia pipe', folder)
+    assert (done.returncode, done.stderr) == (3, "pipe: cannot be read: nothing is written to this pipe\n")
+
+
+# --- parts by their names
+
+
+PARTS = """
+parameters: {a: 1}
+body:
+  parts:
+    - {name: disc, shape: cylinder, radius: 1, height: 1, density: 1}
+    - {name: 7, parts: [{name: in, shape: cube, side: 1, mass: 2}]}
+    - {shape: cube, side: 1, mass: 1}
+    - {name: twin, shape: cube, side: 1, mass: 1}
+    - {name: twin, shape: cube, side: 1, mass: 1}
+"""
+
+
+@pytest.mark.parametrize(
+    ("by_name", "by_index"),
+    [
+        ("body.parts.disc.radius=2", "body.parts.0.radius=2"),
+        ("body.parts.7.parts.in.mass=a*3", "body.parts.1.parts.0.mass=a*3"),
+        (
+            "body.parts.disc={shape: sphere, radius: 1, mass: 5}",
+            "body.parts.0={shape: sphere, radius: 1, mass: 5}",
+        ),
+    ],
+)
+def test_a_part_is_set_by_its_name(by_name: str, by_index: str, program: Program) -> None:
+    first, second = (
+        program("inertia", "-f", "json", "-s", setting, "-", stdin=PARTS) for setting in (by_name, by_index)
+    )
+    assert first.code == 0, first.err
+    assert first.out == second.out
+    assert first.out != program("inertia", "-f", "json", "-", stdin=PARTS).out
+
+
+@pytest.mark.parametrize(
+    ("setting", "told"),
+    [
+        ("body.parts.disk.radius=2", "there is no `disk` in a list of 5 (did you mean disc?)"),
+        ("body.parts.9.radius=2", "by their names: disc, 7, twin, twin"),
+        ("body.parts.twin.mass=2", "2 entries have the name `twin`"),
+        ("body.parts.disc.radius=-2", "--set: body.parts.0.radius: read `-2`"),
+    ],
+)
+def test_a_part_that_is_not_there_is_told(setting: str, told: str, program: Program) -> None:
+    outcome = program("inertia", "-s", setting, "-", stdin=PARTS)
+    assert outcome.code == 3
+    assert told in outcome.err
