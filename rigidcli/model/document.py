@@ -54,7 +54,7 @@ else:
 _COORDINATES = {"type": "object", "additionalProperties": {"type": ["number", "string"]}}
 _EQUILIBRIUM = ReadBy(
     lambda raw, info: import_module("rigidcli.model.equilibrium").read_equilibrium(raw, info),
-    {"anyOf": [_COORDINATES, {"type": "object", "properties": {"find": _COORDINATES}}]},
+    {"anyOf": [_COORDINATES, {"type": "object", "properties": {"find": {"title": "Find", **_COORDINATES}}}]},
 )
 
 Place: TypeAlias = tuple[str, int | None]

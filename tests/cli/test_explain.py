@@ -132,7 +132,7 @@ def test_every_result_of_every_config_is_explained(path: Path, program: Program)
         known = {field.key for field in tables.results()[command]}
         for key, value in json.loads(outcome.out).items():
             inner = {f"{key}.{name}" for name in value} if isinstance(value, dict) else {key}
-            assert key in ("schema", "name", "source") or key in known or inner <= known, key
+            assert key in ("schema", "name", "source", "units") or key in known or inner <= known, key
 
 
 def test_exit_codes_are_those_of_the_errors() -> None:
