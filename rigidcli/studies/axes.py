@@ -97,7 +97,7 @@ def _motion(omega: Array, body: Inertia, frame: PrincipalFrame | None, n: Arithm
     energy = n.tidy(n.array([omega @ momentum / 2]))[0]
     largest = frame.moments[2] if frame else max(body.entries.flat, key=lambda entry: abs(n.size(entry)))
     angle, wobbles = _wobble(omega, momentum, largest, n)
-    torque = _holding_torque(omega, momentum, n)
+    torque = _holding_torque(omega, momentum, n) if wobbles or n.exact else np.zeros(3)
     return (
         told("axes", "omega", omega),
         told("axes", "angular_momentum", momentum),
@@ -149,5 +149,6 @@ def _wobble(omega: Array, momentum: Array, largest: Scalar, n: Arithmetic) -> tu
     sine = n.hypot(*across)
     if along == 0:
         return None, False
-    wobbles = bool(sine != 0) if n.exact else bool(sine > STEADY)
-    return n.atan2(sine, along), wobbles
+    if n.exact:
+        return n.atan2(sine, along), bool(sine != 0)
+    return (n.atan2(sine, along), True) if sine > STEADY else (0.0, False)

@@ -520,3 +520,14 @@ def test_an_axis_without_a_mass_or_a_direction(program: Program) -> None:
     done = program("axes", "-", stdin=known.replace("[0, 0, 2]", "[0, 0, 0]"))
     assert done.err == "-:3: axis: read the zero vector, expected a direction\n"
     assert done.code == 3
+
+
+def test_what_does_not_wobble_has_no_angle_and_needs_no_torque() -> None:
+    document = """
+body: {shape: cylinder, radius: 1, height: 2, mass: 3, rotation: {axis: [1, 1, 1], angle: 120 deg}}
+motion: {omega: [1, 0, 0]}
+"""
+    result = rigidcli.axes(document)
+    assert result["wobbles"] is False
+    assert result["angle"] == 0
+    assert not result["holding_torque"].any()
