@@ -6,7 +6,6 @@ import re
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import pint
@@ -38,6 +37,7 @@ from rigidcli.model.units import (
     parse_unit,
     split_quantity,
 )
+from tests.conftest import Program
 
 PINT_SPELLING = {"gn": "g_n", "rev": "revolution"}
 PINT_LACKS = {  # Nominal solar and terrestrial values, IAU 2015 resolution B3; G of CODATA 2022.
@@ -89,9 +89,8 @@ def test_what_pint_lacks_is_what_its_definition_says(name: str) -> None:
     assert parse_unit(name).scale == pytest.approx(PINT_LACKS[name], rel=2e-16, abs=0)
 
 
-def test_the_readme_lists_every_unit() -> None:
-    text = (Path(__file__).parents[2] / "README.md").read_text(encoding="utf-8")
-    listed = re.findall(r"\w+", text.partition("Units are those of the SI")[2].partition("Full names")[0])
+def test_explain_lists_every_unit(program: Program) -> None:
+    listed = re.findall(r"\w+", program("explain", "units").out)
     assert {names.split()[0] for names, *_ in units.TABLE} <= set(listed)
 
 
