@@ -10,6 +10,9 @@ import numpy as np
 
 from rigidcli.core import integrate
 from rigidcli.core.arithmetic import Floats
+from rigidcli.core.narrow import begun_anew, merged, overlooked
+from rigidcli.core.second_opinion import estimated_error
+from rigidcli.core.sensitivity import representative
 from rigidcli.core.solution import digits
 from rigidcli.errors import ComputationError
 from rigidcli.model.orbit import Orbit
@@ -19,23 +22,11 @@ from rigidcli.studies.hamilton.equations_of_motion import columns, equations_of_
 from rigidcli.studies.hamilton.initial import InitialState
 from rigidcli.symbolic.algebra.expressions import Expr
 
-COARSER = 1e2
-"""The ratio of the tolerances of two integrations, from whose difference the error is estimated."""
-
-PIECES = 7
-"""Pieces of the second integration, each twice as long as the one before: the first is a 64th of the span."""
+ROUNDS = 20
+"""How often an orbit is begun anew because its steps went over something narrow, 32 times each at most."""
 
 REFINEMENTS, PARTS = 5, 101
 """How often the time at which an orbit leaves its range is narrowed down, to one of so many parts."""
-
-LOST = 0.1
-"""An error of a variable, in units of its size, with which it has no digits left."""
-
-EARLY = 0.8
-"""If the coarse orbit is lost before this part of the span, the fine one is lost before its end."""
-
-ORDER = 7 / 8
-"""The power of the tolerance to which the error of an orbit is proportional: steps h have errors of h^8."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -44,8 +35,8 @@ class OrbitSolution:
 
     `drift` tells of H and of each conserved quantity by how much it changes, in units of the largest sum of
     the sizes of its terms; where H changes by law, the integral of dH/dt is taken off. Those that are neither
-    H nor momenta are `invariants`. From `lost` on, if ever, an orbit with somewhat coarser steps has nothing
-    in common with this one.
+    H nor momenta are `invariants`. From `lost` on, if ever, an orbit with somewhat larger errors has nothing
+    in common with this one. At `missed`, if ever, steps have gone over something narrow.
     """
 
     times: Floats
@@ -58,6 +49,7 @@ class OrbitSolution:
     steps: int
     trusted_digits: float
     lost: float | None
+    missed: float | None
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -76,12 +68,28 @@ def solve_orbit(
     times = orbit.instants(1.0)
     tolerance = orbit.tolerance or DEFAULT_TOLERANCE
     follow = partial(integrate.integrate, motion.flow, engine=orbit.method, name="the orbit")
-    solution = follow(motion.start, (0.0, float(times[-1])), tolerance=tolerance, progress=progress)
+    step = partial(follow, tolerance=tolerance, progress=progress)
+    span, places, missed = (0.0, float(times[-1])), np.empty((0, 2)), None
+    for _ in range(ROUNDS):
+        solution = begun_anew(step, motion.start, span, places)
+        narrow = overlooked(motion.flow, motion.insides, solution, tolerance)
+        missed = float(narrow[0, 0]) if len(narrow) else None
+        if missed is None:
+            break
+        places = merged(places, narrow)
     _require_range(solution, derivation, initial)
     states = solution.at(times)
     coordinates, momenta, energy, terms = motion.observed(times, states)
-    coarse = partial(follow, tolerance=min(1e-3, tolerance * COARSER), least=solution.least)
-    error, lost = _estimated_error(coarse, motion.start, times, states)
+    scale = np.abs(states[:, : 2 * len(initial.q)]).max(axis=0)
+    scale[scale == 0] = 1.0
+    error, lost = estimated_error(
+        solution,
+        tolerance,
+        lambda state, span, coarser: follow(state, span, tolerance=coarser, least=solution.least),
+        lambda one, other: np.abs((one - other)[:, : len(scale)] / scale).max(axis=1),
+        representative(times),
+        places.ravel(),
+    )
     gained = states[:, -1] if derivation.explicit_time else np.zeros(len(times))
     drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms)}
     for name in derivation.cyclic:
@@ -101,8 +109,9 @@ def solve_orbit(
         tuple(further),
         solution.method,
         solution.steps,
-        digits(max(error, np.finfo(np.float64).eps * solution.steps**0.5)),
+        digits(max(error if missed is None else 1.0, np.finfo(np.float64).eps * solution.steps**0.5)),
         lost,
+        missed,
     )
 
 
@@ -128,29 +137,3 @@ def _require_range(solution: integrate.Solution, derivation: Derivation, initial
             raise ComputationError(
                 f"the orbit has no velocities beyond t = {times[-1]:.6g}, expected {condition} > 0"
             )
-
-
-def _estimated_error(
-    follow: Callable[..., integrate.Solution], state: Floats, times: Floats, states: Floats
-) -> tuple[float, float | None]:
-    """The largest error of the states (k by n), in units of the variables' sizes, and when digits are lost.
-
-    It is estimated from a second, coarser integration, which `follow` does piece by piece from the first
-    `state`: as soon as it has lost all digits, as in chaotic motion, there is no need to go on.
-    """
-    scale = np.abs(states).max(axis=0)
-    scale[scale == 0] = 1.0
-    end = float(times[-1])
-    t, error = 0.0, 0.0
-    for piece in reversed(range(PIECES)):
-        until = end / 2**piece
-        solution = follow(state, (t, until))
-        inside = (times > t) & (times <= until)
-        misses = np.abs((solution.at(times[inside]) - states[inside]) / scale).max(axis=1, initial=0.0)
-        error = max(error, float(misses.max(initial=0.0)) / COARSER**ORDER)
-        if (misses > LOST).any():
-            lost = float(times[inside][np.argmax(misses > LOST)])
-            if lost < EARLY * end:
-                return 1.0, lost
-        t, state = until, solution.at(np.array([until]))[0]
-    return error, None
