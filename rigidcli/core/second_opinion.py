@@ -1,12 +1,12 @@
 """How far an integrated solution is off, told by a second one whose errors are larger by a known ratio.
 
 A solution is off by the errors of its steps, by the rounding of each step, and by that of its start. The
-second solution has a larger tolerance, and its state is moved by as many times the rounding errors of the first:
-at the start, where what is exact in fewer digits stays as it is, and at the beginning of each of some pieces of
-the span. So it also shows what two plain solutions would share. What both differ by, over the ratio, is the
-error of the first one, as long as it is small. Where it is not, as in chaotic motion, the second solution is
-pulled back towards the first, and what is taken off counts in the ratio from there on. Lyapunov exponents are
-measured so: G. Benettin, L. Galgani, A. Giorgilli, J.-M. Strelcyn, Meccanica 15 (1980) 9.
+second solution has a larger tolerance, and its state is moved by as many times the rounding errors of the
+first: at the start, where what is exact in fewer digits stays as it is, and again where each of some pieces
+of the span begins. So it also shows what two plain solutions share. What both differ by, over the ratio,
+is the error of the first one, as long as it is small. Where it is not, as in chaotic motion, the second
+solution is pulled back towards the first, and what is taken off counts in the ratio from there on. Lyapunov
+exponents are measured so: G. Benettin, L. Galgani, A. Giorgilli, J.-M. Strelcyn, Meccanica 15 (1980) 9.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from itertools import pairwise
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import ROUNDING, Solution
+from rigidcli.core.solution import FINEST, ROUNDING, Solution
 from rigidcli.errors import ComputationError
 
 RATIO = 1e4
@@ -28,8 +28,11 @@ RATIO = 1e4
 COARSEST = 1e-4
 """The largest tolerance of a second solution: the errors of a coarser one are in no proportion to it."""
 
+LEAST_RATIO = 10.0
+"""The least ratio of the tolerances; a first solution too crude for it is compared with a finer one."""
+
 MARGIN = 3.0
-"""What the estimate is multiplied by. Errors of 270 orbits and motions were up to six times as large without."""
+"""What the estimate is multiplied by: without, errors of 270 motions were up to six times as large."""
 
 PIECES = 32
 """The most pieces of the span. With each, steps begin small, which takes some more of them."""
@@ -55,7 +58,7 @@ ATTEMPTS = 3
 
 @dataclass(frozen=True, slots=True)
 class _Pair:
-    """The `first` solution, and how to `follow` a second one; the `distance` of states counts at the `times`."""
+    """The `first` solution, how to `follow` a second one, and the `distance` that counts at the `times`."""
 
     first: Solution
     follow: Callable[[Floats, tuple[float, float], float], Solution]
@@ -99,21 +102,24 @@ def estimated_error(
     solution from a state (n), over a span of time, to a tolerance that is larger by the `ratio` at most.
     `distance` tells how far states (k by n) are from those of the first solution.
     """
-    coarser = max(tolerance, min(COARSEST, ratio * tolerance))
-    ratio = coarser / tolerance
+    tolerance = max(tolerance, FINEST)
+    ratio = min(ratio, COARSEST / tolerance)
+    other = ratio * tolerance
+    if ratio < LEAST_RATIO:
+        ratio, other = 1.0, tolerance * CLOSER
     pieces = min(PIECES, max(1, first.steps // STEPS))
     ends = np.union1d(first.knots[np.linspace(0, first.steps, pieces + 1).astype(int)], stops)
     taken = np.diff(np.searchsorted(first.knots, ends))
     pair, ours = _Pair(first, follow, distance, times), first.at(ends)
     error, apart, unit, piece = 0.0, np.zeros_like(ours[0]), ROUNDING, 0
     while piece < len(taken):
-        now = coarser
+        now = other
         for _ in range(ATTEMPTS):
             begin = _rounded(ours[piece] + apart, unit * ratio)
             found = pair.compared(ends[piece : piece + 1 + PATIENCE], begin, now)
             if found:
                 break
-            apart, ratio, now = apart * CLOSER, ratio * CLOSER, max(tolerance, now * CLOSER)
+            apart, ratio, now = apart * CLOSER, ratio * CLOSER, now * CLOSER
         else:
             return 1.0, float(ends[piece + 1])
         count, state, off = found

@@ -151,7 +151,7 @@ def driven_trajectory(
     rounding = np.finfo(np.float64).eps * solution.steps**0.5
     notes = problem.notes
     if len(missed):
-        near = f"the balance of energy or angular momentum is missed near t = {missed[0, 0]:.6g}"
+        near = f"the balance of energy or angular momentum is missed near t = {missed[0].mean():.6g}"
         notes += (f"{near}: the integration may have gone over a torque that acts for a short while",)
     lengths = np.linalg.norm(solution.at(solution.knots)[:, :4], axis=1)
     return Trajectory(

@@ -73,7 +73,7 @@ def solve_orbit(
     for _ in range(ROUNDS):
         solution = begun_anew(step, motion.start, span, places)
         narrow = overlooked(motion.flow, motion.insides, solution, tolerance)
-        missed = float(narrow[0, 0]) if len(narrow) else None
+        missed = float(narrow[0].mean()) if len(narrow) else None
         if missed is None:
             break
         places = merged(places, narrow)
