@@ -15,6 +15,9 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import Elements, Flow, Solution, joined
 
+REPETITIONS = 20
+"""How often a solution is repeated for what is narrow."""
+
 EDGE = 1e-3
 """The part of a step, at its beginning and its end, by which it is told whether a quantity grows there."""
 
@@ -38,6 +41,29 @@ MISSED = 100.0
 
 REACH = 8.0
 """Half the length of the span that is told, in units of the width of what is narrow."""
+
+
+def solved(
+    follow: Callable[[Floats, tuple[float, float]], Solution],
+    flow: Flow,
+    quantities: Flow,
+    start: Floats,
+    span: tuple[float, float],
+    tolerance: float,
+) -> tuple[Solution, Floats, Floats]:
+    """The solution that goes over nothing narrow, the spans (k by 2) that are repeated for it, those left.
+
+    For `follow` see `begun_anew`, for the rest `overlooked`. With each repetition more is found, as what is
+    narrow changes what comes after it.
+    """
+    places = left = np.empty((0, 2))
+    for _ in range(REPETITIONS):
+        places = merged(places, left)
+        solution = begun_anew(follow, start, span, places)
+        left = overlooked(flow, quantities, solution, tolerance)
+        if not len(left):
+            break
+    return solution, places, left
 
 
 def begun_anew(

@@ -11,7 +11,7 @@ import numpy as np
 
 from rigidcli.core import integrate, rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.narrow import begun_anew, merged, overlooked
+from rigidcli.core.narrow import begun_anew, merged, solved
 from rigidcli.core.principal import ZERO_MOMENT
 from rigidcli.core.second_opinion import estimated_error
 from rigidcli.core.solution import digits
@@ -69,34 +69,26 @@ class _Equations:
         shows in the torque itself or in the balances, it begins anew with steps that are short; if that does
         not help, the solution stays as it was. Last are the spans in which it still goes over the torque.
         """
-        places = np.empty((0, 2))
-        solution = self._solution(places, progress)
-        balance, narrow = self._balance(solution), self._overlooked(solution)
-        for _ in range(ROUNDS):
-            if not len(narrow) and not len(balance.missed):
-                break
-            more = merged(places, narrow, balance.missed)
-            other = self._solution(more, progress)
-            found = self._balance(other)
-            if not len(narrow) and max(found.drift.values()) > max(balance.drift.values()) / 2:
-                break
-            solution, places, balance, narrow = other, more, found, self._overlooked(other)
-        return solution, places, balance, narrow
+        last, tolerance = float(self.problem.times[-1]), self.problem.tolerance
 
-    def _overlooked(self, solution: integrate.Solution) -> Floats:
-        """The spans (k by 2, s) in which something narrow in the torque acts that the solution goes over."""
+        def follow(state: Floats, span: tuple[float, float]) -> integrate.Solution:
+            return self.part(state, span, tolerance, _share(progress, *span, last))
+
         inner = sorted(set().union(*map(insides, self.torque)), key=repr)
         quantities = code.function(inner, rigid_body.STATE, {})
-        return overlooked(self.right_side, quantities, solution, self.problem.tolerance)
-
-    def _solution(self, places: Floats, progress: Callable[[float], None] | None) -> integrate.Solution:
-        """The solution for all times, begun anew at both ends of each of the `places` (k by 2, s)."""
-        last = float(self.problem.times[-1])
-
-        def part(state: Floats, span: tuple[float, float]) -> integrate.Solution:
-            return self.part(state, span, self.problem.tolerance, _share(progress, *span, last))
-
-        return begun_anew(part, self.state, (0.0, last), places)
+        whole = (self.state, (0.0, last))
+        solution, places, narrow = solved(follow, self.right_side, quantities, *whole, tolerance)
+        balance = self._balance(solution)
+        for _ in range(ROUNDS):
+            if not len(balance.missed):
+                break
+            more = merged(places, balance.missed)
+            other = begun_anew(follow, *whole, more)
+            found = self._balance(other)
+            if max(found.drift.values()) > max(balance.drift.values()) / 2:
+                break
+            solution, places, balance = other, more, found
+        return solution, places, balance, narrow
 
     def part(
         self,

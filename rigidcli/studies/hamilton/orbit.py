@@ -10,7 +10,7 @@ import numpy as np
 
 from rigidcli.core import integrate
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.narrow import begun_anew, merged, overlooked
+from rigidcli.core.narrow import solved
 from rigidcli.core.second_opinion import estimated_error
 from rigidcli.core.sensitivity import representative
 from rigidcli.core.solution import digits
@@ -21,9 +21,6 @@ from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import columns, equations_of_motion, flow_of_terms
 from rigidcli.studies.hamilton.initial import InitialState
 from rigidcli.symbolic.algebra.expressions import Expr
-
-ROUNDS = 20
-"""How often an orbit is begun anew because its steps went over something narrow, 32 times each at most."""
 
 REFINEMENTS, PARTS = 5, 101
 """How often the time at which an orbit leaves its range is narrowed down, to one of so many parts."""
@@ -69,14 +66,8 @@ def solve_orbit(
     tolerance = orbit.tolerance or DEFAULT_TOLERANCE
     follow = partial(integrate.integrate, motion.flow, engine=orbit.method, name="the orbit")
     step = partial(follow, tolerance=tolerance, progress=progress)
-    span, places, missed = (0.0, float(times[-1])), np.empty((0, 2)), None
-    for _ in range(ROUNDS):
-        solution = begun_anew(step, motion.start, span, places)
-        narrow = overlooked(motion.flow, motion.insides, solution, tolerance)
-        missed = float(narrow[0].mean()) if len(narrow) else None
-        if missed is None:
-            break
-        places = merged(places, narrow)
+    span = (0.0, float(times[-1]))
+    solution, places, narrow = solved(step, motion.flow, motion.insides, motion.start, span, tolerance)
     _require_range(solution, derivation, initial)
     states = solution.at(times)
     coordinates, momenta, energy, terms = motion.observed(times, states)
@@ -109,9 +100,9 @@ def solve_orbit(
         tuple(further),
         solution.method,
         solution.steps,
-        digits(max(error if missed is None else 1.0, np.finfo(np.float64).eps * solution.steps**0.5)),
+        digits(max(1.0 if len(narrow) else error, np.finfo(np.float64).eps * solution.steps**0.5)),
         lost,
-        missed,
+        float(narrow[0].mean()) if len(narrow) else None,
     )
 
 
