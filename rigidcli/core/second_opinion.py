@@ -79,7 +79,7 @@ class _Pair:
                 return None
             times = np.append(self.times[(span[0] < self.times) & (self.times <= span[1])], span[1])
             *asked, last = self.distance(second.at(times), self.first.at(times)).tolist()
-            worst, state = max([worst, *asked]), second.at(ends[piece : piece + 1])[0]
+            worst, state = float(np.max([worst, *asked])), second.at(ends[piece : piece + 1])[0]
             if not worst <= LOST:
                 return None
             if last <= LOST:
