@@ -398,6 +398,11 @@ def _notes(found: _Results) -> list[str]:
             f"chaotic, or too long: errors grow so fast that by t = {found.orbit.lost:.4g} little is left "
             "of a somewhat coarser orbit, and beyond this one is only typical"
         )
+    if found.orbit is not None and found.orbit.missed is not None:
+        notes.append(
+            f"steps go over something narrow near t = {found.orbit.missed:.6g}, however often they begin "
+            "anew: no digits are to be trusted"
+        )
     transform = found.transform
     if transform is not None and not transform.wrong and transform.hamiltonian is None:
         notes.append(
