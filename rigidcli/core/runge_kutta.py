@@ -111,8 +111,7 @@ def source(blocks: Sequence[int]) -> str:
     chance, but hardly q as well: so that of order 3 must stay below the fourth root of the tolerance, as
     it does in any regular step.
     """
-    count = sum(blocks)
-    every = range(count)
+    every = range(sum(blocks))
 
     def row(letter: str) -> str:
         return "".join(f"{letter}{i}, " for i in every)
@@ -131,13 +130,15 @@ def source(blocks: Sequence[int]) -> str:
     first = 0
     for number, size in enumerate(blocks):
         block = range(first, first := first + size)
-        lines.append(f"p, q = {_norm('p', block)}, {_norm('q', block)}")
+        lines.append(f"p = {_norm('p', block)}")
         lines.append("if p:")
-        size_before, size_after, slope = _norm("y", block), _norm("z", block), _norm("k0_", block)
-        lines.append(
-            f" m = max({size_before}, {size_after}, a*max({slope}, floors[{number}]), least[{number}])"
-        )
-        lines.append(" e = max(p*(p/hypot(p, 0.1*q)), q*lax)*(a/m)/tolerance")
+        lines.append(f" q, m = {_norm('q', block)}, {_norm('y', block)}")
+        # Comparisons take a third of the time of `max`.
+        others = (_norm("z", block), f"a*{_norm('k0_', block)}", f"a*floors[{number}]", f"least[{number}]")
+        lines += [f" w = {other}\n  if w > m: m = w" for other in others]
+        lines.append(" e, w = p*(p/hypot(p, 0.1*q)), q*lax")
+        lines.append(" if w > e: e = w")
+        lines.append(" e = e*(a/m)/tolerance")
         lines.append(" if e > error: error = e")
         lines.append(" check += e")
     # Of a number that is not finite, nought times it is NaN: neither a maximum nor a comparison hides it.
@@ -152,7 +153,7 @@ def source(blocks: Sequence[int]) -> str:
 @cache
 def stepper(blocks: tuple[int, ...]) -> Step:
     """The code of `source`, ready to run."""
-    names: dict[str, Any] = {"__builtins__": {}, "abs": abs, "hypot": math.hypot, "max": max, "sum": sum}
+    names: dict[str, Any] = {"__builtins__": {}, "abs": abs, "hypot": math.hypot, "sum": sum}
     exec(source(blocks), names)  # noqa: S102 - written above, from a constant table and the sizes alone
     step: Step = names["step"]
     return step
