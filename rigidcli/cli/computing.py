@@ -59,11 +59,18 @@ OutputPath = Annotated[
     ),
 ]
 NoHeader = Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")]
+MaxSteps = Annotated[
+    int | None,
+    typer.Option("--max-steps", min=1, metavar="N", help="Most steps of an integration (default 1,000,000)."),
+]
 Exact = Annotated[
     bool,
     typer.Option("--exact", help="Exact arithmetic: decimals are rationals, parameters may stay symbols."),
 ]
 
+
+PULSE = 2.0
+"""Seconds after which a terminal is told how long the work has taken, also where its share is not known."""
 
 SHORTHANDS = {"samples": "motion.samples", "duration": "motion.duration"}
 """Options of single commands that set a value of the document, and the key of that value."""
@@ -103,11 +110,12 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
 
         def reports() -> Iterator[Report]:
             for document in documents(files, failures, exact=exact, settings=changes, options=named):
-                with failures.of(document.source), document.placing(), progress() as show:
+                with failures.of(document.source), document.placing():
                     run = getattr(rigidcli, study.__name__)
-                    if "progress" in inspect.signature(run).parameters:
-                        options["progress"] = show
-                    report = run(document, **options)
+                    with progress(pulse=PULSE) as show:
+                        if "progress" in inspect.signature(run).parameters:
+                            options["progress"] = show
+                        report = run(document, **options)
                     _require_columns(report, columns)
                     tell_notes(report.source, report.notes, quiet)
                     yield report

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.computing import computing
+from rigidcli.cli.computing import MaxSteps, computing
 
 
 class EngineName(StrEnum):
@@ -47,6 +47,7 @@ def euler(
     engine: Annotated[
         EngineName, typer.Option(help="What integrates driven motion; taylor needs the extra `taylor`.")
     ] = EngineName.auto,
+    max_steps: MaxSteps = None,
 ) -> None:
     """Motion by Euler's equations: omega, L, T and orientation in time; stability.
 

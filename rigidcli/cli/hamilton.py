@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.computing import computing
+from rigidcli.cli.computing import MaxSteps, computing
 
 
 @computing
@@ -16,5 +16,6 @@ def hamilton(
         bool,
         typer.Option("--invariants", help="Search for conserved quantities also where that takes longer."),
     ] = False,
+    max_steps: MaxSteps = None,
 ) -> None:
     """From a Lagrangian to momenta, the Hamiltonian, Hamilton's equations and orbits in phase space."""

@@ -10,6 +10,8 @@ import shutil
 import stat
 import sys
 import tempfile
+import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import TracebackType
@@ -17,7 +19,10 @@ from typing import Self
 
 import typer
 
-from rigidcli.errors import DocumentError, Problem, RigidError, UsageError
+from rigidcli.errors import ComputationError, DocumentError, Problem, RigidError, UsageError
+
+LESS = "ask for fewer samples or smaller inputs, or allow more memory"
+"""Advice where memory was not enough."""
 
 
 def complain(text: str) -> None:
@@ -46,6 +51,9 @@ class Failures:
                 else str(Problem(source, error.message, hint=error.hint))
             )
             self.code = max(self.code, error.exit_code)
+        except MemoryError:
+            complain(str(Problem(source, "there is too little memory", hint=LESS)))
+            self.code = max(self.code, ComputationError.exit_code)
 
 
 class Output:
@@ -124,18 +132,41 @@ def _replace(path: Path, data: bytes) -> None:
 
 
 @contextlib.contextmanager
-def progress() -> Iterator[Callable[[float], None]]:
-    """A context in which long work reports its progress, on standard error if that is a terminal."""
-    terminal = sys.stderr if sys.stderr is not None and sys.stderr.isatty() else io.StringIO()
-    last = ""
+def progress(pulse: float | None = None) -> Iterator[Callable[[float], None]]:
+    """A context in which long work reports its progress, on standard error if that is a terminal.
 
-    def show(fraction: float) -> None:
-        nonlocal last
-        last = f"\r{fraction:4.0%}\r"
-        print(last, end="", file=terminal, flush=True)
+    Every `pulse` (s), if there is one, the time that has passed is shown, whatever the work reports.
+    """
+    terminal = sys.stderr
+    if terminal is None or not terminal.isatty():
+        yield lambda fraction: None
+        return
+    begin, done, share = time.monotonic(), threading.Event(), ""
+    longest = 0
 
+    def show() -> None:
+        nonlocal longest
+        text = f"{share} {time.monotonic() - begin:.0f} s"
+        longest = max(longest, len(text))
+        print(f"\r{text}\r", end="", file=terminal, flush=True)
+
+    def report(fraction: float) -> None:
+        nonlocal share
+        share = f"{fraction:4.0%}"
+        show()
+
+    def beat() -> None:
+        while not done.wait(pulse):
+            show()
+
+    heart = threading.Thread(target=beat, daemon=True)
+    if pulse is not None:
+        heart.start()
     try:
-        yield show
+        yield report
     finally:
-        if last:
-            print("    ", end="\r", file=terminal, flush=True)
+        done.set()
+        if pulse is not None:
+            heart.join()
+        if longest:
+            print(" " * longest, end="\r", file=terminal, flush=True)

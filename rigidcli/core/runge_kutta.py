@@ -28,6 +28,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.dormand_prince import ERROR_5, NODES, STAGES, WEIGHTS, WEIGHTS_3
 from rigidcli.core.solution import (
     MOST_NUMBERS,
+    MOST_STEPS,
     NO_VALUE,
     ORIGIN,
     ROUNDING,
@@ -169,6 +170,7 @@ def march(
     blocks: tuple[int, ...],
     name: str,
     least: State | None = None,
+    most: int = MOST_STEPS,
 ) -> Iterator[float]:
     """Go on from the last of `times` and `states` to `end`, and append each step to them.
 
@@ -177,7 +179,7 @@ def march(
 
     Raises:
         Stopped: there is no solution as far as `end`.
-        TooManySteps: they would fill the memory, as it is or if the later half of them goes on.
+        TooManySteps: there are more than `most`, or will be if the later half of them goes on.
     """
     step, count = stepper(blocks), sum(blocks)
     t = times[-1]
@@ -191,6 +193,7 @@ def march(
     regular = True
     floor = floors(f, t, y, k, regular, blocks, tolerance)
     least = least_sizes(f, t, y, end, blocks) if least is None else least
+    most = min(most, MOST_NUMBERS // count)
     while t != end:
         left = end - t
         shortest = SHORTEST * max(abs(t), ORIGIN * abs(span))
@@ -222,8 +225,8 @@ def march(
             failures = 0
             taken += 1
             if not taken % ROUND:
-                if len(states) > MOST_NUMBERS or hopeless(times, taken, end, MOST_NUMBERS // count):
-                    raise TooManySteps(name, taken, t)
+                if hopeless(times, taken, end, most):
+                    raise TooManySteps(name, taken, t, end, most)
                 floor = floors(f, t, y, k, regular, blocks, tolerance)
                 yield t
         else:

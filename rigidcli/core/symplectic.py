@@ -220,30 +220,34 @@ def solve(
     blocks: tuple[int, ...],
     tell: Callable[[float], None],
     name: str,
+    most: int,
+    like: Solution | None,
 ) -> Solution:
     """The solution of y' = f(t, y), y(t0) = `start` (n), over `span` (t0, t1), in steps of one length.
 
     The error of the energy stays about at the `tolerance`, relative to the energy of the motion. `tell` is
-    given times reached, which begin anew when the solution does.
+    given times reached, which begin anew when the solution does. The error of a step is to that of the
+    solution that this one is `like` as the tolerances are.
 
     Raises:
         Stopped: the solution does not reach t1.
-        TooManySteps: it does so only after more steps than memory holds.
+        TooManySteps: it does so only after more than `most` steps.
         ComputationError: it needs steps so short in places that one length is not the way to take them.
     """
     f, (t0, t1) = flow(math), span
     y = tuple(start.tolist())
     if not finite(f, t0, y):
         raise Stopped(name, Stop.AT_START, t0)
-    error = min(max(SHARE * tolerance, LEAST_ERROR), MOST_ERROR)
+    finest = tolerance if like is None else like.tolerance
+    error = min(max(SHARE * finest, LEAST_ERROR), MOST_ERROR) * (tolerance / finest)
     follow = runge_kutta.follower(f, tolerance=error, blocks=blocks, name=name)
     # Of the whole state as one vector: a variable of rounding errors alone does not matter here.
     look = runge_kutta.follower(f, tolerance=error, blocks=(len(y),), name=name)
-    steps, fewest, most = FIRST if t0 != t1 else 0, math.inf, MOST_NUMBERS // len(y)
+    steps, fewest, most = FIRST if t0 != t1 else 0, math.inf, min(most, MOST_NUMBERS // len(y))
     while True:
         knots = np.linspace(t0, t1, steps + 1)
         if steps > most:
-            raise TooManySteps(name, most, float(knots[most]))
+            raise TooManySteps(name, most, float(knots[most]), t1, most)
         try:
             states, worst = march(f, knots.tolist(), y, error, tell)
             path = np.frombuffer(states).reshape(len(knots), -1)
@@ -264,7 +268,8 @@ def solve(
                     f"{name} has no steps of one length: they are too short near t = {t:.6g}",
                     hint="take the method `auto`",
                 ) from None
-    return Solution(steps, METHOD, knots, runge_kutta.sampler(flow, knots, path, follow, SUBSTEPS))
+    sample = runge_kutta.sampler(flow, knots, path, follow, SUBSTEPS)
+    return Solution(steps, METHOD, "symplectic", tolerance, knots, sample)
 
 
 def march(

@@ -40,10 +40,17 @@ MOTIONS = {
 
 
 def run(
-    document: Document, *, engine: Engine = "auto", progress: Callable[[float], None] | None = None
+    document: Document,
+    *,
+    engine: Engine = "auto",
+    progress: Callable[[float], None] | None = None,
+    max_steps: int | None = None,
 ) -> Report:
-    """Follow the motion that the document describes; `progress` is called with the fraction that is done."""
-    motion = follow(document, engine, progress)
+    """Follow the motion that the document describes; `progress` is called with the fraction that is done.
+
+    A motion that is integrated, and needs more than `max_steps`, is refused.
+    """
+    motion = follow(document, engine, progress, max_steps)
     return report(
         document,
         SCHEMA,
@@ -55,7 +62,10 @@ def run(
 
 
 def follow(
-    document: Document, engine: Engine = "auto", progress: Callable[[float], None] | None = None
+    document: Document,
+    engine: Engine = "auto",
+    progress: Callable[[float], None] | None = None,
+    max_steps: int | None = None,
 ) -> Trajectory:
     """The trajectory of the document's body: in closed form without torque and for a top, else integrated.
 
@@ -74,7 +84,7 @@ def follow(
     from rigidcli.studies.euler.driven import driven_trajectory
 
     try:
-        return driven_trajectory(problem, engine, progress)
+        return driven_trajectory(problem, engine, progress, max_steps)
     except ValueProblem as wrong:
         raise document.refusal(
             wrong.message, ".".join(map(str, ("motion", *wrong.path))), hint=wrong.hint

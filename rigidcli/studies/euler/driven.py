@@ -59,6 +59,7 @@ class _Equations:
     torque: list[Node]
     state: Floats
     engine: integrate.Engine
+    max_steps: int | None
 
     @cached_property
     def right_side(self) -> integrate.Flow:
@@ -112,6 +113,7 @@ class _Equations:
                 engine="runge-kutta" if index % 2 else self.engine,
                 progress=_share(progress, begin, end, last),
                 name="the motion",
+                most_steps=self.max_steps,
             )
             parts.append(part)
             state, begin = part.at(np.array([end]))[0], end
@@ -129,14 +131,17 @@ class _Equations:
 
 
 def driven_trajectory(
-    problem: InitialValueProblem, engine: integrate.Engine, progress: Callable[[float], None] | None
+    problem: InitialValueProblem,
+    engine: integrate.Engine,
+    progress: Callable[[float], None] | None,
+    max_steps: int | None = None,
 ) -> Trajectory:
     """The trajectory of a body that a torque drives.
 
     Raises ComputationError where it ends early or cannot begin, and ValueProblem, with the path in
     `motion`, for a torque that cannot be: one that is too large, or about a line without a moment.
     """
-    equations = _along_principal_axes(problem, engine)
+    equations = replace(_along_principal_axes(problem, engine), max_steps=max_steps)
     solution, places, balance = equations.followed(problem.tolerance, np.empty((0, 2)), progress)
     omega, orientation = equations.along_document(solution.at(problem.times))
     compared = np.linspace(0.0, problem.times[-1], COMPARED)
@@ -231,7 +236,7 @@ def _along_principal_axes(problem: InitialValueProblem, engine: integrate.Engine
                 hint="give a torque across the line, or the body some thickness",
             )
         torque[line] = ZERO
-    return _Equations(problem, moments, axes, torque, state, engine)
+    return _Equations(problem, moments, axes, torque, state, engine, None)
 
 
 def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> bool:

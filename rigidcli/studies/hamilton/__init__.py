@@ -62,13 +62,18 @@ class _Results:
 
 
 def run(
-    document: Document, *, invariants: bool = False, progress: Callable[[float], None] | None = None
+    document: Document,
+    *,
+    invariants: bool = False,
+    progress: Callable[[float], None] | None = None,
+    max_steps: int | None = None,
 ) -> Report:
     """Derive what the system of the document has, and follow its orbit; `progress` is told how far.
 
-    Further conserved quantities are searched for where that is quick, or `invariants` are asked for.
+    Further conserved quantities are searched for where that is quick, or `invariants` are asked for. An orbit
+    that needs more than `max_steps` is refused.
     """
-    found = _results(document, invariants, progress)
+    found = _results(document, invariants, progress, max_steps)
     derivation, system = found.derivation, found.derivation.system
     phase = derivation.phase
     definitions = None if derivation.momenta is None else derivation.momenta.definitions
@@ -103,7 +108,12 @@ def run(
     return report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables)
 
 
-def _results(document: Document, invariants: bool, progress: Callable[[float], None] | None) -> _Results:
+def _results(
+    document: Document,
+    invariants: bool,
+    progress: Callable[[float], None] | None,
+    max_steps: int | None,
+) -> _Results:
     """Everything that the report tells; what the document does not ask is not imported."""
     derivation = derive(document)
     branches, orbit, transform = derivation.branches, None, None
@@ -116,7 +126,7 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
         require_values(document, "an orbit")
         derivation, initial = initial_state(document, document.orbit, derivation)
         searched = _searched(derivation, invariants)
-        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress)
+        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, max_steps)
     if document.transform is not None:
         from rigidcli.studies.hamilton.transform import transformed
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -19,8 +20,8 @@ from rigidcli.studies.hamilton.equations_of_motion import columns, equations_of_
 from rigidcli.studies.hamilton.initial import InitialState
 from rigidcli.symbolic.algebra.expressions import Expr
 
-COARSER = 1e2
-"""The ratio of the tolerances of two integrations, from whose difference the error is estimated."""
+COARSEST = 1e-2
+"""The largest tolerance of the second integration: a coarser one follows no motion."""
 
 PIECES = 7
 """Pieces of the second integration, each twice as long as the one before: the first is a 64th of the span."""
@@ -30,9 +31,6 @@ REFINEMENTS, PARTS = 5, 101
 
 LOST = 0.1
 """An error of a variable, in units of its size, with which it has no digits left."""
-
-EARLY = 0.8
-"""If the coarse orbit is lost before this part of the span, the fine one is lost before its end."""
 
 ORDER = 7 / 8
 """The power of the tolerance to which the error of an orbit is proportional: steps h have errors of h^8."""
@@ -67,21 +65,25 @@ def solve_orbit(
     initial: InitialState,
     invariants: Sequence[Expr],
     progress: Callable[[float], None] | None,
+    max_steps: int | None = None,
 ) -> OrbitSolution:
     """The orbit that a document asks for; also of the `invariants` the drift is told.
 
-    Raises ComputationError where the orbit ends early.
+    Raises ComputationError where the orbit ends early, or needs more than `max_steps`, or too much memory.
     """
     motion = equations_of_motion(derivation, initial)
     times = orbit.instants(1.0)
     tolerance = orbit.tolerance or DEFAULT_TOLERANCE
-    follow = partial(integrate.integrate, motion.flow, engine=orbit.method, name="the orbit")
-    solution = follow(motion.start, (0.0, float(times[-1])), tolerance=tolerance, progress=progress)
+    follow = partial(integrate.integrate, motion.flow, name="the orbit", most_steps=max_steps)
+    span = (0.0, float(times[-1]))
+    solution = follow(motion.start, span, tolerance=tolerance, engine=orbit.method, progress=progress)
     _require_range(solution, derivation, initial)
     states = solution.at(times)
     coordinates, momenta, energy, terms = motion.observed(times, states)
-    coarse = partial(follow, tolerance=min(1e-3, tolerance * COARSER), least=solution.least)
-    error, lost = _estimated_error(coarse, motion.start, times, states)
+    coarse = partial(
+        follow, tolerance=min(COARSEST, tolerance * integrate.CHEAPER[solution.engine]), like=solution
+    )
+    error, lost = _estimated_error(coarse, tolerance, motion.start, times, states)
     gained = states[:, -1] if derivation.explicit_time else np.zeros(len(times))
     drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms)}
     for name in derivation.cyclic:
@@ -131,12 +133,17 @@ def _require_range(solution: integrate.Solution, derivation: Derivation, initial
 
 
 def _estimated_error(
-    follow: Callable[..., integrate.Solution], state: Floats, times: Floats, states: Floats
+    follow: Callable[..., integrate.Solution],
+    tolerance: float,
+    state: Floats,
+    times: Floats,
+    states: Floats,
 ) -> tuple[float, float | None]:
     """The largest error of the states (k by n), in units of the variables' sizes, and when digits are lost.
 
     It is estimated from a second, coarser integration, which `follow` does piece by piece from the first
-    `state`: as soon as it has lost all digits, as in chaotic motion, there is no need to go on.
+    `state`: as soon as it has lost all digits, as in chaotic motion, there is no need to go on. With errors
+    that grow exponentially, digits are lost at the same rate from that `tolerance` as from the finer one.
     """
     scale = np.abs(states).max(axis=0)
     scale[scale == 0] = 1.0
@@ -147,10 +154,10 @@ def _estimated_error(
         solution = follow(state, (t, until))
         inside = (times > t) & (times <= until)
         misses = np.abs((solution.at(times[inside]) - states[inside]) / scale).max(axis=1, initial=0.0)
-        error = max(error, float(misses.max(initial=0.0)) / COARSER**ORDER)
+        error = max(error, float(misses.max(initial=0.0)) * (tolerance / solution.tolerance) ** ORDER)
         if (misses > LOST).any():
             lost = float(times[inside][np.argmax(misses > LOST)])
-            if lost < EARLY * end:
+            if lost / end < math.log(solution.tolerance) / math.log(tolerance):
                 return 1.0, lost
         t, state = until, solution.at(np.array([until]))[0]
     return error, None
