@@ -117,6 +117,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                             options["progress"] = show
                         report = run(document, **options)
                     _require_columns(report, columns)
+                    if format is Format.json:
+                        _require_memory(report)
                     tell_notes(report.source, report.notes, quiet)
                     yield report
 
@@ -141,6 +143,14 @@ def _require_columns(report: Report, columns: Sequence[str]) -> None:
     for name in columns:
         if name not in known:
             raise UsageError(f"`{name}` is no column here: only the motion of a `top` has phi, theta and psi")
+
+
+def _require_memory(report: Report) -> None:
+    """Raise ComputationError unless there is enough for the whole text of the tables."""
+    from rigidcli.core.memory import ITS_TEXT, require
+
+    for table in report.tables:
+        require(len(table), sum(len(column.cells) for column in table.columns), ITS_TEXT)
 
 
 def documents(files: Sequence[str], failures: Failures, **options: Any) -> Iterator[Document]:

@@ -12,7 +12,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -61,7 +61,7 @@ class Output:
 
     def __init__(self, path: str | None) -> None:
         self._path = None if path == "-" else path
-        self._pieces: list[str] = []
+        self._pieces: list[bytes] = []
         if isinstance(sys.stdout, io.TextIOWrapper):
             # The same input gives the same bytes, whatever the locale.
             sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace", newline="\n")
@@ -69,7 +69,7 @@ class Output:
     def write(self, piece: str) -> None:
         """Write a piece of text that is complete in itself."""
         if self._path is not None:
-            self._pieces.append(piece)
+            self._pieces.append(piece.encode())
             return
         try:
             if sys.stdout is None:
@@ -100,7 +100,7 @@ class Output:
         if self._path is None or error is not None or not self._pieces:
             return
         try:
-            _replace(Path(self._path), "".join(self._pieces).encode())
+            _replace(Path(self._path), self._pieces)
         except OSError as failure:
             raise self._failed(self._path, failure) from None
 
@@ -110,10 +110,11 @@ class Output:
         return typer.Exit(UsageError.exit_code)
 
 
-def _replace(path: Path, data: bytes) -> None:
-    """Put `data` at `path` in one step: another reader sees the old file or the new one."""
+def _replace(path: Path, pieces: Sequence[bytes]) -> None:
+    """Put the pieces at `path` in one step: another reader sees the old file or the new one."""
     if path.exists() and not path.is_file():
-        path.write_bytes(data)  # a device or a pipe has no old content to keep
+        with path.open("wb") as device:  # or a pipe: it has no old content to keep
+            device.writelines(pieces)
         return
     path = path.resolve()
     umask = os.umask(0)
@@ -123,7 +124,7 @@ def _replace(path: Path, data: bytes) -> None:
     temporary = Path(name)
     try:
         with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
+            file.writelines(pieces)
         temporary.chmod(mode)
         temporary.replace(path)
     except BaseException:

@@ -10,16 +10,35 @@ from pathlib import Path
 
 from rigidcli.errors import ComputationError
 
+A_NUMBER = 28
+"""Bytes that a number of a table takes while a study fills it: 8 for itself, the rest on the way there.
+
+This is measured, as is the next one.
+"""
+
+ITS_TEXT = 60
+"""Bytes that the text of a number takes where all is written at once: 20 digits, three times over."""
+
+GROUP = Path("/sys/fs/cgroup")
+"""Where Linux tells the limits of the group of processes to which this one belongs, as in a container."""
+
+GROUPS = (
+    ("memory.max", "memory.current"),
+    ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
+)
+"""The files with the limit and what is in use, in both versions of the interface."""
+
 MEGABYTE = 1_000_000
-"""Bytes, as storage is sold and memory is told to people."""
+"""Bytes, as memory is told to people."""
 
 
-def require(needed: float, what: str, hint: str) -> None:
-    """Raise ComputationError, with the `hint`, where less is available than what is `needed` (bytes)."""
-    left = available()
+def require(rows: int, columns: int, each: int = A_NUMBER) -> None:
+    """Raise ComputationError where there is too little for the samples, of `each` so many bytes a number."""
+    needed, left = rows * columns * each, available()
     if needed > left:
         raise ComputationError(
-            f"{what} need about {_told(needed)} of memory, of which {_told(left)} can be had", hint=hint
+            f"{rows:,} samples need about {_told(needed)} of memory, and {_told(left)} can be had",
+            hint="ask for fewer samples, for csv instead of json, or allow more memory",
         )
 
 
@@ -37,9 +56,9 @@ def _limits() -> Iterator[float]:
         if most != resource.RLIM_INFINITY:
             pages = int(Path("/proc/self/statm").read_text().split()[0])
             yield most - pages * os.sysconf("SC_PAGE_SIZE")
-    with suppress(OSError, ValueError):
-        group = Path("/sys/fs/cgroup")
-        yield float((group / "memory.max").read_text()) - int((group / "memory.current").read_text())
+    for limit, used in GROUPS:
+        with suppress(OSError, ValueError):  # `max` is no number
+            yield int((GROUP / limit).read_text()) - int((GROUP / used).read_text())
     with suppress(OSError, ValueError):
         lines = Path("/proc/meminfo").read_text().splitlines()
         kilobytes = {name: int(rest.split()[0]) for name, _, rest in (line.partition(":") for line in lines)}

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigidcli.core import stability
+from rigidcli.core import memory, stability
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.errors import ValueProblem
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Table
 from rigidcli.studies.common import if_known, report
-from rigidcli.studies.euler.columns import trajectory_table
+from rigidcli.studies.euler.columns import COLUMNS, trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
 from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory, free_trajectory
 
@@ -73,6 +73,7 @@ def follow(
     ComputationError where the motion cannot be followed to its end.
     """
     problem = initial_value_problem(document)
+    memory.require(len(problem.times), len(COLUMNS))
     if problem.torque is None and not problem.weight.any():
         return free_trajectory(problem)
     if problem.torque is None and engine == "auto":

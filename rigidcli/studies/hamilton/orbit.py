@@ -9,7 +9,7 @@ from functools import partial
 
 import numpy as np
 
-from rigidcli.core import integrate
+from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import digits
 from rigidcli.errors import ComputationError
@@ -73,6 +73,7 @@ def solve_orbit(
     """
     motion = equations_of_motion(derivation, initial)
     times = orbit.instants(1.0)
+    memory.require(len(times), 2 + len(motion.start))
     tolerance = orbit.tolerance or DEFAULT_TOLERANCE
     follow = partial(integrate.integrate, motion.flow, name="the orbit", most_steps=max_steps)
     span = (0.0, float(times[-1]))
