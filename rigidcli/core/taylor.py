@@ -53,8 +53,8 @@ DEFECT = 1e3
 PARTS = 1000
 """The number of parts of a step that goes wrong, and again of such a part, to find the time when it does."""
 
-ROUND, LONG_ROUND = 64, 4096
-"""Steps from one report of progress to the next: at first, and after as many as a long round has."""
+ROUND = 1 << 15
+"""Steps times variables from one report of progress to the next: some 50 ms, and each takes heyoka 2 ms."""
 
 
 def solve(
@@ -82,10 +82,11 @@ def solve(
     integrator = _integrator(flow, tuple(scales.tolist()), max(tolerance * MARGIN, ROUNDING), name)
     integrator.time, integrator.state[:] = t0, start / scales
     most = min(most, MOST_NUMBERS // (len(scales) * (integrator.order + 1)))
+    at_once = 1 << max(1, ROUND // len(scales)).bit_length() - 1
     f, knots, outputs = flow(np), array("d", [t0]), list[Any]()
     while True:
         taken = len(knots) - 1
-        part = min(ROUND if taken < LONG_ROUND else LONG_ROUND, most - taken)
+        part = min(at_once, most - taken)
         outcome, *_, output, _ = integrator.propagate_until(t1, c_output=True, max_steps=part)
         if output is None and not outputs:
             raise Stopped(name, Stop.AT_START, t0)
