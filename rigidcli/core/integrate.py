@@ -52,6 +52,7 @@ def integrate(
     name: str = "the solution",
     most_steps: int | None = None,
     like: Solution | None = None,
+    terms: Flow | None = None,
 ) -> Solution:
     """Solve y' = f(t, y), y(t0) = `start` (n), over the span (t0, t1), where t1 may come before t0.
 
@@ -63,6 +64,7 @@ def integrate(
     flow, and will pay. This depends on numbers of steps alone, never on the clock, so
     that the same problem has the same result. `progress` is given the fraction done, a few times a second.
     With another solution of the problem that it is `like`, its engine is taken, and its sizes of variables.
+    `terms` is what the flow would be if no terms of it could cancel: in it, rounding errors are small.
 
     Raises:
         Stopped: the solution, called `name` in the message, does not reach t1.
@@ -99,7 +101,8 @@ def integrate(
     least = None if like is None else like.sizes
     if least is None:
         least = runge_kutta.least_sizes(f, t0, y0.tolist(), t1, sizes)
-    steps = runge_kutta.march(f, times, states, t1, least=least, **common)
+    sizes_of_terms = terms and terms(math)
+    steps = runge_kutta.march(f, times, states, t1, least=least, terms=sizes_of_terms, **common)
     if engine == "taylor":
         with suppress(ComputationError):
             next(steps, None)

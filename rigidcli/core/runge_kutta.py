@@ -90,6 +90,9 @@ LEAST = 1e-280
 MOVES = (-5 * ROUNDING, -3 * ROUNDING, 3 * ROUNDING, 5 * ROUNDING)
 """By how much arguments are changed to show rounding errors, in units of their size."""
 
+AHEAD = 4.0
+"""How far rounding errors are looked for, in units of the step, as steps may get longer."""
+
 BLOCK = 32_768
 """Floats of the states that are sampled at once, so that the arrays of the stages stay in the cache."""
 
@@ -171,11 +174,13 @@ def march(
     name: str,
     least: State | None = None,
     most: int = MOST_STEPS,
+    terms: Function | None = None,
 ) -> Iterator[float]:
     """Go on from the last of `times` and `states` to `end`, and append each step to them.
 
     Every `ROUND` steps it yields the time that it has reached. `least` has for each block the size to which
-    its error is relative at least; by default those of `least_sizes`.
+    its error is relative at least; by default those of `least_sizes`. `terms` tells what f would be if no
+    terms of it could cancel: with it, steps do not get short in the rounding errors of small differences.
 
     Raises:
         Stopped: there is no solution as far as `end`.
@@ -191,7 +196,7 @@ def march(
     h = span / 1000
     failures = taken = jumps = 0
     regular = True
-    floor = floors(f, t, y, k, regular, blocks, tolerance)
+    floor = floors(f, t, y, k, regular, blocks, tolerance, terms, AHEAD * h)
     least = least_sizes(f, t, y, end, blocks) if least is None else least
     most = min(most, MOST_NUMBERS // count)
     while t != end:
@@ -227,13 +232,13 @@ def march(
             if not taken % ROUND:
                 if hopeless(times, taken, end, most):
                     raise TooManySteps(name, taken, t, end, most)
-                floor = floors(f, t, y, k, regular, blocks, tolerance)
+                floor = floors(f, t, y, k, regular, blocks, tolerance, terms, AHEAD * h)
                 yield t
         else:
             failures += 1
             h *= max(MOST_SHRINKAGE, SAFETY * error**-0.125) if error < math.inf else 0.25
             if failures == STALLED:
-                floor = floors(f, t, y, k, regular, blocks, tolerance)
+                floor = floors(f, t, y, k, regular, blocks, tolerance, terms, AHEAD * h)
 
 
 def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, ...]) -> State:
@@ -279,15 +284,29 @@ def _crossed(
 
 
 def floors(
-    f: Function, t: float, y: State, k: State, regular: bool, blocks: Sequence[int], tolerance: float
+    f: Function,
+    t: float,
+    y: State,
+    k: State,
+    regular: bool,
+    blocks: Sequence[int],
+    tolerance: float,
+    terms: Function | None = None,
+    reach: float = 0.0,
 ) -> tuple[float, ...]:
     """For each block, the size of f below which a step need not follow it to `tolerance`.
 
     That is where rounding errors are all there is, as they are in a body that rests in
     equilibrium. They show when the arguments of f move by a few ulps, each pair of them together in one try
-    and against each other in another. Where steps are no longer `regular`, slopes bound them.
+    and against each other in another; and in the size of the `terms` of f, where those of one variable get
+    into another one within a time `reach`. Where steps are no longer `regular`, slopes bound them.
     """
     noise = [0.0] * len(y)
+    with suppress(*NO_VALUE):
+        if terms is not None:
+            noise = [ROUNDING * size for size in terms(t, *y)]
+            other = f(t, *(value + reach * error for value, error in zip(y, noise, strict=True)))
+            noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
     bits = range(max(1, (len(y) - 1).bit_length()))
     for bit, move in itertools.product(bits, MOVES):
         moved = [value * (1 + (move if i >> bit & 1 else -move)) for i, value in enumerate(y)]

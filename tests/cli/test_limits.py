@@ -15,6 +15,7 @@ import pytest
 import rigidcli
 from rigidcli.cli import output
 from rigidcli.core import memory
+from rigidcli.errors import ComputationError
 from tests.conftest import ROOT, Outcome, Program
 
 BOX = "body: {shape: box, size: [1, 2, 3], mass: 1}\n"
@@ -33,13 +34,17 @@ PUMPED = {
     "a torque that turns with the body": ("euler", driven('{body: ["w1 + w2", "w2 - w1", w3]}')),
     "a stiff spring": (
         "hamilton",
-        "system: {coordinates: [x], lagrangian: 'xdot**2/2 - 1e12*x**2/2'}\n"
-        "orbit: {initial: {x: 1, p_x: 0}, duration: 60}",
+        """
+system: {coordinates: [x], lagrangian: "xdot**2/2 - 1e12*x**2/2"}
+orbit: {initial: {x: 1, p_x: 0}, duration: 60}
+""",
     ),
-    "an inverted force": (
+    "a mass that vanishes": (
         "hamilton",
-        "system: {coordinates: [x], lagrangian: 'exp(-t/2)*xdot**2/2 - exp(t/2)*x**2/2'}\n"
-        "orbit: {initial: {x: 1, p_x: 0}, duration: 60}",
+        """
+system: {coordinates: [x], lagrangian: "exp(-t/2)*xdot**2/2 - exp(t/2)*x**2/2"}
+orbit: {initial: {x: 1, p_x: 0}, duration: 60}
+""",
     ),
 }
 
@@ -76,7 +81,7 @@ def test_the_budget_of_steps_is_an_option(command: str, document: str, program: 
 
 
 def test_the_budget_of_steps_is_a_parameter() -> None:
-    with pytest.raises(rigidcli.errors.RigidError, match="needs more than 10 steps"):
+    with pytest.raises(ComputationError, match="needs more than 10 steps"):
         rigidcli.hamilton(rigidcli.loads(SWING), max_steps=10)
 
 
@@ -115,7 +120,7 @@ def test_samples_need_memory_which_is_told_before_it_is_asked_for(
 @pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells how much a process has")
 def test_the_estimate_is_no_less_than_what_is_taken() -> None:
     """Where the estimate just allows the samples, they are written."""
-    samples = 400_000
+    samples = 150_000
     for command, document, key, columns in (("euler", FREE, "motion", 18), ("hamilton", SWING, "orbit", 4)):
         needed = samples * columns * memory.A_NUMBER / 2**20
         limit = int(250 + needed)

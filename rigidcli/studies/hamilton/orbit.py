@@ -11,7 +11,7 @@ import numpy as np
 
 from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import digits
+from rigidcli.core.solution import ROUNDING, digits
 from rigidcli.errors import ComputationError
 from rigidcli.model.orbit import Orbit
 from rigidcli.model.sampling import DEFAULT_TOLERANCE
@@ -75,7 +75,9 @@ def solve_orbit(
     times = orbit.instants(1.0)
     memory.require(len(times), 2 + len(motion.start))
     tolerance = orbit.tolerance or DEFAULT_TOLERANCE
-    follow = partial(integrate.integrate, motion.flow, name="the orbit", most_steps=max_steps)
+    follow = partial(
+        integrate.integrate, motion.flow, terms=motion.terms, name="the orbit", most_steps=max_steps
+    )
     span = (0.0, float(times[-1]))
     solution = follow(motion.start, span, tolerance=tolerance, engine=orbit.method, progress=progress)
     _require_range(solution, derivation, initial)
@@ -85,6 +87,9 @@ def solve_orbit(
         follow, tolerance=min(COARSEST, tolerance * integrate.CHEAPER[solution.engine]), like=solution
     )
     error, lost = _estimated_error(coarse, tolerance, motion.start, times, states)
+    slopes, sizes = (np.abs(columns(f, times, states)).max(axis=1) for f in (motion.flow, motion.terms))
+    # Both integrations share the rounding errors of slopes that are small differences of large terms.
+    cancelled = float((sizes[slopes > 0] / slopes[slopes > 0]).max(initial=0.0))
     gained = states[:, -1] if derivation.explicit_time else np.zeros(len(times))
     drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms)}
     for name in derivation.cyclic:
@@ -104,7 +109,7 @@ def solve_orbit(
         tuple(further),
         solution.method,
         solution.steps,
-        digits(max(error, np.finfo(np.float64).eps * solution.steps**0.5)),
+        digits(max(error, ROUNDING * solution.steps**0.5 * max(1.0, cancelled))),
         lost,
     )
 
