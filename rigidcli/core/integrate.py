@@ -33,7 +33,7 @@ TRIAL = 512
 WORTH_COMPILING = 150_000
 """Steps left times variables, beyond which heyoka saves more than it takes to start: about 1 s."""
 
-CHEAPER: dict[Engine, float] = {"runge-kutta": 1e4, "taylor": 1e8, "symplectic": 1e7}
+CHEAPER: dict[Engine, float] = {"runge-kutta": 1e5, "taylor": 1e8, "symplectic": 1e7}
 """How many times a tolerance must be as large so that the same solution takes a third of the time."""
 
 PAUSE = 0.25

@@ -623,6 +623,43 @@ def test_progress_is_told_a_few_times_a_second_at_most() -> None:
     assert len(told) <= 4
 
 
+@pytest.mark.parametrize("engine", ["runge-kutta", "symplectic"])
+@pytest.mark.parametrize("tolerance", [1e-13, 1e-12, 1e-10, 1e-8])
+def test_a_second_opinion_takes_a_third_of_the_work(engine: Engine, tolerance: float) -> None:
+    calls = 0
+
+    def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+        f = pendulum(module)
+
+        def counted(t: Any, *y: Any) -> tuple[Any, ...]:
+            nonlocal calls
+            calls += 1
+            return f(t, *y)
+
+        return counted
+
+    problem = (flow, array_of(2, 0), (0, 300))
+    first = integrate.integrate(*problem, tolerance=tolerance, engine=engine)
+    work, calls = calls, 0
+    coarser = tolerance * integrate.CHEAPER[engine]
+    second = integrate.integrate(*problem, tolerance=coarser, like=first)
+    assert calls < work / 3
+    assert (second.engine, second.method) == (first.engine, first.method)
+    truth = on_pendulum(2, 300)
+    errors = [float(np.abs(each.at(array_of(300.0))[0] - truth).max()) for each in (first, second)]
+    assert errors[0] < errors[1] < 1e3 * integrate.CHEAPER[engine] * errors[0]
+
+
+def test_a_second_opinion_of_taylor_is_one_of_lower_order() -> None:
+    problem = (pendulum, array_of(2, 0), (0, 300))
+    first = compiled(*problem)
+    second = integrate.integrate(*problem, tolerance=1e-12 * integrate.CHEAPER["taylor"], like=first)
+    assert second.method == first.method
+    truth = on_pendulum(2, 300)
+    errors = [float(np.abs(each.at(array_of(300.0))[0] - truth).max()) for each in (first, second)]
+    assert errors[0] < 1e-10 < errors[1] < 1e-2
+
+
 def test_without_heyoka_taylor_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "heyoka", None)
     with pytest.raises(ComputationError, match="heyoka, which is not installed") as caught:

@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import math
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -468,7 +469,7 @@ def test_refusals(program: Program, document: str, code: int, message: str) -> N
         assert "Traceback" not in ended.err
 
 
-CHAINS = {
+CHAINS: dict[str, tuple[str, Callable[[float], float]]] = {
     "Toda": ("exp(-({0})) + {0}", lambda d: -math.expm1(-d)),
     "Morse": ("(1 - exp(-({0})))^2", lambda d: -2 * math.expm1(-d) * math.exp(-d)),
 }
