@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.computing import Columns, Duration, Samples, computing
+from rigidcli.cli.computing import Columns, Duration, MaxSteps, Samples, computing
 
 
 @computing
@@ -19,5 +19,6 @@ def hamilton(
         bool,
         typer.Option("--invariants", help="Search for conserved quantities also where that takes longer."),
     ] = False,
+    max_steps: MaxSteps = None,
 ) -> None:
     """From a Lagrangian to momenta, the Hamiltonian, Hamilton's equations and orbits in phase space."""

@@ -18,12 +18,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.core.solution import FINEST, ROUNDING, Solution
 from rigidcli.errors import ComputationError
-
-RATIO = 1e4
-"""The ratio of the tolerances: a method of order 8 then takes a third of the steps."""
 
 COARSEST = 1e-4
 """The largest tolerance of a second solution: the errors of a coarser one are in no proportion to it."""
@@ -58,12 +55,16 @@ ATTEMPTS = 3
 
 @dataclass(frozen=True, slots=True)
 class _Pair:
-    """The `first` solution, how to `follow` a second one, and the `distance` that counts at the `times`."""
+    """How to `follow` a second solution, the `states` of the first at some `times`, and which times count.
 
-    first: Solution
+    These are all that are `asked` for; the others are ends of pieces. `distance` is that of states.
+    """
+
     follow: Callable[[Floats, tuple[float, float], float], Solution]
     distance: Callable[[Floats, Floats], Floats]
     times: Floats
+    states: Floats
+    asked: Mask
 
     def compared(self, ends: Floats, state: Floats, tolerance: float) -> tuple[int, Floats, float] | None:
         """How many pieces further both solutions are close, the second state there, the largest distance.
@@ -77,12 +78,13 @@ class _Pair:
                 second = self.follow(state, span, tolerance)
             except ComputationError:
                 return None
-            times = np.append(self.times[(span[0] < self.times) & (self.times <= span[1])], span[1])
-            *asked, last = self.distance(second.at(times), self.first.at(times)).tolist()
-            worst, state = float(np.max([worst, *asked])), second.at(ends[piece : piece + 1])[0]
+            inside = slice(*np.searchsorted(self.times, span, side="right"))
+            states = second.at(self.times[inside])
+            apart = self.distance(states, self.states[inside])
+            worst, state = float(apart.max(initial=worst, where=self.asked[inside])), states[-1]
             if not worst <= LOST:
                 return None
-            if last <= LOST:
+            if apart[-1] <= LOST:
                 return piece, state, worst
         return None
 
@@ -94,7 +96,7 @@ def estimated_error(
     distance: Callable[[Floats, Floats], Floats],
     times: Floats,
     stops: Floats,
-    ratio: float = RATIO,
+    ratio: float,
 ) -> tuple[float, float | None]:
     """The largest error of a solution at some `times` (k), and where its last digit is lost, if it is.
 
@@ -110,7 +112,8 @@ def estimated_error(
     pieces = min(PIECES, max(1, first.steps // STEPS))
     ends = np.union1d(first.knots[np.linspace(0, first.steps, pieces + 1).astype(int)], stops)
     taken = np.diff(np.searchsorted(first.knots, ends))
-    pair, ours = _Pair(first, follow, distance, times), first.at(ends)
+    seen = np.union1d(ends, times)
+    pair, ours = _Pair(follow, distance, seen, first.at(seen), np.isin(seen, times)), first.at(ends)
     error, apart, unit, piece = 0.0, np.zeros_like(ours[0]), ROUNDING, 0
     while piece < len(taken):
         now = other

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -47,6 +47,7 @@ class _Equations:
     torque: list[Node]
     state: Floats
     engine: integrate.Engine
+    max_steps: int | None
 
     @cached_property
     def right_side(self) -> integrate.Flow:
@@ -95,8 +96,9 @@ class _Equations:
         span: tuple[float, float],
         tolerance: float,
         progress: Callable[[float], None] | None = None,
+        like: integrate.Solution | None = None,
     ) -> integrate.Solution:
-        """The solution over a span of time, from the state at its beginning."""
+        """The solution over a span of time, from the state at its beginning; it may be `like` another one."""
         return integrate.integrate(
             self.right_side,
             state,
@@ -106,6 +108,8 @@ class _Equations:
             engine=self.engine,
             progress=progress,
             name="the motion",
+            most_steps=self.max_steps,
+            like=like,
         )
 
     def _balance(self, solution: integrate.Solution) -> BalanceErrors:
@@ -120,23 +124,27 @@ class _Equations:
 
 
 def driven_trajectory(
-    problem: InitialValueProblem, engine: integrate.Engine, progress: Callable[[float], None] | None
+    problem: InitialValueProblem,
+    engine: integrate.Engine,
+    progress: Callable[[float], None] | None,
+    max_steps: int | None = None,
 ) -> Trajectory:
     """The trajectory of a body that a torque drives.
 
     Raises ComputationError where it ends early or cannot begin, and ValueProblem, with the path in
     `motion`, for a torque that cannot be: one that is too large, or about a line without a moment.
     """
-    equations = _along_principal_axes(problem, engine)
+    equations = replace(_along_principal_axes(problem, engine), max_steps=max_steps)
     solution, places, balance, narrow = equations.followed(progress)
     omega, orientation = equations.along_document(solution.at(problem.times))
     error, _ = estimated_error(
         solution,
         problem.tolerance,
-        equations.part,
+        partial(equations.part, like=solution),
         lambda one, other: 2 * np.linalg.norm((one - other)[:, :4], axis=1),
         np.linspace(0.0, problem.times[-1], COMPARED),
         places.ravel(),
+        integrate.CHEAPER[solution.engine],
     )
     missed = merged(narrow, balance.missed)
     rounding = np.finfo(np.float64).eps * solution.steps**0.5
@@ -197,7 +205,7 @@ def _along_principal_axes(problem: InitialValueProblem, engine: integrate.Engine
                 hint="give a torque across the line, or the body some thickness",
             )
         torque[line] = ZERO
-    return _Equations(problem, moments, axes, torque, state, engine)
+    return _Equations(problem, moments, axes, torque, state, engine, None)
 
 
 def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> bool:

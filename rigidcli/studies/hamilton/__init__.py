@@ -81,13 +81,15 @@ def run(
     *,
     invariants: bool = False,
     progress: Callable[[float], None] | None = None,
+    max_steps: int | None = None,
     steps: bool = False,
 ) -> Report:
     """Derive what the system of the document has, and follow its orbit; `progress` is told how far.
 
-    Further conserved quantities are searched for where that is quick, or `invariants` are asked for.
+    Further conserved quantities are searched for where that is quick, or `invariants` are asked for. An orbit
+    that needs more than `max_steps` is refused.
     """
-    found = _results(document, invariants, progress)
+    found = _results(document, invariants, progress, max_steps)
     derivation, system = found.derivation, found.derivation.system
     phase = derivation.phase
     definitions = None if derivation.momenta is None else derivation.momenta.definitions
@@ -153,7 +155,12 @@ def _in_decimals(value: Value) -> Value:
             return value
 
 
-def _results(document: Document, invariants: bool, progress: Callable[[float], None] | None) -> _Results:
+def _results(
+    document: Document,
+    invariants: bool,
+    progress: Callable[[float], None] | None,
+    max_steps: int | None,
+) -> _Results:
     """Everything that the report tells; what the document does not ask is not imported."""
     derivation = derive(document)
     branches, orbit, transform, small = derivation.branches, None, None, None
@@ -172,7 +179,7 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
         require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
         derivation, initial = initial_state(document, document.orbit, derivation)
         searched = _searched(derivation, invariants)
-        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress)
+        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, max_steps)
     if document.transform is not None:
         from rigidcli.studies.hamilton.transform import transformed
 

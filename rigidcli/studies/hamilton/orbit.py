@@ -9,12 +9,12 @@ from functools import partial
 
 import numpy as np
 
-from rigidcli.core import integrate
+from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.narrow import solved
 from rigidcli.core.second_opinion import estimated_error
 from rigidcli.core.sensitivity import representative
-from rigidcli.core.solution import digits
+from rigidcli.core.solution import ROUNDING, digits
 from rigidcli.errors import ComputationError
 from rigidcli.model.orbit import Orbit
 from rigidcli.model.sampling import DEFAULT_TOLERANCE
@@ -66,16 +66,20 @@ def solve_orbit(
     initial: InitialState,
     invariants: Sequence[Expr],
     progress: Callable[[float], None] | None,
+    max_steps: int | None = None,
 ) -> OrbitSolution:
     """The orbit that a document asks for; also of the `invariants` the drift is told.
 
-    Raises ComputationError where the orbit ends early.
+    Raises ComputationError where the orbit ends early, or needs more than `max_steps`, or too much memory.
     """
     motion = equations_of_motion(derivation, initial)
     times = orbit.instants(1.0)
+    memory.require(len(times), 2 + len(motion.start))
     tolerance = orbit.tolerance or DEFAULT_TOLERANCE
-    follow = partial(integrate.integrate, motion.flow, engine=orbit.method, name="the orbit")
-    step = partial(follow, tolerance=tolerance, progress=progress)
+    follow = partial(
+        integrate.integrate, motion.flow, terms=motion.terms, name="the orbit", most_steps=max_steps
+    )
+    step = partial(follow, tolerance=tolerance, engine=orbit.method, progress=progress)
     span = (0.0, float(times[-1]))
     defined = derivation.momenta
     may_branch = defined is not None and not defined.are_linear(derivation.velocity_names)
@@ -84,7 +88,7 @@ def solve_orbit(
     except integrate.Stopped as stop:
         if may_branch:
             with suppress(integrate.Stopped):
-                seen = follow(motion.start, (0.0, BEFORE * stop.time), tolerance=tolerance)
+                seen = step(motion.start, (0.0, BEFORE * stop.time))
                 _require_regular(seen, motion, derivation, initial, VANISHING)
         raise
     if may_branch:
@@ -97,11 +101,16 @@ def solve_orbit(
     error, lost = estimated_error(
         solution,
         tolerance,
-        lambda state, span, coarser: follow(state, span, tolerance=coarser, least=solution.least),
+        lambda state, span, coarser: follow(state, span, tolerance=coarser, like=solution),
         lambda one, other: np.abs((one - other)[:, : len(scale)] / scale).max(axis=1),
         representative(times),
         places.ravel(),
+        integrate.CHEAPER[solution.engine],
     )
+    slopes, sizes = (np.abs(columns(f, times, states)).max(axis=1) for f in (motion.flow, motion.terms))
+    # Both integrations share the rounding errors of slopes that are small differences of large terms.
+    cancelled = float((sizes[slopes > 0] / slopes[slopes > 0]).max(initial=0.0))
+    rounding = ROUNDING * solution.steps**0.5 * max(1.0, cancelled)
     gained = states[:, -1] if derivation.energy_changes else np.zeros(len(times))
     drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms)}
     for name in derivation.conserved_momenta:
@@ -121,7 +130,7 @@ def solve_orbit(
         tuple(further),
         solution.method,
         solution.steps,
-        digits(max(1.0 if len(narrow) else error, np.finfo(np.float64).eps * solution.steps**0.5)),
+        digits(1.0 if len(narrow) else max(error, rounding)),
         lost,
         float(narrow[0].mean()) if len(narrow) else None,
     )

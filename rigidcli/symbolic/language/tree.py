@@ -210,6 +210,24 @@ def bound(node: Node, values: Mapping[str, Node]) -> Node:
     return rebuilt(node, lambda operand: bound(operand, values))
 
 
+def magnitude(node: Node) -> Node:
+    """The value that a tree would have if none of its terms were negative.
+
+    In units of it, rounding errors are small, also where the terms nearly cancel.
+    """
+    match node:
+        case Number() | Constant():
+            return node
+        case Negative(operand):
+            return magnitude(operand)
+        case Sum() | Product():
+            return rebuilt(node, magnitude)
+        case Power(base, Number() as exponent):
+            return Power(magnitude(base), exponent)
+        case _:
+            return Call("abs", (node,))
+
+
 def _sign(x: float) -> float:
     return math.copysign(1.0, x) if x else 0.0
 
