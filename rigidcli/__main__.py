@@ -39,6 +39,8 @@ def run() -> NoReturn:
 
     To take apart in order all that was loaded, heyoka's compiler among it, takes up to a tenth of a run.
     """
+    # heyoka loads sympy where it is installed, for conversions that nothing here asks for: that takes 0.3 s.
+    sys.modules["sympy"] = None  # type: ignore[assignment]
     code: object = 0
     try:
         main()

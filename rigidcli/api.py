@@ -202,6 +202,7 @@ def euler(
     steps: bool = False,
     engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
+    max_steps: int | None = None,
 ) -> Result:
     """Motion by Euler's equations: omega, L, T and orientation in time; stability of the axes.
 
@@ -210,6 +211,8 @@ def euler(
         What integrates driven motion; "taylor" needs the extra of that name.
     progress : callable
         It is called with the fraction that is done.
+    max_steps : int
+        The most steps of an integration; by default 1,000,000.
 
     Returns
     -------
@@ -225,7 +228,8 @@ def euler(
     >>> result["motion"]
     'about_highest'
     """
-    return _answer("euler", document, exact, settings, steps=steps, engine=engine, progress=progress)
+    options = {"steps": steps, "engine": engine, "progress": progress, "max_steps": max_steps}
+    return _answer("euler", document, exact, settings, **options)
 
 
 @_study
@@ -237,6 +241,7 @@ def hamilton(
     steps: bool = False,
     invariants: bool = False,
     progress: Callable[[float], None] | None = None,
+    max_steps: int | None = None,
 ) -> Result:
     """From a Lagrangian to momenta, the Hamiltonian, Hamilton's equations and orbits in phase space.
 
@@ -245,6 +250,8 @@ def hamilton(
         Search for conserved quantities also where that takes longer.
     progress : callable
         It is called with the fraction of the orbit that is done.
+    max_steps : int
+        The most steps of an integration; by default 1,000,000.
 
     Returns
     -------
@@ -259,9 +266,8 @@ def hamilton(
     >>> rigidcli.hamilton({"system": system, "parameters": {"m": None, "k": None}})["hamiltonian"]
     p_x**2/(2*m) + k*x**2/2
     """
-    return _answer(
-        "hamilton", document, exact, settings, steps=steps, invariants=invariants, progress=progress
-    )
+    options = {"steps": steps, "invariants": invariants, "progress": progress, "max_steps": max_steps}
+    return _answer("hamilton", document, exact, settings, **options)
 
 
 def _answer(study: str, source: Source, exact: bool, settings: Sequence[str], **options: Any) -> Result:

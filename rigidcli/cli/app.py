@@ -10,8 +10,8 @@ import typer
 
 from rigidcli import STUDIES, __version__
 from rigidcli.cli.help import Command
-from rigidcli.cli.output import complain
-from rigidcli.errors import ComputationError, printable
+from rigidcli.cli.output import LESS, complain
+from rigidcli.errors import ComputationError, Problem, printable
 
 COMMANDS = (*STUDIES, "check", "validate", "explain", "schema", "new")
 """The commands: each is a function in a module of this package that has its name."""
@@ -60,6 +60,9 @@ def main() -> NoReturn:
         if isinstance(error, SystemExit):
             # A reader of the help who closes the pipe early is no failure, though typer calls it one.
             sys.exit(0 if isinstance(error.__context__, BrokenPipeError) else error.code)
+        if isinstance(error, MemoryError):
+            complain(str(Problem("rigidcli", "there is too little memory", hint=LESS)))
+            sys.exit(ComputationError.exit_code)
         complain(
             f"rigidcli: internal error, please report it: {type(error).__name__}: {printable(str(error))}"
         )

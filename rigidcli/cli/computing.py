@@ -60,6 +60,10 @@ OutputPath = Annotated[
     ),
 ]
 NoHeader = Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")]
+MaxSteps = Annotated[
+    int | None,
+    typer.Option("--max-steps", min=1, metavar="N", help="Most steps of an integration (default 1,000,000)."),
+]
 Exact = Annotated[
     bool,
     typer.Option("--exact", help="Exact arithmetic: decimals are rationals, parameters may stay symbols."),
@@ -94,6 +98,9 @@ SECTIONS = {"euler": "motion", "hamilton": "orbit"}
 
 SHORTHANDS = ("samples", "duration")
 """Options that set a value of the document."""
+
+PULSE = 2.0
+"""Seconds after which a terminal is told how long the work has taken, also where its share is not known."""
 
 
 def computing(study: Callable[..., None]) -> Callable[..., None]:
@@ -152,14 +159,17 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             from rigidcli.render.units import in_units
 
             for document in documents(files, failures, exact=exact, settings=changes, options=named):
-                with failures.of(document.source), document.placing(), progress() as show:
+                with failures.of(document.source), document.placing():
                     target.protect(*document.files)
                     _require_fitting(document, study.__name__)
                     run = getattr(rigidcli, study.__name__)
-                    if "progress" in inspect.signature(run).parameters:
-                        options["progress"] = show
-                    report = run(document, **options)
+                    with progress(pulse=PULSE) as show:
+                        if "progress" in inspect.signature(run).parameters:
+                            options["progress"] = show
+                        report = run(document, **options)
                     _require_columns(report, columns)
+                    if format is Format.json:
+                        _require_memory(report)
                     tell_notes(report.source, report.notes, quiet)
                     yield in_units(report, wanted) if wanted else report
 
@@ -219,6 +229,14 @@ def _require_columns(report: Report, columns: Sequence[str]) -> None:
             raise UsageError("there are no samples here to choose columns of")
         if name not in known:
             raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(known)}")
+
+
+def _require_memory(report: Report) -> None:
+    """Raise ComputationError unless there is enough for the whole text of the tables."""
+    from rigidcli.core.memory import ITS_TEXT, require
+
+    for table in report.tables:
+        require(len(table), sum(len(column.cells) for column in table.columns), ITS_TEXT)
 
 
 def documents(files: Sequence[str], failures: Failures, **options: Any) -> Iterator[Document]:

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.computing import Columns, Duration, Samples, computing
+from rigidcli.cli.computing import Columns, Duration, MaxSteps, Samples, computing
 
 
 class EngineName(StrEnum):
@@ -27,6 +27,7 @@ def euler(
     engine: Annotated[
         EngineName, typer.Option(help="What integrates driven motion; taylor needs the extra `taylor`.")
     ] = EngineName.auto,
+    max_steps: MaxSteps = None,
 ) -> None:
     """Motion by Euler's equations in time; stability of the axes.
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.computing import Columns, Duration, Samples, computing
+from rigidcli.cli.computing import Columns, Duration, MaxSteps, Samples, computing
 
 
 @computing
@@ -19,6 +19,7 @@ def hamilton(
         bool,
         typer.Option("--invariants", help="Search for conserved quantities also where that takes longer."),
     ] = False,
+    max_steps: MaxSteps = None,
 ) -> None:
     """From a Lagrangian to H, Hamilton's equations and orbits.
 

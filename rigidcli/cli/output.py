@@ -10,14 +10,19 @@ import shutil
 import stat
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 import typer
 
-from rigidcli.errors import DocumentError, Problem, RigidError, UsageError
+from rigidcli.errors import ComputationError, DocumentError, Problem, RigidError, UsageError
+
+LESS = "ask for fewer samples or smaller inputs, or allow more memory"
+"""Advice where memory was not enough."""
 
 
 def complain(text: str) -> None:
@@ -53,6 +58,9 @@ class Failures:
                 else str(Problem(source, error.message, hint=error.hint))
             )
             self.code = max(self.code, error.exit_code)
+        except MemoryError:
+            complain(str(Problem(source, "there is too little memory", hint=LESS)))
+            self.code = max(self.code, ComputationError.exit_code)
 
 
 class Output:
@@ -60,7 +68,7 @@ class Output:
 
     def __init__(self, path: str | None) -> None:
         self._path = None if path == "-" else path
-        self._pieces: list[str] = []
+        self._pieces: list[bytes] = []
         if isinstance(sys.stdout, io.TextIOWrapper):
             # The same input gives the same bytes, whatever the locale.
             sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace", newline="\n")
@@ -78,7 +86,7 @@ class Output:
     def write(self, piece: str) -> None:
         """Write a piece of text that is complete in itself."""
         if self._path is not None:
-            self._pieces.append(piece)
+            self._pieces.append(piece.encode())
             return
         try:
             if sys.stdout is None:
@@ -109,7 +117,7 @@ class Output:
         if self._path is None or error is not None or not self._pieces:
             return
         try:
-            _replace(Path(self._path), "".join(self._pieces).encode())
+            _replace(Path(self._path), self._pieces)
         except OSError as failure:
             raise self._failed(self._path, failure) from None
 
@@ -119,10 +127,11 @@ class Output:
         return typer.Exit(UsageError.exit_code)
 
 
-def _replace(path: Path, data: bytes) -> None:
-    """Put `data` at `path` in one step: another reader sees the old file or the new one."""
+def _replace(path: Path, pieces: Sequence[bytes]) -> None:
+    """Put the pieces at `path` in one step: another reader sees the old file or the new one."""
     if path.exists() and not path.is_file():
-        path.write_bytes(data)  # a device or a pipe has no old content to keep
+        with path.open("wb") as device:  # or a pipe: it has no old content to keep
+            device.writelines(pieces)
         return
     path = path.resolve()
     umask = os.umask(0)
@@ -132,7 +141,7 @@ def _replace(path: Path, data: bytes) -> None:
     temporary = Path(name)
     try:
         with os.fdopen(descriptor, "wb") as file:
-            file.write(data)
+            file.writelines(pieces)
         temporary.chmod(mode)
         temporary.replace(path)
     except BaseException:
@@ -141,18 +150,41 @@ def _replace(path: Path, data: bytes) -> None:
 
 
 @contextlib.contextmanager
-def progress() -> Iterator[Callable[[float], None]]:
-    """A context in which long work reports its progress, on standard error if that is a terminal."""
-    terminal = sys.stderr if sys.stderr is not None and sys.stderr.isatty() else io.StringIO()
-    last = ""
+def progress(pulse: float | None = None) -> Iterator[Callable[[float], None]]:
+    """A context in which long work reports its progress, on standard error if that is a terminal.
 
-    def show(fraction: float) -> None:
-        nonlocal last
-        last = f"\r{fraction:4.0%}\r"
-        print(last, end="", file=terminal, flush=True)
+    Every `pulse` (s), if there is one, the time that has passed is shown, whatever the work reports.
+    """
+    terminal = sys.stderr
+    if terminal is None or not terminal.isatty():
+        yield lambda fraction: None
+        return
+    begin, done, share = time.monotonic(), threading.Event(), ""
+    longest = 0
 
+    def show() -> None:
+        nonlocal longest
+        text = f"{share} {time.monotonic() - begin:.0f} s"
+        longest = max(longest, len(text))
+        print(f"\r{text}\r", end="", file=terminal, flush=True)
+
+    def report(fraction: float) -> None:
+        nonlocal share
+        share = f"{fraction:4.0%}"
+        show()
+
+    def beat() -> None:
+        while not done.wait(pulse):
+            show()
+
+    heart = threading.Thread(target=beat, daemon=True)
+    if pulse is not None:
+        heart.start()
     try:
-        yield show
+        yield report
     finally:
-        if last:
-            print("    ", end="\r", file=terminal, flush=True)
+        done.set()
+        if pulse is not None:
+            heart.join()
+        if longest:
+            print(" " * longest, end="\r", file=terminal, flush=True)

@@ -16,24 +16,25 @@ from array import array
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from importlib.util import find_spec
-from typing import Literal, TypeAlias
+from typing import Any
 
 import numpy as np
 
 from rigidcli.core import dormand_prince, runge_kutta
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import FINEST, MOST_NUMBERS, Flow, Solution, State, Stop, Stopped, TooManySteps
+from rigidcli.core.solution import FINEST, MOST_STEPS, Engine, Flow, Solution, Stop, Stopped, TooManySteps
 from rigidcli.errors import ComputationError
 
 __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "integrate"]
-
-Engine: TypeAlias = Literal["auto", "runge-kutta", "taylor", "symplectic"]
 
 TRIAL = 512
 """Steps after which `auto` estimates how many are left."""
 
 WORTH_COMPILING = 150_000
 """Steps left times variables, beyond which heyoka saves more than it takes to start: about 1 s."""
+
+CHEAPER: dict[Engine, float] = {"runge-kutta": 1e5, "taylor": 1e8, "symplectic": 1e7}
+"""How many times a tolerance must be as large so that the same solution takes a third of the time."""
 
 PAUSE = 0.25
 """Seconds between two reports of progress: a few in each second."""
@@ -49,7 +50,9 @@ def integrate(
     engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
     name: str = "the solution",
-    least: State | None = None,
+    most_steps: int | None = None,
+    like: Solution | None = None,
+    terms: Flow | None = None,
 ) -> Solution:
     """Solve y' = f(t, y), y(t0) = `start` (n), over the span (t0, t1), where t1 may come before t0.
 
@@ -60,12 +63,12 @@ def integrate(
     `auto` begins with `runge-kutta`, and changes to `taylor` when heyoka is installed, can express the
     flow, and will pay. This depends on numbers of steps alone, never on the clock, so
     that the same problem has the same result. `progress` is given the fraction done, a few times a second.
-    `least` are the sizes to which the errors of blocks are relative at least, where another solution of the
-    problem has told them: see `runge_kutta.least_sizes`.
+    With another solution of the problem that it is `like`, its engine is taken, and its sizes of variables.
+    `terms` is what the flow would be if no terms of it could cancel: in it, rounding errors are small.
 
     Raises:
         Stopped: the solution, called `name` in the message, does not reach t1.
-        TooManySteps: it does so only after more steps than memory holds.
+        TooManySteps: it does so only after more than `most_steps` (default 1,000,000), or than memory holds.
         ComputationError: `taylor` was asked for, but is not installed, or cannot express the flow;
             or `symplectic`, which takes steps of one length, where they would be too short.
     """
@@ -77,22 +80,29 @@ def integrate(
         raise ValueError(f"cannot integrate {len(y0)} variables in blocks {sizes} over {span} to {tolerance}")
     tolerance = max(tolerance, FINEST)
     tell = _throttled(progress, t0, t1)
+    common: Any = {"tolerance": tolerance, "blocks": sizes, "name": name, "most": most_steps or MOST_STEPS}
+    engine = engine if like is None else like.engine
     if engine == "symplectic":
         from rigidcli.core import symplectic
 
-        return symplectic.solve(flow, y0, (t0, t1), tolerance=tolerance, blocks=sizes, tell=tell, name=name)
+        return symplectic.solve(flow, y0, (t0, t1), tell=tell, like=like, **common)
     times, states = array("d", [t0]), array("d", y0)
 
     def compiled() -> Solution:
         from rigidcli.core import taylor
 
         seen = np.array(states).reshape(-1, len(y0))
-        return taylor.solve(flow, seen, (t0, t1), tolerance=tolerance, blocks=sizes, tell=tell, name=name)
+        scales = taylor.scales_of(seen, sizes) if like is None else np.array(like.sizes)
+        return taylor.solve(flow, y0, scales, (t0, t1), tell=tell, **common)
 
+    if engine == "taylor" and like is not None:
+        return compiled()
     f = flow(math)
+    least = None if like is None else like.sizes
     if least is None:
         least = runge_kutta.least_sizes(f, t0, y0.tolist(), t1, sizes)
-    steps = runge_kutta.march(f, times, states, t1, tolerance=tolerance, blocks=sizes, name=name, least=least)
+    sizes_of_terms = terms and terms(math)
+    steps = runge_kutta.march(f, times, states, t1, least=least, terms=sizes_of_terms, **common)
     if engine == "taylor":
         with suppress(ComputationError):
             next(steps, None)
@@ -102,9 +112,8 @@ def integrate(
         tell(t)
         if len(times) > trial:
             left = len(states) * ((t1 - t) / (t - t0))
-            # What is too much for one engine is so for the other, unless the beginning is untypical.
-            trial = 2 * trial if left > MOST_NUMBERS else math.inf
-            if WORTH_COMPILING < left <= MOST_NUMBERS:
+            trial = math.inf
+            if left > WORTH_COMPILING:
                 # Of what heyoka cannot solve, the steps at hand tell more.
                 with suppress(ComputationError):
                     return compiled()
@@ -112,7 +121,8 @@ def integrate(
 
     follow = runge_kutta.follower(f, tolerance=tolerance, blocks=sizes, name=name)
     sample = runge_kutta.sampler(flow, knots, path, follow)
-    return Solution(len(times) - 1, dormand_prince.METHOD, knots, sample, least)
+    taken = len(times) - 1
+    return Solution(taken, dormand_prince.METHOD, "runge-kutta", tolerance, knots, sample, least)
 
 
 def _throttled(progress: Callable[[float], None] | None, t0: float, t1: float) -> Callable[[float], None]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from importlib.util import find_spec
 from types import ModuleType
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -32,13 +33,19 @@ Function: TypeAlias = Callable[..., Sequence[float]]
 
 State: TypeAlias = Sequence[float]
 
+Engine: TypeAlias = Literal["auto", "runge-kutta", "taylor", "symplectic"]
+"""What integrates; `auto` is one of the next two."""
+
 NO_VALUE = (ArithmeticError, ValueError)
 """What functions of floats raise where they have no finite real value."""
 
 MOST_NUMBERS = 200_000_000
 """The most floats that one solution keeps of its steps: they take 1.6 GB."""
 
-PATIENCE = 1 << 17
+MOST_STEPS = 1_000_000
+"""The most steps of a solution unless more are allowed: in Python they take half a minute."""
+
+PATIENCE = 1 << 15
 """Steps after which, and after each power of two beyond, it is asked whether the end can be reached."""
 
 FASTER = 1.001
@@ -118,25 +125,28 @@ def finite(f: Function, t: float, y: State) -> bool:
 
 
 class TooManySteps(ComputationError):  # noqa: N818 - an outcome, named for what has happened
-    """The span is too long, beside how fast the solution changes."""
+    """The span is too long, beside how fast the solution changes, for `most` steps."""
 
-    def __init__(self, name: str, steps: int, time: float) -> None:
+    def __init__(self, name: str, steps: int, time: float, end: float, most: int) -> None:
+        faster = "" if find_spec("heyoka") else ", which pip install 'rigidcli[taylor]' makes faster"
         super().__init__(
-            f"{name} has reached t = {time:.6g} only after {steps:,} steps",
-            hint=f"shorten the duration or take a larger tolerance, or {SMOOTHER}",
+            f"{name} needs more than {most:,} steps: {steps:,} have come to t = {time:.6g} of {end:.6g}",
+            hint=f"take a shorter span or a larger tolerance, {SMOOTHER}, or allow more --max-steps{faster}",
         )
 
 
 def hopeless(times: Sequence[float], taken: int, end: float, most: int) -> bool:
-    """Whether `most` steps are too few for what is left, at the pace of those `taken`, which does not grow.
+    """Whether `most` steps are too few, as they are all taken, or at a pace that does not grow.
 
-    `times` are the ends of the steps; this is asked now and then only.
+    `times` are the ends of the steps `taken`; the pace is looked at now and then only.
     """
+    if taken >= most:
+        return True
     if taken < PATIENCE or taken & (taken - 1):
         return False
     quarter = taken // 4
     before, pace = (abs(times[-1 - k * quarter] - times[-1 - (k + 1) * quarter]) / quarter for k in (1, 0))
-    return abs(end - times[-1]) > most * pace and pace < FASTER * before
+    return abs(end - times[-1]) > (most - taken) * pace and pace < FASTER * before
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -146,12 +156,14 @@ class Solution:
     steps: int
     method: str
     """Its name, for people."""
+    engine: Engine
+    tolerance: float
     knots: Floats
     """Where steps begin and end (steps + 1), from the start of the span to its end, which may come before."""
     sample: Callable[[Floats], Floats] = field(repr=False)
     """`at`, for times (k) that are known to be inside the span."""
-    least: State | None = None
-    """The sizes to which errors of its blocks were relative at least; None for a method without them."""
+    sizes: State | None = None
+    """Sizes of its variables or blocks, by which the engine has measured errors; None where it needs none."""
 
     def at(self, times: Floats) -> Floats:
         """The state (k by n) at any `times` (k) inside the span, in any order, as accurate as the steps.
@@ -181,7 +193,8 @@ def joined(parts: Sequence[Solution]) -> Solution:
             states[index == place] = parts[place].sample(times[index == place])
         return states
 
-    return Solution(sum(part.steps for part in parts), longest.method, np.concatenate(knots), sample)
+    steps = sum(part.steps for part in parts)
+    return replace(longest, steps=steps, knots=np.concatenate(knots), sample=sample)
 
 
 def digits(error: float) -> float:

@@ -89,6 +89,9 @@ SHARES = _shares()
 SWEEPS = 60
 """The iteration of the stages takes 4 to 20 sweeps where it converges; one that takes more does not."""
 
+SETTLED = 1e-2
+"""How far that iteration goes in a crude solution, in units of the error of its steps."""
+
 FIRST = 16
 """The number of steps to begin with: few, as too few are noticed in the first of them."""
 
@@ -148,11 +151,11 @@ of the guess for the last stage.
 """
 
 
-def source(count: int) -> str:
+def source(count: int, rounding: float) -> str:
     """The text of a `Step` of so many variables; it holds nothing but the coefficients.
 
     In it, y is the state before and z after the step, l0 to l5 are the increments, o is that of the
-    last stage in the sweep before, w is what is within rounding errors, and m are the sizes.
+    last stage in the sweep before, w is what is within (relative) `rounding` errors, and m are the sizes.
     """
     every, stages, last = range(count), range(STAGES), STAGES - 1
     reach = float(1 / WEIGHTS[last])
@@ -167,7 +170,7 @@ def source(count: int) -> str:
     lines = [f"{row('y')} = y", f"{row('e')} = e", f"{row('m')} = sizes", f"{increments} = guess"]
     for i in every:
         lines.append(f"a = max(abs(y{i}), abs(l{last}_{i})*{reach}, m{i})")
-        lines.append(f"w{i} = {ROUNDING / 2!r}*a + {GRAIN}*floors[{i}]")
+        lines.append(f"w{i} = {rounding / 2!r}*a + {GRAIN}*floors[{i}]")
     lines += ["settled = False", f"for sweep in range({SWEEPS}):"]
     lines += [f" o{i} = l{last}_{i}" for i in every]
     for j in stages:
@@ -195,10 +198,10 @@ def source(count: int) -> str:
 
 
 @cache
-def stepper(count: int) -> Step:
+def stepper(count: int, rounding: float = ROUNDING) -> Step:
     """The code of `source`, ready to run."""
     names: dict[str, Any] = {"__builtins__": {}, "abs": abs, "max": max, "range": range}
-    exec(source(count), names)  # noqa: S102 - written above, from constant tables and the count alone
+    exec(source(count, rounding), names)  # noqa: S102 - written above, from constant tables and the count alone
     step: Step = names["step"]
     return step
 
@@ -220,34 +223,43 @@ def solve(
     blocks: tuple[int, ...],
     tell: Callable[[float], None],
     name: str,
+    most: int,
+    like: Solution | None,
 ) -> Solution:
     """The solution of y' = f(t, y), y(t0) = `start` (n), over `span` (t0, t1), in steps of one length.
 
     The error of the energy stays about at the `tolerance`, relative to the energy of the motion. `tell` is
-    given times reached, which begin anew when the solution does.
+    given times reached, which begin anew when the solution does. If this one is `like` another solution, its
+    steps are as many times longer as the tolerances and the order of the method tell.
 
     Raises:
         Stopped: the solution does not reach t1.
-        TooManySteps: it does so only after more steps than memory holds.
+        TooManySteps: it does so only after more than `most` steps.
         ComputationError: it needs steps so short in places that one length is not the way to take them.
     """
     f, (t0, t1) = flow(math), span
     y = tuple(start.tolist())
     if not finite(f, t0, y):
         raise Stopped(name, Stop.AT_START, t0)
-    error = min(max(SHARE * tolerance, LEAST_ERROR), MOST_ERROR)
+    finest = tolerance if like is None else like.tolerance
+    error = min(max(SHARE * finest, LEAST_ERROR), MOST_ERROR) * (tolerance / finest)
     follow = runge_kutta.follower(f, tolerance=error, blocks=blocks, name=name)
     # Of the whole state as one vector: a variable of rounding errors alone does not matter here.
     look = runge_kutta.follower(f, tolerance=error, blocks=(len(y),), name=name)
-    steps, fewest, most = FIRST if t0 != t1 else 0, math.inf, MOST_NUMBERS // len(y)
+    steps, fewest, most = FIRST if t0 != t1 else 0, math.inf, min(most, MOST_NUMBERS // len(y))
+    largest, rounding = error, ROUNDING
+    if like is not None and steps:
+        share = abs((t1 - t0) / (like.knots[-1] - like.knots[0]))
+        steps = math.ceil(like.steps * share * (like.tolerance / tolerance) ** (0.5 / STAGES))
+        largest, rounding = math.inf, SETTLED * error
     while True:
         knots = np.linspace(t0, t1, steps + 1)
         if steps > most:
-            raise TooManySteps(name, most, float(knots[most]))
+            raise TooManySteps(name, most, float(knots[most]), t1, most)
         try:
-            states, worst = march(f, knots.tolist(), y, error, tell)
+            states, worst = march(f, knots.tolist(), y, largest, tell, rounding)
             path = np.frombuffer(states).reshape(len(knots), -1)
-            if steps:
+            if steps and like is None:
                 before = path[worst - 1].tolist()
                 miss = path[worst + 1] - look(float(knots[worst - 1]), before, float(knots[worst + 1]))
                 if np.abs(miss).max() > JUMP * np.abs(path).max():
@@ -264,11 +276,17 @@ def solve(
                     f"{name} has no steps of one length: they are too short near t = {t:.6g}",
                     hint="take the method `auto`",
                 ) from None
-    return Solution(steps, METHOD, knots, runge_kutta.sampler(flow, knots, path, follow, SUBSTEPS))
+    sample = runge_kutta.sampler(flow, knots, path, follow, SUBSTEPS)
+    return Solution(steps, METHOD, "symplectic", tolerance, knots, sample)
 
 
 def march(
-    f: Function, knots: Sequence[float], y: State, error: float, tell: Callable[[float], None]
+    f: Function,
+    knots: Sequence[float],
+    y: State,
+    error: float,
+    tell: Callable[[float], None],
+    rounding: float = ROUNDING,
 ) -> tuple[array[float], int]:
     """The states (m n) at equally distant `knots` (m), from y at the first one, and the index of one step.
 
@@ -276,7 +294,7 @@ def march(
 
     Raises TooLong where the error of a step is larger than `error`.
     """
-    step, states = stepper(len(y)), array("d", y)
+    step, states = stepper(len(y), rounding), array("d", y)
     limit = (error / HIGHEST) ** (STAGES / (2 * STAGES + 1))
     e: State = (0.0,) * len(y)
     sizes = e

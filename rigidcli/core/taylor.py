@@ -17,6 +17,7 @@ import signal
 from array import array
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from signal import default_int_handler
 from threading import current_thread, main_thread
 from types import ModuleType
@@ -52,61 +53,73 @@ DEFECT = 1e3
 PARTS = 1000
 """The number of parts of a step that goes wrong, and again of such a part, to find the time when it does."""
 
-ROUND = 64
-"""Steps from one report of progress to the next."""
+ROUND = 1 << 15
+"""Steps times variables from one report of progress to the next: some 50 ms, and each takes heyoka 2 ms."""
 
 
 def solve(
     flow: Flow,
-    seen: Floats,
+    start: Floats,
+    scales: Floats,
     span: tuple[float, float],
     *,
     tolerance: float,
     blocks: Sequence[int],
     tell: Callable[[float], None],
     name: str,
+    most: int,
 ) -> Solution:
-    """The solution of y' = f(t, y) over `span` (t0, t1), from the first of the states `seen` (m by n).
+    """The solution of y' = f(t, y) over `span` (t0, t1) from `start` (n), in units of the `scales` (n).
 
-    The others show how large the variables grow. `tell` is given times reached.
+    `tell` is given times reached.
 
     Raises:
         Stopped: the solution does not reach t1.
-        TooManySteps: it does so only after more steps than memory holds.
+        TooManySteps: it does so only after more than `most` steps, or more than memory holds.
         ComputationError: heyoka is not installed, does not load, or cannot express the flow.
     """
     t0, t1 = span
-    scales = _scales(seen, blocks)
-    integrator = _integrator(flow, t0, seen[0], scales, max(tolerance * MARGIN, ROUNDING), name)
-    most = MOST_NUMBERS // (len(scales) * (integrator.order + 1))
-    times = array("d", [t0])
-
-    def look(running: Any) -> bool:
-        times.append(running.time)
-        taken = len(times) - 1
-        if not taken % ROUND:
-            tell(running.time)
-        return not hopeless(times, taken, t1, most)
-
-    outcome, *_, output, _ = integrator.propagate_until(t1, c_output=True, max_steps=most, callback=look)
-    if output is None:
-        raise Stopped(name, Stop.AT_START, t0)
+    integrator = _integrator(flow, tuple(scales.tolist()), max(tolerance * MARGIN, ROUNDING), name)
+    integrator.time, integrator.state[:] = t0, start / scales
+    most = min(most, MOST_NUMBERS // (len(scales) * (integrator.order + 1)))
+    at_once = 1 << max(1, ROUND // len(scales)).bit_length() - 1
+    f, knots, outputs = flow(np), array("d", [t0]), list[Any]()
+    while True:
+        taken = len(knots) - 1
+        part = min(at_once, most - taken)
+        outcome, *_, output, _ = integrator.propagate_until(t1, c_output=True, max_steps=part)
+        if output is None and not outputs:
+            raise Stopped(name, Stop.AT_START, t0)
+        reached = knots[-1]
+        if output is not None:
+            outputs.append(output)
+            reached = _reached(f, output.times, output.tcs, span, scales, tolerance, blocks)
+            knots.extend(output.times[1:])
+        if reached != knots[-1] or outcome.name == "err_nf_state":
+            state = outputs[-1](reached) * scales
+            raise stopped(flow(math), reached, state.tolist(), t1 - t0, name)
+        if outcome.name != "step_limit":
+            break
+        tell(reached)
+        if hopeless(knots, len(knots) - 1, t1, most):
+            raise TooManySteps(name, len(knots) - 1, reached, t1, most)
+    ahead = 1.0 if t1 >= t0 else -1.0
+    starts = ahead * np.array([output.times[0] for output in outputs])
 
     def sample(times: Floats) -> Floats:
+        states = np.empty((len(times), len(scales)))
+        index = np.maximum(0, np.searchsorted(starts, ahead * times, side="right") - 1)
+        for place in np.unique(index):
+            states[index == place] = outputs[place](times[index == place])
         with np.errstate(over="ignore"):  # of a state that is about to be infinite
-            states: Floats = output(times) * scales
-        return states
+            return states * scales
 
-    knots = output.times
-    reached = _reached(flow(np), knots, output.tcs, scales, tolerance, blocks)
-    if reached != knots[-1] or outcome.name == "err_nf_state":
-        raise stopped(flow(math), reached, sample(np.array([reached]))[0].tolist(), t1 - t0, name)
-    if outcome.name in ("step_limit", "cb_stop"):
-        raise TooManySteps(name, len(times) - 1, reached)
-    return Solution(len(knots) - 1, METHOD, knots, sample)
+    return Solution(
+        len(knots) - 1, METHOD, "taylor", tolerance, np.frombuffer(knots), sample, scales.tolist()
+    )
 
 
-def _scales(seen: Floats, blocks: Sequence[int]) -> Floats:
+def scales_of(seen: Floats, blocks: Sequence[int]) -> Floats:
     """For each variable a power of 2, about as large as its block was in the states `seen` (m by n)."""
     sizes = np.abs(seen).max(axis=0)
     largest = np.maximum.reduceat(sizes, np.cumsum([0, *blocks[:-1]]))
@@ -114,11 +127,11 @@ def _scales(seen: Floats, blocks: Sequence[int]) -> Floats:
     return np.repeat(np.ldexp(1.0, np.clip(exponents, -1000, 1000)), blocks)
 
 
-def _integrator(flow: Flow, t0: float, start: Floats, scales: Floats, tolerance: float, name: str) -> Any:
-    """heyoka's integrator of the variables in units of their `scales`, at `start`."""
+@lru_cache(maxsize=2)
+def _integrator(flow: Flow, units: Sequence[float], tolerance: float, name: str) -> Any:
+    """heyoka's integrator of the variables in `units`, which takes as long to make as to use."""
     heyoka = _loaded()
-    variables = [heyoka.expression(f"v{i}") for i in range(len(start))]
-    units = scales.tolist()
+    variables = [heyoka.expression(f"v{i}") for i in range(len(units))]
     try:
         slopes = flow(heyoka)(heyoka.time, *(unit * v for unit, v in zip(units, variables, strict=True)))
         return heyoka.taylor_adaptive(
@@ -126,8 +139,7 @@ def _integrator(flow: Flow, t0: float, start: Floats, scales: Floats, tolerance:
                 (variable, heyoka.expression(1 / unit) * slope)
                 for variable, unit, slope in zip(variables, units, slopes, strict=True)
             ],
-            (start / scales).tolist(),
-            time=t0,
+            [0.0] * len(units),
             tol=tolerance,
             # It compiles several times faster, at the price of slower steps.
             compact_mode=True,
@@ -182,15 +194,21 @@ def _uninterrupted() -> Iterator[None]:
 
 
 def _reached(
-    f: Elements, knots: Floats, series: Floats, scales: Floats, tolerance: float, blocks: Sequence[int]
+    f: Elements,
+    knots: Floats,
+    series: Floats,
+    span: tuple[float, float],
+    scales: Floats,
+    tolerance: float,
+    blocks: Sequence[int],
 ) -> float:
     """The time up to which the series solve the equations.
 
     `knots` (m + 1) are where they begin and end, `series` (m by n by order + 1) their coefficients.
     """
     t, h = knots[:-1], np.diff(knots)
-    short = np.abs(h) < SHORTEST * np.maximum(np.abs(t), ORIGIN * abs(knots[-1] - knots[0]))
-    short[-1] = False  # it ends where the span does
+    short = np.abs(h) < SHORTEST * np.maximum(np.abs(t), ORIGIN * abs(span[1] - span[0]))
+    short[-1] &= knots[-1] != span[1]  # where what is left of the span may be short
     bad = short | ~_follow(f, t, h, series, scales, tolerance, blocks)
     if not bad.any():
         return float(knots[-1])
@@ -198,7 +216,7 @@ def _reached(
     low, high = 0.0, h[step]
     while not short[step] and abs(high - low) > ROUNDING * abs(t[step] + high):
         parts = np.linspace(low, high, PARTS + 1)
-        good = _follow(f, t[step], parts, series[step], scales, tolerance, blocks)
+        good = _follow(f, t[step], parts, series[step, None], scales, tolerance, blocks)
         first = max(1, int(np.argmin(good)))
         if (parts[first - 1], parts[first]) == (low, high):
             break
@@ -216,20 +234,23 @@ def _follow(
     blocks: Sequence[int],
 ) -> Mask:
     """Whether each series about t (m), at t + h (m), has the slope that the equations give there."""
-    value = slope = np.zeros((len(h), len(scales)))
     size = np.abs(h)
     good = np.ones(len(h), dtype=np.bool_)
+    units = scales[:, None]
+    value, slope = np.zeros((2, len(scales), len(h)))
     first = 0
     with np.errstate(all="ignore"):
         for power in reversed(range(series.shape[-1])):
-            slope = slope * h[:, None] + value
-            value = value * h[:, None] + series[..., power]
+            slope *= h
+            slope += value
+            value *= h
+            value += series[..., power].T
         true = np.empty_like(value)
-        for column, derivative in zip(true.T, f(t + h, *(value * scales).T), strict=True):
-            column[:] = derivative
-        true /= scales
+        for row, derivative in zip(true, f(t + h, *(value * units)), strict=True):
+            row[:] = derivative
+        true /= units
         for count in blocks:
             block = slice(first, first := first + count)
-            miss, own, way = (np.hypot.reduce(rows[:, block], axis=1) for rows in (slope - true, value, true))
+            miss, own, way = (np.hypot.reduce(rows[block], axis=0) for rows in (slope - true, value, true))
             good &= size * miss <= DEFECT * tolerance * np.maximum(own, size * way)
     return good

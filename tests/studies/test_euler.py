@@ -377,6 +377,7 @@ def test_a_miss_that_stays_is_noted(monkeypatch: pytest.MonkeyPatch) -> None:
     from rigidcli.studies.euler import driven as driving
 
     monkeypatch.setattr(driving, "ROUNDS", 0)
+    monkeypatch.setattr("rigidcli.core.narrow.REPETITIONS", 1)
     report = driven(BODY, f'{{body: [0, 0, "{PULSE % 5}"]}}')
     assert report["trusted_digits"] < 1
     (note,) = report.notes

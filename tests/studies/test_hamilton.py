@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import math
+from collections.abc import Callable
 from itertools import pairwise
 from typing import Any
 
@@ -519,3 +520,40 @@ def test_refusals(program: Program, document: str, code: int, message: str) -> N
         assert ended.out == ""
         assert message in ended.err
         assert "Traceback" not in ended.err
+
+
+CHAINS: dict[str, tuple[str, Callable[[float], float]]] = {
+    "Toda": ("exp(-({0})) + {0}", lambda d: -math.expm1(-d)),
+    "Morse": ("(1 - exp(-({0})))^2", lambda d: -2 * math.expm1(-d) * math.exp(-d)),
+}
+"""The potential of a spring that is longer by {0}, and its tension."""
+
+
+@pytest.mark.parametrize("kick", [0.1, 1e-4, 1e-7])
+@pytest.mark.parametrize("kind", CHAINS)
+def test_a_kick_of_any_size_runs_along_a_chain(kind: str, kick: float, program: Program) -> None:
+    """The forces are small differences of large terms: neither steps nor digits may suffer unsaid."""
+    text, tension = CHAINS[kind]
+    names = ["x1", "x2", "x3", "x4"]
+    springs = [text.format(f"({b} - {a})") for a, b in pairwise(["0", *names, "0"])]
+    start = {**dict.fromkeys(names, 0), **{f"p_{name}": 0 for name in names}, "p_x1": kick}
+    document = {
+        "system": {
+            "coordinates": names,
+            "kinetic": " + ".join(f"{name}dot^2/2" for name in names),
+            "potential": " + ".join(springs),
+        },
+        "orbit": {"initial": start, "times": [2.0]},
+    }
+    orbit = json.loads(program("hamilton", "-f", "json", "-", stdin=json.dumps(document)).out)["orbit"]
+    assert orbit["steps"] < 500
+
+    def flow(t: float, y: Any) -> Any:
+        pulls = [tension(kick * (b - a)) / kick for a, b in pairwise([0, *y[:4], 0])]
+        return [*y[4:], *(b - a for a, b in pairwise(pulls))]
+
+    truth = kick * solve_ivp(flow, (0, 2), [0] * 4 + [1] + [0] * 3, "DOP853", rtol=3e-14, atol=1e-16).y[:, -1]
+    found = [column[0] for column in (*orbit["q"].values(), *orbit["p"].values())]
+    error = float(np.abs(found / truth - 1).max())
+    assert orbit["trusted_digits"] < -math.log10(error) + 0.5
+    assert orbit["trusted_digits"] > 11 + math.log10(kick) - 1.5

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigidcli.core import stability
+from rigidcli.core import memory, stability
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.errors import ValueProblem
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Step, Table
 from rigidcli.studies.common import SHOWN_DIGITS, if_known, report
-from rigidcli.studies.euler.columns import trajectory_table
+from rigidcli.studies.euler.columns import COLUMNS, trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
 from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory, free_trajectory
 from rigidcli.studies.results import told
@@ -49,10 +49,14 @@ def run(
     *,
     engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
+    max_steps: int | None = None,
     steps: bool = False,
 ) -> Report:
-    """Follow the motion that the document describes; `progress` is called with the fraction that is done."""
-    motion = follow(document, engine, progress)
+    """Follow the motion that the document describes; `progress` is called with the fraction that is done.
+
+    A motion that is integrated, and needs more than `max_steps`, is refused.
+    """
+    motion = follow(document, engine, progress, max_steps)
     fields, stable = (*_body(motion), *_kind(motion), *_quality(motion)), _stability(motion)
     working: list[Step] = []
     if steps:
@@ -65,7 +69,10 @@ def run(
 
 
 def follow(
-    document: Document, engine: Engine = "auto", progress: Callable[[float], None] | None = None
+    document: Document,
+    engine: Engine = "auto",
+    progress: Callable[[float], None] | None = None,
+    max_steps: int | None = None,
 ) -> Trajectory:
     """The trajectory of the document's body: in closed form without torque and for a top, else integrated.
 
@@ -73,6 +80,7 @@ def follow(
     ComputationError where the motion cannot be followed to its end.
     """
     problem = initial_value_problem(document)
+    memory.require(len(problem.times), len(COLUMNS))
     if problem.torque is None and not problem.weight.any():
         return free_trajectory(problem)
     if problem.torque is None and engine == "auto":
@@ -84,7 +92,7 @@ def follow(
     from rigidcli.studies.euler.driven import driven_trajectory
 
     try:
-        return driven_trajectory(problem, engine, progress)
+        return driven_trajectory(problem, engine, progress, max_steps)
     except ValueProblem as wrong:
         raise document.refusal(
             wrong.message, ".".join(map(str, ("motion", *wrong.path))), hint=wrong.hint

@@ -4,39 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from rigidcli.core import integrate, rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import digits, joined
-from rigidcli.errors import ComputationError, Path, ValueProblem, at
+from rigidcli.core.narrow import begun_anew, merged, solved
+from rigidcli.core.second_opinion import estimated_error
+from rigidcli.core.solution import digits
+from rigidcli.errors import Path, ValueProblem, at
 from rigidcli.model.environment import Formula
 from rigidcli.model.motion import VARIABLES, SpaceTorque
 from rigidcli.studies.euler.balance import BalanceErrors, balance_errors
 from rigidcli.studies.euler.initial import InitialValueProblem
 from rigidcli.studies.euler.trajectory import Trajectory, drift_of
 from rigidcli.symbolic.language import code
-from rigidcli.symbolic.language.tree import ZERO, Name, Node, bound, number
+from rigidcli.symbolic.language.tree import ZERO, Name, Node, bound, insides, number
 from rigidcli.symbolic.mechanics import rigid_body
-
-COARSER = (1e4, 1e2, 10.0)
-"""Ratios of the tolerance of a second integration, which estimates the error, to that of the first.
-
-The coarsest is tried first, as it takes the least time.
-"""
 
 COMPARED = 64
 """Times at which the two integrations are compared: enough to meet the largest difference nearly."""
-
-COARSEST = 1e-2
-"""The largest tolerance of the second integration: a coarser one follows no motion."""
-
-PROPORTIONAL = 0.1
-"""Largest error (rad) of the second integration that is still proportional to its tolerance."""
 
 ROUNDS = 4
 """Largest number of times that an integration is repeated because its steps went over a torque."""
@@ -58,6 +47,7 @@ class _Equations:
     torque: list[Node]
     state: Floats
     engine: integrate.Engine
+    max_steps: int | None
 
     @cached_property
     def right_side(self) -> integrate.Flow:
@@ -71,52 +61,58 @@ class _Equations:
         return (states[:, 4:] / self.moments) @ self.axes.T, rotation.compose(quaternions, back)
 
     def followed(
-        self, tolerance: float, places: Floats, progress: Callable[[float], None] | None = None
-    ) -> tuple[integrate.Solution, Floats, BalanceErrors]:
+        self, progress: Callable[[float], None] | None
+    ) -> tuple[integrate.Solution, Floats, BalanceErrors, Floats]:
         """A solution that has followed all of the torque, the spans (k by 2, s) repeated for it, its errors.
 
         An integrator looks at the torque now and then only, and goes over what acts in between. Where that
-        shows in the balances, it begins anew with steps that are short, as it does in the given `places` from
-        the first; if that does not help, the solution stays as it was.
+        shows in the torque itself or in the balances, it begins anew with steps that are short; if that does
+        not help, the solution stays as it was. Last are the spans in which it still goes over the torque.
         """
-        solution = self._solution(tolerance, places, progress)
-        balance = self._balance(tolerance, solution)
+        last, tolerance = float(self.problem.times[-1]), self.problem.tolerance
+
+        def follow(state: Floats, span: tuple[float, float]) -> integrate.Solution:
+            return self.part(state, span, tolerance, _share(progress, *span, last))
+
+        inner = sorted(set().union(*map(insides, self.torque)), key=repr)
+        quantities = code.function(inner, rigid_body.STATE, {})
+        whole = (self.state, (0.0, last))
+        solution, places, narrow = solved(follow, self.right_side, quantities, *whole, tolerance)
+        balance = self._balance(solution)
         for _ in range(ROUNDS):
             if not len(balance.missed):
                 break
-            more = _merged(places, balance.missed)
-            other = self._solution(tolerance, more, progress)
-            found = self._balance(tolerance, other)
+            more = merged(places, balance.missed)
+            other = begun_anew(follow, *whole, more)
+            found = self._balance(other)
             if max(found.drift.values()) > max(balance.drift.values()) / 2:
                 break
             solution, places, balance = other, more, found
-        return solution, places, balance
+        return solution, places, balance, narrow
 
-    def _solution(
-        self, tolerance: float, places: Floats, progress: Callable[[float], None] | None
+    def part(
+        self,
+        state: Floats,
+        span: tuple[float, float],
+        tolerance: float,
+        progress: Callable[[float], None] | None = None,
+        like: integrate.Solution | None = None,
     ) -> integrate.Solution:
-        """The solution for all times, begun anew at both ends of each of the `places` (k by 2, s)."""
-        parts: list[integrate.Solution] = []
-        state, begin, last = self.state, 0.0, float(self.problem.times[-1])
-        for index, end in enumerate([*places.ravel().tolist(), last]):
-            if end <= begin and (parts or end < last):
-                continue
-            part = integrate.integrate(
-                self.right_side,
-                state,
-                (begin, end),
-                tolerance=tolerance,
-                blocks=(4, 3),
-                # A short span is not worth the compilation.
-                engine="runge-kutta" if index % 2 else self.engine,
-                progress=_share(progress, begin, end, last),
-                name="the motion",
-            )
-            parts.append(part)
-            state, begin = part.at(np.array([end]))[0], end
-        return joined(parts)
+        """The solution over a span of time, from the state at its beginning; it may be `like` another one."""
+        return integrate.integrate(
+            self.right_side,
+            state,
+            span,
+            tolerance=tolerance,
+            blocks=(4, 3),
+            engine=self.engine,
+            progress=progress,
+            name="the motion",
+            most_steps=self.max_steps,
+            like=like,
+        )
 
-    def _balance(self, tolerance: float, solution: integrate.Solution) -> BalanceErrors:
+    def _balance(self, solution: integrate.Solution) -> BalanceErrors:
         """The balances; under weight alone, energy is conserved, and so is L about the vertical."""
         problem = self.problem
         if problem.torque is None:
@@ -124,33 +120,37 @@ class _Equations:
             errors = {key: drift[key] for key in ("energy", "angular_momentum")}
             return BalanceErrors(errors, np.empty((0, 2)))
         timed = "t" in problem.torque.names
-        return balance_errors(self.torque, self.moments, solution, tolerance=tolerance, timed=timed)
+        return balance_errors(self.torque, self.moments, solution, tolerance=problem.tolerance, timed=timed)
 
 
 def driven_trajectory(
-    problem: InitialValueProblem, engine: integrate.Engine, progress: Callable[[float], None] | None
+    problem: InitialValueProblem,
+    engine: integrate.Engine,
+    progress: Callable[[float], None] | None,
+    max_steps: int | None = None,
 ) -> Trajectory:
     """The trajectory of a body that a torque drives.
 
     Raises ComputationError where it ends early or cannot begin, and ValueProblem, with the path in
     `motion`, for a torque that cannot be: one that is too large, or about a line without a moment.
     """
-    equations = _along_principal_axes(problem, engine)
-    solution, places, balance = equations.followed(problem.tolerance, np.empty((0, 2)), progress)
+    equations = replace(_along_principal_axes(problem, engine), max_steps=max_steps)
+    solution, places, balance, narrow = equations.followed(progress)
     omega, orientation = equations.along_document(solution.at(problem.times))
-    compared = np.linspace(0.0, problem.times[-1], COMPARED)
-    _, fine = equations.along_document(solution.at(compared))
-
-    def off(tolerance: float) -> float:
-        coarser, *_ = equations.followed(tolerance, places)
-        _, other = equations.along_document(coarser.at(compared))
-        return float(rotation.angles_between(other, fine).max())
-
-    error = _error(problem.tolerance, off)
+    error, _ = estimated_error(
+        solution,
+        problem.tolerance,
+        partial(equations.part, like=solution),
+        lambda one, other: 2 * np.linalg.norm((one - other)[:, :4], axis=1),
+        np.linspace(0.0, problem.times[-1], COMPARED),
+        places.ravel(),
+        integrate.CHEAPER[solution.engine],
+    )
+    missed = merged(narrow, balance.missed)
     rounding = np.finfo(np.float64).eps * solution.steps**0.5
     notes = problem.notes
-    if len(balance.missed):
-        near = f"the balance of energy or angular momentum is missed near t = {balance.missed[0, 0]:.6g}"
+    if len(missed):
+        near = f"the balance of energy or angular momentum is missed near t = {missed[0].mean():.6g}"
         notes += (f"{near}: the integration may have gone over a torque that acts for a short while",)
     lengths = np.linalg.norm(solution.at(solution.knots)[:, :4], axis=1)
     return Trajectory(
@@ -160,24 +160,9 @@ def driven_trajectory(
         None,
         solution.method,
         solution.steps,
-        digits(max(error, rounding, *balance.drift.values())),
+        digits(math.pi if len(narrow) else max(error, rounding, *balance.drift.values())),
         balance.drift | {"quaternion": float(np.abs(lengths - 1).max())},
     )
-
-
-def _error(tolerance: float, off: Callable[[float], float]) -> float:
-    """The error (rad) of a solution, from how far one of a coarser tolerance is `off`.
-
-    Errors are proportional to tolerances as long as they are small.
-    """
-    error = math.pi
-    for ratio in COARSER:
-        coarser = min(COARSEST, ratio * tolerance)
-        with suppress(ComputationError):
-            error = off(coarser)
-            if error <= PROPORTIONAL:
-                return error * tolerance / coarser
-    return error
 
 
 def _share(
@@ -185,17 +170,6 @@ def _share(
 ) -> Callable[[float], None] | None:
     """A function that reports all that is done, given the fraction of the span from `begin` to `end`."""
     return progress and (lambda fraction: progress((begin + (end - begin) * fraction) / last))
-
-
-def _merged(places: Floats, more: Floats) -> Floats:
-    """The spans of both (k by 2), in order, without what they share."""
-    spans = np.concatenate([places, more])
-    merged: list[list[float]] = []
-    for begin, end in spans[np.argsort(spans[:, 0], kind="stable")].tolist():
-        begin = max(begin, merged[-1][1]) if merged else begin
-        if end > begin:
-            merged.append([begin, end])
-    return np.array(merged)
 
 
 def _along_principal_axes(problem: InitialValueProblem, engine: integrate.Engine) -> _Equations:
@@ -231,7 +205,7 @@ def _along_principal_axes(problem: InitialValueProblem, engine: integrate.Engine
                 hint="give a torque across the line, or the body some thickness",
             )
         torque[line] = ZERO
-    return _Equations(problem, moments, axes, torque, state, engine)
+    return _Equations(problem, moments, axes, torque, state, engine, None)
 
 
 def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> bool:

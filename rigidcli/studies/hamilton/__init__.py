@@ -82,13 +82,15 @@ def run(
     *,
     invariants: bool = False,
     progress: Callable[[float], None] | None = None,
+    max_steps: int | None = None,
     steps: bool = False,
 ) -> Report:
     """Derive what the system of the document has, and follow its orbit; `progress` is told how far.
 
-    Further conserved quantities are searched for where that is quick, or `invariants` are asked for.
+    Further conserved quantities are searched for where that is quick, or `invariants` are asked for. An orbit
+    that needs more than `max_steps` is refused.
     """
-    found = _results(document, invariants, progress)
+    found = _results(document, invariants, progress, max_steps)
     derivation, system = found.derivation, found.derivation.system
     phase = derivation.phase
     definitions = None if derivation.momenta is None else derivation.momenta.definitions
@@ -151,7 +153,12 @@ def _in_decimals(value: Value) -> Value:
             return value
 
 
-def _results(document: Document, invariants: bool, progress: Callable[[float], None] | None) -> _Results:
+def _results(
+    document: Document,
+    invariants: bool,
+    progress: Callable[[float], None] | None,
+    max_steps: int | None,
+) -> _Results:
     """Everything that the report tells; what the document does not ask is not imported."""
     derivation = derive(document)
     branches, orbit, transform, small = derivation.branches, None, None, None
@@ -170,7 +177,7 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
         require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
         derivation, initial = initial_state(document, document.orbit, derivation)
         searched = _searched(derivation, invariants)
-        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress)
+        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, max_steps)
     if document.transform is not None:
         from rigidcli.studies.hamilton.transform import transformed
 
@@ -398,6 +405,11 @@ def _notes(found: _Results) -> list[str]:
         notes.append(
             f"chaotic, or too long: errors grow so fast that by t = {found.orbit.lost:.4g} little is left "
             "of a somewhat coarser orbit, and beyond this one is only typical"
+        )
+    if found.orbit is not None and found.orbit.missed is not None:
+        notes.append(
+            f"steps go over something narrow near t = {found.orbit.missed:.6g}, however often they begin "
+            "anew: no digits are to be trusted"
         )
     transform = found.transform
     if transform is not None and not transform.wrong and transform.hamiltonian is None:

@@ -22,7 +22,7 @@ from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.language.elimination import Step, solved
-from rigidcli.symbolic.language.tree import Name, Node
+from rigidcli.symbolic.language.tree import Name, Node, insides, magnitude
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
 
 ENERGY_CHANGE = "_energy_change"
@@ -33,11 +33,15 @@ ENERGY_CHANGE = "_energy_change"
 class EquationsOfMotion:
     """What is integrated from where, and how its variables (k by m) at times (k) are `observed`.
 
-    That gives q and p (k by n each), H (k), and the terms of H (any number by k).
+    That gives q and p (k by n each), H (k), and the terms of H (any number by k). `terms` is what the flow
+    would be if none of its terms could cancel. The `insides` of functions in the equations tell where
+    something narrow may be.
     """
 
     flow: Flow
+    terms: Flow
     start: Floats
+    insides: Flow
     observed: Callable[[Floats, Floats], tuple[Floats, Floats, Floats, Floats]]
 
 
@@ -78,7 +82,12 @@ def _motion(
         rows = columns(observe, times, states[:, : 2 * size])
         return states[:, :size], rows[:size].T, rows[size:].sum(axis=0), rows[size:]
 
-    return EquationsOfMotion(code.function(slopes, arguments, initial.parameters, steps), start, observed)
+    inner = sorted(set().union(*map(insides, [*slopes, *(node for _, node in steps)])), key=repr)
+    flow, sizes, quantities = (
+        code.function(nodes, arguments, initial.parameters, steps)
+        for nodes in (slopes, [magnitude(slope) for slope in slopes], inner)
+    )
+    return EquationsOfMotion(flow, sizes, start, quantities, observed)
 
 
 def _hamilton(derivation: Derivation, initial: InitialState) -> EquationsOfMotion:

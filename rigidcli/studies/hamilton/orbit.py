@@ -9,9 +9,12 @@ from functools import partial
 
 import numpy as np
 
-from rigidcli.core import integrate
+from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import digits
+from rigidcli.core.narrow import solved
+from rigidcli.core.second_opinion import estimated_error
+from rigidcli.core.sensitivity import representative
+from rigidcli.core.solution import ROUNDING, digits
 from rigidcli.errors import ComputationError
 from rigidcli.model.orbit import Orbit
 from rigidcli.model.sampling import DEFAULT_TOLERANCE
@@ -26,26 +29,11 @@ from rigidcli.studies.hamilton.initial import InitialState
 from rigidcli.studies.hamilton.velocity_branches import VANISHING, require_regular
 from rigidcli.symbolic.algebra.expressions import Expr
 
-COARSER = 1e2
-"""The ratio of the tolerances of two integrations, from whose difference the error is estimated."""
-
-PIECES = 7
-"""Pieces of the second integration, each twice as long as the one before: the first is a 64th of the span."""
-
 REFINEMENTS, PARTS = 5, 101
 """How often the time at which an orbit leaves its range is narrowed down, to one of so many parts."""
 
-LOST = 0.1
-"""An error of a variable, in units of its size, with which it has no digits left."""
-
-EARLY = 0.8
-"""If the coarse orbit is lost before this part of the span, the fine one is lost before its end."""
-
 BEFORE = 1 - 1e-9
 """The part of an orbit that ends that is followed again, to see why."""
-
-ORDER = 7 / 8
-"""The power of the tolerance to which the error of an orbit is proportional: steps h have errors of h^8."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,8 +42,8 @@ class OrbitSolution:
 
     `drift` tells of H and of each conserved quantity by how much it changes, in units of the largest sum of
     the sizes of its terms; where H changes by law, the integral of dH/dt is taken off. Those that are neither
-    H nor momenta are `invariants`. From `lost` on, if ever, an orbit with somewhat coarser steps has nothing
-    in common with this one.
+    H nor momenta are `invariants`. From `lost` on, if ever, an orbit with somewhat larger errors has nothing
+    in common with this one. At `missed`, if ever, steps have gone over something narrow.
     """
 
     times: Floats
@@ -68,6 +56,7 @@ class OrbitSolution:
     steps: int
     trusted_digits: float
     lost: float | None
+    missed: float | None
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -77,23 +66,29 @@ def solve_orbit(
     initial: InitialState,
     invariants: Sequence[Expr],
     progress: Callable[[float], None] | None,
+    max_steps: int | None = None,
 ) -> OrbitSolution:
     """The orbit that a document asks for; also of the `invariants` the drift is told.
 
-    Raises ComputationError where the orbit ends early.
+    Raises ComputationError where the orbit ends early, or needs more than `max_steps`, or too much memory.
     """
     motion = equations_of_motion(derivation, initial)
     times = orbit.instants(1.0)
+    memory.require(len(times), 2 + len(motion.start))
     tolerance = orbit.tolerance or DEFAULT_TOLERANCE
-    follow = partial(integrate.integrate, motion.flow, engine=orbit.method, name="the orbit")
+    follow = partial(
+        integrate.integrate, motion.flow, terms=motion.terms, name="the orbit", most_steps=max_steps
+    )
+    step = partial(follow, tolerance=tolerance, engine=orbit.method, progress=progress)
+    span = (0.0, float(times[-1]))
     defined = derivation.momenta
     may_branch = defined is not None and not defined.are_linear(derivation.velocity_names)
     try:
-        solution = follow(motion.start, (0.0, float(times[-1])), tolerance=tolerance, progress=progress)
+        solution, places, narrow = solved(step, motion.flow, motion.insides, motion.start, span, tolerance)
     except integrate.Stopped as stop:
         if may_branch:
             with suppress(integrate.Stopped):
-                seen = follow(motion.start, (0.0, BEFORE * stop.time), tolerance=tolerance)
+                seen = step(motion.start, (0.0, BEFORE * stop.time))
                 _require_regular(seen, motion, derivation, initial, VANISHING)
         raise
     if may_branch:
@@ -101,8 +96,21 @@ def solve_orbit(
     _require_range(solution, derivation, initial)
     states = solution.at(times)
     coordinates, momenta, energy, terms = motion.observed(times, states)
-    coarse = partial(follow, tolerance=min(1e-3, tolerance * COARSER), least=solution.least)
-    error, lost = _estimated_error(coarse, motion.start, times, states)
+    scale = np.abs(states[:, : 2 * len(initial.q)]).max(axis=0)
+    scale[scale == 0] = 1.0
+    error, lost = estimated_error(
+        solution,
+        tolerance,
+        lambda state, span, coarser: follow(state, span, tolerance=coarser, like=solution),
+        lambda one, other: np.abs((one - other)[:, : len(scale)] / scale).max(axis=1),
+        representative(times),
+        places.ravel(),
+        integrate.CHEAPER[solution.engine],
+    )
+    slopes, sizes = (np.abs(columns(f, times, states)).max(axis=1) for f in (motion.flow, motion.terms))
+    # Both integrations share the rounding errors of slopes that are small differences of large terms.
+    cancelled = float((sizes[slopes > 0] / slopes[slopes > 0]).max(initial=0.0))
+    rounding = ROUNDING * solution.steps**0.5 * max(1.0, cancelled)
     gained = states[:, -1] if derivation.energy_changes else np.zeros(len(times))
     drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms)}
     for name in derivation.conserved_momenta:
@@ -122,8 +130,9 @@ def solve_orbit(
         tuple(further),
         solution.method,
         solution.steps,
-        digits(max(error, np.finfo(np.float64).eps * solution.steps**0.5)),
+        digits(1.0 if len(narrow) else max(error, rounding)),
         lost,
+        float(narrow[0].mean()) if len(narrow) else None,
     )
 
 
@@ -163,29 +172,3 @@ def _require_range(solution: integrate.Solution, derivation: Derivation, initial
             raise ComputationError(
                 f"the orbit has no velocities beyond t = {times[-1]:.6g}, expected {condition} > 0"
             )
-
-
-def _estimated_error(
-    follow: Callable[..., integrate.Solution], state: Floats, times: Floats, states: Floats
-) -> tuple[float, float | None]:
-    """The largest error of the states (k by n), in units of the variables' sizes, and when digits are lost.
-
-    It is estimated from a second, coarser integration, which `follow` does piece by piece from the first
-    `state`: as soon as it has lost all digits, as in chaotic motion, there is no need to go on.
-    """
-    scale = np.abs(states).max(axis=0)
-    scale[scale == 0] = 1.0
-    end = float(times[-1])
-    t, error = 0.0, 0.0
-    for piece in reversed(range(PIECES)):
-        until = end / 2**piece
-        solution = follow(state, (t, until))
-        inside = (times > t) & (times <= until)
-        misses = np.abs((solution.at(times[inside]) - states[inside]) / scale).max(axis=1, initial=0.0)
-        error = max(error, float(misses.max(initial=0.0)) / COARSER**ORDER)
-        if (misses > LOST).any():
-            lost = float(times[inside][np.argmax(misses > LOST)])
-            if lost < EARLY * end:
-                return 1.0, lost
-        t, state = until, solution.at(np.array([until]))[0]
-    return error, None

@@ -4,14 +4,17 @@
     flow(math)(0.0, 1.0, 0.0)         # (0.0, -4.0)
 
 The text that is run is written here from the nodes of the trees: arguments become v0, v1, ..., numbers are
-written by `repr`, and no text of a document gets into it. Each statement is one operation, so that
-code is never nested, and an operation that comes more than once is done once.
+written by `repr`, and no text of a document gets into it. An operation that comes more than once is done
+once, in a statement of its own. One that comes once stands inside the operation that needs it, as storing it
+takes a fifth of the time of doing it, but no deeper than Python reads with ease.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import ModuleType
 from typing import Any, TypeAlias
 
@@ -23,6 +26,12 @@ from rigidcli.symbolic.language.tree import FUNCTIONS, Function, Node, UnknownFu
 
 MOST_MULTIPLIED = 16
 """The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
+
+DEEPEST = 20
+"""The most operations that stand inside each other."""
+
+_VARIABLE = re.compile(r"\bs\d+\b")
+"""A variable that holds the value of an operation."""
 
 _POWER = Function(2, math.pow, "power", None, "power")
 """What `pow` is in code; documents write `^`."""
@@ -60,7 +69,7 @@ def function(
         writer.values[name] = writer.write(node)
     roots = [writer.write(e.root if isinstance(e, Expression) else e) for e in expressions]
     result = f"return ({''.join(f'{_text(root)}, ' for root in roots)})"
-    code = compile("\n ".join([head, *writer.lines, result]), "<expressions>", "exec")
+    code = compile("\n ".join([head, *_nested(writer.known, result)]), "<expressions>", "exec")
 
     def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
         names: dict[str, Any] = {"__builtins__": {}}
@@ -70,6 +79,20 @@ def function(
         return made
 
     return flow
+
+
+def _nested(known: Mapping[str, str], result: str) -> Iterator[str]:
+    """The statements: operations (the keys) with their variables, those needed once where they are needed."""
+    uses = Counter(name for text in (*known, result) for name in _VARIABLE.findall(text))
+    inside: dict[str, str] = {}
+    depths: dict[str, int] = {}
+    for text, name in [*known.items(), (result, "")]:
+        depth = max((depths.get(part, 0) for part in _VARIABLE.findall(text)), default=0)
+        whole = _VARIABLE.sub(lambda part: inside.get(part[0], part[0]), text)
+        if uses[name] == 1 and depth < DEEPEST:
+            inside[name], depths[name] = f"({whole})", depth + 1
+        else:
+            yield f"{name} = {whole}" if name else whole
 
 
 def _operation(name: str, module: ModuleType) -> Callable[..., Any]:
@@ -88,23 +111,21 @@ def _operation(name: str, module: ModuleType) -> Callable[..., Any]:
 
 
 class _Writer:
-    """The statements so far, and what they use."""
+    """The operations so far, each `known` by its text, and what they use."""
 
-    __slots__ = ("constants", "functions", "known", "lines", "values")
+    __slots__ = ("constants", "functions", "known", "values")
 
     def __init__(self, arguments: Mapping[str, str], constants: Mapping[str, float]) -> None:
         self.values: dict[str, Value] = dict(arguments)
         self.constants = constants
         self.functions: set[str] = set()
         self.known: dict[str, str] = {}
-        self.lines: list[str] = []
 
     def let(self, text: str) -> str:
         """A variable with the value of this operation."""
         name = self.known.get(text)
         if name is None:
             name = self.known[text] = f"s{len(self.known)}"
-            self.lines.append(f"{name} = {text}")
         return name
 
     def write(self, node: Node) -> Value:

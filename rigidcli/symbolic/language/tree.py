@@ -168,6 +168,28 @@ def rebuilt(node: Node, change: Callable[[Node], Node]) -> Node:
             return node
 
 
+def insides(node: Node) -> set[Node]:
+    """The arguments of functions in a tree, the sums that it divides by, and the bases of powers above 16.
+
+    Where one of them passes zero, or is largest or smallest, something narrow may be: a peak, a kink, a wall.
+    Sines, cosines and low powers have nothing narrow of their own.
+    """
+    found: set[Node] = set()
+
+    def walk(node: Node) -> Node:
+        match node:
+            case Call(function, arguments) if function not in ("sin", "cos"):
+                found.update(arguments)
+            case Reciprocal(Power(Sum() as base, _)) | Reciprocal(Sum() as base):
+                found.add(base)
+            case Power(base, exponent) if not (isinstance(exponent, Number) and exponent.value in range(17)):
+                found.add(base)
+        return rebuilt(node, walk)
+
+    walk(node)
+    return found
+
+
 def number(value: float) -> Node:
     """A number as a tree."""
     positive = Number(repr(abs(float(value))), abs(float(value)))
@@ -186,6 +208,24 @@ def bound(node: Node, values: Mapping[str, Node]) -> Node:
     if isinstance(node, Name):
         return values.get(node.name, node)
     return rebuilt(node, lambda operand: bound(operand, values))
+
+
+def magnitude(node: Node) -> Node:
+    """The value that a tree would have if none of its terms were negative.
+
+    In units of it, rounding errors are small, also where the terms nearly cancel.
+    """
+    match node:
+        case Number() | Constant():
+            return node
+        case Negative(operand):
+            return magnitude(operand)
+        case Sum() | Product():
+            return rebuilt(node, magnitude)
+        case Power(base, Number() as exponent):
+            return Power(magnitude(base), exponent)
+        case _:
+            return Call("abs", (node,))
 
 
 def _sign(x: float) -> float:

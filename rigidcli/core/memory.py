@@ -1,0 +1,70 @@
+"""How much memory can still be had, so that what needs more is refused before it is asked for."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Iterator
+from contextlib import suppress
+from pathlib import Path
+
+from rigidcli.errors import ComputationError
+
+A_NUMBER = 28
+"""Bytes that a number of a table takes while a study fills it: 8 for itself, the rest on the way there.
+
+This is measured, as is the next one.
+"""
+
+ITS_TEXT = 60
+"""Bytes that the text of a number takes where all is written at once: 20 digits, three times over."""
+
+GROUP = Path("/sys/fs/cgroup")
+"""Where Linux tells the limits of the group of processes to which this one belongs, as in a container."""
+
+GROUPS = (
+    ("memory.max", "memory.current"),
+    ("memory/memory.limit_in_bytes", "memory/memory.usage_in_bytes"),
+)
+"""The files with the limit and what is in use, in both versions of the interface."""
+
+MEGABYTE = 1_000_000
+"""Bytes, as memory is told to people."""
+
+
+def require(rows: int, columns: int, each: int = A_NUMBER) -> None:
+    """Raise ComputationError where there is too little for the samples, of `each` so many bytes a number."""
+    needed, left = rows * columns * each, available()
+    if needed > left:
+        raise ComputationError(
+            f"{rows:,} samples need about {_told(needed)} of memory, and {_told(left)} can be had",
+            hint="ask for fewer samples, for csv instead of json, or allow more memory",
+        )
+
+
+def available() -> float:
+    """The bytes that this process can still get, as far as the platform tells them; else infinite."""
+    return max(0.0, min(_limits(), default=math.inf))
+
+
+def _limits() -> Iterator[float]:
+    """What each limit leaves: that of the process, that of its group of processes, that of the machine."""
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        most, _ = resource.getrlimit(resource.RLIMIT_AS)
+        if most != resource.RLIM_INFINITY:
+            pages = int(Path("/proc/self/statm").read_text().split()[0])
+            yield most - pages * os.sysconf("SC_PAGE_SIZE")
+    for limit, used in GROUPS:
+        with suppress(OSError, ValueError):  # `max` is no number
+            yield int((GROUP / limit).read_text()) - int((GROUP / used).read_text())
+    with suppress(OSError, ValueError):
+        lines = Path("/proc/meminfo").read_text().splitlines()
+        kilobytes = {name: int(rest.split()[0]) for name, _, rest in (line.partition(":") for line in lines)}
+        yield 1024.0 * (kilobytes["MemAvailable"] + kilobytes["SwapFree"])
+
+
+def _told(size: float) -> str:
+    """A number of bytes as people say it."""
+    return f"{size / MEGABYTE / 1000:.1f} GB" if size >= 1000 * MEGABYTE else f"{size / MEGABYTE:.0f} MB"

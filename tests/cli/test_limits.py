@@ -1,0 +1,187 @@
+"""What would take too long, or too much memory: a refusal that says so and how far it came, and progress."""
+
+from __future__ import annotations
+
+import io
+import json
+import resource
+import subprocess
+import sys
+import time
+from functools import partial
+
+import pytest
+
+import rigidcli
+from rigidcli.cli import output
+from rigidcli.core import memory
+from rigidcli.errors import ComputationError
+from tests.conftest import ROOT, Outcome, Program
+
+BOX = "body: {shape: box, size: [1, 2, 3], mass: 1}\n"
+PENDULUM = "system: {coordinates: [a], lagrangian: 'adot**2/2 + cos(a)'}\n"
+SWING = PENDULUM + "orbit: {initial: {a: 1, p_a: 0}, duration: 100}"
+FREE = BOX + "motion: {omega: [1, 0.1, 0.2], duration: 100}"
+
+
+def driven(torque: str) -> str:
+    return BOX + f"motion: {{omega: [1, 0.1, 0.2], torque: {torque}, duration: 1000}}"
+
+
+PUMPED = {
+    "a torque along space": ("euler", driven('{space: ["-2*w1", 0, 0]}')),
+    "a torque along the body": ("euler", driven('{body: [0, 0, "0.3*w3"]}')),
+    "a torque that turns with the body": ("euler", driven('{body: ["w1 + w2", "w2 - w1", w3]}')),
+    "a stiff spring": (
+        "hamilton",
+        """
+system: {coordinates: [x], lagrangian: "xdot**2/2 - 1e12*x**2/2"}
+orbit: {initial: {x: 1, p_x: 0}, duration: 60}
+""",
+    ),
+    "a mass that vanishes": (
+        "hamilton",
+        """
+system: {coordinates: [x], lagrangian: "exp(-t/2)*xdot**2/2 - exp(t/2)*x**2/2"}
+orbit: {initial: {x: 1, p_x: 0}, duration: 60}
+""",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", PUMPED.values(), ids=PUMPED.keys())
+def test_what_needs_too_many_steps_is_refused_in_seconds(case: tuple[str, str], program: Program) -> None:
+    command, document = case
+    begin = time.process_time()
+    outcome = program(command, "-f", "csv", "-", stdin=document)
+    assert time.process_time() - begin < 10
+    assert (outcome.code, outcome.out) == (4, "")
+    assert "needs more than 1,000,000 steps" in outcome.err
+    assert "have come to t = " in outcome.err
+    assert "shorter span or a larger tolerance" in outcome.err
+    assert "--max-steps" in outcome.err
+    assert "rigidcli[taylor]" in outcome.err or "heyoka" in sys.modules
+
+
+@pytest.mark.parametrize(
+    ("command", "document"),
+    [
+        ("hamilton", SWING),
+        ("hamilton", SWING.replace("100}", "100, method: symplectic}")),
+        ("euler", driven('{body: [0, 0, "0.1*cos(t)"]}')),
+    ],
+)
+def test_the_budget_of_steps_is_an_option(command: str, document: str, program: Program) -> None:
+    few = program(command, "-f", "csv", "--max-steps", "100", "-", stdin=document)
+    assert few.code == 4
+    assert "needs more than 100 steps" in few.err
+    enough = program(command, "-f", "csv", "--max-steps", "100000", "-", stdin=document)
+    assert enough.code == 0
+    assert enough.out == program(command, "-f", "csv", "-", stdin=document).out
+
+
+def test_the_budget_of_steps_is_a_parameter() -> None:
+    with pytest.raises(ComputationError, match="needs more than 10 steps"):
+        rigidcli.hamilton(rigidcli.loads(SWING), max_steps=10)
+
+
+def bounded(*arguments: str, stdin: str, megabytes: int) -> Outcome:
+    """The program in a process that may have so much memory."""
+    limit = megabytes * 2**20
+    done = subprocess.run(
+        [sys.executable, "-m", "rigidcli", *arguments],
+        input=stdin,
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        preexec_fn=partial(resource.setrlimit, resource.RLIMIT_AS, (limit, limit)),
+        check=False,
+    )
+    return Outcome(done.returncode, done.stdout, done.stderr)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells how much a process has")
+@pytest.mark.parametrize(
+    ("command", "document", "key"), [("euler", FREE, "motion"), ("hamilton", SWING, "orbit")]
+)
+def test_samples_need_memory_which_is_told_before_it_is_asked_for(
+    command: str, document: str, key: str
+) -> None:
+    for count, code in (("9000000", 4), ("1000", 0)):
+        words = (command, "-f", "csv", "-s", f"{key}.samples={count}", "-")
+        outcome = bounded(*words, stdin=document, megabytes=600)
+        assert outcome.code == code, outcome.err
+    told = bounded(command, "-s", f"{key}.samples=9000000", "-", stdin=document, megabytes=600).err
+    assert "9,000,000 samples need about " in told
+    assert " GB of memory, and " in told
+    assert "hint: ask for fewer samples" in told
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells how much a process has")
+def test_the_estimate_is_no_less_than_what_is_taken() -> None:
+    """Where the estimate just allows the samples, they are written."""
+    samples = 150_000
+    for command, document, key, columns in (("euler", FREE, "motion", 18), ("hamilton", SWING, "orbit", 4)):
+        needed = samples * columns * memory.A_NUMBER / 2**20
+        limit = int(250 + needed)
+        words = (command, "-f", "csv", "-s", f"{key}.samples={samples}", "-")
+        outcome = bounded(*words, stdin=document, megabytes=limit)
+        assert outcome.code == 0, outcome.err
+        assert outcome.out.count("\n") == samples + 1
+
+
+def test_json_needs_more_as_it_is_one_text(program: Program, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "available", lambda: 1000 * 4 * (memory.A_NUMBER + memory.ITS_TEXT) / 2.0)
+    document = SWING.replace("100}", "100, samples: 1000}")
+    assert program("hamilton", "-f", "json", "-", stdin=document).code == 4
+
+
+def test_json_fits_where_there_is_room(program: Program, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(memory, "available", lambda: 1000 * 4 * memory.ITS_TEXT * 1.01)
+    outcome = program("hamilton", "-f", "json", "-", stdin=SWING.replace("100}", "100, samples: 1000}"))
+    assert len(json.loads(outcome.out)["orbit"]["t"]) == 1000
+
+
+@pytest.mark.parametrize("place", ["rigidcli.studies.axes.run", "rigidcli.render.csv.render"])
+def test_too_little_memory_anywhere_is_no_internal_error(
+    place: str, program: Program, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def full(*arguments: object, **options: object) -> None:
+        raise MemoryError
+
+    module, _, name = place.rpartition(".")
+    __import__(module)
+    monkeypatch.setattr(sys.modules[module], name, full)
+    outcome = program("axes", "-f", "csv", "-", stdin=BOX)
+    assert (outcome.code, outcome.out) == (4, "")
+    assert "there is too little memory" in outcome.err
+    assert "hint:" in outcome.err
+
+
+class Terminal(io.StringIO):
+    """A stand-in for a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_a_terminal_is_told_that_the_work_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stderr", terminal := Terminal())
+    with output.progress(pulse=0.01) as show:
+        time.sleep(0.1)
+        assert " 0 s\r" in terminal.getvalue()
+        show(0.5)
+        time.sleep(0.1)
+    shown = terminal.getvalue()
+    assert " 50% 0 s\r" in shown
+    assert shown.endswith(" \r")
+    time.sleep(0.05)
+    assert terminal.getvalue() == shown
+
+
+def test_nothing_else_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stderr", file := io.StringIO())
+    with output.progress(pulse=0.01) as show:
+        show(0.5)
+        time.sleep(0.05)
+    assert file.getvalue() == ""
