@@ -48,7 +48,7 @@ OFF = 0.25
 PARTED = 0.1
 """The part of a margin by which two runs of a document may differ."""
 
-AMPLIFIED = 2e-7
+AMPLIFIED = 1e-7
 """What they may differ by in units of a column's size, too: the errors of their steps are then amplified so
 much that an answer that is worked with less care, but well enough, would be beyond its margin."""
 
