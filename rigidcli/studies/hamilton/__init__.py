@@ -136,7 +136,8 @@ def run(
 
         momenta = [(name, symbol(name)) for name in conserved if name != "H"]
         others = [(reading(e.tree()), e) for e in found.invariants or ()]
-        working += hamilton_steps(fields, tables, phase, [*momenta, *others], derivation.hamiltonian)
+        proved, h = [*momenta, *others], derivation.hamiltonian
+        working += hamilton_steps(fields, tables, phase, proved, h, derivation.is_forced)
     return report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables, working)
 
 
