@@ -87,6 +87,24 @@ def test_where_lagranges_equations_are_not_told() -> None:
     assert words(found["accelerations"]) == {"xddot": "-x/(5*xdot**4 + 1)"}
 
 
+def test_friction_in_the_lagrangian_leaves_no_exponentials() -> None:
+    text = "exp(g*t)*(m*xdot^2/2 - k*x^2/2)"
+    found = hamilton(
+        f"system: {{coordinates: [x], lagrangian: {text}}}\nparameters: {{m: null, k: null, g: null}}\n"
+    )
+    assert words(found["accelerations"]) == {"xddot": "-g*xdot - k*x/m"}
+
+
+@pytest.mark.parametrize(
+    "text", ["2*cosh(xdot/3) + 3*x*xdot", "exp(xdot) + x*xdot", "xdot^4/4 + sin(x)*xdot"]
+)
+def test_accelerations_that_vanish_agree(text: str) -> None:
+    # A gauge term leaves only rounding in the accelerations along Hamilton's equations.
+    found = hamilton(f"system: {{coordinates: [x], lagrangian: {text}}}\n")
+    assert words(found["accelerations"]) == {"xddot": "0"}
+    assert found["verified"] < 1e-13
+
+
 def test_wrong_equations_would_be_seen() -> None:
     derivation = derive(rigidcli.load(ROOT / "configs" / "double_pendulum.yaml"))
     assert lagrange.residual(derivation) < 1e-13  # type: ignore[operator]

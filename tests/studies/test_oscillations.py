@@ -367,6 +367,32 @@ def test_where_there_are_no_small_oscillations(document: str, told: str) -> None
     assert told in str(refused.value)
 
 
+def test_modes_that_oscillate_where_a_discriminant_is_positive() -> None:
+    # L. Brown, G. Gabrielse, Rev. Mod. Phys. 58 (1986) 233: cyclotron, magnetron and axial motion.
+    trap = "  lagrangian: m*(xdot^2+ydot^2+zdot^2)/2 + q*B*(x*ydot-y*xdot)/2 - m*w^2*(2*z^2-x^2-y^2)/4"
+    report = hamilton(system("x, y, z", trap, "x: 0, y: 0, z: 0", m=None, q=None, B=None, w=None))
+    for m, q, B, w in (1.0, 2.0, 3.0, 2.0), (0.5, 1.0, 4.0, 1.5):
+        cyclotron = q * B / m
+        width = math.sqrt(cyclotron**2 - 2 * w**2)
+        expected = sorted([(cyclotron - width) / 2, w, (cyclotron + width) / 2])
+        point = {"m": m, "q": q, "B": B, "w": w}
+        rates = [mode["rate"] for mode in report["modes"]]
+        found = sorted(float(e.evaluate(**{name: point[name] for name in e.names})) for e in rates)
+        assert found == pytest.approx(expected, rel=1e-13)
+    assert [mode["stable"] for mode in report["modes"]].count(None) == 2
+    assert sum("oscillates where B**2*q**2/(2*m**2) - w**2 > 0" in note for note in report.notes) == 2
+    # V. Szebehely, Theory of Orbits, section 5.4: w^4 - w^2 + 27/4 mu (1 - mu) = 0 at the triangular points.
+    points = (
+        "  lagrangian: (xdot^2 + ydot^2)/2 + x*ydot - y*xdot + (x^2 + y^2)/2"
+        " + (1-mu)/sqrt((x+mu)^2+y^2) + mu/sqrt((x-1+mu)^2+y^2)"
+    )
+    modes = hamilton(system("x, y", points, "x: 1/2 - mu, y: sqrt(3)/2", mu=None))["modes"]
+    assert [mode["stable"] for mode in modes] == [None, None]
+    for mode in modes:
+        square = float(mode["rate"].evaluate(mu=0.02)) ** 2
+        assert square**2 - square + 27 / 4 * 0.02 * 0.98 == pytest.approx(0, abs=1e-14)
+
+
 def test_modes_without_a_closed_form_are_told_with_values(program: Program) -> None:
     names = [f"x{i}" for i in range(4)]
     kinetic = "(" + " + ".join(f"m*{i + 1}*{name}dot^2" for i, name in enumerate(names)) + ")/2"

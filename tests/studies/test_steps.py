@@ -184,6 +184,20 @@ def test_the_steps_of_hamilton_show_the_results_themselves() -> None:
         assert value(step, "sum of df/dq dH/dp") == value(step, "sum of df/dp dH/dq")
 
 
+def test_steps_tell_what_forces_add() -> None:
+    drag = "system: {coordinates: [x], kinetic: xdot^2/2, potential: x^2/2, forces: {x: -xdot}}\n"
+    forced, free = (
+        {step.title: step for step in rigidcli.hamilton(rigidcli.loads(text), steps=True).steps}
+        for text in (drag, drag.replace(", forces: {x: -xdot}", ""))
+    )
+    for title, word in [("Hamilton's", "plus the force"), ("Lagrange's", "is the force")]:
+        assert word in forced[f"{title} equations"].sentence
+        assert "force" not in free[f"{title} equations"].sentence
+    assert "the power of the forces" in forced["Energy"].sentence
+    # What shifts no equation is not shown.
+    assert [field.title for field in free["Matrix form"].fields if "offset" in field.title] == []
+
+
 @pytest.mark.parametrize(
     ("command", "config"),
     [

@@ -291,6 +291,22 @@ def test_old_variables_in_new_ones(new: str, given: dict[str, str]) -> None:
     holds("x y", PLANE, "old", new, given, str(found["hamiltonian"]))
 
 
+@pytest.mark.parametrize("rate", ["w*t", "-w*t", "c*t", "a*cos(t)"])
+def test_angles_that_turn_in_time(rate: str) -> None:
+    given = {name: text.replace("Q", f"Q + ({rate})") for name, text in ACTION_ANGLE.items()}
+    found = transformed("x", OSCILLATOR, "old", "Q P", given)["transform"]
+    assert (found["canonical"], found["conditions"]) == (True, ["m > 0", "w > 0"])
+    holds("x", OSCILLATOR, "old", "Q P", given, str(found["hamiltonian"]))
+
+
+def test_exponentials_are_written_once() -> None:
+    given = {"x": "X*exp(a*t)", "p_x": "(P - b*X)*exp(-a*t)"}
+    found = str(transformed("x", OSCILLATOR, "old", "X P", given)["transform"]["hamiltonian"])
+    assert "exp(2*a*t)" in found
+    assert "exp(-2*a*t)" in found
+    holds("x", OSCILLATOR, "old", "X P", given, found)
+
+
 def test_a_way_back_that_is_not_found_is_admitted() -> None:
     report = transformed("x", OSCILLATOR, "new", "Q P", {"Q": "x + exp(x)", "P": "p_x/(1 + exp(x))"})
     assert report["transform"]["canonical"] is True

@@ -134,7 +134,8 @@ def run(
 
         momenta = [(name, symbol(name)) for name in conserved if name != "H"]
         others = [(reading(e.tree()), e) for e in found.invariants or ()]
-        working += hamilton_steps(fields, tables, phase, [*momenta, *others], derivation.hamiltonian)
+        proved, h = [*momenta, *others], derivation.hamiltonian
+        working += hamilton_steps(fields, tables, phase, proved, h, derivation.is_forced)
     return report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables, working)
 
 
@@ -253,32 +254,44 @@ def _linear_equations(found: _Results) -> list[Field]:
         Field("matrix", np.array(matrix, dtype=object), title if is_small else "", "A"),
         Field("offset", np.array(offset, dtype=object), "b" if shift and is_small else "", r"\mathbf{b}"),
     ]
-    spectrum = _spectrum(matrix, found.document)
+    spectrum = _spectrum(matrix, offset, found.document)
     if spectrum is None:
         return [*fields, *(Field(key, None) for key in SPECTRUM)]
     numeric = all(isinstance(f, float) for f in spectrum.frequencies)
     frequencies = np.array(spectrum.frequencies, dtype=float if numeric else object)
     changes = {} if len(frequencies) else {"title": ""}
+    driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
+    words = STABILITY[spectrum.stability] + driven
     return [
         *fields,
         Field("eigenvalues", [{"re": re, "im": im} for re, im in spectrum.eigenvalues]),
         told("hamilton", "frequencies", frequencies, unit="rad/s" if numeric else "", **changes),
-        told("hamilton", "stability", spectrum.stability, words=STABILITY[spectrum.stability]),
+        told("hamilton", "stability", spectrum.stability, words=words),
     ]
 
 
-def _spectrum(matrix: Sequence[Sequence[Expr]], document: Document) -> Spectrum | None:
+def _spectrum(
+    matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr], document: Document
+) -> Spectrum | None:
     """Of numbers where all parameters have values, else of what symbols allow."""
-    from rigidcli.symbolic.mechanics.spectrum import numeric_spectrum, symbolic_spectrum
+    from rigidcli.symbolic.mechanics.spectrum import drifts, numeric_spectrum, symbolic_spectrum
 
     known = known_values(document)
     used = {name for row in matrix for e in row for name in e.names}
+    if TIME in used:
+        return None
     if used <= known.keys() and not document.exact_results:
         try:
-            return numeric_spectrum([[substitute(e, known) for e in row] for row in matrix])
+            matrix = [[substitute(e, known) for e in row] for row in matrix]
+            found = numeric_spectrum(matrix)
         except ExpressionError:
             return None
-    return None if TIME in used else symbolic_spectrum(matrix, known)
+    else:
+        found = symbolic_spectrum(matrix, known)
+    is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
+    if found is None or found.stability != "stable" or not is_shifted or not drifts(matrix, offset):
+        return found
+    return replace(found, stability="marginal")
 
 
 def _is_energy(derivation: Derivation) -> Field:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.verification import CHECKS
 from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import Expr, symbol, total
+from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.language.latex_names import latex_name
@@ -57,39 +57,38 @@ def _residual(
     phase, size = derivation.phase, len(lagrange.names)
     slopes = [*derivation.velocity_names, *(f"{name} rate" for name in phase.momenta)]
     moving = [*zip(phase.names, map(symbol, slopes), strict=True), (TIME, symbol(TIME) ** 0)]
-    found = [
-        total(derivative(velocity, name) * rate for name, rate in moving) for velocity in equations[:size]
-    ]
-    steps = [*zip(slopes, equations, strict=True), *zip(lagrange.names, found, strict=True)]
-    a = [symbol(name) for name in lagrange.names]
-    terms = [
-        e
-        for row, rest in zip(lagrange.matrix, lagrange.rest, strict=True)
-        for e in (*(m * x for m, x in zip(row, a, strict=True)), rest)
-    ]
+    parts = [derivative(velocity, name) * rate for velocity in equations[:size] for name, rate in moving]
+    masses = [entry for row in lagrange.matrix for entry in row]
+    solved = lagrange.accelerations or ()
     conditions = () if derivation.branch is None else derivation.branch.conditions
-    outputs = [*terms, *a, *(lagrange.accelerations or a), *conditions]
-    inner = {*derivation.velocity_names, *lagrange.names, *slopes}
-    names = sorted({name for e in (*outputs, *equations, *found) for name in e.names} - inner)
-    f = code.function([to_tree(e) for e in outputs], names, {}, [(name, to_tree(e)) for name, e in steps])(
-        math
-    )
-    misses = list(_misses(f, names, size))[:CHECKS]
+    groups = (masses, lagrange.rest, parts, solved, conditions)
+    outputs = [e for group in groups for e in group]
+    names = sorted({name for e in (*outputs, *equations) for name in e.names}.difference(slopes))
+    steps = [(name, to_tree(e)) for name, e in zip(slopes, equations, strict=True)]
+    f = code.function([to_tree(e) for e in outputs], names, {}, steps)(math)
+    misses = list(_misses(f, names, [len(group) for group in groups]))[:CHECKS]
     return max(misses, default=None)
 
 
-def _misses(f: Function, names: list[str], size: int) -> Iterator[float]:
-    """The residual at each random point where there is a motion."""
+def _misses(f: Function, names: list[str], sizes: Sequence[int]) -> Iterator[float]:
+    """The residual at each random point where there is a motion.
+
+    f tells the mass matrix (n by n), the rest (n), the terms of the accelerations along Hamilton's equations
+    (n by 2n + 1), what Lagrange's equations are solved to (n, or nothing), and conditions, in these `sizes`.
+    """
     for point in samples.points(names, {}):
         try:
             values = np.array(f(*point.values()))
         except NO_VALUE:
             continue
-        rows, solutions, conditions = np.split(values, [size * (size + 1), size * (size + 3)])
+        masses, rest, parts, solved, conditions = np.split(values, np.cumsum(sizes)[:-1])
         if not np.isfinite(values).all() or (conditions <= 0).any():
             continue
-        rows, (true, solved) = rows.reshape(size, -1), solutions.reshape(2, size)
-        scale = np.abs(rows).max(axis=1)
+        masses, parts = masses.reshape(len(rest), -1), parts.reshape(len(rest), -1)
+        a, largest = parts.sum(axis=1), np.abs(parts).max(axis=1)
+        scale = np.maximum(np.abs(masses * largest).max(axis=1), np.abs(rest))
         scale[scale == 0] = 1.0
-        largest = max(np.abs(true).max(), np.abs(solved).max()) or 1.0
-        yield float(max((np.abs(rows.sum(axis=1)) / scale).max(), np.abs(true - solved).max() / largest))
+        worst = (np.abs(masses @ a + rest) / scale).max()
+        if len(solved):
+            worst = max(worst, np.abs(a - solved).max() / (max(largest.max(), np.abs(solved).max()) or 1.0))
+        yield float(worst)

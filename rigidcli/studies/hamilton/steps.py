@@ -17,11 +17,15 @@ from rigidcli.symbolic.mechanics.hamilton_equations import Phase
 
 
 class _Part(NamedTuple):
-    """A step by the keys of the results, and of the tables, that it shows."""
+    """A step by the keys of the results, and of the tables, that it shows.
+
+    Its `forced` sentence is for systems with forces beside L, if it is another one.
+    """
 
     title: str
     sentence: str
     keys: tuple[str, ...]
+    forced: str = ""
 
 
 PARTS = (
@@ -42,11 +46,14 @@ PARTS = (
         "The rate of a coordinate is the derivative of H by its momentum, that of a momentum minus the "
         "derivative of H by its coordinate.",
         ("equations",),
+        "The rate of a coordinate is the derivative of H by its momentum, that of a momentum minus the "
+        "derivative of H by its coordinate, plus the force.",
     ),
     _Part(
         "Lagrange's equations",
         "The same motion in one equation of second order a coordinate: d/dt (dL/dqdot) - dL/dq vanishes.",
         ("lagrange_equations", "accelerations"),
+        "The same motion in one equation of second order a coordinate: d/dt (dL/dqdot) - dL/dq is the force.",
     ),
     _Part(
         "Matrix form",
@@ -57,6 +64,8 @@ PARTS = (
         "Energy",
         "Along the motion, dH/dt is the partial derivative of H by the time. T + V is the energy.",
         ("dH_dt", "energy", "h_equals_energy", "natural"),
+        "Along the motion, dH/dt is the partial derivative of H by the time, plus the power of the forces. "
+        "T + V is the energy.",
     ),
     _Part(
         "Small oscillations",
@@ -73,6 +82,7 @@ def hamilton_steps(
     phase: Phase,
     conserved: Iterable[tuple[str, Expr]],
     h: Expr | None,
+    is_forced: bool,
 ) -> Iterator[Step]:
     """The way to the results, shown by these themselves; `conserved` quantities by the bracket with H."""
     parts: tuple[_Part, ...] = PARTS
@@ -82,7 +92,8 @@ def hamilton_steps(
         shown = tuple(_titled(entry) for entry in fields if _belongs(entry, part))
         listed = tuple(table for table in tables if table.key in part.keys)
         if shown or listed:
-            yield Step(part.title, part.sentence, shown, listed)
+            sentence = part.forced if is_forced and part.forced else part.sentence
+            yield Step(part.title, sentence, shown, listed)
     if h is None:
         return
     for name, e in conserved:
@@ -107,6 +118,8 @@ def hamilton_steps(
 def _belongs(entry: Field, part: _Part) -> bool:
     """Whether the result is to be shown in this part, and can be."""
     if entry.key.partition(".")[0] not in part.keys:
+        return False
+    if entry.key == "offset" and isinstance(entry.value, np.ndarray) and not any(entry.value.flat):
         return False
     return bool(entry.words) or not (
         entry.value is None or isinstance(entry.value, bool | list) or np.size(entry.value) == 0

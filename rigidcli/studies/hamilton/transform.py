@@ -22,6 +22,7 @@ from rigidcli.symbolic.algebra.isolation import Branch
 from rigidcli.symbolic.algebra.positive_roots import for_positive_symbols
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
+from rigidcli.symbolic.algebra.trigonometry import exponentials_merged
 from rigidcli.symbolic.algebra.values import is_zero, vanish_together
 from rigidcli.symbolic.mechanics import canonical
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
@@ -140,8 +141,10 @@ class _Change:
     def from_old(self) -> _Found | None:
         """K from the old variables as functions of the new ones, and the conditions under which it holds."""
         for found in self._hamiltonians(self.values, next(self._branches(), Branch({}))):
-            miss = found.hamiltonian - found.added - substitute(self.hamiltonian, self.values)
-            positive = canonical.positive_names([miss], (*self.new.names, TIME))
+            misses = [found.hamiltonian - found.added - substitute(self.hamiltonian, self.values)]
+            slopes = zip(self.new.names, found.gradient, strict=True)
+            misses += [slope - derivative(found.added, name) for name, slope in slopes]
+            positive = canonical.positive_names(misses, (*self.new.names, TIME))
             if positive is not None:
                 return found.where(f"{name} > 0" for name in positive)
         return None
@@ -186,6 +189,12 @@ class _Change:
         """K = H + R in the new variables: first with the roots of squares that the branch has."""
         gradient = canonical.added_gradient(old, self.old, self.new)
         added = canonical.potential_of(gradient, self.new.names)
+        if added is None:
+            # Products of roots may only join where what is under them is positive.
+            free = {name: symbol(name) for slope in gradient for name in slope.names - {TIME}}
+            positive = {name: symbol(name, positive=True) for name in free}
+            added = canonical.potential_of([tidy(substitute(e, positive)) for e in gradient], self.new.names)
+            added = None if added is None else substitute(added, free)
         if added is not None:
             for way in branch.with_roots, substitute:
                 k = _gathered(way(self.hamiltonian, old) + added, self.new)
@@ -203,6 +212,7 @@ class _Change:
 
 def _gathered(e: Expr, phase: Phase) -> Expr:
     """As a polynomial in the momenta, or else in all variables, each coefficient by itself; or as it is."""
+    e = exponentials_merged(e)
     forms = [tidy(e)]
     for names in (phase.names, phase.momenta):
         with suppress(ExpressionError):

@@ -118,6 +118,7 @@ def _written(monomial: Monomial, coefficient: Rational) -> Node:
     below: list[Node] = []
     negative = coefficient < 0
     surds: dict[Rational, int] = {}
+    turned = _turned(monomial) if negative else None
     for atom, exponent in monomial:
         if isinstance(atom, Surd):
             surds[exponent] = surds.get(exponent, 1) * atom.value
@@ -130,7 +131,7 @@ def _written(monomial: Monomial, coefficient: Rational) -> Node:
             base = to_tree(_times(atom.inner, 1 / Fraction(share)))
         else:
             base = _atom(atom)
-        if negative and exponent > 0 and exponent % 2 == 1 and isinstance(atom, Group) and _is_mixed(atom):
+        if isinstance(atom, Group) and atom is turned:
             base, negative = to_tree(_times(atom.inner, -1 / Fraction(share))), False
         (above if exponent > 0 else below).append(_power(base, magnitude(exponent)))
     above[:0] = [_power(_number(value), exponent) for exponent, value in surds.items()]
@@ -173,9 +174,17 @@ def _share(atom: Atom) -> Rational:
     return 1
 
 
-def _is_mixed(group: Group[Terms]) -> bool:
-    """Whether a sum has terms of both signs: -(a - b) is written b - a, but -(a + b) stays."""
-    return group.plain and any(coefficient < 0 for coefficient in group.inner.terms.values())
+def _turned(monomial: Monomial) -> Atom | None:
+    """The sum that takes in a minus sign, above the fraction bar if one does.
+
+    It has terms of both signs: -(a - b) is written b - a, and -1/(a - b) is 1/(b - a), but -(a + b) stays.
+    """
+    mixed = {
+        atom: n
+        for atom, n in monomial
+        if isinstance(atom, Group) and atom.plain and n % 2 == 1 and min(atom.inner.terms.values()) < 0
+    }
+    return next((atom for atom, n in mixed.items() if n > 0), next(iter(mixed), None))
 
 
 def _product(factors: Iterable[Node]) -> Node:

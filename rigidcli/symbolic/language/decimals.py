@@ -61,5 +61,7 @@ def _digits(ratio: Fraction) -> str | None:
     if ratio.numerator == 1 and denominator & (denominator - 1) == 0 and denominator > 1:
         return None
     value = Decimal(ratio.numerator) / Decimal(denominator)
+    if len(value.as_tuple().digits) > MOST_DIGITS:
+        value = value.normalize()  # without the zeros at the end
     ends = Fraction(value) == ratio and len(value.as_tuple().digits) <= MOST_DIGITS
-    return str(value).lower() if ends else None
+    return str(value).lower().replace("e+", "e") if ends else None

@@ -15,6 +15,7 @@ from functools import cached_property
 from rigidcli.symbolic.algebra.calculus import derivative, substitute
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.trigonometry import exponentials_merged
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.energies import TIME
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
@@ -48,9 +49,9 @@ class LagrangeEquations:
         """One acceleration, from its row of M^-1."""
         acting = [(-m, r) for m, r in zip(row, self.rest, strict=True) if m and r]
         found = total(m * r for m, r in acting)
-        # One product of what is tidy is tidy.
+        # One product of what is tidy is tidy, but for exponentials that cancel.
         is_tidy = len(acting) == len(found.terms) == 1 and len(acting[0][1].terms) == 1
-        return found if is_tidy else tidy(found)
+        return found if is_tidy and exponentials_merged(found) == found else tidy(found)
 
 
 def lagrange_equations(

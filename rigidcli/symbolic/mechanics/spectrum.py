@@ -86,6 +86,15 @@ def numeric_spectrum(matrix: Sequence[Sequence[Expr | float]]) -> Spectrum | Non
     return _together((value for values, _ in parts for value in values), [verdict for _, verdict in parts])
 
 
+def drifts(matrix: Matrix, offset: Sequence[Expr]) -> bool:
+    """Whether z' = A z + b has no point of rest: then b drives a mode of rate zero, and motion grows.
+
+    There is a point of rest if b is orthogonal to all that A^T takes to zero.
+    """
+    left = mass_matrix.null_vectors([list(column) for column in zip(*matrix, strict=True)])
+    return any(not is_zero(total(x * b for x, b in zip(v, offset, strict=True))) for v in left)
+
+
 def _together(eigenvalues: Iterator[complex], verdicts: Sequence[Stability]) -> Spectrum:
     pairs = sorted((value.real + 0.0, value.imag + 0.0) for value in eigenvalues)
     frequencies = sorted({im for re, im in pairs if im > 0 and re == 0})

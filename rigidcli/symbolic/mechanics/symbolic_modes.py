@@ -120,26 +120,34 @@ def _of_square(square: Expr, fixed: Mapping[str, Expr], sign: int | None = None)
 
 
 def _biquadratic(a: Expr, b: Expr, c: Expr, fixed: Mapping[str, Expr]) -> list[Root] | None:
-    """The roots of a s^4 + b s^2 + c, of which both s^2 are real."""
+    """The roots of a s^4 + b s^2 + c, of which both s^2 are real, or taken to be so where that is open."""
     middle, discriminant = tidy(-b / (2 * a)), tidy((b**2 - 4 * a * c) / (4 * a**2))
-    if sign_of(discriminant, fixed) != 1:
+    are_real = sign_of(discriminant, fixed)
+    if are_real in (0, -1):
         return None
     width = _positive_root(discriminant, fixed)
     # Of two squares with a positive product both have the sign of their mean, else one has either.
     product, mean = sign_of(c / a, fixed), sign_of(middle, fixed)
-    signs = (mean, mean) if product == 1 else (1, -1) if product == -1 else (None, None)
+    signs = (mean, mean) if are_real and product == 1 else (1, -1) if product == -1 else (None, None)
     roots = [
         _of_square(tidy(middle + side * width), fixed, sign)
         for side, sign in zip((1, -1), signs, strict=True)
     ]
-    if not all(root.is_stable for root in roots):
+    if not are_real:
+        open_ones = [root._replace(is_stable=None, condition=discriminant) for root in roots]
+        roots = [open_ if root.is_stable else root for root, open_ in zip(roots, open_ones, strict=True)]
+    if product != 1 or any(root.growth for root in roots):
         return roots
-    # sqrt(m - d) = sqrt((m + r)/2) - sqrt((m - r)/2), where r^2 = m^2 - d^2, may be shorter.
+    # sqrt(m - d) = sqrt((m + r)/2) - sqrt((m - r)/2), where r^2 = m^2 - d^2, may be shorter, and m > r is
+    # what both oscillate for.
     size = _positive_root(tidy(c / a), fixed)
+    condition = None if roots[0].is_stable else tidy(-middle - size)
     first, second = (_positive_root(tidy((side * size - middle) / 2), fixed) for side in (1, -1))
     forms = tidy(first - second), tidy(first + second)
-    pairs = zip(roots, forms, strict=True)
-    return [root._replace(angular=shortest([root.angular, form])) for root, form in pairs]
+    return [
+        root._replace(angular=shortest([root.angular, form]), condition=condition)
+        for root, form in zip(roots, forms, strict=True)
+    ]
 
 
 def _damped(a: Expr, b: Expr, c: Expr, fixed: Mapping[str, Expr]) -> list[Root] | None:

@@ -30,6 +30,9 @@ x, m = symbol("x", True), symbol("m", True)
         ("2/3", "2*x/3"),
         ("7", "7*x"),
         ("1/1000000000", "1e-9*x"),
+        ("300000000", "300000000*x"),
+        ("10000000000000000", "1e16*x"),
+        ("-250000000000000000000", "-2.5e20*x"),
     ],
 )
 def test_coefficients(coefficient: str, written: str) -> None:

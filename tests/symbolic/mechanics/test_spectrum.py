@@ -74,6 +74,7 @@ CASES = {
         "marginal",
         [2 * 0.3**0.5 * math.sin(j * math.pi / 24) for j in range(1, 12)],
     ),
+    "crossed fields": ("(p_x + 0.7*y)**2/2 + (p_y - 0.7*x)**2/2 + 3*y", "", "marginal", [1.4]),
     "nilpotent": ("p_x*y + 0*p_y", "", "marginal", []),
     "rest": ("0*p_x", "", "stable", []),
 }
@@ -125,6 +126,9 @@ SYMBOLS = {
     ),
     "of one sign or the other": (f"{FREE} + (k - g)*x**2 + y**2", "k: null, g: null", None, None),
     "nearly of one sign": (f"{FREE} + (k - g/100)*x**2 + y**2", "k: null, g: null", None, None),
+    # A field E across B makes the charge drift at E/B; a weight only shifts a spring.
+    "crossed fields": (f"{SYMMETRIC} + E*y", "q: null, B: null, m: null, E: null", "marginal", ["B*q/m"]),
+    "spring with a weight": ("p_x**2/(2*m) + k*x**2/2 + m*g*x", "m: null, k: null, g: null", "stable", None),
     "Penning's trap": (f"{LANDAU} - k*(x**2 + y**2)/4", "q: null, B: null, m: null, k: null", None, None),
 }
 
