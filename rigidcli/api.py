@@ -236,6 +236,7 @@ def hamilton(
     settings: Sequence[str] = (),
     steps: bool = False,
     invariants: bool = False,
+    program: bool = False,
     progress: Callable[[float], None] | None = None,
 ) -> Result:
     """From a Lagrangian to momenta, the Hamiltonian, Hamilton's equations and orbits in phase space.
@@ -243,6 +244,8 @@ def hamilton(
     COMMON
     invariants : bool
         Search for conserved quantities also where that takes longer.
+    program : bool
+        Keep the equations as `program`, for the formats python, c and julia.
     progress : callable
         It is called with the fraction of the orbit that is done.
 
@@ -259,9 +262,8 @@ def hamilton(
     >>> rigidcli.hamilton({"system": system, "parameters": {"m": None, "k": None}})["hamiltonian"]
     p_x**2/(2*m) + k*x**2/2
     """
-    return _answer(
-        "hamilton", document, exact, settings, steps=steps, invariants=invariants, progress=progress
-    )
+    options = {"steps": steps, "invariants": invariants, "program": program, "progress": progress}
+    return _answer("hamilton", document, exact, settings, **options)
 
 
 def _answer(study: str, source: Source, exact: bool, settings: Sequence[str], **options: Any) -> Result:

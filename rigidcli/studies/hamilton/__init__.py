@@ -27,6 +27,7 @@ from rigidcli.symbolic.mechanics.legendre import MOST_BRANCHES
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 if TYPE_CHECKING:
+    from rigidcli.studies.hamilton.initial import InitialState
     from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.oscillations import Oscillations
     from rigidcli.studies.hamilton.transform import TransformedSystem
@@ -74,6 +75,7 @@ class _Results:
     orbit: OrbitSolution | None
     transform: TransformedSystem | None
     oscillations: Oscillations | None
+    initial: InitialState | None
 
 
 def run(
@@ -82,6 +84,7 @@ def run(
     invariants: bool = False,
     progress: Callable[[float], None] | None = None,
     steps: bool = False,
+    program: bool = False,
 ) -> Report:
     """Derive what the system of the document has, and follow its orbit; `progress` is told how far.
 
@@ -137,7 +140,12 @@ def run(
         momenta = [(name, symbol(name)) for name in conserved if name != "H"]
         others = [(reading(e.tree()), e) for e in found.invariants or ()]
         working += hamilton_steps(fields, tables, phase, [*momenta, *others], derivation.hamiltonian)
-    return report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables, working)
+    told = report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables, working)
+    if not program:
+        return told
+    from rigidcli.studies.hamilton.program import program_of
+
+    return replace(told, program=program_of(document, told.name, derivation, found.initial, found.orbit))
 
 
 def _in_decimals(value: Value) -> Value:
@@ -156,7 +164,7 @@ def _in_decimals(value: Value) -> Value:
 def _results(document: Document, invariants: bool, progress: Callable[[float], None] | None) -> _Results:
     """Everything that the report tells; what the document does not ask is not imported."""
     derivation = derive(document)
-    branches, orbit, transform, small = derivation.branches, None, None, None
+    branches, orbit, transform, small, initial = derivation.branches, None, None, None, None
     intervals = _intervals(document, derivation)
     if document.equilibrium is not None:
         from rigidcli.studies.hamilton.oscillations import oscillations
@@ -177,7 +185,7 @@ def _results(document: Document, invariants: bool, progress: Callable[[float], N
         from rigidcli.studies.hamilton.transform import transformed
 
         transform = transformed(document, document.transform, derivation)
-    return _Results(document, branches, intervals, derivation, searched, orbit, transform, small)
+    return _Results(document, branches, intervals, derivation, searched, orbit, transform, small, initial)
 
 
 def _intervals(document: Document, derivation: Derivation) -> list[Interval]:

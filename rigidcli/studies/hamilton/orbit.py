@@ -54,8 +54,8 @@ class OrbitSolution:
 
     `drift` tells of H and of each conserved quantity by how much it changes, in units of the largest sum of
     the sizes of its terms; where H changes by law, the integral of dH/dt is taken off. Those that are neither
-    H nor momenta are `invariants`. From `lost` on, if ever, an orbit with somewhat coarser steps has nothing
-    in common with this one.
+    H nor momenta are `invariants`. The `states` (k by 2 n) are those of the variables that were integrated.
+    From `lost` on, if ever, an orbit with somewhat coarser steps has nothing in common with this one.
     """
 
     times: Floats
@@ -66,6 +66,7 @@ class OrbitSolution:
     invariants: tuple[str, ...]
     method: str
     steps: int
+    states: Floats
     trusted_digits: float
     lost: float | None
 
@@ -122,6 +123,7 @@ def solve_orbit(
         tuple(further),
         solution.method,
         solution.steps,
+        states[:, : 2 * len(initial.q)],
         digits(max(error, np.finfo(np.float64).eps * solution.steps**0.5)),
         lost,
     )
