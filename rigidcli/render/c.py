@@ -139,7 +139,7 @@ void f(double t, const double state[], double rates[])
     for name, formulas in program.quantities.items():
         value = source.broken("    return ", source.formula(formulas.values[0]), ";")
         functions += f"""
-double {source.names[name]}(double t, const double state[])
+double {source.function(name)}(double t, const double state[])
 {{
 {_locals(source, formulas)}{value}
 }}
@@ -176,7 +176,7 @@ def _main(source: Source) -> str:
     if even is not None:
         times = f"static const double DURATION = {even[0]!r};\n"
         at = "sample * (DURATION / (SAMPLES - 1))"
-    called = [f"{source.names[name]}(t, state)" for name in program.quantities]
+    called = [f"{source.function(name)}(t, state)" for name in program.quantities]
     shown = len(program.columns) - 1 - len(called)
     cells = [*(f"state[{place}]" for place in range(shown)), *called]
     prints = "".join(f'        printf(",%.17g", {cell});\n' for cell in cells)

@@ -55,7 +55,7 @@ end
         value = source.broken("    return ", source.formula(formulas.values[0]), "")
         functions += f"""
 "The value of {name}."
-function {source.names[name]}(t, state)
+function {source.function(name)}(t, state)
 {_locals(source, formulas)}{value}
 end
 """
@@ -82,8 +82,9 @@ def _main(source: Source) -> str:
         )
     even = source.times()
     times = f"[{source.numbers(run.times)}]" if even is None else "range(0.0, {!r}, length={})".format(*even)
-    called = [f"{source.names[name]}(t, state)" for name in program.quantities]
+    called = [f"{source.function(name)}(t, state)" for name in program.quantities]
     shown = len(program.columns) - 1 - len(called)
+    end = "TIMES[end]" if run.times[-1] else "1.0"
     return f"""
 const START = [{source.numbers(run.start)}]
 # The sizes of the variables on the way: errors are measured by them.
@@ -91,7 +92,7 @@ const SIZES = [{source.numbers(run.sizes)}]
 const TIMES = {times}
 
 solution = solve(
-    ODEProblem(f, START, (0.0, TIMES[end])), Vern9();
+    ODEProblem(f, START, (0.0, {end})), Vern9();
     reltol={TOLERANCE}, abstol={TOLERANCE} * SIZES, saveat=TIMES, maxiters=10^9,
 )
 length(solution.t) == length(TIMES) || error("the orbit ends early")

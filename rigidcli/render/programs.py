@@ -68,14 +68,18 @@ class Source:
         program = report.program
         formulas = [program.rates, *program.quantities.values()]
         steps = [name for each in formulas for name, _ in each.steps]
-        for name in dict.fromkeys([*program.constants, *program.variables, *program.quantities, *steps]):
+        others = [name for name in program.quantities if name not in language.words]
+        for name in dict.fromkeys([*program.constants, *program.variables, *others, *steps]):
             new = name.lstrip("._") or "x"
             new = f"x{new}" if new[0].isdigit() else new
-            # A parameter may be called H, too.
-            while new in taken and (name != "H" or name in program.constants):
+            while new in taken:
                 new += "_"
             taken.add(new)
             self.names[name] = new
+
+    def function(self, quantity: str) -> str:
+        """The name of the function of a quantity. That of H is H, and never that of a parameter."""
+        return quantity if quantity in self.language.words else self.names[quantity]
 
     def heading(self, usage: str) -> str:
         """What the program is, how it is run, and what the system is; the first two lines are ours."""

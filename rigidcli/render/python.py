@@ -50,7 +50,7 @@ def f(t, state):
     for name, formulas in program.quantities.items():
         value = source.broken("    return ", source.formula(formulas.values[0]), "")
         functions += f"""
-def {source.names[name]}(t, state):
+def {source.function(name)}(t, state):
     \"\"\"The value of {name}.\"\"\"
 {_locals(source, formulas)}{value}
 
@@ -93,9 +93,10 @@ def _main(source: Source) -> str:
         if even is None
         else "np.linspace(0.0, {!r}, {})".format(*even)
     )
-    called = [f"{source.names[name]}(t, state)" for name in program.quantities]
+    called = [f"{source.function(name)}(t, state)" for name in program.quantities]
     shown = len(program.columns) - 1 - len(called)
     values = "*state" if shown == len(program.variables) else f"*state[:{shown}]"
+    end = "TIMES[-1]" if run.times[-1] else "1.0"
     return f"""
 START = [{source.numbers(run.start)}]
 # The sizes of the variables on the way: errors are measured by them.
@@ -104,7 +105,7 @@ TIMES = {times}
 
 if __name__ == "__main__":
     solution = solve_ivp(
-        f, (0.0, TIMES[-1]), START, "DOP853", TIMES, rtol={TOLERANCE}, atol={TOLERANCE} * SIZES
+        f, (0.0, {end}), START, "DOP853", TIMES, rtol={TOLERANCE}, atol={TOLERANCE} * SIZES
     )
     if not solution.success:
         raise SystemExit(solution.message)

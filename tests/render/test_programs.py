@@ -98,6 +98,12 @@ orbit: {initial: {x: 0.1, y: 0, z: -0.1, p_x: 0.3, p_y: 0, p_z: -0.3}, duration:
 """
 """The middle one of three masses stays at rest but for rounding."""
 
+AT_ONCE = """
+parameters: {H: 3}
+system: {coordinates: [x], lagrangian: H*xdot^2/2 - x^2/2}
+orbit: {initial: {x: 0, p_x: 1}, times: [0]}
+"""
+
 HALF_A_TURN = """
 system: {coordinates: [x], lagrangian: xdot^2/2 - x^2/2}
 orbit: {initial: {x: 0, p_x: 1}, times: [0, pi]}
@@ -117,6 +123,7 @@ SYSTEMS: dict[str, str | list[str]] = {
     "dense": DENSE,
     "cancelling": CANCELLING,
     "half a turn": HALF_A_TURN,
+    "at once": AT_ONCE,
 }
 
 
