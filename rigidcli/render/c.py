@@ -12,8 +12,8 @@ from rigidcli.symbolic.language.sharing import Formulas
 TOLERANCE = "1e-11"
 """Error of the steps between two samples: rounding would be in the way of less."""
 
-MOST_STEPS = 2**20
-"""The most steps between two samples; more would take seconds."""
+HALVINGS = 40
+"""How often the time between two samples is halved at most: enough to pass a sudden change of a force."""
 
 WORDS = """
 auto break case char const continue default do double else enum extern float for goto if inline int long
@@ -53,7 +53,7 @@ getc_unlocked getchar_unlocked putc_unlocked putchar_unlocked clearerr_unlocked 
 ferror_unlocked fflush_unlocked fgetc_unlocked fputc_unlocked fread_unlocked fwrite_unlocked fileno_unlocked
 off_t size_t ssize_t va_list fpos_t float_t double_t index rindex bcmp bcopy bzero abs abort div labs malloc
 calloc realloc free memcpy memset memcmp strlen strcmp ffs time clock signal select read write open close
-START SIZES TIMES SAMPLES DURATION VARIABLES MOST_STEPS TOLERANCE H f t state rates sign pi take follow
+START SIZES TIMES SAMPLES DURATION VARIABLES HALVINGS TOLERANCE H f t state rates sign pi take follow
 """
 """Further names that the library of C or compilers know, and those that these programs have of their own."""
 
@@ -95,24 +95,20 @@ static void take(long steps, double from, double to, double z[VARIABLES])
     }
 }
 
-// Doubles the number of steps until the state stays the same; returns 0 if it does not.
-static int follow(double from, double to, double z[VARIABLES])
+// Takes 4 steps and, from the same state, 8; where these differ, each half of the time by itself.
+// Returns 0 if HALVINGS of the time are not enough.
+static int follow(double from, double to, double z[VARIABLES], int halvings)
 {
     double coarse[VARIABLES], fine[VARIABLES];
-    for (int i = 0; i < VARIABLES; i++) coarse[i] = z[i];
+    int same = 1;
+    for (int i = 0; i < VARIABLES; i++) coarse[i] = fine[i] = z[i];
     take(4, from, to, coarse);
-    for (long steps = 8; steps <= MOST_STEPS; steps *= 2) {
-        int same = 1;
-        for (int i = 0; i < VARIABLES; i++) fine[i] = z[i];
-        take(steps, from, to, fine);
-        for (int i = 0; i < VARIABLES; i++) {
-            same = same && fabs(fine[i] - coarse[i]) <= TOLERANCE * SIZES[i];
-            coarse[i] = fine[i];
-        }
-        for (int i = 0; same && i < VARIABLES; i++) z[i] = fine[i];
-        if (same) return 1;
-    }
-    return 0;
+    take(8, from, to, fine);
+    for (int i = 0; i < VARIABLES; i++) same = same && fabs(fine[i] - coarse[i]) <= TOLERANCE * SIZES[i];
+    for (int i = 0; same && i < VARIABLES; i++) z[i] = fine[i];
+    if (same || halvings == 0) return same;
+    const double middle = from + (to - from) / 2;
+    return follow(from, middle, z, halvings - 1) && follow(middle, to, z, halvings - 1);
 }
 """
 """What follows the state. Names of the document may be hidden here, where none is used."""
@@ -187,7 +183,7 @@ static const double START[VARIABLES] = {{{source.numbers(run.start)}}};
 // The sizes of the variables on the way: errors between two samples are measured by them.
 static const double SIZES[VARIABLES] = {{{source.numbers(run.sizes)}}};
 static const double TOLERANCE = {TOLERANCE};
-static const long MOST_STEPS = {MOST_STEPS};
+static const int HALVINGS = {HALVINGS};
 {times}{STEPS}
 int main(void)
 {{
@@ -196,7 +192,7 @@ int main(void)
     puts("{",".join(program.columns)}");
     for (long sample = 0; sample < SAMPLES; sample++) {{
         const double next = {at};
-        if (next > t && !follow(t, next, state)) {{
+        if (next > t && !follow(t, next, state, HALVINGS)) {{
             fprintf(stderr, "no Runge-Kutta steps are short enough after t = %.6g\\n", t);
             return 1;
         }}

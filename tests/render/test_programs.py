@@ -98,6 +98,12 @@ orbit: {initial: {x: 0.1, y: 0, z: -0.1, p_x: 0.3, p_y: 0, p_z: -0.3}, duration:
 """
 """The middle one of three masses stays at rest but for rounding."""
 
+CORNER = """
+parameters: {H: 3}
+system: {coordinates: [x, z], lagrangian: H*xdot^2/2 - x^2/2 + zdot^2/2*(1 + x^2) - pi*z^4 - abs(z)}
+orbit: {initial: {x: 0, p_x: 1, z: 1, p_z: 0}, duration: 1, step: 0.3}
+"""
+
 AT_ONCE = """
 parameters: {H: 3}
 system: {coordinates: [x], lagrangian: H*xdot^2/2 - x^2/2}
@@ -124,6 +130,7 @@ SYSTEMS: dict[str, str | list[str]] = {
     "cancelling": CANCELLING,
     "half a turn": HALF_A_TURN,
     "at once": AT_ONCE,
+    "corner": CORNER,
 }
 
 
