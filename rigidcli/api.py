@@ -240,6 +240,7 @@ def hamilton(
     settings: Sequence[str] = (),
     steps: bool = False,
     invariants: bool = False,
+    program: bool = False,
     progress: Callable[[float], None] | None = None,
     max_steps: int | None = None,
 ) -> Result:
@@ -248,6 +249,8 @@ def hamilton(
     COMMON
     invariants : bool
         Search for conserved quantities also where that takes longer.
+    program : bool
+        Keep the equations as `program`, for the formats python, c and julia.
     progress : callable
         It is called with the fraction of the orbit that is done.
     max_steps : int
@@ -266,7 +269,8 @@ def hamilton(
     >>> rigidcli.hamilton({"system": system, "parameters": {"m": None, "k": None}})["hamiltonian"]
     p_x**2/(2*m) + k*x**2/2
     """
-    options = {"steps": steps, "invariants": invariants, "progress": progress, "max_steps": max_steps}
+    options: dict[str, Any] = {"steps": steps, "invariants": invariants, "program": program}
+    options |= {"progress": progress, "max_steps": max_steps}
     return _answer("hamilton", document, exact, settings, **options)
 
 

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from rigidcli.symbolic.language.sharing import Formulas
 
 NOISE = 4 * 2.0**-52
 """Entries of an array below this, in units of its largest, are shown to people as zero: a few roundings."""
@@ -86,12 +92,44 @@ class Step:
     tables: tuple[Table, ...] = ()
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Run:
+    """What a program does: from the values `start` of its variables at t = 0 to those at `times` (k, s).
+
+    `sizes` are those of the variables on the way, with which their errors are compared.
+    """
+
+    start: Sequence[float]
+    sizes: Sequence[float]
+    times: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """Differential equations of first order, as a program in any language needs them.
+
+    `about` are remarks, line by line. `constants` are numbers by their names, None where there is no value.
+    The derivatives of the `variables` by `time` are the values of `rates`; each of the `quantities` has one
+    value, and its name. What is to be printed are the `columns`: the time, variables and quantities.
+    Without a `run` there is nowhere to begin.
+    """
+
+    about: Sequence[str]
+    constants: Mapping[str, float | None]
+    time: str
+    variables: Sequence[str]
+    rates: Formulas
+    quantities: Mapping[str, Formulas]
+    columns: Sequence[str]
+    run: Run | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
     `about` is what people are told first; `notes` are remarks on the numbers, for standard error; `steps`
-    are told on demand.
+    are told, and a `program` of the equations is written, on demand.
     """
 
     schema: str
@@ -102,6 +140,7 @@ class Report(Mapping[str, Value]):
     notes: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
     steps: tuple[Step, ...] = ()
+    program: Program | None = None
 
     def tree(self) -> dict[str, Value]:
         """All values as JSON nests them."""

@@ -11,7 +11,7 @@ import typer
 import rigidcli
 from rigidcli.cli.output import Failures, Output, complain, progress
 from rigidcli.errors import Problem, UsageError, ValueProblem
-from rigidcli.render import PEOPLE, Format, Look, renderer
+from rigidcli.render import PEOPLE, PROGRAMS, Format, Look, renderer
 
 if TYPE_CHECKING:
     from rigidcli.model.document import Document
@@ -145,6 +145,9 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         **options: Any,
     ) -> None:
         failures = Failures()
+        if format in PROGRAMS:
+            _require_equations(study.__name__, format, files)
+            options["program"] = True
         options["steps"] = steps and format in PEOPLE
         columns = tuple(options.pop("columns", None) or ())
         wanted = _read_units(units)
@@ -219,6 +222,17 @@ def _require_fitting(document: Document, command: str) -> None:
             if getattr(document, section) is not None:
                 hint = f"this document has a `{section}`: `rigidcli {other} {document.source}`"
                 raise document.refusal(f"missing: `{command}` needs it", NEEDS[command][0], hint=hint)
+
+
+def _require_equations(study: str, format: Format, files: Sequence[str]) -> None:
+    """Raise BadParameter unless this study of these files is written as one program."""
+    if study != "hamilton":
+        problem = f"a program in {format} has equations of motion, which only `rigidcli hamilton` writes"
+    elif len(files) > 1:
+        problem = f"a program in {format} has the equations of one document; {len(files)} files are given"
+    else:
+        return
+    raise typer.BadParameter(problem, param_hint="'--format'")
 
 
 def _require_columns(report: Report, columns: Sequence[str]) -> None:

@@ -40,10 +40,17 @@ class Format(StrEnum):
     json = "json"
     csv = "csv"
     latex = "latex"
+    python = "python"
+    c = "c"
+    julia = "julia"
 
 
 PEOPLE = (Format.table, Format.latex)
 """The formats that people read: in units of their choice, with as many digits as they ask for."""
+
+
+PROGRAMS = (Format.python, Format.c, Format.julia)
+"""The formats that are programs: of the equations of motion of a system."""
 
 
 Renderer: TypeAlias = Callable[[Iterable[Report], Look], Iterator[str]]

@@ -15,6 +15,7 @@ import mpmath
 import numpy as np
 import pytest
 
+import rigidcli
 from rigidcli.model.load import loads
 from rigidcli.studies.hamilton.derivation import derive
 from rigidcli.studies.hamilton.equations_of_motion import equations_of_motion
@@ -121,3 +122,17 @@ def test_the_motion_is_that_of_the_inverted_momenta(size: int, reach: int, magne
         assert told[0] == pytest.approx(float(energy), rel=1e-12, abs=1e-12 * speed * max(map(abs, p)))
         assert slopes[:size] == pytest.approx([float(each) for each in v], rel=1e-12, abs=1e-12 * speed)
         assert slopes[size:] == pytest.approx([float(each) for each in forces], rel=1e-12, abs=1e-12 * force)
+
+
+@pytest.mark.parametrize("name", ["_d0", "_x2", "_energy_change"])
+def test_no_parameter_is_taken_for_a_step_of_the_elimination(name: str) -> None:
+    text = f"""
+parameters: {{{name}: 0.3}}
+system:
+  coordinates: [x]
+  lagrangian: xdot^2/2 + {name}*(xdot^4 + xdot^6 - x^2)
+  forces: {{x: -{name}*xdot}}
+orbit: {{initial: {{x: 1, xdot: 0.2}}, duration: 2, samples: 3}}
+"""
+    orbit, same = (rigidcli.hamilton(each)["orbit"] for each in (text, text.replace(name, "k")))
+    assert orbit["q"]["x"].tolist() == same["q"]["x"].tolist()

@@ -28,6 +28,7 @@ from rigidcli.symbolic.mechanics.legendre import MOST_BRANCHES
 from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 if TYPE_CHECKING:
+    from rigidcli.studies.hamilton.initial import InitialState
     from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.oscillations import Oscillations
     from rigidcli.studies.hamilton.transform import TransformedSystem
@@ -75,6 +76,7 @@ class _Results:
     orbit: OrbitSolution | None
     transform: TransformedSystem | None
     oscillations: Oscillations | None
+    initial: InitialState | None
 
 
 def run(
@@ -84,6 +86,7 @@ def run(
     progress: Callable[[float], None] | None = None,
     max_steps: int | None = None,
     steps: bool = False,
+    program: bool = False,
 ) -> Report:
     """Derive what the system of the document has, and follow its orbit; `progress` is told how far.
 
@@ -136,7 +139,12 @@ def run(
         others = [(reading(e.tree()), e) for e in found.invariants or ()]
         proved, h = [*momenta, *others], derivation.hamiltonian
         working += hamilton_steps(fields, tables, phase, proved, h, derivation.is_forced)
-    return report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables, working)
+    result = report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables, working)
+    if not program:
+        return result
+    from rigidcli.studies.hamilton.program import program_of
+
+    return replace(result, program=program_of(document, result.name, derivation, found.initial, found.orbit))
 
 
 def _in_decimals(value: Value) -> Value:
@@ -162,7 +170,7 @@ def _results(
 ) -> _Results:
     """Everything that the report tells; what the document does not ask is not imported."""
     derivation = derive(document)
-    branches, orbit, transform, small = derivation.branches, None, None, None
+    branches, orbit, transform, small, initial = derivation.branches, None, None, None, None
     intervals = _intervals(document, derivation)
     if document.equilibrium is not None:
         from rigidcli.studies.hamilton.oscillations import oscillations
@@ -183,7 +191,7 @@ def _results(
         from rigidcli.studies.hamilton.transform import transformed
 
         transform = transformed(document, document.transform, derivation)
-    return _Results(document, branches, intervals, derivation, searched, orbit, transform, small)
+    return _Results(document, branches, intervals, derivation, searched, orbit, transform, small, initial)
 
 
 def _intervals(document: Document, derivation: Derivation) -> list[Interval]:

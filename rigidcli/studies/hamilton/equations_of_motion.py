@@ -25,8 +25,11 @@ from rigidcli.symbolic.language.elimination import Step, solved
 from rigidcli.symbolic.language.tree import Name, Node, insides, magnitude
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
 
-ENERGY_CHANGE = "_energy_change"
-"""The integral of dH/dt, which is a further variable where H changes: by the time, or by forces."""
+ENERGY_CHANGE = ".energy_change"
+"""The integral of dH/dt, which is a further variable where H changes: by the time, or by forces.
+
+No name of a document has a dot.
+"""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,35 +48,54 @@ class EquationsOfMotion:
     observed: Callable[[Floats, Floats], tuple[Floats, Floats, Floats, Floats]]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Equations:
+    """The equations of motion of 2 n variables in symbols: of coordinates, and of momenta or velocities.
+
+    `slopes` are their derivatives by time; the momenta (n) and the terms of H, `energy`, follow from them.
+    All of these come after `steps`.
+    """
+
+    names: tuple[str, ...]
+    slopes: Sequence[Node]
+    momenta: Sequence[Expr]
+    energy: Sequence[Expr]
+    steps: Sequence[Step] = ()
+
+    def start(self, initial: InitialState) -> Floats:
+        """The initial values of the variables (2 n).
+
+        Raises ComputationError where the initial velocities are needed, and not given.
+        """
+        size = len(initial.q)
+        if self.names[size:] == tuple(map(str, self.momenta)):
+            return np.concatenate([initial.q, initial.p])
+        if initial.v is None:
+            raise ComputationError(
+                "the velocities have no closed form in the momenta",
+                hint=f"begin the orbit with velocities: {', '.join(self.names[size:])}",
+            )
+        return np.concatenate([initial.q, initial.v])
+
+
+def symbolic_equations(derivation: Derivation) -> Equations:
+    """The equations of motion of a system."""
+    follows_velocities = derivation.branch is not None and derivation.branch.is_continued
+    if derivation.equations is None or follows_velocities:
+        return _lagrange(derivation)
+    return _hamilton(derivation)
+
+
 def equations_of_motion(derivation: Derivation, initial: InitialState) -> EquationsOfMotion:
     """The equations of motion of a system, and its initial state.
 
     Raises ComputationError where the initial velocities are needed, and not given.
     """
-    follows_velocities = derivation.branch is not None and derivation.branch.is_continued
-    if derivation.equations is None or follows_velocities:
-        return _lagrange(derivation, initial)
-    return _hamilton(derivation, initial)
-
-
-def _motion(
-    derivation: Derivation,
-    initial: InitialState,
-    names: Sequence[str],
-    second: Floats,
-    slopes: Sequence[Node],
-    momenta: Sequence[Expr],
-    energy: Sequence[Expr],
-    steps: Sequence[Step] = (),
-) -> EquationsOfMotion:
-    """The motion of variables with these `names`, n of which begin at q and n at `second`.
-
-    `slopes` are their derivatives by time; `momenta` and the terms of H, `energy`, follow from them after
-    `steps`.
-    """
-    size, start, slopes = len(initial.q), np.concatenate([initial.q, second]), list(slopes)
-    arguments = [TIME, *names]
-    observe = code.function([to_tree(e) for e in (*momenta, *energy)], arguments, initial.parameters, steps)
+    equations = symbolic_equations(derivation)
+    size, start, slopes = len(initial.q), equations.start(initial), list(equations.slopes)
+    arguments, steps = [TIME, *equations.names], equations.steps
+    observed_trees = [to_tree(e) for e in (*equations.momenta, *equations.energy)]
+    observe = code.function(observed_trees, arguments, initial.parameters, steps)
     if derivation.energy_changes:
         start, arguments = np.append(start, 0.0), [*arguments, ENERGY_CHANGE]
         slopes.append(to_tree(derivation.power))
@@ -90,16 +112,16 @@ def _motion(
     return EquationsOfMotion(flow, sizes, start, quantities, observed)
 
 
-def _hamilton(derivation: Derivation, initial: InitialState) -> EquationsOfMotion:
+def _hamilton(derivation: Derivation) -> Equations:
     """Hamilton's equations."""
     assert derivation.equations is not None
     assert derivation.hamiltonian is not None
     phase, slopes = derivation.phase, [to_tree(e) for e in derivation.equations]
     p, energy = [symbol(name) for name in phase.momenta], terms(derivation.hamiltonian)
-    return _motion(derivation, initial, phase.names, initial.p, slopes, p, energy)
+    return Equations(phase.names, slopes, p, energy)
 
 
-def _lagrange(derivation: Derivation, initial: InitialState) -> EquationsOfMotion:
+def _lagrange(derivation: Derivation) -> Equations:
     """Lagrange's equations, for the momenta if the velocities follow from linear equations, or for these."""
     phase, velocities, lagrangian = derivation.phase, derivation.velocity_names, derivation.system.lagrangian
     assert lagrangian is not None
@@ -121,12 +143,7 @@ def _lagrange(derivation: Derivation, initial: InitialState) -> EquationsOfMotio
         steps, found = solutions(a - substitute(e, at_rest) for a, e in zip(p, definitions, strict=True))
         steps += zip(velocities, found, strict=True)
         slopes = [*rates, *map(to_tree, forces)]
-        return _motion(derivation, initial, phase.names, initial.p, slopes, p, energy(p), steps)
-    if initial.v is None:
-        raise ComputationError(
-            "the velocities have no closed form in the momenta",
-            hint=f"begin the orbit with velocities: {', '.join(velocities)}",
-        )
+        return Equations(phase.names, slopes, p, energy(p), steps)
     moving = [*zip(phase.coordinates, v, strict=True), (TIME, ONE)]
     defined = dict(zip(phase.momenta, definitions, strict=True))
     steps, found = solutions(
@@ -134,7 +151,7 @@ def _lagrange(derivation: Derivation, initial: InitialState) -> EquationsOfMotio
         for f, p in zip(forces, definitions, strict=True)
     )
     names, slopes = (*phase.coordinates, *velocities), [*rates, *found]
-    return _motion(derivation, initial, names, initial.v, slopes, definitions, energy(definitions), steps)
+    return Equations(names, slopes, definitions, energy(definitions), steps)
 
 
 def columns(f: Flow, times: Floats, states: Floats) -> Floats:

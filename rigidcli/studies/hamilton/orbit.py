@@ -42,8 +42,9 @@ class OrbitSolution:
 
     `drift` tells of H and of each conserved quantity by how much it changes, in units of the largest sum of
     the sizes of its terms; where H changes by law, the integral of dH/dt is taken off. Those that are neither
-    H nor momenta are `invariants`. From `lost` on, if ever, an orbit with somewhat larger errors has nothing
-    in common with this one. At `missed`, if ever, steps have gone over something narrow.
+    H nor momenta are `invariants`. The `states` (k by 2 n) are those of the variables that were integrated.
+    From `lost` on, if ever, an orbit with somewhat larger errors has nothing in common with this one. At
+    `missed`, if ever, steps have gone over something narrow.
     """
 
     times: Floats
@@ -54,6 +55,7 @@ class OrbitSolution:
     invariants: tuple[str, ...]
     method: str
     steps: int
+    states: Floats
     trusted_digits: float
     lost: float | None
     missed: float | None
@@ -130,6 +132,7 @@ def solve_orbit(
         tuple(further),
         solution.method,
         solution.steps,
+        states[:, : 2 * len(initial.q)],
         digits(1.0 if len(narrow) else max(error, rounding)),
         lost,
         float(narrow[0].mean()) if len(narrow) else None,

@@ -16,7 +16,8 @@ Step = tuple[str, Node]
 def solved(matrix: Sequence[Sequence[Node]], right: Sequence[Node]) -> tuple[list[Step], list[Node]]:
     """Steps, and then x: of a symmetric matrix (n by n) and b (n), for `code.function`.
 
-    With zeros in the matrix there are fewer steps. Names of steps begin with an underscore.
+    With zeros in the matrix there are fewer steps. Names of steps begin with a dot, as no name of
+    a document does.
     """
     size = len(matrix)
     steps: list[Step] = []
@@ -24,7 +25,7 @@ def solved(matrix: Sequence[Sequence[Node]], right: Sequence[Node]) -> tuple[lis
     def named(kind: str, value: Node) -> Node:
         if value in (ZERO, ONE) or isinstance(value, Name):
             return value
-        steps.append((f"_{kind}{len(steps)}", value))
+        steps.append((f".{kind}{len(steps)}", value))
         return Name(steps[-1][0])
 
     # Zero has one tree from here on, however it is written.

@@ -33,14 +33,14 @@ from rigidcli.symbolic.language.tree import (
 )
 
 
-def text(node: Node) -> str:
+def text(node: Node, power: str = "**") -> str:
     """A tree in the expression language: `parser.read` reads it back as a tree with the same value.
 
     Operations keep their order, so that the values agree to the last bit. There are no parentheses that
     could be left out, but for those of `x**(-2)`. A tree beyond the bounds of `parser.read` is written
-    all the same.
+    all the same. Other languages may have another sign for a `power`.
     """
-    return _folded(node, partial(_plain, times="*", power="**"))
+    return _folded(node, partial(_plain, times="*", power=power))
 
 
 def reading(node: Node) -> str:

@@ -1,0 +1,194 @@
+"""Programs of equations of motion: what is alike in all languages, from names to formulas.
+
+A program holds names of a document only as identifiers, which are letters, digits and underscores, and differ
+from the words of the language. It holds other text of a document only in comments of one line.
+"""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from rigidcli.errors import UsageError
+from rigidcli.report import Program, Report
+from rigidcli.symbolic.language.sharing import Formulas
+from rigidcli.symbolic.language.text import text
+from rigidcli.symbolic.language.tree import (
+    Call,
+    Constant,
+    Name,
+    Negative,
+    Node,
+    Number,
+    Power,
+    rebuilt,
+)
+
+WIDTH = 100
+"""The width of lines, in characters: what is longer is broken where there are blanks."""
+
+TOLERANCE = "1e-12"
+"""Relative error of a step, where a program leaves the choice of steps to a library."""
+
+EVEN = 1e-9
+"""Times are evenly spaced if none is off by more than this, in units of the space between two."""
+
+
+@dataclass(frozen=True, slots=True)
+class Language:
+    """How formulas are written in a language.
+
+    `power` is the sign of a power, and empty where all powers are calls of `pow`; the latter are also made
+    for `fractional` powers. `functions` have names other than ours. No name of a document may be a `word`.
+    """
+
+    comment: str
+    power: str
+    fractional: bool
+    functions: dict[str, str]
+    words: frozenset[str]
+
+
+class Source:
+    """A program in a language, piece by piece."""
+
+    def __init__(self, report: Report, language: Language) -> None:
+        if report.program is None:
+            raise UsageError("there are no equations of motion here", hint="`hamilton` writes programs")
+        self.program: Program = report.program
+        self.language = language
+        self.names: dict[str, str] = {}
+        self.used: set[str] = set()
+        """Our names of the functions that are called in what is written, with `pow` and `pi`."""
+        taken = set(language.words)
+        program = report.program
+        formulas = [program.rates, *program.quantities.values()]
+        steps = [name for each in formulas for name, _ in each.steps]
+        others = [name for name in program.quantities if name not in language.words]
+        for name in dict.fromkeys([*program.constants, *program.variables, *others, *steps]):
+            new = name.lstrip("._") or "x"
+            new = f"x{new}" if new[0].isdigit() else new
+            while new in taken:
+                new += "_"
+            taken.add(new)
+            self.names[name] = new
+
+    def function(self, quantity: str) -> str:
+        """The name of the function of a quantity. That of H is H, and never that of a parameter."""
+        return quantity if quantity in self.language.words else self.names[quantity]
+
+    def heading(self, usage: str) -> str:
+        """What the program is, how it is run, and what the system is; the first two lines are ours."""
+        first = "Equations of motion as a program, written by rigidcli. It is run by"
+        mark = self.language.comment
+        return f"{mark} {first}\n{mark}     {usage}\n{mark}\n" + self.comment(*self.program.about)
+
+    def comment(self, *paragraphs: str) -> str:
+        """Lines of comment. They end neither in a backslash nor in what C may take for one."""
+        lines: list[str] = []
+        for paragraph in paragraphs:
+            printable = "".join(c if c.isprintable() else " " for c in paragraph)
+            safe = printable.replace("\\", "/").replace("?/", "? /")
+            lines += _wrapped(safe, WIDTH) or [""]
+        return "".join(f"{self.language.comment} {line}".rstrip() + "\n" for line in lines)
+
+    def constants(self, before: str, after: str, missing: str) -> str:
+        """A line for each constant, between what stands before and after."""
+        mark = self.language.comment
+        lines = []
+        for name, value in self.program.constants.items():
+            new = self.names[name]
+            notes = [f"{name} of the document"] if new != name else []
+            notes += ["it has no value in the document: give it one here"] if value is None else []
+            line = f"{before}{new} = {missing if value is None else repr(value)}{after}"
+            lines.append(line + (f"  {mark} {'; '.join(notes)}" if notes else ""))
+        return "".join(f"{line}\n" for line in lines)
+
+    def variables(self, formulas: Formulas | None = None) -> Iterator[tuple[int, str]]:
+        """The place and the name of each variable, or of those that stand in the formulas."""
+        for place, name in enumerate(self.program.variables):
+            if formulas is None or name in formulas.names:
+                yield place, self.names[name]
+
+    def lines(self, formulas: Formulas, before: str, after: str) -> str:
+        """The steps of formulas, a line each."""
+        return "".join(
+            self.broken(f"{before}{self.names[name]} = ", self.formula(tree), after) + "\n"
+            for name, tree in formulas.steps
+        )
+
+    def broken(self, before: str, formula: str, after: str) -> str:
+        """A line; if it is too long, it is broken inside of parentheses."""
+        if len(before) + len(formula) + len(after) <= WIDTH:
+            return before + formula + after
+        indent = " " * (len(before) - len(before.lstrip()))
+        # A line ends after a sign, so that all languages see that it goes on.
+        glued = _SIGN.sub("\N{NO-BREAK SPACE}\\1", formula)
+        parts = _wrapped(glued, WIDTH - len(indent) - 4)
+        inner = "".join(f"{indent}    {part}\n" for part in parts)
+        return f"{before}(\n{inner}{indent}){after}".replace("\N{NO-BREAK SPACE}", " ")
+
+    def formula(self, tree: Node) -> str:
+        """A tree in this language."""
+        return text(self._translated(tree), self.language.power or "**")
+
+    def _translated(self, node: Node) -> Node:
+        """The same tree with numbers that are floats, names of this program, and calls for powers."""
+        match node:
+            case Name(name):
+                return Name(self.names.get(name, name))
+            case Number(_, value):
+                return Number(repr(value), value)
+            case Constant(name):
+                self.used.add(name)
+            case Power(base, exponent):
+                base, whole = self._translated(base), _whole(exponent)
+                raised = self._translated(exponent) if whole is None else whole
+                if not self.language.power or (whole is None and self.language.fractional):
+                    return self._call("pow", (base, raised))
+                return Power(base, raised)
+            case Call(function, arguments):
+                translated = tuple(self._translated(argument) for argument in arguments)
+                return self._call(function, translated)
+        return rebuilt(node, lambda operand: self._translated(operand))
+
+    def _call(self, function: str, arguments: tuple[Node, ...]) -> Node:
+        self.used.add(function)
+        return Call(self.language.functions.get(function, function), arguments)
+
+    def times(self) -> tuple[float, int] | None:
+        """The last one and the number of evenly spaced times from zero on; None if they are not that."""
+        assert self.program.run is not None
+        times = self.program.run.times
+        even = np.linspace(0.0, times[-1], len(times))
+        if len(times) < 2 or np.abs(times - even).max() > EVEN * even[1]:
+            return None
+        return float(times[-1]), len(times)
+
+    def numbers(self, values: Iterable[float]) -> str:
+        """Numbers in a row, broken where that is too long; brackets of the language go around it."""
+        written = ", ".join(repr(float(value)) for value in values)
+        if len(written) <= WIDTH - 20:
+            return written
+        return "\n    " + "\n    ".join(_wrapped(written, WIDTH - 4)) + "\n"
+
+
+_SIGN = re.compile(" ([-+] )")
+
+
+def _wrapped(line: str, width: int) -> list[str]:
+    """A line cut at blanks."""
+    return textwrap.wrap(line, width, break_long_words=False, break_on_hyphens=False)
+
+
+def _whole(exponent: Node) -> Node | None:
+    """A whole exponent as such; None for others."""
+    inner = exponent.operand if isinstance(exponent, Negative) else exponent
+    if not isinstance(inner, Number) or not inner.value.is_integer() or abs(inner.value) >= 2**31:
+        return None
+    whole = Number(str(int(inner.value)), inner.value)
+    return Negative(whole) if inner is not exponent else whole

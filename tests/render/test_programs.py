@@ -1,0 +1,291 @@
+"""Programs of equations of motion: they run by themselves, and give the orbit that rigidcli gives.
+
+The Julia is looked at as text: where it is installed, OrdinaryDiffEq rarely is.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rigidcli
+from rigidcli import Result
+from rigidcli.core.arithmetic import Floats
+from rigidcli.render import Format, Look, renderer
+from rigidcli.render.c import C
+from rigidcli.render.julia import JULIA
+from rigidcli.render.programs import Language
+from rigidcli.render.python import PYTHON
+from rigidcli.report import Report
+from rigidcli.symbolic.language.tree import RESERVED
+from tests.conftest import ROOT, Program
+
+GOLDEN = Path(__file__).parent.parent / "golden"
+
+COMPILER = shutil.which("cc") or shutil.which("gcc")
+
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler is installed")
+
+STRICT = ["-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O1"]
+
+KEYWORDS = """
+name: names of other languages
+parameters:
+  {lambda: 1, E: 2, double: 3, k1: 2, state: 1, I: 1.5, gamma: 0.3, f: 0.1, y0: 1, M_PI: 7, _s1: 0.5}
+system:
+  coordinates: [in, int, beta]
+  lagrangian: >-
+    lambda*indot^2/2 + double*intdot^2/2 + I*betadot^2/2 - E*in^2/2 - k1*state*(in - int)^4/4
+    - sqrt(1 + in^2)/gamma - _s1*int^2 - y0*(1 - cos(beta - f*int)) - M_PI*log(2 + sin(in))
+orbit: {initial: {in: 1, int: 0, beta: 1, indot: 0, intdot: 0.5, betadot: 0}, duration: 4, samples: 9}
+"""
+
+GIVEN = """
+parameters: {w: 2, B: pi/3}
+system:
+  coordinates: [q1, q2]
+  hamiltonian: >-
+    (p_q1 + B*q2)^2/2 + atan2(p_q2, 2)^2 + w^2*q1^2/2 + abs(q2)^2.5 + exp(-q1) + asinh(q2)*2^q2/q1^(-2)
+  forces: {q1: -0.1*p_q1*cos(t)}
+orbit: {initial: {q1: 1, q2: 0.3, p_q1: 0, p_q2: 0.1}, times: [0.5, 1, 3, 4.5]}
+"""
+
+NO_CLOSED_FORM = """
+parameters: {a: 0.3, k: 1}
+system: {coordinates: [x], lagrangian: xdot^2/2 + a*xdot^4/4 + a*xdot^6/30 - k*x^2/2 - cos(x)*xdot^2/8}
+orbit: {initial: {x: 1, xdot: 0.2}, duration: 6, samples: 31}
+"""
+
+SECOND_BRANCH = """
+system: {coordinates: [x], lagrangian: xdot^4/4 - xdot^2/2 - x^2/2}
+orbit: {initial: {x: 0.1, xdot: 2}, duration: 2, samples: 21}
+"""
+
+DENSE = """
+parameters: {_d0: 1}
+system:
+  coordinates: [a, b, c, d, e]
+  particles:
+    - {mass: 1, position: [sin(a), -cos(a)]}
+    - {mass: 2, position: [sin(a) + sin(b), -cos(a) - cos(b)]}
+    - {mass: 1, position: [sin(a) + sin(b) + sin(c), -cos(a) - cos(b) - cos(c)]}
+    - {mass: 1, position: [sin(a) + sin(b) + sin(c) + sin(d), -cos(a) - cos(b) - cos(c) - cos(d)]}
+    - mass: _d0
+      position: [sin(a) + sin(b) + sin(c) + sin(d) + sin(e), -cos(a) - cos(b) - cos(c) - cos(d) - cos(e)]
+  potential: -6*cos(a) - 5*cos(b) - 3*cos(c) - 2*cos(d) - cos(e)
+  forces: {a: -0.01*adot}
+orbit:
+  initial: {a: 0.3, b: 0.2, c: 0, d: 0, e: 0.1, adot: 0, bdot: 0, cdot: 0, ddot: 0, edot: 0}
+  duration: 4
+  samples: 11
+"""
+
+CANCELLING = """
+parameters: {k: 0.3}
+system:
+  coordinates: [x, y, z]
+  lagrangian: >-
+    (xdot^2 + ydot^2 + zdot^2)/20 - k*((x - y)^2 + (y - z)^2 + x^2 + z^2)/2 - k*((x + 0.1)^4 + (z - 0.1)^4)
+orbit: {initial: {x: 0.1, y: 0, z: -0.1, p_x: 0.3, p_y: 0, p_z: -0.3}, duration: 20, samples: 41}
+"""
+"""The middle one of three masses stays at rest but for rounding."""
+
+CORNER = """
+parameters: {H: 3}
+system: {coordinates: [x, z], lagrangian: H*xdot^2/2 - x^2/2 + zdot^2/2*(1 + x^2) - pi*z^4 - abs(z)}
+orbit: {initial: {x: 0, p_x: 1, z: 1, p_z: 0}, duration: 1, step: 0.3}
+"""
+
+AT_ONCE = """
+parameters: {H: 3}
+system: {coordinates: [x], lagrangian: H*xdot^2/2 - x^2/2}
+orbit: {initial: {x: 0, p_x: 1}, times: [0]}
+"""
+
+HALF_A_TURN = """
+system: {coordinates: [x], lagrangian: xdot^2/2 - x^2/2}
+orbit: {initial: {x: 0, p_x: 1}, times: [0, pi]}
+"""
+
+SYSTEMS: dict[str, str | list[str]] = {
+    "double pendulum": ["configs/double_pendulum.yaml", "orbit.duration=4", "orbit.initial.theta1=1"],
+    "Kepler": ["configs/kepler_polar.yaml", "parameters.e=0.6", "orbit.samples=101"],
+    "driven": ["configs/driven_oscillator.yaml"],
+    "damped": ["configs/damped_oscillator.yaml"],
+    "relativistic": ["configs/relativistic_oscillator.yaml", "orbit.samples=101"],
+    "chain": ["configs/chain_20.yaml", "orbit.samples=21"],
+    "keywords": KEYWORDS,
+    "H given": GIVEN,
+    "no closed form": NO_CLOSED_FORM,
+    "second branch": SECOND_BRANCH,
+    "dense": DENSE,
+    "cancelling": CANCELLING,
+    "half a turn": HALF_A_TURN,
+    "at once": AT_ONCE,
+    "corner": CORNER,
+}
+
+
+def _result(system: str | list[str]) -> Result:
+    """What `hamilton` finds of a document: of its text, or of its path and settings."""
+    document, *settings = [system] if isinstance(system, str) else system
+    return rigidcli.hamilton(document, settings=settings, program=True)
+
+
+def _written(report: Report, form: str) -> str:
+    """The report in a format."""
+    return "".join(renderer(Format(form))([report], Look()))
+
+
+def _run_python(source: str, folder: Path) -> str:
+    (folder / "program.py").write_text(source, encoding="utf-8")
+    command = [sys.executable, "-W", "error", "program.py"]
+    return subprocess.run(command, cwd=folder, check=True, capture_output=True, text=True, timeout=60).stdout
+
+
+def _compile(source: str, folder: Path, *options: str) -> None:
+    (folder / "program.c").write_text(source, encoding="utf-8")
+    command = [COMPILER or "cc", *STRICT, "program.c", *options]
+    done = subprocess.run(command, cwd=folder, check=False, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def _run_c(source: str, folder: Path) -> str:
+    _compile(source, folder, "-o", "program", "-lm")
+    return subprocess.run(
+        ["./program"], cwd=folder, check=True, capture_output=True, text=True, timeout=60
+    ).stdout
+
+
+def _table(text: str) -> tuple[list[str], Floats]:
+    header, *rows = csv.reader(io.StringIO(text))
+    return header, np.array(rows, dtype=np.float64)
+
+
+def _assert_same_orbit(printed: str, expected: str) -> None:
+    """The tables agree to 1e-8 of the largest number in a column; what is below 1e-12 is zero."""
+    header, values = _table(printed)
+    columns, orbit = _table(expected)
+    assert header == columns
+    assert values.shape == orbit.shape
+    scale = np.abs(orbit).max(axis=0)
+    assert np.all(np.abs(values - orbit) <= 1e-8 * scale + 1e-12)
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_programs_give_the_orbit(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    found = _result(SYSTEMS[name])
+    expected = _written(found, "csv")
+    _assert_same_orbit(_run_python(_written(found, "python"), tmp_path), expected)
+    if COMPILER is None:
+        pytest.skip("the Python is right; no C compiler is installed")
+    _assert_same_orbit(_run_c(_written(found, "c"), tmp_path), expected)
+
+
+SMALL = """
+name: driven pendulum with friction
+parameters: {m: 0.5, l: 2, g: 9.81, lambda: 0.1, w: 3}
+system:
+  coordinates: [theta]
+  lagrangian: m*l^2*thetadot^2/2 + m*g*l*cos(theta) + m*l*lambda*w^2*sin(theta)*cos(w*t)
+  forces: {theta: -lambda*thetadot}
+orbit: {initial: {theta: 1, p_theta: 0}, duration: 10, samples: 101}
+"""
+
+
+@pytest.mark.parametrize("form", ["python", "c", "julia"])
+def test_golden_text(form: str) -> None:
+    assert _written(_result(SMALL), form) == (GOLDEN / f"program_{form}.txt").read_text()
+
+
+HOSTILE = r"""a\n#error\r\nimport os */ =# /* #= ??/\n\"\"\" \\ $(x) \u2028 coding: utf-7 ??/"""
+
+
+@pytest.mark.parametrize("form", ["python", "c", "julia"])
+def test_a_hostile_name_stays_a_comment(form: str, tmp_path: Path) -> None:
+    lines = _written(_result(SMALL.replace("driven pendulum with friction", f'"{HOSTILE}"')), form).split(
+        "\n"
+    )
+    kept = _written(_result(SMALL), form).split("\n")
+    mark = "//" if form == "c" else "#"
+    assert [line for line in lines if line[: len(mark)] != mark] == [
+        line for line in kept if line[: len(mark)] != mark
+    ]
+    assert not any(line.endswith(("\\", "??/")) or not line.isprintable() for line in lines)
+    assert "coding" not in "".join(lines[:2])
+    if form == "c" and COMPILER is not None:
+        _compile("\n".join(lines), tmp_path, "-c")
+
+
+@pytest.mark.parametrize(("form", "language"), [("python", PYTHON), ("c", C), ("julia", JULIA)])
+def test_no_word_of_a_language_is_a_name(form: str, language: Language) -> None:
+    names = sorted(name for name in language.words - RESERVED if name[0] != "_")[::7]
+    values = ", ".join(f"{name}: 2" for name in names)
+    text = (
+        f"parameters: {{{values}}}\n"
+        f"system: {{coordinates: [xx], lagrangian: xxdot^2/2 - ({' + '.join(names)})*xx}}\n"
+    )
+    source = _written(_result(text), form)
+    assert re.findall(r"\b(\w+) = 2\.0", source) == [f"{name}_" for name in names]
+
+
+@needs_compiler
+@pytest.mark.parametrize(
+    ("options", "pattern"), [(["-dM"], r"#define ([A-Za-z]\w*)"), (["-P"], r"\b([A-Za-z]\w*) ?\(")]
+)
+def test_every_name_in_the_headers_of_c_is_known(options: list[str], pattern: str, tmp_path: Path) -> None:
+    (tmp_path / "headers.c").write_text("#include <math.h>\n#include <stdio.h>\n")
+    command = [COMPILER or "cc", "-E", *options, "headers.c"]
+    text = subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, text=True).stdout
+    assert set(re.findall(pattern, text)) <= C.words
+
+
+def test_without_an_orbit_there_are_functions_only(tmp_path: Path) -> None:
+    text = "parameters: {m: null, k: 2}\nsystem: {coordinates: [x], lagrangian: m*xdot^2/2 - k*x^2/2}"
+    source = _written(_result(text), "python")
+    assert "m = nan  # it has no value in the document: give it one here" in source
+    names: dict[str, object] = {}
+    exec(compile(source.replace("m = nan", "m = 4.0"), "program.py", "exec"), names)
+    assert names["f"](0.0, [3.0, 2.0]) == [0.5, -6.0]  # type: ignore[operator]
+    assert names["H"](0.0, [3.0, 2.0]) == 9.5  # type: ignore[operator]
+    assert "no orbit" in source
+    if COMPILER is not None:
+        _compile(_written(_result(text), "c"), tmp_path, "-c")
+
+
+FREE = "system: {coordinates: [x], lagrangian: m*xdot^2/2}"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "text", "code", "message"),
+    [
+        (["axes", "-"], "body: {shape: cube, side: 1, mass: 1}", 2, "only `rigidcli hamilton` writes"),
+        (["hamilton", "configs/taylor_13_02.yaml", "configs/taylor_13_03.yaml"], "", 2, "2 files are given"),
+        (["hamilton", "configs/bead_on_track.yaml"], "", 3, "a program needs a formula for `h`"),
+        (
+            ["hamilton", "-"],
+            "{system: {coordinates: [x], lagrangian: xdot^2/2 - sign(x)}}",
+            4,
+            "H has a step where x = 0",
+        ),
+        (
+            ["hamilton", "-"],
+            f"{FREE}\nparameters: {{m: null}}\norbit: {{initial: {{x: 0, p_x: 1}}, duration: 1}}",
+            3,
+            "parameters.m: missing",
+        ),
+    ],
+)
+def test_what_is_refused(arguments: list[str], text: str, code: int, message: str, program: Program) -> None:
+    outcome = program(arguments[0], "-f", "c", *arguments[1:], stdin=text)
+    assert (outcome.code, outcome.out) == (code, "")
+    assert message in outcome.err.replace("\n", " ")
