@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 NOISE = 4 * 2.0**-52
 """Entries of an array below this, in units of its largest, are shown to people as zero: a few roundings."""
@@ -86,11 +86,65 @@ class Step:
 
 
 @dataclass(frozen=True, slots=True)
+class Ruler:
+    """What a direction of a panel measures: `name` in plain text, `symbol` in LaTeX, and the unit.
+
+    `ticks` are names for the places 0, 1, 2, ... where a direction does not measure, but lists.
+    """
+
+    name: str
+    symbol: str = ""
+    unit: str = ""
+    ticks: tuple[Ruler, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Something drawn in a panel with d rulers; `label` is for the legend, and `symbol` the same in LaTeX.
+
+    `points` are the places of a line or of dots (n, d), the two ends of an arrow (2, d), a sequence of plane
+    faces (each k by 3), or of contours the coordinates x (n), y (m) and the heights (m, n), whose lines are
+    drawn at the heights `levels`. `style` is a place in the lists of colours and line styles; what is
+    `quiet` is thin and grey, and only there for orientation. `normals` (n, 3) of a line on a closed surface
+    tell which parts of it are on the far side.
+    """
+
+    form: Literal["line", "dots", "arrow", "faces", "contours"]
+    points: Value
+    label: str = ""
+    symbol: str = ""
+    style: int = 0
+    quiet: bool = False
+    levels: tuple[float, ...] = ()
+    normals: Value = None
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """Marks along two or three rulers; where it `is_even`, a length is the same in each direction."""
+
+    rulers: tuple[Ruler, ...]
+    marks: tuple[Mark, ...]
+    title: str = ""
+    is_even: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture of a result: its kind, a title, and panels that stand in so many columns."""
+
+    kind: str
+    title: str
+    panels: tuple[Panel, ...]
+    columns: int = 1
+
+
+@dataclass(frozen=True, slots=True)
 class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
     `about` is what people are told first; `notes` are remarks on the numbers, for standard error; `steps`
-    are told on demand.
+    and `pictures` are told on demand.
     """
 
     schema: str
@@ -101,6 +155,7 @@ class Report(Mapping[str, Value]):
     notes: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
     steps: tuple[Step, ...] = ()
+    pictures: tuple[Picture, ...] = ()
 
     def tree(self) -> dict[str, Value]:
         """All values as JSON nests them."""

@@ -12,11 +12,12 @@ import numpy as np
 
 from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
-from rigidcli.report import NOISE, Column, Field, Report, Step, Table, Value
+from rigidcli.report import NOISE, Column, Field, Picture, Report, Step, Table, Value
 from rigidcli.studies.common import SHOWN_DIGITS, noise, report, require_values
 from rigidcli.studies.hamilton import lagrange, modes
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
 from rigidcli.studies.hamilton.system import known_values, require_formulas
+from rigidcli.studies.pictures import drawn
 from rigidcli.symbolic.algebra.calculus import substitute
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.trees import to_tree
@@ -82,6 +83,7 @@ def run(
     invariants: bool = False,
     progress: Callable[[float], None] | None = None,
     steps: bool = False,
+    picture: str | None = None,
 ) -> Report:
     """Derive what the system of the document has, and follow its orbit; `progress` is told how far.
 
@@ -137,7 +139,14 @@ def run(
         momenta = [(name, symbol(name)) for name in conserved if name != "H"]
         others = [(reading(e.tree()), e) for e in found.invariants or ()]
         working += hamilton_steps(fields, tables, phase, [*momenta, *others], derivation.hamiltonian)
-    return report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables, working)
+    pictures: tuple[Picture, ...] = ()
+    if picture is not None:
+        from rigidcli.studies.hamilton.pictures import Findings
+
+        given = Findings(document, derivation, found.orbit, found.oscillations, fields)
+        pictures = drawn("hamilton", picture, given)
+    title = "Hamilton's equations"
+    return report(document, SCHEMA, title, fields, _notes(found), tables, working, pictures)
 
 
 def _in_decimals(value: Value) -> Value:
