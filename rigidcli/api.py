@@ -9,6 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from importlib import import_module
 from inspect import cleandoc
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from rigidcli.errors import DocumentError, UsageError
@@ -39,7 +40,9 @@ exact : bool
 settings : sequence of str
     Values to override, such as ``["body.mass=3"]``.
 steps : bool
-    Show the working, too."""
+    Show the working, too.
+picture : str
+    Work out a picture of this kind, such as "polhode", or the "best" one; `Result.save_picture` writes it."""
 """What stands for COMMON in the help of the studies: the parameters that all of them have."""
 
 _REST = """
@@ -107,6 +110,18 @@ class Result(Report):
         frame.attrs["units"] = units
         return frame
 
+    def save_picture(self, path: str | os.PathLike[str]) -> None:
+        """Write the picture that was asked for to a file, .png, .svg or .pdf.
+
+        Raises UsageError where there is none, for other endings, and without matplotlib.
+        """
+        from rigidcli.render.plots import picture_file, require_ending
+
+        require_ending(os.fspath(path))
+        if not self.pictures:
+            raise UsageError("there is no picture here", hint='ask for one, as in axes(..., picture="best")')
+        Path(path).write_bytes(picture_file(self, os.fspath(path)))
+
     def _table(self, name: str | None) -> Table | None:
         """The table of this name; without a name that of the data, if there is one."""
         for table in self.tables:
@@ -126,7 +141,12 @@ def _study(function: _Function) -> _Function:
 
 @_study
 def inertia(
-    document: Source, *, exact: bool = False, settings: Sequence[str] = (), steps: bool = False
+    document: Source,
+    *,
+    exact: bool = False,
+    settings: Sequence[str] = (),
+    steps: bool = False,
+    picture: str | None = None,
 ) -> Result:
     """Mass, centre of mass, and the inertia tensor about a point.
 
@@ -143,12 +163,17 @@ def inertia(
     >>> rigidcli.inertia({"body": {"shape": "cube", "side": 1, "mass": 12}})["mass"]
     12.0
     """
-    return _answer("inertia", document, exact, settings, steps=steps)
+    return _answer("inertia", document, exact, settings, steps=steps, picture=picture)
 
 
 @_study
 def axes(
-    document: Source, *, exact: bool = False, settings: Sequence[str] = (), steps: bool = False
+    document: Source,
+    *,
+    exact: bool = False,
+    settings: Sequence[str] = (),
+    steps: bool = False,
+    picture: str | None = None,
 ) -> Result:
     """Principal moments and axes, and L and T where the document has an angular velocity.
 
@@ -167,12 +192,17 @@ def axes(
     >>> rigidcli.axes("body: {shape: cube, side: 1, mass: 12, anchor: corner}")["class"]
     'prolate'
     """
-    return _answer("axes", document, exact, settings, steps=steps)
+    return _answer("axes", document, exact, settings, steps=steps, picture=picture)
 
 
 @_study
 def precess(
-    document: Source, *, exact: bool = False, settings: Sequence[str] = (), steps: bool = False
+    document: Source,
+    *,
+    exact: bool = False,
+    settings: Sequence[str] = (),
+    steps: bool = False,
+    picture: str | None = None,
 ) -> Result:
     """Precession: of tops under gravity, of free bodies, and of planets by tides.
 
@@ -190,7 +220,7 @@ def precess(
     >>> round(rigidcli.precess({"top": top})["top"]["gyroscopic_rate"], 2)
     3.12
     """
-    return _answer("precess", document, exact, settings, steps=steps)
+    return _answer("precess", document, exact, settings, steps=steps, picture=picture)
 
 
 @_study
@@ -200,6 +230,7 @@ def euler(
     exact: bool = False,
     settings: Sequence[str] = (),
     steps: bool = False,
+    picture: str | None = None,
     engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
     max_steps: int | None = None,
@@ -228,7 +259,8 @@ def euler(
     >>> result["motion"]
     'about_highest'
     """
-    options = {"steps": steps, "engine": engine, "progress": progress, "max_steps": max_steps}
+    options: dict[str, Any] = {"steps": steps, "picture": picture, "engine": engine}
+    options |= {"progress": progress, "max_steps": max_steps}
     return _answer("euler", document, exact, settings, **options)
 
 
@@ -239,6 +271,7 @@ def hamilton(
     exact: bool = False,
     settings: Sequence[str] = (),
     steps: bool = False,
+    picture: str | None = None,
     invariants: bool = False,
     program: bool = False,
     progress: Callable[[float], None] | None = None,
@@ -269,8 +302,8 @@ def hamilton(
     >>> rigidcli.hamilton({"system": system, "parameters": {"m": None, "k": None}})["hamiltonian"]
     p_x**2/(2*m) + k*x**2/2
     """
-    options: dict[str, Any] = {"steps": steps, "invariants": invariants, "program": program}
-    options |= {"progress": progress, "max_steps": max_steps}
+    options: dict[str, Any] = {"steps": steps, "picture": picture, "invariants": invariants}
+    options |= {"program": program, "progress": progress, "max_steps": max_steps}
     return _answer("hamilton", document, exact, settings, **options)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 if TYPE_CHECKING:
     import numpy as np
@@ -125,11 +125,65 @@ class Program:
 
 
 @dataclass(frozen=True, slots=True)
+class Ruler:
+    """What a direction of a panel measures: `name` in plain text, `symbol` in LaTeX, and the unit.
+
+    `ticks` are names for the places 0, 1, 2, ... where a direction does not measure, but lists.
+    """
+
+    name: str
+    symbol: str = ""
+    unit: str = ""
+    ticks: tuple[Ruler, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Something drawn in a panel with d rulers; `label` is for the legend, and `symbol` the same in LaTeX.
+
+    `points` are the places of a line or of dots (n, d), the two ends of an arrow (2, d), a sequence of plane
+    faces (each k by 3), or of contours the coordinates x (n), y (m) and the heights (m, n), whose lines are
+    drawn at the heights `levels`. `style` is a place in the lists of colours and line styles; what is
+    `quiet` is thin and grey, and only there for orientation. `normals` (n, 3) of a line on a closed surface
+    tell which parts of it are on the far side.
+    """
+
+    form: Literal["line", "dots", "arrow", "faces", "contours"]
+    points: Value
+    label: str = ""
+    symbol: str = ""
+    style: int = 0
+    quiet: bool = False
+    levels: tuple[float, ...] = ()
+    normals: Value = None
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """Marks along two or three rulers; where it `is_even`, a length is the same in each direction."""
+
+    rulers: tuple[Ruler, ...]
+    marks: tuple[Mark, ...]
+    title: str = ""
+    is_even: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture of a result: its kind, a title, and panels that stand in so many columns."""
+
+    kind: str
+    title: str
+    panels: tuple[Panel, ...]
+    columns: int = 1
+
+
+@dataclass(frozen=True, slots=True)
 class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
     `about` is what people are told first; `notes` are remarks on the numbers, for standard error; `steps`
-    are told, and a `program` of the equations is written, on demand.
+    and `pictures` are told, and a `program` of the equations is written, on demand.
     """
 
     schema: str
@@ -140,6 +194,7 @@ class Report(Mapping[str, Value]):
     notes: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()
     steps: tuple[Step, ...] = ()
+    pictures: tuple[Picture, ...] = ()
     program: Program | None = None
 
     def tree(self) -> dict[str, Value]:

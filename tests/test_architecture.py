@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import inspect
 import pkgutil
-from importlib import resources
+from importlib import resources, util
 from typing import get_args
 
 import pytest
@@ -24,6 +24,12 @@ from rigidcli.grading.reports.formats import FORMATS
 from rigidcli.model import shapes, solid_shapes, thin_shapes
 from rigidcli.model.shape import Lamina, Shape, Shell, Solid, Wire
 from rigidcli.render import Format, renderer
+from rigidcli.render.plots import LIBRARIES
+from rigidcli.studies.pictures import KINDS as KINDS_OF_PICTURES
+from rigidcli.studies.pictures.surfaces import SURFACES
+
+DRAWING = {f"rigidcli.render.plots.{module}" for module in LIBRARIES}
+"""Modules that need the extra `show`."""
 
 
 def _names(package: str) -> set[str]:
@@ -48,17 +54,25 @@ def test_a_shape_has_the_name_under_which_it_is_listed(name: str) -> None:
 
 def test_every_format_is_a_module_and_every_module_a_format() -> None:
     assert set(FORMATS) == set(CheckFormat)
-    helpers = {"terminal", "values", "notebook", "programs", "units"}
+    helpers = {"terminal", "values", "notebook", "plots", "programs", "units"}
     assert _names("rigidcli.render") - helpers == set(Format)
     assert all(callable(renderer(name)) for name in Format)
 
 
 def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
-    helpers = {"body", "common", "results", "steps"}
+    helpers = {"body", "common", "pictures", "results", "steps"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
     assert _names("rigidcli.cli") - {"app", "computing", "help", "output"} == set(app.COMMANDS)
     assert len(app.app.registered_commands) == len(app.COMMANDS)
     assert all(callable(getattr(rigidcli, name)) for name in rigidcli.__all__ if name in STUDIES)
+
+
+def test_every_shape_has_a_surface_and_every_study_pictures() -> None:
+    assert set(SURFACES) == set(shapes.SHAPES)
+    assert set(KINDS_OF_PICTURES) == set(STUDIES)
+    for kinds in KINDS_OF_PICTURES.values():
+        for kind, module in kinds.items():
+            assert callable(getattr(importlib.import_module(f"rigidcli.studies.{module}"), kind)), kind
 
 
 def test_every_kind_of_answer_is_listed_and_every_mistake_is_of_a_kind() -> None:
@@ -81,4 +95,6 @@ def test_every_starter_is_a_kind() -> None:
 
 def test_every_module_says_what_it_is() -> None:
     for found in pkgutil.walk_packages(rigidcli.__path__, "rigidcli."):
+        if found.name in DRAWING and any(util.find_spec(library) is None for library in LIBRARIES.values()):
+            continue  # they need the extra `show`
         assert importlib.import_module(found.name).__doc__, found.name

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 import rigidcli
-from rigidcli.cli.output import Failures, Output, complain, progress
+from rigidcli.cli.output import Failures, Output, complain, progress, require_apart, write_whole
 from rigidcli.errors import Problem, UsageError, ValueProblem
 from rigidcli.render import PEOPLE, PROGRAMS, Format, Look, renderer
 
@@ -83,6 +83,54 @@ def _read_units(text: str | None) -> Units:
         raise typer.BadParameter(error.message + hint, param_hint="'--units'") from None
 
 
+PlotPath = Annotated[
+    str | None,
+    typer.Option(
+        "--plot",
+        metavar="PATH",
+        callback=_check_path,
+        help="Write a picture, .png, .svg or .pdf; `-` draws a chart of characters. Needs the extra `show`.",
+    ),
+]
+PlotKind = Annotated[
+    str | None, typer.Option("--plot-kind", metavar="NAME", help="Another picture than the first.")
+]
+
+
+def _picture(command: str, path: str | None, kind: str | None, files: Sequence[str]) -> str | None:
+    """The kind of picture that is asked for, if one is; refused where it cannot be drawn or written."""
+    if path is None and kind is None:
+        return None
+    from rigidcli.render.plots import require_ending, require_library
+    from rigidcli.studies.pictures import BEST, require_kind
+
+    try:
+        require_kind(command, kind or BEST)
+        if path is None:
+            raise UsageError("`--plot-kind` chooses a picture", hint="say with `--plot` where it goes")
+        require_ending(path)
+        if len(files) > 1:
+            raise UsageError("`--plot` draws one picture, of one FILE", hint="call it for each FILE")
+        require_apart("--plot", path, files)
+        require_library(path)
+    except UsageError as error:
+        hint = f" ({error.hint})" if error.hint else ""
+        raise typer.BadParameter(error.message + hint, param_hint="'--plot'") from None
+    return kind or BEST
+
+
+def _write_picture(report: Report, path: str, width: int | None, target: Output | None) -> None:
+    """Write the picture of a report to a file; a chart of characters to the target, or standard error."""
+    from rigidcli.render.plots import CHARACTERS, chart, picture_file
+
+    if path != CHARACTERS:
+        write_whole(path, [picture_file(report, path)])
+    elif target is not None:
+        target.write(chart(report, width))
+    else:
+        complain(chart(report, None).rstrip("\n"))
+
+
 def _split(text: str | None) -> list[str]:
     return [name.strip() for name in text.split(",")] if text else []
 
@@ -141,6 +189,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         standalone: Annotated[
             bool, typer.Option("--standalone", help="LaTeX that compiles by itself.")
         ] = False,
+        plot: PlotPath = None,
+        plot_kind: PlotKind = None,
         quiet: Quiet = False,
         **options: Any,
     ) -> None:
@@ -158,6 +208,10 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         named = {f"{SECTIONS[study.__name__]}.{name}": f"--{name}" for name in given}
         changes = [*(settings or ()), *map("=".join, zip(named, map(str, given.values()), strict=True))]
 
+        picture = _picture(study.__name__, plot, plot_kind, files)
+        options |= {"picture": picture} if picture else {}
+        pictured: list[Report] = []
+
         def reports() -> Iterator[Report]:
             from rigidcli.render.units import in_units
 
@@ -174,6 +228,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                     if format is Format.json:
                         _require_memory(report)
                     tell_notes(report.source, report.notes, quiet)
+                    pictured.extend([report] if picture else [])
                     yield in_units(report, wanted) if wanted else report
 
         with failures.of(output or ""), Output(output) as target:
@@ -193,6 +248,10 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             )
             for piece in renderer(format)(reports(), look):
                 target.write(piece)
+            for report in pictured:
+                # A chart of characters follows the table, and stays away from other data.
+                follows = format is Format.table and output in (None, "-")
+                _write_picture(report, str(plot), width, target if follows else None)
         raise typer.Exit(failures.code)
 
     shared = inspect.signature(command, eval_str=True)

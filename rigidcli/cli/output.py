@@ -99,7 +99,7 @@ class Output:
                 os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             if isinstance(failure, BrokenPipeError):
                 raise typer.Exit from None
-            raise self._failed("standard output", failure) from None
+            raise _failed("standard output", failure) from None
 
     def terminal(self) -> tuple[int | None, bool]:
         """The width of the terminal that is written to, or None, and whether it may show colours."""
@@ -116,15 +116,28 @@ class Output:
     ) -> None:
         if self._path is None or error is not None or not self._pieces:
             return
-        try:
-            _replace(Path(self._path), self._pieces)
-        except OSError as failure:
-            raise self._failed(self._path, failure) from None
+        write_whole(self._path, self._pieces)
 
-    @staticmethod
-    def _failed(name: str, failure: OSError) -> typer.Exit:
-        complain(str(Problem(name, f"cannot be written: {failure.strerror or failure}")))
-        return typer.Exit(UsageError.exit_code)
+
+def write_whole(path: str, pieces: Sequence[bytes]) -> None:
+    """Write a file whole or not at all; raises typer.Exit, after a message, where it cannot be written."""
+    try:
+        _replace(Path(path), pieces)
+    except OSError as failure:
+        raise _failed(path, failure) from None
+
+
+def require_apart(option: str, path: str | None, others: Sequence[str]) -> None:
+    """Raise UsageError where the file that an option writes is one of the others, by whatever name."""
+    for other in others if path not in (None, "-") else ():
+        with contextlib.suppress(OSError):
+            if path == other or Path(str(path)).samefile(other):
+                raise UsageError(f"{option}: `{path}` is one of the files that are read, and stays as it is")
+
+
+def _failed(name: str, failure: OSError) -> typer.Exit:
+    complain(str(Problem(name, f"cannot be written: {failure.strerror or failure}")))
+    return typer.Exit(UsageError.exit_code)
 
 
 def _replace(path: Path, pieces: Sequence[bytes]) -> None:

@@ -13,6 +13,7 @@ from rigidcli.model.document import Document
 from rigidcli.report import Field, Report, Step
 from rigidcli.studies.body import axis_fields, body_frame, inertia_fields
 from rigidcli.studies.common import field_of, if_known, report
+from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
 
 SCHEMA = "rigidcli.axes/1"
@@ -32,7 +33,7 @@ CLASSES = {
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def run(document: Document, *, steps: bool = False) -> Report:
+def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
     """Find the principal axes of the document's body about its point O, and what its motion is there."""
     n = document.arithmetic
     known = inertia_fields(document)
@@ -60,8 +61,8 @@ def run(document: Document, *, steps: bool = False) -> Report:
 
         working += inertia_steps(document, tensor)
         working += axes_steps(tensor, frame, n, frozenset(document.parameters or ()))
-    title = "principal moments and axes"
-    return report(document, SCHEMA, title, [*fields, *about_axis], [*notes, *noted], (), working)
+    title, pictures = "principal moments and axes", drawn("axes", picture, document)
+    return report(document, SCHEMA, title, [*fields, *about_axis], [*notes, *noted], (), working, pictures)
 
 
 def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> list[Field]:

@@ -11,7 +11,7 @@ import numpy as np
 from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.model.document import Document
 from rigidcli.model.load import STDIN
-from rigidcli.report import NOISE, Field, Report, Step, Table, Value
+from rigidcli.report import NOISE, Field, Picture, Report, Step, Table, Value
 
 
 def report(
@@ -22,6 +22,7 @@ def report(
     notes: Iterable[str] = (),
     tables: Iterable[Table] = (),
     steps: Iterable[Step] = (),
+    pictures: Iterable[Picture] = (),
 ) -> Report:
     """The report of a study, in which no zero has a sign.
 
@@ -39,6 +40,7 @@ def report(
         (*document.notes, *notes),
         tuple(map(_without_signed_zeros, tables)),
         tuple(map(_step_without_signed_zeros, steps)),
+        tuple(pictures),
     )
 
 

@@ -6,11 +6,12 @@ from rigidcli.model.document import Document
 from rigidcli.report import Report, Step
 from rigidcli.studies.body import axis_fields, inertia_fields
 from rigidcli.studies.common import field_of, report
+from rigidcli.studies.pictures import drawn
 
 SCHEMA = "rigidcli.inertia/1"
 
 
-def run(document: Document, *, steps: bool = False) -> Report:
+def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
     """Find the mass properties of the document's body."""
     fields, (about_axis, notes) = inertia_fields(document), axis_fields(document)
     working: list[Step] = []
@@ -18,4 +19,7 @@ def run(document: Document, *, steps: bool = False) -> Report:
         from rigidcli.studies.steps.inertia import inertia_steps
 
         working += inertia_steps(document, field_of(fields, "tensor"))
-    return report(document, SCHEMA, "inertia tensor", [*fields, *about_axis], notes, steps=working)
+    pictures = drawn("inertia", picture, document)
+    return report(
+        document, SCHEMA, "inertia tensor", [*fields, *about_axis], notes, steps=working, pictures=pictures
+    )

@@ -21,6 +21,7 @@ from rigidcli.model.top import Top
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.body import body_frame, principal_omega, require_spin
 from rigidcli.studies.common import if_known, report
+from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import SECTIONS
 
 SCHEMA = "rigidcli.precess/1"
@@ -62,7 +63,7 @@ class _Found:
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def run(document: Document, *, steps: bool = False) -> Report:
+def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
     """Find how the document's top, free body or planet precesses, whichever of them it has."""
     found = _Found()
     if document.top is not None:
@@ -84,7 +85,8 @@ def run(document: Document, *, steps: bool = False) -> Report:
         from rigidcli.studies.steps.precess import precess_steps
 
         working += precess_steps(document, found.values)
-    return report(document, SCHEMA, "precession", fields, found.notes, found.tables, working)
+    pictures = drawn("precess", picture, document, found.values)
+    return report(document, SCHEMA, "precession", fields, found.notes, found.tables, working, pictures)
 
 
 def _field(section: str, entry: Field, values: Mapping[str, Value] | None) -> Field:

@@ -17,6 +17,7 @@ from rigidcli.studies.common import SHOWN_DIGITS, if_known, report
 from rigidcli.studies.euler.columns import COLUMNS, trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
 from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory, free_trajectory
+from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
 
 if TYPE_CHECKING:
@@ -51,6 +52,7 @@ def run(
     progress: Callable[[float], None] | None = None,
     max_steps: int | None = None,
     steps: bool = False,
+    picture: str | None = None,
 ) -> Report:
     """Follow the motion that the document describes; `progress` is called with the fraction that is done.
 
@@ -63,9 +65,10 @@ def run(
         from rigidcli.studies.euler.steps import euler_steps
 
         working += euler_steps(motion, fields, stable)
-    tables = (stable, trajectory_table(motion))
-    title = "motion by Euler's equations"
-    return report(document, SCHEMA, title, fields, motion.problem.notes, tables, working)
+    samples, title = trajectory_table(motion), "motion by Euler's equations"
+    pictures = drawn("euler", picture, motion, samples)
+    notes, tables = motion.problem.notes, (stable, samples)
+    return report(document, SCHEMA, title, fields, notes, tables, working, pictures)
 
 
 def follow(

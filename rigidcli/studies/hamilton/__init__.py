@@ -12,11 +12,12 @@ import numpy as np
 
 from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
-from rigidcli.report import NOISE, Column, Field, Report, Step, Table, Value
+from rigidcli.report import NOISE, Column, Field, Picture, Report, Step, Table, Value
 from rigidcli.studies.common import SHOWN_DIGITS, if_known, noise, report, require_values
 from rigidcli.studies.hamilton import lagrange, modes
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
 from rigidcli.studies.hamilton.system import known_values, require_formulas
+from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
 from rigidcli.symbolic.algebra.calculus import substitute
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
@@ -87,6 +88,7 @@ def run(
     max_steps: int | None = None,
     steps: bool = False,
     program: bool = False,
+    picture: str | None = None,
 ) -> Report:
     """Derive what the system of the document has, and follow its orbit; `progress` is told how far.
 
@@ -139,7 +141,14 @@ def run(
         others = [(reading(e.tree()), e) for e in found.invariants or ()]
         proved, h = [*momenta, *others], derivation.hamiltonian
         working += hamilton_steps(fields, tables, phase, proved, h, derivation.is_forced)
-    result = report(document, SCHEMA, "Hamilton's equations", fields, _notes(found), tables, working)
+    pictures: tuple[Picture, ...] = ()
+    if picture is not None:
+        from rigidcli.studies.hamilton.pictures import Findings
+
+        given = Findings(document, derivation, found.orbit, found.oscillations, fields)
+        pictures = drawn("hamilton", picture, given)
+    title = "Hamilton's equations"
+    result = report(document, SCHEMA, title, fields, _notes(found), tables, working, pictures)
     if not program:
         return result
     from rigidcli.studies.hamilton.program import program_of

@@ -1,0 +1,281 @@
+"""Pictures as files, by matplotlib: the same bytes each time, whatever the user's own settings are."""
+
+from __future__ import annotations
+
+import io
+import logging
+import math
+import re
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.mathtext import MathTextParser
+from matplotlib.ticker import MaxNLocator
+from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.report import Mark, Panel, Picture, Report, Ruler
+
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#56B4E9")
+"""Colours of marks by their style, which the colour-blind can tell apart.
+
+Source: M. Okabe, K. Ito, Color Universal Design (2008): blue, vermillion, green, purple, black, sky blue.
+"""
+
+LINES: tuple[Any, ...] = ("-", (0, (6, 2)), (0, (6, 2, 1.5, 2)), (0, (1.5, 1.5)), (0, (3, 1.5)), "-")
+"""Line styles, which tell the same marks apart in print without colours."""
+
+DOTS = ("o", "s", "^", "D", "P", "o")
+"""Signs for dots, likewise."""
+
+GREY = "#7F7F7F"
+"""What is only there for orientation."""
+
+TICKS = 5
+"""The most numbers along a direction of what is solid: more would run into each other."""
+
+CONSTANT = 1e-9
+"""A range below this, in units of the values, is that of rounding: it is not drawn out to fill a panel."""
+
+PLAIN = (0.02, 2e4)
+"""Between these the largest number along a ruler is written as it is; else its unit has a power of ten."""
+
+VIEW = (22.0, 35.0)
+"""From where what is solid is seen: elevation and azimuth, in degrees."""
+
+BEHIND = {"linewidth": 0.7, "alpha": 0.55}
+"""The look of the parts of a line on the far side of a surface."""
+
+SETTINGS = {
+    "svg.hashsalt": "rigidcli",
+    "svg.fonttype": "none",
+    "font.size": 9.0,
+    "axes.grid": True,
+    "grid.linewidth": 0.4,
+    "grid.alpha": 0.5,
+    "axes.formatter.use_mathtext": True,
+    "axes.formatter.limits": (-3, 4),
+    "lines.linewidth": 1.4,
+}
+"""Settings that differ from matplotlib's own. Texts in svg stay texts: short, and found by a search."""
+
+METADATA: dict[str, dict[str, Any]] = {
+    "png": {"Software": None},
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+}
+"""What files would tell of the time and of versions, left out."""
+
+SIZE = (5.6, 3.8)
+"""Width and height of a single panel, in inches."""
+
+DENSITY = 150
+"""Dots per inch of png."""
+
+
+def drawn(report: Report, ending: str) -> bytes:
+    """The first picture of a report as a file of this kind."""
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)  # it tells of fonts that it looks for
+    (picture, *_) = report.pictures
+    file = io.BytesIO()
+    with mpl.rc_context():
+        mpl.rcdefaults()
+        mpl.rcParams.update(SETTINGS)
+        figure = figure_of(picture, report.name)
+        figure.savefig(file, format=ending, dpi=DENSITY, metadata=METADATA[ending])
+    return file.getvalue()
+
+
+def figure_of(picture: Picture, name: str) -> Figure:
+    """The picture as a figure of matplotlib; `name` is that of the document."""
+    columns = picture.columns
+    rows = -(-len(picture.panels) // columns)
+    solid = len(picture.panels[0].rulers) == 3
+    width = SIZE[0] * (1 if columns == 1 else 0.62 * columns)
+    height = 5.2 if solid else SIZE[1] * (1 if rows == 1 else 0.55 * rows) * (1 if columns == 1 else 1.15)
+    figure = Figure(figsize=(width, height), layout="constrained")
+    figure.suptitle(f"{name}: {picture.title}", fontsize=10, parse_math=False, wrap=True)
+    for place, panel in enumerate(picture.panels, start=1):
+        projection = "3d" if solid else None
+        axes = figure.add_subplot(rows, columns, place, projection=projection)
+        if solid:
+            _prepare_solid(axes)
+        for mark in panel.marks:
+            DRAW[mark.form](axes, mark, solid)
+        if panel.is_even:
+            _make_even(axes, panel)
+        for way, ruler in zip("xyz", panel.rulers, strict=False):
+            _measure(axes, way, ruler)
+        if panel.title:
+            axes.set_title(panel.title, fontsize=9, parse_math=False)
+        if axes.get_legend_handles_labels()[1]:
+            _legend(axes, solid, len(picture.panels) == 1)
+    return figure
+
+
+def _legend(axes: Axes, solid: bool, is_alone: bool) -> None:
+    """The legend: below a panel that is alone, else where there is room."""
+    if is_alone:
+        place, count = (0.5, -0.03 if solid else -0.13), len(axes.get_legend_handles_labels()[1])
+        axes.legend(
+            loc="upper center",
+            bbox_to_anchor=place,
+            ncols=min(count, 2 if count > 4 else 3),
+            frameon=False,
+            fontsize=8.5,
+        )
+    else:
+        axes.legend(loc="best", fontsize=7.5, framealpha=0.8)
+
+
+def _prepare_solid(axes: Any) -> None:
+    axes.computed_zorder = False  # marks are drawn in their order
+    axes.view_init(*VIEW)
+    axes.set_proj_type("ortho")
+    axes.set_box_aspect((1, 1, 1), zoom=1.02)
+
+
+def _make_even(axes: Any, panel: Panel) -> None:
+    """Let all directions of a panel have the same range, about the middle of what is in it."""
+    places = np.vstack([np.vstack(list(mark.points)) for mark in panel.marks])
+    low, high = places.min(axis=0), places.max(axis=0)
+    half = 0.525 * float((high - low).max()) or 1.0
+    for way, middle in zip("xyz", (low + high) / 2, strict=False):
+        getattr(axes, f"set_{way}lim")(middle - half, middle + half)
+        getattr(axes, f"{way}axis").set_major_locator(MaxNLocator(TICKS))
+    if places.shape[1] == 2:
+        axes.set_box_aspect(1)
+
+
+def _measure(axes: Any, way: str, ruler: Ruler) -> None:
+    """Label a direction with its symbol and unit, and a power of ten where its numbers ask for one."""
+    axis = getattr(axes, f"{way}axis")
+    if ruler.ticks:
+        axis.set_ticks(range(len(ruler.ticks)), [_words(t.name, t.symbol) for t in ruler.ticks])
+        return
+    low, high = getattr(axes, f"get_{way}lim")()
+    largest = max(abs(low), abs(high))
+    if high - low < CONSTANT * largest:
+        low, high = sorted((0.9 * low, 1.1 * low))
+        getattr(axes, f"set_{way}lim")(low, high)
+    exponent = math.floor(math.log10(largest or 1.0) / 3) * 3
+    unit = _unit(ruler.unit)
+    if not PLAIN[0] <= largest < PLAIN[1]:
+        axis.set_major_formatter(
+            lambda value, _: f"{value / 10.0**exponent:.4g}".replace("-", "\N{MINUS SIGN}")
+        )
+        unit = f"10{_raised(str(exponent))} {unit}".strip()
+    label = _words(ruler.name, ruler.symbol)
+    axis.set_label_text(f"{label} ({unit})" if unit else label)
+
+
+def _words(plain: str, symbol: str) -> str:
+    """The symbol as a formula where matplotlib can set it, else the plain text."""
+    formula = f"${symbol}$"
+    if symbol and _can_set(formula):
+        return formula
+    return plain.replace("$", r"\$")
+
+
+def _can_set(formula: str) -> bool:
+    try:
+        MathTextParser("path").parse(formula)
+    except ValueError:
+        return False
+    return True
+
+
+def _unit(text: str) -> str:
+    """A unit such as `kg m^2/s` with powers raised."""
+    return re.sub(r"\^(-?[0-9]+)", lambda match: _raised(match[1]), text)
+
+
+def _raised(text: str) -> str:
+    return text.translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def _look(mark: Mark) -> dict[str, Any]:
+    """Colour, line style and legend of a line."""
+    if mark.quiet:
+        look: dict[str, Any] = {"color": GREY, "linewidth": 0.6}
+    else:
+        look = {"color": COLOURS[mark.style], "linestyle": LINES[mark.style]}
+    return look | ({"label": _words(mark.label, mark.symbol)} if mark.label else {})
+
+
+def _line(axes: Any, mark: Mark, solid: bool) -> None:
+    """A line; parts on the far side of a surface are thin and pale."""
+    points = np.asarray(mark.points, dtype=float)
+    look = _look(mark)
+    if mark.normals is None:
+        axes.plot(*points.T, **look)
+        return
+    front = np.asarray(mark.normals) @ _towards_viewer() >= 0
+    # One more point on either side, so that no gap is left.
+    near = front | np.roll(front, 1) | np.roll(front, -1)
+    axes.plot(*np.where(near[:, None], points, np.nan).T, **look)
+    behind = np.where(front[:, None], np.nan, points)
+    axes.plot(
+        *behind.T, **(look | BEHIND | {"label": "_", "linestyle": ":" if mark.quiet else look["linestyle"]})
+    )
+
+
+def _towards_viewer() -> Floats:
+    elevation, azimuth = np.radians(VIEW)
+    along = np.cos(elevation)
+    return np.array([along * np.cos(azimuth), along * np.sin(azimuth), np.sin(elevation)])
+
+
+def _dots(axes: Any, mark: Mark, solid: bool) -> None:
+    points = np.asarray(mark.points, dtype=float)
+    size = 6.0 if len(points) <= 20 else 3.0 if len(points) <= 200 else 1.2
+    look = _look(mark) | {"linestyle": "none", "marker": DOTS[mark.style], "markersize": size}
+    axes.plot(*points.T, **look)
+
+
+def _arrow(axes: Any, mark: Mark, solid: bool) -> None:
+    """An arrow from the first point to the last."""
+    start, end = np.asarray(mark.points, dtype=float)
+    look = _look(mark)
+    if solid:
+        shaft = {"color": look["color"], "linestyle": look["linestyle"], "linewidth": 1.6}
+        axes.quiver(*start, *(end - start), arrow_length_ratio=0.08, **shaft)
+        axes.plot([], [], [], **look)  # for the legend
+        return
+    axes.plot(*np.array([start, end]).T, **look)
+    axes.annotate(
+        "",
+        end,
+        start,
+        arrowprops={"arrowstyle": "-|>", "color": look["color"], "lw": 1.4, "shrinkA": 0, "shrinkB": 0},
+    )
+
+
+def _faces(axes: Any, mark: Mark, solid: bool) -> None:
+    colour = "#FFFFFF" if mark.quiet else COLOURS[mark.style]
+    edge = GREY if mark.quiet or max(map(len, mark.points)) * len(mark.points) < 80 else colour
+    faces = Poly3DCollection(list(mark.points), facecolors=colour, shade=len(mark.points) > 1, alpha=0.28)
+    faces.set_edgecolor(edge if len(mark.points) < 80 else "none")
+    faces.set_linewidth(0.5)
+    if mark.label:
+        faces.set_label(_words(mark.label, mark.symbol))
+    axes.add_collection3d(faces)
+    axes.auto_scale_xyz(*np.vstack(list(mark.points)).T)
+
+
+def _contours(axes: Any, mark: Mark, solid: bool) -> None:
+    x, y, heights = mark.points
+    look = _look(mark)
+    style = ":" if mark.quiet else "--"
+    axes.contour(
+        x, y, heights, levels=list(mark.levels), colors=look["color"], linestyles=style, linewidths=0.8
+    )
+    if mark.label:
+        axes.plot([], [], color=look["color"], linestyle=style, linewidth=0.8, label=look["label"])
+
+
+DRAW = {"line": _line, "dots": _dots, "arrow": _arrow, "faces": _faces, "contours": _contours}
+"""How each form of mark is drawn."""

@@ -1,0 +1,71 @@
+"""The pictures of `euler`: omega in time, the polhode, and the trace of an axis on the sphere."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rigidcli.core import rotation
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.tensor import ROUNDING
+from rigidcli.report import Column, Mark, Panel, Picture, Ruler, Table
+from rigidcli.studies.euler.trajectory import Trajectory
+from rigidcli.studies.pictures.closed import polhode_picture, trace_picture
+
+FAR = 3.0
+"""How far apart components of omega are that have panels of their own, in units of their largest change."""
+
+
+def omega(motion: Trajectory, samples: Table) -> Picture:
+    """The components of omega, as the samples have them, in time."""
+    t, turning = (_column(samples, key) for key in ("t", "omega"))
+    panels = []
+    for group in _groups(turning.values):
+        marks = tuple(
+            Mark(
+                "line",
+                np.column_stack([t.values, turning.values[:, place]]),
+                turning.cells[place],
+                turning.symbols[place],
+                style=place,
+            )
+            for place in group
+        )
+        symbol = rf"\omega_{{{','.join(str(place + 1) for place in group)}}}"
+        names = ", ".join(turning.cells[place] for place in group)
+        panels.append(Panel((Ruler("t", "t", t.unit), Ruler(names, symbol, turning.unit)), marks))
+    return Picture("omega", "angular velocity along the axes of the body", tuple(panels))
+
+
+def _groups(values: Floats) -> list[list[int]]:
+    """Which components (n, 3) share a panel: one far from the others has its own.
+
+    So the small wobble of a fast top is seen.
+    """
+    low, high = values.min(axis=0), values.max(axis=0)
+    order = [int(place) for place in np.argsort(low, kind="stable")]
+    changes, groups = float((high - low).max()), [order[:1]]
+    for place in order[1:]:
+        gap = low[place] - high[groups[-1]].max()
+        is_apart = gap > FAR * changes > ROUNDING * np.abs(values).max()
+        groups = [*groups, [place]] if is_apart else [*groups[:-1], sorted([*groups[-1], place])]
+    return groups
+
+
+def polhode(motion: Trajectory, samples: Table) -> Picture:
+    """The path of omega along the principal axes, on the ellipsoid of the energy at the start."""
+    frame = motion.problem.frame
+    path = _column(samples, "omega").values @ frame.axes.T
+    return polhode_picture(frame.moments, path, motion.free is not None)
+
+
+def trace(motion: Trajectory, samples: Table) -> Picture:
+    """The path in space of the top's axis, or of e3."""
+    third = motion.problem.third
+    is_top = motion.problem.weight.any()
+    name, symbol = ("axis of the top", "") if is_top and motion.free is None else ("e3", r"\mathbf{e}_3")
+    axis = rotation.turned(motion.orientation, third)
+    return trace_picture(axis, name, symbol, f"trace of {name} on the unit sphere in space")
+
+
+def _column(samples: Table, key: str) -> Column:
+    return next(column for column in samples.columns if column.key == key)

@@ -1,0 +1,193 @@
+"""The pictures of `hamilton`: phase portraits, coordinates in time, modes, and the spectrum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import UsageError
+from rigidcli.report import Field, Mark, Panel, Picture, Ruler
+from rigidcli.studies.hamilton.equations_of_motion import columns, flow_of_terms
+from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.language.latex_names import latex_name
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rigidcli.model.document import Document
+    from rigidcli.studies.hamilton.derivation import Derivation
+    from rigidcli.studies.hamilton.orbit import OrbitSolution
+    from rigidcli.studies.hamilton.oscillations import Oscillations
+
+MOST_PANELS = 6
+"""The most coordinates or modes that one picture shows."""
+
+GRID = 161
+"""Places along each side of the grid on which H is worked out for its contours."""
+
+LEVELS = 9
+"""Contours of H beside that of the orbit's energy."""
+
+COARSE = 0.3
+"""The angle (rad) between two pieces of an orbit, in the middle, beyond which samples are drawn as dots."""
+
+MARGIN = 0.35
+"""How far a phase portrait goes beyond the orbit, in units of the orbit's width."""
+
+
+@dataclass(frozen=True, slots=True)
+class Findings:
+    """What pictures are made of: the system, and what a study has found about it."""
+
+    document: Document
+    derivation: Derivation
+    orbit: OrbitSolution | None
+    oscillations: Oscillations | None
+    fields: Sequence[Field]
+
+
+def phase(found: Findings) -> Picture:
+    """The orbit in the plane of each coordinate and its momentum; with contours of H if there is one."""
+    orbit, names = _required(found.orbit), found.derivation.phase.coordinates
+    panels: list[Panel] = []
+    for place, name in enumerate(names[:MOST_PANELS]):
+        path = np.column_stack([orbit.coordinates[:, place], orbit.momenta[:, place]])
+        energy = _contours(found, orbit, path) if len(names) == 1 else []
+        named = not panels  # one legend is enough
+        drawn = Mark("line", path, "orbit" if named else "", style=0)
+        if _is_coarse(path):
+            drawn = Mark("dots", path, "orbit, samples" if named else "", style=0)
+        marks = (*energy, drawn, Mark("dots", path[:1], "start" if named else "", style=1))
+        panels.append(Panel((_ruler(name), _ruler(f"p_{name}")), marks))
+    return Picture("phase", f"phase portrait{_of(names, 'coordinates')}", tuple(panels), _side(len(panels)))
+
+
+def series(found: Findings) -> Picture:
+    """The coordinates in time."""
+    orbit, names = _required(found.orbit), found.derivation.phase.coordinates
+    panels = tuple(
+        Panel(
+            (Ruler("t", "t", "s"), _ruler(name)),
+            (Mark("line", np.column_stack([orbit.times, values])),),
+        )
+        for name, values in zip(names[:MOST_PANELS], orbit.coordinates.T, strict=False)
+    )
+    return Picture("series", f"coordinates in time{_of(names, 'coordinates')}", panels)
+
+
+def modes(found: Findings) -> Picture:
+    """The displacements of each mode as arrows, one for each coordinate; quarter of a period later, too."""
+    small = found.oscillations
+    if small is None or not small.modes:
+        raise UsageError("it is drawn for the modes about an `equilibrium`")
+    names = found.derivation.phase.coordinates
+    ticks = tuple(_ruler(name) for name in names)
+    panels = []
+    for number, mode in enumerate(small.modes[:MOST_PANELS], start=1):
+        vector = _numbers(found.document, [*mode.vector])
+        parts = [(vector[:, 0], "", 0), (vector[:, 1], "a quarter later", 1)]
+        places = np.column_stack([np.arange(len(names)), np.zeros(len(names))])
+        rest = np.array([[-0.5, 0.0], [len(names) - 0.5, 0.0]])
+        marks = [Mark("line", rest, quiet=True), Mark("dots", places, style=4)]
+        for lengths, label, style in parts:
+            ends = [
+                np.array([[place, 0.0], [place, length]]) for place, length in enumerate(lengths) if length
+            ]
+            marks += [
+                Mark("arrow", end, "" if place else label, style=style) for place, end in enumerate(ends)
+            ]
+            if not np.any(vector[:, 1]):
+                break
+        rate = float(_numbers(found.document, [(mode.rate, 0.0)])[0, 0])
+        kind = "rad/s" if mode.angular else "1/s"
+        title = f"mode {number}: {rate:.4g} {kind}" if rate else f"mode {number}: zero mode"
+        panels.append(Panel((Ruler("", ticks=ticks), Ruler("displacement")), tuple(marks), title))
+    title = f"normal modes{_of(small.modes, 'modes')}"
+    return Picture("modes", title, tuple(panels), _side(len(panels)))
+
+
+def spectrum(found: Findings) -> Picture:
+    """The eigenvalues of the linear equations in the complex plane."""
+    given = next((entry.value for entry in found.fields if entry.key == "eigenvalues"), None)
+    if not given:
+        raise UsageError("it is drawn for linear equations of motion")
+    values = _numbers(found.document, [(entry["re"], entry["im"]) for entry in given])
+    reach = 1.2 * float(np.abs(values).max()) or 1.0
+    marks = (
+        Mark("line", np.array([[-reach, 0.0], [reach, 0.0]]), quiet=True),
+        Mark("line", np.array([[0.0, -reach], [0.0, reach]]), quiet=True),
+        Mark("dots", values, "eigenvalues", style=1),
+    )
+    rulers = (Ruler("Re", r"\mathrm{Re}\,\lambda", "1/s"), Ruler("Im", r"\mathrm{Im}\,\lambda", "1/s"))
+    return Picture("spectrum", "spectrum of the linear equations", (Panel(rulers, marks, is_even=True),))
+
+
+def _is_coarse(path: Floats) -> bool:
+    """Whether the samples of a path (n, 2) are so far apart that lines between them would mislead."""
+    size = np.ptp(path, axis=0)
+    pieces = np.diff(path / np.where(size > 0, size, 1.0), axis=0)
+    heading = np.arctan2(pieces[:, 1], pieces[:, 0])
+    turns = np.abs((np.diff(heading) + np.pi) % (2 * np.pi) - np.pi)
+    return bool(len(turns) and np.median(turns) > COARSE)
+
+
+def _required(orbit: OrbitSolution | None) -> OrbitSolution:
+    if orbit is None:
+        raise UsageError("it is drawn for an `orbit`")
+    return orbit
+
+
+def _ruler(name: str) -> Ruler:
+    return Ruler(name, latex_name(name))
+
+
+def _of(shown: Sequence[object], what: str) -> str:
+    """What is said of more than are shown."""
+    return f" of the first {MOST_PANELS} of {len(shown)} {what}" if len(shown) > MOST_PANELS else ""
+
+
+def _side(count: int) -> int:
+    """In how many columns so many panels stand."""
+    return 1 if count == 1 else 2 if count <= 4 else 3
+
+
+def _numbers(document: Document, pairs: Sequence[tuple[float | Expr, float | Expr]]) -> Floats:
+    """Pairs of numbers (n, 2) from numbers or exact expressions without symbols.
+
+    Raises UsageError where a symbol has no value.
+    """
+    known = {name: float(value) for name, value in document.values.items() if name not in document.symbols}
+    missing = sorted(
+        {name for pair in pairs for e in pair if isinstance(e, Expr) for name in e.names - {*known}}
+    )
+    if missing:
+        raise UsageError(f"no value is given for {', '.join(missing)}")
+    rows = [[e.evaluate(**known) if isinstance(e, Expr) else e for e in pair] for pair in pairs]
+    return np.array(rows, dtype=np.float64)
+
+
+def _contours(found: Findings, orbit: OrbitSolution, path: Floats) -> list[Mark]:
+    """Lines of constant H in the plane of the one coordinate; none where H has no formula, or changes."""
+    derivation, hamiltonian = found.derivation, found.derivation.hamiltonian
+    if hamiltonian is None or derivation.explicit_time:
+        return []
+    low, high = path.min(axis=0), path.max(axis=0)
+    room = np.where(high > low, MARGIN * (high - low), np.maximum(np.abs(high), 1.0))
+    x, y = np.linspace(low - room, high + room, GRID).T
+    parameters = {name: float(value) for name, value in found.document.values.items()}
+    states = np.column_stack([np.tile(x, GRID), np.repeat(y, GRID)])
+    flow = flow_of_terms(hamiltonian, derivation.phase, parameters)
+    heights = columns(flow, np.zeros(len(states)), states).sum(axis=0).reshape(GRID, GRID)
+    finite = heights[np.isfinite(heights)]
+    if not len(finite) or not finite.min() < finite.max():
+        return []
+    others = np.quantile(finite, np.linspace(0, 1, LEVELS + 2)[1:-1])
+    levels = tuple(float(level) for level in np.unique(others))
+    marks = [Mark("contours", (x, y, heights), "other energies H", quiet=True, levels=levels)]
+    if not derivation.energy_changes:
+        energy = float(orbit.energy[0])
+        marks.append(Mark("contours", (x, y, heights), "H of the orbit", style=1, levels=(energy,)))
+    return marks

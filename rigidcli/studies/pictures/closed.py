@@ -1,0 +1,80 @@
+"""What pictures on closed surfaces have in common: ellipsoids and spheres as lines, and curves on them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from rigidcli.core import poinsot
+from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import UsageError
+from rigidcli.report import Mark, Panel, Picture, Ruler
+
+CIRCLE = 121
+"""Points of a closed line."""
+
+CIRCLES = 7
+"""Lines of equal height, and half as many through the poles, that make a sphere."""
+
+SPACE = tuple(Ruler(name, name) for name in "xyz")
+"""The directions of space, z upward, for unit vectors."""
+
+ALONG = tuple(Ruler(f"w{k}", rf"\omega_{k}", "rad/s") for k in (1, 2, 3))
+"""Components of omega along the principal axes."""
+
+
+def ellipsoid(
+    semi_axes: Floats, label: str, turn: Floats | None = None, centre: Floats | None = None
+) -> list[Mark]:
+    """The lines of an ellipsoid, its semi-axes (3) along the rows of `turn` (3 by 3), about a centre (3)."""
+    angle = np.linspace(0, 2 * np.pi, CIRCLE)
+    heights = np.linspace(-1, 1, CIRCLES + 2)[1:-1]
+    circles = [
+        np.column_stack(
+            [np.cos(angle) * np.sqrt(1 - h * h), np.sin(angle) * np.sqrt(1 - h * h), np.full(CIRCLE, h)]
+        )
+        for h in heights
+    ]
+    circles += [
+        np.column_stack([np.sin(angle) * np.cos(side), np.sin(angle) * np.sin(side), np.cos(angle)])
+        for side in np.arange(CIRCLES - 1) * np.pi / (CIRCLES - 1)
+    ]
+    own, middle = np.eye(3) if turn is None else turn, np.zeros(3) if centre is None else centre
+    return [
+        Mark(
+            "line",
+            circle * semi_axes @ own + middle,
+            "" if place else label,
+            quiet=True,
+            normals=circle / semi_axes @ own,
+        )
+        for place, circle in enumerate(circles)
+    ]
+
+
+def polhode_picture(moments: Floats, omega: Floats, is_free: bool = True) -> Picture:
+    """The path of omega (n, 3, rad/s, along the principal axes) on the ellipsoid of energy of its start.
+
+    Raises UsageError where a body without a moment about an axis, or at rest, has no such ellipsoid.
+    """
+    axes = poinsot.semi_axes(moments, float(omega[0] @ (moments * omega[0])))
+    if axes is None:
+        raise UsageError("the ellipsoid of energy needs a body that turns, with moments about all its axes")
+    marks = ellipsoid(axes, "ellipsoid of energy" if is_free else "ellipsoid of the energy at t = 0")
+    for place, curve in enumerate(poinsot.separatrix(moments, axes, CIRCLE) or ()):
+        name = "" if place else "separatrix"
+        marks.append(Mark("line", curve, name, style=1, normals=curve * moments))
+    marks.append(Mark("line", omega, "polhode", style=0, normals=omega * moments))
+    marks.append(Mark("dots", omega[:1], "start", style=0))
+    title = "polhode, the path of omega along the principal axes"
+    return Picture("polhode", title, (Panel(ALONG, tuple(marks), is_even=True),))
+
+
+def trace_picture(axis: Floats, name: str, symbol: str, title: str) -> Picture:
+    """The path of a unit vector (n, 3) in space on the unit sphere."""
+    marks = [
+        *ellipsoid(np.ones(3), "unit sphere"),
+        Mark("line", axis, name, symbol, normals=axis),
+        Mark("dots", axis[:1], "start"),
+        Mark("arrow", np.array([np.zeros(3), axis[0]]), style=0),
+    ]
+    return Picture("trace", title, (Panel(SPACE, tuple(marks), is_even=True),))

@@ -1,0 +1,111 @@
+"""The pictures of `precess`: the effective potential of a top, the trace of an axis, and polhodes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from rigidcli.core import freebody, lagrange, rotation
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.effective_potential import effective_potential
+from rigidcli.core.tensor import Inertia
+from rigidcli.errors import UsageError
+from rigidcli.model.document import Document
+from rigidcli.report import Mark, Panel, Picture, Ruler, Value
+from rigidcli.studies.body import body_frame, principal_omega
+from rigidcli.studies.common import require_values
+from rigidcli.studies.pictures.closed import polhode_picture, trace_picture
+
+COUNT = 1001
+"""Points of a curve."""
+
+NARROWEST = 0.02
+"""The least half width of the range of tilts that is shown (rad): about a degree."""
+
+MOST_NUTATIONS = 24
+"""The most nutations of which the trace is shown: more would fill the zone between the limits."""
+
+_TILT = Ruler("theta", r"\theta", "rad")
+_ENERGY = Ruler("V_eff", r"V_\mathrm{eff}", "J")
+
+
+def potential(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Picture:
+    """The effective potential of a top, its energy and its turning points."""
+    top, given = _top(document, values)
+    low, high = top["theta_min"], top["theta_max"]
+    found = effective_potential(*given)
+    half = max(0.75 * (high - low), NARROWEST, 0.02 * (low + high))
+    middle = (low + high) / 2
+    theta = np.linspace(max(middle - half, 1e-3), min(middle + half, math.pi - 1e-3), COUNT)
+    heights = found.at(theta)
+    depth = found.energy - float(found.at(np.linspace(low, high, COUNT)[1:-1]).min(initial=found.energy))
+    room = max(depth, float(heights[len(heights) // 4 : -len(heights) // 4].max() - found.energy))
+    heights = np.where(heights <= found.energy + 1.5 * room, heights, np.nan)
+    ends = np.array([theta[0], theta[-1]])
+    turning = np.array([[low, found.energy], [high, found.energy]])
+    marks = (
+        Mark("line", np.column_stack([theta, heights]), "V_eff", r"V_\mathrm{eff}(\theta)", style=0),
+        Mark("line", np.column_stack([ends, [found.energy] * 2]), "energy E", r"\mathrm{energy}\ E", style=1),
+        Mark("dots", turning, "turning points", style=1),
+    )
+    return Picture("potential", "effective potential of the tilt", (Panel((_TILT, _ENERGY), marks),))
+
+
+def trace(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Picture:
+    """The path of the top's axis on the sphere, or of a planet's, over one turn or so many nutations."""
+    if "top" not in values and "tide" in values and document.tide is not None:
+        return _planet(document)
+    top, (lambda1, lambda3, spin, tilt, start, nutation, fall) = _top(document, values)
+    if not fall:
+        raise UsageError("the trace is that of a top with weight, and this one has none")
+    omega = np.array([nutation, start * math.sin(tilt), spin])
+    orientation = np.array([math.cos(tilt / 2), math.sin(tilt / 2), 0.0, 0.0])
+    period, rate = top["nutation_period"], top["mean_precession_rate"]
+    turn = abs(2 * math.pi / rate) if rate else 0.0
+    times = np.linspace(0, min(max(turn, period or 0.0), MOST_NUTATIONS * (period or turn)) or 1.0, 4 * COUNT)
+    _, path = lagrange.at(lagrange.heavy_motion(lambda1, lambda3, fall, omega, orientation), times)
+    axis = rotation.turned(path, np.array([0.0, 0.0, 1.0]))
+    return trace_picture(axis, "axis of the top", "", "trace of the axis on the unit sphere, z upward")
+
+
+def polhode(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Picture:
+    """The path of omega in a free body during one of its periods."""
+    if "free" not in values:
+        raise UsageError("it is drawn for a `body` with `motion.omega`")
+    require_values(document, "a picture")
+    frame = body_frame(document)
+    omega = principal_omega(document, frame)
+    motion = freebody.free_motion(Inertia.of(np.diag(frame.moments)), omega, np.array([1.0, 0, 0, 0]))
+    path = freebody.at(motion, np.linspace(0, motion.period or 1.0, COUNT))[0]
+    return polhode_picture(frame.moments, path)
+
+
+def _top(
+    document: Document, values: Mapping[str, Mapping[str, Value]]
+) -> tuple[Mapping[str, Value], tuple[float, ...]]:
+    """The results for a top, and what it starts with, as `core.top` wants it."""
+    if "top" not in values or document.top is None:
+        raise UsageError("it is drawn for a `top`")
+    require_values(document, "a picture")
+    top, section = values["top"], document.top
+    if top.get("theta_min") is None:
+        raise UsageError("it needs `top.tilt`, `top.lambda1` and a precession to begin with")
+    start = top["slow_rate"] if section.precession is None else section.precession
+    fall = top["mass"] * section.gravity * top["distance"]
+    found = (top["lambda1"], top["lambda3"], section.spin, section.tilt, start, section.nutation, fall)
+    return top, tuple(map(float, found))
+
+
+def _planet(document: Document) -> Picture:
+    """The circle of a planet's axis about the pole of the ecliptic, z; it is retrograde."""
+    require_values(document, "a picture")
+    assert document.tide is not None
+    tilt, turn = float(document.tide.obliquity), -np.linspace(0, 2 * math.pi, COUNT)
+    axis: Floats = np.column_stack(
+        [math.sin(tilt) * np.cos(turn), math.sin(tilt) * np.sin(turn), np.full(COUNT, math.cos(tilt))]
+    )
+    return trace_picture(
+        axis, "axis of the planet", "", "trace of the axis about the pole of the ecliptic, z"
+    )

@@ -1,0 +1,337 @@
+"""Pictures of results: what is drawn in them, and the files that they are written to."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rigidcli
+from rigidcli.core import poinsot
+from rigidcli.core.arithmetic import FLOAT, Floats
+from rigidcli.core.effective_potential import effective_potential
+from rigidcli.model.load import loads
+from rigidcli.model.shape import Region, Shape, Solid
+from rigidcli.model.shapes import SHAPES
+from rigidcli.report import Mark, Panel
+from rigidcli.studies.pictures import KINDS
+from rigidcli.studies.pictures.surfaces import surface
+from tests.conftest import ROOT, Program
+from tests.shapes import DIMENSIONS
+
+MODES = """
+system:
+  coordinates: [x1, x2]
+  kinetic: m*(x1dot**2 + x2dot**2)/2
+  potential: k*(x1**2 + (x2 - x1)**2 + x2**2)/2
+parameters: {m: 1, k: 4}
+equilibrium: {x1: 0, x2: 0}
+"""
+
+
+def drawn(command: str, config: str, kind: str = "best") -> tuple[rigidcli.Result, Panel]:
+    """The result of a command for an example, and the first panel of its picture."""
+    result = getattr(rigidcli, command)(ROOT / "configs" / f"{config}.yaml", picture=kind)
+    return result, result.pictures[0].panels[0]
+
+
+def labelled(panel: Panel, label: str) -> Mark:
+    return next(mark for mark in panel.marks if mark.label == label)
+
+
+# --- What is drawn
+
+
+def test_nothing_is_drawn_unless_it_is_asked_for() -> None:
+    assert rigidcli.axes(ROOT / "configs/cube_corner.yaml").pictures == ()
+
+
+def test_omega_in_time_is_that_of_the_samples_and_a_fast_spin_has_a_panel_of_its_own() -> None:
+    result, panel = drawn("euler", "t_handle")
+    for place, mark in enumerate(panel.marks):
+        assert np.array_equal(mark.points[:, 0], result["trajectory"]["t"])
+        assert np.array_equal(mark.points[:, 1], result["trajectory"]["omega"][:, place])
+    assert [ruler.unit for ruler in panel.rulers] == ["s", "rad/s"]
+    panels = drawn("euler", "top_looping")[0].pictures[0].panels
+    assert [[mark.label for mark in each.marks] for each in panels] == [["w1", "w2"], ["w3"]]
+
+
+def test_a_polhode_keeps_energy_and_momentum_and_the_separatrix_has_its_own_momentum() -> None:
+    result, panel = drawn("euler", "t_handle", "polhode")
+    moments, twice = result["moments"], 2 * result["kinetic_energy"]
+    path, limit = labelled(panel, "polhode").points, labelled(panel, "separatrix").points
+    for curve in (path, limit):
+        assert curve**2 @ moments == pytest.approx(np.full(len(curve), twice), rel=1e-9)
+    assert path**2 @ moments**2 == pytest.approx(
+        np.full(len(path), result["angular_momentum"] ** 2), rel=1e-9
+    )
+    assert limit**2 @ moments**2 == pytest.approx(np.full(len(limit), twice * moments[1]), rel=1e-9)
+
+
+def test_there_is_no_separatrix_without_three_moments_and_no_ellipsoid_of_a_line() -> None:
+    assert poinsot.separatrix(np.array([1.0, 1.0, 2.0]), np.ones(3), 9) is None
+    assert poinsot.semi_axes(np.array([0.0, 1.0, 1.0]), 1.0) is None
+
+
+def test_the_trace_is_the_symmetry_axis_in_space() -> None:
+    result, panel = drawn("euler", "top_cuspidal", "trace")
+    axis = labelled(panel, "axis of the top").points
+    assert np.linalg.norm(axis, axis=1) == pytest.approx(np.ones(len(axis)))
+    theta = result["trajectory"]["angles"][:, 1]
+    assert axis[:, 2] == pytest.approx(np.cos(theta), abs=1e-12)
+
+
+@pytest.mark.parametrize("config", ["top_looping", "top_wavy", "top_cuspidal", "cone_top"])
+def test_the_potential_meets_the_energy_at_the_turning_points(config: str) -> None:
+    result, panel = drawn("precess", config)
+    top = result["top"]
+    ends = labelled(panel, "turning points").points
+    assert ends[:, 0] == pytest.approx([top["theta_min"], top["theta_max"]])
+    curve = labelled(panel, "V_eff").points
+    curve = curve[np.isfinite(curve).all(axis=1)]
+    heights = np.interp(ends[:, 0], *curve.T)
+    energy = ends[0, 1]
+    assert heights == pytest.approx([energy] * 2, abs=2e-3 * np.ptp(curve[:, 1]))
+    inside = (curve[:, 0] > ends[0, 0]) & (curve[:, 0] < ends[1, 0])
+    assert (curve[inside, 1] <= energy).all()
+    trace = labelled(drawn("precess", config, "trace")[1], "axis of the top").points
+    theta = np.arccos(trace[:, 2])
+    assert [theta.min(), theta.max()] == pytest.approx(ends[:, 0], abs=1e-3)
+
+
+def test_the_slope_of_the_potential_is_the_torque_of_lagranges_equation() -> None:
+    # lambda1 theta'' = lambda1 phi'^2 sin cos - lambda3 w3 phi' sin + MgR sin, at the start.
+    given = (2.0, 1.0, 30.0, 0.7, 1.3, 0.4, 9.0)
+    lambda1, lambda3, spin, tilt, rate, nutation, fall = given
+    found = effective_potential(*given)
+    slope = (found.at(np.array([tilt + 1e-6])) - found.at(np.array([tilt - 1e-6])))[0] / 2e-6
+    sine, cosine = np.sin(tilt), np.cos(tilt)
+    assert -slope == pytest.approx(
+        lambda1 * rate**2 * sine * cosine - lambda3 * spin * rate * sine + fall * sine, rel=1e-7
+    )
+    assert found.energy == pytest.approx(float(found.at(np.array([tilt]))[0]) + lambda1 * nutation**2 / 2)
+
+
+def test_a_phase_portrait_has_the_orbit_and_its_energy_among_the_contours() -> None:
+    result, panel = drawn("hamilton", "relativistic_oscillator")
+    orbit = result["orbit"]
+    path = labelled(panel, "orbit").points
+    assert np.array_equal(path, np.column_stack([orbit["q"]["x"], orbit["p"]["p_x"]]))
+    contours = labelled(panel, "H of the orbit")
+    assert contours.levels == (orbit["H"][0],)
+    x, y, heights = contours.points
+    values = rigidcli.load(ROOT / "configs/relativistic_oscillator.yaml").values
+    at_corner = result["hamiltonian"].evaluate(**{**values, "x": x[3], "p_x": y[7]})
+    assert heights[7, 3] == pytest.approx(at_corner)
+
+
+def test_no_contours_where_h_depends_on_the_time_and_no_lines_between_distant_samples() -> None:
+    marks = drawn("hamilton", "driven_oscillator")[1].marks
+    assert "contours" not in {mark.form for mark in marks}
+    coarse = drawn("hamilton", "henon_heiles")[1]
+    assert labelled(coarse, "orbit, samples").form == "dots"
+
+
+def test_modes_are_arrows_and_the_spectrum_has_the_eigenvalues() -> None:
+    panels = rigidcli.hamilton(MODES, picture="modes").pictures[0].panels
+    lengths = [[mark.points[1][1] for mark in panel.marks if mark.form == "arrow"] for panel in panels]
+    assert np.abs(lengths) == pytest.approx(np.ones((2, 2)))
+    assert [np.sign(first * second) for first, second in lengths] == [1, -1]
+    assert "2 rad/s" in panels[0].title
+    assert "3.464 rad/s" in panels[1].title
+    result, panel = drawn("hamilton", "notes_spring", "spectrum")
+    places = labelled(panel, "eigenvalues").points
+    assert [tuple(place) for place in places] == [(e["re"], e["im"]) for e in result["eigenvalues"]]
+
+
+def test_a_body_is_drawn_about_o_with_its_principal_axes_and_ellipsoid() -> None:
+    result, panel = drawn("axes", "cube_corner")
+    arrows = [mark.points for mark in panel.marks if mark.form == "arrow"]
+    for (start, end), axis in zip(arrows, result["axes"], strict=True):
+        assert start == pytest.approx(np.zeros(3))
+        assert end / np.linalg.norm(end) == pytest.approx(axis)
+    corners = np.vstack(labelled(panel, "the body").points)
+    assert (corners.min(axis=0), corners.max(axis=0)) == (
+        pytest.approx(np.zeros(3)),
+        pytest.approx(np.ones(3)),
+    )
+    line = labelled(panel, "ellipsoid of inertia (scaled)").points
+    heights = np.einsum("ni,ij,nj->n", line, result["tensor"], line)
+    assert heights == pytest.approx(np.full(len(line), heights[0]))
+    of_holes = drawn("inertia", "flywheel")[1]
+    assert labelled(of_holes, "hole").quiet
+
+
+def shape_of(name: str) -> Shape:
+    form = loads(f"body: {{shape: {name}, {DIMENSIONS[name]}, mass: 1}}").body
+    assert isinstance(form, Shape)
+    return form
+
+
+def area(face: Floats) -> float:
+    """The area of a plane face (k, 3)."""
+    return float(np.linalg.norm(np.cross(face[1:-1] - face[0], face[2:] - face[0]).sum(axis=0))) / 2
+
+
+@pytest.mark.parametrize("name", SHAPES)
+def test_the_surface_of_a_shape_has_its_extent_and_of_a_thin_one_its_measure(name: str) -> None:
+    shape = shape_of(name)
+    faces = surface(shape)
+    points = np.vstack(faces)
+    if isinstance(shape, Solid):
+        assert isinstance(shape, Region)
+        low, high = np.array(shape.bounds(), dtype=float).T
+        assert points.min(axis=0) == pytest.approx(low, abs=0.01)
+        assert points.max(axis=0) == pytest.approx(high, abs=0.01)
+        for grown, inside in ((1e-9, True), (-1e-9, False)):
+            # Corners are on the surface: moved inward they are inside, moved outward they are not.
+            if shape.CONVEX:
+                centre = np.array(shape.geometry(FLOAT).centre, dtype=float)
+                moved = centre + (points - centre) * (1 - grown)
+                on_it = np.linalg.norm(points - centre, axis=1) > 0.2 * np.linalg.norm(high - low) / 2
+                surely = shape.contains(*moved.T)
+                assert surely.all() if inside else not surely[on_it].all()
+    elif len(faces) == 1 and name in ("rod", "ring"):
+        length = np.linalg.norm(np.diff(faces[0], axis=0), axis=1).sum()
+        assert length == pytest.approx(float(shape.geometry(FLOAT).measure), rel=0.01)
+    else:
+        assert sum(map(area, faces)) == pytest.approx(float(shape.geometry(FLOAT).measure), rel=0.02)
+
+
+# --- Files
+
+
+def plots(program: Program, *arguments: str) -> str:
+    """Standard error of a run that is refused."""
+    done = program(*arguments)
+    assert (done.code, done.out) == (2, "")
+    return done.err
+
+
+@pytest.fixture
+def matplotlib() -> object:
+    return pytest.importorskip("matplotlib", reason="the extra `show` is not installed")
+
+
+@pytest.mark.usefixtures("matplotlib")
+@pytest.mark.parametrize("ending", ["png", "svg", "pdf"])
+@pytest.mark.parametrize(("command", "config"), [("euler", "t_handle"), ("axes", "flywheel")])
+def test_files_are_the_same_bytes_each_time_and_light(
+    program: Program, tmp_path: Path, ending: str, command: str, config: str
+) -> None:
+    without = program(command, f"configs/{config}.yaml", "-f", "json", "-q")
+    files = [tmp_path / f"{name}.{ending}" for name in "ab"]
+    for file in files:
+        done = program(command, f"configs/{config}.yaml", "-f", "json", "-q", "--plot", str(file))
+        assert (done.code, done.out) == (0, without.out)
+    first, second = (file.read_bytes() for file in files)
+    assert first == second
+    assert 1_000 < len(first) < 400_000
+    assert first.startswith({"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending])
+
+
+@pytest.mark.usefixtures("matplotlib")
+def test_labels_and_units_are_texts_of_an_svg(program: Program, tmp_path: Path) -> None:
+    file = tmp_path / "picture.svg"
+    assert program("euler", "configs/t_handle.yaml", "--plot", str(file)).code == 0
+    text = file.read_text()
+    assert all(part in text for part in ("rad/s", "(s)", "ω", "T-handle"))
+    assert not re.search(r"<dc:date>", text)
+
+
+@pytest.mark.usefixtures("matplotlib")
+def test_the_lines_of_the_figure_are_those_of_the_picture() -> None:
+    from rigidcli.render.plots.drawing import COLOURS, DOTS, LINES, figure_of
+
+    result, panel = drawn("euler", "t_handle")
+    (axes,) = figure_of(result.pictures[0], result.name).axes
+    for line, mark in zip(axes.get_lines(), panel.marks, strict=True):
+        assert np.array_equal(line.get_xydata(), mark.points)
+    assert [line.get_color() for line in axes.get_lines()] == list(COLOURS[:3])
+    assert len({*map(str, LINES[:5])}) == len({*COLOURS[:5]}) == len({*DOTS[:5]}) == 5
+
+
+@pytest.mark.usefixtures("matplotlib")
+def test_names_of_documents_are_texts_and_no_formulas(program: Program, tmp_path: Path) -> None:
+    file = tmp_path / "picture.svg"
+    name = "a $x$ & <script> \\frac{"
+    done = program(
+        "axes", "-", "--plot", str(file), stdin=f"name: '{name}'\nbody: {{shape: cube, side: 1, mass: 1}}"
+    )
+    assert done.code == 0
+    assert "<script>" not in file.read_text()
+    assert "a $x$ &amp; &lt;script&gt;" in file.read_text()
+
+
+@pytest.mark.usefixtures("matplotlib")
+def test_a_file_that_cannot_be_written_is_told_after_the_data(program: Program, tmp_path: Path) -> None:
+    done = program("axes", "configs/cube_corner.yaml", "--plot", str(tmp_path / "no" / "a.png"))
+    assert done.code == 2
+    assert "cannot be written" in done.err
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("matplotlib")
+def test_a_picture_never_replaces_a_document(program: Program, tmp_path: Path) -> None:
+    file = tmp_path / "cube.svg"
+    file.write_text("body: {shape: cube, side: 1, mass: 1}")
+    assert "one of the files that are read" in plots(program, "axes", str(file), "--plot", str(file))
+    assert file.read_text().startswith("body")
+
+
+def test_a_chart_of_characters_follows_the_table_and_stays_out_of_data(program: Program) -> None:
+    pytest.importorskip("plotext", reason="the extra `show` is not installed")
+    table = program("euler", "configs/t_handle.yaml")
+    chart = program("euler", "configs/t_handle.yaml", "--plot", "-")
+    assert chart.out.startswith(table.out)
+    assert "* w1" in chart.out
+    assert "rad/s" in chart.out[len(table.out) :]
+    assert "\x1b" not in chart.out
+    data = program("euler", "configs/t_handle.yaml", "-f", "csv", "--plot", "-")
+    assert data.out == program("euler", "configs/t_handle.yaml", "-f", "csv").out
+    assert "* w1" in data.err
+
+
+@pytest.mark.parametrize("name", KINDS)
+def test_unknown_kinds_list_the_known_ones(program: Program, name: str) -> None:
+    err = plots(program, name, "configs/t_handle.yaml", "--plot", "a.png", "--plot-kind", "spiral")
+    assert "`spiral` is no picture here" in " ".join(err.split())
+    assert all(kind in err for kind in KINDS[name])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("configs/t_handle.yaml", "--plot", "a.gif"), "expected a file .png, .svg or .pdf"),
+        (("configs/t_handle.yaml", "--plot", "a"), "expected a file .png, .svg or .pdf"),
+        (("configs/t_handle.yaml", "configs/water.yaml", "--plot", "a.png"), "one picture, of one FILE"),
+        (("configs/t_handle.yaml", "--plot-kind", "body"), "say with `--plot` where it goes"),
+    ],
+)
+def test_what_cannot_be_a_picture_is_refused(
+    program: Program, arguments: tuple[str, ...], message: str
+) -> None:
+    assert message in " ".join(plots(program, "axes", *arguments).replace("│", " ").split())
+
+
+@pytest.mark.parametrize("path", ["a.png", "-"])
+def test_without_the_extra_the_message_says_how_to_get_it(
+    program: Program, monkeypatch: pytest.MonkeyPatch, path: str
+) -> None:
+    monkeypatch.setattr("rigidcli.render.plots.LIBRARIES", {"drawing": "no_such", "characters": "no_such"})
+    assert "rigidcli[show]" in plots(program, "axes", "configs/t_handle.yaml", "--plot", path)
+
+
+def test_symbols_without_a_value_are_named(program: Program) -> None:
+    with pytest.raises(rigidcli.DocumentError, match=r"parameters\.M"):
+        rigidcli.axes(ROOT / "configs/cube_symbolic.yaml", picture="best")
+    with pytest.raises(rigidcli.RigidError, match=r"for .*\bk\b"):
+        rigidcli.hamilton(MODES.replace("k: 4", "k: null"), picture="modes")
+
+
+def test_kinds_that_have_nothing_to_show_say_what_they_need() -> None:
+    with pytest.raises(rigidcli.RigidError, match="`orbit`") as refused:
+        rigidcli.hamilton(MODES, picture="phase")
+    assert refused.value.exit_code == 2
