@@ -22,8 +22,14 @@ from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.core.solution import FINEST, ROUNDING, Solution
 from rigidcli.errors import ComputationError
 
-COARSEST = 1e-4
-"""The largest tolerance of a second solution: the errors of a coarser one are in no proportion to it."""
+COARSEST = 1e-3
+"""A tolerance to which no second solution is close: errors of one so coarse are in no proportion to it."""
+
+POWER = 2 / 3
+"""The ratio is at most this power of that of COARSEST to the tolerance: 1e4 at 1e-9, and 100 at 1e-6.
+
+With larger ones, claims at crude tolerances were two digits too small; with smaller ones, time is lost.
+"""
 
 LEAST_RATIO = 10.0
 """The least ratio of the tolerances; a first solution too crude for it is compared with a finer one."""
@@ -47,10 +53,10 @@ PATIENCE = 4
 """Pieces after which a difference must be small again: while bodies pass closely it is large for a moment."""
 
 CLOSER = 1e-2
-"""By what the difference, and for a piece the tolerance, are multiplied where it becomes large."""
+"""By what the difference and, up to the end of that piece, the tolerance are multiplied where it is large."""
 
 ATTEMPTS = 3
-"""How often a piece is followed, each time more closely, before all digits are given up."""
+"""How often a piece is tried, each time more closely, before all digits are given up."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +111,7 @@ def estimated_error(
     `distance` tells how far states (k by n) are from those of the first solution.
     """
     tolerance = max(tolerance, FINEST)
-    ratio = min(ratio, COARSEST / tolerance)
+    ratio = min(ratio, (COARSEST / tolerance) ** POWER)
     other = ratio * tolerance
     if ratio < LEAST_RATIO:
         ratio, other = 1.0, tolerance * CLOSER
@@ -114,17 +120,23 @@ def estimated_error(
     taken = np.diff(np.searchsorted(first.knots, ends))
     seen = np.union1d(ends, times)
     pair, ours = _Pair(follow, distance, seen, first.at(seen), np.isin(seen, times)), first.at(ends)
-    error, apart, unit, piece = 0.0, np.zeros_like(ours[0]), ROUNDING, 0
+    error, now, attempts, failed = 0.0, other, 1, 0
+    before = piece, apart, unit = 0, np.zeros_like(ours[0]), ROUNDING
     while piece < len(taken):
-        now = other
-        for _ in range(ATTEMPTS):
-            begin = _rounded(ours[piece] + apart, unit * ratio)
-            found = pair.compared(ends[piece : piece + 1 + PATIENCE], begin, now)
-            if found:
-                break
+        begin = _rounded(ours[piece] + apart, unit * ratio)
+        found = pair.compared(ends[piece : piece + 1 + PATIENCE], begin, now)
+        if found is None:
+            if attempts == ATTEMPTS:
+                return 1.0, float(ends[piece + 1])
+            attempts, failed = attempts + 1, piece
+            # A large difference lies on a curve: it is made smaller where it was still small.
+            piece, apart, unit = before
             apart, ratio, now = apart * CLOSER, ratio * CLOSER, now * CLOSER
-        else:
-            return 1.0, float(ends[piece + 1])
+            before = piece, apart, unit
+            continue
+        if piece >= failed:
+            now, attempts = other, 1
+        before = piece, apart, unit
         count, state, off = found
         piece += count
         error = max(error, MARGIN * off / ratio)
