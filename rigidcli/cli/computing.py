@@ -111,9 +111,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
 
     def command(
         files: Files,
-        format: Annotated[
-            Format, typer.Option("-f", "--format", case_sensitive=False, help="What to print.")
-        ] = Format.table,
+        format: Annotated[Format, typer.Option("-f", "--format", help="What to print.")] = Format.table,
         output: OutputPath = None,
         settings: Settings = None,
         digits: Annotated[

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
-from rigidcli.errors import ExpressionError, ValueProblem, nearest, shown
+from rigidcli.errors import LONGEST_SHOWN, ExpressionError, ValueProblem, nearest, shown
 from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.units import (
     Dimension,
@@ -256,7 +256,8 @@ class Environment:
         also = f"; variables here: {_listed(variables, str)}" if variables else ""
         if len(names) > 1:
             also += "".join(f"; `{name}` is spelled `{meant}`" for name, meant in spelled.items())
-        values = ", ".join(f"{name}: null" for name in names[:LONGEST_LIST] if name not in (*spelled, "dt"))
+        new = [name for name in names if name not in (*spelled, "dt") and len(name) <= LONGEST_SHOWN]
+        values = ", ".join(f"{name}: null" for name in new[:LONGEST_LIST])
         if values and near is None:
             also += f"; a symbol, or a name for a value, is declared by `parameters: {{{values}}}`"
         if is_unit(names[0]):
