@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from importlib import import_module
 from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from rigidcli.errors import DocumentError, UsageError
+from rigidcli.errors import DocumentError, Problem, UsageError
 from rigidcli.report import Report, Table, single_cells
 
 if TYPE_CHECKING:
@@ -331,10 +332,27 @@ def _read(source: Source, exact: bool, settings: Sequence[str]) -> Document:
             )
         return source
     if isinstance(source, Mapping):
-        return loads(json.dumps(source, default=_plain), source=MAPPING, exact=exact, settings=settings)
+        try:
+            text = json.dumps(source, default=_plain)
+        except (TypeError, ValueError, RecursionError) as error:
+            raise DocumentError([Problem(MAPPING, f"cannot be read: {error}")]) from None
+        if problems := list(_not_finite(json.loads(text))) if "NaN" in text or "Infinity" in text else ():
+            raise DocumentError(problems)
+        return loads(text, source=MAPPING, exact=exact, settings=settings)
     if isinstance(source, str) and _TEXT.search(source):
         return loads(source, exact=exact, settings=settings)
     return load(source, exact=exact, settings=settings)
+
+
+def _not_finite(value: Any, path: str = "") -> Iterator[Problem]:
+    """The problems of numbers that are none, in a value at the `path` of a mapping."""
+    if isinstance(value, float) and not math.isfinite(value):
+        yield Problem(MAPPING, f"read `{value}`, expected a finite number", key=path)
+    entries = (
+        value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
+    )
+    for step, entry in entries:
+        yield from _not_finite(entry, f"{path}.{step}" if path else str(step))
 
 
 def _plain(value: Any) -> Any:

@@ -74,6 +74,21 @@ def test_problems_of_a_mapping_have_keys_and_no_lines() -> None:
         rigidcli.inertia("name: x\nbody: {shape: cube, side: 1, mas: 12}")
 
 
+@pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])
+def test_an_array_with_a_number_that_is_none_is_told_by_its_place(number: float) -> None:
+    points = np.array([[1.0, 0, 0, 0], [1, 0, 0, number]])
+    with pytest.raises(rigidcli.DocumentError, match=r"body\.points\.1\.3: .*expected a finite number"):
+        rigidcli.axes({"body": {"points": points}})
+
+
+def test_a_mapping_in_itself_is_refused() -> None:
+    body: dict[str, Any] = {}
+    body["parts"] = [body]
+    for wrong in ({"body": body}, {"body": {("a", "b"): 1}}):
+        with pytest.raises(rigidcli.DocumentError, match="<mapping>: cannot be read"):
+            rigidcli.axes(wrong)
+
+
 @pytest.mark.parametrize(("study", "config"), [("axes", "cube_symbolic"), ("euler", "t_handle")])
 def test_a_result_shows_itself_as_the_table_of_the_command_line(
     study: str, config: str, program: Program

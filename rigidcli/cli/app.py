@@ -9,7 +9,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from rigidcli import STUDIES, __version__
-from rigidcli.cli.help import Command
+from rigidcli.cli.help import Command, Commands
 from rigidcli.cli.output import LESS, complain
 from rigidcli.errors import ComputationError, Problem, printable
 
@@ -18,6 +18,7 @@ COMMANDS = (*STUDIES, "check", "validate", "explain", "schema", "new")
 
 app = typer.Typer(
     name="rigidcli",
+    cls=Commands,
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,

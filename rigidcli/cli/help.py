@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
-from typer.core import TyperArgument, TyperCommand
+from typer.core import TyperArgument, TyperCommand, TyperGroup
+
+from rigidcli.errors import shown
 
 
 class Command(TyperCommand):
@@ -38,3 +41,13 @@ class Command(TyperCommand):
             for param in self.get_params(ctx)
             if isinstance(param, TyperArgument)
         ]
+
+
+class Commands(TyperGroup):
+    """The commands; one that is forgotten before a FILE is told."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that `args` begin with. Ends the program, with its usage, where there is none."""
+        if args and args[0] not in self.commands and Path(args[0]).exists():
+            ctx.fail(f"{shown(args[0])} is a file; a command stands before it: `rigidcli axes {args[0]}`")
+        return super().resolve_command(ctx, args)

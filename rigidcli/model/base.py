@@ -101,6 +101,9 @@ _AS_WRITTEN = "write `{}`: a colon, and a blank after it"
 
 def _slip(key: str, known: Collection[str]) -> ValueProblem | None:
     """The problem of a key such as `shape:cube`, which is one of the `known` keys with its value."""
+    if key[:1].isdigit():
+        hint = "a comma begins the next entry; the sign in a decimal is a point"
+        return ValueProblem("no key and value", hint=hint, typed=key)
     cure = with_colon(key)
     if cure is None or {cure.partition(":")[0], *keys_called(cure.partition(":")[0])}.isdisjoint(known):
         return None
@@ -292,6 +295,8 @@ class Choice(Reader):
 
     choose: Callable[[Mapping[str, Any]], type[Section]]
     options: Callable[[], Sequence[type[Section]]]
+    example: str = ""
+    """A mapping that may stand there, for messages."""
 
     def json_schema(self) -> JsonSchemaValue:
         """One of the sections."""
@@ -302,7 +307,7 @@ class Choice(Reader):
         if isinstance(raw, Section):
             return raw
         if not isinstance(raw, Mapping):
-            message = f"read {shown(raw)}, expected a mapping"
+            message = f"read {shown(raw)}, expected a mapping{self.example and f', such as {self.example}'}"
             if isinstance(raw, str) and (cure := with_colon(raw)) is not None:
                 raise ValueProblem(message, hint=_AS_WRITTEN.format(cure), typed=raw)
             raise ValueProblem(message)
@@ -335,7 +340,7 @@ class Alternative:
         return {"anyOf": [self.schema, handler(schema)]}
 
 
-def by_key(forms: Mapping[str, type[Section]]) -> Choice:
+def by_key(forms: Mapping[str, type[Section]], example: str = "") -> Choice:
     """Marks a field that takes the section of the one key of `forms` that the mapping has."""
 
     def choose(raw: Mapping[str, Any]) -> type[Section]:
@@ -350,7 +355,7 @@ def by_key(forms: Mapping[str, type[Section]]) -> Choice:
         also = f" (did you mean {guess}?)" if guess and not present else ""
         raise ValueProblem(f"expected exactly one of {', '.join(forms)}; read {read}{also}")
 
-    return Choice(choose, lambda: tuple(dict.fromkeys(forms.values())))
+    return Choice(choose, lambda: tuple(dict.fromkeys(forms.values())), example)
 
 
 @dataclass(frozen=True)

@@ -246,6 +246,12 @@ class _AnyForm(Choice):
             meant = shape_called(raw, {})[0] or SHAPES["box"]
             hint = f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"
             raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
+        if isinstance(raw, list) and all(isinstance(entry, dict) for entry in raw):
+            bodies = [entry for entry in raw if entry.keys() & {"shape", *FORMS}]
+            hint = "the lines of one body begin without dashes"
+            if len(bodies) == len(raw):
+                hint = "bodies that are taken as one are its `parts`: write `body: {parts: [...]}`"
+            raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
         if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
             return super().read(raw, info)
         called = ("shape", *(key for key in raw if "shape" in keys_called(key)))

@@ -123,7 +123,10 @@ class Document(Section):
             if sections := _sections_with().get(word):
                 # Beside a system, a duration is that of the orbit, not of a motion.
                 name = sections[-1 if raw.get("system") is not None else 0]
-                return ValueProblem(f"belongs inside `{name}`", hint=f"write `{name}: {{{word}: ...}}`")
+                hint = f"write `{name}: {{{word}: ...}}`; its path is `{name}.{word}`"
+                if name in raw and raw[name] is None:
+                    hint = f"begin this line with two blanks, so that it is below `{name}:`"
+                return ValueProblem(f"belongs inside `{name}`", hint=hint)
         return super()._unknown(key, raw)
 
     @model_validator(mode="after")

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
-from rigidcli.errors import ExpressionError, ValueProblem, nearest, shown
+from rigidcli.errors import LONGEST_SHOWN, ExpressionError, ValueProblem, nearest, shown
 from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.units import (
     Dimension,
@@ -20,8 +20,10 @@ from rigidcli.model.units import (
     check_dimension,
     is_unit,
     parse_unit,
+    quantity_meant,
     split_quantity,
 )
+from rigidcli.model.words import variable_called
 from rigidcli.symbolic.language.expression import Expression, parse
 from rigidcli.symbolic.language.tree import UnknownFunction
 
@@ -84,7 +86,13 @@ class Environment:
             return _exact(parse(str(scalar)), {}) if self.arithmetic.exact else _finite(scalar)
         quantity = self._quantity(scalar, dimension)
         if quantity is None:
-            return self._value(parse(scalar), dimension)
+            try:
+                return self._value(parse(scalar), dimension)
+            except ExpressionError as error:
+                cure = quantity_meant(scalar)
+                if cure is not None and self.declared.isdisjoint(cure.partition(" ")[2].split("^")):
+                    error.hint = f"write `{cure}`"
+                raise
         digits, unit = quantity
         if self.arithmetic.exact:
             return _exact(parse(digits), {}) * unit.factor * self.arithmetic.pi**unit.pi_power
@@ -241,8 +249,17 @@ class Environment:
         return sorted(self.declared)
 
     def _undeclared(self, names: list[str], variables: tuple[str, ...]) -> ValueProblem:
-        near = nearest(names[0], [*variables, *self._declared_in_order])
+        spelled = {name: meant for name in names if (meant := variable_called(name, variables))}
+        near = spelled.get(names[0])
+        if not spelled:
+            near = nearest(names[0], [*variables, *self._declared_in_order])
         also = f"; variables here: {_listed(variables, str)}" if variables else ""
+        if len(names) > 1:
+            also += "".join(f"; `{name}` is spelled `{meant}`" for name, meant in spelled.items())
+        new = [name for name in names if name not in (*spelled, "dt") and len(name) <= LONGEST_SHOWN]
+        values = ", ".join(f"{name}: null" for name in new[:LONGEST_LIST])
+        if values and near is None:
+            also += f"; a symbol, or a name for a value, is declared by `parameters: {{{values}}}`"
         if is_unit(names[0]):
             also += f"; a quantity in {shown(names[0])} stands alone, or is a parameter"
         return ExpressionError(

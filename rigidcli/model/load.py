@@ -6,6 +6,7 @@ import errno
 import io
 import os
 import pathlib
+import re
 import stat
 import sys
 from collections.abc import Callable, Mapping, Sequence
@@ -44,6 +45,13 @@ _TYPES = {
     "less_than_equal": "at most {le}",
 }
 """What pydantic's complaints about a type or a bound expect, in the words of a document."""
+
+
+_FLAT = {
+    "inertia": "principal moments are written `moments: [1, 2, 3]`, a tensor by its rows",
+    "points": "each point is a list, also a single one: `points: [[m, x, y, z]]`",
+}
+"""What to write for a list of numbers where one of lists is expected."""
 
 
 def load(
@@ -92,6 +100,7 @@ def loads(
 
 def read_text(name: str, source: str) -> str:
     """The text of a regular file, a pipe or standard input, bounded. Raises DocumentError."""
+    hint = None
     try:
         if name == STDIN:
             if sys.stdin is None:
@@ -111,9 +120,10 @@ def read_text(name: str, source: str) -> str:
         message = f"cannot be read: {error.strerror or error}"
     except UnicodeDecodeError as error:
         message = f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}"
+        hint = "save the file as UTF-8 in the editor, or with `iconv -f ENCODING -t UTF-8`"
     except ValueError:  # there is a NUL in it
         message = "cannot be read: no file has such a name"
-    raise DocumentError([Problem(source, message)])
+    raise DocumentError([Problem(source, message, hint=hint)])
 
 
 def _of_pipe(file: io.BufferedReader) -> bytes:
@@ -193,9 +203,10 @@ def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -
         read = "an empty document" if tree is None else shown(tree)
         typed = tree if isinstance(tree, str) else ""
         cure = with_colon(typed)
-        problem = ValueProblem(
-            f"read {read}, expected a mapping", hint=cure and f"write `{cure}`", typed=cure and typed
-        )
+        hint = cure and f"write `{cure}`"
+        if tree is None:
+            hint = "`rigidcli new` prints a document to start from"
+        problem = ValueProblem(f"read {read}, expected a mapping", hint=hint, typed=cure and typed)
         raise DocumentError([places.problem(problem)])
     positive: frozenset[str] = frozenset()
     while True:
@@ -226,6 +237,8 @@ def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -
         from rigidcli.model.traps import traps
 
         notes += traps(document, tree)
+    if document.orbit is not None and document.system is not None:
+        notes += document.orbit.degrees_meant(document.system, tree["orbit"]["initial"])
     notes += [f"parameter `{name}` is not used" for name in unused]
     return document.came_from(places.source, notes, places.of)
 
@@ -266,11 +279,24 @@ def explain(error: ValidationError) -> list[ValueProblem]:
             most = "at most" if kind == "too_long" else "at least"
             message = f"read {shown(read)}, expected {most} {bound} {'entry' if bound == 1 else 'entries'}"
         else:
+            if kind == "tuple_type" and path[-1] == 0:
+                # A list of numbers where one of lists is expected: one problem for all its entries.
+                path, hint = path[:-1], _FLAT.get(str(path[-2]))
+            elif kind == "tuple_type" and path[:-1] in explained:
+                continue
             expected = _TYPES.get(kind, str(context.get("expected", complaint["msg"]))).format(**context)
-            message = f"read {shown(read)}, expected {expected.replace(chr(39), '')}"
-            if kind == "string_type" and isinstance(read, int | float | Decimal):
+            entry = "entry " if path != complaint["loc"] else ""
+            message = f"read {entry}{shown(read)}, expected {expected.replace(chr(39), '')}"
+            if (
+                kind == "string_type"
+                and isinstance(read, int | float | Decimal)
+                and not isinstance(read, bool)
+            ):
                 hint = f'write it in quotes: "{read}"'
             elif kind == "tuple_type" and isinstance(read, str) and "," in read:
                 hint, typed = f"write `[{read.strip('[]() ')}]`", read
+            elif kind == "dict_type" and path == ("parameters",):
+                names = ", ".join(f"{name}: null" for name in re.findall(r"[^\W\d]\w*", str(read)))
+                hint = f"write `parameters: {{{names}}}`, with values where there are some"
         explained[path] = ValueProblem(message, path=path, hint=hint, typed=typed)
     return list(explained.values())

@@ -69,7 +69,9 @@ class Weight(Section):
     gravity: Annotated[Scalar, Quantity(units.ACCELERATION, "nonnegative")]
 
 
-Torque: TypeAlias = Annotated[Section, by_key({"body": BodyTorque, "space": SpaceTorque, "gravity": Weight})]
+Torque: TypeAlias = Annotated[
+    Section, by_key({"body": BodyTorque, "space": SpaceTorque, "gravity": Weight}, "{body: [0, 0, -w3]}")
+]
 
 
 class Motion(Sampling):

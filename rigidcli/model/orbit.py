@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -10,7 +11,7 @@ from pydantic import Field, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, gathered, shown
-from rigidcli.model.base import ReadBy, environment, refuse
+from rigidcli.model.base import FULL_TURN, ReadBy, environment, refuse
 from rigidcli.model.parameters import read_names
 from rigidcli.model.sampling import Sampling
 from rigidcli.model.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, require_known, velocity
@@ -85,6 +86,10 @@ _INITIAL = ReadBy(
 )
 
 
+_OF_ANGLES = re.compile(r"\b(?:sin|cos|tan)\(([^()]*)\)")
+"""A sine, cosine or tangent without another function in it, and its argument."""
+
+
 class Orbit(Sampling):
     """An orbit from t = 0 on: all coordinates are given there, and all momenta or all velocities."""
 
@@ -101,6 +106,27 @@ class Orbit(Sampling):
         yield from super()._contradictions(raw)
         if all(raw.get(key) is None for key in ("duration", "times", "step")):
             yield ValueProblem("missing, expected how long the orbit is followed", path=("duration",))
+
+    @classmethod
+    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+        problem = super()._unknown(key, raw)
+        if raw.get("initial") is None and "known keys" in (problem.hint or ""):
+            return ValueProblem("belongs inside `initial`", hint=f"write `initial: {{{key}: ...}}`")
+        return problem
+
+    def degrees_meant(self, system: System, typed: Mapping[str, Any]) -> Iterator[str]:
+        """Notes on coordinates that are angles, and begin with a bare number beyond a full turn.
+
+        A coordinate is taken for an angle where a sine or a cosine has it as its argument, without a
+        parameter beside it.
+        """
+        arguments = _OF_ANGLES.findall(" ".join(expression.text for expression in system.expressions()))
+        names = [set(re.findall(r"[^\W\d]\w*", argument)) - {"pi"} for argument in arguments]
+        angles = set[str]().union(*(found for found in names if found <= {*system.coordinates}))
+        for name, value in typed.items():
+            is_bare = isinstance(value, int | float) and not isinstance(value, bool)
+            if name in angles and is_bare and abs(value) > FULL_TURN:
+                yield f"`orbit.initial.{name}` of {value} rad is beyond a full turn; {value} deg meant?"
 
     def start(self, system: System) -> tuple[Floats, Floats | None, Floats | None]:
         """Coordinates, momenta and velocities at t = 0, each (n); None for those that are not given."""

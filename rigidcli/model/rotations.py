@@ -77,5 +77,9 @@ class Matrix(Turn):
 
 
 Rotation: TypeAlias = Annotated[
-    Turn, by_key({"axis": AxisAngle, "euler": Euler, "quaternion": Quaternion, "matrix": Matrix})
+    Turn,
+    by_key(
+        {"axis": AxisAngle, "euler": Euler, "quaternion": Quaternion, "matrix": Matrix},
+        "{axis: [0, 0, 1], angle: 30 deg}",
+    ),
 ]

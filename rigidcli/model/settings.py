@@ -23,7 +23,8 @@ def split_setting(text: str) -> tuple[Path, str]:
             f"--set: read {shown(text)}, expected KEY=VALUE", hint='as in --set body.mass="3 kg"'
         )
     key, value = found.groups()
-    return tuple(int(step) if step.isdecimal() else step for step in key.split(".")), value
+    steps = re.sub(r"\[(\d+)\]", r".\1", key).split(".")  # `size[0]` is `size.0`
+    return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps)), value
 
 
 def apply(tree: Any, changes: Sequence[Change], source: str) -> tuple[Any, list[Path]]:

@@ -19,11 +19,13 @@ class Slip(NamedTuple):
     hint: str | None = None
 
 
+_COMMENT = re.compile(r"(\s*)(//|/\*)")
 _TAB = re.compile(r"[ \t]*?\t")
 _NO_BLANK = re.compile(r"( *(?:- +)*)([A-Za-z_]\w*):([^\s:/,{\[][^:]*)$")
 _NO_COLON = re.compile(r"( *(?:- +)*)([A-Za-z_]\w*)( *[= ] *(\S.*))?$")
 _KEY = re.compile(r" *(?:- +)*[^\s:{\[\"'#-][^:{\[\"'#]*:(?= |$)")
-"""Lines: indented by a tab; with a key and no blank after its colon; without a colon; with key and colon."""
+"""Lines: with a comment of another language; indented by a tab; with a key and no blank after its colon;
+without a colon; with key and colon."""
 
 _QUOTED = re.compile(r"\"(?:[^\"\\]|\\.)*\"|'[^']*'|(?<!\S)#.*")
 """What has no brackets that count: quoted texts and comments."""
@@ -39,6 +41,9 @@ def find_slip(text: str, error: Any) -> Slip | None:
         return None
     lines = text.splitlines() or [""]
     noticed = min(mark.line, len(lines) - 1)
+    for line, typed in enumerate(lines[: noticed + 1]):
+        if comment := _COMMENT.match(typed):
+            return Slip(line + 1, comment.end(1) + 1, "this begins no comment", "comments begin with `#`")
     if "quoted" in str(error.context) and error.context_mark is not None:
         if "escape" in str(error.problem):
             hint = "in single quotes a backslash is only a backslash"

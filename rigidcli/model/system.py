@@ -205,6 +205,12 @@ class System(Section):
         description="Generalized forces beside those of the potential, by their coordinates: {x: -c*xdot}",
     )
 
+    def expressions(self) -> list[Expression]:
+        """The expressions that make the system."""
+        whole = (self.lagrangian, self.kinetic, self.potential, self.hamiltonian)
+        parts = [part for each in self.particles or () for part in (*(each.position or ()), each.potential)]
+        return [expression for expression in (*whole, *parts) if expression is not None]
+
     @property
     def velocities(self) -> tuple[str, ...]:
         """Names of the velocities, in the order of the coordinates."""

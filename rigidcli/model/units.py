@@ -497,3 +497,15 @@ def split_quantity(text: str) -> Written | None:
     power = match["e"] or match["power"] or (match["raised"] or "").translate(LOWERED)
     number = f"{match['digits']}e{power}" if power else match["digits"]
     return Written(number.replace("−", "-"), match["unit"].rstrip(), not match["gap"])
+
+
+_QUOTIENT = re.compile(r"\s*(\d+(?:\.\d*)?)\s*/\s*(\d+(?:\.\d*)?)\s+(\S.*)")
+"""A quotient of two numbers and what may be a unit."""
+
+
+def quantity_meant(text: str) -> str | None:
+    """The quantity `0.5 m` that is meant by `1/2 m`, which cannot be read; None for other texts."""
+    match = _QUOTIENT.fullmatch(text)
+    if match is None or not is_unit(match[3]) or not float(match[2]):
+        return None
+    return f"{float(match[1]) / float(match[2])!r} {match[3]}"

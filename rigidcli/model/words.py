@@ -7,7 +7,7 @@ looks alike whoever wrote it, and editors know its keys.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 
 def _by_word(rows: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
@@ -157,6 +157,7 @@ KEYS_BY_WORD = _by_word(
         "kinetic": "T KE kinetic_energy ke K",
         "potential": "V U PE potential_energy pe",
         "hamiltonian": "H hamilton Hamilton",
+        "forces": "force friction damping drag Q generalized_forces generalised_forces",
         "old": "old_variables from",
         "new": "to new_variables_expressions",
         "obliquity": "tilt axial_tilt angle",
@@ -212,13 +213,28 @@ def with_colon(typed: str) -> str | None:
     found = re.fullmatch(r"\s*([A-Za-z_]\w*)(?:\s*[:=]\s*(.+?)|\s+(\S+))\s*", typed, re.DOTALL)
     if found is None:
         return None
-    value = found[2] or found[3]
+    value = re.split(r"\s+[A-Za-z_]\w*\s*[:=]", found[2] or found[3])[0]  # without the keys that follow
     return f"{found[1]}: {value[0] + '...' if value[0] in '{[' else value}"
 
 
 def halved(word: str) -> tuple[str, ...]:
     """The keys that hold half of what a word tells; none for a word that is not known."""
     return HALVED.get(folded(word), ())
+
+
+_VELOCITY = "v{0} v_{0} {0}_dot {0}d d{0} d{0}dt d{0}_dt {0}prime {0}_prime vel_{0} velocity_{0}"
+"""Words for the velocity of a coordinate that has the name {0}."""
+
+
+def variable_called(word: str, variables: Iterable[str]) -> str | None:
+    """The velocity or momentum among some variables for which a word may stand: `xdot` for `vx`."""
+    momenta = [name for name in variables if name.startswith("p_")]
+    velocities = [name for name in variables if name.endswith("dot")]
+    for only, words in ((velocities, ("v", "vel", "velocity")), (momenta, ("p", "momentum"))):
+        if len(only) == 1 and word in words:
+            return only[0]
+    called = (name for name in velocities if word in _VELOCITY.format(name.removesuffix("dot")).split())
+    return next(called, None)
 
 
 def keys_called(word: str) -> tuple[str, ...]:

@@ -88,7 +88,7 @@ def results_called(name: str) -> list[str]:
     alike: dict[str, tuple[Field, list[str]]] = {}
     for command, fields in results().items():
         for field in fields:
-            if name in (field.key, field.key.rpartition(".")[2]):
+            if name in (field.key, field.key.rpartition(".")[2], *field.cells):
                 _, places = alike.setdefault(repr(field), (field, []))
                 places.append(f"{command}.{field.key}")
     return [result(", ".join(places), field) for field, places in alike.values()]

@@ -10,7 +10,18 @@ from typing import TypeAlias
 import numpy as np
 
 from rigidcli.errors import ValueProblem
-from rigidcli.model.units import ANGLE, DIMENSIONLESS, LENGTH, MASS, TIME, Dimension, Unit, parse_unit
+from rigidcli.model.units import (
+    ANGLE,
+    ANGULAR_VELOCITY,
+    DIMENSIONLESS,
+    LENGTH,
+    MASS,
+    TIME,
+    Dimension,
+    Unit,
+    is_unit,
+    parse_unit,
+)
 from rigidcli.render.values import is_exact
 from rigidcli.report import Report, Value
 
@@ -21,6 +32,10 @@ BASES = {MASS: "kg", LENGTH: "m", TIME: "s", ANGLE: "rad"}
 """The dimensions that results are made of, in the order in which units are written, with those of the SI."""
 
 
+_APART = (*BASES, ANGULAR_VELOCITY)
+"""What units measure of which no result has a product without powers: `g cm` is a list without its commas."""
+
+
 def read_units(text: str) -> Units:
     """The units in a list such as `g,cm,deg,rpm`.
 
@@ -29,6 +44,11 @@ def read_units(text: str) -> Units:
     units: dict[Dimension, Unit] = {}
     for name in text.split(","):
         unit = parse_unit(name)
+        apart = [parse_unit(piece) for piece in name.split() if is_unit(piece)]
+        if len(apart) == len(name.split()) > 1 and all(each.dimension in _APART for each in apart):
+            raise ValueProblem(
+                f"`{unit.text}` is the unit of no result", hint=f"write commas: `{','.join(name.split())}`"
+            )
         if unit.dimension == DIMENSIONLESS:
             raise ValueProblem(f"`{unit.text}` measures nothing", hint="expected units such as g,cm,deg,rpm")
         other = units.setdefault(unit.dimension, unit)

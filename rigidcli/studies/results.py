@@ -171,6 +171,45 @@ SECTIONS: dict[str, tuple[Field, ...]] = {
 A vector, each of whose entries `counts` by itself, has no column in CSV.
 """
 
+MEANS = {
+    "torque": "of the weight about the pivot, along the space axes, with the top leaning towards +x",
+    "torque_magnitude": "of the torque: M g R sin(tilt)",
+    "gyroscopic_rate": "of a fast top, signed: M g R/(lambda3 spin)",
+    "gyroscopic_period": "of gyroscopic precession: 2 pi/|rate|",
+    "gyroscopic_error": "of the gyroscopic rate against the slow steady one, relative",
+    "slow_rate": "exact, and signed; null where the top is too slow to precess steadily",
+    "fast_rate": "exact, and signed; the other root of the same equation",
+    "minimum_spin": "at this tilt; 0 where the top can precess steadily at any spin",
+    "sleeping_spin": "2 sqrt(M g R lambda1)/lambda3",
+    "sleeping": "stable, unstable or marginal: the top that spins upright",
+    "sleeping_growth_rate": "null where it is stable",
+    "sleeping_frequencies": "the two of small motion about upright; null where that is unstable",
+    "theta_min": "of the tilt from the vertical, in the nutation that follows from the initial rates",
+    "theta_max": "of the tilt from the vertical, in the nutation that follows from the initial rates",
+    "phi_dot_at_theta_min": "the rate of phi where the axis turns back",
+    "phi_dot_at_theta_max": "the rate of phi where the axis turns back",
+    "nutation_period": "the time from one least tilt to the next",
+    "precession_per_nutation": "the angle by which phi grows in one period of nutation",
+    "mean_precession_rate": "precession in a nutation, over its period",
+    "nutation_kind": "looping, cuspidal, wavy, steady or none",
+    "body_rate": "as seen in the body, signed: (lambda3 - lambda1) omega3/lambda1",
+    "body_period": "of omega about e3 in the body",
+    "space_rate": "L/lambda1, for a symmetric body",
+    "space_period": "of e3 about L in space",
+    "spin_rate": "psi-dot: of the body about e3, besides its turning about L",
+    "wobble_to_spin_ratio": "space_rate/|omega3|: how often e3 goes round in one turn of the body",
+    "body_cone_angle": "half the opening of the body cone",
+    "space_cone_angle": "half the opening of the space cone",
+    "axis_angle": "constant in free precession",
+    "polhode_period": "of an asymmetric body",
+    "flip_interval": "half the period of omega: of an asymmetric body",
+    "mean_space_rate": "the mean precession of an asymmetric body",
+    "mean_space_period": "of the mean turning about L",
+    "rate": "the sum over all perturbers, positive; it is retrograde where C > A",
+    "period_years": "years of 365.25 days; null where the rate is 0",
+}
+"""What results of the sections mean besides, by their keys."""
+
 EULER = (
     Field(
         "moments",
@@ -275,7 +314,7 @@ RESULTS: dict[str, tuple[Field, ...]] = {
     "axes": AXES,
     "precess": (
         *(
-            replace(field, key=f"{section}.{field.key}")
+            replace(field, key=f"{section}.{field.key}", means=MEANS.get(field.key, field.means))
             for section, fields in SECTIONS.items()
             for field in fields
         ),

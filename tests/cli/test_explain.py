@@ -102,6 +102,20 @@ def test_everything_has_a_page_that_fits() -> None:
     assert all(len(line) <= 80 for line in index.overview().splitlines())
 
 
+def test_a_result_that_refers_to_another_says_to_which() -> None:
+    for command, fields in tables.results().items():
+        for field in fields:
+            if field.title.startswith("its ") or field.title.endswith(" besides"):
+                assert field.means, f"{command}.{field.key}"
+
+
+@pytest.mark.parametrize(
+    ("column", "result"), [("Ixy", "tensor"), ("e1x", "axes"), ("lambda2", "moments"), ("w3", "omega")]
+)
+def test_a_column_is_explained_by_its_result(column: str, result: str) -> None:
+    assert f"axes.{result}" in index.explain(column)
+
+
 def test_every_key_is_told_what_it_holds() -> None:
     for key in keys.every():
         assert key.field is not None

@@ -330,6 +330,190 @@ def test_a_slip_is_shown_where_it_is(text: str, line: int, place: str, cure: str
     assert cure in f"{first}{rest[0]}"
 
 
+CUBE_BELOW = "body:\n  shape: cube\n  side: 1\n  mass: 1\n"
+PENDULUM = "system: {coordinates: theta, lagrangian: thetadot^2/2 + cos(theta)}\n"
+
+CURES = [
+    (
+        "body:\nshape: cube\nside: 1\nmass: 1\n",
+        "2: shape: ",
+        "two blanks, so that it is below `body:`",
+        CUBE_BELOW,
+    ),
+    (
+        "body: {shape: sphere, radius: R, mass: M}\n",
+        "1: body.radius: undeclared name `R`",
+        "`parameters: {R: null}`",
+        "body: {shape: sphere, radius: R, mass: M}\nparameters: {R: null, M: null}\n",
+    ),
+    (
+        "body: {shape: cube, side: a, mass: b}\nparameters: [a, b]\n",
+        "2: parameters: read a list of 2",
+        "`parameters: {a: null, b: null}`",
+        "body: {shape: cube, side: a, mass: b}\nparameters: {a: null, b: null}\n",
+    ),
+    (
+        "system: {coordinates: x, lagrangian: vx^2/2}\n",
+        "1: system.lagrangian: undeclared name `vx`",
+        "did you mean xdot?",
+        "system: {coordinates: x, lagrangian: xdot^2/2}\n",
+    ),
+    (
+        "system: {coordinates: x, hamiltonian: p^2/2}\n",
+        "undeclared name `p`",
+        "did you mean p_x?",
+        "system: {coordinates: x, hamiltonian: p_x^2/2}\n",
+    ),
+    (
+        "system: {coordinates: x, lagrangian: (dx/dt)^2/2}\n",
+        "undeclared names `dt`, `dx`\n",
+        "`dx` is spelled `xdot`",
+        "system: {coordinates: x, lagrangian: xdot^2/2}\n",
+    ),
+    (
+        "system: {coordinates: x, lagrangian: xdot(t)^2/2}\n",
+        "`xdot` is not a function",
+        "write `xdot`",
+        "system: {coordinates: x, lagrangian: xdot^2/2}\n",
+    ),
+    (
+        "system: {coordinates: x, lagrangian: xdot^2/2, friction: {x: -xdot}}\n",
+        "system.friction: unknown key",
+        "did you mean forces?",
+        "system: {coordinates: x, lagrangian: xdot^2/2, forces: {x: -xdot}}\n",
+    ),
+    (
+        "system: {coordinates: x, lagrangian: m*v^2/2}\n",
+        "undeclared names `m`, `v`",
+        "`v` is spelled `xdot`; a symbol, or a name for a value, is declared by `parameters: {m: null}`",
+        "system: {coordinates: x, lagrangian: m*xdot^2/2}\nparameters: {m: null}\n",
+    ),
+    (
+        "system: {coordinates: x, lagrangian: xdot^2/2 - h(x)}\n",
+        "`h` is not a function",
+        "`functions: {h: [x]}`",
+        "system: {coordinates: x, lagrangian: xdot^2/2 - h(x), functions: {h: [x]}}\n",
+    ),
+    (
+        "system: {coordinates: x, lagrangian: (1 + dh_dx(x)^2)*xdot^2/2}\n",
+        "`dh_dx` is not a function",
+        "`functions: {h: [x]}`",
+        "system: {coordinates: x, lagrangian: (1 + dh_dx(x)^2)*xdot^2/2, functions: {h: [x]}}\n",
+    ),
+    (
+        "system: {coordinates: x, lagrangian: (1 + h'(x)^2)*xdot^2/2, functions: {h: x}}\n",
+        "unexpected `'`",
+        "that of a function h(x) `dh_dx(x)`",
+        "system: {coordinates: x, lagrangian: (1 + dh_dx(x)^2)*xdot^2/2, functions: {h: x}}\n",
+    ),
+    (
+        "system: {coordinates: x, lagrangian: x\u0307^2/2}\n",
+        "COMBINING DOT ABOVE",
+        "spelled `xdot`",
+        "system: {coordinates: x, lagrangian: xdot^2/2}\n",
+    ),
+    (
+        f"{PENDULUM}orbit: {{theta: 1, thetadot: 0, duration: 1}}\n",
+        "2: orbit.theta: belongs inside `initial`",
+        "write `initial: {theta: ...}`",
+        f"{PENDULUM}orbit: {{initial: {{theta: 1, thetadot: 0}}, duration: 1}}\n",
+    ),
+    (
+        "body: [{shape: cube, side: 1, mass: 1}, {shape: cube, side: 2, mass: 1}]\n",
+        "1: body: read a list of 2",
+        "write `body: {parts: [...]}`",
+        "body: {parts: [{shape: cube, side: 1, mass: 1}, {shape: cube, side: 2, mass: 1}]}\n",
+    ),
+    (
+        "body:\n  - shape: cube\n  - side: 1\n  - mass: 1\n",
+        "1: body: read a list of 3",
+        "begin without dashes",
+        CUBE_BELOW,
+    ),
+    (
+        "body: {inertia: [1, 2, 3]}\n",
+        "1: body.inertia: ",
+        "`moments: [1, 2, 3]`",
+        "body: {moments: [1, 2, 3]}\n",
+    ),
+    (
+        "body: {points: [1, 0, 0, 1]}\n",
+        "1: body.points: ",
+        "`points: [[m, x, y, z]]`",
+        "body: {points: [[1, 0, 0, 1]]}\n",
+    ),
+    (
+        f"{CUBE}frame: 30 deg\n",
+        "2: frame: read `30 deg`",
+        "such as {axis: [0, 0, 1], angle: 30 deg}",
+        f"{CUBE}frame: {{axis: [0, 0, 1], angle: 30 deg}}\n",
+    ),
+    (
+        '{\n // a cube\n "body": {"shape": "cube", "side": 1, "mass": 1}\n}\n',
+        "2: not YAML",
+        "comments begin with `#`",
+        '{\n # a cube\n "body": {"shape": "cube", "side": 1, "mass": 1}\n}\n',
+    ),
+    (
+        "body: {shape: cube, side: 1/2 m, mass: 1}\n",
+        "1: body.side: ",
+        "write `0.5 m`",
+        "body: {shape: cube, side: 0.5 m, mass: 1}\n",
+    ),
+    (
+        "body: {shape: cube, side: 1_000, mass: 1}\n",
+        "1: body.side: ",
+        "without `_`",
+        "body: {shape: cube, side: 1000, mass: 1}\n",
+    ),
+    (
+        "body: {shape: cube, side: 5,0 cm, mass: 1}\n",
+        "1: body.0 cm: ",
+        "a decimal is a point",
+        "body: {shape: cube, side: 5.0 cm, mass: 1}\n",
+    ),
+    ("body:\n  shape = cube\n  side = 1\n  mass = 1\n", "1: body: ", "write `shape: cube`:", CUBE_BELOW),
+    ("# nothing\n", "1: read an empty document", "`rigidcli new`", CUBE),
+]
+"""Texts as people write them, what is told of them with the line and the cure, and the text that is cured."""
+
+
+@pytest.mark.parametrize(("text", "told", "cure", "cured_text"), CURES)
+def test_a_message_has_the_cure(text: str, told: str, cure: str, cured_text: str, program: Program) -> None:
+    outcome = program("validate", "-", stdin=text)
+    assert (outcome.code, outcome.out) == (3, "")
+    assert told in outcome.err
+    assert cure in outcome.err
+    assert program("validate", "-q", "-", stdin=cured_text).code == 0
+
+
+@pytest.mark.parametrize("setting", ["body.size[0]=3 cm", "body.size.0 = 3 cm", " body . size.0=3 cm"])
+def test_a_setting_may_have_brackets_and_blanks(setting: str, program: Program) -> None:
+    box = "body: {shape: box, size: [1, 2, 3], mass: 1}"
+    outcome = program("inertia", "-f", "json", "-", "--set", setting, stdin=box)
+    strict = program("inertia", "-f", "json", "-", "--set", "body.size=[0.03, 2, 3]", stdin=box)
+    assert outcome.code == 0, outcome.err
+    assert outcome.out == strict.out
+
+
+def test_a_setting_of_a_key_without_its_section_is_told_the_path(program: Program) -> None:
+    assert "its path is `body.mass`" in program("inertia", "-", "-s", "mass=3", stdin=CUBE).err
+
+
+def test_what_is_typed_in_another_way_on_the_command_line(tmp_path: Path, program: Program) -> None:
+    (tmp_path / "cube.yaml").write_text(CUBE)
+    file = str(tmp_path / "cube.yaml")
+    (tmp_path / "wide.yaml").write_bytes(CUBE.encode("utf-16"))
+    forgotten = program(file)
+    assert forgotten.code == 2
+    assert f"`rigidcli axes {file}`" in forgotten.err
+    product = program("axes", file, "--units", "g cm")
+    assert (product.code, product.out) == (2, "")
+    assert "write commas: `g,cm`" in product.err
+    assert program("axes", file, "--units", "kg m^2").code == 0
+    assert "save the file as UTF-8" in program("axes", str(tmp_path / "wide.yaml")).err
+
+
 MISPLACED = [
     ("system: {coordinates: [x], lagrangian: xdot**2/2, orbit: {}}", "system.orbit: belongs beside `system`"),
     ("system: {coordinates: [x], lagrangian: xdot**2/2, transform: {}}", "belongs beside `system`"),

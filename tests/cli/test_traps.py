@@ -14,6 +14,8 @@ from tests.conftest import ROOT, Program
 
 CUBE = "body: {shape: cube, side: 1, mass: 12}\n"
 SPRING = "system: {coordinates: [x], lagrangian: xdot**2/2 - x**2/2}\n"
+WAVE = "parameters: {k: 1}\nsystem: {coordinates: [x], lagrangian: xdot**2/2 + cos(k*x)}\n"
+PENDULUM = "system: {coordinates: [a], lagrangian: adot**2/2 + cos(a)}\n"
 ROD = "body: {shape: rod, length: 2, mass: 1, axis: [1, 0, 0]}\n"
 
 
@@ -44,6 +46,11 @@ ROD = "body: {shape: rod, length: 2, mass: 1, axis: [1, 0, 0]}\n"
         ("body: {shape: cube, side: 1 cm, density: 22 g/cm^3}", None),
         ("body: {shape: disk, radius: 1 mm, mass: 12}", None),
         ("parameters: {m: null, a: null}\nbody: {shape: cube, side: a, mass: m}", None),
+        (f"{PENDULUM}orbit: {{initial: {{a: 30, adot: 0}}, duration: 1}}", "`orbit.initial.a` of 30 rad"),
+        (f"{PENDULUM}orbit: {{initial: {{a: 30 deg, adot: 0}}, duration: 1}}", None),
+        (f"{PENDULUM}orbit: {{initial: {{a: 3, adot: 100}}, duration: 1}}", None),
+        (f"{SPRING}orbit: {{initial: {{x: 30, xdot: 0}}, duration: 1}}", None),
+        (f"{WAVE}orbit: {{initial: {{x: 30, xdot: 0}}, duration: 1}}", None),
     ],
 )
 def test_a_likely_slip_is_noted(text: str, note: str | None, program: Program) -> None:

@@ -531,3 +531,12 @@ motion: {omega: [1, 0, 0]}
     assert result["wobbles"] is False
     assert result["angle"] == 0
     assert not result["holding_torque"].any()
+
+
+def test_a_common_factor_with_symbols_leaves_numbers_to_solve() -> None:
+    document = "body: {shape: box, size: [1, 2, 3], mass: M, anchor: corner}\nparameters: {M: null}"
+    exact = rigidcli.axes(document)
+    numbers = rigidcli.axes(document.replace("null", "2.5"))
+    assert [moment.evaluate(M=2.5) for moment in exact["moments"]] == pytest.approx(numbers["moments"])
+    assert np.allclose(exact["axes"].astype(float), numbers["axes"], atol=1e-12)
+    assert exact["class"] == "asymmetric"

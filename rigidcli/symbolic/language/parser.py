@@ -14,6 +14,7 @@ The text is read by these rules alone and is never given to anything that could 
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Mapping
 
 from rigidcli.errors import ExpressionError
@@ -36,6 +37,7 @@ from rigidcli.symbolic.language.tree import (
 )
 
 _NONE: Mapping[str, UnknownFunction] = {}
+"""The functions of a text in which none can be declared."""
 
 MAX_DEPTH = 100
 """How deep parentheses, calls, signs and powers may be nested, so that recursion never ends the program."""
@@ -165,7 +167,10 @@ class _Reader:
         if self.token.text == "(" and self.token.touches:
             if name in self.functions:
                 return self.call(token)
-            raise _no_function(token)
+            if self.tokens[self.index + 1].text == "t":
+                hint = f"what depends on the time stands without it: write `{name[:_SHOWN]}`"
+                raise ExpressionError(f"`{name[:_SHOWN]}` is not a function", column=token.column, hint=hint)
+            raise _no_function(token, self.functions is not _NONE)
         if name in CONSTANTS:
             return Constant(name)
         self.names.add(name)
@@ -254,6 +259,7 @@ class _Reader:
             if here.kind in ("number", "name"):
                 left = "(...)" if before.text == ")" else before.text[-_SHOWN:]
                 hint = f"write `{left}*{shown}`" if before.kind == "name" or before.text == ")" else None
+                hint = "digits stand without `_`" if here.text[0] == "_" else hint
                 return ExpressionError(f"no operator before `{shown}`", column=here.column, hint=hint)
             if here.text == ")":
                 return ExpressionError("`)` closes nothing", column=here.column)
@@ -264,11 +270,15 @@ class _Reader:
         return ExpressionError(f"unexpected `{shown}`", column=here.column, hint=hint)
 
 
-def _no_function(token: Token) -> ExpressionError:
+def _no_function(token: Token, may_be_declared: bool) -> ExpressionError:
     name = token.text[:_SHOWN]
     near = difflib.get_close_matches(name.lower(), FUNCTIONS, n=1)
     if near:
         hint = f"did you mean `{near[0]}`? A product is written `{name}*(...)`"
     else:
         hint = f"a product is written `{name}*(...)`; the functions are {' '.join(FUNCTIONS)}"
+    if may_be_declared and not near:
+        slope = re.fullmatch(r"d(\w+?)(_d\w+)+", name)
+        declared = f"`functions: {{{slope[1] if slope else name}: [x]}}`"
+        hint = f"a function of x without a formula is declared in the system by {declared}; {hint}"
     return ExpressionError(f"`{name}` is not a function", column=token.column, hint=hint)

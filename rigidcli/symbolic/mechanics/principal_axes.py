@@ -11,6 +11,7 @@ t/3 + 2 sqrt(p) cos((acos(d/p^(3/2)) + 2 pi j)/3), ascending for j = 1, 2, 0.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cmp_to_key
 from itertools import combinations
 
@@ -22,6 +23,7 @@ from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.arithmetic import (
     MAX_STEPS,
+    common_factor,
     root_of_either_sign,
     sign,
     size,
@@ -61,6 +63,11 @@ def principal_frame(tensor: Array, turn: Array = _ONE) -> PrincipalFrame:
 
 def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
     tensor = tidy_array(tensor)
+    factor, rest = common_factor(tensor)
+    if factor.names and sign(factor) == 1 and not any(entry.names for entry in rest.flat):
+        # Of M times numbers, such as the box 1 x 2 x 3 of mass M, the numbers alone have to be solved.
+        found = _principal_frame(rest, turn)
+        return replace(found, moments=tidy_array(factor * found.moments))
     _require_short(tensor, "moments")
     moments, ordered = _ascending(_moments(tensor))
     _require_short(np.array(moments), "moments", LONGEST_MOMENT)
