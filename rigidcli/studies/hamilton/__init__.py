@@ -2,82 +2,31 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Sequence
-from contextlib import suppress
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 
-from rigidcli.errors import ExpressionError
 from rigidcli.model.document import Document
-from rigidcli.report import NOISE, Column, Field, Picture, Report, Step, Table, Value
-from rigidcli.studies.common import SHOWN_DIGITS, if_known, noise, report, require_values
-from rigidcli.studies.hamilton import lagrange, modes
-from rigidcli.studies.hamilton.derivation import TIME, Derivation, derive
-from rigidcli.studies.hamilton.system import known_values, require_formulas
+from rigidcli.report import NOISE, Column, Field, Picture, Report, Step, Table
+from rigidcli.studies.common import SHOWN_DIGITS, if_known, noise, report
+from rigidcli.studies.hamilton import lagrange, linear_equations, modes
+from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.studies.hamilton.findings import Found, find
+from rigidcli.studies.hamilton.typed_decimals import as_typed
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
-from rigidcli.symbolic.algebra.calculus import substitute
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.latex_names import latex_name
 from rigidcli.symbolic.language.text import reading
-from rigidcli.symbolic.mechanics.hamilton_equations import linear
-from rigidcli.symbolic.mechanics.legendre import MOST_BRANCHES
-from rigidcli.symbolic.mechanics.velocity_inversion import Branch
-
-if TYPE_CHECKING:
-    from rigidcli.studies.hamilton.initial import InitialState
-    from rigidcli.studies.hamilton.orbit import OrbitSolution
-    from rigidcli.studies.hamilton.oscillations import Oscillations
-    from rigidcli.studies.hamilton.transform import TransformedSystem
-    from rigidcli.studies.hamilton.velocity_branches import Interval
-    from rigidcli.symbolic.mechanics.spectrum import Spectrum
 
 SCHEMA = "rigidcli.hamilton/1"
 
-DECIMAL = re.compile(r"\.\d|\de-")
-"""What the text of a decimal has, and no other part of an expression."""
-
 TRUTH = {True: "yes", False: "no", None: "not known"}
-
-QUICK = 160
-"""The longest key of an H whose conserved quantities are searched for unasked, as that takes little time."""
-
-MOST_COLUMNS = 8
-"""The widest matrix that people are shown: a terminal has room for no more."""
 
 LONGEST_SHOWN = 2_000
 """The longest text of an expression, in characters, that people are shown: a screen full."""
-
-SPECTRUM = ("eigenvalues", "frequencies", "stability")
-"""The keys of what the matrix of linear equations tells."""
-
-STABILITY = {
-    "stable": "stable: motion stays bounded",
-    "marginal": "marginal: motion grows by powers of the time",
-    "unstable": "unstable: motion grows exponentially",
-}
-
-
-@dataclass(frozen=True, slots=True)
-class _Results:
-    """What was found of the system of a document; None for what was not asked, or not searched for.
-
-    The derivation is on the branch of the velocities that the orbit is on, if there is one.
-    """
-
-    document: Document
-    branches: Sequence[Branch]
-    intervals: Sequence[Interval]
-    derivation: Derivation
-    invariants: tuple[Expr, ...] | None
-    orbit: OrbitSolution | None
-    transform: TransformedSystem | None
-    oscillations: Oscillations | None
-    initial: InitialState | None
 
 
 def run(
@@ -95,7 +44,7 @@ def run(
     Further conserved quantities are searched for where that is quick, or `invariants` are asked for. An orbit
     that needs more than `max_steps` is refused.
     """
-    found = _results(document, invariants, progress, max_steps)
+    found = find(document, invariants, progress, max_steps)
     derivation, system = found.derivation, found.derivation.system
     phase = derivation.phase
     definitions = None if derivation.momenta is None else derivation.momenta.definitions
@@ -113,7 +62,7 @@ def run(
         *_expressions("velocity_solutions", derivation.velocity_names, derivation.velocities),
         _expression("hamiltonian", derivation.hamiltonian),
         *_expressions("equations", phase.names, derivation.equations, dots),
-        *_linear_equations(found),
+        *linear_equations.fields(document, derivation),
         told("hamilton", "cyclic", list(cyclic), words=", ".join(cyclic) or "none"),
         told("hamilton", "conserved", conserved, words=", ".join(conserved) or "nothing found"),
         Field("explicit_time", derivation.explicit_time),
@@ -131,8 +80,7 @@ def run(
         *_orbit_quality(found),
     ]
     tables = [*_branch_table(found), *modes.tables(found.oscillations), *_orbit_table(found)]
-    if not document.exact_results and DECIMAL.search(repr(document.system)):
-        fields = [replace(entry, value=_in_decimals(entry.value)) for entry in fields]
+    fields = as_typed(fields, document)
     working: list[Step] = []
     if steps:
         from rigidcli.studies.hamilton.steps import hamilton_steps
@@ -154,81 +102,6 @@ def run(
     from rigidcli.studies.hamilton.program import program_of
 
     return replace(result, program=program_of(document, result.name, derivation, found.initial, found.orbit))
-
-
-def _in_decimals(value: Value) -> Value:
-    """Exact expressions written with decimals, and all else as it is."""
-    match value:
-        case Expr():
-            return value.in_decimals()
-        case list():
-            return [_in_decimals(entry) for entry in value]
-        case dict():
-            return {key: _in_decimals(entry) for key, entry in value.items()}
-        case np.ndarray() if value.dtype == object:
-            return np.array([_in_decimals(entry) for entry in value.flat], dtype=object).reshape(value.shape)
-        case _:
-            return value
-
-
-def _results(
-    document: Document,
-    invariants: bool,
-    progress: Callable[[float], None] | None,
-    max_steps: int | None,
-) -> _Results:
-    """Everything that the report tells; what the document does not ask is not imported."""
-    derivation = derive(document)
-    branches, orbit, transform, small, initial = derivation.branches, None, None, None, None
-    intervals = _intervals(document, derivation)
-    if document.equilibrium is not None:
-        from rigidcli.studies.hamilton.oscillations import oscillations
-
-        small = oscillations(document, document.equilibrium, derivation)
-    if document.orbit is None:
-        searched = _searched(derivation, invariants)
-    else:
-        from rigidcli.studies.hamilton.initial import initial_state
-        from rigidcli.studies.hamilton.orbit import solve_orbit
-
-        require_values(document, "an orbit")
-        require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
-        derivation, initial = initial_state(document, document.orbit, derivation)
-        searched = _searched(derivation, invariants)
-        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, max_steps)
-    if document.transform is not None:
-        from rigidcli.studies.hamilton.transform import transformed
-
-        transform = transformed(document, document.transform, derivation)
-    return _Results(document, branches, intervals, derivation, searched, orbit, transform, small, initial)
-
-
-def _intervals(document: Document, derivation: Derivation) -> list[Interval]:
-    """The branches of one velocity by numbers, where they have no closed form and are everywhere the same."""
-    values = {name: float(value) for name, value in document.values.items()}
-    names = derivation.velocity_names
-    if derivation.momenta is None or derivation.branches or len(names) > 1:
-        return []
-    if not derivation.momenta.definitions[0].names <= {*names, *values}:
-        return []
-    from rigidcli.studies.hamilton.velocity_branches import intervals
-
-    found = intervals(derivation, values)
-    return found if 1 < len(found) <= MOST_BRANCHES else []
-
-
-def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
-    """Conserved quantities besides H and the momenta of cyclic coordinates; None if not searched for."""
-    hamiltonian = derivation.hamiltonian
-    if derivation.is_forced:
-        return None
-    if len(derivation.phase.coordinates) == 1:
-        return ()
-    if hamiltonian is None or not (asked or len(hamiltonian.key) <= QUICK):
-        return None
-    from rigidcli.symbolic.invariants.search import conserved_quantities
-
-    return conserved_quantities(hamiltonian, derivation.phase, [symbol(f"p_{q}") for q in derivation.cyclic])
 
 
 def _expression(key: str, e: Expr | None) -> Field:
@@ -255,62 +128,6 @@ def _expressions(
     ]
 
 
-def _linear_equations(found: _Results) -> list[Field]:
-    """The matrix of linear equations, and its eigenvalues."""
-    equations, names = found.derivation.equations, found.derivation.phase.names
-    parts = None
-    with suppress(ExpressionError):
-        parts = None if equations is None else linear(equations, names)
-    if parts is None:
-        return [Field(key, None) for key in ("matrix", "offset", *SPECTRUM)]
-    matrix, offset = parts
-    shift = " + b" if any(not e.is_zero for e in offset) else ""
-    title = f"A of z' = A z{shift}, z = ({', '.join(names)})"
-    is_small = len(names) <= MOST_COLUMNS
-    fields = [
-        Field("matrix", np.array(matrix, dtype=object), title if is_small else "", "A"),
-        Field("offset", np.array(offset, dtype=object), "b" if shift and is_small else "", r"\mathbf{b}"),
-    ]
-    spectrum = _spectrum(matrix, offset, found.document)
-    if spectrum is None:
-        return [*fields, *(Field(key, None) for key in SPECTRUM)]
-    numeric = all(isinstance(f, float) for f in spectrum.frequencies)
-    frequencies = np.array(spectrum.frequencies, dtype=float if numeric else object)
-    changes = {} if len(frequencies) else {"title": ""}
-    driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
-    words = STABILITY[spectrum.stability] + driven
-    return [
-        *fields,
-        Field("eigenvalues", [{"re": re, "im": im} for re, im in spectrum.eigenvalues]),
-        told("hamilton", "frequencies", frequencies, unit="rad/s" if numeric else "", **changes),
-        told("hamilton", "stability", spectrum.stability, words=words),
-    ]
-
-
-def _spectrum(
-    matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr], document: Document
-) -> Spectrum | None:
-    """Of numbers where all parameters have values, else of what symbols allow."""
-    from rigidcli.symbolic.mechanics.spectrum import drifts, numeric_spectrum, symbolic_spectrum
-
-    known = known_values(document)
-    used = {name for row in matrix for e in row for name in e.names}
-    if TIME in used:
-        return None
-    if used <= known.keys() and not document.exact_results:
-        try:
-            matrix = [[substitute(e, known) for e in row] for row in matrix]
-            found = numeric_spectrum(matrix)
-        except ExpressionError:
-            return None
-    else:
-        found = symbolic_spectrum(matrix, known)
-    is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
-    if found is None or found.stability != "stable" or not is_shifted or not drifts(matrix, offset):
-        return found
-    return replace(found, stability="marginal")
-
-
 def _is_energy(derivation: Derivation) -> Field:
     """Whether H is T + V, and else by how much it is not."""
     excess = derivation.energy_excess
@@ -319,7 +136,7 @@ def _is_energy(derivation: Derivation) -> Field:
     return told("hamilton", "h_equals_energy", same, words=f"{TRUTH[same]}{differ}")
 
 
-def _invariants(found: _Results) -> list[Field]:
+def _invariants(found: Found) -> list[Field]:
     """The conserved quantities that were found by searching."""
     invariants = None if found.invariants is None else list(found.invariants)
     titles = [{}, *len(invariants or ()) * [{"title": " "}]]
@@ -330,7 +147,7 @@ def _invariants(found: _Results) -> list[Field]:
     return [Field("invariants", invariants), *shown]
 
 
-def _transform(found: _Results) -> list[Field]:
+def _transform(found: Found) -> list[Field]:
     """Whether a change of variables is canonical, and H and its equations in the new ones."""
     transform = found.transform
     if transform is None:
@@ -348,7 +165,7 @@ def _transform(found: _Results) -> list[Field]:
     ]
 
 
-def _orbit_quality(found: _Results) -> list[Field]:
+def _orbit_quality(found: Found) -> list[Field]:
     """How well the orbit was followed."""
     orbit = found.orbit
     if orbit is None:
@@ -373,7 +190,7 @@ def _orbit_quality(found: _Results) -> list[Field]:
     ]
 
 
-def _branch_table(found: _Results) -> list[Table]:
+def _branch_table(found: Found) -> list[Table]:
     """The ways back from the momenta, where there are several."""
     branches, names = found.branches, found.derivation.velocity_names
     if len(branches) < 2 and not found.intervals:
@@ -392,7 +209,7 @@ def _branch_table(found: _Results) -> list[Table]:
     return [Table("branches", "several velocities have the same momenta", tuple(columns), records=True)]
 
 
-def _orbit_table(found: _Results) -> list[Table]:
+def _orbit_table(found: Found) -> list[Table]:
     """The samples of the orbit."""
     orbit, phase = found.orbit, found.derivation.phase
     if orbit is None:
@@ -416,7 +233,7 @@ def _orbit_table(found: _Results) -> list[Table]:
     return [Table("orbit", "the orbit", columns, data=True)]
 
 
-def _notes(found: _Results) -> list[str]:
+def _notes(found: Found) -> list[str]:
     """Remarks on the results."""
     derivation = found.derivation
     notes = [*derivation.notes, *(found.oscillations.notes if found.oscillations else ())]

@@ -1,0 +1,103 @@
+"""What is found of the system of a document: its derivation, and what the document asks for besides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from rigidcli.model.document import Document
+from rigidcli.studies.common import require_values
+from rigidcli.studies.hamilton.derivation import Derivation, derive
+from rigidcli.studies.hamilton.system import require_formulas
+from rigidcli.symbolic.algebra.expressions import Expr, symbol
+from rigidcli.symbolic.mechanics.legendre import MOST_BRANCHES
+from rigidcli.symbolic.mechanics.velocity_inversion import Branch
+
+if TYPE_CHECKING:
+    from rigidcli.studies.hamilton.initial import InitialState
+    from rigidcli.studies.hamilton.orbit import OrbitSolution
+    from rigidcli.studies.hamilton.oscillations import Oscillations
+    from rigidcli.studies.hamilton.transform import TransformedSystem
+    from rigidcli.studies.hamilton.velocity_branches import Interval
+
+QUICK = 160
+"""The longest key of an H whose conserved quantities are searched for unasked, as that takes little time."""
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """What was found of the system of a document; None for what was not asked, or not searched for.
+
+    The derivation is on the branch of the velocities that the orbit is on, if there is one.
+    """
+
+    document: Document
+    branches: Sequence[Branch]
+    intervals: Sequence[Interval]
+    derivation: Derivation
+    invariants: tuple[Expr, ...] | None
+    orbit: OrbitSolution | None
+    transform: TransformedSystem | None
+    oscillations: Oscillations | None
+    initial: InitialState | None
+
+
+def find(
+    document: Document,
+    invariants: bool,
+    progress: Callable[[float], None] | None,
+    max_steps: int | None,
+) -> Found:
+    """Derive, search and follow what a document asks for; what it does not ask is not imported."""
+    derivation = derive(document)
+    branches, orbit, transform, small, initial = derivation.branches, None, None, None, None
+    intervals = _intervals(document, derivation)
+    if document.equilibrium is not None:
+        from rigidcli.studies.hamilton.oscillations import oscillations
+
+        small = oscillations(document, document.equilibrium, derivation)
+    if document.orbit is None:
+        searched = _searched(derivation, invariants)
+    else:
+        from rigidcli.studies.hamilton.initial import initial_state
+        from rigidcli.studies.hamilton.orbit import solve_orbit
+
+        require_values(document, "an orbit")
+        require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
+        derivation, initial = initial_state(document, document.orbit, derivation)
+        searched = _searched(derivation, invariants)
+        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, max_steps)
+    if document.transform is not None:
+        from rigidcli.studies.hamilton.transform import transformed
+
+        transform = transformed(document, document.transform, derivation)
+    return Found(document, branches, intervals, derivation, searched, orbit, transform, small, initial)
+
+
+def _intervals(document: Document, derivation: Derivation) -> list[Interval]:
+    """The branches of one velocity by numbers, where they have no closed form and are everywhere the same."""
+    values = {name: float(value) for name, value in document.values.items()}
+    names = derivation.velocity_names
+    if derivation.momenta is None or derivation.branches or len(names) > 1:
+        return []
+    if not derivation.momenta.definitions[0].names <= {*names, *values}:
+        return []
+    from rigidcli.studies.hamilton.velocity_branches import intervals
+
+    found = intervals(derivation, values)
+    return found if 1 < len(found) <= MOST_BRANCHES else []
+
+
+def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
+    """Conserved quantities besides H and the momenta of cyclic coordinates; None if not searched for."""
+    hamiltonian = derivation.hamiltonian
+    if derivation.is_forced:
+        return None
+    if len(derivation.phase.coordinates) == 1:
+        return ()
+    if hamiltonian is None or not (asked or len(hamiltonian.key) <= QUICK):
+        return None
+    from rigidcli.symbolic.invariants.search import conserved_quantities
+
+    return conserved_quantities(hamiltonian, derivation.phase, [symbol(f"p_{q}") for q in derivation.cyclic])

@@ -1,0 +1,91 @@
+"""What `hamilton` tells of linear equations of motion: their matrix, its eigenvalues, and the stability."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigidcli.errors import ExpressionError
+from rigidcli.model.document import Document
+from rigidcli.report import Field
+from rigidcli.studies.hamilton.derivation import TIME, Derivation
+from rigidcli.studies.hamilton.system import known_values
+from rigidcli.studies.results import told
+from rigidcli.symbolic.algebra.calculus import substitute
+from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.mechanics.hamilton_equations import linear
+
+if TYPE_CHECKING:
+    from rigidcli.symbolic.mechanics.spectrum import Spectrum
+
+MOST_COLUMNS = 8
+"""The widest matrix that people are shown: a terminal has room for no more."""
+
+SPECTRUM = ("eigenvalues", "frequencies", "stability")
+"""The keys of what the matrix of linear equations tells."""
+
+STABILITY = {
+    "stable": "stable: motion stays bounded",
+    "marginal": "marginal: motion grows by powers of the time",
+    "unstable": "unstable: motion grows exponentially",
+}
+
+
+def fields(document: Document, derivation: Derivation) -> list[Field]:
+    """The matrix of linear equations, and its eigenvalues."""
+    equations, names = derivation.equations, derivation.phase.names
+    parts = None
+    with suppress(ExpressionError):
+        parts = None if equations is None else linear(equations, names)
+    if parts is None:
+        return [Field(key, None) for key in ("matrix", "offset", *SPECTRUM)]
+    matrix, offset = parts
+    shift = " + b" if any(not e.is_zero for e in offset) else ""
+    title = f"A of z' = A z{shift}, z = ({', '.join(names)})"
+    is_small = len(names) <= MOST_COLUMNS
+    told_so_far = [
+        Field("matrix", np.array(matrix, dtype=object), title if is_small else "", "A"),
+        Field("offset", np.array(offset, dtype=object), "b" if shift and is_small else "", r"\mathbf{b}"),
+    ]
+    spectrum = _spectrum(matrix, offset, document)
+    if spectrum is None:
+        return [*told_so_far, *(Field(key, None) for key in SPECTRUM)]
+    numeric = all(isinstance(f, float) for f in spectrum.frequencies)
+    frequencies = np.array(spectrum.frequencies, dtype=float if numeric else object)
+    changes = {} if len(frequencies) else {"title": ""}
+    driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
+    words = STABILITY[spectrum.stability] + driven
+    return [
+        *told_so_far,
+        Field("eigenvalues", [{"re": re, "im": im} for re, im in spectrum.eigenvalues]),
+        told("hamilton", "frequencies", frequencies, unit="rad/s" if numeric else "", **changes),
+        told("hamilton", "stability", spectrum.stability, words=words),
+    ]
+
+
+def _spectrum(
+    matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr], document: Document
+) -> Spectrum | None:
+    """Of numbers where all parameters have values, else of what symbols allow."""
+    from rigidcli.symbolic.mechanics.spectrum import drifts, numeric_spectrum, symbolic_spectrum
+
+    known = known_values(document)
+    used = {name for row in matrix for e in row for name in e.names}
+    if TIME in used:
+        return None
+    if used <= known.keys() and not document.exact_results:
+        try:
+            matrix = [[substitute(e, known) for e in row] for row in matrix]
+            found = numeric_spectrum(matrix)
+        except ExpressionError:
+            return None
+    else:
+        found = symbolic_spectrum(matrix, known)
+    is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
+    if found is None or found.stability != "stable" or not is_shifted or not drifts(matrix, offset):
+        return found
+    return replace(found, stability="marginal")
