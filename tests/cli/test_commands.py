@@ -621,7 +621,7 @@ def test_version() -> None:
 
 @pytest.mark.parametrize(
     ("words", "expected"),
-    [("rigidcli ax", b"axes"), ("rigidcli axes -f j", b"json"), ("rigidcli new sym", b"symbols")],
+    [("rigidcli ax", b"axes"), ("rigidcli axes -f js", b"json"), ("rigidcli new sym", b"symbols")],
 )
 def test_shell_completion(words: str, expected: bytes, tmp_path: Path) -> None:
     script = tmp_path / "rigidcli"  # as pip installs it: completion goes by the name of the program
