@@ -7,6 +7,7 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import mpmath
 import numpy as np
 import pytest
 import scipy.linalg
@@ -430,3 +431,36 @@ def test_lengths_of_atoms_beside_angles() -> None:
         assert mode["rate"] == pytest.approx(math.sqrt(squares[place] * 10 / 1e-15))
         ratio = vectors[1, place] / vectors[0, place] * 1e-15
         assert mode["vector"] == pytest.approx([1, ratio], rel=1e-12, abs=0)
+
+
+@pytest.mark.parametrize("size", [2, 3, 4])
+@pytest.mark.parametrize("turning", [False, True], ids=["natural", "gyroscopic"])
+def test_random_modes_against_thirty_digits(size: int, turning: bool) -> None:
+    chance = np.random.default_rng(10 * size + turning)
+    half = chance.integers(-3, 4, (size, size))
+    masses, springs = half @ half.T + 2 * np.eye(size, dtype=int), np.diag(chance.integers(1, 9, size))
+    turns = chance.integers(-2, 3, (size, size)) * turning
+    turns = turns - turns.T
+    names = [f"q{k}" for k in range(size)]
+    rates = [f"{name}dot" for name in names]
+    lagrangian = " + ".join(
+        f"({masses[i, j]})*{rates[i]}*{rates[j]}/2 - ({springs[i, j]})*{names[i]}*{names[j]}/2"
+        f" + ({turns[i, j]})*{rates[i]}*{names[j]}/2"
+        for i in range(size)
+        for j in range(size)
+    )
+    system = {"coordinates": names, "lagrangian": lagrangian}
+    modes = rigidcli.hamilton({"system": system, "equilibrium": dict.fromkeys(names, 0)})["modes"]
+    with mpmath.workdps(30):
+        # d/dt(M q' + G q/2) + K q - G^T q'/2 = 0, as a system of first order.
+        inverse = mpmath.matrix(masses.tolist()) ** -1
+        matrix = mpmath.zeros(2 * size)
+        stiff, drag = inverse * mpmath.matrix(springs.tolist()), inverse * mpmath.matrix(turns.tolist())
+        for i in range(size):
+            matrix[i, size + i] = 1
+            for j in range(size):
+                matrix[size + i, j], matrix[size + i, size + j] = -stiff[i, j], -drag[i, j]
+        values, _ = mpmath.eig(matrix)
+        expected = sorted(float(value.imag) for value in values if value.imag > 0)
+    assert [float(mode["rate"]) for mode in modes] == pytest.approx(expected, rel=1e-13)
+    assert all(mode["stable"] for mode in modes)
