@@ -64,15 +64,9 @@ def find_slip(text: str, error: Any) -> Slip | None:
 
 def _in_brackets(lines: list[str], line: int, column: int) -> Slip:
     """The slip within brackets: one that is not closed, or a comma that is missing."""
-    opened: list[tuple[int, int]] = []
-    for number, text in enumerate(lines):
-        for place, sign in enumerate(_QUOTED.sub(lambda found: " " * len(found[0]), text)):
-            if sign in _PAIRS:
-                opened.append((number, place))
-            elif sign in _PAIRS.values() and opened:
-                opened.pop()
-    if opened:
-        number, place = opened[-1]
+    unclosed = _unclosed(lines)
+    if unclosed is not None:
+        number, place = unclosed
         sign = lines[number][place]
         hint = f"close the bracket by `{_PAIRS[sign]}`"
         return Slip(number + 1, place + 1, f"this `{sign}` is not closed", hint)
@@ -80,6 +74,21 @@ def _in_brackets(lines: list[str], line: int, column: int) -> Slip:
     start = column if before is None or lines[line][column : column + 1] != ":" else before.start()
     hint = "entries are separated by commas, as in `{a: 1, b: 2}`"
     return Slip(line + 1, start + 1, "expected a comma, or the end of this list or mapping", hint)
+
+
+def _unclosed(lines: list[str]) -> tuple[int, int] | None:
+    """Line and column of a bracket that another closing bracket meets, or none at all; None without one."""
+    opened: list[tuple[int, int]] = []
+    for number, text in enumerate(lines):
+        for place, sign in enumerate(_QUOTED.sub(lambda found: " " * len(found[0]), text)):
+            if sign in _PAIRS:
+                opened.append((number, place))
+            elif sign in _PAIRS.values() and opened:
+                line, column = opened[-1]
+                if _PAIRS[lines[line][column]] != sign:
+                    return opened[-1]
+                opened.pop()
+    return opened[-1] if opened else None
 
 
 def _on_a_line(lines: list[str], noticed: int, column: int) -> Slip | None:

@@ -295,6 +295,7 @@ SLIPS = [
     ("body:\n  parts:\n    - shape: cube\n      side: 1\n     mass: 1\n", 5, "mass", "or 6 blanks"),
     ("body:\n  parts:\n    - shape: cube\n    side: 1\n", 4, "side", "or 6 blanks"),
     ("body: {shape: cube, side: 1\nmotion:\n  omega: [0, 0, 1]\n", 1, "{", "close the bracket by `}`"),
+    ("body: {shape: box, size: [1, 2, 3, mass: 1}\n", 1, "[1", "close the bracket by `]`"),
     (
         "name: x\nbody:\n  shape: box\n  size: [1, 2, 3\n  mass: 2\nabout: com\n",
         4,
