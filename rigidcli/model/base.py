@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass
 from decimal import Decimal
 from importlib import import_module
@@ -151,7 +152,8 @@ class Reader:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
-        return self.json_schema()
+        # pydantic adds defaults to what it gets, which is not for other fields of the same kind.
+        return deepcopy(self.json_schema())
 
 
 @dataclass(frozen=True, eq=False)
@@ -337,7 +339,7 @@ class Alternative:
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
     ) -> JsonSchemaValue:
-        return {"anyOf": [self.schema, handler(schema)]}
+        return {"anyOf": [deepcopy(self.schema), handler(schema)]}
 
 
 def by_key(forms: Mapping[str, type[Section]], example: str = "") -> Choice:
