@@ -1,0 +1,37 @@
+"""The frame of every page: a head without a network, the style of the house, and what stands between."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from html import escape
+from pathlib import Path
+
+from rigidcli.errors import printable
+
+_POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:"
+"""What a page may load (a Content Security Policy): what stands in it, and nothing from anywhere else."""
+
+
+def page(title: str, body: Iterable[str], scripts: Iterable[str] = ()) -> Iterator[str]:
+    """A whole page, piece by piece: a title, which is text, a `body` of HTML, and `scripts` of this house."""
+    yield (
+        "<!DOCTYPE html>\n"
+        '<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>{text(title)}</title>\n<style>\n{resource('page.css')}</style>\n</head>\n<body>\n"
+    )
+    yield from body
+    for script in scripts:
+        yield f"<script>\n{script}</script>\n"
+    yield "</body>\n</html>\n"
+
+
+def text(words: str) -> str:
+    """Words of a document or an answer, which stay text in HTML, also between quotation marks."""
+    return escape(printable(words))
+
+
+def resource(name: str) -> str:
+    """A style sheet or script of this package."""
+    return (Path(__file__).parent / name).read_text("utf-8")
