@@ -52,7 +52,7 @@ def integrate(
     name: str = "the solution",
     most_steps: int | None = None,
     like: Solution | None = None,
-    terms: Flow | None = None,
+    roundings: Flow | None = None,
 ) -> Solution:
     """Solve y' = f(t, y), y(t0) = `start` (n), over the span (t0, t1), where t1 may come before t0.
 
@@ -64,7 +64,7 @@ def integrate(
     flow, and will pay. This depends on numbers of steps alone, never on the clock, so
     that the same problem has the same result. `progress` is given the fraction done, a few times a second.
     With another solution of the problem that it is `like`, its engine is taken, and its sizes of variables.
-    `terms` is what the flow would be if no terms of it could cancel: in it, rounding errors are small.
+    `roundings` are the rounding errors of the flow, in units of those of one operation.
 
     Raises:
         Stopped: the solution, called `name` in the message, does not reach t1.
@@ -101,8 +101,8 @@ def integrate(
     least = None if like is None else like.sizes
     if least is None:
         least = runge_kutta.least_sizes(f, t0, y0.tolist(), t1, sizes)
-    sizes_of_terms = terms and terms(math)
-    steps = runge_kutta.march(f, times, states, t1, least=least, terms=sizes_of_terms, **common)
+    errors = roundings and roundings(math)
+    steps = runge_kutta.march(f, times, states, t1, least=least, roundings=errors, **common)
     if engine == "taylor":
         with suppress(ComputationError):
             next(steps, None)
@@ -119,8 +119,11 @@ def integrate(
                     return compiled()
     knots, path = np.frombuffer(times), np.frombuffer(states).reshape(len(times), -1)
 
-    follow = runge_kutta.follower(f, tolerance=tolerance, blocks=sizes, name=name)
-    sample = runge_kutta.sampler(flow, knots, path, follow)
+    if like is None:
+        follow = runge_kutta.follower(f, tolerance=tolerance, blocks=sizes, name=name)
+        sample = runge_kutta.sampler(flow, knots, path, follow)
+    else:
+        sample = runge_kutta.single_sampler(f, knots, path, sizes)
     taken = len(times) - 1
     return Solution(taken, dormand_prince.METHOD, "runge-kutta", tolerance, knots, sample, least)
 

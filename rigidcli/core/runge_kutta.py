@@ -93,6 +93,9 @@ MOVES = (-5 * ROUNDING, -3 * ROUNDING, 3 * ROUNDING, 5 * ROUNDING)
 AHEAD = 4.0
 """How far rounding errors are looked for, in units of the step, as steps may get longer."""
 
+ANY_ERROR = 1e100
+"""A tolerance with which every step is good, and errors are still in the range of floats."""
+
 BLOCK = 32_768
 """Floats of the states that are sampled at once, so that the arrays of the stages stay in the cache."""
 
@@ -174,13 +177,13 @@ def march(
     name: str,
     least: State | None = None,
     most: int = MOST_STEPS,
-    terms: Function | None = None,
+    roundings: Function | None = None,
 ) -> Iterator[float]:
     """Go on from the last of `times` and `states` to `end`, and append each step to them.
 
     Every `ROUND` steps it yields the time that it has reached. `least` has for each block the size to which
-    its error is relative at least; by default those of `least_sizes`. `terms` tells what f would be if no
-    terms of it could cancel: with it, steps do not get short in the rounding errors of small differences.
+    its error is relative at least; by default those of `least_sizes`. `roundings` tells the rounding errors
+    of f, in units of those of one operation: with it, steps do not get short in those of small differences.
 
     Raises:
         Stopped: there is no solution as far as `end`.
@@ -196,7 +199,8 @@ def march(
     h = span / 1000
     failures = taken = jumps = 0
     regular = True
-    floor = floors(f, t, y, k, regular, blocks, tolerance, terms, AHEAD * h)
+    reach = AHEAD * h
+    floor = floors(f, t, y, k, regular, blocks, tolerance, roundings, reach)
     least = least_sizes(f, t, y, end, blocks) if least is None else least
     most = min(most, MOST_NUMBERS // count)
     while t != end:
@@ -232,13 +236,16 @@ def march(
             if not taken % ROUND:
                 if hopeless(times, taken, end, most):
                     raise TooManySteps(name, taken, t, end, most)
-                floor = floors(f, t, y, k, regular, blocks, tolerance, terms, AHEAD * h)
                 yield t
+            if abs(h) > abs(reach) or not taken % ROUND:
+                reach = AHEAD * h
+                floor = floors(f, t, y, k, regular, blocks, tolerance, roundings, reach)
         else:
             failures += 1
             h *= max(MOST_SHRINKAGE, SAFETY * error**-0.125) if error < math.inf else 0.25
             if failures == STALLED:
-                floor = floors(f, t, y, k, regular, blocks, tolerance, terms, AHEAD * h)
+                reach = AHEAD * h
+                floor = floors(f, t, y, k, regular, blocks, tolerance, roundings, reach)
 
 
 def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, ...]) -> State:
@@ -291,20 +298,20 @@ def floors(
     regular: bool,
     blocks: Sequence[int],
     tolerance: float,
-    terms: Function | None = None,
+    roundings: Function | None = None,
     reach: float = 0.0,
 ) -> tuple[float, ...]:
     """For each block, the size of f below which a step need not follow it to `tolerance`.
 
     That is where rounding errors are all there is, as they are in a body that rests in
     equilibrium. They show when the arguments of f move by a few ulps, each pair of them together in one try
-    and against each other in another; and in the size of the `terms` of f, where those of one variable get
+    and against each other in another; and in the `roundings` of f, where those of one variable get
     into another one within a time `reach`. Where steps are no longer `regular`, slopes bound them.
     """
     noise = [0.0] * len(y)
     with suppress(*NO_VALUE):
-        if terms is not None:
-            noise = [ROUNDING * size for size in terms(t, *y)]
+        if roundings is not None:
+            noise = [ROUNDING * size for size in roundings(t, *y)]
             other = f(t, *(value + reach * error for value, error in zip(y, noise, strict=True)))
             noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
     bits = range(max(1, (len(y) - 1).bit_length()))
@@ -373,6 +380,30 @@ def sampler(
                 y[:, lost] = follow(float(knots[before]), states[before].tolist(), float(part[lost]))
             result[start : start + block] = y.T
         return result
+
+    return sample
+
+
+def single_sampler(
+    f: Function, knots: Floats, states: Floats, blocks: tuple[int, ...]
+) -> Callable[[Floats], Floats]:
+    """What `sampler` gives, to rounding, by steps on floats, which are faster for a few times.
+
+    Where a step has no value, the state is NaN.
+    """
+    step, none, least = stepper(blocks), (0.0,) * len(blocks), (LEAST,) * len(blocks)
+    ahead = 1.0 if knots[-1] >= knots[0] else -1.0
+
+    def at(time: float, index: int) -> State:
+        t, y = float(knots[index]), states[index].tolist()
+        with suppress(*NO_VALUE):
+            return step(f, t, time - t, y, f(t, *y), none, least, ANY_ERROR)[1] if time != t else y
+        return (math.nan,) * len(y)
+
+    def sample(times: Floats) -> Floats:
+        index = np.searchsorted(ahead * knots, ahead * times, side="right") - 1
+        found = [at(*place) for place in zip(times.tolist(), index.tolist(), strict=True)]
+        return np.array(found).reshape(len(times), states.shape[1])
 
     return sample
 

@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 
 from rigidcli.model.load import loads
 from rigidcli.report import Report
@@ -126,3 +128,55 @@ def test_a_crude_orbit_is_compared_with_a_finer_one() -> None:
     found = orbit(*document)["orbit"]
     off = np.abs(np.array(found["q"]["x"]) - np.cos([0, 5, 9, 20])).max()
     assert -math.log10(off) - BELOW < found["trusted_digits"] < -math.log10(off) + ABOVE
+
+
+def past_the_pole(p_phi: str, times: list[float]) -> NDArray[np.float64]:
+    """phi, theta, psi of a top whose tip passes the vertical closely, by its axis n as a vector.
+
+    With unit moment across the axis and spin momentum 1, n'' = -|n'|^2 n + n x n' + F - n (n.F); the rate of
+    phi + psi is regular there.
+    """
+    p, force = float(p_phi), np.array([0.0, 0.0, 0.7])
+    start, fall = 0.5, -0.6
+    phi_dot = (p - math.cos(start)) / math.sin(start) ** 2
+    n = np.array([math.sin(start), 0, math.cos(start)])
+    v = np.array([math.cos(start) * fall, math.sin(start) * phi_dot, -math.sin(start) * fall])
+
+    def flow(_: float, y: NDArray[np.float64]) -> NDArray[np.float64]:
+        n, v = y[:3], y[3:6]
+        return np.array(
+            [*v, *(np.cross(n, v) - (v @ v) * n + force - n * (n @ force)), 2 + (p - n[2]) / (1 + n[2])]
+        )
+
+    y = solve_ivp(flow, (0, times[-1]), [*n, *v, 0], method="DOP853", rtol=3e-14, atol=1e-16, t_eval=times).y
+    phi = np.arctan2(y[1], y[0])
+    return np.column_stack([phi, np.arctan2(np.hypot(y[0], y[1]), y[2]), y[6] - phi])
+
+
+@pytest.mark.parametrize("tolerance", [1e-6, 1e-9, 1e-12, 1e-15])
+@pytest.mark.parametrize("p_phi", ["1.0001", "1.000001", "1.00000001", "1.00000000005", "0.99999999995"])
+def test_an_orbit_that_passes_a_pole_closely_turns_back_and_says_how_well(
+    p_phi: str, tolerance: float
+) -> None:
+    times = [0.0, 1.0, 2.0, 5.0]
+    document = {
+        "system": {
+            "coordinates": ["phi", "theta", "psi"],
+            "hamiltonian": "p_theta**2/2 + (p_phi - p_psi*cos(theta))**2/(2*sin(theta)**2)"
+            " + p_psi**2 - 0.7*cos(theta)",
+        },
+        "orbit": {
+            "initial": {"phi": 0, "theta": 0.5, "psi": 0, "p_phi": p_phi, "p_theta": -0.6, "p_psi": 1},
+            "times": times,
+            "tolerance": tolerance,
+        },
+    }
+    found = worked(document)["orbit"]
+    ours, true = np.column_stack([*found["q"].values()]), past_the_pole(p_phi, times)
+    turns = 2 * np.pi * np.round((ours[:, 0] - true[:, 0]) / (2 * np.pi))
+    true[:, 0] += turns
+    true[:, 2] -= turns
+    error = float((np.abs(ours - true) / np.abs(ours).max(axis=0)).max())
+    assert (ours[:, 1] > 0).all()
+    assert error < 1e-5
+    assert found["trusted_digits"] <= ABOVE - math.log10(error)

@@ -22,7 +22,7 @@ from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.language.elimination import Step, solved
-from rigidcli.symbolic.language.tree import Name, Node, insides, magnitude
+from rigidcli.symbolic.language.tree import Name, Node, insides, rounding
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
 
 ENERGY_CHANGE = ".energy_change"
@@ -36,13 +36,13 @@ No name of a document has a dot.
 class EquationsOfMotion:
     """What is integrated from where, and how its variables (k by m) at times (k) are `observed`.
 
-    That gives q and p (k by n each), H (k), and the terms of H (any number by k). `terms` is what the flow
-    would be if none of its terms could cancel. The `insides` of functions in the equations tell where
-    something narrow may be.
+    That gives q and p (k by n each), H (k), and the terms of H (any number by k). `roundings` are the
+    rounding errors of the flow, in units of those of one operation. The `insides` of functions in the
+    equations tell where something narrow may be.
     """
 
     flow: Flow
-    terms: Flow
+    roundings: Flow
     start: Floats
     insides: Flow
     observed: Callable[[Floats, Floats], tuple[Floats, Floats, Floats, Floats]]
@@ -105,11 +105,11 @@ def equations_of_motion(derivation: Derivation, initial: InitialState) -> Equati
         return states[:, :size], rows[:size].T, rows[size:].sum(axis=0), rows[size:]
 
     inner = sorted(set().union(*map(insides, [*slopes, *(node for _, node in steps)])), key=repr)
-    flow, sizes, quantities = (
+    flow, roundings, quantities = (
         code.function(nodes, arguments, initial.parameters, steps)
-        for nodes in (slopes, [magnitude(slope) for slope in slopes], inner)
+        for nodes in (slopes, [rounding(slope) for slope in slopes], inner)
     )
-    return EquationsOfMotion(flow, sizes, start, quantities, observed)
+    return EquationsOfMotion(flow, roundings, start, quantities, observed)
 
 
 def _hamilton(derivation: Derivation) -> Equations:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -79,7 +80,7 @@ def solve_orbit(
     memory.require(len(times), 2 + len(motion.start))
     tolerance = orbit.tolerance or DEFAULT_TOLERANCE
     follow = partial(
-        integrate.integrate, motion.flow, terms=motion.terms, name="the orbit", most_steps=max_steps
+        integrate.integrate, motion.flow, roundings=motion.roundings, name="the orbit", most_steps=max_steps
     )
     step = partial(follow, tolerance=tolerance, engine=orbit.method, progress=progress)
     span = (0.0, float(times[-1]))
@@ -100,6 +101,7 @@ def solve_orbit(
     coordinates, momenta, energy, terms = motion.observed(times, states)
     scale = np.abs(states[:, : 2 * len(initial.q)]).max(axis=0)
     scale[scale == 0] = 1.0
+    made = _made(solution, motion)
     error, lost = estimated_error(
         solution,
         tolerance,
@@ -108,11 +110,11 @@ def solve_orbit(
         representative(times),
         places.ravel(),
         integrate.CHEAPER[solution.engine],
+        made,
     )
-    slopes, sizes = (np.abs(columns(f, times, states)).max(axis=1) for f in (motion.flow, motion.terms))
-    # Both integrations share the rounding errors of slopes that are small differences of large terms.
-    cancelled = float((sizes[slopes > 0] / slopes[slopes > 0]).max(initial=0.0))
-    rounding = ROUNDING * solution.steps**0.5 * max(1.0, cancelled)
+    rounding = math.hypot(
+        ROUNDING * math.sqrt(solution.steps), (np.linalg.norm(made, axis=0)[: len(scale)] / scale).max()
+    )
     gained = states[:, -1] if derivation.energy_changes else np.zeros(len(times))
     drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms)}
     for name in derivation.conserved_momenta:
@@ -137,6 +139,26 @@ def solve_orbit(
         lost,
         float(narrow[0].mean()) if len(narrow) else None,
     )
+
+
+def _made(solution: integrate.Solution, motion: EquationsOfMotion) -> Floats:
+    """The errors that the rounding of slopes makes in the variables (n) in each step (steps by n).
+
+    There are two bounds: step by step, added up as in a random walk, and the largest error of a slope beside
+    the largest slope. The first is small where steps that pass closely by a pole are large for a moment, the
+    second where terms cancel exactly, far from a wall.
+    """
+    knots, states = solution.knots, solution.sample(solution.knots)
+    slopes, errors = (
+        np.abs(np.nan_to_num(columns(f, knots, states))) for f in (motion.flow, motion.roundings)
+    )
+    walked = ROUNDING * errors[:, 1:] * np.abs(np.diff(knots))
+    total, largest = np.linalg.norm(walked, axis=1), slopes.max(axis=1)
+    beside = np.divide(errors.max(axis=1), largest, out=np.zeros_like(largest), where=largest > 0)
+    most = ROUNDING * math.sqrt(solution.steps) * beside * np.abs(states).max(axis=0)
+    share = np.divide(most, total, out=np.zeros_like(total), where=total > 0)
+    made: Floats = (walked * np.minimum(share, 1.0)[:, None]).T
+    return made
 
 
 def _require_regular(

@@ -169,7 +169,7 @@ def rebuilt(node: Node, change: Callable[[Node], Node]) -> Node:
 
 
 def insides(node: Node) -> set[Node]:
-    """The arguments of functions in a tree, the sums that it divides by, and the bases of powers above 16.
+    """The arguments of functions in a tree, what it divides by, and the bases of powers above 16.
 
     Where one of them passes zero, or is largest or smallest, something narrow may be: a peak, a kink, a wall.
     Sines, cosines and low powers have nothing narrow of their own.
@@ -180,14 +180,21 @@ def insides(node: Node) -> set[Node]:
         match node:
             case Call(function, arguments) if function not in ("sin", "cos"):
                 found.update(arguments)
-            case Reciprocal(Power(Sum() as base, _)) | Reciprocal(Sum() as base):
-                found.add(base)
+            case Reciprocal(Product(factors)):
+                found.update(map(_base, factors))
+            case Reciprocal(divisor):
+                found.add(_base(divisor))
             case Power(base, exponent) if not (isinstance(exponent, Number) and exponent.value in range(17)):
                 found.add(base)
         return rebuilt(node, walk)
 
     walk(node)
     return found
+
+
+def _base(node: Node) -> Node:
+    """What a power is one of, or the node itself."""
+    return node.base if isinstance(node, Power) else node
 
 
 def number(value: float) -> Node:
@@ -210,22 +217,37 @@ def bound(node: Node, values: Mapping[str, Node]) -> Node:
     return rebuilt(node, lambda operand: bound(operand, values))
 
 
-def magnitude(node: Node) -> Node:
-    """The value that a tree would have if none of its terms were negative.
+def rounding(node: Node) -> Node:
+    """The rounding error of a tree to first order, in units of that of one operation.
 
-    In units of it, rounding errors are small, also where the terms nearly cancel.
+    What is to be added is rounded before, and each product, quotient and power when it is made. So the error
+    is large beside a sum whose terms nearly cancel, and is passed on by what is made of that sum.
     """
     match node:
-        case Number() | Constant():
-            return node
         case Negative(operand):
-            return magnitude(operand)
-        case Sum() | Product():
-            return rebuilt(node, magnitude)
-        case Power(base, Number() as exponent):
-            return Power(magnitude(base), exponent)
+            return rounding(operand)
+        case Sum(terms):
+            return sum((rounding(term) + size(term) for term in terms), ZERO)
+        case Product(factors):
+            sizes = [size(factor) for factor in factors]
+            passed_on = (
+                math.prod([*sizes[:i], *sizes[i + 1 :]], start=rounding(factor))
+                for i, factor in enumerate(factors)
+            )
+            return sum(passed_on, size(node))
+        case Reciprocal(operand):
+            return rounding(operand) * size(node) * size(node) + size(node)
+        case Power(base, Number(_, value) as exponent):
+            return rounding(base) * size(exponent) * size(Power(base, number(value - 1))) + size(node)
+        case Call() | Power():
+            return size(node)
         case _:
-            return Call("abs", (node,))
+            return ZERO
+
+
+def size(node: Node) -> Node:
+    """The absolute value of a tree."""
+    return node if isinstance(node, Constant) else Call("abs", (node,))
 
 
 def _sign(x: float) -> float:
