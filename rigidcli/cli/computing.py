@@ -276,6 +276,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                             pictured.extend([report] if picture else [])
                             yield in_units(report, wanted) if wanted else report
                     done()
+            failures.end()
 
         with failures.of(output or ""), Output(output) as target:
             target.protect(*(file for file in files if file != "-"))

@@ -42,10 +42,11 @@ def is_file(path: str) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class Failure:
-    """What the user is told of an error, and its exit code."""
+    """What the user is told of an error, its exit code, and in a sweep the `place` where it occurred."""
 
     text: str
     code: int
+    place: str = ""
 
 
 def failure(error: RigidError | MemoryError, source: str) -> Failure:
@@ -65,11 +66,24 @@ class Failures:
 
     def __init__(self) -> None:
         self.code = 0
+        self._last = ""
+        self._again = 0
 
     def tell(self, failure: Failure) -> None:
-        """Report a failure."""
-        complain(failure.text)
+        """Report a failure; the same one at the next places of a sweep is only counted."""
         self.code = max(self.code, failure.code)
+        if failure.place and failure.text == self._last:
+            self._again += 1
+            return
+        self.end()
+        self._last = failure.text
+        complain(f"at {failure.place}: {failure.text}" if failure.place else failure.text)
+
+    def end(self) -> None:
+        """Report how often the last failure occurred again."""
+        if self._again:
+            complain(f"the same at {self._again:,} more value{'s' * (self._again != 1)}")
+        self._last, self._again = "", 0
 
     @contextlib.contextmanager
     def of(self, source: str) -> Iterator[None]:

@@ -136,8 +136,7 @@ def _at_point(task: Task, draft: Draft, sweep: Sweep, place: int) -> Answer:
     answer = _answer(task.work, draft.source, lambda: draft.document(settings), None)
     found = answer.found
     if isinstance(found, Failure):
-        text = f"at {', '.join(settings)}: {found.text}"
-        return replace(answer, found=replace(found, text=text))
+        return replace(answer, found=replace(found, place=", ".join(settings)))
     units = {entry.key: entry.unit for entry in found.fields}
     swept = [
         Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
