@@ -47,12 +47,16 @@ class ComputationError(RigidError):
     """The document is fine, but what was asked cannot be computed."""
 
 
+UNKNOWN = "unknown_key"
+"""The code of a problem with a place that no document has, whatever stands there."""
+
+
 class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Problem` of a document
     """A value that cannot be what the document says it is.
 
     It is a `ValueError`, so that pydantic gathers it with the other problems of a document. `path`
     leads from where it is caught to the value: keys of mappings and indices of lists. `typed` is the text
-    to be shown where it stands in the document, if that makes the problem clear.
+    to be shown where it stands in the document, if that makes the problem clear. `code` names its kind.
     """
 
     exit_code = 3
@@ -63,6 +67,7 @@ class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Proble
         super().__init__(message, hint=hint)
         self.path = path
         self.typed = typed
+        self.code = ""
 
     def below(self, *path: str | int) -> Self:
         """The same problem, as seen from further up the document."""

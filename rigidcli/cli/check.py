@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 import rigidcli
-from rigidcli.cli.computing import NoHeader, OutputPath, Quiet, tell_notes
+from rigidcli.cli.computing import NoHeader, OutputPath, Quiet, listed, tell_notes
 from rigidcli.cli.output import Failures, Output, complain, progress
 from rigidcli.errors import UsageError
 from rigidcli.grading import Feedback
@@ -61,7 +61,10 @@ class CheckFormat(StrEnum):
 def check(
     assignment: Annotated[str, typer.Argument(metavar="ASSIGNMENT", help="The questions and their keys.")],
     answers: Annotated[
-        list[str] | None, typer.Argument(metavar="ANSWERS", help="Answer files, or folders of them.")
+        list[str] | None,
+        typer.Argument(
+            metavar="ANSWERS", callback=listed, help="Answer files, or folders; `@files.txt` lists names."
+        ),
     ] = None,
     format: Annotated[CheckFormat, typer.Option("-f", "--format", help="What to print.")] = CheckFormat.table,
     output: OutputPath = None,

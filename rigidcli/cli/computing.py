@@ -3,23 +3,41 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext
+from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-import rigidcli
-from rigidcli.cli.output import Failures, Output, complain, progress, require_apart, write_whole
+from rigidcli.cli.output import Failure, Failures, Output, complain, progress, require_apart, write_whole
+from rigidcli.cli.work import Work, answers, tasks
 from rigidcli.errors import Problem, UsageError, ValueProblem
 from rigidcli.render import PEOPLE, PROGRAMS, Format, Look, renderer
 
 if TYPE_CHECKING:
-    from rigidcli.model.document import Document
+    from rigidcli.model.sweeps import Sweep
     from rigidcli.render.units import Units
     from rigidcli.report import Report
 
+
+def listed(files: list[str] | None) -> list[str] | None:
+    """FILES, in which `@list.txt` stands for the names in it, one on a line; raises BadParameter."""
+    from rigidcli.cli.lists import names_in
+
+    try:
+        return None if files is None else [name for file in files for name in names_in(file)]
+    except UsageError as error:
+        raise typer.BadParameter(f"{error.message} ({error.hint})" if error.hint else error.message) from None
+
+
 Files = Annotated[
-    list[str], typer.Argument(metavar="FILE", help="Documents (YAML or JSON); `-` is standard input.")
+    list[str],
+    typer.Argument(
+        metavar="FILE",
+        callback=listed,
+        help="Documents (YAML or JSON); `-` is standard input, `@files.txt` a list of names.",
+    ),
 ]
 
 
@@ -43,6 +61,19 @@ Settings = Annotated[
         callback=_check_settings,
         help="Override a value, such as body.mass=3; repeatable.",
     ),
+]
+Sweeps = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--sweep",
+        metavar="KEY=VALUES",
+        help="A row for each value: START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column; "
+        "two make a grid.",
+    ),
+]
+Jobs = Annotated[
+    int,
+    typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Processes, for sweeps and many FILES."),
 ]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No notes on standard error.")]
 
@@ -169,6 +200,11 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         format: Annotated[Format, typer.Option("-f", "--format", help="What to print.")] = Format.table,
         output: OutputPath = None,
         settings: Settings = None,
+        sweep: Sweeps = None,
+        pair: Annotated[
+            bool, typer.Option("--zip", help="Pair the values of several --sweep, instead of a grid.")
+        ] = False,
+        jobs: Jobs = 1,
         digits: Annotated[
             int, typer.Option(min=1, max=17, metavar="N", help="Significant digits in table and latex.")
         ] = 6,
@@ -212,24 +248,35 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         options |= {"picture": picture} if picture else {}
         pictured: list[Report] = []
 
+        swept = _sweep(sweep, pair)
+        if swept is not None:
+            _require_sweepable(format, {"--steps": steps, "--plot": bool(picture)}, swept.count)
+        work = Work(study.__name__, options, exact, changes, named, columns, format is Format.json)
+
         def reports() -> Iterator[Report]:
+            from rigidcli.cli.plan import ordered
             from rigidcli.render.units import in_units
 
-            for document in documents(files, failures, exact=exact, settings=changes, options=named):
-                with failures.of(document.source), document.placing():
-                    target.protect(*document.files)
-                    _require_fitting(document, study.__name__)
-                    run = getattr(rigidcli, study.__name__)
-                    with progress(pulse=PULSE) as show:
-                        if "progress" in inspect.signature(run).parameters:
-                            options["progress"] = show
-                        report = run(document, **options)
-                    _require_columns(report, columns)
-                    if format is Format.json:
-                        _require_memory(report)
-                    tell_notes(report.source, report.notes, quiet)
-                    pictured.extend([report] if picture else [])
-                    yield in_units(report, wanted) if wanted else report
+            known = Known()
+            apart = jobs > 1 or swept is not None
+            do = answers if apart else partial(answers, watch=partial(progress, pulse=PULSE))
+            total = len(files) * (1 if swept is None else swept.count)
+            # On a terminal, rows that stream show the progress themselves.
+            is_seen = width is not None and format is not Format.table
+            with counted(total) if apart and not is_seen else nullcontext(lambda: None) as done:
+                for answer in ordered(do, tasks(work, files, swept, failures), jobs):
+                    with failures.of(answer.source):
+                        target.protect(*answer.files)
+                        report = answer.found
+                        if isinstance(report, Failure):
+                            failures.tell(report)
+                        else:
+                            notes = report.notes if swept is None else known.new(report.notes)
+                            tell_notes(report.source, notes, quiet)
+                            pictured.extend([report] if picture else [])
+                            yield in_units(report, wanted) if wanted else report
+                    done()
+            failures.end()
 
         with failures.of(output or ""), Output(output) as target:
             target.protect(*(file for file in files if file != "-"))
@@ -246,7 +293,12 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 steps=steps,
                 standalone=standalone,
             )
-            for piece in renderer(format)(reports(), look):
+            found = reports()
+            if swept is not None and format in PEOPLE:
+                from rigidcli.render.sweeps import gathered
+
+                found = gathered(found, look, lambda note: tell_notes("--sweep", [note], quiet))
+            for piece in renderer(format)(found, look):
                 target.write(piece)
             for report in pictured:
                 # A chart of characters follows the table, and stays away from other data.
@@ -262,25 +314,65 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
     return command
 
 
-NEEDS = {
-    "inertia": ("body",),
-    "axes": ("body",),
-    "precess": ("top", "body", "tide"),
-    "euler": ("body", "top"),
-    "hamilton": ("system",),
-}
-"""The sections of a document of which each command needs one."""
+def _sweep(texts: list[str] | None, pair: bool) -> Sweep | None:
+    """The sweep that is asked for, if one is. Raises BadParameter."""
+    if not texts and not pair:
+        return None
+    from rigidcli.model.sweeps import read_sweep
+
+    try:
+        return read_sweep(texts or (), pair)
+    except UsageError as error:
+        message = f"{error.message} ({error.hint})" if error.hint else error.message
+        raise typer.BadParameter(message, param_hint="'--sweep'") from None
 
 
-def _require_fitting(document: Document, command: str) -> None:
-    """Raise DocumentError for a document that is for another command, which is named."""
-    if any(getattr(document, section) is not None for section in NEEDS[command]):
-        return
-    for other, sections in NEEDS.items():
-        for section in sections:
-            if getattr(document, section) is not None:
-                hint = f"this document has a `{section}`: `rigidcli {other} {document.source}`"
-                raise document.refusal(f"missing: `{command}` needs it", NEEDS[command][0], hint=hint)
+MOST_SHOWN = 100_000
+"""The most rows of a table for people, which is kept whole until its columns are known."""
+
+
+def _require_sweepable(format: Format, options: Mapping[str, bool], count: int) -> None:
+    """Raise BadParameter where a sweep has no such output."""
+    problem = next(
+        (f"{name} is for one document, not for a sweep" for name in options if options[name]), None
+    )
+    if format in PROGRAMS:
+        problem = f"a program in {format} is that of one document, not of a sweep"
+    elif format in PEOPLE and count > MOST_SHOWN:
+        problem = f"a table of {count:,} rows is too long to read: `-f csv` streams them"
+    if problem:
+        raise typer.BadParameter(problem, param_hint="'--sweep'")
+
+
+class Known:
+    """Notes that were told: at each value of a sweep they are mostly the same."""
+
+    MOST = 1000
+    """The most notes that are kept, which is more than anybody reads."""
+
+    def __init__(self) -> None:
+        self._told = set[str]()
+
+    def new(self, notes: Sequence[str]) -> list[str]:
+        """Those that were not told yet; none, when very many were."""
+        new = [note for note in notes if note not in self._told]
+        new = new[: self.MOST - len(self._told)]
+        self._told.update(new)
+        return new
+
+
+@contextmanager
+def counted(total: int) -> Iterator[Callable[[], None]]:
+    """A context in which each of so many steps is told, for the progress on a terminal."""
+    with progress() as show:
+        counts = iter(range(1, total + 1))
+
+        def done() -> None:
+            count = next(counts, total)
+            if 100 * count // total > 100 * (count - 1) // total:
+                show(count / total)
+
+        yield done
 
 
 def _require_equations(study: str, format: Format, files: Sequence[str]) -> None:
@@ -292,33 +384,6 @@ def _require_equations(study: str, format: Format, files: Sequence[str]) -> None
     else:
         return
     raise typer.BadParameter(problem, param_hint="'--format'")
-
-
-def _require_columns(report: Report, columns: Sequence[str]) -> None:
-    """Raise UsageError unless the table of data has these columns."""
-    known = [name for table in report.tables if table.data for each in table.columns for name in each.cells]
-    for name in columns:
-        if not known:
-            raise UsageError("there are no samples here to choose columns of")
-        if name not in known:
-            raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(known)}")
-
-
-def _require_memory(report: Report) -> None:
-    """Raise ComputationError unless there is enough for the whole text of the tables."""
-    from rigidcli.core.memory import ITS_TEXT, require
-
-    for table in report.tables:
-        require(len(table), sum(len(column.cells) for column in table.columns), ITS_TEXT)
-
-
-def documents(files: Sequence[str], failures: Failures, **options: Any) -> Iterator[Document]:
-    """The documents in FILES, loaded with `options`; those that are refused are failures."""
-    from rigidcli.model.load import load
-
-    for file in files:
-        with failures.of(file):
-            yield load(file, **options)
 
 
 def tell_notes(source: str, notes: Sequence[str], quiet: bool) -> None:

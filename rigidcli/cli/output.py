@@ -13,6 +13,7 @@ import tempfile
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -39,28 +40,58 @@ def is_file(path: str) -> bool:
     return False
 
 
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """What the user is told of an error, its exit code, and in a sweep the `place` where it occurred."""
+
+    text: str
+    code: int
+    place: str = ""
+
+
+def failure(error: RigidError | MemoryError, source: str) -> Failure:
+    """The failure of `source` that an error is."""
+    if isinstance(error, MemoryError):
+        return Failure(
+            str(Problem(source, "there is too little memory", hint=LESS)), ComputationError.exit_code
+        )
+    # The problems of a document name its source themselves.
+    is_named = isinstance(error, DocumentError)
+    text = error.message if is_named else str(Problem(source, error.message, hint=error.hint))
+    return Failure(text, error.exit_code)
+
+
 class Failures:
     """Reports errors instead of raising them, file by file; `code` is the worst exit code so far."""
 
     def __init__(self) -> None:
         self.code = 0
+        self._last = ""
+        self._again = 0
+
+    def tell(self, failure: Failure) -> None:
+        """Report a failure; the same one at the next places of a sweep is only counted."""
+        self.code = max(self.code, failure.code)
+        if failure.place and failure.text == self._last:
+            self._again += 1
+            return
+        self.end()
+        self._last = failure.text
+        complain(f"at {failure.place}: {failure.text}" if failure.place else failure.text)
+
+    def end(self) -> None:
+        """Report how often the last failure occurred again."""
+        if self._again:
+            complain(f"the same at {self._again:,} more value{'s' * (self._again != 1)}")
+        self._last, self._again = "", 0
 
     @contextlib.contextmanager
     def of(self, source: str) -> Iterator[None]:
         """A context in which a RigidError is a failure of `source`."""
         try:
             yield
-        except RigidError as error:
-            # The problems of a document name its source themselves.
-            complain(
-                error.message
-                if isinstance(error, DocumentError)
-                else str(Problem(source, error.message, hint=error.hint))
-            )
-            self.code = max(self.code, error.exit_code)
-        except MemoryError:
-            complain(str(Problem(source, "there is too little memory", hint=LESS)))
-            self.code = max(self.code, ComputationError.exit_code)
+        except (RigidError, MemoryError) as error:
+            self.tell(failure(error, source))
 
 
 class Output:

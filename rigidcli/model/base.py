@@ -26,7 +26,7 @@ from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, InitErrorDetails, core_schema
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
-from rigidcli.errors import ValueProblem, nearest, shown
+from rigidcli.errors import UNKNOWN, ValueProblem, nearest, shown
 from rigidcli.model import units
 from rigidcli.model.environment import Environment, number_of
 from rigidcli.model.words import keys_called, with_colon
@@ -58,6 +58,8 @@ class Section(BaseModel):
             return validate(raw)
         unknown = [key for key in raw if key not in cls.model_fields]
         problems = [(_slip(key, cls.model_fields) or cls._unknown(key, raw)).below(key) for key in unknown]
+        for problem in problems:
+            problem.code = UNKNOWN
         problems += cls._contradictions(raw)
         if not problems:
             return validate(raw)

@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
+from typing import TypeAlias
 
 from pydantic import ValidationError
 
@@ -27,6 +28,12 @@ from rigidcli.model.words import with_colon
 
 STDIN = "-"
 """The name of a file that stands for standard input."""
+
+SWEEP = "--sweep"
+"""The option that gives values one after the other."""
+
+_Decimal: TypeAlias = Callable[[str], object]
+"""What makes a number of a decimal as it is typed."""
 
 NEAR = 20
 """A value begins within so many lines of its key, or the line is not shown."""
@@ -69,12 +76,7 @@ def load(
     those that an option of its own has given, with its name. Raises DocumentError with
     all problems, or UsageError for a setting that is not of that form.
     """
-    name = os.fspath(path)
-    folder = pathlib.Path() if name == STDIN else pathlib.Path(name).parent
-    # A file name may have bytes that are no text.
-    source = os.fsencode(name).decode(errors="backslashreplace")
-    text = read_text(name, source)
-    return loads(text, source=source, folder=folder, exact=exact, settings=settings, options=options)
+    return draft(path, exact=exact, settings=settings, options=options).document()
 
 
 def loads(
@@ -87,15 +89,67 @@ def loads(
     options: Mapping[str, str] | None = None,
 ) -> Document:
     """Read the document in `text`, as `load` does; files that it names are looked for in `folder`."""
-    given: dict[Path, str] = {tuple(key.split(".")): option for key, option in (options or {}).items()}
-    changes = _changes(settings, given, float)
-    tree, paths = apply(read_tree(text, source), changes, source)
-    exact = exact or _has_symbols(tree)
-    if exact:
-        # Read again, so that decimals are kept digit by digit.
-        tree, _ = apply(read_tree(text, source, Decimal), _changes(settings, given, Decimal), source)
-    changed = {path: given.get(path, "--set") for path in paths}
-    return _document(tree, Places(text, source, changed), folder or pathlib.Path(), exact)
+    return Draft(text, source, folder or pathlib.Path(), exact, settings, options or {}).document()
+
+
+def draft(
+    path: str | os.PathLike[str],
+    *,
+    exact: bool = False,
+    settings: Sequence[str] = (),
+    options: Mapping[str, str] | None = None,
+) -> Draft:
+    """What stands in the file `path`, as `load` reads it, but not yet read as a document."""
+    name = os.fspath(path)
+    folder = pathlib.Path() if name == STDIN else pathlib.Path(name).parent
+    # A file name may have bytes that are no text.
+    source = os.fsencode(name).decode(errors="backslashreplace")
+    return Draft(read_text(name, source), source, folder, exact, settings, options or {})
+
+
+@dataclass
+class Draft:
+    """The text of a document, of which some values may still change; its syntax is read once.
+
+    The other fields are what `load` takes. `swept` are texts `KEY=VALUE` of `--sweep`.
+    """
+
+    text: str
+    source: str
+    folder: pathlib.Path
+    exact: bool
+    settings: Sequence[str]
+    options: Mapping[str, str]
+    _trees: dict[_Decimal, tuple[object, dict[Path, str]]] = field(default_factory=dict)
+
+    def document(self, swept: Sequence[str] = ()) -> Document:
+        """The document with these values swept; each call must give the same keys. Raises as `load`."""
+        tree, changed = self._changed(swept, float)
+        exact = self.exact or _has_symbols(tree)
+        if exact:
+            # Read again, so that decimals are kept digit by digit.
+            tree, _ = self._changed(swept, Decimal)
+        return _document(tree, Places(self.text, self.source, changed), self.folder, exact)
+
+    def is_exact(self, swept: Sequence[str]) -> bool:
+        """Whether the document is worked exactly with these values swept. Raises as `load`."""
+        return self.exact or _has_symbols(self._changed(swept, float)[0])
+
+    def _changed(self, swept: Sequence[str], decimal: _Decimal) -> tuple[object, dict[Path, str]]:
+        """The tree with all that is given from outside, and what gave each value.
+
+        The values of a sweep take the places of those of the last time.
+        """
+        if decimal not in self._trees:
+            names: dict[Path, str] = {tuple(key.split(".")): name for key, name in self.options.items()}
+            changes = _changes(self.settings, names, decimal)
+            tree, paths = apply(read_tree(self.text, self.source, decimal), changes, self.source)
+            self._trees[decimal] = tree, {path: names.get(path, "--set") for path in paths}
+        tree, changed = self._trees[decimal]
+        if not swept:
+            return tree, changed
+        tree, paths = apply(tree, _changes(swept, {}, decimal, SWEEP), self.source, SWEEP)
+        return tree, changed | dict.fromkeys(paths, SWEEP)
 
 
 def read_text(name: str, source: str) -> str:
@@ -136,12 +190,15 @@ def _of_pipe(file: io.BufferedReader) -> bytes:
 
 
 def _changes(
-    settings: Sequence[str], options: Mapping[Path, str], decimal: Callable[[str], object]
+    settings: Sequence[str],
+    options: Mapping[Path, str],
+    decimal: _Decimal,
+    option: str = "--set",
 ) -> list[Change]:
     """The settings with their values read, which are YAML, too."""
     changes = []
     for path, text in map(split_setting, settings):
-        name = options.get(path, f"--set {'.'.join(map(str, path))}")
+        name = options.get(path, f"{option} {'.'.join(map(str, path))}")
         changes.append((path, read_tree(text, name, decimal)))
     return changes
 
@@ -194,7 +251,7 @@ class Places:
                     line, excerpt = number, Excerpt.of(text, text.index(typed) + 1)
                     break
         key = ".".join(map(str, problem.path))
-        return Problem(source, problem.message, line, key, problem.hint, excerpt=excerpt)
+        return Problem(source, problem.message, line, key, problem.hint, problem.code, excerpt)
 
 
 def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -> Document:
@@ -261,12 +318,12 @@ def explain(error: ValidationError) -> list[ValueProblem]:
     explained: dict[Path, ValueProblem] = {}
     for complaint in error.errors(include_url=False):
         path, kind, read = complaint["loc"], complaint["type"], complaint["input"]
-        typed = None
+        typed, code = None, ""
         context = complaint.get("ctx", {})
         problem, hint = context.get("error"), None
         if isinstance(problem, ValueProblem):
             path, message, hint = (*path, *problem.path), problem.message, problem.hint
-            typed = problem.typed
+            typed, code = problem.typed, problem.code
         elif kind == "missing" and isinstance(last := path[-1], int):
             # A list that is too short lacks each of its last entries; that is one problem.
             path, message = path[:-1], f"read {shown(read)}, expected {last + 1} entries"
@@ -299,4 +356,5 @@ def explain(error: ValidationError) -> list[ValueProblem]:
                 names = ", ".join(f"{name}: null" for name in re.findall(r"[^\W\d]\w*", str(read)))
                 hint = f"write `parameters: {{{names}}}`, with values where there are some"
         explained[path] = ValueProblem(message, path=path, hint=hint, typed=typed)
+        explained[path].code = code
     return list(explained.values())

@@ -1,4 +1,4 @@
-"""`--set KEY=VALUE`: values of a document that are given from outside it."""
+"""`--set KEY=VALUE` and `--sweep`: values of a document that are given from outside it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Any, TypeAlias
 
-from rigidcli.errors import DocumentError, Path, Problem, UsageError, nearest, shown
+from rigidcli.errors import UNKNOWN, DocumentError, Path, Problem, UsageError, nearest, shown
 
 Change: TypeAlias = tuple[Path, object]
 """The path to a value, and what is to stand there."""
@@ -15,22 +15,24 @@ _SETTING = re.compile(r"([^=.]+(?:\.[^=.]+)*)=(.*)", re.DOTALL)
 """Keys joined by points, and the value after the first `=`."""
 
 
-def split_setting(text: str) -> tuple[Path, str]:
-    """`a.0.b=value` as path and text of the value. Raises UsageError for anything else."""
+def split_setting(
+    text: str, option: str = "--set", expected: str = "KEY=VALUE", example: str = 'body.mass="3 kg"'
+) -> tuple[Path, str]:
+    """`a.0.b=value` as path and text of the value. Raises UsageError, which names the option, for others."""
     found = _SETTING.fullmatch(text)
     if found is None:
         raise UsageError(
-            f"--set: read {shown(text)}, expected KEY=VALUE", hint='as in --set body.mass="3 kg"'
+            f"{option}: read {shown(text)}, expected {expected}", hint=f"as in {option} {example}"
         )
     key, value = found.groups()
     steps = re.sub(r"\[(\d+)\]", r".\1", key).split(".")  # `size[0]` is `size.0`
     return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps)), value
 
 
-def apply(tree: Any, changes: Sequence[Change], source: str) -> tuple[Any, list[Path]]:
+def apply(tree: Any, changes: Sequence[Change], source: str, option: str = "--set") -> tuple[Any, list[Path]]:
     """`tree` with values replaced or added, and their paths, in which entries of lists have indices.
 
-    Raises DocumentError where there is no such place.
+    Raises DocumentError, which names the option, where there is no such place.
     """
     paths: list[Path] = []
     for path, value in changes:
@@ -40,7 +42,7 @@ def apply(tree: Any, changes: Sequence[Change], source: str) -> tuple[Any, list[
                 step = str(step)
                 place.setdefault(step, {})
             else:
-                step = way[done - 1] = _index(place, step, path, source)
+                step = way[done - 1] = _index(place, step, path, source, option)
             if done == len(path):
                 place[step] = value
             place = place[step]
@@ -48,7 +50,7 @@ def apply(tree: Any, changes: Sequence[Change], source: str) -> tuple[Any, list[
     return tree, paths
 
 
-def _index(place: Any, step: str | int, path: Path, source: str) -> int:
+def _index(place: Any, step: str | int, path: Path, source: str, option: str) -> int:
     """The entry of a list that a step of the path means, by its index or its name. Raises DocumentError."""
     entries = place if isinstance(place, list) else []
     if isinstance(step, int) and step < len(entries):
@@ -66,4 +68,5 @@ def _index(place: Any, step: str | int, path: Path, source: str) -> int:
     hint = f"its entries are 0 to {len(entries) - 1}" if entries else None
     if known and hint is not None:
         hint += f", or by their names: {', '.join(known)}"
-    raise DocumentError([Problem(source, f"--set {'.'.join(map(str, path))}: {what}", hint=hint)])
+    key = ".".join(map(str, path))
+    raise DocumentError([Problem(source, f"{option} {key}: {what}", hint=hint, code=UNKNOWN)])

@@ -72,6 +72,12 @@ class Dimension(NamedTuple):
             below = [f"({' '.join(below)})"]
         return "/".join([" ".join(above) or "1", *below])
 
+    @property
+    def unit(self) -> str:
+        """The name of the SI unit alone; nothing for a pure number."""
+        text = str(self)
+        return (text.partition(" (")[2][:-1] or text) if any(self) else ""
+
 
 DIMENSIONLESS = Dimension()
 MASS = Dimension(mass=1)

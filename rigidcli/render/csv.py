@@ -20,23 +20,30 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     written: list[str] = []
     for report in reports:
         data = next((table for table in report.tables if table.data), None)
-        if data is None:
-            row: dict[str, Value] = {"name": report.name}
-            for entry in report.fields:
-                row |= {
-                    _head(column, entry.unit, look): _at(entry.value, place)
-                    for column, place in entry.cells.items()
-                }
+        if data is None or report.swept:
+            row = {_head(name, unit, look): value for name, (value, unit) in row_of(report).items()}
+            if report.swept:
+                # Rows at other values may lack a result: one header serves them all.
+                row = dict.fromkeys(written) | row
             header, lines = list(row), iter([",".join(map(_cell, row.values())) + "\n"])
         else:
             columns = single_cells(data, look.columns)
             heads = [_head(column.cells[0], column.unit, look) for column in columns]
             header = [*(["name"] if look.several else []), *heads]
             lines = _rows(columns, _cell(report.name) + "," if look.several else "")
-        if look.header and header != written:
-            written = header
+        is_new, written = header != written, header
+        if look.header and is_new:
             yield ",".join(map(_cell, header)) + "\n" + next(lines)
         yield from lines
+
+
+def row_of(report: Report) -> dict[str, tuple[Value, str]]:
+    """The cells of the row of a report and their units, by their heads: first, and once, what is swept."""
+    row: dict[str, tuple[Value, str]] = {entry.key: (None, "") for entry in report.swept}
+    row["name"] = report.name, ""
+    for entry in (*report.fields, *report.swept):
+        row |= {head: (_at(entry.value, place), entry.unit) for head, place in entry.cells.items()}
+    return row
 
 
 def _head(name: str, unit: str, look: Look) -> str:

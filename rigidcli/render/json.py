@@ -9,13 +9,15 @@ import orjson
 
 from rigidcli.render import Look
 from rigidcli.render.values import plain
-from rigidcli.report import Report, Table
+from rigidcli.report import Report, Table, Value
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     """A line for each report; exact numbers are text in the expression language. `units` comes last."""
     for report in reports:
-        head = {"schema": report.schema, "name": report.name, "source": report.source}
+        head: dict[str, Value] = {"schema": report.schema, "name": report.name, "source": report.source}
+        if report.swept:
+            head["swept"] = {entry.key: plain(entry.value) for entry in report.swept}
         shown = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
         body = head | plain(shown.tree()) | {"units": shown.units}
         yield orjson.dumps(body, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"

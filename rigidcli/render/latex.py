@@ -39,7 +39,9 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         if look.standalone and not begun:
             yield PREAMBLE
         begun = True
-        yield f"% {printable(report.name)}: {report.title}\n{formulas(report, look)}\n"
+        yield f"% {printable(report.name)}: {report.title}\n"
+        if report.fields:
+            yield f"{formulas(report, look)}\n"
         yield from _tables(report.tables, look)
         for number, step in enumerate(report.steps if look.steps else (), 1):
             yield f"\\paragraph{{{number}. {_prose(step.title)}.}} {_prose(step.sentence)}\n"

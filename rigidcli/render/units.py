@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import TypeAlias
 
 import numpy as np
@@ -23,7 +24,7 @@ from rigidcli.model.units import (
     parse_unit,
 )
 from rigidcli.render.values import is_exact
-from rigidcli.report import Report, Value
+from rigidcli.report import Field, Report, Value
 
 Units: TypeAlias = Mapping[Dimension, Unit]
 """The units that are asked for, by what they measure."""
@@ -64,10 +65,9 @@ def in_units(report: Report, units: Units) -> Report:
     product of units of mass, length, time and angle (g cm^2), of which those that are not asked for are
     SI units. Where none of them is asked for, the value stays as it is.
     """
-    fields = []
-    for entry in report.fields:
-        value, unit = _converted(entry.value, entry.unit, units)
-        fields.append(replace(entry, value=value, unit=unit))
+    fields, swept = (
+        tuple(map(partial(_field, units=units), entries)) for entries in (report.fields, report.swept)
+    )
     tables = []
     for table in report.tables:
         columns = []
@@ -75,7 +75,12 @@ def in_units(report: Report, units: Units) -> Report:
             value, unit = _converted(column.values, column.unit, units)
             columns.append(replace(column, values=value, unit=unit))
         tables.append(replace(table, columns=tuple(columns)))
-    return replace(report, fields=tuple(fields), tables=tuple(tables))
+    return replace(report, fields=fields, swept=swept, tables=tuple(tables))
+
+
+def _field(entry: Field, units: Units) -> Field:
+    value, unit = _converted(entry.value, entry.unit, units)
+    return replace(entry, value=value, unit=unit)
 
 
 def _converted(value: Value, text: str, units: Units) -> tuple[Value, str]:

@@ -217,6 +217,7 @@ EULER = (
         "principal moments about O",
         r"\lambda_{1,2,3}",
         "kg m^2",
+        {f"lambda{k + 1}": (k,) for k in range(3)},
         counts=True,
         means="ascending",
     ),
@@ -234,11 +235,11 @@ EULER = (
         means="for each principal axis its moment, whether rotation about it is stable, and the rate",
     ),
     Field("method", None, "method", diagnostic=True, means="closed form, or the integrator"),
-    Field("steps", None, means="steps of numerical integration"),
+    Field("steps", None, diagnostic=True, means="steps of numerical integration"),
     Field("trusted_digits", None, "digits of the orientation to trust"),
     Field("drift.energy", None, "drift of the energy balance", diagnostic=True, means="relative"),
     Field("drift.angular_momentum", None, "drift of the angular momentum", diagnostic=True, means="relative"),
-    Field("drift.quaternion", None, means="how far the quaternion is from a unit one"),
+    Field("drift.quaternion", None, diagnostic=True, means="how far the quaternion is from a unit one"),
     Field("trajectory", None, means="samples in time: omega, L and T in the body, orientation, L in space"),
 )
 """The results of `euler`."""
@@ -299,7 +300,7 @@ HAMILTON = (
     Field("transform.hamiltonian", None, "new Hamiltonian", "K"),
     Field("transform.equations", None, means="Hamilton's equations in the new variables"),
     Field("orbit.method", None, "method", diagnostic=True),
-    Field("orbit.steps", None, means="steps of numerical integration"),
+    Field("orbit.steps", None, diagnostic=True, means="steps of numerical integration"),
     Field("orbit.trusted_digits", None, "digits of the orbit to trust"),
     Field("orbit.drift", None, means="relative drift of what is conserved"),
     Field("orbit.t", None, unit="s", means="the times of the samples"),
@@ -308,6 +309,26 @@ HAMILTON = (
     Field("orbit.H", None, means="the Hamiltonian at these times"),
 )
 """The results of `hamilton`; those of `transform` and `orbit` need these sections in the document."""
+
+ROW = {
+    "euler": (
+        *("angular_momentum", "kinetic_energy", "motion", "period", "flip_interval", "turns_per_flip"),
+        *("mean_space_rate", "method", "steps", "trusted_digits"),
+        *("drift.energy", "drift.angular_momentum", "drift.quaternion"),
+    ),
+    "hamilton": (
+        *("stability", "explicit_time", "natural", "h_equals_energy"),
+        *("orbit.method", "orbit.steps", "orbit.trusted_digits"),
+    ),
+}
+"""Scalars that are columns of CSV under their own keys, where a row is a document and not a sample."""
+
+
+def _with_columns(study: str, fields: tuple[Field, ...]) -> tuple[Field, ...]:
+    return tuple(
+        replace(field, cells={field.key: ()}) if field.key in ROW[study] else field for field in fields
+    )
+
 
 RESULTS: dict[str, tuple[Field, ...]] = {
     "inertia": (*INERTIA, *AXIS),
@@ -326,8 +347,8 @@ RESULTS: dict[str, tuple[Field, ...]] = {
         ),
         Field("tide.perturbers", None, means="the rate that each perturber causes"),
     ),
-    "euler": EULER,
-    "hamilton": HAMILTON,
+    "euler": _with_columns("euler", EULER),
+    "hamilton": _with_columns("hamilton", HAMILTON),
 }
 """The results of each study, by the name of its command."""
 

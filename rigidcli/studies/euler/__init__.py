@@ -65,6 +65,11 @@ def run(
         from rigidcli.studies.euler.steps import euler_steps
 
         working += euler_steps(motion, fields, stable)
+    rates = next(column for column in stable.columns if column.key == "rate")
+    fields += tuple(
+        Field("", rate, unit=rates.unit, cells={f"stability.{place}.rate": ()})
+        for place, rate in enumerate(rates.values)
+    )
     samples, title = trajectory_table(motion), "motion by Euler's equations"
     pictures = drawn("euler", picture, motion, samples)
     notes, tables = motion.problem.notes, (stable, samples)

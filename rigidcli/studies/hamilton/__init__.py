@@ -65,7 +65,7 @@ def run(
         *linear_equations.fields(document, derivation),
         told("hamilton", "cyclic", list(cyclic), words=", ".join(cyclic) or "none"),
         told("hamilton", "conserved", conserved, words=", ".join(conserved) or "nothing found"),
-        Field("explicit_time", derivation.explicit_time),
+        told("hamilton", "explicit_time", derivation.explicit_time),
         _expression("dH_dt", derivation.energy_rate),
         told("hamilton", "natural", system.natural, words=natural),
         Field("natural_reason", system.reason),
@@ -173,7 +173,7 @@ def _orbit_quality(found: Found) -> list[Field]:
     further = [orbit.drift[name] for name in orbit.invariants]
     return [
         told("hamilton", "orbit.method", orbit.method, words=orbit.method),
-        Field("orbit.steps", orbit.steps),
+        told("hamilton", "orbit.steps", orbit.steps),
         told(
             "hamilton",
             "orbit.trusted_digits",
@@ -182,7 +182,14 @@ def _orbit_quality(found: Found) -> list[Field]:
         ),
         Field("orbit.drift", orbit.drift),
         *(
-            Field("", drift, f"drift of {name}", rf"\text{{drift of }}{latex_name(name)}", diagnostic=True)
+            Field(
+                "",
+                drift,
+                f"drift of {name}",
+                rf"\text{{drift of }}{latex_name(name)}",
+                cells={f"orbit.drift.{name}": ()},
+                diagnostic=True,
+            )
             for name, drift in orbit.drift.items()
             if name not in orbit.invariants
         ),

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -56,7 +56,8 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
         return [*told_so_far, *(Field(key, None) for key in SPECTRUM)]
     numeric = all(isinstance(f, float) for f in spectrum.frequencies)
     frequencies = np.array(spectrum.frequencies, dtype=float if numeric else object)
-    changes = {} if len(frequencies) else {"title": ""}
+    changes: dict[str, Any] = {"cells": {f"frequencies.{k}": (k,) for k in range(len(frequencies))}}
+    changes |= {} if len(frequencies) else {"title": ""}
     driven = ", apart from what b(t) drives" if any(TIME in e.names for e in offset) else ""
     words = STABILITY[spectrum.stability] + driven
     return [

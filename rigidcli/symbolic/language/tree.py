@@ -126,6 +126,10 @@ class UnknownFunction(str):
         self.base, self.parameters, self.by = base, tuple(parameters), places
         return self
 
+    def __getnewargs__(self) -> tuple[str, tuple[str, ...], tuple[int, ...]]:  # type: ignore[override]
+        """What a copy in another process is made of."""
+        return self.base, self.parameters, self.by
+
     @property
     def derivatives(self) -> list[Self]:
         """The first derivatives by each parameter."""

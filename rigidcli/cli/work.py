@@ -1,0 +1,199 @@
+"""The work of a computing command: a document, at one point of a sweep or as it is, and its report."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import rigidcli
+from rigidcli.cli.output import Failure, Failures, failure
+from rigidcli.errors import UNKNOWN, DocumentError, RigidError, UsageError
+from rigidcli.report import Field, Report
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from rigidcli.model.document import Document
+    from rigidcli.model.load import Draft
+    from rigidcli.model.sweeps import Sweep
+
+Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
+"""What makes a context in which progress is told, as a share of the whole."""
+
+AT_A_TIME = 32
+"""Points of a sweep, or FILES, of one task: they take longer than to hand them to a process."""
+
+
+@dataclass(frozen=True, slots=True)
+class Work:
+    """What is asked of every document: a study with its options, and how the document is read.
+
+    `settings` are those of `--set`, `named` has the keys that an option of its own has given. `whole` says
+    that the text of a report is made at once, and needs memory.
+    """
+
+    study: str
+    options: Mapping[str, Any]
+    exact: bool
+    settings: Sequence[str]
+    named: Mapping[str, str]
+    columns: tuple[str, ...]
+    whole: bool
+
+    def draft(self, file: str) -> Draft:
+        """The text of a file, for documents. Raises DocumentError."""
+        from rigidcli.model.load import draft
+
+        return draft(file, exact=self.exact, settings=self.settings, options=self.named)
+
+    def report(self, document: Document, watch: Watch | None) -> Report:
+        """What the study finds, within the context in which it may tell its progress."""
+        _require_fitting(document, self.study)
+        run = getattr(rigidcli, self.study)
+        if watch is None or "progress" not in inspect.signature(run).parameters:
+            report: Report = run(document, **self.options)
+        else:
+            with watch() as show:
+                report = run(document, **self.options, progress=show)
+        _require_columns(report, self.columns)
+        if self.whole:
+            _require_memory(report)
+        return report
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """The report on a document, or the failure; `files` are those that the document names."""
+
+    source: str
+    found: Report | Failure
+    files: Sequence[Path] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """What a process works out at a time: some FILES, or some `places` of a sweep of the document in one."""
+
+    work: Work
+    files: Sequence[str]
+    draft: Draft | None = None
+    sweep: Sweep | None = None
+    places: range = range(0)
+
+
+def tasks(work: Work, files: Sequence[str], sweep: Sweep | None, failures: Failures) -> Iterator[Task]:
+    """The tasks that answer for all FILES, each made when it is asked for.
+
+    A file that cannot be swept is a failure, once and not at every value.
+    """
+    if sweep is None:
+        for begin in range(0, len(files), AT_A_TIME):
+            yield Task(work, files[begin : begin + AT_A_TIME])
+        return
+    for file in files:
+        with failures.of(file):
+            draft = work.draft(file)
+            fitting = _fitting(draft, sweep)
+            for begin in range(0, sweep.count, AT_A_TIME):
+                places = range(begin, min(begin + AT_A_TIME, sweep.count))
+                yield Task(work, [file], draft, fitting, places)
+
+
+def _fitting(draft: Draft, sweep: Sweep) -> Sweep:
+    """The sweep with the kind of number of the document; raises RigidError where no document has its keys."""
+    first = sweep.settings(sweep.point(0))
+    exact = draft.is_exact(first)
+    try:
+        draft.document(first)
+    except DocumentError as error:
+        unknown = [problem for problem in error.problems if problem.code == UNKNOWN]
+        if unknown:
+            raise DocumentError(unknown) from None
+    return sweep.exactly() if exact else sweep
+
+
+def answers(task: Task, watch: Watch | None = None) -> Iterator[Answer]:
+    """The answers to a task in their order; `watch` is a context in which one may tell its progress."""
+    if task.draft is None or task.sweep is None:
+        for file in task.files:
+            yield _answer(task.work, file, partial(_document, task.work, file), watch)
+        return
+    for place in task.places:
+        yield _at_point(task, task.draft, task.sweep, place)
+
+
+def _at_point(task: Task, draft: Draft, sweep: Sweep, place: int) -> Answer:
+    """The answer at one point of a sweep; a failure says which."""
+    try:
+        point = sweep.point(place)
+    except UsageError as error:
+        return Answer(draft.source, failure(error, draft.source))
+    settings = sweep.settings(point)
+    answer = _answer(task.work, draft.source, lambda: draft.document(settings), None)
+    found = answer.found
+    if isinstance(found, Failure):
+        return replace(answer, found=replace(found, place=", ".join(settings)))
+    units = {entry.key: entry.unit for entry in found.fields}
+    swept = [
+        Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
+        for name, value, unit in sweep.told(point, draft.is_exact(settings))
+    ]
+    return replace(answer, found=replace(found, swept=tuple(swept)))
+
+
+def _document(work: Work, file: str) -> Document:
+    return work.draft(file).document()
+
+
+def _answer(work: Work, source: str, read: Callable[[], Document], watch: Watch | None) -> Answer:
+    files: Sequence[Path] = ()
+    try:
+        document = read()
+        files = tuple(document.files)
+        with document.placing():
+            return Answer(document.source, work.report(document, watch), files)
+    except (RigidError, MemoryError) as error:
+        return Answer(source, failure(error, source), files)
+
+
+NEEDS = {
+    "inertia": ("body",),
+    "axes": ("body",),
+    "precess": ("top", "body", "tide"),
+    "euler": ("body", "top"),
+    "hamilton": ("system",),
+}
+"""The sections of a document of which each command needs one."""
+
+
+def _require_fitting(document: Document, command: str) -> None:
+    """Raise DocumentError for a document that is for another command, which is named."""
+    if any(getattr(document, section) is not None for section in NEEDS[command]):
+        return
+    for other, sections in NEEDS.items():
+        for section in sections:
+            if getattr(document, section) is not None:
+                hint = f"this document has a `{section}`: `rigidcli {other} {document.source}`"
+                raise document.refusal(f"missing: `{command}` needs it", NEEDS[command][0], hint=hint)
+
+
+def _require_columns(report: Report, columns: Sequence[str]) -> None:
+    """Raise UsageError unless the table of data has these columns."""
+    known = [name for table in report.tables if table.data for each in table.columns for name in each.cells]
+    for name in columns:
+        if not known:
+            raise UsageError("there are no samples here to choose columns of")
+        if name not in known:
+            raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(known)}")
+
+
+def _require_memory(report: Report) -> None:
+    """Raise ComputationError unless there is enough for the whole text of the tables."""
+    from rigidcli.core.memory import ITS_TEXT, require
+
+    for table in report.tables:
+        require(len(table), sum(len(column.cells) for column in table.columns), ITS_TEXT)

@@ -1,0 +1,315 @@
+"""`--sweep KEY=VALUES`: the values over which a key of a document runs, and the grid of several keys.
+
+Values are texts, as after `--set`, and are made when they are asked for: a sweep of 1e9 takes no memory.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from decimal import Context, Decimal, InvalidOperation
+from fractions import Fraction
+from functools import cached_property
+from typing import Any, Protocol, TypeAlias
+
+from rigidcli.core.arithmetic import FLOAT
+from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
+from rigidcli.model.environment import Environment
+from rigidcli.model.settings import split_setting
+from rigidcli.model.syntax import read_tree
+from rigidcli.model.units import parse_unit, split_quantity
+from rigidcli.symbolic.language.expression import parse
+
+LOGARITHMIC = "log"
+"""What stands before START where the ratio of two neighbours is constant, and not their difference."""
+
+FORMS = "START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column"
+"""The ways to write values, for messages."""
+
+DIGITS = Context(prec=40)
+"""Logarithmic steps are worked with 40 digits, so that 1 to 1000 in four steps has 10 and 100 in it."""
+
+Point: TypeAlias = tuple[str, ...]
+"""The text of a value for each key of a sweep."""
+
+
+class Values(Protocol):
+    """The texts of the values of one key, each made when it is asked for."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, index: int, /) -> str: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Range:
+    """`count` values from `start` to `stop`, both included, all in the same `unit`.
+
+    They are worked out exactly and rounded once: 0:1:11 has 0.3, where floats that add up have
+    0.30000000000000004.
+    """
+
+    start: Fraction
+    stop: Fraction
+    count: int
+    unit: str
+    is_rounded: bool
+    logarithmic: bool = False
+    exact: bool = False
+
+    def __len__(self) -> int:
+        return self.count
+
+    def __getitem__(self, index: int) -> str:
+        if index in (0, self.count - 1):
+            value = self.stop if index else self.start
+        elif self.logarithmic:
+            share = Decimal(index) / (self.count - 1)
+            ratio = DIGITS.divide(_decimal(self.stop), _decimal(self.start))
+            growth = DIGITS.exp(DIGITS.multiply(DIGITS.ln(ratio), share))
+            value = Fraction(DIGITS.multiply(_decimal(self.start), growth))
+        else:
+            value = self.start + (self.stop - self.start) * Fraction(index, self.count - 1)
+        if not self.exact:
+            return f"{float(value)!r} {self.unit}".rstrip()
+        decimal = _decimal(value)
+        if Fraction(decimal) == value:
+            return f"{decimal} {self.unit}".rstrip()
+        if self.unit:
+            raise UsageError(
+                f"{value} {self.unit} has no decimal that is exact",
+                hint="choose another COUNT, or list the values",
+            )
+        return str(value)
+
+    def exactly(self) -> Range:
+        """The same range for exact numbers. Raises UsageError where its values are rounded."""
+        if self.is_rounded or self.logarithmic:
+            hint = "list the values, as in `--sweep KEY=0,pi/4,pi/2`"
+            raise UsageError("a range whose values are rounded is none of exact numbers", hint=hint)
+        return replace(self, exact=True)
+
+
+def _decimal(number: Fraction) -> Decimal:
+    return DIGITS.divide(Decimal(number.numerator), Decimal(number.denominator))
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """A key of a document, and the values over which it runs."""
+
+    name: str
+    values: Values
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Values of one key or several: a grid, in which the first key changes slowest, or pairs of them."""
+
+    keys: tuple[Key, ...]
+    paired: bool = False
+
+    @cached_property
+    def count(self) -> int:
+        """How many points there are; it may be more than a list can have."""
+        if self.paired:
+            return len(self.keys[0].values)
+        return math.prod(len(key.values) for key in self.keys)
+
+    def point(self, index: int) -> Point:
+        """The values at a place of the sweep."""
+        if self.paired:
+            return tuple(key.values[index] for key in self.keys)
+        texts: list[str] = []
+        for key in reversed(self.keys):
+            index, place = divmod(index, len(key.values))
+            texts.append(key.values[place])
+        return tuple(reversed(texts))
+
+    def exactly(self) -> Sweep:
+        """The same sweep for exact numbers. Raises UsageError where values are rounded."""
+        keys = (
+            replace(key, values=key.values.exactly()) if isinstance(key.values, Range) else key
+            for key in self.keys
+        )
+        return replace(self, keys=tuple(keys))
+
+    def settings(self, point: Point) -> list[str]:
+        """The point as texts `KEY=VALUE`."""
+        return [f"{key.name}={text}" for key, text in zip(self.keys, point, strict=True)]
+
+    def told(self, point: Point, exact: bool) -> Iterator[tuple[str, Any, str]]:
+        """For each key its name, its value as results tell it, and the unit of that where one is typed."""
+        for key, text in zip(self.keys, point, strict=True):
+            value = _told(text, exact)
+            quantity = None if value == text else split_quantity(text)
+            yield key.name, value, "" if quantity is None else parse_unit(quantity.unit).dimension.unit
+
+
+def read_sweep(texts: Sequence[str], paired: bool) -> Sweep:
+    """The sweep that the texts after `--sweep` describe. Raises UsageError."""
+    keys = tuple(map(_read_key, texts))
+    names = [key.name for key in keys]
+    for name in names:
+        if names.count(name) > 1:
+            raise UsageError(f"`{name}` is swept twice")
+    lengths = {len(key.values) for key in keys}
+    if paired and len(keys) < 2:
+        raise UsageError("`--zip` pairs the values of several keys", hint="give `--sweep` for each of them")
+    if paired and len(lengths) > 1:
+        each = ", ".join(f"{len(key.values):,} of `{key.name}`" for key in keys)
+        raise UsageError(f"`--zip` needs as many values of each key, read {each}")
+    return Sweep(keys, paired)
+
+
+def _read_key(text: str) -> Key:
+    path, values = split_setting(text, "--sweep", f"KEY={FORMS}", "top.spin=100:2000:20")
+    values = values.strip()
+    name = ".".join(map(str, path))
+    if values.startswith("@"):
+        return Key(name, _column(name, values[1:]))
+    parts = split_outside(values, ":")
+    if len(parts) > 1:
+        return Key(name, _range(name, values, parts))
+    texts = split_outside(values, ",")
+    if not all(texts):
+        raise UsageError(f"`{name}`: read {shown(values)}, expected {FORMS}")
+    return Key(name, texts)
+
+
+_PIECES = re.compile(r'"(?:[^"\\]|\\.)*"|\'[^\']*\'|.', re.DOTALL)
+"""A text in quotes, or one character."""
+
+
+def split_outside(text: str, mark: str) -> tuple[str, ...]:
+    """The parts of a text between marks that stand outside of brackets and quotes."""
+    parts, depth = [""], 0
+    for piece in _PIECES.findall(text):
+        depth += (piece in "[{(") - (piece in "]})") if len(piece) == 1 else 0
+        if piece == mark and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += piece
+    return tuple(part.strip() for part in parts)
+
+
+def _range(name: str, typed: str, parts: Sequence[str]) -> Range:
+    """The range that START:STOP:COUNT describes. Raises UsageError."""
+    logarithmic = parts[0] == LOGARITHMIC
+    if len(parts) != 3 + logarithmic:
+        raise UsageError(f"`{name}`: read {shown(typed)}, expected {FORMS}")
+    ends = [_end(name, part) for part in parts[-3:-1]]
+    (start, unit), (stop, other) = ends
+    if unit and other and unit != other:
+        start, unit = _in_unit(name, start, unit, other), other
+    for number, own, typed in ((start, unit, parts[-3]), (stop, other, parts[-2])):
+        # A zero is the same in all units.
+        if number != 0 and not own and (unit or other):
+            raise UsageError(f"`{name}`: {shown(typed)} has no unit", hint=f"write `{typed} {unit or other}`")
+    if logarithmic and start * stop <= 0:
+        raise UsageError(f"`{name}`: logarithmic steps need ends of the same sign, and not 0")
+    rounded = any(not _DECIMAL.match(part) for part in parts[-3:-1])
+    return Range(start, stop, _count(name, parts[-1]), unit or other, rounded, logarithmic)
+
+
+_DECIMAL = re.compile(r"[-+]?(\d|\.\d)")
+"""How a decimal begins, and no expression such as `pi/2` that is rounded."""
+
+
+def _end(name: str, text: str) -> tuple[Fraction, str]:
+    """The number and the unit of one end of a range; `pi/2` is a number, too."""
+    quantity = split_quantity(text)
+    try:
+        if quantity is not None:
+            parse_unit(quantity.unit)
+            return _finite(quantity.digits), quantity.unit
+        with suppress(InvalidOperation):
+            return _finite(text), ""
+        return _finite(repr(parse(text).evaluate({}))), ""
+    except ValueProblem as problem:
+        message = f"`{name}`: read {shown(text)}, expected a number: {problem.message}"
+        raise UsageError(message, hint=problem.hint) from None
+
+
+def _finite(text: str) -> Fraction:
+    """A decimal, exactly. Raises InvalidOperation for a text that is none, and ValueProblem beyond floats."""
+    number = Decimal(text)
+    if not number.is_finite() or abs(number.adjusted()) > 400 or math.isinf(float(number)):
+        raise ValueProblem("it is not finite")
+    return Fraction(number)
+
+
+def _in_unit(name: str, number: Fraction, given: str, wanted: str) -> Fraction:
+    """A number of one unit in another, but for the rounding of a float where pi stands between them."""
+    unit, other = parse_unit(given), parse_unit(wanted)
+    if unit.dimension != other.dimension:
+        raise UsageError(f"`{name}`: `{given}` and `{wanted}` do not measure the same")
+    if unit.pi_power == other.pi_power:
+        return number * unit.factor / other.factor
+    return Fraction(unit.si(number)) / Fraction(other.scale)
+
+
+def _count(name: str, text: str) -> int:
+    try:
+        count = Decimal(text)
+        if count.is_finite() and count == int(count) and 1 <= count <= MOST:
+            return int(count)
+    except InvalidOperation:
+        pass
+    raise UsageError(f"`{name}`: read {shown(text)}, expected a COUNT from 1 to {MOST:.0e}")
+
+
+MOST = 10**15
+"""The most values of a range: more than any machine works out."""
+
+
+def _column(name: str, text: str) -> tuple[str, ...]:
+    """The values of a column of a table. Raises UsageError."""
+    path, _, head = text.rpartition(":")
+    if not path or not head:
+        raise UsageError(f"`{name}`: read {shown('@' + text)}, expected @table.csv:column")
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:  # noqa: PTH123 - as typed
+            rows = csv.reader(file)
+            heads = [each.strip() for each in next(rows, [])]
+            if head not in heads:
+                near = nearest(head, heads)
+                guess = f" (did you mean {near}?)" if near else ""
+                raise UsageError(
+                    f"`{path}` has no column {shown(head)}{guess}", hint=f"its columns are {', '.join(heads)}"
+                )
+            return tuple(_cells(path, rows, heads.index(head)))
+    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "it is no table in UTF-8"
+        raise UsageError(f"`{path}` cannot be read: {reason}") from None
+
+
+def _cells(path: str, rows: Iterator[list[str]], place: int) -> Iterator[str]:
+    for line, row in enumerate(rows, start=2):
+        if any(cell.strip() for cell in row):
+            value = row[place].strip() if place < len(row) else ""
+            if not value:
+                raise UsageError(f"{path}:{line}: this cell of the column is empty")
+            yield value
+
+
+def _told(text: str, exact: bool) -> Any:
+    """A value as results tell it: a number or a quantity in SI units, and any other text as it is typed."""
+    try:
+        if not exact:
+            return Environment().read(float(text), None)
+    except ValueError:
+        pass
+    arithmetic = FLOAT
+    if exact:
+        from rigidcli.symbolic.algebra.arithmetic import EXACT
+
+        arithmetic = EXACT
+    try:
+        return Environment(arithmetic).read(read_tree(text, "", Decimal if exact else float), None)
+    except (DocumentError, ValueProblem):
+        return text

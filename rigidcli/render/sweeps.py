@@ -1,0 +1,80 @@
+"""The reports of a sweep as one for people: a table with a row a value, of the columns that change."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+
+from rigidcli.render import Look
+from rigidcli.render.csv import row_of
+from rigidcli.render.table import number
+from rigidcli.render.terminal import GAP, cells
+from rigidcli.report import Column, Report, Table, Value
+
+
+def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None]) -> Iterator[Report]:
+    """One report with the table, if there are any; `tell` is told how many columns do not fit in it.
+
+    Its columns are the keys that are swept, names where there are several, and those of csv that are not the
+    same in all rows, as far as the width of the terminal allows.
+    """
+    columns: dict[str, list[Value]] = {}
+    units: dict[str, str] = {}
+    last, count = None, 0
+    keys: tuple[str, ...] = ()
+    told = set[str]()
+    for last in reports:
+        keys = tuple(entry.key for entry in last.swept)
+        row = row_of(last)
+        told.update(
+            head for entry in last.fields if look.verbose or not entry.diagnostic for head in entry.cells
+        )
+        for name, (_, unit) in row.items():
+            columns.setdefault(name, [None] * count)
+            units.setdefault(name, unit)
+        for name, column in columns.items():
+            column.append(row.get(name, _EMPTY)[0])
+        count += 1
+    if last is None:
+        return
+    fixed = [*keys, *(["name"] if len(set(columns["name"])) > 1 else [])]
+    others = [name for name in columns if name in told and name not in (*keys, "name")]
+    varied = [name for name in others if count == 1 or _varies(columns[name], look)]
+    shown = [*fixed, *varied]
+    kept = len(shown) if look.width is None else max(len(fixed) + 1, _fitting(shown, columns, units, look))
+    if kept < len(shown):
+        tell(f"{len(shown) - kept} more columns change, for which the terminal is too narrow: see `-f csv`")
+    table = Table(
+        "",
+        f"at {count:,} value{'s' * (count != 1)} of {', '.join(keys)}",
+        tuple(Column("", columns[name], (name,), units[name]) for name in shown[:kept]),
+    )
+    yield Report(last.schema, _name(columns["name"]), last.source, last.title, (), tables=(table,))
+
+
+_EMPTY = (None, "")
+"""A cell of a row that has no such result, and its unit."""
+
+
+def _name(names: list[str]) -> str:
+    return names[0] if len(set(names)) == 1 else f"{names[0]} and others"
+
+
+def _text(value: Value, look: Look) -> str:
+    return str(value) if value is None or isinstance(value, str | bool) else number(value, look.digits)
+
+
+def _varies(values: list[Value], look: Look) -> bool:
+    """Whether a column says different things, in the digits that are shown."""
+    first = _text(values[0], look)
+    return any(_text(value, look) != first for value in values)
+
+
+def _fitting(names: list[str], columns: dict[str, list[Value]], units: dict[str, str], look: Look) -> int:
+    """How many of the columns fit beside each other on the terminal."""
+    total = -GAP
+    for place, name in enumerate(names):
+        head = f"{name} ({units[name]})" if units[name] else name
+        total += GAP + max(cells(text) for text in [head, *(_text(value, look) for value in columns[name])])
+        if total > (look.width or total):
+            return place
+    return len(names)

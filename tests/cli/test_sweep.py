@@ -1,0 +1,387 @@
+"""`--sweep`, `--jobs` and `@files.txt`: a row is what a run at its value prints, whoever works it out."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rigidcli.errors import UsageError
+from rigidcli.model.sweeps import Range, read_sweep
+from tests.cli.test_commands import shell
+from tests.conftest import ROOT, Program
+
+CUBE = "configs/cube_corner.yaml"
+TOP = "configs/cone_top.yaml"
+SYMBOLS = "configs/cube_symbolic.yaml"
+
+
+def table(text: str) -> list[dict[str, str]]:
+    """The rows of csv, by the heads."""
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+def objects(text: str) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in text.splitlines()]
+
+
+# --- a row is a run
+
+RUNS = [
+    ("inertia", CUBE, "body.side", ["0.5", "5 cm", "2"]),
+    ("inertia", CUBE, "body.mass", ["1 lb", "3"]),
+    ("inertia", CUBE, "about", ["com", "origin", "[1, 2, 3]"]),
+    ("inertia", "configs/triangular_plate.yaml", "frame", ["{axis: [0, 0, 1], angle: 30 deg}"]),
+    ("axes", CUBE, "body.side", ["1", "1e-3"]),
+    ("axes", "configs/water.yaml", "body.points.0.mass", ["1 u", "16"]),
+    ("axes", "configs/crooked_wheel.yaml", "motion.omega.2", ["-3", "1 rpm"]),
+    ("precess", TOP, "top.spin", ["100 rpm", "700", "2000", "0"]),
+    ("precess", TOP, "top.tilt", ["0", "90 deg", "pi/3"]),
+    ("precess", TOP, "body.height", ["2 cm", "0.2"]),
+    ("precess", "configs/earth.yaml", "tide.obliquity", ["10 deg", "90 deg"]),
+    ("precess", "configs/feynman_plate.yaml", "motion.omega.0", ["0.1", "0"]),
+    ("euler", "configs/t_handle.yaml", "motion.omega.1", ["0.1", "0"]),
+    ("euler", TOP, "motion.samples", ["2", "3"]),
+    ("euler", "configs/damped_satellite.yaml", "motion.duration", ["0.1", "0.2"]),
+    ("hamilton", "configs/bead_on_hoop.yaml", "parameters.w", ["1", "9"]),
+    ("hamilton", "configs/bead_on_hoop.yaml", "orbit.initial.theta", ["1 deg", "0.5"]),
+    ("hamilton", "configs/coupled_pendulums.yaml", "parameters.k", ["1", "2.5", "null"]),
+    ("hamilton", "configs/notes_spring.yaml", "parameters.k", ["4"]),
+]
+
+
+@pytest.mark.parametrize(("command", "file", "key", "values"), RUNS)
+def test_a_row_is_what_a_run_with_that_value_prints(
+    program: Program, command: str, file: str, key: str, values: list[str]
+) -> None:
+    shorter = ["--duration", "0.1"] if command == "euler" and "duration" not in key else []
+    swept = program(command, "-f", "json", "--sweep", f"{key}={','.join(values)}", *shorter, file)
+    assert swept.code == 0
+    rows = objects(swept.out)
+    assert len(rows) == len(values)
+    for row, value in zip(rows, values, strict=True):
+        assert list(row.pop("swept")) == [key]
+        single = program(command, "-f", "json", "-s", f"{key}={value}", *shorter, file)
+        assert [row] == objects(single.out)
+
+
+@pytest.mark.parametrize(
+    ("command", "file", "key", "values"), [run for run in RUNS if run[0] in ("inertia", "axes", "precess")]
+)
+def test_cells_are_those_of_a_run_with_that_value(
+    program: Program, command: str, file: str, key: str, values: list[str]
+) -> None:
+    rows = table(program(command, "-f", "csv", "--sweep", f"{key}={','.join(values)}", file).out)
+    for row, value in zip(rows, values, strict=True):
+        [single] = table(program(command, "-f", "csv", "-s", f"{key}={value}", file).out)
+        assert {head: row[head] for head in single} == single
+        assert list(row)[:2] == [key, "name"]
+
+
+def test_swept_numbers_are_si_and_read_back_as_the_same_row(program: Program) -> None:
+    rows = table(program("precess", "-q", "-f", "csv", "--sweep", "top.spin=100 rpm:2000 rpm:7", TOP).out)
+    spins = [float(row["top.spin"]) for row in rows]
+    assert spins == pytest.approx([2 * math.pi / 60 * (100 + 1900 * k / 6) for k in range(7)], rel=1e-15)
+    for row in rows:
+        text = program("precess", "-q", "-f", "csv", "-s", f"top.spin={row['top.spin']}", TOP).out
+        assert table(text)[0].items() <= row.items()
+
+
+@pytest.mark.parametrize("format", ["csv", "json", "table"])
+@pytest.mark.parametrize("command", ["precess", "euler"])
+def test_bytes_do_not_depend_on_the_number_of_processes(program: Program, command: str, format: str) -> None:
+    arguments = (command, "-f", format, "--sweep", "top.spin=-10:800:20", "--sweep", "top.tilt=-1,0.5")
+    arguments = (*arguments, *(["--duration", "0.01"] if command == "euler" else []), TOP)
+    one, three = (program(*arguments, "-j", jobs) for jobs in ("1", "3"))
+    assert one == three
+    assert one.code == 3
+
+
+def test_many_files_in_processes(program: Program) -> None:
+    files = sorted(str(path.relative_to(ROOT)) for path in ROOT.glob("configs/*.yaml"))
+    for format in ("csv", "json", "table"):
+        one, two = (program("inertia", "-f", format, "-j", jobs, *files) for jobs in ("1", "2"))
+        assert one == two
+
+
+# --- which values there are
+
+
+def test_the_first_key_of_a_grid_changes_slowest(program: Program) -> None:
+    done = program("inertia", "-f", "csv", "--sweep", "body.side=1,2", "--sweep", "body.mass=1:3:3", CUBE)
+    pairs = [(row["body.side"], row["body.mass"]) for row in table(done.out)]
+    assert pairs == [(side, mass) for side in ("1.0", "2.0") for mass in ("1.0", "2.0", "3.0")]
+
+
+def test_zip_pairs_values(program: Program) -> None:
+    keys = ("--sweep", "body.side=1,2", "--sweep", "body.mass=3,4")
+    done = program("inertia", "--zip", "-f", "csv", *keys, CUBE)
+    assert [(row["body.side"], row["body.mass"]) for row in table(done.out)] == [
+        ("1.0", "3.0"),
+        ("2.0", "4.0"),
+    ]
+
+
+@given(st.decimals(-1000, 1000, places=3), st.decimals(-1000, 1000, places=3), st.integers(2, 50))
+def test_a_range_is_even_and_has_its_ends(start: Any, stop: Any, count: int) -> None:
+    sweep = read_sweep([f"a={start}:{stop}:{count}"], False)
+    values = [float(sweep.point(index)[0]) for index in range(count)]
+    assert values[0] == float(start) and values[-1] == float(stop)
+    for place, value in enumerate(values):
+        assert value == float(start + (stop - start) * place / (count - 1))
+
+
+def test_logarithmic_steps_have_a_constant_ratio() -> None:
+    sweep = read_sweep(["a=log:1e-3:1e3:7"], False)
+    assert [sweep.point(k)[0] for k in range(7)] == ["0.001", "0.01", "0.1", "1.0", "10.0", "100.0", "1000.0"]
+
+
+def test_a_billion_values_take_no_memory() -> None:
+    sweep = read_sweep(["a=0:1:1e9", "b=1:2:1e9"], False)
+    assert sweep.count == 10**18
+    assert sweep.point(10**18 - 1) == ("1.0", "2.0")
+
+
+def test_values_from_a_table(program: Program, tmp_path: Path) -> None:
+    (tmp_path / "spins.csv").write_text('run,"spin, typed"\n1,100 rpm\n\n2,200\n')
+    done = program("precess", "-f", "csv", "--sweep", f"top.spin=@{tmp_path}/spins.csv:spin, typed", TOP)
+    assert [float(row["top.spin"]) for row in table(done.out)] == pytest.approx([10.47197551, 200])
+
+
+@pytest.mark.parametrize(
+    ("sweep", "told"),
+    [
+        ("body.side=1:2", "expected START:STOP:COUNT"),
+        ("body.side=1:2:0", "read `0`, expected a COUNT from 1"),
+        ("body.side=1:2:-3", "read `-3`, expected a COUNT from 1"),
+        ("body.side=1:2:2.5", "read `2.5`, expected a COUNT from 1"),
+        ("body.side=1:2:1e99", "expected a COUNT from 1"),
+        ("body.side=nan:2:3", "it is not finite"),
+        ("body.side=1:1e999:3", "it is not finite"),
+        ("body.side=1 kg:2 m:3", "`kg` and `m` do not measure the same"),
+        ("body.side=1:2 cm:3", "`1` has no unit (write `1 cm`)"),
+        ("body.side=1 foo:2 foo:3", "unknown unit `foo`"),
+        ("body.side=log:0:1:3", "ends of the same sign"),
+        ("body.side=log:-1:1:3", "ends of the same sign"),
+        ("body.side=1,,2", "read `1,,2`"),
+        ("body.side=", "expected START:STOP:COUNT"),
+        ("body.side", "expected KEY=START:STOP:COUNT"),
+        ("body.side=@none.csv:x", "`none.csv` cannot be read: No such file"),
+        ("body.side=@configs/cube_corner.yaml:x", "has no column `x`"),
+        ("body.side=@none.csv", "expected @table.csv:column"),
+    ],
+)
+def test_values_that_cannot_be_read(program: Program, sweep: str, told: str) -> None:
+    done = program("inertia", "--sweep", sweep, CUBE)
+    assert (done.code, done.out) == (2, "")
+    assert told in " ".join(done.err.split())
+
+
+def test_pairs_of_different_lengths_are_refused(program: Program) -> None:
+    done = program("inertia", "--zip", "--sweep", "body.side=1,2", "--sweep", "body.mass=1,2,3", CUBE)
+    assert done.code == 2
+    assert "2 of `body.side`, 3 of `body.mass`" in done.err
+
+
+@pytest.mark.parametrize("option", [["--steps"], ["--plot", "-"], ["-f", "python"]])
+def test_what_is_for_one_document_is_refused(program: Program, option: list[str]) -> None:
+    done = program("hamilton", "--sweep", "parameters.w=1,2", *option, "configs/bead_on_hoop.yaml")
+    assert (done.code, done.out) == (2, "")
+
+
+# --- values that are refused
+
+
+def test_a_value_that_is_refused_is_told_and_the_others_stay(program: Program) -> None:
+    done = program("inertia", "-q", "-f", "csv", "--sweep", "body.side=-1:2:4", CUBE)
+    assert done.code == 3
+    assert [row["body.side"] for row in table(done.out)] == ["1.0", "2.0"]
+    assert "at body.side=-1.0: " in done.err and "at body.side=0.0: " in done.err
+    assert done.err.count("expected a positive length") == 2
+
+
+def test_the_same_reason_is_told_once(program: Program) -> None:
+    done = program("inertia", "-f", "csv", "--sweep", "body.mass=1 m:2 m:40", "-j", "2", CUBE)
+    assert (done.code, done.out) == (3, "")
+    assert done.err.count("expected a mass (kg)") == 1
+    assert done.err.endswith("the same at 39 more values\n")
+
+
+def test_a_computation_that_fails_is_told_and_the_others_stay(program: Program) -> None:
+    arguments = ("euler", "--max-steps", "50", "--sweep", "motion.duration=0.1,1000", "-f", "csv")
+    done = program(*arguments, "configs/driven_gyro.yaml")
+    assert done.code == 4
+    assert len(table(done.out)) == 1
+    assert "at motion.duration=1000: " in done.err
+
+
+@pytest.mark.parametrize("key", ["body.sied", "bdoy.side", "body.parts.9.mass", "motion.spin"])
+def test_an_unknown_key_is_told_once_as_set_tells_it(program: Program, key: str) -> None:
+    file = "configs/top_looping.yaml" if "parts" in key else CUBE
+    swept = program("inertia", "-f", "csv", "--sweep", f"{key}=1:2:1e9", file)
+    single = program("inertia", "-f", "csv", "-s", f"{key}=1", file)
+    assert swept.code == single.code == 3
+    assert swept.out == ""
+    assert swept.err.splitlines()[0].replace("--sweep", "--set") == single.err.splitlines()[0]
+
+
+def test_a_value_in_a_wrong_unit_is_refused(program: Program) -> None:
+    done = program("inertia", "-f", "csv", "--sweep", "body.side=1 kg:2 kg:2", CUBE)
+    assert (done.code, done.out) == (3, "")
+    assert "expected a length (m)" in done.err
+
+
+def test_a_file_that_cannot_be_read_is_told_once(program: Program) -> None:
+    done = program("inertia", "-f", "csv", "--sweep", "body.side=1:2:5", "none.yaml", CUBE)
+    assert done.code == 3
+    assert done.err.count("none.yaml") == 1
+    assert len(table(done.out)) == 5
+
+
+def test_notes_are_told_once(program: Program) -> None:
+    done = program("precess", "-f", "csv", "--sweep", "top.spin=100:300:50", TOP)
+    assert done.err.count("friction at a fixed pivot") == 1
+
+
+# --- exact documents
+
+
+def test_exact_values_are_rationals_and_symbols_stay(program: Program) -> None:
+    rows = table(program("inertia", "-f", "csv", "--sweep", "body.side=0:1:4", SYMBOLS).out)
+    assert [row["body.side"] for row in rows] == ["1/3", "2/3", "1"]  # a side of 0 is refused
+    assert [row["Ixx"] for row in rows] == ["2*M/27", "8*M/27", "2*M/3"]
+    rows = objects(program("inertia", "-f", "json", "--exact", "--sweep", "body.side=0.1,1/3,5 cm", CUBE).out)
+    assert [row["swept"]["body.side"] for row in rows] == ["1/10", "1/3", "1/20"]
+
+
+@pytest.mark.parametrize("values", ["log:1:10:3", "0:pi:3", "0 cm:1 cm:4"])
+def test_rounded_steps_are_no_exact_numbers(program: Program, values: str) -> None:
+    done = program("inertia", "-q", "-f", "csv", "--exact", "--sweep", f"body.mass={values}", CUBE)
+    assert done.code in (2, 3)
+    assert not any("333" in row["body.mass"] for row in table(done.out))
+
+
+def test_a_value_for_a_symbol_makes_numbers(program: Program) -> None:
+    keys = ("--sweep", "parameters.M=1,2", "--sweep", "parameters.a=2:4:2")
+    rows = table(program("inertia", "-f", "csv", *keys, SYMBOLS).out)
+    assert [float(row["Ixx"]) for row in rows] == pytest.approx([8 / 3, 32 / 3, 16 / 3, 64 / 3])
+
+
+# --- tables for people
+
+
+def test_a_table_has_the_columns_that_change(program: Program) -> None:
+    lines = program("inertia", "--sweep", "body.side=1:2:3", CUBE).out.splitlines()
+    heads = lines[3].split("  ")
+    assert [head.strip() for head in heads if head.strip()][:3] == [
+        "body.side (m)",
+        "com_x (m)",
+        "com_y (m)",
+    ] or ("mass" not in lines[3])
+    assert len(lines) == 7
+
+
+@pytest.mark.parametrize("width", [60, 100])
+def test_a_table_is_no_wider_than_the_terminal(width: int) -> None:
+    command = f"export NO_COLOR=1; stty cols {width}; rigidcli precess -q --sweep top.spin=100:700:4 {TOP}"
+    script = f'rigidcli() {{ "{sys.executable}" -m rigidcli "$@"; }}; {command}'
+    done = shell(f"script -qec '{script}' /dev/null")
+    lines = [line.rstrip("\r") for line in done.stdout.decode().split("\n") if "note" not in line]
+    assert any("top.spin (rad/s)" in line for line in lines)
+    assert max(len(line.rpartition("\r")[2]) for line in lines) <= width
+
+
+def test_units_are_for_people(program: Program) -> None:
+    out = program("precess", "-q", "--units", "rpm", "--sweep", "top.spin=100 rpm:300 rpm:3", TOP).out
+    assert "top.spin (rpm)" in out
+    assert [line.split()[0] for line in out.splitlines()[4:]] == ["100", "200", "300"]
+
+
+def test_too_long_a_table_is_refused(program: Program) -> None:
+    done = program("inertia", "--sweep", "body.side=1:2:1e9", CUBE)
+    assert done.code == 2
+    assert "-f csv" in done.err
+
+
+# --- streams
+
+
+def test_rows_stream_into_head() -> None:
+    done = shell(f"rigidcli inertia -f csv --sweep body.side=1:2:1e12 {CUBE} | head -n 3")
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert len(done.stdout.splitlines()) == 3
+
+
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_an_interrupt_leaves_whole_rows(jobs: str) -> None:
+    arguments = ["inertia", "-f", "csv", "--sweep", "body.side=1:2:1e9", "-j", jobs, CUBE]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "rigidcli", *arguments],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    assert process.stdout is not None
+    begun = [process.stdout.readline() for _ in range(50)]
+    os.kill(process.pid, signal.SIGINT)
+    out, err = process.communicate(timeout=30)
+    assert (process.returncode, err) == (130, "")
+    lines = ("".join(begun) + out).splitlines()
+    assert {line.count(",") for line in lines} == {lines[0].count(",")}
+    assert (begun[-1] + out).endswith("\n")
+
+
+def test_an_output_file_is_whole_or_not_there(program: Program, tmp_path: Path) -> None:
+    file = tmp_path / "out.csv"
+    arguments = ("inertia", "-f", "csv", "--sweep", "body.side=1:2:20", "-o", str(file))
+    assert program(*arguments, CUBE).code == 0
+    assert len(table(file.read_text())) == 20
+    assert list(tmp_path.iterdir()) == [file]
+
+
+# --- lists of files
+
+
+def test_names_from_a_list(program: Program, tmp_path: Path) -> None:
+    document = tmp_path / "a cube.yaml"
+    document.write_text((ROOT / CUBE).read_text())
+    (tmp_path / "files.txt").write_text(f"# two cubes\n\n{document}\r\n  {CUBE}\n")
+    listed = program("inertia", "-f", "json", f"@{tmp_path}/files.txt")
+    assert listed == program("inertia", "-f", "json", str(document), CUBE)
+    assert program("validate", f"@{tmp_path}/files.txt").code == 0
+    assert program("inertia", "-f", "csv", "@-", stdin=f"{CUBE}\n").code == 0
+
+
+@pytest.mark.parametrize("name", ["@none.txt", "@empty.txt"])
+def test_lists_without_names(program: Program, tmp_path: Path, name: str) -> None:
+    (tmp_path / "empty.txt").write_text("# nothing\n")
+    done = program("inertia", f"@{tmp_path}/{name[1:]}")
+    assert done.code == 2
+    assert "one name on a line" in done.err or "one on a line" in done.err
+
+
+def test_answers_from_a_list(program: Program, tmp_path: Path) -> None:
+    folder = "configs/homework/answers"
+    names = sorted(str(path.relative_to(ROOT)) for path in (ROOT / folder).glob("*.yaml"))
+    (tmp_path / "answers.txt").write_text("\n".join(names))
+    arguments = ("check", "-f", "csv", "configs/homework/assignment.yaml")
+    assert program(*arguments, f"@{tmp_path}/answers.txt") == program(*arguments, *names)
+
+
+def test_exactness_is_asked_of_ranges_alone() -> None:
+    with pytest.raises(UsageError):
+        read_sweep(["a=log:1:2:3"], False).exactly()
+    assert isinstance(read_sweep(["a=1:2:3"], False).exactly().keys[0].values, Range)
