@@ -183,7 +183,8 @@ class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
     `about` is what people are told first; `notes` are remarks on the numbers, for standard error; `steps`
-    and `pictures` are told, and a `program` of the equations is written, on demand.
+    and `pictures` are told, and a `program` of the equations is written, on demand. `document` is the text
+    that was read.
     """
 
     schema: str
@@ -196,6 +197,7 @@ class Report(Mapping[str, Value]):
     steps: tuple[Step, ...] = ()
     pictures: tuple[Picture, ...] = ()
     program: Program | None = None
+    document: str = ""
 
     def tree(self) -> dict[str, Value]:
         """All values as JSON nests them."""
