@@ -74,9 +74,9 @@ class Result(Report):
 
     def _repr_html_(self) -> str:
         from rigidcli.render import Look
-        from rigidcli.render.notebook import fragment
+        from rigidcli.render.html import fragment
 
-        return fragment(self, Look())
+        return fragment(self, Look(steps=True))
 
     def _repr_latex_(self) -> str:
         from rigidcli.render import Look

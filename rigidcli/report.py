@@ -183,8 +183,9 @@ class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
     `about` is what people are told first; `notes` are remarks on the numbers, for standard error; `steps`
-    and `pictures` are told, and a `program` of the equations is written, on demand. `swept` are the values
-    of the keys at which this is the report, where a sweep asks for several.
+    and `pictures` are told, and a `program` of the equations is written, on demand. `document` is the text
+    that was read. `swept` are the values of the keys at which this is the report, where a sweep asks for
+    several.
     """
 
     schema: str
@@ -197,6 +198,7 @@ class Report(Mapping[str, Value]):
     steps: tuple[Step, ...] = ()
     pictures: tuple[Picture, ...] = ()
     program: Program | None = None
+    document: str = ""
     swept: tuple[Field, ...] = ()
 
     def tree(self) -> dict[str, Value]:

@@ -19,6 +19,7 @@ import rigidcli
 from rigidcli.render import PROGRAMS, Format
 
 from .conftest import ROOT, Program
+from .markup import markup
 
 CONFIGS = sorted((ROOT / "configs").glob("*.yaml"))
 STARTERS = sorted((ROOT / "rigidcli" / "starters").glob("*.yaml"))
@@ -68,6 +69,10 @@ def test_runs_in_every_command_and_format(path: Path, command: str, form: str, p
         assert len(rows) == samples or command == "euler"
     if form == "latex":
         assert outcome.out.count(r"\begin{") == outcome.out.count(r"\end{") > 0
+    if form == "html":
+        page = markup(outcome.out)
+        assert page.all("h1")
+        assert not [each for each in page.all("span") if each.attributes.get("class") == "latex"]
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")

@@ -128,22 +128,26 @@ PlotKind = Annotated[
 ]
 
 
-def _picture(command: str, path: str | None, kind: str | None, files: Sequence[str]) -> str | None:
+def _picture(
+    command: str, format: Format, path: str | None, kind: str | None, files: Sequence[str]
+) -> str | None:
     """The kind of picture that is asked for, if one is; refused where it cannot be drawn or written."""
-    if path is None and kind is None:
+    if path is None and kind is None and format is not Format.html:
         return None
-    from rigidcli.render.plots import require_ending, require_library
-    from rigidcli.studies.pictures import BEST, require_kind
+    from rigidcli.render.plots import require_ending, require_library, use_for
+    from rigidcli.studies.pictures import ANY, BEST, require_kind
 
     try:
         require_kind(command, kind or BEST)
         if path is None:
+            if format is Format.html:
+                return kind or ANY
             raise UsageError("`--plot-kind` chooses a picture", hint="say with `--plot` where it goes")
         require_ending(path)
         if len(files) > 1:
             raise UsageError("`--plot` draws one picture, of one FILE", hint="call it for each FILE")
         require_apart("--plot", path, files)
-        require_library(path)
+        require_library(use_for(path))
     except UsageError as error:
         hint = f" ({error.hint})" if error.hint else ""
         raise typer.BadParameter(error.message + hint, param_hint="'--plot'") from None
@@ -206,14 +210,14 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         ] = False,
         jobs: Jobs = 1,
         digits: Annotated[
-            int, typer.Option(min=1, max=17, metavar="N", help="Significant digits in table and latex.")
+            int, typer.Option(min=1, max=17, metavar="N", help="Significant digits for people.")
         ] = 6,
         exact: Exact = False,
         units: Annotated[
             str | None,
             typer.Option(
                 metavar="LIST",
-                help="Units in table and latex, such as g,cm,deg,rpm; json and csv stay SI.",
+                help="Units for people, such as g,cm,deg,rpm; json and csv stay SI.",
             ),
         ] = None,
         unit_header: Annotated[bool, typer.Option("--unit-header", help="CSV heads with units.")] = False,
@@ -221,7 +225,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         verbose: Annotated[
             bool, typer.Option("-v", "--verbose", help="Tell residuals, drifts, trusted digits, method, too.")
         ] = False,
-        steps: Annotated[bool, typer.Option("--steps", help="Show the working, in table and latex.")] = False,
+        steps: Annotated[bool, typer.Option("--steps", help="Show the working, to people.")] = False,
         standalone: Annotated[
             bool, typer.Option("--standalone", help="LaTeX that compiles by itself.")
         ] = False,
@@ -244,13 +248,13 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         named = {f"{SECTIONS[study.__name__]}.{name}": f"--{name}" for name in given}
         changes = [*(settings or ()), *map("=".join, zip(named, map(str, given.values()), strict=True))]
 
-        picture = _picture(study.__name__, plot, plot_kind, files)
+        swept = _sweep(sweep, pair)
+        if swept is not None:
+            _require_sweepable(format, {"--steps": steps, "--plot": bool(plot or plot_kind)}, swept.count)
+        picture = _picture(study.__name__, format, plot, plot_kind, files) if swept is None else None
         options |= {"picture": picture} if picture else {}
         pictured: list[Report] = []
 
-        swept = _sweep(sweep, pair)
-        if swept is not None:
-            _require_sweepable(format, {"--steps": steps, "--plot": bool(picture)}, swept.count)
         work = Work(study.__name__, options, exact, changes, named, columns, format is Format.json)
 
         def reports() -> Iterator[Report]:
@@ -273,7 +277,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                         else:
                             notes = report.notes if swept is None else known.new(report.notes)
                             tell_notes(report.source, notes, quiet)
-                            pictured.extend([report] if picture else [])
+                            pictured.extend([report] if plot else [])
                             yield in_units(report, wanted) if wanted else report
                     done()
             failures.end()

@@ -96,6 +96,7 @@ class Document(Section):
 
     _environment: Environment = PrivateAttr()
     _source: str = PrivateAttr(default="")
+    _text: str = PrivateAttr(default="")
     _notes: tuple[str, ...] = PrivateAttr(default=())
     _place: Callable[[Path], Place] | None = PrivateAttr(default=None)
 
@@ -177,9 +178,14 @@ class Document(Section):
         """What the reader of the document should know about it."""
         return self._notes
 
-    def came_from(self, source: str, notes: Sequence[str], place: Callable[[Path], Place]) -> Self:
-        """The document, knowing its source and notes, and the place of each of its values."""
-        self._source, self._notes, self._place = source, tuple(notes), place
+    @property
+    def text(self) -> str:
+        """What was typed; below it, in comments, what was set from outside."""
+        return self._text
+
+    def came_from(self, source: str, text: str, notes: Sequence[str], place: Callable[[Path], Place]) -> Self:
+        """The document, knowing its source, text and notes, and the place of each of its values."""
+        self._source, self._text, self._notes, self._place = source, text, tuple(notes), place
         return self
 
     def problem(self, message: str, key: str, *, hint: str | None = None) -> Problem:

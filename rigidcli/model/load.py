@@ -129,7 +129,8 @@ class Draft:
         if exact:
             # Read again, so that decimals are kept digit by digit.
             tree, _ = self._changed(swept, Decimal)
-        return _document(tree, Places(self.text, self.source, changed), self.folder, exact)
+        outside = "".join(f"# with {setting}\n" for setting in (*self.settings, *swept))
+        return _document(tree, Places(self.text, self.source, changed, outside), self.folder, exact)
 
     def is_exact(self, swept: Sequence[str]) -> bool:
         """Whether the document is worked exactly with these values swept. Raises as `load`."""
@@ -213,12 +214,19 @@ def _has_symbols(tree: object) -> bool:
 class Places:
     """Where the values of a text stand: its lines are looked up in a second pass, when first asked for.
 
-    `changed` has the paths to values that are given from outside, each with the option that gave it.
+    `changed` has the paths to values that are given from outside, each with the option that gave it, and
+    `outside` says so in comments.
     """
 
     text: str
     source: str
     changed: dict[Path, str] = field(default_factory=dict)
+    outside: str = ""
+
+    @property
+    def whole(self) -> str:
+        """The text, and what is given from outside."""
+        return f"{self.text.rstrip()}\n{self.outside}"
 
     @cached_property
     def _lines(self) -> dict[Path, int]:
@@ -297,7 +305,7 @@ def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -
     if document.orbit is not None and document.system is not None:
         notes += document.orbit.degrees_meant(document.system, tree["orbit"]["initial"])
     notes += [f"parameter `{name}` is not used" for name in unused]
-    return document.came_from(places.source, notes, places.of)
+    return document.came_from(places.source, places.whole, notes, places.of)
 
 
 def _is_symbolic(tree: Mapping[str, object]) -> bool:

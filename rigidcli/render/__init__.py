@@ -40,12 +40,13 @@ class Format(StrEnum):
     json = "json"
     csv = "csv"
     latex = "latex"
+    html = "html"
     python = "python"
     c = "c"
     julia = "julia"
 
 
-PEOPLE = (Format.table, Format.latex)
+PEOPLE = (Format.table, Format.latex, Format.html)
 """The formats that people read: in units of their choice, with as many digits as they ask for."""
 
 

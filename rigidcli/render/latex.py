@@ -5,9 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
+import numpy as np
+
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields, written
+from rigidcli.render.values import entries, has_words, is_exact, shown_columns, shown_fields, written
 from rigidcli.report import Column, Field, Report, Table, Value
 
 _SPECIAL = str.maketrans(
@@ -17,19 +19,39 @@ _SPECIAL = str.maketrans(
 )
 
 _SYMBOLS = {
-    r"\blambda([123])\b": r"$\\lambda_\1$",
+    r"\blambda(?:\\_)?([1-3i-k])\b": r"$\\lambda_\1$",
+    r"(?<!\\)\blambda\b": r"$\\lambda$",
     r"\be([123])\b": r"$\\mathbf{e}_\1$",
-    r"\bomega\b": r"$\\boldsymbol{\\omega}$",
+    r"\bomega([123])\b": r"$\\omega_\1$",
+    r"(?<!\\)\bomega\b": r"$\\boldsymbol{\\omega}$",
+    r"\\textasciicircum\{\}(\d+)": r"\\textsuperscript{\1}",
 }
 """The symbols that stand in the words of a result, spelled out as in a terminal, and how LaTeX has them."""
+
+_LONG = 60
+"""Letters of a formula or of words beyond which they are broken into lines: less than a page is wide."""
+
+_LINES = r"\parbox[t]{{0.75\linewidth}}{{\raggedright {}}}"
+"""Lines beside the equals sign, which TeX breaks at blanks."""
+
+_PAGE, _LETTER, _GAP = 482.0, 5.4, 12.0
+"""Width of a page of A4 with margins of 2 cm, of a digit of ten points, and between columns, in points."""
+
+_WIDTHLESS = re.compile(r"\\(?:left|right|[dt]?frac|mathrm|mathbf|text|d?dot|,)|[{}$^_ ]")
+"""What of LaTeX is not seen."""
+
+_MOST_IN_PMATRIX = 10
+"""Columns that a `pmatrix` has room for, unless the document sets MaxMatrixCols."""
 
 
 PREAMBLE = r"""\documentclass{article}
 \usepackage[margin=2cm]{geometry}
-\usepackage{amsmath}
+\usepackage{amsmath,graphicx}
+\allowdisplaybreaks
+\newcommand{\fit}[1]{\sbox0{#1}\ifdim\wd0>\linewidth\resizebox{\linewidth}{!}{\usebox0}\else\usebox0\fi}
 \begin{document}
 """
-"""What makes fragments a document that compiles by itself."""
+"""What makes fragments a document that compiles by itself, where `fit` shrinks what is wider than a line."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
@@ -43,8 +65,8 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         if report.fields:
             yield f"{formulas(report, look)}\n"
         yield from _tables(report.tables, look)
-        for number, step in enumerate(report.steps if look.steps else (), 1):
-            yield f"\\paragraph{{{number}. {_prose(step.title)}.}} {_prose(step.sentence)}\n"
+        for place, step in enumerate(report.steps if look.steps else (), 1):
+            yield f"\\paragraph{{{place}. {_prose(step.title)}.}} {_prose(step.sentence)}\n"
             if step.fields:
                 yield _aligned(step.fields, look) + "\n"
             yield from _tables(step.tables, look)
@@ -54,8 +76,8 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
 
 def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
     for table in tables:
-        if shown := shown_columns(table, look, _number):
-            yield _table(table, shown)
+        for columns in _pages([_told(*shown) for shown in shown_columns(table, look, number)]):
+            yield _table(table, columns)
 
 
 def formulas(report: Report, look: Look) -> str:
@@ -64,39 +86,82 @@ def formulas(report: Report, look: Look) -> str:
 
 
 def _aligned(fields: Iterable[Field], look: Look) -> str:
-    rows = " \\\\\n".join(f"  {_row(entry, look.digits)}" for entry in fields)
+    rows = " \\\\\n".join(f"  {_row(entry, look)}" for entry in fields)
     return f"\\begin{{align*}}\n{rows}\n\\end{{align*}}"
 
 
-def _table(table: Table, columns: list[tuple[Column, list[str]]]) -> str:
-    """A table in a `tabular`: heads with their units, then the rows."""
-    heads = [
-        (f"${column.symbols[0]}$" if column.symbols else _prose(column.cells[0]))
-        + (f" ({_prose(column.unit)})" if column.unit else "")
-        for column, _ in columns
-    ]
-    texts = [
-        [_prose(text) if isinstance(column.values[0], str | bool) else f"${text}$" for text in told]
-        for column, told in columns
-    ]
-    lines = [" & ".join(line) + r" \\" for line in zip(*texts, strict=True)]
-    body = "\n".join(f"  {line}" for line in [" & ".join(heads) + r" \\ \hline", *lines])
+def _told(column: Column, texts: list[str]) -> list[str]:
+    """A column as LaTeX: its head with the unit, and what stands below."""
+    head = f"${column.symbols[0]}$" if column.symbols else _prose(column.cells[0])
+    cells = [_prose(text) if has_words(column) else f"${text}$" for text in texts]
+    return [f"{head} ({_prose(column.unit)})" if column.unit else head, *cells]
+
+
+def _pages(columns: list[list[str]]) -> Iterator[list[list[str]]]:
+    """As many columns at a time as a page is wide, each time after the first."""
+    widths = [_GAP + _LETTER * max(map(_letters, column)) for column in columns]
+    page, used = columns[:1], sum(widths[:1])
+    for column, width in zip(columns[1:], widths[1:], strict=True):
+        if used + width > _PAGE and len(page) > 1:
+            yield page
+            page, used = columns[:1], widths[0]
+        page = [*page, column]
+        used += width
+    if page:
+        yield page
+
+
+def _letters(latex: str) -> int:
+    """About how many letters wide LaTeX is when it is set."""
+    return len(re.sub(r"\\\w+", "x", _WIDTHLESS.sub("", latex.replace(r"\times", "xxx"))))
+
+
+def _table(table: Table, columns: list[list[str]]) -> str:
+    """A table in a `tabular`: heads, then the rows."""
+    heads, *lines = (" & ".join(line) + r" \\" for line in zip(*columns, strict=True))
+    body = "\n".join(f"  {line}" for line in [heads + r" \hline", *lines])
     return (
         f"% {table.title}\n\\begin{{center}}\\begin{{tabular}}{{{'r' * len(columns)}}}\n{body}\n"
         "\\end{tabular}\\end{center}\n"
     )
 
 
-def _row(entry: Field, digits: int) -> str:
-    left = entry.symbol or rf"\text{{{entry.title}}}"
+def _row(entry: Field, look: Look) -> str:
+    left = entry.symbol or rf"\text{{{_prose(entry.title)}}}"
     if entry.words or entry.value is None:
-        return rf"{left} &\colon \text{{{_prose(entry.words or 'not known')}}}"
-    return f"{left} &= {value(entry, digits)}"
+        words = _prose(entry.words or "not known")
+        written = _LINES.format(words) if _letters(words) > _LONG else rf"\text{{{words}}}"
+        return rf"{left} &\colon {written}"
+    written = value(entry, look.digits)
+    if np.ndim(entry.value) != 2 or np.shape(entry.value)[1] > _MOST_IN_PMATRIX:
+        written = _broken(written, look) if _letters(written) > _LONG else written
+    return f"{left} &= {written}"
+
+
+def _broken(latex: str, look: Look) -> str:
+    """A long formula in lines, which end between the terms of a sum."""
+    first, *others = pieces(latex)
+    lines = [rf"$\displaystyle {line}$" for line in (first, *(f"{{}}{other}" for other in others))]
+    return _LINES.format(" ".join(rf"\fit{{{line}}}" if look.standalone else line for line in lines))
+
+
+def pieces(latex: str) -> list[str]:
+    """The formula cut before each equals sign, plus or minus that stands in no brackets."""
+    pieces, depth, start = [], 0, 0
+    for token in re.finditer(r"\\(?:left|begin|right|end)\b|[{}]| (?=[-+=] )", latex):
+        if token[0] in (r"\left", r"\begin", "{"):
+            depth += 1
+        elif token[0] != " ":
+            depth -= 1
+        elif depth == 0:
+            pieces.append(latex[start : token.start()])
+            start = token.end()
+    return [*pieces, latex[start:]]
 
 
 def value(entry: Field, digits: int) -> str:
     """A value with its unit, for math mode."""
-    factor, texts, unit = entries(entry, digits, _number)
+    factor, texts, unit = entries(entry, digits, number)
     if isinstance(texts, str):
         written = texts
     elif isinstance(texts[0], str):
@@ -105,7 +170,11 @@ def value(entry: Field, digits: int) -> str:
         # Fractions in rows without extra space would touch.
         apart = r" \\[1ex] " if any("frac" in cell for row in texts for cell in row) else r" \\ "
         rows = apart.join(" & ".join(row) for row in texts)
-        written = rf"\begin{{pmatrix}}{rows}\end{{pmatrix}}"
+        if len(texts[0]) > _MOST_IN_PMATRIX:
+            columns = "c" * len(texts[0])
+            written = rf"\left(\begin{{array}}{{{columns}}}{rows}\end{{array}}\right)"
+        else:
+            written = rf"\begin{{pmatrix}}{rows}\end{{pmatrix}}"
     # The unit is in upright letters: `kg m^2/s` becomes kg\,m^2/s.
     upright = rf"\,\mathrm{{{unit}}}".replace(" ", r"\,") if unit else ""
     return f"{factor}{written}{upright}"
@@ -119,10 +188,11 @@ def _prose(words: str) -> str:
     return text
 
 
-def _number(number: Value, digits: int) -> str:
-    if is_exact(number):
+def number(value: Value, digits: int) -> str:
+    """A float with so many digits, or an exact expression, for math mode."""
+    if is_exact(value):
         from rigidcli.symbolic.language.text import latex
 
-        return written(number, digits, latex)
-    mantissa, e, exponent = f"{number:.{digits}g}".partition("e")
+        return written(value, digits, latex)
+    mantissa, e, exponent = f"{value:.{digits}g}".partition("e")
     return rf"{mantissa} \times 10^{{{int(exponent)}}}" if e else mantissa

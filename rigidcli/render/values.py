@@ -71,9 +71,14 @@ def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Co
     ]
 
 
+def has_words(column: Column) -> bool:
+    """Whether people see words in the cells of a column, and no numbers."""
+    return all(isinstance(value, str | bool | None) for value in column.words or column.values)
+
+
 def _without_noise(column: Column) -> Column:
     values = column.values
-    if isinstance(values, np.ndarray):
+    if isinstance(values, np.ndarray) and not is_exact(values):
         values = np.where(np.abs(values) < column.noise * np.abs(values).max(), 0.0, values)
     return replace(column, values=values)
 

@@ -41,6 +41,7 @@ def report(
         tuple(map(_without_signed_zeros, tables)),
         tuple(map(_step_without_signed_zeros, steps)),
         tuple(pictures),
+        document=document.text,
     )
 
 

@@ -9,7 +9,10 @@ import pytest
 
 from tests.conftest import ROOT
 
-HEAVY = {"numpy", "scipy", "sympy", "mpmath", "pint", "yaml", "rich", "orjson", "matplotlib"}
+HEAVY = {
+    *("numpy", "scipy", "sympy", "mpmath", "pint", "yaml", "rich", "orjson", "matplotlib", "plotext"),
+    *("latex2mathml", "xml"),
+}
 
 RUNNER = """
 import atexit, sys

@@ -14,8 +14,8 @@ ENDINGS = ("png", "svg", "pdf")
 CHARACTERS = "-"
 """What stands for a chart of characters in place of the path to a file."""
 
-LIBRARIES = {"drawing": "matplotlib", "characters": "plotext"}
-"""The modules of this package, and the library without which each is of no use."""
+LIBRARIES = {"drawing": "matplotlib", "characters": "plotext", "formulas": "latex2mathml"}
+"""The libraries of the extra `show`, by what they are for: two are those of modules of this package."""
 
 
 def require_ending(path: str) -> None:
@@ -28,11 +28,20 @@ def require_ending(path: str) -> None:
         )
 
 
-def require_library(path: str) -> None:
-    """Raise UsageError unless what draws for this path is installed."""
-    library = LIBRARIES["characters" if path == CHARACTERS else "drawing"]
-    if util.find_spec(library) is None:
-        raise UsageError(f"{library} is not installed", hint="python -m pip install 'rigidcli[show]'")
+def has_library(use: str) -> bool:
+    """Whether the library for this use is installed."""
+    return util.find_spec(LIBRARIES[use]) is not None
+
+
+def require_library(use: str) -> None:
+    """Raise UsageError unless the library for this use is installed."""
+    if not has_library(use):
+        raise UsageError(f"{LIBRARIES[use]} is not installed", hint="python -m pip install 'rigidcli[show]'")
+
+
+def use_for(path: str) -> str:
+    """What draws for this path."""
+    return "characters" if path == CHARACTERS else "drawing"
 
 
 def picture_file(report: Report, path: str) -> bytes:
@@ -40,15 +49,25 @@ def picture_file(report: Report, path: str) -> bytes:
 
     Raises UsageError without matplotlib.
     """
-    require_library(path)
-    drawing = import_module("rigidcli.render.plots.drawing")
-    data: bytes = drawing.drawn(report, PurePath(path).suffix.lower().removeprefix("."))
+    return _drawn(report, PurePath(path).suffix.lower().removeprefix("."))
+
+
+def _drawn(report: Report, ending: str) -> bytes:
+    require_library("drawing")
+    data: bytes = import_module("rigidcli.render.plots.drawing").drawn(report, ending)
     return data
+
+
+def inline_picture(report: Report, prefix: str) -> str:
+    """The picture of a report as an element of HTML, in which all names begin with a prefix."""
+    from rigidcli.render.plots.inline import inline
+
+    return inline(_drawn(report, "svg"), f"{report.name}: {report.pictures[0].title}", prefix)
 
 
 def chart(report: Report, width: int | None) -> str:
     """The picture of a report as text of at most so many columns. Raises UsageError without plotext."""
-    require_library(CHARACTERS)
+    require_library("characters")
     characters = import_module("rigidcli.render.plots.characters")
     text: str = characters.drawn(report, width)
     return text

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from importlib import import_module
 
-from rigidcli.errors import UsageError
+from rigidcli.errors import RigidError, UsageError
 from rigidcli.report import Picture
 
 BEST = "best"
 """Asks for the first kind of picture that a result has something for."""
+
+ANY = "any"
+"""Asks for the best picture where there is one, and for none where there is nothing to draw."""
 
 KINDS: dict[str, dict[str, str]] = {
     "inertia": {"body": "pictures.bodies"},
@@ -38,11 +42,15 @@ def require_kind(command: str, kind: str) -> None:
 
 
 def drawn(command: str, kind: str | None, *result: object) -> tuple[Picture, ...]:
-    """The picture of this kind of what a study has found; none where the kind is None.
+    """The picture of this kind of what a study has found; none where the kind is None, or ANY finds none.
 
     Raises UsageError where there is nothing to show, with all reasons.
     """
     if kind is None:
+        return ()
+    if kind == ANY:
+        with suppress(RigidError):
+            return drawn(command, BEST, *result)
         return ()
     require_kind(command, kind)
     reasons = []

@@ -1,0 +1,171 @@
+"""Pages for a browser: pictures, results and formulas, the working and the document, all in one file."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+
+from rigidcli.render import Look
+from rigidcli.render.latex import number, value
+from rigidcli.render.plots import has_library, inline_picture, require_library
+from rigidcli.render.values import has_words, shown_columns, shown_fields
+from rigidcli.render.web.mathml import formula
+from rigidcli.render.web.page import page, resource, text
+from rigidcli.report import Column, Field, Report, Step, Table
+
+_NUMBER = re.compile(r"-?[0-9.]+")
+"""A number that needs no formula."""
+
+_SYMBOLS = {
+    r"\blambda_?([1-3i-k])\b": r"λ<sub>\1</sub>",
+    r"\blambda\b": "λ",
+    r"\be([123])\b": r"<b>e</b><sub>\1</sub>",
+    r"\bomega([123])\b": r"ω<sub>\1</sub>",
+    r"\bomega\b": "<b>ω</b>",
+    r"(?<=\w)\^(\d+)\b": r"<sup>\1</sup>",
+}
+"""The symbols that stand in the words of a result, spelled out as in a terminal, and how HTML has them."""
+
+
+def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
+    """One page: a section for each report, under a table of contents where there are several.
+
+    Raises UsageError without the libraries of the extra `show`.
+    """
+    for use in ("drawing", "formulas"):
+        require_library(use)
+    shown = list(reports)
+    if not shown:
+        return
+    (title, *others) = [_title(report) for report in shown]
+    yield from page(
+        f"{title}, and {len(others)} more" if others else title, _body(shown, look), styles=[_style()]
+    )
+
+
+def _body(reports: list[Report], look: Look) -> Iterator[str]:
+    if len(reports) == 1:
+        yield f"<main>\n{_section(reports[0], look, 'h1', 'result')}</main>\n"
+        return
+    yield f'<main>\n<h1>{len(reports)} results</h1>\n<nav aria-label="Contents"><ol>\n'
+    for place, report in enumerate(reports, 1):
+        yield f'<li><a href="#result-{place}">{text(_title(report))}</a></li>\n'
+    yield "</ol></nav>\n"
+    for place, report in enumerate(reports, 1):
+        yield _section(report, look, "h2", f"result-{place}")
+    yield "</main>\n"
+
+
+def fragment(report: Report, look: Look) -> str:
+    """The section of a report for a page of someone else, such as a notebook, with its own style."""
+    return f"<style>\n{_style()}</style>\n{_section(report, look, 'h2', '')}"
+
+
+def _style() -> str:
+    return resource("result.css")
+
+
+def _title(report: Report) -> str:
+    return f"{report.name}: {report.title}"
+
+
+def _section(report: Report, look: Look, head: str, anchor: str) -> str:
+    """A report under a heading, in an element whose class has all of its style."""
+    name = f' id="{anchor}"' if anchor else ""
+    return "".join(
+        [
+            f'<section class="rigidcli"{name}>\n<{head}>{text(_title(report))}</{head}>\n',
+            *_figures(report, anchor),
+            *_results(report, look),
+            *_tables(report.tables, look),
+            *_working(report.steps if look.steps else (), look),
+            *_notes(report),
+            *_document(report),
+            "</section>\n",
+        ]
+    )
+
+
+def _figures(report: Report, anchor: str) -> Iterator[str]:
+    """What is seen at a glance: the picture of the result, if it has one and there is what draws it."""
+    if report.pictures and has_library("drawing"):
+        yield f"<figure>{inline_picture(report, anchor or 'picture')}</figure>\n"
+
+
+def _results(report: Report, look: Look) -> Iterator[str]:
+    yield '<table class="results"><caption>Results</caption>\n'
+    for entry in shown_fields(report, look):
+        head = f'<th scope="row">{_prose(entry.title)}</th>'
+        yield f"<tr>{head}<td>{_result(entry, look)}</td></tr>\n"
+    yield "</table>\n"
+
+
+def _result(entry: Field, look: Look) -> str:
+    """The formula of a result, or its words."""
+    if entry.words or entry.value is None:
+        return _prose(entry.words or "not known")
+    symbol = f"{entry.symbol} = " if entry.symbol else ""
+    return formula(f"{symbol}{value(entry, look.digits)}")
+
+
+def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
+    """Tables in boxes of their own, which scroll where they are wider than the page."""
+    for table in tables:
+        if columns := shown_columns(table, look, number):
+            yield f'<div class="wide" role="region" tabindex="0" aria-label="{text(table.title)}"><table>'
+            yield f"<caption><span>{_prose(table.title)}</span></caption>\n<thead><tr>"
+            yield "".join(f'<th scope="col">{_head(column)}</th>' for column, _ in columns)
+            yield "</tr></thead>\n<tbody>\n"
+            for row in zip(*(_cells(column, texts) for column, texts in columns), strict=True):
+                yield f"<tr>{''.join(row)}</tr>\n"
+            yield "</tbody></table></div>\n"
+
+
+def _head(column: Column) -> str:
+    name = formula(column.symbols[0]) if column.symbols else _prose(column.cells[0])
+    return f"{name} ({_prose(column.unit)})" if column.unit else name
+
+
+def _cells(column: Column, texts: list[str]) -> Iterator[str]:
+    for told in texts:
+        if has_words(column):
+            yield f"<td>{_prose(told)}</td>"
+        else:
+            plain = told.replace("-", "\N{MINUS SIGN}")
+            yield f'<td class="number">{plain if _NUMBER.fullmatch(told) else formula(told)}</td>'
+
+
+def _working(steps: Iterable[Step], look: Look) -> Iterator[str]:
+    """The steps of the way to the results, folded."""
+    if steps:
+        yield '<details class="working"><summary>The working</summary>\n<ol>\n'
+        for step in steps:
+            yield f"<li><b>{_prose(step.title)}</b><p>{_prose(step.sentence)}</p>\n"
+            for entry in step.fields:
+                title = "" if entry.symbol else f"{_prose(entry.title)}: "
+                yield f'<p class="formula">{title}{_result(entry, look)}</p>\n'
+            yield from _tables(step.tables, look)
+            yield "</li>\n"
+        yield "</ol></details>\n"
+
+
+def _notes(report: Report) -> Iterator[str]:
+    if report.notes:
+        items = "".join(f"<li>{text(note)}</li>" for note in report.notes)
+        yield f'<aside aria-label="Notes"><b>Notes</b><ul>{items}</ul></aside>\n'
+
+
+def _document(report: Report) -> Iterator[str]:
+    """What was read, folded."""
+    if report.document:
+        yield f"<details><summary>The document: {text(report.source)}</summary>\n"
+        lines = "\n".join(map(text, report.document.splitlines()))
+        yield f"<pre>{lines}</pre></details>\n"
+
+
+def _prose(words: str) -> str:
+    """Words as text of a page, symbols of the field as symbols."""
+    escaped = text(words)
+    for spelled, symbol in _SYMBOLS.items():
+        escaped = re.sub(spelled, symbol, escaped)
+    return escaped

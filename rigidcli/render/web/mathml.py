@@ -1,0 +1,72 @@
+"""The house's LaTeX as MathML, which browsers set without a network and without a script."""
+
+from __future__ import annotations
+
+import html
+import re
+from xml.etree.ElementTree import Element, tostring
+
+from rigidcli.render.latex import pieces
+
+_FUNCTION = (
+    r"\\(?:(?:arc)?(?:sin|cos|tan)|sinh|cosh|tanh|ln|det|mathrm\{(?:ar(?:sin|cos|tan)h|atan2|sgn)\})"
+    r"(?![a-z])"
+)
+
+_DIALECT = {
+    r"\\\\\[1ex\]": r"\\\\",
+    r"\\operatorname\b": r"\\mathrm",
+    r"\\mathrm\{(\w)\}": r"\\text{\1}",
+    r"\\boldsymbol\{\\omega\}": "\N{MATHEMATICAL BOLD ITALIC SMALL OMEGA}",
+    r"\\boldsymbol\{\\Gamma\}": "\N{MATHEMATICAL BOLD CAPITAL GAMMA}",
+    r"\\mathbf\{1\}": "\N{MATHEMATICAL BOLD DIGIT ONE}",
+    rf"(?<=[\w)}}]) ?(?={_FUNCTION})": r"\\,",
+    rf"({_FUNCTION}(?:\^\{{\d+\}})?) ?(?=\w|\\(?!left))": r"\1\\,",
+}
+"""What latex2mathml does not know, or browsers do not set, and what says the same to both.
+
+Browsers have no bold letters but those of Unicode, and put no space about the name of a function.
+"""
+
+
+def formula(latex: str) -> str:
+    """A formula as MathML, which wraps between the terms of a sum.
+
+    What cannot be converted, all without the library of the extra `show`, stays LaTeX in dollar signs, which
+    most notebooks set.
+    """
+    try:
+        return "<wbr>".join(_converted(piece, place > 0) for place, piece in enumerate(pieces(latex)))
+    except Exception:  # noqa: BLE001 - whatever the library stumbles over, a person can read the LaTeX
+        return f'<span class="latex">${html.escape(latex)}$</span>'
+
+
+def _converted(latex: str, follows: bool) -> str:
+    """A piece of a formula; where it `follows` another, the sign at its beginning is one between both."""
+    from latex2mathml.converter import convert_to_element
+
+    for ours, theirs in _DIALECT.items():
+        latex = re.sub(ours, theirs, latex)
+    math: Element = convert_to_element(latex)
+    del math.attrib["xmlns"]
+    for row in math.iter():
+        row.text = row.text and html.unescape(row.text)  # the library writes characters as entities
+    for row in math.iter():
+        _tidy(row, follows and row is math[0])
+    return tostring(math, encoding="unicode")
+
+
+def _tidy(row: Element, follows: bool) -> None:
+    """Let the letters of a word be one, and signs know whether they stand before or between."""
+    before: Element | None = None
+    for node in list(row):
+        if node.get("mathvariant") == "normal" and before is not None and before.get("mathvariant"):
+            before.text = f"{before.text}{node.text}"
+            row.remove(node)
+            continue
+        if node.tag == "mo" and node.text in ("-", "+", "\N{MINUS SIGN}"):
+            is_first = before is None or (before.tag == "mo" and before.get("form") != "postfix")
+            node.set("form", "infix" if follows or not is_first else "prefix")
+        if node.text == "/":
+            node.attrib |= {"lspace": "0", "rspace": "0"}
+        before, follows = node, False

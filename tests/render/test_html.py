@@ -1,0 +1,234 @@
+"""Pages: what stands in them, that all of them are well formed, and that text stays text."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+import rigidcli
+from rigidcli.render.plots import LIBRARIES
+from rigidcli.render.web.mathml import formula
+from tests.conftest import ROOT, Outcome, Program
+from tests.markup import Element, markup
+
+CUBE, HANDLE = "configs/cube_symbolic.yaml", "configs/t_handle.yaml"
+
+
+def page(program: Program, *arguments: str) -> Element:
+    outcome = program(*arguments, "-q", "-f", "html")
+    assert outcome.code == 0, outcome.err
+    return markup(outcome.out)
+
+
+def texts(root: Element, tag: str) -> list[str]:
+    return [" ".join(element.text.split()) for element in root.all(tag)]
+
+
+# --- What stands in a page
+
+
+def test_a_page_has_results_formulas_a_picture_samples_and_the_document(program: Program) -> None:
+    root = page(program, "euler", HANDLE)
+    assert texts(root, "h1") == texts(root, "title") == ["T-handle: motion by Euler's equations"]
+    rows = {row.children[0].text: row.children[1] for row in root.all("tr") if len(row.children) == 2}
+    result = rigidcli.euler(ROOT / HANDLE)
+    assert rows["time between flips"].text == f"τ/2={result['flip_interval']:.6g}s"
+    (picture,) = root.all("svg")
+    assert picture.attributes["role"] == "img"
+    assert picture.attributes["aria-label"] == "T-handle: angular velocity along the axes of the body"
+    samples = root.all("table")[-1]
+    assert len(samples.all("tr")) == 1 + 11
+    assert (ROOT / HANDLE).read_text().strip() == root.all("pre")[0].text.strip()
+
+
+def test_heads_of_rows_and_columns_are_told_from_cells(program: Program) -> None:
+    root = page(program, "euler", HANDLE)
+    assert {head.attributes["scope"] for head in root.all("th")} == {"row", "col"}
+    assert all(table.children[0].tag == "caption" for table in root.all("table"))
+
+
+def test_the_working_is_folded_and_there_on_demand(program: Program) -> None:
+    assert texts(page(program, "axes", CUBE), "summary") == [f"The document: {CUBE}"]
+    root = page(program, "axes", CUBE, "--steps")
+    working = root.all("details")[0]
+    assert texts(working, "summary") == ["The working"]
+    assert "open" not in working.attributes
+    assert len(working.all("li")) == 7
+    assert any("(2μ−λ)(11μ−λ)2" in math.text for math in working.all("p"))
+
+
+def test_digits_units_and_diagnostics_are_as_in_the_table(program: Program) -> None:
+    root = page(program, "euler", HANDLE, "--digits", "3", "--units", "ms", "-v")
+    words = " ".join(root.text.split())
+    assert "τ/2=2.11×103ms" in words
+    assert "closed form" in words
+    assert "closed form" not in page(program, "euler", HANDLE).text
+
+
+def test_what_was_set_from_outside_stands_below_the_document(program: Program) -> None:
+    root = page(program, "axes", CUBE, "-s", "parameters.M=3", "-s", "parameters.a=1")
+    assert root.all("pre")[0].text.endswith("# with parameters.M=3\n# with parameters.a=1")
+
+
+def test_another_picture_is_drawn_on_demand_and_none_of_what_has_no_values(program: Program) -> None:
+    (picture,) = page(program, "euler", HANDLE, "--plot-kind", "polhode").all("svg")
+    assert "polhode" in picture.attributes["aria-label"]
+    assert page(program, "axes", CUBE).all("svg") == []
+    assert program("axes", CUBE, "-f", "html", "--plot-kind", "body").code == 3
+    assert program("axes", CUBE, "-f", "html", "--plot-kind", "orbit").code == 2
+
+
+def test_a_picture_goes_to_a_file_and_into_the_page(program: Program, tmp_path: Path) -> None:
+    path = tmp_path / "a.png"
+    assert len(page(program, "euler", HANDLE, "--plot", str(path)).all("svg")) == 1
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+def test_several_files_have_a_table_of_contents(program: Program) -> None:
+    root = page(program, "axes", HANDLE, "configs/water.yaml", CUBE)
+    (nav,) = root.all("nav")
+    assert texts(root, "h1") == ["3 results"]
+    assert texts(nav, "li") == texts(root, "h2")
+    sections = [section.attributes["id"] for section in root.all("section")]
+    assert [link.attributes["href"] for link in nav.all("a")] == [f"#{name}" for name in sections]
+
+
+def test_a_bad_file_leaves_the_page_of_the_others(program: Program, tmp_path: Path) -> None:
+    bad, out = tmp_path / "bad.yaml", tmp_path / "out.html"
+    bad.write_text("body: {shape: cub}")
+    assert program("axes", HANDLE, str(bad), "-f", "html", "-o", str(out)).code == 3
+    assert texts(markup(out.read_text()), "h1") == ["T-handle: principal moments and axes"]
+    out.unlink()
+    assert program("axes", str(bad), "-f", "html", "-o", str(out)).code == 3
+    assert not out.exists()
+
+
+@pytest.mark.parametrize("use", ["drawing", "formulas"])
+def test_without_the_extra_the_message_says_how_to_get_it(
+    program: Program, monkeypatch: pytest.MonkeyPatch, use: str
+) -> None:
+    monkeypatch.setitem(LIBRARIES, use, "no_such")
+    outcome = program("axes", HANDLE, "-f", "html")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert "no_such is not installed" in outcome.err
+    assert "rigidcli[show]" in outcome.err
+
+
+def test_pages_are_the_same_each_time(program: Program) -> None:
+    first, second = (program("axes", HANDLE, "-f", "html").out for _ in range(2))
+    assert first == second
+
+
+# --- Formulas
+
+
+@pytest.mark.parametrize(
+    ("latex", "text"),
+    [
+        (r"H = \frac{p_{x}^{2}}{2 m} - m g x", "H=px22m−mgx"),
+        (r"\ddot{\theta}_{1} \cos\theta", "θ¨1cosθ"),
+        (r"\begin{pmatrix}1 & -2 \\[1ex] \frac{3}{4} & 0\end{pmatrix}", "(1−2340)"),
+        (r"\operatorname{atan2}\left(y, x\right)", "atan2(y,x)"),
+        (r"5\,\mathrm{kg\,m^2/s}", "5kgm2/s"),
+        (r"\text{a < b & c}", "a < b & c"),
+        (r"1.5 \times 10^{-3}", "1.5×10−3"),
+    ],
+)
+def test_formulas_say_what_their_latex_says(latex: str, text: str) -> None:
+    root = markup(formula(latex))
+    assert root.text.replace("\N{NO-BREAK SPACE}", " ") == text
+    assert root.all("math")
+
+
+def test_signs_before_and_between_are_told_apart() -> None:
+    first, second = markup(formula(r"-a - b")).all("math")
+    assert first.all("mo")[0].attributes["form"] == "prefix"
+    assert second.all("mo")[0].attributes["form"] == "infix"
+    (inner,) = markup(formula(r"\left(-a\right)")).all("mo")[1:2]
+    assert inner.attributes["form"] == "prefix"
+
+
+def test_words_are_words_and_units_upright() -> None:
+    (word,) = markup(formula(r"\mathrm{mass}")).all("mi")
+    assert word.text == "mass"
+    assert markup(formula(r"3\,\mathrm{s}")).all("mi") == []
+
+
+@pytest.mark.parametrize("latex", [r"\begin{foo}", "{", "x^"])
+def test_what_cannot_be_converted_stays_latex(latex: str) -> None:
+    assert markup(formula(latex)).text == f"${latex}$"
+
+
+def test_long_sums_wrap_between_their_terms() -> None:
+    long = " + ".join(f"x_{{{k}}}" for k in range(40))
+    root = markup(formula(rf"H = {long} - \left(a + b\right)"))
+    assert len(root.all("math")) == 1 + 40 + 1
+    assert len(root.all("wbr")) == 41
+
+
+# --- Text that would like to be more
+
+HOSTILE = (
+    """</script><script>alert('1')</script> "quoted" <img src=x onerror=alert(1)> & javascript:alert(1)"""
+)
+
+
+def hostile(program: Program, tmp_path: Path, *arguments: str) -> tuple[Element, Outcome]:
+    path = tmp_path / """a"><script>alert(2)<'.yaml"""
+    path.write_text(
+        f"name: '{HOSTILE.replace(chr(39), chr(39) * 2)}'\n"
+        f"description: '{HOSTILE.replace(chr(39), chr(39) * 2)}'\n"
+        "# <script>alert(3)</script>\n"
+        "parameters: {a: 1, script: 2}\n"
+        "body: {shape: cube, side: a, mass: 1}\n"
+        "motion: {omega: [0, 0, 1]}\n"
+    )
+    outcome = program("axes", "-f", "html", "--steps", *arguments, str(path))
+    assert outcome.code == 0, outcome.err
+    return markup(outcome.out), outcome
+
+
+def test_hostile_text_stays_text(program: Program, tmp_path: Path) -> None:
+    root, outcome = hostile(program, tmp_path)
+    assert root.all("script") == root.all("img") == []
+    assert HOSTILE in root.all("h1")[0].text
+    assert HOSTILE in root.all("title")[0].text
+    assert HOSTILE in root.all("svg")[0].attributes["aria-label"]
+    assert "<script>alert(3)</script>" in root.all("pre")[0].text
+    assert "a\"><script>alert(2)<'.yaml" in root.all("summary")[-1].text
+    assert "<script" not in outcome.out
+    assert "parameter `script` is not used" in root.all("aside")[0].text
+
+
+def test_hostile_text_stays_text_in_the_table_of_contents(program: Program, tmp_path: Path) -> None:
+    root, _ = hostile(program, tmp_path, CUBE)
+    assert root.all("script") == []
+    assert HOSTILE in root.all("nav")[0].text
+
+
+# --- Notebooks
+
+
+def test_a_notebook_has_the_same_section_and_no_style_leaves_it() -> None:
+    result = rigidcli.axes(ROOT / HANDLE, picture="best", steps=True)
+    shown = result._repr_html_()
+    root = markup(shown)
+    assert root.all("html") == root.all("script") == []
+    assert len(root.all("svg")) == 1
+    assert root.all("svg")[0].all("style") == []
+    (style,) = root.all("style")
+    bare = re.sub(r"@media[^{]*\{((?:[^{}]*\{[^{}]*\})*)\s*\}", r"\1", style.text)
+    selectors = [each.strip() for rule in re.findall(r"([^{}]+)\{", bare) for each in rule.split(",")]
+    assert selectors
+    assert all(each.startswith(".rigidcli") for each in selectors)
+
+
+def test_notebooks_need_no_library(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(LIBRARIES, "drawing", "no_such")
+    monkeypatch.setitem(sys.modules, "latex2mathml.converter", None)
+    root = markup(rigidcli.axes(ROOT / HANDLE, picture="best")._repr_html_())
+    assert root.all("svg") == root.all("math") == []
+    assert "$M = " in root.text
