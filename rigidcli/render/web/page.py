@@ -12,14 +12,20 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inl
 """What a page may load (a Content Security Policy): what stands in it, and nothing from anywhere else."""
 
 
-def page(title: str, body: Iterable[str], scripts: Iterable[str] = ()) -> Iterator[str]:
-    """A whole page, piece by piece: a title, which is text, a `body` of HTML, and `scripts` of this house."""
+def page(
+    title: str, body: Iterable[str], scripts: Iterable[str] = (), sheets: Iterable[str] = ()
+) -> Iterator[str]:
+    """A whole page, piece by piece: a title, which is text, a `body` of HTML, and `scripts` of this house.
+
+    `sheets` are resources with styles besides those of every page.
+    """
+    style = "".join(map(resource, ("page.css", *sheets)))
     yield (
         "<!DOCTYPE html>\n"
         '<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{text(title)}</title>\n<style>\n{resource('page.css')}</style>\n</head>\n<body>\n"
+        f"<title>{text(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
     )
     yield from body
     for script in scripts:
