@@ -2,6 +2,7 @@
 
 # Annotations here are objects, not texts: typer reads them.
 
+import os
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from enum import StrEnum
@@ -13,7 +14,7 @@ import typer
 
 import rigidcli
 from rigidcli.cli.computing import NoHeader, OutputPath, Quiet, listed, tell_notes
-from rigidcli.cli.output import Failures, Output, complain, progress
+from rigidcli.cli.output import Failures, Folder, Output, complain, progress
 from rigidcli.errors import UsageError
 from rigidcli.grading import Feedback
 from rigidcli.render import Look
@@ -56,6 +57,7 @@ class CheckFormat(StrEnum):
     csv = "csv"
     junit = "junit"
     gradescope = "gradescope"
+    html = "html"
 
 
 def check(
@@ -120,12 +122,13 @@ def check(
         raise typer.BadParameter(wrong)
     if views and format not in TABULAR[views[0]]:
         raise typer.BadParameter(f"{views[0]} has no other format than {', '.join(TABULAR[views[0]])}")
-    if steps and (feedback is not Feedback.full or format is not CheckFormat.table or views):
-        raise typer.BadParameter("--steps shows the keys: it is for tables with --feedback full")
+    shows_steps = format in (CheckFormat.table, CheckFormat.html) and not views
+    if steps and (feedback is not Feedback.full or not shows_steps):
+        raise typer.BadParameter("--steps shows the keys: it is for table and html with --feedback full")
     if column is not None and canvas is None:
         raise typer.BadParameter("--column is for --canvas")
     failures = Failures()
-    with failures.of(assignment), Output(output) as target:
+    with failures.of(assignment), _target(format, output, feedback) as target:
         from rigidcli.grading import batch, files
         from rigidcli.grading import roster as students
         from rigidcli.grading.assignment import prepare
@@ -141,7 +144,10 @@ def check(
         else:
             width, colour = target.terminal()
             style = Style(feedback, not no_header, width, colour)
+            remarks = _Remarks(quiet)
             view = _view(format, items, regrade, canvas, column or prepared.title, quiet)
+            if format is CheckFormat.html:
+                view = _pages(prepared, remarks.told, target, steps=steps)
             found = files.gather(answers or (), assignment)
             target.protect(*found.files)
             known = None if roster is None else students.read_roster(roster)
@@ -152,19 +158,69 @@ def check(
                 papers = [students.Paper(Path(answers[0]).stem if answers else "", None, MISSING)]
             for problem in found.problems:
                 complain(str(problem))
+                remarks.told.append(str(problem))
                 failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
-            tell_notes(roster or prepared.source, notes, quiet)
+            remarks.tell(roster or prepared.source, notes)
             with progress() as show:
                 # On a terminal, the results themselves show the progress.
                 seen = (lambda fraction: None) if width else show
                 judgements = batch.run(prepared.items, papers, jobs, seen)
                 others = [files.safe_name(str(file)) for file in found.others]
-                judged = _noted(judgements, others, prepared.source, failures, quiet, target)
+                judged = _noted(judgements, others, prepared.source, failures, remarks, target)
                 for piece in view(judged, style):
                     target.write(piece)
-            for piece in _solutions(prepared, width, colour) if steps else ():
+            for piece in _solutions(prepared, width, colour) if steps and format is CheckFormat.table else ():
                 target.write(piece)
     raise typer.Exit(failures.code)
+
+
+def _target(format: CheckFormat, path: str | None, feedback: Feedback) -> Output:
+    """Where results go; for pages, it may be a folder. Raises UsageError where that is not clear."""
+    if format is not CheckFormat.html or path in (None, "-"):
+        return Output(path)
+    place = Path(str(path))
+    named = str(path).endswith((os.sep, os.altsep or os.sep))
+    if place.exists() and named and not place.is_dir():
+        raise UsageError(f"`{path}` is a file, and no folder", hint=f"`-o {place}` writes one page into it")
+    if not (named or place.exists() or place.suffix):
+        hint = f"`-o {path}/` writes a page for each student, too, `-o {path}.html` the class on one page"
+        raise UsageError(f"`{path}` may be a file or a folder", hint=hint)
+    if not (named or place.is_dir()):
+        return Output(path)
+    if feedback is Feedback.none:
+        hint = f"`--feedback verdict` tells them more; `-o {place}.html` writes the class on one page"
+        raise UsageError("`--feedback none` leaves nothing to say on the pages of students", hint=hint)
+    return Folder(str(path))
+
+
+class _Remarks:
+    """Notes on files and students: printed, unless the user wants none, and kept for a page."""
+
+    def __init__(self, quiet: bool) -> None:
+        self._quiet = quiet
+        self.told = list[str]()
+
+    def tell(self, source: str, notes: Sequence[str]) -> None:
+        """Tell the notes on a source."""
+        tell_notes(source, notes, self._quiet)
+        self.told += [f"{source}: {note}" for note in notes]
+
+
+def _pages(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps: bool) -> "View":
+    """The function that turns judgements into the page of a class, or into those of a folder."""
+    from rigidcli.grading.reports import classroom, sheet
+
+    solutions = sheet.worked(prepared.solutions) if steps else {}
+    course = sheet.Course(prepared.title, remarks, solutions)
+    if not isinstance(target, Folder):
+        return lambda judgements, style: classroom.one_page(judgements, course, style)
+
+    def fill(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
+        for name, content in classroom.pages(judgements, course, style):
+            target.begin(name)
+            yield content
+
+    return fill
 
 
 def _solutions(prepared: "Prepared", width: int | None, colour: bool) -> Iterator[str]:
@@ -182,7 +238,7 @@ def _noted(
     others: Sequence[str],
     source: str,
     failures: Failures,
-    quiet: bool,
+    remarks: "_Remarks",
     target: Output,
 ) -> "Iterator[Judgement]":
     """The judgements, whose notes are printed, and whose verdicts decide the exit code.
@@ -193,7 +249,7 @@ def _noted(
 
     named = set[str]()
     for judgement in judgements:
-        tell_notes(judgement.source, judgement.notes, quiet)
+        remarks.tell(judgement.source, judgement.notes)
         if any(question.verdict != "correct" for question in judgement.questions):
             failures.code = max(failures.code, NOT_CORRECT)
         beside = [str(Path(judgement.source).parent / name) for name in judgement.files]
@@ -201,7 +257,7 @@ def _noted(
         named.update(beside)
         yield judgement
     unused = [str(Path(*Path(file).parts[-2:])) for file in others if file not in named]
-    tell_notes(source, noted("no answer files, and left out", unused), quiet)
+    remarks.tell(source, noted("no answer files, and left out", unused))
 
 
 def _view(

@@ -12,7 +12,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
@@ -24,6 +24,9 @@ from rigidcli.errors import ComputationError, DocumentError, Problem, RigidError
 
 LESS = "ask for fewer samples or smaller inputs, or allow more memory"
 """Advice where memory was not enough."""
+
+OTHER_NAME = "choose another name for the output"
+"""Advice where the output would take the place of a file that is read."""
 
 
 def complain(text: str) -> None:
@@ -111,8 +114,7 @@ class Output:
         for file in files:
             with contextlib.suppress(OSError, ValueError):  # a file that is not there is not lost
                 if Path(file).samefile(self._path):
-                    hint = "choose another name for the output"
-                    raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=hint)
+                    raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=OTHER_NAME)
 
     def write(self, piece: str) -> None:
         """Write a piece of text that is complete in itself."""
@@ -148,6 +150,40 @@ class Output:
         if self._path is None or error is not None or not self._pieces:
             return
         write_whole(self._path, self._pieces)
+
+
+class Folder(Output):
+    """A folder whose files are all written, or none; files of other names that are there already stay."""
+
+    def __init__(self, path: str) -> None:
+        super().__init__(path)
+        self._folder = Path(path)
+        self._files: dict[str, list[bytes]] = {}
+        self._read = set[tuple[int, int]]()
+
+    def begin(self, name: str) -> None:
+        """Begin a file of that name; what is written from now on stands in it."""
+        self._pieces = self._files[name] = []
+
+    def protect(self, *files: str | Path) -> None:
+        """Let no file of the folder take the place of one that is read, by whatever name."""
+        for file in files:
+            with contextlib.suppress(OSError, ValueError):
+                found = Path(file).stat()
+                self._read.add((found.st_dev, found.st_ino))
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if error is not None or not self._files:
+            return
+        for file in map(self._folder.joinpath, self._files):
+            if file.exists() and (file.stat().st_dev, file.stat().st_ino) in self._read:
+                raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=OTHER_NAME)
+        try:
+            _fill(self._folder, self._files)
+        except OSError as failure:
+            raise _failed(str(self._folder), failure) from None
 
 
 def write_whole(path: str, pieces: Sequence[bytes]) -> None:
@@ -191,6 +227,25 @@ def _replace(path: Path, pieces: Sequence[bytes]) -> None:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def _fill(folder: Path, files: Mapping[str, Sequence[bytes]]) -> None:
+    """Put files into a folder, when all of them are written; one that is not there comes whole."""
+    folder = folder.resolve()
+    is_new = not folder.exists()
+    for file in map(folder.joinpath, files):
+        if file.is_dir() and not file.is_symlink():
+            raise IsADirectoryError(errno.EISDIR, f"`{file.name}` in it is a folder")
+    place = folder.parent if is_new else folder
+    with tempfile.TemporaryDirectory(prefix=".rigidcli-", dir=place) as name:
+        stage = Path(name) / "files"
+        stage.mkdir()
+        for each, pieces in files.items():
+            (stage / each).write_bytes(b"".join(pieces))
+        if is_new:
+            stage.rename(folder)
+        for each in () if is_new else files:
+            (stage / each).replace(folder / each)
 
 
 @contextlib.contextmanager

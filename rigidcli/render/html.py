@@ -39,7 +39,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         return
     (title, *others) = [_title(report) for report in shown]
     yield from page(
-        f"{title}, and {len(others)} more" if others else title, _body(shown, look), styles=[_style()]
+        f"{title}, and {len(others)} more" if others else title, _body(shown, look), sheets=["result.css"]
     )
 
 

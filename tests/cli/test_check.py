@@ -16,7 +16,7 @@ from tests.conftest import ROOT, Outcome, Program
 
 ASSIGNMENT = "configs/homework/assignment.yaml"
 ANSWERS = "configs/homework/answers"
-FORMATS = ("table", "json", "csv", "junit", "gradescope")
+FORMATS = ("table", "json", "csv", "junit", "gradescope", "html")
 
 VERDICTS = {
     "ada": ["correct"] * 7,
@@ -183,6 +183,93 @@ def test_an_answer_does_not_count_the_file_of_another_student(tmp_path: Path, pr
     assert [found[name]["verdict"] for name in ("eve", "zoe")] == ["review", "review"]
     assert "another student's answer names this file, too" in found["eve"]["feedback"][0]["message"]
     assert "note: no answer files, and left out: `in/unused.csv`\n" in done.err
+
+
+def test_a_folder_of_pages_is_the_same_for_any_number_of_jobs(tmp_path: Path, program: Program) -> None:
+    found = []
+    for jobs in "14":
+        folder = tmp_path / jobs
+        options = ("-f", "html", "--feedback", "full", "--steps", "-j", jobs, "-o", f"{folder}/")
+        assert program("check", ASSIGNMENT, ANSWERS, *options) == Outcome(1, "", "")
+        found.append({file.name: file.read_bytes() for file in folder.iterdir()})
+        assert [file.name for file in tmp_path.iterdir() if file.name.startswith(".")] == []
+    assert found[0] == found[1]
+    assert set(found[0]) == {"index.html", *(f"{name}.html" for name in VERDICTS)}
+    told = found[0]["ada.html"].decode()
+    assert "Inertia tensor about O" in told
+    assert "17/17 (100%)" in told
+
+
+def test_a_folder_of_pages_keeps_what_is_in_it_and_is_filled_whole_or_not_at_all(
+    small: Path, program: Program
+) -> None:
+    words = ("check", f"{small}/hw.yaml", f"{small}/answers", "-f", "html", "-o")
+    folder = small / "pages"
+    folder.mkdir()
+    (folder / "mine.txt").write_text("kept")
+    (folder / "one.html").write_text("old")
+    (small / "elsewhere").write_text("kept")
+    (folder / "index.html").symlink_to(small / "elsewhere")
+    (folder / "two.html").mkdir()
+    before = {file: file.is_dir() or file.read_text() for file in small.rglob("*")}
+    done = program(*words, str(folder))
+    assert (done.code, done.out) == (2, "")
+    assert "`two.html` in it is a folder" in done.err
+    assert {file: file.is_dir() or file.read_text() for file in small.rglob("*")} == before
+    (folder / "two.html").rmdir()
+    assert program(*words, str(folder)) == Outcome(1, "", "")
+    assert {file.name for file in folder.iterdir()} == {"index.html", "mine.txt", "one.html", "two.html"}
+    assert (folder / "mine.txt").read_text() == (small / "elsewhere").read_text() == "kept"
+    assert "4/4 (100%)" in (folder / "one.html").read_text()
+    assert "0/4 (0%)" in (folder / "two.html").read_text()
+
+
+def test_no_page_takes_the_place_of_a_file_that_is_read(tmp_path: Path, program: Program) -> None:
+    answers = tmp_path / "index.html"
+    answers.write_text("answers: {a: 1}")
+    (tmp_path / "hw.yaml").write_text("questions: {a: {answer: 1, kind: number}}")
+    for place in (tmp_path, answers):
+        done = program("check", f"{tmp_path}/hw.yaml", str(answers), "-f", "html", "-o", str(place))
+        assert (done.code, done.out) == (2, "")
+        assert "would overwrite" in done.err
+    assert [file.name for file in sorted(tmp_path.iterdir())] == ["hw.yaml", "index.html"]
+    assert answers.read_text() == "answers: {a: 1}"
+
+
+@pytest.mark.parametrize(
+    ("place", "options", "said"),
+    [
+        ("report", (), "may be a file or a folder\n  hint: `-o {0}/report/` writes"),
+        ("hw.yaml/", (), "is a file, and no folder"),
+        ("no/such/", (), "no/such: cannot be written: No such file"),
+        ("out/", ("--feedback", "none"), "leaves nothing to say on the pages of students"),
+        ("one.html", ("--items",), "--items has no other format"),
+        ("one.html", ("--steps",), "with --feedback full"),
+    ],
+)
+def test_where_pages_go_must_be_clear(
+    place: str, options: tuple[str, ...], said: str, small: Path, program: Program
+) -> None:
+    before = sorted(small.rglob("*"))
+    words = ("check", f"{small}/hw.yaml", f"{small}/answers", "-f", "html", "-o", f"{small}/{place}")
+    done = program(*words, *options)
+    assert (done.code, done.out) == (2, "")
+    assert said.format(small) in done.err
+    assert sorted(small.rglob("*")) == before
+
+
+def test_a_page_tells_of_files_that_are_not_there_and_not_read(small: Path, program: Program) -> None:
+    (small / "answers" / "photo.jpg").write_text("")
+    (small / "answers" / "one.yaml").write_text("answers: {a: 2 m, zz: 1}")
+    words = ("check", f"{small}/hw.yaml", f"{small}/answers", f"{small}/nowhere.yaml", "-f", "html")
+    done = program(*words)
+    for said in ("nowhere.yaml: cannot be read", "there is no question `zz`", "`answers/photo.jpg`"):
+        assert said in done.err
+        assert said in done.out
+    assert (done.code, program(*words, "-q").out) == (2, done.out)
+    (small / "page.html").write_text("old")
+    assert program(*words, "-o", f"{small}/page.html").out == ""
+    assert (small / "page.html").read_text() == done.out
 
 
 def test_a_gradebook_is_filled(small: Path, program: Program) -> None:

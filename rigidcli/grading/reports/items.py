@@ -57,13 +57,15 @@ class Taken:
 class Tally:
     """The answers to one question: how many have each verdict, and those that are not right.
 
-    These begin with what waits for a person; the most frequent ones come first.
+    These begin with what waits for a person; the most frequent ones come first. The `facility` is the mean
+    share (0 to 1) of the points, of the answers that are judged; None where there are none, or no points.
     """
 
     question: str
     verdicts: dict[Verdict, int]
     suspicious: bool
     answers: tuple[Taken, ...]
+    facility: float | None = None
 
 
 def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
@@ -89,7 +91,10 @@ def _tally(id: str, given: Sequence[Judged]) -> Tally:
         for (answer, verdict, codes), count in ranked
     )
     counts = {verdict: verdicts[verdict] for verdict in VERDICTS}
-    return Tally(printable(id), counts, any(answer.suspicious for answer in answers), answers)
+    final = [each for each in given if each.verdict != "review"]
+    most = sum(each.max_score for each in final)
+    facility = sum(each.score for each in final) / most if most else None
+    return Tally(printable(id), counts, any(answer.suspicious for answer in answers), answers, facility)
 
 
 def _is_unexplained(answer: str, codes: tuple[str, ...]) -> bool:

@@ -53,21 +53,21 @@ def table(students: Iterable[Student], style: Style) -> Iterator[str]:
 
 def _block(student: Student, style: Style) -> str:
     """A student, the questions that are not right, and those with a remark."""
-    shown = [q for q in _as_one(student) if q.verdict != "correct" or q.feedback]
-    widest = max((len(_score(question)) for question in shown), default=0)
+    shown = [q for q in as_one(student) if q.verdict != "correct" or q.feedback]
+    widest = max((len(score(question)) for question in shown), default=0)
     rows = [
         Row(
-            ((f"  {question.id}", ""), (f"{_score(question):>{widest}}", ""), painted(question.verdict)),
+            ((f"  {question.id}", ""), (f"{score(question):>{widest}}", ""), painted(question.verdict)),
             question.message,
         )
         for question in shown
     ]
     right = all(question.verdict == "correct" for question in student.questions)
-    score = f"  {_score(student)}{'  all correct' if right else ''}"
-    return block(((student.student, "bold"), (score, "")), rows, style)
+    earned = f"  {score(student)}{'  all correct' if right else ''}"
+    return block(((student.student, "bold"), (earned, "")), rows, style)
 
 
-def _as_one(student: Student) -> Sequence[Told]:
+def as_one(student: Student) -> Sequence[Told]:
     """The questions, or a single one for all of them where the same is said of each, and none has points."""
     first, said = student.questions[0], {(each.verdict, each.feedback) for each in student.questions}
     if len(student.questions) == 1 or len(said) > 1 or first.verdict not in SHARED:
@@ -139,5 +139,6 @@ def points(number: float) -> str:
     return f"{round(number, 2) or number:.12g}"
 
 
-def _score(earned: Student | Told) -> str:
+def score(earned: Student | Told) -> str:
+    """The points that are earned, of those that could be."""
     return f"{points(earned.score)}/{points(earned.max_score)}"
