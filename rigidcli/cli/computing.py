@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rigidcli.report import Report
 
 Files = Annotated[
-    list[str], typer.Argument(metavar="FILE", help="Documents (YAML or JSON); `-` is standard input.")
+    list[str], typer.Argument(metavar="FILE", help="Documents, or bodies (.stl .csv ...); `-` is standard input.")
 ]
 
 

@@ -83,7 +83,7 @@ class PointMasses(Form):
             return mass_properties.of_points(arithmetic.array(self.points), arithmetic)
         if arithmetic.exact:
             raise ComputationError(
-                f"{self.points}: points from a file have no exact results",
+                f"the points in {self.points} are floats, and have no exact results",
                 hint="leave out `--exact` and give every parameter a value, or write the points out",
             )
         return self._in_file

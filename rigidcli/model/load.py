@@ -10,29 +10,22 @@ import re
 import stat
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from decimal import Decimal
-from functools import cached_property
 
 from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic
-from rigidcli.errors import DocumentError, Excerpt, Path, Problem, ValueProblem, shown
-from rigidcli.model.document import Document, Place
+from rigidcli.errors import DocumentError, Path, Problem, ValueProblem, shown
+from rigidcli.model.document import Document
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_parameters
+from rigidcli.model.places import BodyPlaces, Places, body_form
 from rigidcli.model.settings import Change, apply, split_setting
 from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
 from rigidcli.model.words import with_colon
 
 STDIN = "-"
 """The name of a file that stands for standard input."""
-
-NEAR = 20
-"""A value begins within so many lines of its key, or the line is not shown."""
-
-LONGEST_LINE = 2000
-"""The longest line (characters) that is searched for a slip: nobody would find the place in a longer one."""
 
 _TYPES = {
     "tuple_type": "a list, such as [0, 0, 1]",
@@ -63,6 +56,9 @@ def load(
 ) -> Document:
     """Read the document in the file `path`; `-` is standard input.
 
+    A file that is a body by itself, such as a table of points, stands for the document that has it as its
+    body, and the `settings` complete that.
+
     `exact` makes decimals rationals and parameters without a value symbols; a document that has such a
     parameter is exact in any case. One of a system keeps its expressions as they are, and has floats for
     the numbers that it needs. `settings` are texts `key=value`, as after `--set`; `options` has the keys of
@@ -73,8 +69,9 @@ def load(
     folder = pathlib.Path() if name == STDIN else pathlib.Path(name).parent
     # A file name may have bytes that are no text.
     source = os.fsencode(name).decode(errors="backslashreplace")
-    text = read_text(name, source)
-    return loads(text, source=source, folder=folder, exact=exact, settings=settings, options=options)
+    form = body_form(name)
+    places = Places(read_text(name, source), source) if form is None else BodyPlaces(name, source, form)
+    return _loaded(places, folder, exact, settings, options)
 
 
 def loads(
@@ -87,15 +84,25 @@ def loads(
     options: Mapping[str, str] | None = None,
 ) -> Document:
     """Read the document in `text`, as `load` does; files that it names are looked for in `folder`."""
+    return _loaded(Places(text, source), folder or pathlib.Path(), exact, settings, options)
+
+
+def _loaded(
+    places: Places,
+    folder: pathlib.Path,
+    exact: bool,
+    settings: Sequence[str],
+    options: Mapping[str, str] | None,
+) -> Document:
+    """The document of a text or file with settings; its `places` take note of what these change."""
     given: dict[Path, str] = {tuple(key.split(".")): option for key, option in (options or {}).items()}
-    changes = _changes(settings, given, float)
-    tree, paths = apply(read_tree(text, source), changes, source)
+    tree, paths = apply(places.tree(float), _changes(settings, given, float), places.source)
     exact = exact or _has_symbols(tree)
     if exact:
         # Read again, so that decimals are kept digit by digit.
-        tree, _ = apply(read_tree(text, source, Decimal), _changes(settings, given, Decimal), source)
-    changed = {path: given.get(path, "--set") for path in paths}
-    return _document(tree, Places(text, source, changed), folder or pathlib.Path(), exact)
+        tree, _ = apply(places.tree(Decimal), _changes(settings, given, Decimal), places.source)
+    places.changed |= {path: given.get(path, "--set") for path in paths}
+    return _document(tree, places, folder, exact)
 
 
 def read_text(name: str, source: str) -> str:
@@ -150,51 +157,6 @@ def _has_symbols(tree: object) -> bool:
     """Whether a parameter stands without a value."""
     parameters = tree.get("parameters") if isinstance(tree, dict) else None
     return isinstance(parameters, dict) and None in parameters.values()
-
-
-@dataclass
-class Places:
-    """Where the values of a text stand: its lines are looked up in a second pass, when first asked for.
-
-    `changed` has the paths to values that are given from outside, each with the option that gave it.
-    """
-
-    text: str
-    source: str
-    changed: dict[Path, str] = field(default_factory=dict)
-
-    @cached_property
-    def _lines(self) -> dict[Path, int]:
-        lines: dict[Path, int] = {}
-        read_tree(self.text, self.source, lines=lines)
-        return lines
-
-    @cached_property
-    def _typed(self) -> list[str]:
-        return self.text.splitlines()
-
-    def of(self, path: Path) -> Place:
-        """The source and line of a value, or of what is nearest above it; without a line if set outside."""
-        for changed, option in reversed(self.changed.items()):
-            if path[: len(changed)] == changed:
-                return f"{self.source} with {option}", None
-        known = (path[:end] for end in range(len(path), 0, -1) if path[:end] in self._lines)
-        return self.source, self._lines.get(next(known, ()))
-
-    def problem(self, problem: ValueProblem) -> Problem:
-        """The problem, at the place of its value."""
-        source, line = self.of(problem.path)
-        if source == self.source:
-            line = line or 1  # that of the document itself
-        excerpt = None
-        if problem.typed is not None and line is not None:
-            typed = problem.typed.partition("\n")[0].strip()
-            for number, text in enumerate(self._typed[line - 1 : line + NEAR], start=line):
-                if len(text) <= LONGEST_LINE and typed in text:
-                    line, excerpt = number, Excerpt.of(text, text.index(typed) + 1)
-                    break
-        key = ".".join(map(str, problem.path))
-        return Problem(source, problem.message, line, key, problem.hint, excerpt=excerpt)
 
 
 def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -> Document:

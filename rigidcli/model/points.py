@@ -55,10 +55,10 @@ def blocks(path: Path, *, checked: bool = True) -> Iterator[Block]:
         ValueProblem: while iterating; the file cannot be read or holds something else. The message
             starts with `path` as given, then the line of a CSV file or the row of an array.
     """
-    readers = {".npy": _npy_blocks, ".csv": _csv_blocks}
-    reader = readers.get(path.suffix.lower())
+    reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise ValueProblem(f"{path}: expected a file name that ends in `.csv` or `.npy`")
+        known = " or ".join(f"`{ending}`" for ending in READERS)
+        raise ValueProblem(f"{path}: expected a file name that ends in {known}")
     empty = True
     try:
         if not path.is_file():  # asked before opening: to open a pipe is to wait for its writer
@@ -244,3 +244,7 @@ def _fault(column: int, text: str, value: float | None) -> str:
     """What is wrong with a text in a column: no number, not finite, or not a mass."""
     kind = "a number" if value is None else "a positive mass" if math.isfinite(value) else "a finite number"
     return f"column {COLUMNS[column]}: read {shown(text)}, expected {kind}"
+
+
+READERS = {".csv": _csv_blocks, ".npy": _npy_blocks}
+"""The readers of files of points, by the endings of their names."""
