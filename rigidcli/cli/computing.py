@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from rigidcli.report import Report
 
 Files = Annotated[
-    list[str], typer.Argument(metavar="FILE", help="Documents, or bodies (.stl .csv ...); `-` is standard input.")
+    list[str],
+    typer.Argument(metavar="FILE", help="Documents, or bodies (.stl ...); `-` is standard input."),
 ]
 
 

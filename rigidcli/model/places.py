@@ -26,6 +26,7 @@ BODY_FILES = {
     ".off": "mesh",
     ".ply": "mesh",
     ".stl": "mesh",
+    ".xyz": "points",
 }
 """The key under which a document names a body that is a file, by the ending of the file's name."""
 

@@ -11,7 +11,7 @@ import pytest
 import rigidcli
 from rigidcli.model.bodies import FORMS
 from rigidcli.model.places import BODY_FILES
-from rigidcli.model.points import READERS
+from rigidcli.model.points import MOLECULE, READERS
 from tests.conftest import Program
 
 CLOUD = "m,x,y,z\n1,1,0,0\n2,0,1,0\n3,0,0,1\n"
@@ -25,7 +25,7 @@ def cloud(tmp_path: Path) -> Path:
 
 
 def test_every_ending_leads_to_a_form_and_every_file_of_points_has_one() -> None:
-    assert {ending for ending, form in BODY_FILES.items() if form == "points"} == set(READERS)
+    assert {ending for ending, form in BODY_FILES.items() if form == "points"} == {*READERS, MOLECULE}
     assert set(BODY_FILES.values()) <= {*FORMS, "mesh"}
     assert all(ending == ending.lower() for ending in BODY_FILES)
 
