@@ -43,7 +43,7 @@ NOTES = {
     "axes": "(masses are those of |A and B count as equal)",
     "hamilton": "(the mass matrix is singular|it is an equilibrium|the mode .* oscillates) where ",
 }
-"""What notes may say: of bodies how a molecule was read, of systems where something holds or fails, of motions anything."""
+"""What notes may say: how a molecule is read, where something holds or fails of a system; all of motions."""
 
 
 @pytest.mark.parametrize("form", Format)

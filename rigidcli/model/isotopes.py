@@ -14,6 +14,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from itertools import groupby
+from operator import attrgetter
 from typing import NamedTuple
 
 from rigidcli.errors import ValueProblem, shown
@@ -70,18 +72,33 @@ def isotope(text: str) -> tuple[Isotope, bool]:
     return element.common, False
 
 
+class Row(NamedTuple):
+    """A row of the table: what `isotopes.csv` has; the abundance is 0 where there is none."""
+
+    number: int
+    symbol: str
+    nucleons: int
+    mass: float
+    abundance: float
+
+
+def table() -> list[Row]:
+    """The table of isotopes, by atomic and mass number."""
+    lines = resources.files("rigidcli.model").joinpath("isotopes.csv").read_text("ascii").splitlines()
+    cells = (line.split(",") for line in lines[1:])
+    return [
+        Row(int(number), symbol, int(nucleons), float(mass), float(abundance or 0))
+        for number, symbol, nucleons, mass, abundance in cells
+    ]
+
+
 @cache
 def _elements() -> tuple[Mapping[str, Element], Mapping[int, Element]]:
     """The elements by their symbols, and by their atomic numbers."""
-    rows: dict[tuple[int, str], list[tuple[float, int, Isotope]]] = {}  # abundance, mass number, isotope
-    table = resources.files("rigidcli.model").joinpath("isotopes.csv").read_text("ascii")
-    for line in table.splitlines()[1:]:
-        number, symbol, nucleons, mass, abundance = line.split(",")
-        each = Isotope(f"{nucleons}{symbol}", float(mass))
-        rows.setdefault((int(number), symbol), []).append((float(abundance or 0), int(nucleons), each))
     by_number = {}
-    for (atomic_number, symbol), isotopes in rows.items():
-        most, _, common = max(isotopes)
-        listed = {nucleons: each for _, nucleons, each in isotopes}
-        by_number[atomic_number] = Element(symbol, listed, common if most else None)
+    for number, group in groupby(table(), key=attrgetter("number")):
+        rows = list(group)
+        listed = {row.nucleons: Isotope(f"{row.nucleons}{row.symbol}", row.mass) for row in rows}
+        most = max(rows, key=attrgetter("abundance"))
+        by_number[number] = Element(most.symbol, listed, listed[most.nucleons] if most.abundance else None)
     return {element.symbol: element for element in by_number.values()}, by_number
