@@ -36,7 +36,7 @@ Files = Annotated[
     typer.Argument(
         metavar="FILE",
         callback=listed,
-        help="Documents (YAML or JSON); `-` is standard input, `@files.txt` a list of names.",
+        help="Documents, or bodies (.stl ...); `-` is standard input, `@files.txt` a list of names.",
     ),
 ]
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from functools import partial
 from pathlib import Path
 
 import typer
@@ -25,14 +26,15 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
 
     Example: rigidcli validate cube.yaml homework.yaml
     """
-    from rigidcli.model.load import loads, read_text
+    from rigidcli.model.load import load, loads, read_text
+    from rigidcli.model.places import body_form
 
     failures = Failures()
     with Output(None) as target:
         for file in files:
             with failures.of(file):
                 source = os.fsencode(file).decode(errors="backslashreplace")
-                text = read_text(file, source)
+                text = "" if body_form(file) else read_text(file, source)
                 folder = Path() if file == "-" else Path(file).parent
                 kind = _kind(text)
                 if kind == "questions":
@@ -40,7 +42,11 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
                 elif kind == "answers":
                     lines = _answers(text, folder / Path(file).name, failures)
                 else:
-                    document = loads(text, source=source, folder=folder, exact=exact, settings=settings or ())
+                    is_body = body_form(file) is not None
+                    read = (
+                        partial(load, file) if is_body else partial(loads, text, source=source, folder=folder)
+                    )
+                    document = read(exact=exact, settings=settings or ())
                     tell_notes(document.source, document.notes, quiet)
                     lines = ["valid"]
                 if lines:

@@ -1,11 +1,10 @@
-"""The forms of body besides the shapes (point masses, composites, known tensors), and the choice of one."""
+"""The forms of body besides shapes and point masses (composites, known tensors), and the choice of one."""
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from functools import cached_property, reduce
+from functools import reduce
 from operator import add
 from typing import Annotated, Any, ClassVar, TypeAlias
 
@@ -14,13 +13,12 @@ from pydantic import Field, ValidationInfo
 
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
-from rigidcli.errors import ComputationError, ValueProblem, at, shown
-from rigidcli.model import holes, points
+from rigidcli.errors import ValueProblem, at, shown
+from rigidcli.model import holes
 from rigidcli.model.base import (
     Alternative,
     AsList,
     Choice,
-    Coordinate,
     Mass,
     MomentOfInertia,
     Point,
@@ -32,6 +30,7 @@ from rigidcli.model.base import (
     refuse,
 )
 from rigidcli.model.environment import Environment
+from rigidcli.model.point_masses import PointMasses
 from rigidcli.model.shape import Form
 from rigidcli.model.shape_names import shape_called
 from rigidcli.model.shapes import SHAPES
@@ -39,71 +38,6 @@ from rigidcli.model.words import keys_called, with_colon
 
 SYMMETRY_TOLERANCE = 1e-9
 """How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded."""
-
-
-class PointMass(Section):
-    """A point with a mass."""
-
-    mass: Mass
-    position: Vector3
-
-
-def _row(raw: Mapping[str, Any], env: Environment) -> tuple[Scalar, ...]:
-    point = PointMass.model_validate(raw, context=env)
-    return (point.mass, *point.position)
-
-
-Row: TypeAlias = Annotated[
-    tuple[Scalar, Scalar, Scalar, Scalar],
-    Alternative(
-        dict,
-        _row,
-        otherwise=Annotated[tuple[Mass, Coordinate, Coordinate, Coordinate], AsList],
-        schema=reference(PointMass),
-    ),
-]
-
-
-class PointMasses(Form):
-    """Point masses, in the document or in a file (.csv with the header m,x,y,z, or .npy of shape (n, 4))."""
-
-    points: Annotated[
-        tuple[Row, ...] | pathlib.Path,
-        Alternative(
-            str,
-            lambda raw, env: env.file(raw),
-            otherwise=Annotated[tuple[Row, ...], AsList, Field(min_length=1)],
-            schema={"type": "string", "description": "A .csv or .npy file, beside the document"},
-        ),
-    ]
-
-    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
-        """Sums over the points; those of a file are read in blocks."""
-        if not isinstance(self.points, pathlib.Path):
-            return mass_properties.of_points(arithmetic.array(self.points), arithmetic)
-        if arithmetic.exact:
-            raise ComputationError(
-                f"{self.points}: points from a file have no exact results",
-                hint="leave out `--exact` and give every parameter a value, or write the points out",
-            )
-        return self._in_file
-
-    @cached_property
-    def _in_file(self) -> mass_properties.MassProperties:
-        path = self.points
-        assert isinstance(path, pathlib.Path)
-        with at("points"):
-            body = mass_properties.of_blocks(lambda: points.blocks(path, checked=False))
-            if not np.isfinite(body.tensor).all():
-                for _ in points.blocks(path):
-                    pass  # names the row to blame
-            return body
-
-    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
-        """Summed over the points; that of a file is shifted, so that the file is read once."""
-        if isinstance(self.points, pathlib.Path):
-            return super().local_inertia_about(point, n, error)
-        return mass_properties.about(n.array(self.points), point, error)
 
 
 class TensorEntries(Section):
@@ -218,6 +152,13 @@ class Composite(Form):
         """The sum over the parts, less that over the holes, along axes that they have in common."""
         found = (part.inertia_about(point, n, error).times(-1 if part.hole else 1) for part in self.parts)
         return reduce(add, found)
+
+    @property
+    def rounding(self) -> float | None:
+        """The largest of molecules taken as one (m); None unless all parts are molecules."""
+        found = [None if part.hole else part.rounding for part in self.parts]
+        known = [each for each in found if each is not None]
+        return max(known) if len(known) == len(found) else None
 
     def leaves(self, arithmetic: Arithmetic) -> Iterator[holes.Leaf]:
         """The shapes of which the composite is made, however deep, each with sign and place."""

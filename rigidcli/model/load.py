@@ -12,16 +12,16 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
-from functools import cached_property
 from typing import TypeAlias
 
 from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic
-from rigidcli.errors import DocumentError, Excerpt, Path, Problem, ValueProblem, shown
-from rigidcli.model.document import Document, Place
+from rigidcli.errors import DocumentError, Path, Problem, ValueProblem, shown
+from rigidcli.model.document import Document
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_parameters
+from rigidcli.model.places import BodyPlaces, Places, body_form
 from rigidcli.model.settings import Change, apply, split_setting
 from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
 from rigidcli.model.words import with_colon
@@ -34,12 +34,6 @@ SWEEP = "--sweep"
 
 _Decimal: TypeAlias = Callable[[str], object]
 """What makes a number of a decimal as it is typed."""
-
-NEAR = 20
-"""A value begins within so many lines of its key, or the line is not shown."""
-
-LONGEST_LINE = 2000
-"""The longest line (characters) that is searched for a slip: nobody would find the place in a longer one."""
 
 _TYPES = {
     "tuple_type": "a list, such as [0, 0, 1]",
@@ -70,6 +64,9 @@ def load(
 ) -> Document:
     """Read the document in the file `path`; `-` is standard input.
 
+    A file that is a body by itself, such as a table of points, stands for the document that has it as its
+    body, and the `settings` complete that.
+
     `exact` makes decimals rationals and parameters without a value symbols; a document that has such a
     parameter is exact in any case. One of a system keeps its expressions as they are, and has floats for
     the numbers that it needs. `settings` are texts `key=value`, as after `--set`; `options` has the keys of
@@ -89,7 +86,7 @@ def loads(
     options: Mapping[str, str] | None = None,
 ) -> Document:
     """Read the document in `text`, as `load` does; files that it names are looked for in `folder`."""
-    return Draft(text, source, folder or pathlib.Path(), exact, settings, options or {}).document()
+    return Draft(Places(text, source), folder or pathlib.Path(), exact, settings, options or {}).document()
 
 
 def draft(
@@ -104,23 +101,29 @@ def draft(
     folder = pathlib.Path() if name == STDIN else pathlib.Path(name).parent
     # A file name may have bytes that are no text.
     source = os.fsencode(name).decode(errors="backslashreplace")
-    return Draft(read_text(name, source), source, folder, exact, settings, options or {})
+    form = body_form(name)
+    places = Places(read_text(name, source), source) if form is None else BodyPlaces(name, source, form)
+    return Draft(places, folder, exact, settings, options or {})
 
 
 @dataclass
 class Draft:
-    """The text of a document, of which some values may still change; its syntax is read once.
+    """What a document is made of, of which some values may still change; its syntax is read once.
 
     The other fields are what `load` takes. `swept` are texts `KEY=VALUE` of `--sweep`.
     """
 
-    text: str
-    source: str
+    places: Places
     folder: pathlib.Path
     exact: bool
     settings: Sequence[str]
     options: Mapping[str, str]
     _trees: dict[_Decimal, tuple[object, dict[Path, str]]] = field(default_factory=dict)
+
+    @property
+    def source(self) -> str:
+        """The name of the file."""
+        return self.places.source
 
     def document(self, swept: Sequence[str] = ()) -> Document:
         """The document with these values swept; each call must give the same keys. Raises as `load`."""
@@ -129,8 +132,9 @@ class Draft:
         if exact:
             # Read again, so that decimals are kept digit by digit.
             tree, _ = self._changed(swept, Decimal)
-        outside = "".join(f"# with {setting}\n" for setting in (*self.settings, *swept))
-        return _document(tree, Places(self.text, self.source, changed, outside), self.folder, exact)
+        return _document(
+            tree, self.places.with_changes(changed, (*self.settings, *swept)), self.folder, exact
+        )
 
     def is_exact(self, swept: Sequence[str]) -> bool:
         """Whether the document is worked exactly with these values swept. Raises as `load`."""
@@ -144,7 +148,7 @@ class Draft:
         if decimal not in self._trees:
             names: dict[Path, str] = {tuple(key.split(".")): name for key, name in self.options.items()}
             changes = _changes(self.settings, names, decimal)
-            tree, paths = apply(read_tree(self.text, self.source, decimal), changes, self.source)
+            tree, paths = apply(self.places.tree(decimal), changes, self.source)
             self._trees[decimal] = tree, {path: names.get(path, "--set") for path in paths}
         tree, changed = self._trees[decimal]
         if not swept:
@@ -208,58 +212,6 @@ def _has_symbols(tree: object) -> bool:
     """Whether a parameter stands without a value."""
     parameters = tree.get("parameters") if isinstance(tree, dict) else None
     return isinstance(parameters, dict) and None in parameters.values()
-
-
-@dataclass
-class Places:
-    """Where the values of a text stand: its lines are looked up in a second pass, when first asked for.
-
-    `changed` has the paths to values that are given from outside, each with the option that gave it, and
-    `outside` says so in comments.
-    """
-
-    text: str
-    source: str
-    changed: dict[Path, str] = field(default_factory=dict)
-    outside: str = ""
-
-    @property
-    def whole(self) -> str:
-        """The text, and what is given from outside."""
-        return f"{self.text.rstrip()}\n{self.outside}"
-
-    @cached_property
-    def _lines(self) -> dict[Path, int]:
-        lines: dict[Path, int] = {}
-        read_tree(self.text, self.source, lines=lines)
-        return lines
-
-    @cached_property
-    def _typed(self) -> list[str]:
-        return self.text.splitlines()
-
-    def of(self, path: Path) -> Place:
-        """The source and line of a value, or of what is nearest above it; without a line if set outside."""
-        for changed, option in reversed(self.changed.items()):
-            if path[: len(changed)] == changed:
-                return f"{self.source} with {option}", None
-        known = (path[:end] for end in range(len(path), 0, -1) if path[:end] in self._lines)
-        return self.source, self._lines.get(next(known, ()))
-
-    def problem(self, problem: ValueProblem) -> Problem:
-        """The problem, at the place of its value."""
-        source, line = self.of(problem.path)
-        if source == self.source:
-            line = line or 1  # that of the document itself
-        excerpt = None
-        if problem.typed is not None and line is not None:
-            typed = problem.typed.partition("\n")[0].strip()
-            for number, text in enumerate(self._typed[line - 1 : line + NEAR], start=line):
-                if len(text) <= LONGEST_LINE and typed in text:
-                    line, excerpt = number, Excerpt.of(text, text.index(typed) + 1)
-                    break
-        key = ".".join(map(str, problem.path))
-        return Problem(source, problem.message, line, key, problem.hint, problem.code, excerpt)
 
 
 def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -> Document:

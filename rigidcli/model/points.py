@@ -11,6 +11,7 @@ import os
 import re
 import warnings
 from collections.abc import Iterator
+from contextlib import contextmanager
 from io import BufferedReader, BytesIO
 from pathlib import Path
 
@@ -24,6 +25,9 @@ Block = NDArray[np.float64]
 
 COLUMNS = ("m", "x", "y", "z")
 """What the columns of a block hold, in this order."""
+
+MOLECULE = ".xyz"
+"""The ending of files whose points are atoms: they say more, and are read by a module of their own."""
 
 BLOCK_ROWS = 25_000
 """The most rows of a block, 0.8 MB; not a power of two, which would put columns on the same cache lines."""
@@ -55,22 +59,29 @@ def blocks(path: Path, *, checked: bool = True) -> Iterator[Block]:
         ValueProblem: while iterating; the file cannot be read or holds something else. The message
             starts with `path` as given, then the line of a CSV file or the row of an array.
     """
-    readers = {".npy": _npy_blocks, ".csv": _csv_blocks}
-    reader = readers.get(path.suffix.lower())
+    reader = READERS.get(path.suffix.lower())
     if reader is None:
-        raise ValueProblem(f"{path}: expected a file name that ends in `.csv` or `.npy`")
+        known = ", ".join(f"`{ending}`" for ending in READERS)
+        raise ValueProblem(f"{path}: expected a file name that ends in {known} or `{MOLECULE}`")
     empty = True
+    with opened(path) as file:
+        for block in reader(file, str(path), checked):
+            empty = False
+            yield block
+    if empty:
+        raise ValueProblem(f"{path}: no points")
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[BufferedReader]:
+    """The regular file at `path`, open for reading. Raises ValueProblem where it cannot be read."""
     try:
         if not path.is_file():  # asked before opening: to open a pipe is to wait for its writer
             raise ValueProblem(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
         with path.open("rb") as file:
-            for block in reader(file, str(path), checked):
-                empty = False
-                yield block
+            yield file
     except OSError as error:
         raise ValueProblem(f"{path}: cannot be read: {error.strerror or error}") from error
-    if empty:
-        raise ValueProblem(f"{path}: no points")
 
 
 # --- .npy
@@ -244,3 +255,7 @@ def _fault(column: int, text: str, value: float | None) -> str:
     """What is wrong with a text in a column: no number, not finite, or not a mass."""
     kind = "a number" if value is None else "a positive mass" if math.isfinite(value) else "a finite number"
     return f"column {COLUMNS[column]}: read {shown(text)}, expected {kind}"
+
+
+READERS = {".csv": _csv_blocks, ".npy": _npy_blocks}
+"""The readers of tables of points, by the endings of their names."""

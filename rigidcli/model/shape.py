@@ -45,6 +45,11 @@ class Form(Section):
     axis: Direction | None = Field(default=None, description="Direction onto which local +z is turned")
     hole: bool = Field(default=False, description="In `parts`: what is missing there")
 
+    @property
+    def rounding(self) -> float | None:
+        """By how much the coordinates of the atoms of a molecule may be off (m); None for other bodies."""
+        return None
+
     @abstractmethod
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the form's own axes and from its own origin."""

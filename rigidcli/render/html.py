@@ -58,11 +58,7 @@ def _body(reports: list[Report], look: Look) -> Iterator[str]:
 
 def fragment(report: Report, look: Look) -> str:
     """The section of a report for a page of someone else, such as a notebook, with its own style."""
-    return f"<style>\n{_style()}</style>\n{_section(report, look, 'h2', '')}"
-
-
-def _style() -> str:
-    return resource("result.css")
+    return f"<style>\n{resource('result.css')}</style>\n{_section(report, look, 'h2', '')}"
 
 
 def _title(report: Report) -> str:

@@ -54,6 +54,12 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
         inertia = document.physical.inertia.turned(document.physical.axes.T)
         fields += _motion(axes.T @ n.array(motion.omega), inertia, frame, n)
     about_axis, noted = axis_fields(document)
+    rounding = None if document.body is None else document.body.rounding
+    if rounding is not None:
+        from rigidcli.studies.rotor import rotor_fields
+
+        rotor, told_of_rotor = rotor_fields(document, rounding)
+        about_axis, noted = (*about_axis, *rotor), (*noted, *told_of_rotor)
     working: list[Step] = []
     if steps:
         from rigidcli.studies.steps.axes import axes_steps

@@ -44,6 +44,38 @@ AXIS = (
 )
 """The results of `inertia` and `axes` where the document has an `axis`."""
 
+ROTOR = (
+    Field(
+        "rotor",
+        None,
+        "rotor",
+        cells={"rotor": ()},
+        means="point, linear, spherical, oblate, prolate or asymmetric, as far as its digits tell",
+    ),
+    *(
+        Field(
+            f"{key}.{letter}",
+            None,
+            f"rotational constant {letter}",
+            letter if unit == "GHz" else rf"\tilde{{{letter}}}",
+            unit,
+            {f"{letter}_GHz": ()} if unit == "GHz" else {},
+            means="A >= B >= C; null where there is no moment about that axis",
+        )
+        for key, unit in (("rotational_constants_ghz", "GHz"), ("rotational_constants_per_cm", "1/cm"))
+        for letter in "ABC"
+    ),
+    Field(
+        "asymmetry_parameter",
+        None,
+        "Ray's asymmetry parameter",
+        r"\kappa",
+        cells={"kappa": ()},
+        means="(2 B - A - C)/(A - C): -1 of a prolate, 1 of an oblate rotor",
+    ),
+)
+"""The results of `axes` for a molecule, about its centre of mass."""
+
 AXES = (
     *INERTIA,
     Field(
@@ -109,8 +141,9 @@ AXES = (
         means="omega x L: what keeps omega as it is",
     ),
     *AXIS,
+    *ROTOR,
 )
-"""The results of `axes`; those from `omega` on are there with `motion.omega`, the last with an `axis`."""
+"""The results of `axes`; those from `omega` on are there with `motion.omega`, an `axis`, or a molecule."""
 
 SECTIONS: dict[str, tuple[Field, ...]] = {
     "top": (

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -10,10 +9,10 @@ import numpy as np
 
 from rigidcli.core import poinsot
 from rigidcli.core.arithmetic import FLOAT, Floats
-from rigidcli.model import points
-from rigidcli.model.bodies import Composite, PointMasses
+from rigidcli.model.bodies import Composite
 from rigidcli.model.document import Document
 from rigidcli.model.holes import Leaf
+from rigidcli.model.point_masses import PointMasses
 from rigidcli.model.shape import Shape, Wire
 from rigidcli.report import Mark, Panel, Picture, Ruler
 from rigidcli.studies.body import body_frame
@@ -106,12 +105,9 @@ def _forms(document: Document) -> Iterator[Mark]:
 
 def _places(form: PointMasses) -> Floats:
     """Where the point masses are (n, 3, m)."""
-    if not isinstance(form.points, pathlib.Path):
-        inline: Floats = np.array(form.points, dtype=float)[:, 1:]
-        return inline
-    step = -(-sum(map(len, points.blocks(form.points, checked=False))) // MOST_POINTS)
+    step = -(-sum(map(len, form.blocks())) // MOST_POINTS)
     chosen, first = [], 0
-    for block in points.blocks(form.points, checked=False):
+    for block in form.blocks():
         chosen.append(np.array(block[first::step, 1:], dtype=float))
         first = (first - len(block)) % step
     return np.vstack(chosen)

@@ -9,8 +9,9 @@ import numpy as np
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.core.mass_properties import MassProperties
-from rigidcli.model.bodies import Composite, PointMasses
+from rigidcli.model.bodies import Composite
 from rigidcli.model.document import Document
+from rigidcli.model.point_masses import PointMasses
 from rigidcli.model.shape import Form, Shape
 from rigidcli.report import Column, Field, Step, Table
 

@@ -1,0 +1,127 @@
+"""FILES that are bodies by themselves: their settings, and what is said of those that are wrong."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import rigidcli
+from rigidcli.model.bodies import FORMS
+from rigidcli.model.places import BODY_FILES
+from rigidcli.model.points import MOLECULE, READERS
+from tests.conftest import Program
+
+CLOUD = "m,x,y,z\n1,1,0,0\n2,0,1,0\n3,0,0,1\n"
+
+
+@pytest.fixture
+def cloud(tmp_path: Path) -> Path:
+    path = tmp_path / "cloud.csv"
+    path.write_text(CLOUD)
+    return path
+
+
+def test_every_ending_leads_to_a_form_and_every_file_of_points_has_one() -> None:
+    assert {ending for ending, form in BODY_FILES.items() if form == "points"} == {*READERS, MOLECULE}
+    assert set(BODY_FILES.values()) <= {*FORMS, "mesh"}
+    assert all(ending == ending.lower() for ending in BODY_FILES)
+
+
+@pytest.mark.parametrize("settings", [(), ("about=com", "axis=[0, 0, 1]"), ("body.position=[1, 2, 3]",)])
+def test_is_the_document_with_the_file_as_its_body(
+    program: Program, cloud: Path, settings: tuple[str, ...]
+) -> None:
+    document = cloud.with_name("document.yaml")
+    document.write_text("name: cloud\nbody: {points: cloud.csv}\n")
+    options = [word for setting in settings for word in ("--set", setting)]
+    of_file, of_document = (
+        json.loads(program("axes", "-f", "json", str(path), *options).out) for path in (cloud, document)
+    )
+    assert of_file.pop("source") == str(cloud)
+    assert of_document.pop("source") == str(document)
+    assert of_file == of_document
+
+
+def test_endings_may_be_capitals_and_arrays_are_bodies_too(program: Program, cloud: Path) -> None:
+    loud, array = cloud.with_name("LOUD.CSV"), cloud.with_name("array.npy")
+    loud.write_text(CLOUD)
+    np.save(array, np.loadtxt(cloud, delimiter=",", skiprows=1))
+    outcome = program("inertia", "-f", "json", str(loud), str(array))
+    first, second = map(json.loads, outcome.out.splitlines())
+    assert (first["name"], second["name"]) == ("LOUD", "array")
+    assert first["tensor"] == second["tensor"]
+    np.testing.assert_allclose(second["tensor"], np.diag([5, 4, 3]), rtol=1e-15)
+
+
+def test_settings_make_it_move(program: Program, cloud: Path) -> None:
+    options = ("--set", "motion.omega=[0, 0, 2]", "--set", "motion.duration=1", "--samples", "2")
+    outcome = program("euler", str(cloud), *options, "-f", "csv", "--columns", "t,w1,w2,w3")
+    assert (outcome.code, outcome.out) == (0, "t,w1,w2,w3\n0.0,0.0,0.0,2.0\n1.0,0.0,0.0,2.0\n")
+
+
+def test_problems_have_the_line_of_the_file(program: Program, cloud: Path) -> None:
+    cloud.write_text("m,x,y,z\n1,1,0,0\n2,0,nan,0\n")
+    outcome = program("axes", str(cloud), "-f", "json")
+    assert (outcome.code, outcome.out) == (3, "")
+    assert outcome.err == f"{cloud}:3: column y: read `nan`, expected a number\n"
+    missing = cloud.with_name("missing.npy")
+    assert program("axes", str(missing)).err == f"{missing}: no such file\n"
+
+
+def test_problems_of_settings_name_the_setting(program: Program, cloud: Path) -> None:
+    outcome = program("axes", str(cloud), "--set", "body.density=7850", "--set", "motion.omega=[1, 2]")
+    assert outcome.code == 3
+    assert f"{cloud} with --set: body.density: unknown key\n" in outcome.err
+    assert f"{cloud} with --set: motion.omega: read a list of 2, expected 3 entries\n" in outcome.err
+
+
+def test_what_is_missing_is_to_be_set(program: Program, cloud: Path) -> None:
+    outcome = program("precess", str(cloud), "--set", "top.gravity=9.8")
+    assert outcome.code == 3
+    assert outcome.err.startswith(f"{cloud}: top.spin: missing\n  hint: ")
+    assert "`--set top.spin=VALUE`" in outcome.err
+
+
+def test_another_command_is_named(program: Program, cloud: Path) -> None:
+    outcome = program("hamilton", str(cloud))
+    assert outcome.code == 3
+    assert f"`rigidcli inertia {cloud}`" in outcome.err
+
+
+def test_has_no_exact_results(program: Program, cloud: Path) -> None:
+    outcome = program("axes", "--exact", str(cloud))
+    assert (outcome.code, outcome.out) == (4, "")
+    assert "have no exact results" in outcome.err
+
+
+def test_is_not_overwritten(program: Program, cloud: Path) -> None:
+    assert program("axes", str(cloud), "-o", str(cloud)).code == 2
+    assert cloud.read_text() == CLOUD
+
+
+def test_validate_reads_it(program: Program, cloud: Path) -> None:
+    assert program("validate", str(cloud)).out == f"{cloud}: valid\n"
+    cloud.write_text("t,x\n0,1\n")
+    outcome = program("validate", str(cloud))
+    assert (outcome.code, outcome.out) == (3, "")
+    assert outcome.err == f"{cloud}:1: header `t,x`, expected `m,x,y,z` in any order\n"
+
+
+def test_a_question_asks_for_it(program: Program, cloud: Path) -> None:
+    homework, answers = cloud.with_name("homework.yaml"), cloud.with_name("ann.yaml")
+    homework.write_text("questions: {a: {document: cloud.csv, ask: inertia.tensor}}\n")
+    answers.write_text("answers: {a: [[5, 0, 0], [0, 4, 0], [0, 0, 3]]}\n")
+    assert program("check", str(homework), str(answers)).code == 0
+
+
+def test_standard_input_is_a_document(program: Program) -> None:
+    assert program("axes", "-", stdin=CLOUD).code == 3
+    assert program("inertia", "-", stdin="body: {moments: [1, 2, 3]}").code == 0
+
+
+def test_functions_take_its_path(cloud: Path) -> None:
+    assert rigidcli.axes(cloud, settings=["about=com"])["mass"] == 6
+    assert rigidcli.load(str(cloud)).body is not None
