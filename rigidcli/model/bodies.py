@@ -32,6 +32,7 @@ from rigidcli.model.base import (
     refuse,
 )
 from rigidcli.model.environment import Environment
+from rigidcli.model.meshes import Mesh
 from rigidcli.model.shape import Form
 from rigidcli.model.shape_names import shape_called
 from rigidcli.model.shapes import SHAPES
@@ -231,6 +232,7 @@ class Composite(Form):
 FORMS: dict[str, type[Form]] = {
     "points": PointMasses,
     "parts": Composite,
+    "mesh": Mesh,
     "inertia": KnownTensor,
     "moments": KnownTensor,
 }

@@ -1,0 +1,214 @@
+"""Whether a mesh in a file encloses a body: what is wrong with it, and where; and what can be made of it."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import chain
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidcli.core import edges, inside, surfaces
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.edges import Read
+from rigidcli.core.surfaces import Surface
+from rigidcli.errors import ValueProblem
+from rigidcli.model import mesh_files
+
+MOST_MENDED = 100_000
+"""The most edges of holes that are closed."""
+
+NEARLY = 1e-3
+"""Ends of open edges nearer than this, in units of an edge, were probably meant to be one vertex."""
+
+UNEVEN = 1e-6
+"""A rim farther from its plane than this, in units of the mesh, is told to be uneven."""
+
+FARTHEST = 1e50
+"""The largest coordinate, in the unit of the file: no sum goes beyond the range of floats."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """The surface in a file, notes on it, and the triangles that close its holes (3, 3, n).
+
+    `components` is the number of parts that hang together, None where the mesh is too large to count them.
+    It `is_inward` where it was wound inside out.
+    """
+
+    surface: surfaces.Surface
+    notes: tuple[str, ...]
+    patch: Floats | None
+    components: int | None
+    is_inward: bool
+
+
+def checked(path: pathlib.Path, *, thin: bool, mend: bool) -> Checked:
+    """The surface in a file, which is read once for any number of documents.
+
+    A `thin` shell may be open. With `mend` holes are closed. Raises ValueProblem for what encloses no body.
+    """
+    try:
+        found = path.stat()
+    except (OSError, ValueError):
+        state = (0, 0, 0)  # the reader says what is wrong
+    else:
+        state = found.st_ino, found.st_size, found.st_mtime_ns
+    return _checked(path, state, thin, mend)
+
+
+@lru_cache(maxsize=4)
+def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool, mend: bool) -> Checked:
+    """`checked` for a file in this state."""
+
+    def read() -> Iterable[Floats]:
+        return mesh_files.blocks(path)
+
+    notes, patch, whole = [], None, read
+    surface = _summed(read, path, thin)
+    if mend and not surface.is_closed:
+        patch, note = _patch(read, path, surface.size)
+        whole = _with(read, patch)
+        surface = _summed(whole, path, thin)
+        notes.append(note)
+    elif mend:
+        notes.append("it has no holes to repair")
+    if not thin:
+        if not surface.is_closed:
+            raise _gap(whole, path)
+        if surface.is_flat:
+            raise ValueProblem(
+                f"{path}: flat: it encloses {abs(surface.volume):.3g} cubic units, and has an area of "
+                f"{surface.area:.6g} square units",
+                hint="`shell: true` takes it as a thin shell",
+            )
+    is_inward = surface.is_closed and surface.volume < 0
+    first = (
+        None if surface.keys is None else np.unique(surfaces.components(surface.keys), return_index=True)[1]
+    )
+    if not thin:
+        _require_once(whole, path, surface, first, -1 if is_inward else 1)
+        if is_inward:
+            notes.append("it is wound inside out, and was turned")
+    count = None if first is None else len(first)
+    return Checked(replace(surface, keys=None), tuple(notes), patch, count, is_inward)
+
+
+def _with(read: Read, patch: Floats) -> Read:
+    """The blocks of a surface, and a patch on it."""
+    return lambda: chain(read(), (patch,))
+
+
+def _summed(read: Read, path: pathlib.Path, thin: bool) -> Surface:
+    """The sums over a surface. Raises ValueProblem where there are none that are finite."""
+    try:
+        surface = surfaces.measured(read, thin=thin)
+    except surfaces.NotFiniteError as error:
+        raise ValueProblem(
+            f"{path}: triangle {error.triangle:,} (counted from 0) has a coordinate that is no finite number"
+        ) from error
+    if surface.triangles == 0:
+        raise ValueProblem(f"{path}: no triangles")
+    if np.abs(surface.box).max() > FARTHEST:
+        raise ValueProblem(
+            f"{path}: a coordinate of {np.abs(surface.box).max():.3g}, expected at most {FARTHEST:g}"
+        )
+    if not np.isfinite(surface.area) or surface.area <= 0:
+        raise ValueProblem(f"{path}: the triangles have no area")
+    return surface
+
+
+def _gap(read: Read, path: pathlib.Path) -> ValueProblem:
+    """Why a surface is not closed and wound in one sense, and where."""
+    found = edges.unpaired(read)
+    if not len(found.edges):
+        return ValueProblem(f"{path}: the surface is not closed")
+    least = "" if found.is_all else "at least "
+    if found.is_open.any():
+        open_edges = found.edges[found.is_open]
+        return ValueProblem(
+            f"{path}: open: {least}{_edges(len(open_edges))} to one triangle only, {_from(open_edges[0])}",
+            hint=_nearly_closed(open_edges)
+            or "`repair: holes` closes holes with flat fans, `shell: true` takes the surface as a thin shell",
+        )
+    edge, (with_it, against) = found.edges[0], found.uses[0]
+    if with_it + against == 2:
+        return ValueProblem(
+            f"{path}: wound inconsistently: {least}{_edges(len(found.edges))} to two triangles that do not "
+            f"agree where outside is, {_from(edge)}",
+            hint="let the program that made the file orient its faces (or recalculate its normals)",
+        )
+    return ValueProblem(
+        f"{path}: not the surface of a body: {with_it + against} triangles meet in an edge, {_from(edge)}",
+        hint="inside and outside alternate round an edge, so that an even number of triangles meet there",
+    )
+
+
+def _edges(count: int) -> str:
+    return "1 edge belongs" if count == 1 else f"{count:,} edges belong"
+
+
+def _point(point: Floats) -> str:
+    return f"({', '.join(f'{coordinate:.9g}' for coordinate in point)})"
+
+
+def _from(edge: Floats) -> str:
+    return f"such as that from {_point(edge[0])} to {_point(edge[1])}"
+
+
+def _nearly_closed(open_edges: Floats) -> str | None:
+    """A hint where an end of the first open edge is very near to one of another, and was meant to be the
+    same."""
+    edge = open_edges[0]
+    ends = open_edges.reshape(-1, 3)
+    distances = np.linalg.norm(ends - edge[0], axis=1)
+    gap = distances[distances > 0].min(initial=np.inf)
+    if gap > NEARLY * np.linalg.norm(edge[1] - edge[0]):
+        return None
+    other = ends[np.flatnonzero(distances == gap)[0]]
+    return (
+        f"{_point(edge[0])} and {_point(other)} are {gap:.3g} apart, and so are two vertices: only equal "
+        "coordinates make one; merge near vertices in the program that made the file"
+    )
+
+
+def _patch(read: Read, path: pathlib.Path, size: float) -> tuple[Floats, str]:
+    """Triangles that close the holes of a surface, and the note that says so."""
+    found = edges.unpaired(read)
+    if not found.is_open.all() or not found.is_all or len(found.edges) > MOST_MENDED:
+        raise _gap(read, path)
+    # The patch runs along the rims in the other sense.
+    patch, holes, off = edges.fans(found.edges)
+    area = surfaces.measured(lambda: (patch,), thin=True).area
+    plural = "s" if holes > 1 else ""
+    text = f"{holes} hole{plural} with {len(found.edges)} edges closed by {patch.shape[2]} triangles"
+    text += f", {area:.6g} square units"
+    if off > UNEVEN * size:
+        text += f"; a rim is not plane, but off by {off:.3g} units"
+    return patch, text
+
+
+def _require_once(
+    read: Read, path: pathlib.Path, surface: Surface, first: NDArray[np.intp] | None, orientation: int
+) -> None:
+    """Raise ValueProblem where a closed surface goes round a place more than once, or the wrong way."""
+    places = surface.places
+    if first is not None and len(first) > 1:
+        step = -(-len(first) // surfaces.PROBES)
+        places = np.vstack([places, surfaces.places(read, first[::step])])
+    found = inside.overlap(read, surface.box, places, orientation)
+    if found is None:
+        return
+    where = _point(found.place)
+    if found.windings < 0:
+        raise ValueProblem(
+            f"{path}: a part is wound the other way, and is no cavity, as it is outside of the others: {where}",
+            hint="let the program that made the file orient its faces",
+        )
+    raise ValueProblem(
+        f"{path}: overlaps itself: {where} is inside {found.windings} times",
+        hint="unite its parts in the program that made the file; a cavity is wound the other way",
+    )
