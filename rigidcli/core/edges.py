@@ -6,7 +6,7 @@ triangles is an array of shape (3, 3, n): vertex, coordinate, triangle.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TypeAlias
@@ -21,6 +21,8 @@ Keys: TypeAlias = NDArray[np.uint64]
 Read: TypeAlias = Callable[[], Iterable[Floats]]
 """Starts the blocks of a surface from the beginning, each of shape (3, 3, n) and overwritten by the next
 one."""
+
+_Point: TypeAlias = tuple[float, ...]
 
 _MIX = tuple(
     np.uint64(odd)
@@ -137,7 +139,7 @@ def unpaired(read: Read) -> Unpaired:
     )
 
 
-def _classified(block: Floats) -> Iterable[tuple[tuple[int, int], NDArray[np.intp], NDArray[np.int64]]]:
+def _classified(block: Floats) -> Iterator[tuple[tuple[int, int], NDArray[np.intp], NDArray[np.int64]]]:
     """The edges of a block: their side of the triangle, class, and weight, negative in one of the senses."""
     keys = vertex_keys(block)
     for side in SIDES:
@@ -155,31 +157,35 @@ def fans(edges: Floats) -> tuple[Floats, int, float]:
     many edges arrive as leave, which is so of the boundary of any surface: so each way leads back to its
     start.
     """
-    leaving: dict[tuple[float, ...], list[tuple[float, ...]]] = {}
+    leaving: dict[_Point, list[_Point]] = {}
     for start, end in edges.tolist():
         leaving.setdefault(tuple(start), []).append(tuple(end))
-    found: list[tuple[tuple[float, ...], ...]] = []
-    holes, off = 0, 0.0
+    rims = list(_rims(leaving))
+    found = [(rim[0], two, one) for rim in rims for one, two in pairwise(rim[1:])]
+    patch = np.array(found).reshape(-1, 3, 3).transpose(1, 2, 0)
+    return patch, len(rims), max(_unevenness(np.array(rim)) for rim in rims)
+
+
+def _rims(leaving: dict[_Point, list[_Point]]) -> Iterator[list[_Point]]:
+    """Ways round that meet no point twice, by the ends of the edges that leave each point; these are used up."""
     while leaving:
-        first = next(iter(leaving))
-        rim, here = [first], _next(leaving, first)
-        while here != first:
-            rim.append(here)
-            here = _next(leaving, here)
-        found += [(first, two, one) for one, two in pairwise(rim[1:])]
-        holes += 1
-        off = max(off, _unevenness(np.array(rim)))
-    return np.array(found).reshape(-1, 3, 3).transpose(1, 2, 0), holes, off
-
-
-def _next(
-    leaving: dict[tuple[float, ...], list[tuple[float, ...]]], here: tuple[float, ...]
-) -> tuple[float, ...]:
-    ends = leaving[here]
-    end = ends.pop()
-    if not ends:
-        del leaving[here]
-    return end
+        way = [next(iter(leaving))]
+        places = {way[0]: 0}
+        while way:
+            ends = leaving[way[-1]]
+            here = ends.pop()
+            if not ends:
+                del leaving[way[-1]]
+            if here not in places:
+                places[here] = len(way)
+                way.append(here)
+                continue
+            yield way[places[here] :]
+            for point in way[places[here] + 1 :]:
+                del places[point]
+            del way[places[here] + 1 :]
+            if len(way) == 1 and here not in leaving:
+                break
 
 
 def _unevenness(rim: Floats) -> float:

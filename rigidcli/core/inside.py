@@ -18,8 +18,8 @@ from rigidcli.core.edges import SIDES, Read
 OBLIQUE = (0.12357, -0.07913)
 """The lines are along (-a, -b, 1), with these a and b: not along the faces of things with right angles."""
 
-MOST_PAIRS = 20_000_000
-"""The most pairs of a triangle and a line that are looked at, in about a second; else there are fewer
+MOST_PAIRS = 5_000_000
+"""The most pairs of a triangle and a line that are looked at, in a quarter of a second; else there are fewer
 lines."""
 
 CHUNK = 1_000_000
@@ -147,14 +147,15 @@ def overlap(read: Read, box: Floats, points: Floats, orientation: int) -> Overla
 
 
 def windings(read: Read, box: Floats, points: Floats) -> NDArray[np.intp] | None:
-    """How often the closed surface in the `box` (2 by 3) goes round each of the points (k, 3).
+    """How often a closed surface in the `box` (2 by 3) goes round each of the points (k, 3).
 
-    -1 for those that lie in its shadow's edges, where a line meets an edge; None where there is too much to
-    look at.
+    A point on a line that meets an edge is told to be outside. None where there are too many pairs of a
+    triangle and a line to look at.
     """
     centre = box.mean(axis=0)
     found = crossings(read, centre, points)
     if found is None:
         return None
     above = found.heights > (points[:, 2] - centre[2])[found.lines]
-    return np.bincount(found.lines[above], found.senses[above], minlength=len(points)).astype(np.intp)
+    counts = np.bincount(found.lines[above], found.senses[above], minlength=len(points))
+    return counts.astype(np.intp)

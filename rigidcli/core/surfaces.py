@@ -108,7 +108,7 @@ def measured(read: Read, *, thin: bool) -> Surface:
         for block in read():
             again.add(block, again.origin)
         found = again
-    chosen = np.vstack(places)
+    some = np.vstack(places)
     return Surface(
         found.count,
         np.array([low, high]),
@@ -120,19 +120,39 @@ def measured(read: Read, *, thin: bool) -> Surface:
         found.centre,
         found.second,
         found.cancelled,
-        chosen[:: -(-len(chosen) // PROBES)] if len(chosen) else chosen,
+        some[:: max(1, len(some) // PROBES)],
         np.concatenate(keys, axis=1) if keys else None,
     )
 
 
-def places(read: Read, numbers: NDArray[np.intp]) -> Floats:
-    """The middles (k, 3) of the triangles with these numbers."""
-    start, found = 0, [np.empty((0, 3))]
+def chosen(read: Read, numbers: NDArray[np.intp]) -> Floats:
+    """The triangles (k, 3, 3) with these numbers, which ascend."""
+    start, found = 0, [np.empty((0, 3, 3))]
     for block in read():
         end = start + block.shape[2]
-        found.append(block[:, :, numbers[(numbers >= start) & (numbers < end)] - start].mean(axis=0).T)
+        own = numbers[(numbers >= start) & (numbers < end)] - start
+        found.append(block[:, :, own].transpose(2, 0, 1))
         start = end
     return np.vstack(found)
+
+
+def simplified(read: Read, box: Floats, cells: int) -> Floats:
+    """Triangles (k, 3, 3) like those of a surface in a `box` (2 by 3), but few enough to be drawn.
+
+    Space is cut into cells, so many along the longest side. Vertices in one cell become one, and triangles that
+    have no area then are left out (J. Rossignac, P. Borrel, in: Modeling in Computer Graphics (1993) 455).
+    """
+    length = float((box[1] - box[0]).max()) / cells
+    vertices = np.zeros(((cells + 1) ** 3, 3))
+    corners = [np.empty((3, 0), dtype=np.intp)]
+    for block in read():
+        place = ((block - box[0][:, None]) / length).astype(np.intp)
+        number = (place[:, 0] * (cells + 1) + place[:, 1]) * (cells + 1) + place[:, 2]
+        vertices[number] = block.transpose(0, 2, 1)
+        one, two, three = number
+        corners.append(np.unique(number[:, (one != two) & (two != three) & (three != one)], axis=1))
+    found: Floats = vertices[np.unique(np.concatenate(corners, axis=1), axis=1).T]
+    return found
 
 
 class _Sums:

@@ -198,14 +198,14 @@ def _require_once(
     places = surface.places
     if first is not None and len(first) > 1:
         step = -(-len(first) // surfaces.PROBES)
-        places = np.vstack([places, surfaces.places(read, first[::step])])
+        places = np.vstack([places, surfaces.chosen(read, np.sort(first)[::step]).mean(axis=1)])
     found = inside.overlap(read, surface.box, places, orientation)
     if found is None:
         return
     where = _point(found.place)
     if found.windings < 0:
         raise ValueProblem(
-            f"{path}: a part is wound the other way, and is no cavity, as it is outside of the others: {where}",
+            f"{path}: a part is wound the other way, and is no cavity, as it is outside the others: {where}",
             hint="let the program that made the file orient its faces",
         )
     raise ValueProblem(

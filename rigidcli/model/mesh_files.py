@@ -209,7 +209,7 @@ def _loaded(data: bytes, path: Path) -> tuple[Floats, np.ndarray[tuple[int, ...]
     except Exception as error:  # a broken file may raise anything there
         reason = shown(" ".join(str(error).split()))
         raise ValueProblem(
-            f"{path}: not a {path.suffix[1:].upper()} file that can be read: {reason}"
+            f"{path}: cannot be read as {path.suffix[1:].upper()}; trimesh says {reason}"
         ) from error
     if faces.size and not 0 <= faces.min() <= faces.max() < len(vertices):
         raise ValueProblem(f"{path}: a face has a vertex that is not there, of {len(vertices):,}")

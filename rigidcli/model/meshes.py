@@ -12,14 +12,14 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, model_validator
 
-from rigidcli.core import mass_properties, tensor
-from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Scalar
+from rigidcli.core import inside, mass_properties, solids, surfaces, tensor
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ComputationError, ValueProblem, at
 from rigidcli.model import mesh_files, units
 from rigidcli.model.base import Length, Mass, Quantity, ReadBy, environment
 from rigidcli.model.environment import Environment
 from rigidcli.model.mesh_checks import Checked, checked
-from rigidcli.model.shape import Form
+from rigidcli.model.shape import Bounds, Form
 
 LARGE = 10.0
 """A mesh without a `scale` that is larger than this (m) has probably millimetres for its unit."""
@@ -31,11 +31,24 @@ def _read_density(raw: object, info: ValidationInfo) -> Scalar:
     return Quantity(units.AREA_DENSITY if thin else units.DENSITY, "positive").read(raw, info)
 
 
+SAMPLED = 500
+"""The most triangles of a hole that are compared with what it is cut from."""
+
+THINNEST = 1000
+"""Where a mesh is so large that fewer than one in so many points could be looked at, none is."""
+
+DRAWN_IN = 1e-2
+"""How far corners of such a triangle are drawn to its middle, as its corners may be sharp edges of the hole."""
+
+
 class Mesh(Form):
     """A closed surface of triangles in a file beside the document, .stl, .obj, .ply or .off; or a thin
     shell."""
 
     ONE_OF: ClassVar = ("mass", "density")
+    CONVEX: ClassVar = False
+    MARGIN: ClassVar = 1e-6
+    """How far, in units of its size, single precision may leave the surface from where it was meant to be."""
 
     mesh: Annotated[
         pathlib.Path,
@@ -82,6 +95,47 @@ class Mesh(Form):
         patch = self.checked.patch
         return chain(mesh_files.blocks(self.mesh), () if patch is None else (patch,))
 
+    def bounds(self) -> Bounds:
+        """The least box round the mesh (m, axes of the file)."""
+        return solids.bounds(self.checked.surface.box * self.unit)
+
+    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
+        """Which of the points (n; m, axes of the file) are inside.
+
+        Of a mesh that is too large to look at all points, only some are looked at, and the others are said to be.
+        """
+        points = np.stack(np.broadcast_arrays(x, y, z), axis=1) / self.unit
+        counts: Mask = np.ones(len(points), dtype=bool)
+        step, found = 1, None
+        while found is None and step < THINNEST:
+            found = inside.windings(self.triangles, self.checked.surface.box, points[::step])
+            if found is not None:
+                counts[::step] = found != 0
+            step *= 4
+        return counts
+
+    def samples(self) -> Floats:
+        """Points of the body (3 by n; m, axes of the file) near its surface: at middles and corners of triangles."""
+        surface = self.checked.surface
+        numbers = np.arange(0, surface.triangles, -(-surface.triangles // SAMPLED))
+        corners = surfaces.chosen(self.triangles, numbers)
+        middles = corners.mean(axis=1, keepdims=True)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+        depth = (-1 if self.checked.is_inward else 1) * self.MARGIN * surface.size
+        places = np.concatenate([middles, corners + DRAWN_IN * (middles - corners)], axis=1)
+        points = (places - depth * normals[:, None]).reshape(-1, 3).T * self.unit
+        found: Floats = points[:, self.contains(*points)]
+        return found
+
+    def faces(self, most: int, cells: int) -> Floats:
+        """The triangles (k, 3, 3; m, axes of the file); simplified where there are more than `most`."""
+        surface = self.checked.surface
+        if surface.triangles > most:
+            return surfaces.simplified(self.triangles, surface.box, cells) * self.unit
+        found: Floats = np.concatenate([block.transpose(2, 0, 1) for block in self.triangles()]) * self.unit
+        return found
+
     @property
     def unit(self) -> float:
         """The unit of the file's coordinates, m."""
@@ -116,7 +170,9 @@ class Mesh(Form):
         inertia = tensor.Inertia.of_sums(mass, offset, mass * unit**2 * surface.second)
         inertia = replace(inertia, noise=surface.cancelled * inertia.noise)
         com, spread = surface.origin * unit + offset, unit * np.sqrt(surface.second.diagonal())
-        return mass_properties.MassProperties(mass, com, inertia, tensor.misplaced(com, spread))
+        error = tensor.misplaced(com, spread)
+        com[np.abs(com) <= error] = 0.0
+        return mass_properties.MassProperties(mass, com, inertia, error)
 
     def report(self) -> dict[str, Any]:
         """What the mesh is, by the names of the results: lengths, areas and volumes in SI units."""
@@ -137,8 +193,8 @@ class Mesh(Form):
     def _unit_guess(self) -> str:
         """The unit of the file's coordinates, as given, or as the size of the mesh lets one guess."""
         if self.scale is not None:
-            return f"{self.unit:g} m, as `scale` says"
-        return "m" if self._largest <= LARGE else "mm?"
+            return f"{self.unit:g} m"
+        return f"{'m' if self._largest <= LARGE else 'mm'}, a guess by the size"
 
     @property
     def _largest(self) -> float:

@@ -53,9 +53,9 @@ def mesh_fields(document: Document) -> list[Field]:
     found = body.report() if isinstance(body, Mesh) else {}
     words = {True: "yes", False: "no"}
     return [
-        if_known(told("inertia", f"mesh.{key}", value, words=str(words.get(value, value))))
-        if isinstance(value, bool | str)
-        else if_known(told("inertia", f"mesh.{key}", value))
+        if_known(told("inertia", f"mesh.{key}", value, words=value if isinstance(value, str) else ""))
+        if not isinstance(value, bool)
+        else told("inertia", f"mesh.{key}", value, words=words[value])
         for key, value in found.items()
     ]
 
