@@ -163,7 +163,7 @@ class _Sums:
         self._corners = 3 if thin else 4
         self.origin = np.zeros(3) if origin is None else origin
         self.count, self.area, self.volume = 0, 0.0, 0.0
-        self._size, self._first, self._products = 0.0, np.zeros(3), np.zeros((3, 3))
+        self._sizes, self._first, self._products = np.zeros(2), np.zeros(3), np.zeros((3, 3))
         self._is_placed = origin is not None
 
     def add(self, block: Floats, middle: Floats) -> None:
@@ -179,8 +179,9 @@ class _Sums:
         self.area += float(areas.sum())
         self.volume += float(volumes.sum())
         weights = areas if self._corners == 3 else volumes
-        self._size += float(np.abs(weights).sum())
         total = d.sum(axis=0)
+        sizes = np.abs(weights)
+        self._sizes += sizes.sum(), sizes @ (total[0] ** 2 + total[1] ** 2 + total[2] ** 2)
         self._first += total @ weights
         for vertex in (*d, total):
             self._products += (vertex * weights) @ vertex.T
@@ -208,8 +209,9 @@ class _Sums:
 
     @property
     def cancelled(self) -> float:
-        """The sum of the sizes of all terms, over the size of the sum."""
-        return self._size / abs(self.measure) if self.measure else np.inf
+        """The sum of the sizes of all terms, over the size of the sum: of the measure or the squares."""
+        sums = np.abs([self.measure, np.trace(self._products) * self._corners / (self._corners + 1)])
+        return float((self._sizes / sums).max()) if sums.all() else np.inf
 
     @property
     def is_far(self) -> bool:

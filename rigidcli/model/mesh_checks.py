@@ -24,6 +24,12 @@ MOST_MENDED = 100_000
 NEARLY = 1e-3
 """Ends of open edges nearer than this, in units of an edge, were probably meant to be one vertex."""
 
+FEW = 20
+"""So many open edges are searched for ends that are nearly one: where a file has them, it has many."""
+
+MOST_COMPARED = 50_000
+"""With the ends of so many open edges, at most."""
+
 UNEVEN = 1e-6
 """A rim farther from its plane than this, in units of the mesh, is told to be uneven."""
 
@@ -78,7 +84,7 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool, mend: 
         notes.append("it has no holes to repair")
     if not thin:
         if not surface.is_closed:
-            raise _gap(whole, path)
+            raise _gap(edges.unpaired(whole), path)
         if surface.is_flat:
             raise ValueProblem(
                 f"{path}: flat: it encloses {abs(surface.volume):.3g} cubic units, and has an area of "
@@ -121,30 +127,38 @@ def _summed(read: Read, path: pathlib.Path, thin: bool) -> Surface:
     return surface
 
 
-def _gap(read: Read, path: pathlib.Path) -> ValueProblem:
+def _gap(found: edges.Unpaired, path: pathlib.Path) -> ValueProblem:
     """Why a surface is not closed and wound in one sense, and where."""
-    found = edges.unpaired(read)
     if not len(found.edges):
         return ValueProblem(f"{path}: the surface is not closed")
-    least = "" if found.is_all else "at least "
-    if found.is_open.any():
-        open_edges = found.edges[found.is_open]
+    if not found.is_open.any():
+        return _misfit(found, path)
+    open_edges = found.edges[found.is_open]
+    return ValueProblem(
+        f"{path}: open: {_least(found)}{_edges(len(open_edges))} to one triangle only, {_from(open_edges[0])}",
+        hint=_nearly_closed(open_edges)
+        or "`repair: holes` closes holes with flat fans, `shell: true` takes the surface as a thin shell",
+    )
+
+
+def _misfit(found: edges.Unpaired, path: pathlib.Path) -> ValueProblem:
+    """What is wrong with the first edge that is not open, and has several triangles."""
+    shared = found.edges[~found.is_open]
+    edge, uses = shared[0], int(found.uses[~found.is_open][0].sum())
+    if uses == 2:
         return ValueProblem(
-            f"{path}: open: {least}{_edges(len(open_edges))} to one triangle only, {_from(open_edges[0])}",
-            hint=_nearly_closed(open_edges)
-            or "`repair: holes` closes holes with flat fans, `shell: true` takes the surface as a thin shell",
-        )
-    edge, (with_it, against) = found.edges[0], found.uses[0]
-    if with_it + against == 2:
-        return ValueProblem(
-            f"{path}: wound inconsistently: {least}{_edges(len(found.edges))} to two triangles that do not "
+            f"{path}: wound inconsistently: {_least(found)}{_edges(len(shared))} to triangles that do not "
             f"agree where outside is, {_from(edge)}",
             hint="let the program that made the file orient its faces (or recalculate its normals)",
         )
     return ValueProblem(
-        f"{path}: not the surface of a body: {with_it + against} triangles meet in an edge, {_from(edge)}",
+        f"{path}: not the surface of a body: {uses} triangles meet in an edge, {_from(edge)}",
         hint="inside and outside alternate round an edge, so that an even number of triangles meet there",
     )
+
+
+def _least(found: edges.Unpaired) -> str:
+    return "" if found.is_all else "at least "
 
 
 def _edges(count: int) -> str:
@@ -160,31 +174,32 @@ def _from(edge: Floats) -> str:
 
 
 def _nearly_closed(open_edges: Floats) -> str | None:
-    """A hint where an end of the first open edge is very near to one of another, and was meant to be the
-    same."""
-    edge = open_edges[0]
-    ends = open_edges.reshape(-1, 3)
-    distances = np.linalg.norm(ends - edge[0], axis=1)
-    gap = distances[distances > 0].min(initial=np.inf)
-    if gap > NEARLY * np.linalg.norm(edge[1] - edge[0]):
-        return None
-    other = ends[np.flatnonzero(distances == gap)[0]]
-    return (
-        f"{_point(edge[0])} and {_point(other)} are {gap:.3g} apart, and so are two vertices: only equal "
-        "coordinates make one; merge near vertices in the program that made the file"
-    )
+    """A hint where an end of an open edge is very near to one of another, and was meant to be the same."""
+    ends = open_edges[:MOST_COMPARED].reshape(-1, 3)
+    for start, end in open_edges[:FEW]:
+        distances = np.linalg.norm(ends - start, axis=1)
+        gap = distances[distances > 0].min(initial=np.inf)
+        if gap < NEARLY * np.linalg.norm(end - start):
+            other = ends[np.flatnonzero(distances == gap)[0]]
+            return (
+                f"{_point(start)} and {_point(other)} are {gap:.3g} apart, and so are two vertices: only equal "
+                "coordinates make one; merge near vertices in the program that made the file"
+            )
+    return None
 
 
 def _patch(read: Read, path: pathlib.Path, size: float) -> tuple[Floats, str]:
     """Triangles that close the holes of a surface, and the note that says so."""
     found = edges.unpaired(read)
-    if not found.is_open.all() or not found.is_all or len(found.edges) > MOST_MENDED:
-        raise _gap(read, path)
+    if not found.is_open.all():
+        raise _misfit(found, path)
+    if not found.is_all or len(found.edges) > MOST_MENDED:
+        raise _gap(found, path)
     # The patch runs along the rims in the other sense.
     patch, holes, off = edges.fans(found.edges)
     area = surfaces.measured(lambda: (patch,), thin=True).area
     plural = "s" if holes > 1 else ""
-    text = f"{holes} hole{plural} with {len(found.edges)} edges closed by {patch.shape[2]} triangles"
+    text = f"{holes} hole{plural} with {len(found.edges)} edges closed by {patch.shape[2]} new triangles"
     text += f", {area:.6g} square units"
     if off > UNEVEN * size:
         text += f"; a rim is not plane, but off by {off:.3g} units"

@@ -46,7 +46,7 @@ PATTERN = b"facet normal 0 0 0 outer loop vertex 0 0 0 vertex 0 0 0 vertex 0 0 0
 NUMBERS = [place for place, word in enumerate(PATTERN) if word == b"0"]
 """The places of its numbers, of which the first three are the normal."""
 
-_SOLID = re.compile(rb"^[ \t]*(?:end)?solid\b.*$", re.MULTILINE)
+_SOLID = re.compile(rb"^[ \t]*(?:end)?solid\b.*$", re.MULTILINE | re.IGNORECASE)
 """The lines that begin and end a body in an STL file of text: they hold any name."""
 
 _NUMERAL = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?")
