@@ -19,8 +19,7 @@ from rigidcli.core.arithmetic import Floats
 Keys: TypeAlias = NDArray[np.uint64]
 
 Read: TypeAlias = Callable[[], Iterable[Floats]]
-"""Starts the blocks of a surface from the beginning, each of shape (3, 3, n) and overwritten by the next
-one."""
+"""Starts the blocks of a surface, each of shape (3, 3, n); the next one may overwrite it."""
 
 _Point: TypeAlias = tuple[float, ...]
 
@@ -68,8 +67,7 @@ def vertex_keys(block: Floats) -> Keys:
 
 
 def fingerprint(keys: Keys) -> int:
-    """A number that is zero, summed over the triangles (keys: 3 by n), modulo 2^64, where the surface is
-    closed.
+    """A number of triangles (keys: 3 by n) whose sum over a closed surface is zero modulo 2^64.
 
     Each vertex is sent to a point (p, q) of a plane that follows from its key. A closed surface, wound in one
     sense, has no signed area there, wherever its vertices are sent. An edge without a partner leaves an
@@ -153,9 +151,8 @@ def _classified(block: Floats) -> Iterator[tuple[tuple[int, int], NDArray[np.int
 def fans(edges: Floats) -> tuple[Floats, int, float]:
     """Triangles (3, 3, n) that close the holes whose rims are `edges` (k, 2, 3), a fan for each hole.
 
-    Also how many holes there are, and the largest distance of a rim from its mean plane. At each vertex as
-    many edges arrive as leave, which is so of the boundary of any surface: so each way leads back to its
-    start.
+    Also how many holes there are, and the largest distance of a rim from its mean plane. Each way along
+    the rims leads back to its start, as at each vertex of a boundary as many edges arrive as leave.
     """
     leaving: dict[_Point, list[_Point]] = {}
     for start, end in edges.tolist():
@@ -167,7 +164,7 @@ def fans(edges: Floats) -> tuple[Floats, int, float]:
 
 
 def _rims(leaving: dict[_Point, list[_Point]]) -> Iterator[list[_Point]]:
-    """Ways round that meet no point twice, by the ends of the edges that leave each point; these are used up."""
+    """Ways round that meet no point twice, along the edges that leave each point, which are used up."""
     while leaving:
         way = [next(iter(leaving))]
         places = {way[0]: 0}

@@ -19,20 +19,17 @@ OBLIQUE = (0.12357, -0.07913)
 """The lines are along (-a, -b, 1), with these a and b: not along the faces of things with right angles."""
 
 MOST_PAIRS = 5_000_000
-"""The most pairs of a triangle and a line that are looked at, in a quarter of a second; else there are fewer
-lines."""
+"""The most pairs of a triangle and a line that are looked at, which takes a quarter of a second."""
 
 CHUNK = 1_000_000
 """The most such pairs at once, which bounds the memory."""
 
 TOUCHING = 1e-6
-"""Crossings nearer than this, in units of the box, are one: rounding to single precision may exchange
-them."""
+"""Crossings nearer than this, in units of the box, are one: single precision may exchange them."""
 
 
 class Crossings(NamedTuple):
-    """Where lines cross a surface: the numbers of the lines, the heights (z), and +1 where the way is
-    outwards."""
+    """Where lines cross a surface: their numbers, the heights (z), and +1 where the way up leads outwards."""
 
     lines: NDArray[np.intp]
     heights: Floats
@@ -131,8 +128,12 @@ def overlap(read: Read, box: Floats, points: Floats, orientation: int) -> Overla
     if found is None or not found.lines.size:
         return None
     order = np.lexsort((-found.heights, found.lines))
+    # On its whole way a line gets out as often as in, so that one sum serves for all lines. One that does not
+    # is so near to an edge that rounding decides.
+    order = order[np.bincount(found.lines, found.senses)[found.lines[order]] == 0]
     line, height, sense = (part[order] for part in found)
-    # On its whole way a line gets out as often as in, so that one sum serves for all lines.
+    if not line.size:
+        return None
     below = np.cumsum(sense) * orientation
     gap = np.append(height[:-1] - height[1:], 0.0)
     is_last = np.append(line[1:] != line[:-1], True)

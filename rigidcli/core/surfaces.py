@@ -139,8 +139,8 @@ def chosen(read: Read, numbers: NDArray[np.intp]) -> Floats:
 def simplified(read: Read, box: Floats, cells: int) -> Floats:
     """Triangles (k, 3, 3) like those of a surface in a `box` (2 by 3), but few enough to be drawn.
 
-    Space is cut into cells, so many along the longest side. Vertices in one cell become one, and triangles that
-    have no area then are left out (J. Rossignac, P. Borrel, in: Modeling in Computer Graphics (1993) 455).
+    Space is cut into cells, so many along the longest side. Vertices in one cell become one, and triangles
+    that have no area then are left out (J. Rossignac, P. Borrel, in: Modeling in Computer Graphics, 1993).
     """
     length = float((box[1] - box[0]).max()) / cells
     vertices = np.zeros(((cells + 1) ** 3, 3))
@@ -159,7 +159,7 @@ class _Sums:
     """Sums over triangles, about a point that is given or that comes with the first block."""
 
     def __init__(self, thin: bool, origin: Floats | None = None) -> None:
-        # The simplex of a triangle and the central point has four vertices, that of a thin shell three.
+        # A triangle and the central point are a tetrahedron; a thin shell consists of the triangles.
         self._corners = 3 if thin else 4
         self.origin = np.zeros(3) if origin is None else origin
         self.count, self.area, self.volume = 0, 0.0, 0.0
@@ -200,8 +200,11 @@ class _Sums:
 
     @property
     def second(self) -> Floats:
-        """The mean of r r^T about the centre (3 by 3): that about the origin of k vertices is (sum d d^T + s
-        s^T) / (k (k + 1)), where s is the sum of all d."""
+        """The mean of r r^T about the centre (3 by 3).
+
+        That of a simplex with k vertices at d is (sum d d^T + s s^T)/(k (k + 1)) about the origin, where s is
+        the sum of all d.
+        """
         with np.errstate(divide="ignore"):
             mean = self._products / (self._corners * (self._corners + 1) * np.float64(self.measure))
         second: Floats = mean - np.outer(self.centre, self.centre)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import chain
@@ -15,6 +14,7 @@ from rigidcli.core import edges, inside, surfaces
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.edges import Read
 from rigidcli.core.surfaces import Surface
+from rigidcli.core.tensor import ROUNDING
 from rigidcli.errors import ValueProblem
 from rigidcli.model import mesh_files
 
@@ -39,15 +39,15 @@ FARTHEST = 1e50
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Checked:
-    """The surface in a file, notes on it, and the triangles that close its holes (3, 3, n).
+    """The surface in a file, with its holes closed if that was asked for, how to read it, and notes.
 
     `components` is the number of parts that hang together, None where the mesh is too large to count them.
-    It `is_inward` where it was wound inside out.
+    It `is_inward` where it is wound inside out.
     """
 
-    surface: surfaces.Surface
+    surface: Surface
+    read: Read
     notes: tuple[str, ...]
-    patch: Floats | None
     components: int | None
     is_inward: bool
 
@@ -69,22 +69,18 @@ def checked(path: pathlib.Path, *, thin: bool, mend: bool) -> Checked:
 @lru_cache(maxsize=4)
 def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool, mend: bool) -> Checked:
     """`checked` for a file in this state."""
-
-    def read() -> Iterable[Floats]:
-        return mesh_files.blocks(path)
-
-    notes, patch, whole = [], None, read
+    read, notes = mesh_files.reader(path), []
     surface = _summed(read, path, thin)
     if mend and not surface.is_closed:
         patch, note = _patch(read, path, surface.size)
-        whole = _with(read, patch)
-        surface = _summed(whole, path, thin)
+        read = _with(read, patch)
+        surface = _summed(read, path, thin)
         notes.append(note)
     elif mend:
         notes.append("it has no holes to repair")
     if not thin:
         if not surface.is_closed:
-            raise _gap(edges.unpaired(whole), path)
+            raise _gap(edges.unpaired(read), path)
         if surface.is_flat:
             raise ValueProblem(
                 f"{path}: flat: it encloses {abs(surface.volume):.3g} cubic units, and has an area of "
@@ -92,15 +88,14 @@ def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool, mend: 
                 hint="`shell: true` takes it as a thin shell",
             )
     is_inward = surface.is_closed and surface.volume < 0
-    first = (
-        None if surface.keys is None else np.unique(surfaces.components(surface.keys), return_index=True)[1]
-    )
+    labels = None if surface.keys is None else surfaces.components(surface.keys)
+    first = None if labels is None else np.unique(labels, return_index=True)[1]
     if not thin:
-        _require_once(whole, path, surface, first, -1 if is_inward else 1)
+        _require_once(read, path, surface, first, -1 if is_inward else 1)
         if is_inward:
             notes.append("it is wound inside out, and was turned")
     count = None if first is None else len(first)
-    return Checked(replace(surface, keys=None), tuple(notes), patch, count, is_inward)
+    return Checked(replace(surface, keys=None), read, tuple(notes), count, is_inward)
 
 
 def _with(read: Read, patch: Floats) -> Read:
@@ -135,7 +130,8 @@ def _gap(found: edges.Unpaired, path: pathlib.Path) -> ValueProblem:
         return _misfit(found, path)
     open_edges = found.edges[found.is_open]
     return ValueProblem(
-        f"{path}: open: {_least(found)}{_edges(len(open_edges))} to one triangle only, {_from(open_edges[0])}",
+        f"{path}: open: {_least(found)}{_edges(len(open_edges))} to one triangle only, "
+        f"{_from(open_edges[0])}",
         hint=_nearly_closed(open_edges)
         or "`repair: holes` closes holes with flat fans, `shell: true` takes the surface as a thin shell",
     )
@@ -182,8 +178,8 @@ def _nearly_closed(open_edges: Floats) -> str | None:
         if gap < NEARLY * np.linalg.norm(end - start):
             other = ends[np.flatnonzero(distances == gap)[0]]
             return (
-                f"{_point(start)} and {_point(other)} are {gap:.3g} apart, and so are two vertices: only equal "
-                "coordinates make one; merge near vertices in the program that made the file"
+                f"{_point(start)} and {_point(other)} are {gap:.3g} apart, and so are two vertices: only "
+                "equal coordinates make one; merge near vertices in the program that made the file"
             )
     return None
 
@@ -216,6 +212,10 @@ def _require_once(
         places = np.vstack([places, surfaces.chosen(read, np.sort(first)[::step]).mean(axis=1)])
     found = inside.overlap(read, surface.box, places, orientation)
     if found is None:
+        # What no line has met may still be seen in the sums: no body has a negative mean of squares.
+        spread = np.linalg.eigvalsh(surface.second)
+        if spread[0] < -ROUNDING * surface.cancelled * spread[2]:
+            raise ValueProblem(f"{path}: overlaps itself: no body has the moments that come out")
         return
     where = _point(found.place)
     if found.windings < 0:

@@ -1,25 +1,28 @@
-"""Surfaces of triangles from files, in blocks. These are untrusted: all that they say is checked against
-their size.
+"""Surfaces of triangles from files, in blocks. Files are untrusted: only their size says how much they hold.
 
 A block has the shape (3, 3, n): vertex, coordinate, triangle, in the unit of the file. STL is read here,
-through one buffer; a memory map would count as memory, and end the program where a file shrinks meanwhile.
-Other formats are read by trimesh, which is given the bytes of the file and nothing else, so that it can
-follow no reference to another one.
+through one buffer: a memory map would count as memory, and would end the program where a file shrinks
+meanwhile. Other formats are read by trimesh, which is given the bytes of the file and nothing else, so that it
+can follow no reference to another one.
 """
 
 from __future__ import annotations
 
 import logging
+import os
 import re
 import warnings
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from io import BufferedReader, BytesIO
+from itertools import chain, cycle
 from pathlib import Path
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
+from rigidcli.core.edges import Read
 from rigidcli.errors import ValueProblem, shown
 
 BLOCK_TRIANGLES = 8_000
@@ -43,71 +46,73 @@ CHUNK_BYTES = 1_000_000
 PATTERN = b"facet normal 0 0 0 outer loop vertex 0 0 0 vertex 0 0 0 vertex 0 0 0 endloop endfacet".split()
 """The words of a facet in an STL file of text, where 0 stands for any number."""
 
-NUMBERS = [place for place, word in enumerate(PATTERN) if word == b"0"]
-"""The places of its numbers, of which the first three are the normal."""
+NUMBERS = [place for place, word in enumerate(PATTERN) if word == b"0"][3:]
+"""The places of the coordinates. The normal before them may be anything: it follows from the vertices."""
 
-_SOLID = re.compile(rb"^[ \t]*(?:end)?solid\b.*$", re.MULTILINE | re.IGNORECASE)
+_SOLID = re.compile(rb"^[ \t]*(?:end)?solid\b.*$", re.MULTILINE)
 """The lines that begin and end a body in an STL file of text: they hold any name."""
 
 _NUMERAL = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?")
 
 
-def blocks(path: Path) -> Iterator[Floats]:
-    """The triangles of the file in blocks, each of which is overwritten by the next one.
+def reader(path: Path) -> Read:
+    """What starts the triangles of the file, in blocks, each of which may overwrite the one before.
 
     Raises:
-        ValueProblem: while iterating; the message starts with `path` as given, then the line of a text.
+        ValueProblem: here or while iterating; the message starts with `path`, then the line of a text.
     """
-    reader = READERS.get(path.suffix.lower())
-    if reader is None:
+    made = READERS.get(path.suffix.lower())
+    if made is None:
         endings = ", ".join(f"`{ending}`" for ending in READERS)
         raise ValueProblem(f"{path}: expected the name of a mesh, which ends in one of {endings}")
+    return made(path)
+
+
+@contextmanager
+def _opened(path: Path, most: int) -> Iterator[tuple[BufferedReader, int]]:
+    """A regular file of no more than so many bytes, and its size. Raises ValueProblem."""
     try:
         if not path.is_file():  # asked before opening: to open a pipe is to wait for its writer
             raise ValueProblem(f"{path}: {'not a regular file' if path.exists() else 'no such file'}")
         with path.open("rb") as file:
-            yield from reader(file, path)
+            size = os.fstat(file.fileno()).st_size
+            if size == 0:
+                raise ValueProblem(f"{path}: the file is empty")
+            if size > most:
+                raise ValueProblem(
+                    f"{path}: {size / 1e6:,.0f} MB, expected at most {most / 1e6:,.0f} MB",
+                    hint="simplify the mesh" if most == MOST_BYTES else "save it as binary STL",
+                )
+            yield file, size
     except OSError as error:
         raise ValueProblem(f"{path}: cannot be read: {error.strerror or error}") from error
-    except ValueError as error:
-        if isinstance(error, ValueProblem):
-            raise
-        raise ValueProblem(f"{path}: no file has such a name") from error  # there is a NUL in it
-
-
-def _require_size(path: Path, most: int) -> int:
-    size = path.stat().st_size
-    if size == 0:
-        raise ValueProblem(f"{path}: the file is empty")
-    if size > most:
-        raise ValueProblem(
-            f"{path}: {size / 1e6:,.0f} MB, expected at most {most / 1e6:,.0f} MB",
-            hint="save it as binary STL" if most < MOST_BYTES else "simplify the mesh",
-        )
-    return size
 
 
 # --- STL
 
 
-def _stl(file: BufferedReader, path: Path) -> Iterator[Floats]:
-    size = _require_size(path, MOST_BYTES)
-    header = file.read(HEADER_BYTES)
-    count = int.from_bytes(header[80:84], "little")
-    # A binary file, too, may begin with `solid`.
-    if len(header) == HEADER_BYTES and size == HEADER_BYTES + count * FACET.itemsize:
-        yield from _binary(file, count, path)
-        return
-    start = header + file.read(1000)
-    if start.lstrip()[:5].lower() == b"solid" and b"\0" not in start:
-        file.seek(0)
-        yield from _text(file, path)
-        return
+def _stl(path: Path) -> Read:
+    return lambda: _facets(path)
+
+
+def _facets(path: Path) -> Iterator[Floats]:
+    with _opened(path, MOST_BYTES) as (file, size):
+        header = file.read(HEADER_BYTES)
+        count = int.from_bytes(header[80:84], "little")
+        expected = HEADER_BYTES + count * FACET.itemsize
+        # A binary file, too, may begin with `solid`.
+        if len(header) == HEADER_BYTES and size == expected:
+            yield from _binary(file, count, path)
+            return
+        start = header + file.read(1000)
+        if start.lstrip()[:5].lower() == b"solid" and b"\0" not in start:
+            file.seek(0)
+            yield from _text(file, path)
+            return
     if len(header) < HEADER_BYTES:
         raise ValueProblem(f"{path}: {size} bytes, which is shorter than the header of an STL file")
     raise ValueProblem(
-        f"{path}: {size:,} bytes, expected {HEADER_BYTES + count * FACET.itemsize:,} for the {count:,} "
-        "triangles of which the header tells",
+        f"{path}: {size:,} bytes, expected {expected:,} for the {count:,} triangles that the header tells of",
         hint="the file is truncated, or no STL file: export or copy it once more",
     )
 
@@ -126,33 +131,33 @@ def _binary(file: BufferedReader, count: int, path: Path) -> Iterator[Floats]:
 
 
 def _text(file: BufferedReader, path: Path) -> Iterator[Floats]:
-    line, rest = 1, b""
+    line, rest, last = 1, b"", b"endfacet"
     while True:
-        chunk = file.read(CHUNK_BYTES)
+        chunk = file.read(CHUNK_BYTES).lower()
         text = rest + chunk
-        end = len(text) if not chunk else text.rfind(b"endfacet") + len(b"endfacet")
-        if chunk and end < len(b"endfacet") and (end := text.rfind(b"ENDFACET") + len(b"ENDFACET")) < 8:
+        end = text.rfind(last) + len(last) if chunk else len(text)
+        if end < len(last) and chunk:
             if len(text) > 2 * CHUNK_BYTES:
                 raise ValueProblem(f"{path}:{line}: no `endfacet` in {CHUNK_BYTES:,} bytes")
             rest = text
             continue
-        yield from _facets(text[:end], line, path)
+        yield from _whole_facets(text[:end], line, path)
         line += text.count(b"\n", 0, end)
         rest = text[end:]
         if not chunk:
             return
 
 
-def _facets(text: bytes, line: int, path: Path) -> Iterator[Floats]:
-    """The triangles of a text of whole facets, which begins in this line."""
-    words = _SOLID.sub(b"", text).lower().split()
-    count = len(PATTERN)
-    triangles = len(words) // count
-    fits = len(words) % count == 0 and all(
-        words[place::count] == [word] * triangles for place, word in enumerate(PATTERN) if word != b"0"
+def _whole_facets(text: bytes, line: int, path: Path) -> Iterator[Floats]:
+    """The triangles of a text of whole facets, in small letters, which begins in this line."""
+    words = _SOLID.sub(b"", text).split()
+    triangles, rest = divmod(len(words), len(PATTERN))
+    columns = [words[place :: len(PATTERN)] for place in range(len(PATTERN))]
+    numbers = [columns[place] for place in NUMBERS]
+    fits = not rest and all(
+        column == [word] * triangles for column, word in zip(columns, PATTERN, strict=True) if word != b"0"
     )
-    numbers = [words[place::count] for place in NUMBERS[3:]] if fits else []
-    if not all(_NUMERAL.fullmatch(word) for column in numbers for word in column) or not fits:
+    if not fits or not all(map(_NUMERAL.fullmatch, chain(*numbers))):
         raise _misread(text, line, path)
     values = np.array([list(map(float, column)) for column in numbers]).reshape(3, 3, triangles)
     for start in range(0, triangles, BLOCK_TRIANGLES):
@@ -161,14 +166,12 @@ def _facets(text: bytes, line: int, path: Path) -> Iterator[Floats]:
 
 def _misread(text: bytes, line: int, path: Path) -> ValueProblem:
     """The first word that does not belong where it stands."""
-    place = 0
+    expected = cycle(enumerate(PATTERN))
     for number, content in enumerate(_SOLID.sub(b"", text).split(b"\n"), line):
-        for word in content.lower().split():
-            expected = PATTERN[place % len(PATTERN)]
-            place += 1
-            is_vertex = (place - 1) % len(PATTERN) in NUMBERS[3:]
-            if (_NUMERAL.fullmatch(word) is None) if is_vertex else expected not in (word, b"0"):
-                what = "a number" if is_vertex else f"`{expected.decode()}`"
+        for word, (place, keyword) in zip(content.split(), expected, strict=False):
+            is_number = place in NUMBERS
+            if (_NUMERAL.fullmatch(word) is None) if is_number else keyword not in (word, b"0"):
+                what = "a number" if is_number else f"`{keyword.decode()}`"
                 read = shown(word.decode("utf-8", "replace"))
                 return ValueProblem(f"{path}:{number}: read {read}, expected {what}")
     return ValueProblem(f"{path}:{number}: the file ends inside a facet", hint="it is truncated")
@@ -177,16 +180,16 @@ def _misread(text: bytes, line: int, path: Path) -> ValueProblem:
 # --- formats that trimesh reads
 
 
-def _by_trimesh(file: BufferedReader, path: Path) -> Iterator[Floats]:
-    _require_size(path, MOST_BYTES_AT_ONCE)
-    if find_spec("trimesh") is None:
-        raise ValueProblem(
-            f"{path}: {path.suffix[1:].upper()} is read by trimesh, which is not installed",
-            hint="install `rigidcli[mesh]`, or save the mesh as STL",
-        )
-    vertices, faces = _loaded(file.read(MOST_BYTES_AT_ONCE + 1), path)
-    for start in range(0, len(faces), BLOCK_TRIANGLES):
-        yield np.ascontiguousarray(vertices[faces[start : start + BLOCK_TRIANGLES]].transpose(1, 2, 0))
+def _by_trimesh(path: Path) -> Read:
+    with _opened(path, MOST_BYTES_AT_ONCE) as (file, _):
+        if find_spec("trimesh") is None:
+            raise ValueProblem(
+                f"{path}: {path.suffix[1:].upper()} is read by trimesh, which is not installed",
+                hint="install `rigidcli[mesh]`, or save the mesh as STL",
+            )
+        vertices, faces = _loaded(file.read(MOST_BYTES_AT_ONCE + 1), path)
+    starts = range(0, len(faces), BLOCK_TRIANGLES)
+    return lambda: (vertices[faces[at : at + BLOCK_TRIANGLES]].transpose(1, 2, 0) for at in starts)
 
 
 def _loaded(data: bytes, path: Path) -> tuple[Floats, np.ndarray[tuple[int, ...], np.dtype[np.intp]]]:
@@ -216,7 +219,7 @@ def _loaded(data: bytes, path: Path) -> tuple[Floats, np.ndarray[tuple[int, ...]
     return vertices, faces
 
 
-READERS: dict[str, Callable[[BufferedReader, Path], Iterator[Floats]]] = {
+READERS: dict[str, Callable[[Path], Read]] = {
     ".stl": _stl,
     ".obj": _by_trimesh,
     ".ply": _by_trimesh,

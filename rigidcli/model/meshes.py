@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
-from itertools import chain
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
@@ -14,21 +13,14 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from rigidcli.core import inside, mass_properties, solids, surfaces, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ComputationError, ValueProblem, at
-from rigidcli.model import mesh_files, units
+from rigidcli.errors import ComputationError, ValueProblem, at, shown
+from rigidcli.model import units
 from rigidcli.model.base import Length, Mass, Quantity, ReadBy, environment
-from rigidcli.model.environment import Environment
 from rigidcli.model.mesh_checks import Checked, checked
 from rigidcli.model.shape import Bounds, Form
 
 LARGE = 10.0
 """A mesh without a `scale` that is larger than this (m) has probably millimetres for its unit."""
-
-
-def _read_density(raw: object, info: ValidationInfo) -> Scalar:
-    """Mass per volume; of a shell without a thickness, per area."""
-    thin = info.data.get("shell") and info.data.get("thickness") is None
-    return Quantity(units.AREA_DENSITY if thin else units.DENSITY, "positive").read(raw, info)
 
 
 SAMPLED = 500
@@ -38,12 +30,23 @@ THINNEST = 1000
 """Where a mesh is so large that fewer than one in so many points could be looked at, none is."""
 
 DRAWN_IN = 1e-2
-"""How far corners of such a triangle are drawn to its middle, as its corners may be sharp edges of the hole."""
+"""How far corners of such a triangle are drawn to its middle, as they may be at sharp edges of the hole."""
+
+
+def _read_density(raw: object, info: ValidationInfo) -> Scalar:
+    """Mass per volume; of a shell without a thickness, per area."""
+    thin = info.data.get("shell") and info.data.get("thickness") is None
+    return Quantity(units.AREA_DENSITY if thin else units.DENSITY, "positive").read(raw, info)
+
+
+def _read_path(raw: object, info: ValidationInfo) -> pathlib.Path:
+    if not isinstance(raw, str):
+        raise ValueProblem(f"read {shown(raw)}, expected the name of a file, such as bracket.stl")
+    return environment(info).file(raw)
 
 
 class Mesh(Form):
-    """A closed surface of triangles in a file beside the document, .stl, .obj, .ply or .off; or a thin
-    shell."""
+    """What is inside a closed surface of triangles from a file, .stl, .obj, .ply or .off; or a thin shell."""
 
     ONE_OF: ClassVar = ("mass", "density")
     CONVEX: ClassVar = False
@@ -53,7 +56,7 @@ class Mesh(Form):
     mesh: Annotated[
         pathlib.Path,
         ReadBy(
-            lambda raw, info: _read_path(raw, environment(info)),
+            _read_path,
             {"type": "string", "description": "An .stl, .obj, .ply or .off file, beside the document"},
         ),
     ]
@@ -90,11 +93,6 @@ class Mesh(Form):
         with at("mesh"):
             return checked(self.mesh, thin=self.shell, mend=self.repair == "holes")
 
-    def triangles(self) -> Iterable[Floats]:
-        """The surface in blocks (3, 3, n): vertex, coordinate, triangle; in the unit of the file."""
-        patch = self.checked.patch
-        return chain(mesh_files.blocks(self.mesh), () if patch is None else (patch,))
-
     def bounds(self) -> Bounds:
         """The least box round the mesh (m, axes of the file)."""
         return solids.bounds(self.checked.surface.box * self.unit)
@@ -102,23 +100,23 @@ class Mesh(Form):
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         """Which of the points (n; m, axes of the file) are inside.
 
-        Of a mesh that is too large to look at all points, only some are looked at, and the others are said to be.
+        Where a mesh is too large to look at all points, some are looked at, and the others are said to be.
         """
         points = np.stack(np.broadcast_arrays(x, y, z), axis=1) / self.unit
         counts: Mask = np.ones(len(points), dtype=bool)
         step, found = 1, None
         while found is None and step < THINNEST:
-            found = inside.windings(self.triangles, self.checked.surface.box, points[::step])
+            found = inside.windings(self.checked.read, self.checked.surface.box, points[::step])
             if found is not None:
                 counts[::step] = found != 0
             step *= 4
         return counts
 
     def samples(self) -> Floats:
-        """Points of the body (3 by n; m, axes of the file) near its surface: at middles and corners of triangles."""
+        """Points inside (3 by n; m, axes of the file), near the middles and corners of triangles."""
         surface = self.checked.surface
         numbers = np.arange(0, surface.triangles, -(-surface.triangles // SAMPLED))
-        corners = surfaces.chosen(self.triangles, numbers)
+        corners = surfaces.chosen(self.checked.read, numbers)
         middles = corners.mean(axis=1, keepdims=True)
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
@@ -130,11 +128,10 @@ class Mesh(Form):
 
     def faces(self, most: int, cells: int) -> Floats:
         """The triangles (k, 3, 3; m, axes of the file); simplified where there are more than `most`."""
-        surface = self.checked.surface
+        surface, read = self.checked.surface, self.checked.read
         if surface.triangles > most:
-            return surfaces.simplified(self.triangles, surface.box, cells) * self.unit
-        found: Floats = np.concatenate([block.transpose(2, 0, 1) for block in self.triangles()]) * self.unit
-        return found
+            return surfaces.simplified(read, surface.box, cells) * self.unit
+        return surfaces.chosen(read, np.arange(surface.triangles)) * self.unit
 
     @property
     def unit(self) -> float:
@@ -169,7 +166,7 @@ class Mesh(Form):
         offset = surface.centre * unit
         inertia = tensor.Inertia.of_sums(mass, offset, mass * unit**2 * surface.second)
         inertia = replace(inertia, noise=surface.cancelled * inertia.noise)
-        com, spread = surface.origin * unit + offset, unit * np.sqrt(surface.second.diagonal())
+        com, spread = surface.origin * unit + offset, unit * np.sqrt(np.maximum(surface.second.diagonal(), 0))
         error = tensor.misplaced(com, spread)
         com[np.abs(com) <= error] = 0.0
         return mass_properties.MassProperties(mass, com, inertia, error)
@@ -207,9 +204,3 @@ class Mesh(Form):
                 f"the mesh is {self._largest:.6g} m long; are its coordinates millimetres? "
                 "`scale: 0.001` says so, and `scale: 1` that they are metres"
             )
-
-
-def _read_path(raw: object, env: Environment) -> pathlib.Path:
-    if not isinstance(raw, str):
-        raise ValueProblem("expected the name of a file, such as bracket.stl")
-    return env.file(raw)

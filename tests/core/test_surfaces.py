@@ -234,7 +234,8 @@ def test_what_lies_in_or_beside_a_box(other: Triangles, windings: int | None) ->
 
 
 def test_components_hang_together_by_their_vertices() -> None:
-    body = np.concatenate([*(ball(30) + [3.0 * k, 0, 0] for k in range(7)), box((50, 0, 0), (51, 1, 1))])
+    row = [ball(30) + np.array([3.0 * k, 0, 0]) for k in range(7)]
+    body = np.concatenate([*row, box((50, 0, 0), (51, 1, 1))])
     found = measured(np.random.default_rng(3).permutation(body))
     assert found.keys is not None
     assert len(np.unique(surfaces.components(found.keys))) == 8
