@@ -30,6 +30,7 @@ from rigidcli.model.base import (
     refuse,
 )
 from rigidcli.model.environment import Environment
+from rigidcli.model.meshes import Mesh
 from rigidcli.model.point_masses import PointMasses
 from rigidcli.model.shape import Form
 from rigidcli.model.shape_names import shape_called
@@ -172,6 +173,7 @@ class Composite(Form):
 FORMS: dict[str, type[Form]] = {
     "points": PointMasses,
     "parts": Composite,
+    "mesh": Mesh,
     "inertia": KnownTensor,
     "moments": KnownTensor,
 }

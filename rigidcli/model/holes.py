@@ -19,6 +19,7 @@ import numpy as np
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask
 from rigidcli.errors import Path, ValueProblem
 from rigidcli.model.base import Section
+from rigidcli.model.meshes import Mesh
 from rigidcli.model.shape import Form, Lamina, Region, Shape
 
 GRID = 9
@@ -52,7 +53,11 @@ class Leaf:
 
     def fills_unknown_space(self) -> bool:
         """Whether the form does not tell where its mass is, as a known tensor does not."""
-        return not isinstance(self.form, Shape) and not hasattr(self.form, "points")
+        return not isinstance(self.form, Shape | Mesh) and not hasattr(self.form, "points")
+
+    def fills_space(self) -> bool:
+        """Whether the form has an inside, of which it can tell the points."""
+        return isinstance(self.form, Region) or (isinstance(self.form, Mesh) and not self.form.shell)
 
     def within(self, place: tuple[Array, Array], sign: int, path: Path) -> Leaf:
         """The leaf seen from the composite in which its own is placed."""
@@ -68,9 +73,9 @@ def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:
     known tensor stands for a shape that nobody knows.
     """
     for leaf in leaves:
-        if leaf.sign < 0 and not isinstance(leaf.form, Region):
+        if leaf.sign < 0 and not leaf.fills_space():
             raise ValueProblem("no hole can be of this form, expected a solid or flat shape", path=leaf.path)
-    found = [_Placed.of(leaf, n) for leaf in leaves if isinstance(leaf.form, Region)]
+    found = [_Placed.of(leaf, n) for leaf in leaves if leaf.fills_space()]
     placed = [region for region in found if region is not None]
     if len(placed) < len(found) or any(leaf.sign > 0 and leaf.fills_unknown_space() for leaf in leaves):
         return
@@ -111,9 +116,9 @@ def _require_material_in(region: _Placed, others: Sequence[_Placed]) -> None:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Placed:
-    """A solid or flat shape in its place, in floats."""
+    """A solid or flat shape, or a mesh, in its place, in floats."""
 
-    shape: Region
+    shape: Region | Mesh
     sign: int
     rotation: Floats
     displacement: Floats
@@ -124,8 +129,11 @@ class _Placed:
     def of(cls, leaf: Leaf, n: Arithmetic) -> _Placed | None:
         """The region of a leaf; None when some number of it has no value."""
         try:
-            shape = leaf.form.model_copy(update=_floats(leaf.form.__dict__, n))
             turn, shift = (np.array(_floats(part.tolist(), n)) for part in (leaf.rotation, leaf.displacement))
+            if isinstance(leaf.form, Mesh):
+                density = leaf.form.uniform_density(FLOAT)
+                return cls(leaf.form, leaf.sign, turn, shift, density, leaf.path)
+            shape = leaf.form.model_copy(update=_floats(leaf.form.__dict__, n))
         except _NoValueError:
             return None
         assert isinstance(shape, Region)
@@ -162,7 +170,7 @@ class _Placed:
 
     def reaches(self, points: Floats, size: float) -> Mask:
         """Which of the points it fills or all but touches: between parts side by side is no gap."""
-        step = MARGIN * max(size, self.size)
+        step = (self.shape.MARGIN if isinstance(self.shape, Mesh) else MARGIN) * max(size, self.size)
         near = self.contains(points, size)
         for direction in (*np.eye(3), *-np.eye(3)):
             near = near | self.contains(points, size, step * direction)
@@ -179,7 +187,8 @@ class _Placed:
 
     def samples(self) -> Floats:
         """Points of the region (3 by n): a grid over it, its corners and its surface, drawn in a little."""
-        placed: Floats = self.rotation @ _samples(self.shape) + self.displacement[:, None]
+        own = self.shape.samples() if isinstance(self.shape, Mesh) else _samples(self.shape)
+        placed: Floats = self.rotation @ own + self.displacement[:, None]
         return placed
 
 

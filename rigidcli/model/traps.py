@@ -10,6 +10,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic
 from rigidcli.model.bodies import Composite
+from rigidcli.model.meshes import Mesh
 from rigidcli.model.shape import Form, Solid
 
 if TYPE_CHECKING:
@@ -49,7 +50,7 @@ def _densities(body: Form, path: str, n: Arithmetic) -> Iterator[tuple[str, floa
     if isinstance(body, Composite):
         for index, part in enumerate(body.parts):
             yield from _densities(part, f"{path}.parts.{index}", n)
-    elif isinstance(body, Solid):
+    elif isinstance(body, Solid) or (isinstance(body, Mesh) and not body.shell):
         density = n.value(body.uniform_density(n))
         if density is not None and density > DENSE:
             yield path, density

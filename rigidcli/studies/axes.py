@@ -11,7 +11,7 @@ from rigidcli.core.tensor import MISPLACED, ROUNDING, Inertia
 from rigidcli.errors import ComputationError
 from rigidcli.model.document import Document
 from rigidcli.report import Field, Report, Step
-from rigidcli.studies.body import axis_fields, body_frame, inertia_fields
+from rigidcli.studies.body import axis_fields, body_frame, inertia_fields, mesh_fields
 from rigidcli.studies.common import field_of, if_known, report
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
@@ -68,7 +68,8 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
         working += inertia_steps(document, tensor)
         working += axes_steps(tensor, frame, n, frozenset(document.parameters or ()))
     title, pictures = "principal moments and axes", drawn("axes", picture, document)
-    return report(document, SCHEMA, title, [*fields, *about_axis], [*notes, *noted], (), working, pictures)
+    fields += [*about_axis, *mesh_fields(document)]
+    return report(document, SCHEMA, title, fields, [*notes, *noted], (), working, pictures)
 
 
 def _frame_fields(frame: PrincipalFrame | None, tensor: Array, n: Arithmetic) -> list[Field]:

@@ -45,6 +45,21 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
     return tuple(told("inertia", key, value) for key, value in values.items())
 
 
+def mesh_fields(document: Document) -> list[Field]:
+    """What the mesh is that the body consists of, if it is one."""
+    from rigidcli.model.meshes import Mesh
+
+    body = document.body
+    found = body.report() if isinstance(body, Mesh) else {}
+    words = {True: "yes", False: "no"}
+    return [
+        if_known(told("inertia", f"mesh.{key}", value, words=value if isinstance(value, str) else ""))
+        if not isinstance(value, bool)
+        else told("inertia", f"mesh.{key}", value, words=words[value])
+        for key, value in found.items()
+    ]
+
+
 def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]:
     """The moment about the axis that the document asks for, its radius of gyration, and notes on them."""
     direction, n, mass = document.physical.direction, document.arithmetic, document.physical.properties.mass

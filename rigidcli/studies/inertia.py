@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from rigidcli.model.document import Document
 from rigidcli.report import Report, Step
-from rigidcli.studies.body import axis_fields, inertia_fields
+from rigidcli.studies.body import axis_fields, inertia_fields, mesh_fields
 from rigidcli.studies.common import field_of, report
 from rigidcli.studies.pictures import drawn
 
@@ -20,6 +20,5 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
 
         working += inertia_steps(document, field_of(fields, "tensor"))
     pictures = drawn("inertia", picture, document)
-    return report(
-        document, SCHEMA, "inertia tensor", [*fields, *about_axis], notes, steps=working, pictures=pictures
-    )
+    fields = (*fields, *about_axis, *mesh_fields(document))
+    return report(document, SCHEMA, "inertia tensor", fields, notes, steps=working, pictures=pictures)

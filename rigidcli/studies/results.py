@@ -76,6 +76,40 @@ ROTOR = (
 )
 """The results of `axes` for a molecule, about its centre of mass."""
 
+MESH = (
+    Field("mesh.triangles", None, "triangles of the mesh"),
+    Field(
+        "mesh.components",
+        None,
+        "its parts that hang together",
+        means="null for a mesh too large to count them",
+    ),
+    Field(
+        "mesh.watertight",
+        None,
+        "watertight",
+        means="whether it is closed, after `repair` if that is asked for",
+    ),
+    Field(
+        "mesh.winding",
+        None,
+        "winding",
+        means="as the file has it: outward, or inward and turned; null if open",
+    ),
+    Field("mesh.volume", None, "volume", "V", "m^3", means="that inside; null if the mesh is open"),
+    Field("mesh.area", None, "area", "A", "m^2"),
+    Field(
+        "mesh.bounding_box",
+        None,
+        "bounding box (rows)",
+        "",
+        "m",
+        means="least and largest x, y and z in the file",
+    ),
+    Field("mesh.unit", None, "unit of the file", means="that of `scale`; else a guess by the size"),
+)
+"""The results of `inertia` and `axes` of a body that is a mesh, along the axes of its file."""
+
 AXES = (
     *INERTIA,
     Field(
@@ -141,9 +175,10 @@ AXES = (
         means="omega x L: what keeps omega as it is",
     ),
     *AXIS,
+    *MESH,
     *ROTOR,
 )
-"""The results of `axes`; those from `omega` on are there with `motion.omega`, an `axis`, or a molecule."""
+"""The results of `axes`; those from `omega` on are there with `motion.omega`, an `axis`, a mesh or a molecule."""
 
 SECTIONS: dict[str, tuple[Field, ...]] = {
     "top": (
@@ -364,7 +399,7 @@ def _with_columns(study: str, fields: tuple[Field, ...]) -> tuple[Field, ...]:
 
 
 RESULTS: dict[str, tuple[Field, ...]] = {
-    "inertia": (*INERTIA, *AXIS),
+    "inertia": (*INERTIA, *AXIS, *MESH),
     "axes": AXES,
     "precess": (
         *(

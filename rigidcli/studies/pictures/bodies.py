@@ -12,6 +12,7 @@ from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.model.bodies import Composite
 from rigidcli.model.document import Document
 from rigidcli.model.holes import Leaf
+from rigidcli.model.meshes import Mesh
 from rigidcli.model.point_masses import PointMasses
 from rigidcli.model.shape import Shape, Wire
 from rigidcli.report import Mark, Panel, Picture, Ruler
@@ -22,6 +23,12 @@ from rigidcli.studies.pictures.surfaces import surface
 
 MOST_POINTS = 2_000
 """The most point masses that are drawn; of more, evenly chosen ones."""
+
+MOST_FACES = 4_000
+"""The most triangles of a mesh that are drawn as they are; more make a file that no viewer likes."""
+
+CELLS = 24
+"""Into so many cells along its longest side a larger mesh is cut to be drawn: some thousand faces."""
 
 REACH = 1.25
 """Length of the principal axes, in units of the distance from O to the farthest point of the body."""
@@ -92,9 +99,10 @@ def _forms(document: Document) -> Iterator[Mark]:
         turn, shift = placed.rotation @ turn, placed.rotation @ shift + placed.displacement
         if isinstance(leaf.form, PointMasses):
             yield Mark("dots", _places(leaf.form) @ turn.T + shift, "point masses", style=5)
-        elif isinstance(leaf.form, Shape):
+        elif isinstance(leaf.form, Shape | Mesh):
             target = wires if isinstance(leaf.form, Wire) else holes if placed.sign < 0 else material
-            target += [np.asarray(face @ turn.T + shift, dtype=float) for face in surface(leaf.form)]
+            faces = leaf.form.faces(MOST_FACES, CELLS) if isinstance(leaf.form, Mesh) else surface(leaf.form)
+            target += [np.asarray(face @ turn.T + shift, dtype=float) for face in faces]
     if material:
         yield Mark("faces", material, "the body", style=5)
     if holes:

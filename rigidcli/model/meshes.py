@@ -1,0 +1,206 @@
+"""A body whose surface is a mesh of triangles in a file: solid, or a thin shell."""
+
+from __future__ import annotations
+
+import pathlib
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, ValidationInfo, model_validator
+
+from rigidcli.core import inside, mass_properties, solids, surfaces, tensor
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
+from rigidcli.errors import ComputationError, ValueProblem, at, shown
+from rigidcli.model import units
+from rigidcli.model.base import Length, Mass, Quantity, ReadBy, environment
+from rigidcli.model.mesh_checks import Checked, checked
+from rigidcli.model.shape import Bounds, Form
+
+LARGE = 10.0
+"""A mesh without a `scale` that is larger than this (m) has probably millimetres for its unit."""
+
+
+SAMPLED = 500
+"""The most triangles of a hole that are compared with what it is cut from."""
+
+THINNEST = 1000
+"""Where a mesh is so large that fewer than one in so many points could be looked at, none is."""
+
+DRAWN_IN = 1e-2
+"""How far corners of such a triangle are drawn to its middle, as they may be at sharp edges of the hole."""
+
+
+def _read_density(raw: object, info: ValidationInfo) -> Scalar:
+    """Mass per volume; of a shell without a thickness, per area."""
+    thin = info.data.get("shell") and info.data.get("thickness") is None
+    return Quantity(units.AREA_DENSITY if thin else units.DENSITY, "positive").read(raw, info)
+
+
+def _read_path(raw: object, info: ValidationInfo) -> pathlib.Path:
+    if not isinstance(raw, str):
+        raise ValueProblem(f"read {shown(raw)}, expected the name of a file, such as bracket.stl")
+    return environment(info).file(raw)
+
+
+class Mesh(Form):
+    """What is inside a closed surface of triangles from a file, .stl, .obj, .ply or .off; or a thin shell."""
+
+    ONE_OF: ClassVar = ("mass", "density")
+    CONVEX: ClassVar = False
+    MARGIN: ClassVar = 1e-6
+    """How far, in units of its size, single precision may leave the surface from where it was meant to be."""
+
+    mesh: Annotated[
+        pathlib.Path,
+        ReadBy(
+            _read_path,
+            {"type": "string", "description": "An .stl, .obj, .ply or .off file, beside the document"},
+        ),
+    ]
+    scale: Length | None = Field(
+        default=None, description="The unit of the file's coordinates; 1 m if not given"
+    )
+    shell: bool = Field(default=False, description="Whether it is a thin shell, which need not be closed")
+    thickness: Length | None = Field(default=None, description="Of a shell; `density` is then per volume")
+    mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
+    density: (
+        Annotated[Scalar, ReadBy(_read_density, Quantity(units.DENSITY, "positive").json_schema())] | None
+    ) = Field(
+        default=None, description="Per volume (kg/m^3), or of a shell without a thickness per area (kg/m^2)"
+    )
+    anchor: Literal["com"] | None = Field(
+        default=None, description="`com` puts the centre of mass at `position`, in place of the file's origin"
+    )
+    repair: Literal["holes"] | None = Field(default=None, description="`holes` closes holes with flat fans")
+
+    @model_validator(mode="after")
+    def _look(self, info: ValidationInfo) -> Self:
+        if self.thickness is not None and not self.shell:
+            raise ValueProblem(
+                "only a shell has a thickness", path=("thickness",), hint="write `shell: true`, too"
+            )
+        env = environment(info)
+        if not env.arithmetic.exact:
+            env.notes.extend(f"{self.mesh}: {note}" for note in (*self.checked.notes, *self._doubts()))
+        return self
+
+    @cached_property
+    def checked(self) -> Checked:
+        """What the file holds. Raises ValueProblem, with its path, for what encloses no body."""
+        with at("mesh"):
+            return checked(self.mesh, thin=self.shell, mend=self.repair == "holes")
+
+    def bounds(self) -> Bounds:
+        """The least box round the mesh (m, axes of the file)."""
+        return solids.bounds(self.checked.surface.box * self.unit)
+
+    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
+        """Which of the points (n; m, axes of the file) are inside.
+
+        Where a mesh is too large to look at all points, some are looked at, and the others are said to be.
+        """
+        points = np.stack(np.broadcast_arrays(x, y, z), axis=1) / self.unit
+        counts: Mask = np.ones(len(points), dtype=bool)
+        step, found = 1, None
+        while found is None and step < THINNEST:
+            found = inside.windings(self.checked.read, self.checked.surface.box, points[::step])
+            if found is not None:
+                counts[::step] = found != 0
+            step *= 4
+        return counts
+
+    def samples(self) -> Floats:
+        """Points inside (3 by n; m, axes of the file), near the middles and corners of triangles."""
+        surface = self.checked.surface
+        numbers = np.arange(0, surface.triangles, -(-surface.triangles // SAMPLED))
+        corners = surfaces.chosen(self.checked.read, numbers)
+        middles = corners.mean(axis=1, keepdims=True)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+        depth = (-1 if self.checked.is_inward else 1) * self.MARGIN * surface.size
+        places = np.concatenate([middles, corners + DRAWN_IN * (middles - corners)], axis=1)
+        points = (places - depth * normals[:, None]).reshape(-1, 3).T * self.unit
+        found: Floats = points[:, self.contains(*points)]
+        return found
+
+    def faces(self, most: int, cells: int) -> Floats:
+        """The triangles (k, 3, 3; m, axes of the file); simplified where there are more than `most`."""
+        surface, read = self.checked.surface, self.checked.read
+        if surface.triangles > most:
+            return surfaces.simplified(read, surface.box, cells) * self.unit
+        return surfaces.chosen(read, np.arange(surface.triangles)) * self.unit
+
+    @property
+    def unit(self) -> float:
+        """The unit of the file's coordinates, m."""
+        return 1.0 if self.scale is None else float(self.scale)
+
+    @property
+    def measure(self) -> float:
+        """The volume (m^3), or the area of a shell (m^2)."""
+        surface = self.checked.surface
+        return abs(surface.measure) * self.unit ** (2 if self.shell else 3)
+
+    def uniform_density(self, n: Arithmetic) -> Scalar:
+        """Mass per volume, or per area of a shell."""
+        if self.density is None:
+            return (self.mass or 0) / self.measure
+        return self.density * (1 if self.thickness is None else self.thickness)
+
+    def pivot(self, arithmetic: Arithmetic) -> Array:
+        """The point that is put at `position`: the origin of the file, or the centre of mass."""
+        return super().pivot(arithmetic) if self.anchor is None else self.local(arithmetic).com
+
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
+        """Mass properties along the axes of the file, and from its origin."""
+        if arithmetic.exact:
+            raise ComputationError(
+                f"{self.mesh}: a mesh has no exact results",
+                hint="leave out `--exact` and give every parameter a value",
+            )
+        surface, unit = self.checked.surface, self.unit
+        mass = self.mass if self.mass is not None else self.uniform_density(FLOAT) * self.measure
+        offset = surface.centre * unit
+        inertia = tensor.Inertia.of_sums(mass, offset, mass * unit**2 * surface.second)
+        inertia = replace(inertia, noise=surface.cancelled * inertia.noise)
+        com, spread = surface.origin * unit + offset, unit * np.sqrt(np.maximum(surface.second.diagonal(), 0))
+        error = tensor.misplaced(com, spread)
+        com[np.abs(com) <= error] = 0.0
+        return mass_properties.MassProperties(mass, com, inertia, error)
+
+    def report(self) -> dict[str, Any]:
+        """What the mesh is, by the names of the results: lengths, areas and volumes in SI units."""
+        found, unit = self.checked, self.unit
+        surface = found.surface
+        winding = "inward, turned" if found.is_inward else "outward"
+        return {
+            "triangles": surface.triangles,
+            "components": found.components,
+            "watertight": surface.is_closed,
+            "winding": winding if surface.is_closed else None,
+            "volume": abs(surface.volume) * unit**3 if surface.is_closed else None,
+            "area": surface.area * unit**2,
+            "bounding_box": surface.box * unit,
+            "unit": self._unit_guess(),
+        }
+
+    def _unit_guess(self) -> str:
+        """The unit of the file's coordinates, as given, or as the size of the mesh lets one guess."""
+        if self.scale is not None:
+            return f"{self.unit:g} m"
+        return f"{'m' if self._largest <= LARGE else 'mm'}, a guess by the size"
+
+    @property
+    def _largest(self) -> float:
+        """The longest side of the bounding box, in the unit of the file."""
+        return float(np.ptp(self.checked.surface.box, axis=0).max())
+
+    def _doubts(self) -> Iterator[str]:
+        if self.scale is None and self._largest > LARGE:
+            yield (
+                f"the mesh is {self._largest:.6g} m long; are its coordinates millimetres? "
+                "`scale: 0.001` says so, and `scale: 1` that they are metres"
+            )

@@ -1,0 +1,241 @@
+"""Integrals over surfaces of triangles, and which are closed, against closed forms and other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import Rotation
+
+from rigidcli.core import edges, inside, surfaces
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.edges import Read
+from rigidcli.core.surfaces import Surface
+from tests.meshes import Triangles, box, indexed, inside_out, revolved
+
+
+def blocks(triangles: Triangles, rows: int = 1000) -> Read:
+    """The triangles in blocks of so many, each of which overwrites the one before."""
+
+    def read() -> Iterator[Floats]:
+        memory = np.empty((3, 3, rows))
+        for start in range(0, len(triangles), rows):
+            part = triangles[start : start + rows]
+            memory[:, :, : len(part)] = part.transpose(1, 2, 0)
+            yield memory[:, :, : len(part)]
+
+    return read
+
+
+def measured(triangles: Triangles, *, thin: bool = False, rows: int = 1000) -> Surface:
+    return surfaces.measured(blocks(triangles, rows), thin=thin)
+
+
+def hull(seed: int) -> Triangles:
+    """A convex body about random points, wound outwards."""
+    points = np.random.default_rng(seed).normal(size=(30, 3))
+    found = ConvexHull(points)
+    triangles = points[found.simplices]
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    turned = (normals * found.equations[:, :3]).sum(axis=1) < 0
+    triangles[turned] = triangles[turned][:, ::-1]
+    return np.asarray(triangles, dtype=np.float64)
+
+
+def ball(turns: int) -> Triangles:
+    angle = np.pi * np.arange(turns // 2 + 1) / (turns // 2)
+    profile = np.column_stack([np.sin(angle), np.cos(angle)])
+    profile[[0, -1], 0] = 0.0
+    return revolved(profile, turns)
+
+
+# --- integrals
+
+
+def test_a_box_is_measured_to_the_last_digits() -> None:
+    found = measured(box((1, 2, 3), (2, 5, 8)))
+    np.testing.assert_allclose(found.measure, 15, rtol=1e-15)
+    np.testing.assert_allclose(found.area, 46, rtol=1e-15)
+    np.testing.assert_allclose(found.origin + found.centre, [1.5, 3.5, 5.5], rtol=1e-15)
+    np.testing.assert_allclose(found.second, np.diag([1, 9, 25]) / 12, rtol=1e-15, atol=1e-15)
+
+
+def test_a_tetrahedron_is_measured_to_the_last_digits() -> None:
+    corners = np.array([[1, 2, 3], [4, -1, 2], [-2, 0.5, 1], [0, 3, -2]])
+    found = measured(corners[[[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]]])
+    offsets = corners - corners.mean(axis=0)
+    np.testing.assert_allclose(found.origin + found.centre, corners.mean(axis=0), rtol=1e-14)
+    np.testing.assert_allclose(found.second, offsets.T @ offsets / 20, rtol=2e-15, atol=1e-15)
+
+
+def test_a_thin_box_shell_is_six_plates() -> None:
+    found = measured(box((0, 0, 0), (1, 2, 3)), thin=True)
+    plates = [(2 * 3, 0, (0, 4, 9)), (1 * 3, 1, (1, 0, 9)), (1 * 2, 2, (1, 4, 0))]
+    second = np.zeros(3)
+    for area, across, squares in plates:
+        second += 2 * area * np.array(squares) / 12
+        second[across] += 2 * area * (across + 1) ** 2 / 4
+    np.testing.assert_allclose(found.measure, 22, rtol=1e-15)
+    np.testing.assert_allclose(found.second, np.diag(second / 22), rtol=1e-15, atol=1e-15)
+
+
+@pytest.mark.parametrize("distance", [2.0**17, -(2.0**20)])
+def test_a_far_surface_loses_no_digits(distance: float) -> None:
+    """Coordinates of single precision, moved by a power of two: the sums of both are exact to 53 bits."""
+    near = ball(40).astype(np.float32).astype(np.float64)
+    here, there = measured(near, rows=300), measured(near + distance, rows=300)
+    assert there.measure == pytest.approx(here.measure, rel=1e-13)
+    np.testing.assert_allclose(there.second, here.second, rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(there.origin + there.centre, [distance] * 3, rtol=1e-15)
+
+
+def test_sums_are_taken_anew_where_the_first_block_is_far_from_the_centre() -> None:
+    """The small box is far from the centre: what its volume loses there, `cancelled` tells."""
+    triangles = np.concatenate([box((0, 0, 0), (0.1, 0.1, 0.1)), box((1e4, 0, 0), (1e4 + 1, 2, 3))])
+    found = measured(triangles, rows=12)
+    small, large = 1e-3, 6.0
+    apart = np.array([1e4 + 0.45, 0.95, 1.45])
+    exact = large * np.diag([1, 4, 9]) / 12 + small * np.eye(3) * 0.01 / 12
+    exact = exact / (small + large) + small * large / (small + large) ** 2 * np.outer(apart, apart)
+    error = np.abs(found.second - exact).max() / exact.max()
+    assert error < 1e-9
+    assert error < 1e-15 * found.cancelled
+
+
+@given(seed=st.integers(0, 50), turn=st.integers(0, 50))
+def test_turning_and_moving_a_body_turns_and_moves_what_is_measured(seed: int, turn: int) -> None:
+    body, rotation = hull(seed), Rotation.random(rng=np.random.default_rng(turn)).as_matrix()
+    one, two = measured(body), measured(body @ rotation.T + [3.0, -2.0, 5.0])
+    assert two.measure == pytest.approx(one.measure, rel=1e-13)
+    assert two.area == pytest.approx(one.area, rel=1e-13)
+    np.testing.assert_allclose(two.second, rotation @ one.second @ rotation.T, atol=1e-12)
+    place = rotation @ (one.origin + one.centre) + [3.0, -2.0, 5.0]
+    np.testing.assert_allclose(two.origin + two.centre, place, atol=1e-12)
+
+
+def test_agrees_with_trimesh() -> None:
+    trimesh = pytest.importorskip("trimesh")
+    for seed in range(5):
+        body = hull(seed)
+        found = measured(body)
+        peer = trimesh.Trimesh(*indexed(body), process=False)
+        inertia = found.measure * (np.trace(found.second) * np.eye(3) - found.second)
+        np.testing.assert_allclose(found.measure, peer.volume, rtol=1e-13)
+        np.testing.assert_allclose(found.origin + found.centre, peer.center_mass, atol=1e-13)
+        np.testing.assert_allclose(inertia, peer.moment_inertia, atol=1e-12)
+
+
+def test_a_coordinate_that_is_no_number_is_found() -> None:
+    triangles = ball(20)
+    triangles[137, 2, 1] = np.inf
+    with pytest.raises(surfaces.NotFiniteError) as caught:
+        measured(triangles, rows=50)
+    assert caught.value.triangle == 137
+
+
+# --- edges
+
+
+@settings(max_examples=20, deadline=None)
+@given(seed=st.integers(0, 200), data=st.data())
+def test_any_triangle_that_is_missing_or_turned_opens_the_surface(seed: int, data: st.DataObject) -> None:
+    body = hull(seed)
+    assert measured(body).is_closed
+    place = data.draw(st.integers(0, len(body) - 1))
+    missing = np.delete(body, place, axis=0)
+    assert not measured(missing).is_closed
+    found = edges.unpaired(blocks(missing))
+    assert found.is_open.all()
+    assert found.is_all
+    sides = {(tuple(body[place, j]), tuple(body[place, i])) for i, j in edges.SIDES}
+    assert {(tuple(one), tuple(two)) for one, two in found.edges.tolist()} == sides
+    turned = body.copy()
+    turned[place] = turned[place][::-1]
+    found = edges.unpaired(blocks(turned))
+    assert (len(found.edges), found.uses.tolist()) == (3, [[2, 0]] * 3)
+
+
+def test_a_tube_without_its_ends_is_not_closed_though_their_areas_cancel() -> None:
+    body = box((0, 0, 0), (1, 1, 1))
+    assert not measured(body[2:6]).is_closed
+    assert not measured(np.concatenate([body[:1], body[3:]])).is_closed
+
+
+def test_minus_zero_is_zero() -> None:
+    body = box((0, 0, 0), (1, 1, 1))
+    body[::2] = np.where(body[::2] == 0, -0.0, body[::2])
+    assert measured(body).is_closed
+
+
+def test_holes_that_share_a_corner_are_closed_by_fans_of_their_own() -> None:
+    body = box((0, 0, 0), (1, 2, 3))
+    corner = (body == [0, 0, 0]).all(axis=2).any(axis=1)
+    faces = [place for place in np.flatnonzero(corner) if place < 6][:2]
+    missing = np.delete(body, faces, axis=0)
+    patch, holes, off = edges.fans(edges.unpaired(blocks(missing)).edges)
+    assert (holes, patch.shape[2], off) == (2, 2, 0.0)
+    assert measured(np.concatenate([missing, patch.transpose(2, 0, 1)])).measure == pytest.approx(
+        6, rel=1e-15
+    )
+
+
+def test_the_rim_of_a_hole_in_a_ball_is_one_fan() -> None:
+    body = ball(40)
+    lid = body[:, :, 2].min(axis=1) > 0.9
+    patch, holes, off = edges.fans(edges.unpaired(blocks(body[~lid])).edges)
+    assert (holes, patch.shape[2]) == (1, 38)
+    assert off < 1e-15
+    height = body[~lid][:, :, 2].max()
+    closed = measured(np.concatenate([body[~lid], patch.transpose(2, 0, 1)]))
+    assert closed.is_closed
+    assert closed.box[1, 2] == height
+
+
+# --- windings
+
+
+def overlap(triangles: Triangles, orientation: int = 1) -> inside.Overlap | None:
+    found = measured(triangles)
+    labels = surfaces.components(found.keys) if found.keys is not None else np.empty(0)
+    first = np.unique(labels, return_index=True)[1]
+    points = np.vstack([found.places, triangles[first].mean(axis=1)])
+    return inside.overlap(blocks(triangles), found.box, points, orientation)
+
+
+def test_windings_are_one_inside_and_none_outside() -> None:
+    body = ball(60)
+    points = np.random.default_rng(1).uniform(-1, 1, (500, 3))
+    distance = np.linalg.norm(points, axis=1)
+    found = inside.windings(blocks(body), measured(body).box, points)
+    assert found is not None
+    assert (found[distance < 0.99] == 1).all()
+    assert (found[distance > 1] == 0).all()
+
+
+@pytest.mark.parametrize(
+    ("other", "windings"),
+    [
+        (box((0.4, 0.4, 0.4), (0.6, 0.6, 0.6)), 2),
+        (box((0.999, 0.4, 0.4), (1.2, 0.6, 0.6)), 2),
+        (inside_out(box((2, 0, 0), (2.1, 0.1, 0.1))), -1),
+        (inside_out(box((0.95, 0.4, 0.4), (1.2, 0.6, 0.6))), -1),
+        (inside_out(box((0.4, 0.4, 0.4), (0.6, 0.6, 0.6))), None),
+        (box((1, 0, 0), (2, 1, 1)), None),
+        (box((3, 0, 0), (4, 1, 1)), None),
+    ],
+)
+def test_what_lies_in_or_beside_a_box(other: Triangles, windings: int | None) -> None:
+    found = overlap(np.concatenate([box((0, 0, 0), (1, 1, 1)), other]))
+    assert (None if found is None else found.windings) == windings
+
+
+def test_components_hang_together_by_their_vertices() -> None:
+    row = [ball(30) + np.array([3.0 * k, 0, 0]) for k in range(7)]
+    body = np.concatenate([*row, box((50, 0, 0), (51, 1, 1))])
+    found = measured(np.random.default_rng(3).permutation(body))
+    assert found.keys is not None
+    assert len(np.unique(surfaces.components(found.keys))) == 8
