@@ -54,7 +54,7 @@ def test_a_shape_has_the_name_under_which_it_is_listed(name: str) -> None:
 
 def test_every_format_is_a_module_and_every_module_a_format() -> None:
     assert set(FORMATS) == set(CheckFormat)
-    helpers = {"terminal", "values", "notebook", "plots", "programs", "units"}
+    helpers = {"terminal", "values", "notebook", "plots", "programs", "units", "web"}
     assert _names("rigidcli.render") - helpers == set(Format)
     assert all(callable(renderer(name)) for name in Format)
 
