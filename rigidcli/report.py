@@ -179,11 +179,54 @@ class Picture:
 
 
 @dataclass(frozen=True, slots=True)
+class Part:
+    """A mark along the three directions of a stage, and how it moves at the n times of a scene.
+
+    What is `carried` turns with the body. The points of a mark that is "still" are as ever; those that are
+    "sampled" have one more axis before the others, for the times; "traced" is the path of one point (n, 3),
+    a line that is drawn as far as the motion has come. Parts with the same `group`, or without one with the
+    same label, are shown and hidden together.
+    """
+
+    mark: Mark
+    motion: Literal["still", "sampled", "traced"] = "still"
+    carried: bool = False
+    group: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One view of a motion: parts in space with z upwards, or in the plane of x and y where it `is_flat`."""
+
+    title: str
+    parts: tuple[Part, ...]
+    is_flat: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A motion to be replayed: the views that a reader can choose from, the first at the beginning.
+
+    `readings` has a row for each of the n times, which are its first column. The body turns by
+    `orientation`, quaternions (n, 4; scalar first) from body to space, and has angular velocities `omega`
+    (n, 3; rad/s) along its own axes, which tell of whole turns between two times; both are None where
+    nothing is carried.
+    """
+
+    title: str
+    readings: Table
+    stages: tuple[Stage, ...]
+    orientation: Value = None
+    omega: Value = None
+
+
+@dataclass(frozen=True, slots=True)
 class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
     `about` is what people are told first; `notes` are remarks on the numbers, for standard error; `steps`
-    and `pictures` are told, and a `program` of the equations is written, on demand.
+    and `pictures` are told, a `program` of the equations is written, and the `scene` of a motion is made, on
+    demand.
     """
 
     schema: str
@@ -196,6 +239,7 @@ class Report(Mapping[str, Value]):
     steps: tuple[Step, ...] = ()
     pictures: tuple[Picture, ...] = ()
     program: Program | None = None
+    scene: Scene | None = None
 
     def tree(self) -> dict[str, Value]:
         """All values as JSON nests them."""

@@ -40,7 +40,7 @@ class Browser:
     def open_page(
         self, path: Path, width: int = 1280, *, dark: bool = False, still: bool = False, density: float = 1
     ) -> None:
-        """Open a file in a window so wide (CSS pixels), for one who wants dark colours, or pages that are still.
+        """Open a file in a window so wide (CSS pixels), for one who wants dark colours, or still pages.
 
         A CSS pixel has the `density` in pixels of the screen along each side.
         """

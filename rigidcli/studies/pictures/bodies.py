@@ -38,7 +38,7 @@ def body(document: Document) -> Picture:
     """The body along the axes of the results. Raises DocumentError where a parameter has no value."""
     require_values(document, "a picture")
     frame, physical = body_frame(document), document.physical
-    forms = [replace(mark, points=_moved(mark.points, physical.axes)) for mark in _forms(document)]
+    forms = [replace(mark, points=_moved(mark.points, physical.axes)) for mark in marks_of_body(document)]
     known = physical.properties.mass is not None
     centre = physical.axes.T @ physical.point if forms else np.zeros(3)
     ends = [np.abs(np.linalg.norm(np.vstack(list(mark.points)) - centre, axis=1)).max() for mark in forms]
@@ -79,7 +79,7 @@ def _moved(places: Floats | list[Floats], axes: Floats) -> Floats | list[Floats]
     return [face @ axes for face in places] if isinstance(places, list) else places @ axes
 
 
-def _forms(document: Document) -> Iterator[Mark]:
+def marks_of_body(document: Document) -> Iterator[Mark]:
     """The parts of the body whose places are known, along the document's axes."""
     form = document.body
     assert form is not None
