@@ -83,25 +83,24 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
     """The parts of the body whose places are known, along the document's axes."""
     form = document.body
     assert form is not None
-    leaves = form.leaves(FLOAT) if isinstance(form, Composite) else [Leaf(form)]
+    place = form.motion(FLOAT)
+    inner = form.leaves(FLOAT) if isinstance(form, Composite) else [Leaf(form)]
     material: list[Floats] = []
     holes: list[Floats] = []
     wires: list[Floats] = []
-    for leaf in leaves:
-        placed = leaf.within(form.motion(FLOAT), 1, ()) if isinstance(form, Composite) else leaf
-        turn, shift = leaf.form.motion(FLOAT)
-        turn, shift = placed.rotation @ turn, placed.rotation @ shift + placed.displacement
+    for leaf in (leaf.within(place, 1, ()) for leaf in inner):
+        turn, shift = leaf.rotation, leaf.displacement
         if isinstance(leaf.form, PointMasses):
             yield Mark("dots", _places(leaf.form) @ turn.T + shift, "point masses", style=5)
         elif isinstance(leaf.form, Shape):
-            target = wires if isinstance(leaf.form, Wire) else holes if placed.sign < 0 else material
+            target = wires if isinstance(leaf.form, Wire) else holes if leaf.sign < 0 else material
             target += [np.asarray(face @ turn.T + shift, dtype=float) for face in surface(leaf.form)]
     if material:
         yield Mark("faces", material, "the body", style=5)
     if holes:
         yield Mark("faces", holes, "hole", quiet=True)
-    for place, wire in enumerate(wires):
-        yield Mark("line", wire, "" if place or material else "the body", style=5)
+    for number, wire in enumerate(wires):
+        yield Mark("line", wire, "" if number or material else "the body", style=5)
 
 
 def _places(form: PointMasses) -> Floats:
