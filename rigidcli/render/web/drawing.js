@@ -94,7 +94,8 @@ void main() {
   shown = vec4(colour.rgb * light * paint, 1.0) * colour.a;
 }`];
 
-// A segment from a to b, as wide as asked on the screen, and slightly in front of a surface that it lies on.
+// A segment from a to b, as wide as asked on the screen, in front of a surface that it lies on; and the wider
+// one in front of the other.
 const SEGMENT = [SEEN + `
 in vec3 a, b;
 uniform vec2 screen;
@@ -106,7 +107,7 @@ void main() {
   float side = float(gl_VertexID & 1) * 2.0 - 1.0, ahead = float(gl_VertexID >> 1);
   vec4 p = ahead > 0.0 ? end : start;
   p.xy += (vec2(-way.y, way.x) * side + way * (ahead * 2.0 - 1.0) * 0.5) * width / screen * p.w;
-  p.z -= 0.006 * p.w;
+  p.z -= (0.002 + 0.001 * min(width, 4.0)) * p.w;
   gl_Position = p;
 }`, COLOUR + `
 void main() { shown = vec4(colour.rgb, 1.0) * colour.a; }`];

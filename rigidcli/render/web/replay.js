@@ -8,9 +8,12 @@ const DARK = { styles: ["#4FB0F0", "#FF8A3D", "#2FCB9C", "#E79FCB", "#DDDDDD", "
 const WIDTHS = { thin: 1.2, line: 2, arrow: 3.5 };   // of lines, in CSS pixels
 const DOTS = { few: 18, some: 10, many: 5 };         // diameters of dots, in CSS pixels
 const VIEWS = { space: [-2.2, -1.2], flat: [0, 0] }; // yaw and pitch (rad) at the beginning
+const MOST_FILLED = 0.88;                            // of the canvas, by what is shown
+const ROOM = 60;                                     // for names above and below it, in CSS pixels
 const MOST_DOUBLINGS = 6;                            // of the speed, up or down
 const LONGEST_FRAME = 0.1;                           // the most seconds that pass from frame to frame
 const STEPS = 100;                                   // steps of the arrow keys from beginning to end
+const MOST_DIGITS = 5;                                // of the readings, which change all the time
 const PAINTED = 0.22;                                // how much darker every other octant of a body is
 
 const floats = (text, Kind) => new Kind(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
@@ -24,13 +27,19 @@ class Replay {
     this.figure = figure;
     this.find = (selector) => figure.querySelector(selector);
     const data = JSON.parse(this.find('script[type="application/json"]').textContent);
-    this.digits = data.digits;
+    this.digits = Math.min(data.digits, MOST_DIGITS);
     this.times = floats(data.times, Float64Array);
     this.readings = data.readings.map(({ unit, values }) => ({ unit, values: floats(values, Float64Array) }));
     this.orientation = data.orientation && floats(data.orientation, Float32Array);
     this.turns = data.turns && floats(data.turns, Float32Array);
     this.stages = data.stages;
-    for (const part of this.stages.flatMap((stage) => stage.parts)) part.points = floats(part.points, Float32Array);
+    const arrays = data.arrays.map((text) => floats(text, Float32Array));
+    for (const part of this.stages.flatMap((stage) => stage.parts)) {
+      part.points = arrays[part.points];
+      // What moves has so many numbers at a time, and may have times of its own between those of the readings.
+      part.size = part.motion === "traced" ? 3 : part.count;
+      part.between = (part.points.length / part.size - 1) / (this.times.length - 1);
+    }
     [this.start, this.end] = [this.times[0], this.times[this.times.length - 1]];
     this.pace = (this.end - this.start) / data.seconds;
     this.time = this.start;
@@ -125,20 +134,20 @@ class Replay {
 
   play(playing) {
     this.playing = playing;
-    const button = this.find("[data-do=play]");
-    button.textContent = playing ? "⏸" : "▶";
-    button.setAttribute("aria-label", playing ? "Pause" : "Play");
+    this.find("[data-do=play]").textContent = playing ? "Pause" : "Play";
     this.ask();
   }
 
   go(time) {
+    this.met = true;
     this.play(false);
     this.time = Math.min(Math.max(time, this.start), this.end);
   }
 
   change(doublings) {
     this.doublings = Math.min(Math.max(this.doublings + doublings, -MOST_DOUBLINGS), MOST_DOUBLINGS);
-    this.find(".speed").textContent = `${Number((this.pace * 2 ** this.doublings).toPrecision(2))} × real time`;
+    const ratio = this.pace * 2 ** this.doublings;
+    this.find(".speed").textContent = `${ratio < 1e5 ? Number(ratio.toPrecision(2)) : ratio.toExponential(1)} × real time`;
   }
 
   turn(yaw, pitch) {
@@ -256,14 +265,16 @@ class Replay {
     this.slider.setAttribute("aria-valuetext", `t = ${shown[0].textContent}`);
   }
 
-  // The points of a part now: those of what moves lie between two samples.
+  // The points of a part now, which lie between two of its samples, and the place of the earlier one.
   now(part) {
-    if (part.motion === "still") return part.points;
-    const size = part.points.length / this.times.length, from = this.row * size;
-    return Float32Array.from({ length: size }, (_, k) => {
+    if (part.motion === "still") return { points: part.points, size: part.points.length, row: 0 };
+    const between = part.between, share = this.share * between, step = Math.min(Math.floor(share), between - 1);
+    const row = this.row * between + step, size = part.size, from = row * size, way = share - step;
+    const points = Float32Array.from({ length: size }, (_, k) => {
       const value = part.points[from + k];
-      return value + this.share * (part.points[from + size + k] - value);
+      return value + way * (part.points[from + size + k] - value);
     });
+    return { points, row };
   }
 
   // The matrix from the body to space: the turn from one sample to the next goes on evenly, on the sphere.
@@ -277,7 +288,9 @@ class Replay {
 
   camera() {
     const [cy, sy, cp, sp] = [Math.cos(this.yaw), Math.sin(this.yaw), Math.cos(this.pitch), Math.sin(this.pitch)];
-    const { width, height } = this.canvas, focus = 0.95 * DISTANCE * this.zoom / Math.max(1, height / width);
+    const { width, height } = this.canvas, [x, y] = this.stage.flat ? this.stage.half : [1, 1];
+    const filled = Math.min(MOST_FILLED, 1 - ROOM / this.canvas.clientHeight);
+    const focus = filled * DISTANCE * this.zoom * Math.min(width / height / (x || 1e-9), 1 / (y || 1e-9));
     return {
       matrix: [cy, cp * sy, sp * sy, -sy, cp * cy, sp * cy, 0, -sp, cp],
       centre: this.stage.centre,
@@ -309,40 +322,52 @@ class Replay {
   }
 
   line(part, turn) {
-    const width = (part.quiet ? WIDTHS.thin : WIDTHS.line) * this.ratio, colour = parts(part.colour);
+    const width = (part.quiet ? WIDTHS.thin : WIDTHS.line) * this.ratio;
+    const { points, row } = this.now(part), colour = parts(part.colour, part.quiet && part.motion === "traced" ? 0.5 : 1);
     if (part.motion === "sampled") {
-      const points = this.now(part);
       this.painter.line(this.painter.once(points), points.length / 3, colour, turn, width);
-      return;
+    } else if (part.motion === "still" || part.quiet) {
+      this.painter.line(this.held(part), part.points.length / 3, colour, turn, width);
+    } else {
+      const last = new Float32Array([...part.points.subarray(3 * row, 3 * row + 3), ...points]);
+      this.painter.line(this.held(part), row + 1, colour, turn, width);
+      this.painter.line(this.painter.once(last), 2, colour, turn, width);
     }
-    const traced = part.motion === "traced", count = traced ? this.row + 1 : part.points.length / 3;
-    this.painter.line(this.held(part), count, colour, turn, width);
-    if (!traced) return;
-    const last = new Float32Array([...part.points.subarray(3 * this.row, 3 * this.row + 3), ...this.now(part)]);
-    this.painter.line(this.painter.once(last), 2, colour, turn, width);
   }
 
   dots(part, turn) {
-    const points = this.now(part), count = points.length / 3;
+    const { points } = this.now(part), count = points.length / 3;
     const held = part.motion === "still" ? this.held(part) : this.painter.once(points);
-    const size = part.quiet ? DOTS.many : count > 100 ? DOTS.many : count > 12 ? DOTS.some : DOTS.few;
+    const size = part.quiet || count > 100 ? DOTS.many : count > 12 ? DOTS.some : DOTS.few;
     this.painter.dots(held, count, parts(part.colour), turn, size * this.ratio);
   }
 
   arrow(part, turn, camera) {
-    const [from, to] = [this.now(part)].flatMap((p) => [p.slice(0, 3), p.slice(3)]).map((p) => times(turn, p));
+    const { points } = this.now(part), [from, to] = [points.slice(0, 3), points.slice(3)].map((p) => times(turn, p));
     const way = less(to, from), length = Math.hypot(...way), axis = unit(way), colour = parts(part.colour);
     const [width, size] = part.quiet ? [WIDTHS.thin, 0.6] : [WIDTHS.arrow, 1];
     if (length) {
       const end = to.map((x, k) => x - axis[k] * Math.min(HEAD * size, length) / 2);
       this.painter.line(this.painter.once(new Float32Array([...from, ...end])), 2, colour, IDENTITY, width * this.ratio);
-      const head = onto(axis).map((x) => x * size * Math.min(1, length / HEAD));
+      const head = onto(axis).map((x) => x * Math.min(size, length / HEAD));
       this.painter.surface(this.painter.cone, colour, head, 0, to);
     }
-    const eye = times(camera.matrix, less(to.map((x, k) => x + axis[k] * 0.04), camera.centre)), depth = DISTANCE - eye[2];
-    const [x, y] = [eye[0] * camera.zoom[0] / depth, -eye[1] * camera.zoom[1] / depth].map((each) => (each + 1) * 50);
-    part.sign.style.left = `${x}%`;
-    part.sign.style.top = `${y}%`;
+    this.sign(part, from, to, camera);
+  }
+
+  // The name of an arrow stands beyond its tip; a long one beside it, so that it stays in the picture.
+  sign(part, from, to, camera) {
+    const [[x0, y0], [x, y]] = [from, to].map((point) => {
+      const eye = times(camera.matrix, less(point, camera.centre)), depth = DISTANCE - eye[2];
+      return [(1 + eye[0] * camera.zoom[0] / depth) / 2, (1 - eye[1] * camera.zoom[1] / depth) / 2];
+    });
+    const { clientWidth: width, clientHeight: height } = this.canvas, style = part.sign.style;
+    const [dx, dy] = unit([(x - x0) * width, (y - y0) * height, 0]), isLong = part.label.length > 3;
+    const beyond = (d) => `calc(${50 * d - 50}% + ${0.4 * d}em)`;
+    style.left = `${100 * x}%`;
+    style.top = `${100 * y}%`;
+    style.transform = isLong && Math.abs(dx) > Math.abs(dy) ? "translate(-100%, .4em)"
+      : `translate(${isLong ? "-1em" : beyond(dx)}, ${beyond(dy)})`;
   }
 }
 

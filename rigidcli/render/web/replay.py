@@ -44,8 +44,18 @@ SHORTEST, LONGEST = 10.0, 60.0
 NEAR = 2.5
 """A motion that takes so many times more, or less, than its replay would is shown as fast as it is."""
 
+SMOOTH, COARSE = 0.1, 1.2
+"""Angles (rad) between two pieces of a path, in the middle: below the first it looks round as it is; above
+the other its samples do not tell where it goes."""
+
+TINY = float(np.finfo(np.float64).tiny)
+"""Keeps a quotient of zeros from being taken."""
+
 POSES = 24
 """Orientations at which it is looked how far a body reaches."""
+
+CORNERS = 300
+"""About so many points of each of its parts are looked at."""
 
 CIRCLE = 2 * np.pi
 """The path of a point that moves round once (in units of its distance); so long a path counts as a turn."""
@@ -56,8 +66,10 @@ def replay(scene: Scene, look: Look | None = None) -> str:
     look = look or Look()
     rows = _rows(scene)
     readings = replace(scene.readings, columns=tuple(map(without_noise, scene.readings.columns)))
+    arrays: dict[str, int] = {}
     data = {
-        "stages": [_stage(stage, scene, rows) for stage in scene.stages],
+        "stages": [_stage(stage, scene, rows, arrays) for stage in scene.stages],
+        "arrays": list(arrays),
         "times": _packed(_times(scene)[rows], "f8"),
         "readings": [
             {"unit": column.unit, "values": _packed(np.asarray(column.values)[rows], "f8")}
@@ -99,14 +111,14 @@ _CONTROLS = """<div class=stage>
 <p class=trouble role=status>The replay needs JavaScript.</p>
 </div>
 <div class=controls hidden>
-<button type=button data-do=play aria-label="Play">▶</button>
+<button type=button data-do=play>Play</button>
 <input type=range min=0 max=1000 step=1 value=0 aria-label="Time">
-<button type=button data-do=slower aria-label="Slower">−</button>
+<span><button type=button data-do=slower aria-label="Slower">−</button>
 <output class=speed aria-label="Speed"></output>
-<button type=button data-do=faster aria-label="Faster">+</button>
-<button type=button data-do=out>Zoom out</button>
+<button type=button data-do=faster aria-label="Faster">+</button></span>
+<span><button type=button data-do=out>Zoom out</button>
 <button type=button data-do=in>Zoom in</button>
-<button type=button data-do=reset>Reset view</button>
+<button type=button data-do=reset>Reset view</button></span>
 <label>Show <select>{options}</select></label>
 </div>
 <dl class=readings hidden>{readings}</dl>
@@ -184,21 +196,23 @@ def _path(part: Part) -> float:
     return float((np.linalg.norm(np.diff(points, axis=0), axis=-1) / extent).sum(axis=0).max())
 
 
-def _stage(stage: Stage, scene: Scene, rows: Rows) -> dict[str, Any]:
-    """The parts of a stage about its centre, in units of its reach."""
-    centre, reach = _extent(stage, scene)
+def _stage(stage: Stage, scene: Scene, rows: Rows, arrays: dict[str, int]) -> dict[str, Any]:
+    """The parts of a stage about its centre, in units of its reach; `arrays` hold the places of their points."""
+    centre, half, reach = _extent(stage, scene)
+    times = _times(scene)[rows]
     return {
         "flat": stage.is_flat,
         "centre": (centre / reach).tolist(),
-        "parts": [_part(part, reach, rows) for part in stage.parts],
+        "half": (half / reach).tolist(),
+        "parts": [_part(part, reach, rows, times, arrays) for part in stage.parts],
     }
 
 
-def _part(part: Part, reach: float, rows: Rows) -> dict[str, Any]:
+def _part(part: Part, reach: float, rows: Rows, times: Floats, arrays: dict[str, int]) -> dict[str, Any]:
     mark = part.mark
     points = triangles(mark.points, MOST_TRIANGLES) if mark.form == "faces" else np.asarray(mark.points)
     if part.motion != "still":
-        points = points[rows]
+        points = _rounded(points[rows], times)
     return {
         "form": mark.form,
         "label": mark.label,
@@ -207,34 +221,48 @@ def _part(part: Part, reach: float, rows: Rows) -> dict[str, Any]:
         "quiet": mark.quiet,
         "motion": part.motion,
         "carried": part.carried,
-        "points": _packed(points / reach),
+        "count": int(points[0].size),
+        "points": arrays.setdefault(_packed(points / reach), len(arrays)),
     }
 
 
-def _extent(stage: Stage, scene: Scene) -> tuple[Floats, float]:
-    """The middle of a stage (3), which is on the axis z through O where something turns, and its reach."""
+def _rounded(points: Floats, times: Floats) -> Floats:
+    """Points that move (n, ...), with as many more between each two as a smooth path needs, by cubic splines.
+
+    Nothing is put between samples that are too far apart to tell the path.
+    """
+    path = points.reshape(len(points), -1, 3)[:, -1]
+    steps = np.diff(path, axis=0)
+    length = np.linalg.norm(steps, axis=1)
+    cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1]) / np.maximum(length[1:] * length[:-1], TINY)
+    bend = float(np.median(np.arccos(np.clip(cosine, -1, 1)))) if len(cosine) else 0.0
+    if not SMOOTH < bend < COARSE or points.size * COARSE / SMOOTH > MOST_NUMBERS:
+        return points
+    from scipy.interpolate import CubicSpline
+
+    between = int(np.ceil(bend / SMOOTH))
+    fine = np.interp(np.arange((len(times) - 1) * between + 1) / between, np.arange(len(times)), times)
+    found: Floats = CubicSpline(times, points)(fine)
+    return found
+
+
+def _extent(stage: Stage, scene: Scene) -> tuple[Floats, Floats, float]:
+    """The middle of a stage (3), half of its extent (3), and its reach from the middle in any direction.
+
+    The middle is on the axis z through O where something turns.
+    """
     places = [np.vstack([np.reshape(each, (-1, 3)) for each in part.mark.points]) for part in stage.parts]
-    turned = [part.carried for part in stage.parts]
-    if any(turned):
-        some = scene.orientation[np.linspace(0, len(scene.orientation) - 1, POSES).astype(int)]
+    turns = any(part.carried for part in stage.parts)
+    if turns:
+        poses = scene.orientation[np.linspace(0, len(scene.orientation) - 1, POSES).astype(int), None]
         places = [
-            rotation.turned(some[:, None], _corners(each)).reshape(-1, 3) if carried else each
-            for each, carried in zip(places, turned, strict=True)
+            rotation.turned(poses, each[:: 1 + len(each) // CORNERS]).reshape(-1, 3) if part.carried else each
+            for each, part in zip(places, stage.parts, strict=True)
         ]
-    solid = [each for each, part in zip(places, stage.parts, strict=True) if not part.mark.quiet] or places
-    low, high = (
-        np.min([each.min(axis=0) for each in solid], axis=0),
-        np.max([each.max(axis=0) for each in solid], axis=0),
-    )
-    centre = (low + high) / 2 * ([0, 0, 1] if any(turned) else 1)
-    reach = max(float(np.linalg.norm(each - centre, axis=1).max()) for each in places)
-    return centre, reach or 1.0
-
-
-def _corners(places: Floats) -> Floats:
-    """The corners (8, 3) of the box about places (n, 3)."""
-    ends = np.array([places.min(axis=0), places.max(axis=0)])
-    return np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    solid = np.vstack([e for e, part in zip(places, stage.parts, strict=True) if not part.mark.quiet])
+    centre = (solid.min(axis=0) + solid.max(axis=0)) / 2 * ([0, 0, 1] if turns else 1)
+    offsets = np.vstack(places) - centre
+    return centre, np.abs(offsets).max(axis=0), float(np.linalg.norm(offsets, axis=1).max()) or 1.0
 
 
 def _times(scene: Scene) -> Floats:

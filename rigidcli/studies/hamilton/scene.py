@@ -112,7 +112,7 @@ def _portrait(values: Floats, names: tuple[str, ...], title: str) -> Stage:
         axes.append(Part(Mark("arrow", np.array([corner, tip]), label, quiet=True), group="axes"))
     parts = (
         *axes,
-        Part(Mark("line", path, "the whole orbit", quiet=True)),
+        Part(Mark("line", path, "the whole orbit", quiet=True), "traced"),
         Part(Mark("line", path, "orbit so far", style=0), "traced"),
         Part(Mark("dots", path[:, None], "now", style=1), "sampled"),
     )
