@@ -184,8 +184,8 @@ class Part:
 
     What is `carried` turns with the body. The points of a mark that is "still" are as ever; those that are
     "sampled" have one more axis before the others, for the times; "traced" is the path of one point (n, 3),
-    a line that is drawn as far as the motion has come, or as a whole where it is quiet. Parts with the same `group`, or without one with the
-    same label, are shown and hidden together.
+    a line that is drawn as far as the motion has come, or as a whole where it is quiet. Parts with the same
+    `group`, or without one with the same label, are shown and hidden together.
     """
 
     mark: Mark

@@ -60,6 +60,7 @@ class Replay {
     this.listenTo(this.find("canvas"));
     this.choose(0);
     this.change(0);
+    this.read();
     this.tell("");
   }
 
@@ -245,7 +246,7 @@ class Replay {
   }
 
   // The last sample that is not later, and how far the time is on the way from it to the next.
-  find_sample() {
+  sample() {
     let low = 0, high = this.times.length - 1;
     while (high - low > 1) {
       const middle = (low + high) >> 1;
@@ -254,12 +255,12 @@ class Replay {
     return [low, (this.time - this.times[low]) / (this.times[high] - this.times[low])];
   }
 
+  // The readings are those of the nearest sample, so that each digit is right.
   read() {
-    const [row, share] = [this.row, this.share] = this.find_sample();
-    const shown = this.figure.querySelectorAll(".readings dd");
+    [this.row, this.share] = this.sample();
+    const shown = this.figure.querySelectorAll(".readings dd"), nearest = this.row + Math.round(this.share);
     this.readings.forEach(({ unit, values }, place) => {
-      const value = values[row] + share * (values[row + 1] - values[row]);
-      shown[place].textContent = `${value.toPrecision(this.digits)} ${unit}`;
+      shown[place].textContent = `${values[nearest].toPrecision(this.digits)} ${unit}`;
     });
     this.slider.value = (this.time - this.start) / (this.end - this.start) * this.slider.max;
     this.slider.setAttribute("aria-valuetext", `t = ${shown[0].textContent}`);

@@ -140,7 +140,7 @@ def _table(readings: Table, look: Look) -> Iterator[str]:
 
 
 def _rows(scene: Scene) -> Rows:
-    """Which rows are sent: all, or so many evenly chosen ones as fit, the last among them."""
+    """Which rows are sent: all, or each second, third and so on, so that they fit; and the last one."""
     moving = sum(
         np.asarray(part.mark.points)[0].size
         for stage in scene.stages
@@ -148,9 +148,9 @@ def _rows(scene: Scene) -> Rows:
         if part.motion != "still"
     )
     wide = 2 * len(single_cells(scene.readings)) + 7 * (scene.orientation is not None)
-    count = len(scene.readings)
-    fitting = max(2, MOST_NUMBERS // (moving + wide))
-    return np.unique(np.round(np.linspace(0, count - 1, min(count, fitting))).astype(int))
+    step = -(-len(scene.readings) * (moving + wide) // MOST_NUMBERS)
+    last = len(scene.readings) - 1
+    return np.append(np.arange(0, last, step), last)
 
 
 def _turns(scene: Scene, rows: Rows) -> Floats:
@@ -181,8 +181,8 @@ def _seconds(scene: Scene, turns: Floats | None) -> float:
     if turns is not None:
         count = float(np.linalg.norm(turns, axis=1).sum()) / CIRCLE
     else:
-        paths = [_path(part) for part in scene.stages[0].parts if part.motion == "sampled"]
-        count = max(paths) / CIRCLE
+        paths = [_path(part) for part in scene.stages[0].parts if part.motion != "still"]
+        count = max(paths, default=0.0) / CIRCLE
     followed = min(max(count / TURNS_A_SECOND, SHORTEST), LONGEST)
     times = _times(scene)
     duration = float(times[-1] - times[0])
@@ -197,7 +197,7 @@ def _path(part: Part) -> float:
 
 
 def _stage(stage: Stage, scene: Scene, rows: Rows, arrays: dict[str, int]) -> dict[str, Any]:
-    """The parts of a stage about its centre, in units of its reach; `arrays` hold the places of their points."""
+    """The parts of a stage, in units of its reach; `arrays` has all their points once, with a number."""
     centre, half, reach = _extent(stage, scene)
     times = _times(scene)[rows]
     return {

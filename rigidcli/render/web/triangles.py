@@ -17,20 +17,25 @@ FINEST = 128
 
 def triangles(faces: Sequence[Floats], most: int) -> Floats:
     """The triangles (n, 3, 3) of plane faces (each k by 3), convex or not; coarser where they are more."""
-    found = np.concatenate([_cut(np.asarray(face, dtype=float)) for face in faces])
+    by_corners: dict[int, list[Floats]] = {}
+    for face in faces:
+        by_corners.setdefault(len(face), []).append(face)
+    fine = found = np.concatenate([_cut(np.array(alike, dtype=float)) for alike in by_corners.values()])
     cells = FINEST
-    fine = found
     while len(found) > most and cells >= COARSEST:
         found, cells = _coarser(fine, cells), cells // 2
     return found[:most]
 
 
-def _cut(face: Floats) -> Floats:
-    """The triangles (k - 2, 3, 3) of one face."""
-    fan = np.stack([np.broadcast_to(face[0], face[1:-1].shape), face[1:-1], face[2:]], axis=1)
-    normals = np.cross(fan[:, 1] - fan[:, 0], fan[:, 2] - fan[:, 0])
-    whole = normals.sum(axis=0)
-    return fan if (normals @ whole >= 0).all() else face[_ears(face, whole)]
+def _cut(faces: Floats) -> Floats:
+    """The triangles (m (k - 2), 3, 3) of faces (m, k, 3): fans, where these do not overlap."""
+    first = np.broadcast_to(faces[:, :1], faces[:, 1:-1].shape)
+    fans = np.stack([first, faces[:, 1:-1], faces[:, 2:]], axis=2)
+    normals = np.cross(fans[:, :, 1] - fans[:, :, 0], fans[:, :, 2] - fans[:, :, 0])
+    whole = normals.sum(axis=1)
+    for place in np.flatnonzero((np.einsum("mki,mi->mk", normals, whole) < 0).any(axis=1)):
+        fans[place] = faces[place][_ears(faces[place], whole[place])]
+    return fans.reshape(-1, 3, 3)
 
 
 def _ears(face: Floats, normal: Floats) -> list[list[int]]:
@@ -67,4 +72,5 @@ def _coarser(found: Floats, cells: int) -> Floats:
     sides = np.sort(names, axis=1)
     kept = (sides[:, 0] < sides[:, 1]) & (sides[:, 1] < sides[:, 2])
     _, once = np.unique(sides[kept], axis=0, return_index=True)
-    return corners[first[names[kept][np.sort(once)]]]
+    chosen: Floats = corners[first[names[kept][np.sort(once)]]]
+    return chosen

@@ -70,10 +70,7 @@ def _particles(document: Document, orbit: OrbitSolution) -> Iterator[Stage]:
     for index, position in enumerate(placed):
         for axis in range(len(position)):
             places[:, index, axis] = next(rows)
-    parts = [
-        Part(Mark("line", rod, "rods" if not k else "", quiet=True), "sampled")
-        for k, rod in enumerate(_rods(places))
-    ]
+    parts = [Part(Mark("line", rod, quiet=True), "sampled", group="rods") for rod in _rods(places)]
     for index in range(min(len(placed), MOST_TRACED)):
         label = "path" if len(placed) == 1 else f"path of particle {index + 1}"
         parts.append(Part(Mark("line", places[:, index], label, style=index), "traced"))
