@@ -232,6 +232,7 @@ def euler(
     settings: Sequence[str] = (),
     steps: bool = False,
     picture: str | None = None,
+    scene: bool = False,
     engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
     max_steps: int | None = None,
@@ -239,6 +240,8 @@ def euler(
     """Motion by Euler's equations: omega, L, T and orientation in time; stability of the axes.
 
     COMMON
+    scene : bool
+        Make a `scene` of the motion, for its replay on a page.
     engine : {"auto", "runge-kutta", "taylor"}
         What integrates driven motion; "taylor" needs the extra of that name.
     progress : callable
@@ -260,7 +263,7 @@ def euler(
     >>> result["motion"]
     'about_highest'
     """
-    options: dict[str, Any] = {"steps": steps, "picture": picture, "engine": engine}
+    options: dict[str, Any] = {"steps": steps, "picture": picture, "scene": scene, "engine": engine}
     options |= {"progress": progress, "max_steps": max_steps}
     return _answer("euler", document, exact, settings, **options)
 
@@ -273,6 +276,7 @@ def hamilton(
     settings: Sequence[str] = (),
     steps: bool = False,
     picture: str | None = None,
+    scene: bool = False,
     invariants: bool = False,
     program: bool = False,
     progress: Callable[[float], None] | None = None,
@@ -281,6 +285,8 @@ def hamilton(
     """From a Lagrangian to momenta, the Hamiltonian, Hamilton's equations and orbits in phase space.
 
     COMMON
+    scene : bool
+        Make a `scene` of the orbit, for its replay on a page.
     invariants : bool
         Search for conserved quantities also where that takes longer.
     program : bool
@@ -303,8 +309,8 @@ def hamilton(
     >>> rigidcli.hamilton({"system": system, "parameters": {"m": None, "k": None}})["hamiltonian"]
     p_x**2/(2*m) + k*x**2/2
     """
-    options: dict[str, Any] = {"steps": steps, "picture": picture, "invariants": invariants}
-    options |= {"program": program, "progress": progress, "max_steps": max_steps}
+    options: dict[str, Any] = {"steps": steps, "picture": picture, "scene": scene}
+    options |= {"invariants": invariants, "program": program, "progress": progress, "max_steps": max_steps}
     return _answer("hamilton", document, exact, settings, **options)
 
 

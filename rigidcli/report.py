@@ -179,13 +179,55 @@ class Picture:
 
 
 @dataclass(frozen=True, slots=True)
+class Part:
+    """A mark along the three directions of a stage, and how it moves at the n times of a scene.
+
+    What is `carried` turns with the body. The points of a mark that is "still" are as ever; those that are
+    "sampled" have one more axis before the others, for the times; "traced" is the path of one point (n, 3),
+    a line that is drawn as far as the motion has come, or as a whole where it is quiet. Parts with the same
+    `group`, or without one with the same label, are shown and hidden together.
+    """
+
+    mark: Mark
+    motion: Literal["still", "sampled", "traced"] = "still"
+    carried: bool = False
+    group: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """One view of a motion: parts in space with z upwards, or in the plane of x and y where it `is_flat`."""
+
+    title: str
+    parts: tuple[Part, ...]
+    is_flat: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """A motion to be replayed: the views that a reader can choose from, the first at the beginning.
+
+    `readings` has a row for each of the n times, which are its first column. The body turns by
+    `orientation`, quaternions (n, 4; scalar first) from body to space, and has angular velocities `omega`
+    (n, 3; rad/s) along its own axes, which tell of whole turns between two times; both are None where
+    nothing is carried.
+    """
+
+    title: str
+    readings: Table
+    stages: tuple[Stage, ...]
+    orientation: Value = None
+    omega: Value = None
+
+
+@dataclass(frozen=True, slots=True)
 class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
     `about` is what people are told first; `notes` are remarks on the numbers, for standard error; `steps`
-    and `pictures` are told, and a `program` of the equations is written, on demand. `document` is the text
-    that was read. `swept` are the values of the keys at which this is the report, where a sweep asks for
-    several.
+    and `pictures` are told, a `program` of the equations is written, and the `scene` of a motion is made, on
+    demand. `document` is the text that was read. `swept` are the values of the keys at which this is the
+    report, where a sweep asks for several.
     """
 
     schema: str
@@ -198,6 +240,7 @@ class Report(Mapping[str, Value]):
     steps: tuple[Step, ...] = ()
     pictures: tuple[Picture, ...] = ()
     program: Program | None = None
+    scene: Scene | None = None
     document: str = ""
     swept: tuple[Field, ...] = ()
 

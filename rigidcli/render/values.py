@@ -63,7 +63,7 @@ def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Co
     asked = look.columns if table.data else ()
     count = min(length, MOST_ROWS) if table.data else length
     rows = [round(k * (length - 1) / max(1, count - 1)) for k in range(count)]
-    tidied = replace(table, columns=tuple(map(_without_noise, table.columns)))
+    tidied = replace(table, columns=tuple(map(without_noise, table.columns)))
     return [
         (column, [_cell_text((column.words or column.values)[row], look.digits, notation) for row in rows])
         for column in single_cells(tidied, asked)
@@ -76,7 +76,8 @@ def has_words(column: Column) -> bool:
     return all(isinstance(value, str | bool | None) for value in column.words or column.values)
 
 
-def _without_noise(column: Column) -> Column:
+def without_noise(column: Column) -> Column:
+    """The column with zeros for what is noise beside its largest entry."""
     values = column.values
     if isinstance(values, np.ndarray) and not is_exact(values):
         values = np.where(np.abs(values) < column.noise * np.abs(values).max(), 0.0, values)

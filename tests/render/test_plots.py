@@ -160,6 +160,9 @@ def test_a_body_is_drawn_about_o_with_its_principal_axes_and_ellipsoid() -> None
     line = labelled(panel, "ellipsoid of inertia (scaled)").points
     heights = np.einsum("ni,ij,nj->n", line, result["tensor"], line)
     assert heights == pytest.approx(np.full(len(line), heights[0]))
+    of_parts = np.vstack(labelled(drawn("inertia", "t_handle")[1], "the body").points)
+    assert of_parts.min(axis=0) == pytest.approx([-6e-3, -50e-3, -6e-3])  # the bar lies along y
+    assert of_parts.max(axis=0) == pytest.approx([56e-3, 50e-3, 6e-3])  # the stem along x, from the bar on
     of_holes = drawn("inertia", "flywheel")[1]
     assert labelled(of_holes, "hole").quiet
 

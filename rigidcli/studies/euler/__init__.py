@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -53,6 +54,7 @@ def run(
     max_steps: int | None = None,
     steps: bool = False,
     picture: str | None = None,
+    scene: bool = False,
 ) -> Report:
     """Follow the motion that the document describes; `progress` is called with the fraction that is done.
 
@@ -73,7 +75,12 @@ def run(
     samples, title = trajectory_table(motion), "motion by Euler's equations"
     pictures = drawn("euler", picture, motion, samples)
     notes, tables = motion.problem.notes, (stable, samples)
-    return report(document, SCHEMA, title, fields, notes, tables, working, pictures)
+    result = report(document, SCHEMA, title, fields, notes, tables, working, pictures)
+    if not scene:
+        return result
+    from rigidcli.studies.euler.scene import scene_of
+
+    return replace(result, scene=scene_of(document, motion, samples))
 
 
 def follow(

@@ -38,6 +38,7 @@ def run(
     steps: bool = False,
     program: bool = False,
     picture: str | None = None,
+    scene: bool = False,
 ) -> Report:
     """Derive what the system of the document has, and follow its orbit; `progress` is told how far.
 
@@ -97,6 +98,10 @@ def run(
         pictures = drawn("hamilton", picture, given)
     title = "Hamilton's equations"
     result = report(document, SCHEMA, title, fields, _notes(found), tables, working, pictures)
+    if scene and found.orbit is not None:
+        from rigidcli.studies.hamilton.scene import scene_of
+
+        result = replace(result, scene=scene_of(document, found.orbit, tables[-1]))
     if not program:
         return result
     from rigidcli.studies.hamilton.program import program_of

@@ -44,7 +44,7 @@ def body(document: Document) -> Picture:
     """The body along the axes of the results. Raises DocumentError where a parameter has no value."""
     require_values(document, "a picture")
     frame, physical = body_frame(document), document.physical
-    forms = [replace(mark, points=_moved(mark.points, physical.axes)) for mark in _forms(document)]
+    forms = [replace(mark, points=_moved(mark.points, physical.axes)) for mark in marks_of_body(document)]
     known = physical.properties.mass is not None
     centre = physical.axes.T @ physical.point if forms else np.zeros(3)
     ends = [np.abs(np.linalg.norm(np.vstack(list(mark.points)) - centre, axis=1)).max() for mark in forms]
@@ -85,30 +85,29 @@ def _moved(places: Floats | list[Floats], axes: Floats) -> Floats | list[Floats]
     return [face @ axes for face in places] if isinstance(places, list) else places @ axes
 
 
-def _forms(document: Document) -> Iterator[Mark]:
+def marks_of_body(document: Document) -> Iterator[Mark]:
     """The parts of the body whose places are known, along the document's axes."""
     form = document.body
     assert form is not None
-    leaves = form.leaves(FLOAT) if isinstance(form, Composite) else [Leaf(form)]
+    place = form.motion(FLOAT)
+    inner = form.leaves(FLOAT) if isinstance(form, Composite) else [Leaf(form)]
     material: list[Floats] = []
     holes: list[Floats] = []
     wires: list[Floats] = []
-    for leaf in leaves:
-        placed = leaf.within(form.motion(FLOAT), 1, ()) if isinstance(form, Composite) else leaf
-        turn, shift = leaf.form.motion(FLOAT)
-        turn, shift = placed.rotation @ turn, placed.rotation @ shift + placed.displacement
+    for leaf in (leaf.within(place, 1, ()) for leaf in inner):
+        turn, shift = leaf.rotation, leaf.displacement
         if isinstance(leaf.form, PointMasses):
             yield Mark("dots", _places(leaf.form) @ turn.T + shift, "point masses", style=5)
         elif isinstance(leaf.form, Shape | Mesh):
-            target = wires if isinstance(leaf.form, Wire) else holes if placed.sign < 0 else material
+            target = wires if isinstance(leaf.form, Wire) else holes if leaf.sign < 0 else material
             faces = leaf.form.faces(MOST_FACES, CELLS) if isinstance(leaf.form, Mesh) else surface(leaf.form)
             target += [np.asarray(face @ turn.T + shift, dtype=float) for face in faces]
     if material:
         yield Mark("faces", material, "the body", style=5)
     if holes:
         yield Mark("faces", holes, "hole", quiet=True)
-    for place, wire in enumerate(wires):
-        yield Mark("line", wire, "" if place or material else "the body", style=5)
+    for number, wire in enumerate(wires):
+        yield Mark("line", wire, "" if number or material else "the body", style=5)
 
 
 def _places(form: PointMasses) -> Floats:

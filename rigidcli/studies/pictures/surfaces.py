@@ -59,7 +59,8 @@ def _scaled(faces: Faces, factors: tuple[float, float, float]) -> Faces:
     return [face * np.array(factors, dtype=float) for face in faces]
 
 
-def _ball(radius: float) -> Faces:
+def ball(radius: float) -> Faces:
+    """The surface of a ball about the origin."""
     return _turned(_arc(radius, 0, np.pi))
 
 
@@ -94,9 +95,9 @@ def _flat(s: Any) -> Faces:
 SURFACES: dict[str, Callable[[Any], Faces]] = {
     "box": lambda s: _prism(_rectangle(*s.size[:2]), -s.size[2] / 2, s.size[2] / 2),
     "cube": lambda s: _prism(_rectangle(s.side, s.side), -s.side / 2, s.side / 2),
-    "sphere": lambda s: _ball(s.radius),
-    "hollow_sphere": lambda s: [*_ball(s.outer_radius), *_ball(s.inner_radius)],
-    "ellipsoid": lambda s: _scaled(_ball(1), s.semi_axes),
+    "sphere": lambda s: ball(s.radius),
+    "hollow_sphere": lambda s: [*ball(s.outer_radius), *ball(s.inner_radius)],
+    "ellipsoid": lambda s: _scaled(ball(1), s.semi_axes),
     "cylinder": lambda s: _cylinder(s.radius, s.height),
     "tube": lambda s: _tube(s.outer_radius, s.inner_radius, s.height),
     "elliptic_cylinder": lambda s: _scaled(_cylinder(1, s.height), (*s.semi_axes, 1)),
@@ -109,7 +110,7 @@ SURFACES: dict[str, Callable[[Any], Faces]] = {
     "capsule": _capsule,
     "torus": lambda s: _turned(_arc(s.minor_radius, 0, 2 * np.pi, r=s.major_radius)),
     "tetrahedron": _tetrahedron,
-    "spherical_shell": lambda s: _ball(s.radius),
+    "spherical_shell": lambda s: ball(s.radius),
     "hemispherical_shell": lambda s: _turned(_arc(s.radius, 0, np.pi / 2)),
     "cylindrical_shell": lambda s: _turned([(s.radius, -s.height / 2), (s.radius, s.height / 2)]),
     "conical_shell": lambda s: _turned([(0, 0), (s.radius, s.height)]),

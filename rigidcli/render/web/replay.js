@@ -1,0 +1,378 @@
+// Replays the motions on a page: each figure of the class rigidcli-replay has its data in a script element.
+
+// Colours by the style of a mark, which the colour-blind can tell apart (Okabe and Ito, 2008), on light and
+// on dark pages; then that of marks which are there for orientation only.
+const LIGHT = { styles: ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#333333", "#56B4E9"], quiet: "#8A8A8A" };
+const DARK = { styles: ["#4FB0F0", "#FF8A3D", "#2FCB9C", "#E79FCB", "#DDDDDD", "#6FB8E0"], quiet: "#85858D" };
+
+const WIDTHS = { thin: 1.2, line: 2, arrow: 3.5 };   // of lines, in CSS pixels
+const DOTS = { few: 18, some: 10, many: 5 };         // diameters of dots, in CSS pixels
+const VIEWS = { space: [-2.2, -1.2], flat: [0, 0] }; // yaw and pitch (rad) at the beginning
+const MOST_FILLED = 0.88;                            // of the canvas, by what is shown
+const ROOM = 60;                                     // for names above and below it, in CSS pixels
+const MOST_DOUBLINGS = 6;                            // of the speed, up or down
+const LONGEST_FRAME = 0.1;                           // the most seconds that pass from frame to frame
+const STEPS = 100;                                   // steps of the arrow keys from beginning to end
+const MOST_DIGITS = 5;                                // of the readings, which change all the time
+const PAINTED = 0.22;                                // how much darker every other octant of a body is
+
+const floats = (text, Kind) => new Kind(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
+
+// A colour as the card wants it; what lets others shine through has an opacity below 1.
+const parts = (colour, opacity = 1) =>
+  [...[1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16) / 255), opacity];
+
+class Replay {
+  constructor(figure) {
+    this.figure = figure;
+    this.find = (selector) => figure.querySelector(selector);
+    const data = JSON.parse(this.find('script[type="application/json"]').textContent);
+    this.digits = Math.min(data.digits, MOST_DIGITS);
+    this.times = floats(data.times, Float64Array);
+    this.readings = data.readings.map(({ unit, values }) => ({ unit, values: floats(values, Float64Array) }));
+    this.orientation = data.orientation && floats(data.orientation, Float32Array);
+    this.turns = data.turns && floats(data.turns, Float32Array);
+    this.stages = data.stages;
+    const arrays = data.arrays.map((text) => floats(text, Float32Array));
+    for (const part of this.stages.flatMap((stage) => stage.parts)) {
+      part.points = arrays[part.points];
+      // What moves has so many numbers at a time, and may have times of its own between those of the readings.
+      part.size = part.motion === "traced" ? 3 : part.count;
+      part.between = (part.points.length / part.size - 1) / (this.times.length - 1);
+    }
+    [this.start, this.end] = [this.times[0], this.times[this.times.length - 1]];
+    this.pace = (this.end - this.start) / data.seconds;
+    this.time = this.start;
+    this.doublings = 0;
+    this.playing = this.inView = this.met = false;
+    this.hidden = new Set();
+    this.fingers = new Map();
+    this.actions = {
+      play: () => this.play(!this.playing),
+      slower: () => this.change(-1),
+      faster: () => this.change(1),
+      in: () => this.magnify(1.2),
+      out: () => this.magnify(1 / 1.2),
+      reset: () => this.reset(),
+    };
+    for (const each of figure.querySelectorAll("[hidden]")) each.hidden = false;
+    this.listen();
+    this.listenTo(this.find("canvas"));
+    this.choose(0);
+    this.change(0);
+    this.read();
+    this.tell("");
+  }
+
+  // --- What a reader does
+
+  listen() {
+    for (const button of this.figure.querySelectorAll("button")) button.onclick = this.actions[button.dataset.do];
+    this.slider = this.find("input[type=range]");
+    this.slider.oninput = () => this.go(this.start + this.slider.value / this.slider.max * (this.end - this.start));
+    this.find("select").onchange = (event) => this.choose(+event.target.value);
+    const stage = this.find(".stage");
+    new ResizeObserver(() => this.ask()).observe(stage);
+    new IntersectionObserver((entries) => this.meet(entries.at(-1).isIntersecting)).observe(stage);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.dress());
+  }
+
+  listenTo(canvas) {
+    this.canvas = canvas;
+    canvas.onkeydown = (event) => this.press(event);
+    canvas.onpointerdown = (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      this.fingers.set(event.pointerId, event);
+    };
+    canvas.onpointermove = (event) => this.drag(event);
+    canvas.onpointerup = canvas.onpointercancel = (event) => this.fingers.delete(event.pointerId);
+    canvas.addEventListener("wheel", (event) => {
+      // A page that is scrolled goes on over the picture, unless that was clicked, or is pinched.
+      if (document.activeElement !== canvas && !event.ctrlKey) return;
+      event.preventDefault();
+      this.magnify(Math.exp(-event.deltaY / 500));
+    }, { passive: false });
+    canvas.addEventListener("webglcontextlost", (event) => {
+      event.preventDefault();
+      this.painter = null;
+      this.tell("The browser has put this picture aside: play goes on with it.");
+    });
+  }
+
+  press(event) {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const step = (this.end - this.start) / STEPS;
+    const turns = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] };
+    const keys = {
+      " ": this.actions.play, "+": this.actions.in, "=": this.actions.in, "-": this.actions.out, 0: this.actions.reset,
+      ArrowLeft: () => this.go(this.time - step), ArrowRight: () => this.go(this.time + step),
+      ArrowUp: this.actions.faster, ArrowDown: this.actions.slower,
+      Home: () => this.go(this.start), End: () => this.go(this.end),
+    };
+    const done = event.shiftKey && turns[event.key] ? () => this.turn(...turns[event.key]) : keys[event.key];
+    if (!done) return;
+    event.preventDefault();
+    done();
+  }
+
+  drag(event) {
+    const before = this.fingers.get(event.pointerId);
+    if (!before) return;
+    const other = [...this.fingers.values()].find((finger) => finger !== before);
+    const apart = (finger) => Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY) || 1;
+    if (other) this.magnify(apart(event) / apart(before));
+    else this.turn((event.clientX - before.clientX) / 150, (event.clientY - before.clientY) / 150);
+    this.fingers.set(event.pointerId, event);
+  }
+
+  // It plays by itself when it is first seen, unless its reader wants less motion; out of view it rests.
+  meet(inView) {
+    this.inView = inView;
+    if (inView && !this.met && !matchMedia("(prefers-reduced-motion: reduce)").matches) this.play(true);
+    this.met ||= inView;
+    this.ask();
+  }
+
+  play(playing) {
+    this.playing = playing;
+    this.find("[data-do=play]").textContent = playing ? "Pause" : "Play";
+    this.ask();
+  }
+
+  go(time) {
+    this.met = true;
+    this.play(false);
+    this.time = Math.min(Math.max(time, this.start), this.end);
+  }
+
+  change(doublings) {
+    this.doublings = Math.min(Math.max(this.doublings + doublings, -MOST_DOUBLINGS), MOST_DOUBLINGS);
+    const ratio = this.pace * 2 ** this.doublings;
+    this.find(".speed").textContent = `${ratio < 1e5 ? Number(ratio.toPrecision(2)) : ratio.toExponential(1)} × real time`;
+  }
+
+  turn(yaw, pitch) {
+    this.yaw += yaw;
+    this.pitch = Math.min(Math.max(this.pitch + pitch, -Math.PI), 0);
+    this.ask();
+  }
+
+  magnify(factor) {
+    this.zoom = Math.min(Math.max(this.zoom * factor, 0.2), 20);
+    this.ask();
+  }
+
+  reset() {
+    [this.yaw, this.pitch] = VIEWS[this.stage.flat ? "flat" : "space"];
+    this.zoom = 1;
+    this.ask();
+  }
+
+  choose(place) {
+    this.stage = this.stages[place];
+    this.dress();
+    this.reset();
+  }
+
+  // The legend, whose boxes show and hide, and the labels, in the colours of the page.
+  dress() {
+    const [r, g, b] = getComputedStyle(this.figure).color.match(/[\d.]+/g);
+    this.colours = +r + +g + +b > 384 ? DARK : LIGHT;
+    const legend = this.find(".legend"), labels = this.find(".labels"), named = new Set();
+    legend.replaceChildren();
+    labels.replaceChildren();
+    for (const part of this.stage.parts) {
+      part.colour = part.quiet ? this.colours.quiet : this.colours.styles[part.style];
+      part.name = part.group || part.label;
+      if (part.form === "arrow") {
+        part.sign = labels.appendChild(document.createElement("span"));
+        part.sign.textContent = part.label;
+        part.sign.style.color = part.colour;
+      }
+      if (!part.name || named.has(part.name)) continue;
+      const entry = legend.appendChild(document.createElement("label")), box = document.createElement("input");
+      const name = named.add(part.name) && part.name;
+      box.type = "checkbox";
+      box.checked = !this.hidden.has(name);
+      box.style.accentColor = part.colour;
+      box.onchange = () => { this.hidden[box.checked ? "delete" : "add"](name); this.ask(); };
+      entry.append(box, " ", name);
+    }
+    this.ask();
+  }
+
+  tell(words) {
+    const trouble = this.find(".trouble");
+    trouble.textContent = words;
+    trouble.hidden = !words;
+  }
+
+  // --- What is drawn
+
+  ask() {
+    this.asked ||= requestAnimationFrame((now) => this.frame(now));
+  }
+
+  frame(now) {
+    this.asked = 0;
+    const passed = Math.min((now - this.before) / 1000 || 0, LONGEST_FRAME);
+    this.before = this.playing ? now : NaN;
+    if (!this.inView) {
+      this.before = NaN;
+      return;
+    }
+    if (this.playing) {
+      const gone = this.time + passed * this.pace * 2 ** this.doublings - this.start;
+      this.time = this.start + gone % (this.end - this.start);
+      this.ask();
+    }
+    this.read();
+    if (this.painter || this.open()) this.draw();
+  }
+
+  // A painter for the canvas; a new canvas where the browser has taken the old one's away.
+  open() {
+    if (this.painters) {
+      const fresh = this.canvas.cloneNode();
+      this.canvas.replaceWith(fresh);
+      this.listenTo(fresh);
+    }
+    const gl = this.canvas.getContext("webgl2", { antialias: true });
+    this.tell(gl ? "" : "This browser has no WebGL2, which the picture needs; the readings go on without it.");
+    this.painters = (this.painters || 0) + (gl ? 1 : 0);
+    this.painter = gl && new Painter(gl);
+    for (const part of this.stages.flatMap((stage) => stage.parts)) part.held = null;
+    return this.painter;
+  }
+
+  // The last sample that is not later, and how far the time is on the way from it to the next.
+  sample() {
+    let low = 0, high = this.times.length - 1;
+    while (high - low > 1) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] <= this.time) low = middle; else high = middle;
+    }
+    return [low, (this.time - this.times[low]) / (this.times[high] - this.times[low])];
+  }
+
+  // The readings are those of the nearest sample, so that each digit is right.
+  read() {
+    [this.row, this.share] = this.sample();
+    const shown = this.figure.querySelectorAll(".readings dd"), nearest = this.row + Math.round(this.share);
+    this.readings.forEach(({ unit, values }, place) => {
+      shown[place].textContent = `${values[nearest].toPrecision(this.digits)} ${unit}`;
+    });
+    this.slider.value = (this.time - this.start) / (this.end - this.start) * this.slider.max;
+    this.slider.setAttribute("aria-valuetext", `t = ${shown[0].textContent}`);
+  }
+
+  // The points of a part now, which lie between two of its samples, and the place of the earlier one.
+  now(part) {
+    if (part.motion === "still") return { points: part.points, size: part.points.length, row: 0 };
+    const between = part.between, share = this.share * between, step = Math.min(Math.floor(share), between - 1);
+    const row = this.row * between + step, size = part.size, from = row * size, way = share - step;
+    const points = Float32Array.from({ length: size }, (_, k) => {
+      const value = part.points[from + k];
+      return value + way * (part.points[from + size + k] - value);
+    });
+    return { points, row };
+  }
+
+  // The matrix from the body to space: the turn from one sample to the next goes on evenly, on the sphere.
+  attitude() {
+    if (!this.orientation) return IDENTITY;
+    const turn = [...this.turns.subarray(3 * this.row, 3 * this.row + 3)].map((x) => x * this.share);
+    const angle = Math.hypot(...turn), factor = angle ? Math.sin(angle / 2) / angle : 0;
+    const way = [Math.cos(angle / 2), ...turn.map((x) => x * factor)];
+    return matrix(compose([...this.orientation.subarray(4 * this.row, 4 * this.row + 4)], way));
+  }
+
+  camera() {
+    const [cy, sy, cp, sp] = [Math.cos(this.yaw), Math.sin(this.yaw), Math.cos(this.pitch), Math.sin(this.pitch)];
+    const { width, height } = this.canvas, [x, y] = this.stage.flat ? this.stage.half : [1, 1];
+    const filled = Math.min(MOST_FILLED, 1 - ROOM / this.canvas.clientHeight);
+    const focus = filled * DISTANCE * this.zoom * Math.min(width / height / (x || 1e-9), 1 / (y || 1e-9));
+    return {
+      matrix: [cy, cp * sy, sp * sy, -sy, cp * cy, sp * cy, 0, -sp, cp],
+      centre: this.stage.centre,
+      zoom: [focus * height / width, focus],
+    };
+  }
+
+  draw() {
+    const canvas = this.canvas, ratio = this.ratio = devicePixelRatio || 1;
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * ratio)));
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    const camera = this.camera(), attitude = this.attitude();
+    this.painter.begin(camera);
+    for (const part of this.stage.parts) {
+      const shown = !this.hidden.has(part.name), turn = part.carried ? attitude : IDENTITY;
+      if (part.sign) part.sign.hidden = !shown;
+      if (shown) this[part.form](part, turn, camera);
+    }
+  }
+
+  // The array of all points of a part, which the card keeps.
+  held(part) {
+    return part.held ||= part.form === "faces"
+      ? this.painter.array(part.points, normalsOf([...part.points])) : this.painter.array(part.points);
+  }
+
+  faces(part, turn) {
+    this.painter.surface(this.held(part), parts(part.colour, part.quiet ? 0.3 : 1), turn, part.quiet ? 0 : PAINTED);
+  }
+
+  line(part, turn) {
+    const width = (part.quiet ? WIDTHS.thin : WIDTHS.line) * this.ratio;
+    const { points, row } = this.now(part), colour = parts(part.colour, part.quiet && part.motion === "traced" ? 0.5 : 1);
+    if (part.motion === "sampled") {
+      this.painter.line(this.painter.once(points), points.length / 3, colour, turn, width);
+    } else if (part.motion === "still" || part.quiet) {
+      this.painter.line(this.held(part), part.points.length / 3, colour, turn, width);
+    } else {
+      const last = new Float32Array([...part.points.subarray(3 * row, 3 * row + 3), ...points]);
+      this.painter.line(this.held(part), row + 1, colour, turn, width);
+      this.painter.line(this.painter.once(last), 2, colour, turn, width);
+    }
+  }
+
+  dots(part, turn) {
+    const { points } = this.now(part), count = points.length / 3;
+    const held = part.motion === "still" ? this.held(part) : this.painter.once(points);
+    const size = part.quiet || count > 100 ? DOTS.many : count > 12 ? DOTS.some : DOTS.few;
+    this.painter.dots(held, count, parts(part.colour), turn, size * this.ratio);
+  }
+
+  arrow(part, turn, camera) {
+    const { points } = this.now(part), [from, to] = [points.slice(0, 3), points.slice(3)].map((p) => times(turn, p));
+    const way = less(to, from), length = Math.hypot(...way), axis = unit(way), colour = parts(part.colour);
+    const [width, size] = part.quiet ? [WIDTHS.thin, 0.6] : [WIDTHS.arrow, 1];
+    if (length) {
+      const end = to.map((x, k) => x - axis[k] * Math.min(HEAD * size, length) / 2);
+      this.painter.line(this.painter.once(new Float32Array([...from, ...end])), 2, colour, IDENTITY, width * this.ratio);
+      const head = onto(axis).map((x) => x * Math.min(size, length / HEAD));
+      this.painter.surface(this.painter.cone, colour, head, 0, to);
+    }
+    this.sign(part, from, to, camera);
+  }
+
+  // The name of an arrow stands beyond its tip; a long one beside it, so that it stays in the picture.
+  sign(part, from, to, camera) {
+    const [[x0, y0], [x, y]] = [from, to].map((point) => {
+      const eye = times(camera.matrix, less(point, camera.centre)), depth = DISTANCE - eye[2];
+      return [(1 + eye[0] * camera.zoom[0] / depth) / 2, (1 - eye[1] * camera.zoom[1] / depth) / 2];
+    });
+    const { clientWidth: width, clientHeight: height } = this.canvas, style = part.sign.style;
+    const [dx, dy] = unit([(x - x0) * width, (y - y0) * height, 0]), isLong = part.label.length > 3;
+    const beyond = (d) => `calc(${50 * d - 50}% + ${0.4 * d}em)`;
+    style.left = `${100 * x}%`;
+    style.top = `${100 * y}%`;
+    style.transform = isLong && Math.abs(dx) > Math.abs(dy) ? "translate(-100%, .4em)"
+      : `translate(${isLong ? "-1em" : beyond(dx)}, ${beyond(dy)})`;
+  }
+}
+
+for (const figure of document.querySelectorAll(".rigidcli-replay:not([data-begun])")) {
+  figure.dataset.begun = "";
+  new Replay(figure);
+}

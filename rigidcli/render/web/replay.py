@@ -1,0 +1,275 @@
+"""The replay of a motion in three dimensions: a figure of HTML that needs nothing from outside.
+
+It works in a page with the policy of `page`, from a file, and in the output of a notebook, several on one
+page. What it shows is data in a script element; `replay.js` draws it with WebGL2, without other libraries:
+the pages that PyPI's packages for this bundle (k3d, anythreejs, meshcat) evaluate text, which the policy
+forbids, or need a running Python; and they have neither readings nor quaternions.
+"""
+
+from __future__ import annotations
+
+import json
+from base64 import b64encode
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidcli.core import rotation
+from rigidcli.core.arithmetic import Floats
+from rigidcli.render import Look
+from rigidcli.render.table import number
+from rigidcli.render.values import shown_columns, without_noise
+from rigidcli.render.web.page import resource, text
+from rigidcli.render.web.triangles import triangles
+from rigidcli.report import Part, Scene, Stage, Table, single_cells
+
+Rows: TypeAlias = NDArray[np.intp]
+"""Places of samples among those of a scene."""
+
+MOST_NUMBERS = 300_000
+"""The most numbers that change in time: of more samples than fit, evenly chosen ones. They take 1.6 MB."""
+
+MOST_TRIANGLES = 8_000
+"""The most triangles of one surface: 0.4 MB, and drawn in less than a millisecond."""
+
+TURNS_A_SECOND = 1.0
+"""Turns that are easy to follow."""
+
+SHORTEST, LONGEST = 10.0, 60.0
+"""How long a replay takes at least and at most, at its ordinary speed (s)."""
+
+NEAR = 2.5
+"""A motion that takes so many times more, or less, than its replay would is shown as fast as it is."""
+
+SMOOTH, COARSE = 0.1, 1.2
+"""Angles (rad) between two pieces of a path, in the middle: below the first it looks round as it is; above
+the other its samples do not tell where it goes."""
+
+TINY = float(np.finfo(np.float64).tiny)
+"""Keeps a quotient of zeros from being taken."""
+
+POSES = 24
+"""Orientations at which it is looked how far a body reaches."""
+
+CORNERS = 300
+"""About so many points of each of its parts are looked at."""
+
+CIRCLE = 2 * np.pi
+"""The path of a point that moves round once (in units of its distance); so long a path counts as a turn."""
+
+
+def replay(scene: Scene, look: Look | None = None) -> str:
+    """The figure with its style and script: all text in it is escaped, and no data ends its element."""
+    look = look or Look()
+    rows = _rows(scene)
+    readings = replace(scene.readings, columns=tuple(map(without_noise, scene.readings.columns)))
+    arrays: dict[str, int] = {}
+    data = {
+        "stages": [_stage(stage, scene, rows, arrays) for stage in scene.stages],
+        "arrays": list(arrays),
+        "times": _packed(_times(scene)[rows], "f8"),
+        "readings": [
+            {"unit": column.unit, "values": _packed(np.asarray(column.values)[rows], "f8")}
+            for column in single_cells(readings)
+        ],
+        "digits": look.digits,
+    }
+    turns = None
+    if scene.orientation is not None:
+        turns = _turns(scene, rows)
+        data |= {"orientation": _packed(scene.orientation[rows]), "turns": _packed(turns)}
+    data["seconds"] = _seconds(scene, turns)
+    return "".join(_figure(scene, look, json.dumps(data, separators=(",", ":"))))
+
+
+def _figure(scene: Scene, look: Look, data: str) -> Iterator[str]:
+    yield f"<figure class=rigidcli-replay>\n<style>\n{resource('replay.css')}</style>\n"
+    yield f"<figcaption>{text(scene.title)}</figcaption>\n"
+    options = "".join(
+        f"<option value={place}>{text(stage.title)}</option>" for place, stage in enumerate(scene.stages)
+    )
+    heads = "".join(
+        f"<div><dt>{text(column.cells[0])}</dt><dd></dd></div>" for column in single_cells(scene.readings)
+    )
+    label = f"{scene.title}: {scene.stages[0].title}, in three dimensions"
+    yield _CONTROLS.format(label=text(label), options=options, readings=heads)
+    yield "<details>\n<summary>Some samples as a table</summary>\n<div class=wide>\n"
+    yield from _table(scene.readings, look)
+    yield "</div>\n</details>\n"
+    # A `<` in data is written as an escape of JSON, so that no text of a document ends the element.
+    yield f"<script type=application/json>{data.replace('<', chr(92) + 'u003c')}</script>\n"
+    script = "".join(map(resource, ("drawing.js", "replay.js")))
+    yield f'<script>\n(() => {{\n"use strict";\n{script}}})();\n</script>\n</figure>\n'
+
+
+_CONTROLS = """<div class=stage>
+<canvas tabindex=0 role=img aria-label="{label}"></canvas>
+<div class=labels aria-hidden=true></div>
+<p class=trouble role=status>The replay needs JavaScript.</p>
+</div>
+<div class=controls hidden>
+<button type=button data-do=play>Play</button>
+<input type=range min=0 max=1000 step=1 value=0 aria-label="Time">
+<span><button type=button data-do=slower aria-label="Slower">−</button>
+<output class=speed aria-label="Speed"></output>
+<button type=button data-do=faster aria-label="Faster">+</button></span>
+<span><button type=button data-do=out>Zoom out</button>
+<button type=button data-do=in>Zoom in</button>
+<button type=button data-do=reset>Reset view</button></span>
+<label>Show <select>{options}</select></label>
+</div>
+<dl class=readings hidden>{readings}</dl>
+<div class=legend role=group aria-label="What is shown" hidden></div>
+<p class=keys hidden>Drag to turn, scroll or pinch to zoom. Keys: space plays, ← → step in time,
+↑ ↓ change the speed, + − zoom, shift and arrows turn, 0 resets the view.</p>
+"""
+"""What is about the picture; hidden until there is a script that answers."""
+
+
+def _table(readings: Table, look: Look) -> Iterator[str]:
+    """Some rows of the readings."""
+    shown = shown_columns(readings, look, number)
+    heads = (f"{c.cells[0]} ({c.unit})" if c.unit else c.cells[0] for c, _ in shown)
+    yield f"<table>\n<tr>{''.join(f'<th scope=col>{text(head)}</th>' for head in heads)}</tr>\n"
+    for row in zip(*(texts for _, texts in shown), strict=True):
+        yield f"<tr>{''.join(f'<td>{text(cell)}</td>' for cell in row)}</tr>\n"
+    yield "</table>\n"
+
+
+def _rows(scene: Scene) -> Rows:
+    """Which rows are sent: all, or each second, third and so on, so that they fit; and the last one."""
+    moving = sum(
+        np.asarray(part.mark.points)[0].size
+        for stage in scene.stages
+        for part in stage.parts
+        if part.motion != "still"
+    )
+    wide = 2 * len(single_cells(scene.readings)) + 7 * (scene.orientation is not None)
+    step = -(-len(scene.readings) * (moving + wide) // MOST_NUMBERS)
+    last = len(scene.readings) - 1
+    return np.append(np.arange(0, last, step), last)
+
+
+def _turns(scene: Scene, rows: Rows) -> Floats:
+    """By which vectors (k, 3; rad, along the body's axes) the body turns between the rows.
+
+    That of the two orientations alone leaves out whole turns, which follow from the mean of omega.
+    """
+    q, swept = scene.orientation[rows], np.diff(_swept(scene)[rows], axis=0)
+    between = rotation.compose(q[:-1] * [1, -1, -1, -1], q[1:])
+    sine = np.linalg.norm(between[:, 1:], axis=1)
+    along = np.where(sine[:, None] > 0, between[:, 1:], swept)
+    size = np.linalg.norm(along, axis=1)
+    along = along / np.where(size > 0, size, 1.0)[:, None]
+    half = np.arctan2(sine, between[:, 0])
+    half += np.pi * np.round((np.einsum("ij,ij->i", swept, along) / 2 - half) / np.pi)
+    turns: Floats = 2 * half[:, None] * along
+    return turns
+
+
+def _swept(scene: Scene) -> Floats:
+    """The integral of omega (n, 3; rad) from the first time on, by trapezia."""
+    steps = np.diff(_times(scene))[:, None] * (scene.omega[1:] + scene.omega[:-1]) / 2
+    return np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+
+
+def _seconds(scene: Scene, turns: Floats | None) -> float:
+    """How long the replay takes at its ordinary speed: as long as the motion, where that can be followed."""
+    if turns is not None:
+        count = float(np.linalg.norm(turns, axis=1).sum()) / CIRCLE
+    else:
+        paths = [_path(part) for part in scene.stages[0].parts if part.motion != "still"]
+        count = max(paths, default=0.0) / CIRCLE
+    followed = min(max(count / TURNS_A_SECOND, SHORTEST), LONGEST)
+    times = _times(scene)
+    duration = float(times[-1] - times[0])
+    return duration if followed / NEAR <= duration <= followed * NEAR else followed
+
+
+def _path(part: Part) -> float:
+    """The length of the longest path of the points of a part, in units of half of its extent."""
+    points = np.asarray(part.mark.points, dtype=float)
+    extent = float(np.ptp(points.reshape(-1, 3), axis=0).max()) / 2 or 1.0
+    return float((np.linalg.norm(np.diff(points, axis=0), axis=-1) / extent).sum(axis=0).max())
+
+
+def _stage(stage: Stage, scene: Scene, rows: Rows, arrays: dict[str, int]) -> dict[str, Any]:
+    """The parts of a stage, in units of its reach; `arrays` has all their points once, with a number."""
+    centre, half, reach = _extent(stage, scene)
+    times = _times(scene)[rows]
+    return {
+        "flat": stage.is_flat,
+        "centre": (centre / reach).tolist(),
+        "half": (half / reach).tolist(),
+        "parts": [_part(part, reach, rows, times, arrays) for part in stage.parts],
+    }
+
+
+def _part(part: Part, reach: float, rows: Rows, times: Floats, arrays: dict[str, int]) -> dict[str, Any]:
+    mark = part.mark
+    points = triangles(mark.points, MOST_TRIANGLES) if mark.form == "faces" else np.asarray(mark.points)
+    if part.motion != "still":
+        points = _rounded(points[rows], times)
+    return {
+        "form": mark.form,
+        "label": mark.label,
+        "style": mark.style,
+        "group": part.group,
+        "quiet": mark.quiet,
+        "motion": part.motion,
+        "carried": part.carried,
+        "count": int(points[0].size),
+        "points": arrays.setdefault(_packed(points / reach), len(arrays)),
+    }
+
+
+def _rounded(points: Floats, times: Floats) -> Floats:
+    """Points that move (n, ...), with as many more between each two as a smooth path needs, by cubic splines.
+
+    Nothing is put between samples that are too far apart to tell the path.
+    """
+    path = points.reshape(len(points), -1, 3)[:, -1]
+    steps = np.diff(path, axis=0)
+    length = np.linalg.norm(steps, axis=1)
+    cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1]) / np.maximum(length[1:] * length[:-1], TINY)
+    bend = float(np.median(np.arccos(np.clip(cosine, -1, 1)))) if len(cosine) else 0.0
+    if not SMOOTH < bend < COARSE or points.size * COARSE / SMOOTH > MOST_NUMBERS:
+        return points
+    from scipy.interpolate import CubicSpline
+
+    between = int(np.ceil(bend / SMOOTH))
+    fine = np.interp(np.arange((len(times) - 1) * between + 1) / between, np.arange(len(times)), times)
+    found: Floats = CubicSpline(times, points)(fine)
+    return found
+
+
+def _extent(stage: Stage, scene: Scene) -> tuple[Floats, Floats, float]:
+    """The middle of a stage (3), half of its extent (3), and its reach from the middle in any direction.
+
+    The middle is on the axis z through O where something turns.
+    """
+    places = [np.vstack([np.reshape(each, (-1, 3)) for each in part.mark.points]) for part in stage.parts]
+    turns = any(part.carried for part in stage.parts)
+    if turns:
+        poses = scene.orientation[np.linspace(0, len(scene.orientation) - 1, POSES).astype(int), None]
+        places = [
+            rotation.turned(poses, each[:: 1 + len(each) // CORNERS]).reshape(-1, 3) if part.carried else each
+            for each, part in zip(places, stage.parts, strict=True)
+        ]
+    solid = np.vstack([e for e, part in zip(places, stage.parts, strict=True) if not part.mark.quiet])
+    centre = (solid.min(axis=0) + solid.max(axis=0)) / 2 * ([0, 0, 1] if turns else 1)
+    offsets = np.vstack(places) - centre
+    return centre, np.abs(offsets).max(axis=0), float(np.linalg.norm(offsets, axis=1).max()) or 1.0
+
+
+def _times(scene: Scene) -> Floats:
+    times: Floats = np.asarray(scene.readings.columns[0].values, dtype=float)
+    return times
+
+
+def _packed(values: Floats, kind: str = "f4") -> str:
+    """Numbers as base64 of floats, the least byte first."""
+    return b64encode(np.ascontiguousarray(values, dtype=f"<{kind}").tobytes()).decode()

@@ -1,0 +1,145 @@
+"""The motion of a body as a scene: the body with its axes, omega and L, and Poinsot's construction."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from rigidcli.core import poinsot, rotation
+from rigidcli.core.arithmetic import FLOAT, Floats
+from rigidcli.model.document import Document
+from rigidcli.report import Column, Mark, Part, Scene, Stage, Table
+from rigidcli.studies.euler.trajectory import Trajectory
+from rigidcli.studies.pictures.bodies import marks_of_body
+from rigidcli.studies.pictures.surfaces import ball
+
+AXES = 1.25
+"""Length of the axes of the body, in units of the distance from O to its farthest point."""
+
+VECTORS = 1.5
+"""Length of omega and L where they are longest, in the same unit."""
+
+SPACE = 1.6
+"""Length of the axes of space, in the same unit."""
+
+ROUND = np.linspace(0, 2 * np.pi, 72, endpoint=False)
+"""Directions of the corners of what stands for a plane (rad)."""
+
+
+def scene_of(document: Document, motion: Trajectory, samples: Table) -> Scene | None:
+    """What a replay of the motion shows; None where there is one moment only."""
+    if len(motion.problem.times) < 2:
+        return None
+    stages = (_in_space(document, motion), *_rolling_ellipsoid(motion))
+    orientation = rotation.continuous(motion.orientation)
+    return Scene("the motion in space", _readings(motion, samples), stages, orientation, motion.omega)
+
+
+def _readings(motion: Trajectory, samples: Table) -> Table:
+    """What is read off at each time: t, omega, T, the length of L, and angles if the motion has them."""
+    known = {column.key: column for column in samples.columns}
+    length = np.hypot.reduce(motion.momentum_in_space, axis=1)
+    of_momentum = known["angular_momentum_space"]
+    momentum = Column("L", length, ("|L|",), of_momentum.unit, (r"|\mathbf{L}|",), noise=of_momentum.noise)
+    angles = [known["angles"]] if "angles" in known else []
+    columns = (known["t"], known["omega"], known["kinetic_energy"], momentum, *angles)
+    return Table("", "the motion", columns, data=True)
+
+
+def _in_space(document: Document, motion: Trajectory) -> Stage:
+    """The body as it is seen from space, omega and L, and the paths of omega and of an axis."""
+    problem = motion.problem
+    body, size = _body(document, motion)
+    omega, momentum = (_scaled(values, VECTORS * size) for values in (motion.omega, motion.momentum_in_space))
+    principal = problem.shown @ problem.frame.axes.T
+    is_top = problem.weight.any() and motion.free is None
+    trace = AXES * size * rotation.turned(motion.orientation, problem.third)
+    parts = [Part(mark, carried=True) for mark in body]
+    parts += [
+        Part(_arrow(AXES * size * axis, f"e{k}"), carried=True, group="axes of the body")
+        for k, axis in enumerate(principal.T, start=1)
+    ]
+    parts += [
+        Part(_arrow(SPACE * size * axis, name), group="axes of space")
+        for name, axis in zip("xyz", np.eye(3), strict=True)
+    ]
+    parts += [
+        Part(Mark("arrow", _from_centre(omega), "ω", style=1), "sampled", carried=True),
+        Part(Mark("arrow", _from_centre(momentum), "L", style=0), "sampled"),
+        Part(Mark("line", omega, "polhode", style=3), "traced", carried=True),
+        Part(Mark("line", rotation.turned(motion.orientation, omega), "herpolhode", style=1), "traced"),
+        Part(Mark("line", trace, f"path of {'the axis of the top' if is_top else 'e3'}", style=2), "traced"),
+    ]
+    return Stage("the body in space", tuple(parts))
+
+
+def _body(document: Document, motion: Trajectory) -> tuple[list[Mark], float]:
+    """The body about O, or its ellipsoid of inertia where its parts are not known; and how far it reaches."""
+    about = document.physical.point
+    shown = [] if document.body is None else list(marks_of_body(document))
+    marks = [replace(mark, points=_moved(mark.points, -about)) for mark in shown]
+    if not marks:
+        frame = motion.problem.frame
+        axes = poinsot.semi_axes(frame.moments / frame.moments.max(), 1.0)
+        if axes is None:
+            return [], 1.0
+        faces = _ellipsoid(axes, motion)
+        marks = [Mark("faces", faces, "ellipsoid of inertia", style=5)]
+    reach = max(float(np.linalg.norm(np.vstack(list(mark.points)), axis=1).max()) for mark in marks)
+    return marks, reach or 1.0
+
+
+def _rolling_ellipsoid(motion: Trajectory) -> Iterator[Stage]:
+    """The ellipsoid of energy of a free body, which rolls on a plane without slipping.
+
+    It touches the plane at the tip of omega; the plane is across L, at the distance 2 T/L from O.
+    Source: L. Landau, E. Lifshitz, Mechanics, section 37.
+    """
+    momentum = motion.momentum_in_space[0]
+    length = float(np.hypot.reduce(momentum))
+    axes = poinsot.semi_axes(motion.problem.frame.moments, 2 * float(motion.energy[0]))
+    if motion.free is None or axes is None or not length:
+        return
+    along, size = momentum / length, float(axes.max())
+    path = rotation.turned(motion.orientation, motion.omega)
+    disc = 1.2 * float(np.hypot.reduce(path, axis=1).max()) * np.column_stack([np.cos(ROUND), np.sin(ROUND)])
+    turn = rotation.onto(tuple(along), FLOAT)
+    plane = disc @ turn[:, :2].T + 2 * float(motion.energy[0]) / length * along
+    parts = (
+        Part(Mark("faces", _ellipsoid(axes, motion), "ellipsoid of energy", style=5), carried=True),
+        Part(Mark("faces", [plane], "plane", quiet=True)),
+        Part(Mark("arrow", _from_centre(motion.omega), "ω", style=1), "sampled", carried=True),
+        Part(Mark("arrow", np.array([np.zeros(3), VECTORS * size * along]), "L", style=0)),
+        Part(Mark("line", motion.omega, "polhode", style=3), "traced", carried=True),
+        Part(Mark("line", path, "herpolhode", style=1), "traced"),
+    )
+    yield Stage("Poinsot's ellipsoid on its plane", parts)
+
+
+def _ellipsoid(semi_axes: Floats, motion: Trajectory) -> list[Floats]:
+    """The faces of an ellipsoid with these semi-axes (3) along the principal axes of the body."""
+    principal = motion.problem.frame.axes @ motion.problem.shown.T
+    return [face * semi_axes @ principal for face in ball(1.0)]
+
+
+def _moved(places: Floats | list[Floats], shift: Floats) -> Floats | list[Floats]:
+    """Points (n, 3), or a list of such, shifted."""
+    return [face + shift for face in places] if isinstance(places, list) else places + shift
+
+
+def _scaled(vectors: Floats, length: float) -> Floats:
+    """Vectors (n, 3), of which the longest is as long as asked; zero vectors stay."""
+    largest = float(np.hypot.reduce(vectors, axis=1).max())
+    return vectors * (length / largest) if largest else vectors
+
+
+def _from_centre(tips: Floats) -> Floats:
+    """Arrows (n, 2, 3) from O to these tips (n, 3)."""
+    return np.stack([np.zeros_like(tips), tips], axis=1)
+
+
+def _arrow(tip: Floats, name: str) -> Mark:
+    """An axis from O, which is there for orientation."""
+    return Mark("arrow", np.array([np.zeros(3), tip]), name, quiet=True)
