@@ -54,13 +54,13 @@ def test_a_shape_has_the_name_under_which_it_is_listed(name: str) -> None:
 
 def test_every_format_is_a_module_and_every_module_a_format() -> None:
     assert set(FORMATS) == set(CheckFormat)
-    helpers = {"terminal", "values", "notebook", "plots", "programs", "units"}
+    helpers = {"terminal", "values", "notebook", "plots", "programs", "units", "inertial", "web"}
     assert _names("rigidcli.render") - helpers == set(Format)
     assert all(callable(renderer(name)) for name in Format)
 
 
 def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
-    helpers = {"body", "common", "pictures", "results", "steps"}
+    helpers = {"body", "common", "pictures", "results", "robots", "steps"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
     assert _names("rigidcli.cli") - {"app", "computing", "help", "output"} == set(app.COMMANDS)
     assert len(app.app.registered_commands) == len(app.COMMANDS)

@@ -11,7 +11,7 @@ import typer
 import rigidcli
 from rigidcli.cli.output import Failures, Output, complain, progress, require_apart, write_whole
 from rigidcli.errors import Problem, UsageError, ValueProblem
-from rigidcli.render import PEOPLE, PROGRAMS, Format, Look, renderer
+from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 
 if TYPE_CHECKING:
     from rigidcli.model.document import Document
@@ -198,6 +198,9 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         if format in PROGRAMS:
             _require_equations(study.__name__, format, files)
             options["program"] = True
+        if format in BLOCKS and study.__name__ != "inertia":
+            problem = f"a block of mass and inertia in {format} is what `rigidcli inertia -f {format}` writes"
+            raise typer.BadParameter(problem, param_hint="'--format'")
         options["steps"] = steps and format in PEOPLE
         columns = tuple(options.pop("columns", None) or ())
         wanted = _read_units(units)
@@ -215,7 +218,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         def reports() -> Iterator[Report]:
             from rigidcli.render.units import in_units
 
-            for document in documents(files, failures, exact=exact, settings=changes, options=named):
+            for document in documents(files, failures, quiet, exact=exact, settings=changes, options=named):
                 with failures.of(document.source), document.placing():
                     target.protect(*document.files)
                     _require_fitting(document, study.__name__)
@@ -312,13 +315,17 @@ def _require_memory(report: Report) -> None:
         require(len(table), sum(len(column.cells) for column in table.columns), ITS_TEXT)
 
 
-def documents(files: Sequence[str], failures: Failures, **options: Any) -> Iterator[Document]:
+def documents(files: Sequence[str], failures: Failures, quiet: bool, **options: Any) -> Iterator[Document]:
     """The documents in FILES, loaded with `options`; those that are refused are failures."""
-    from rigidcli.model.load import load
+    from rigidcli.model.files import load_each
 
     for file in files:
         with failures.of(file):
-            yield load(file, **options)
+            each, notes = load_each(file, **options)
+            tell_notes(file, notes, quiet)
+            for read in each:
+                with failures.of(file):
+                    yield read()
 
 
 def tell_notes(source: str, notes: Sequence[str], quiet: bool) -> None:

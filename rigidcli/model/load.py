@@ -13,6 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 from functools import cached_property
+from typing import Any
 
 from pydantic import ValidationError
 
@@ -87,15 +88,37 @@ def loads(
     options: Mapping[str, str] | None = None,
 ) -> Document:
     """Read the document in `text`, as `load` does; files that it names are looked for in `folder`."""
+    return from_tree(
+        lambda decimal: read_tree(text, source, decimal),
+        Places(text, source),
+        folder=folder,
+        exact=exact,
+        settings=settings,
+        options=options,
+    )
+
+
+def from_tree(
+    read: Callable[[Callable[[str], object]], Any],
+    places: Places,
+    *,
+    folder: pathlib.Path | None = None,
+    exact: bool = False,
+    settings: Sequence[str] = (),
+    options: Mapping[str, str] | None = None,
+) -> Document:
+    """The document that `read` makes, as `load` says; its argument makes numbers of decimals.
+
+    What it makes is changed, and `read` called once more where the document is exact.
+    """
     given: dict[Path, str] = {tuple(key.split(".")): option for key, option in (options or {}).items()}
-    changes = _changes(settings, given, float)
-    tree, paths = apply(read_tree(text, source), changes, source)
+    tree, paths = apply(read(float), _changes(settings, given, float), places.source)
     exact = exact or _has_symbols(tree)
     if exact:
         # Read again, so that decimals are kept digit by digit.
-        tree, _ = apply(read_tree(text, source, Decimal), _changes(settings, given, Decimal), source)
-    changed = {path: given.get(path, "--set") for path in paths}
-    return _document(tree, Places(text, source, changed), folder or pathlib.Path(), exact)
+        tree, _ = apply(read(Decimal), _changes(settings, given, Decimal), places.source)
+    places.changed |= {path: given.get(path, "--set") for path in paths}
+    return _document(tree, places, folder or pathlib.Path(), exact)
 
 
 def read_text(name: str, source: str) -> str:
@@ -164,7 +187,8 @@ class Places:
     changed: dict[Path, str] = field(default_factory=dict)
 
     @cached_property
-    def _lines(self) -> dict[Path, int]:
+    def lines(self) -> dict[Path, int]:
+        """The lines of the values, by their paths."""
         lines: dict[Path, int] = {}
         read_tree(self.text, self.source, lines=lines)
         return lines
@@ -178,8 +202,8 @@ class Places:
         for changed, option in reversed(self.changed.items()):
             if path[: len(changed)] == changed:
                 return f"{self.source} with {option}", None
-        known = (path[:end] for end in range(len(path), 0, -1) if path[:end] in self._lines)
-        return self.source, self._lines.get(next(known, ()))
+        known = (path[:end] for end in range(len(path), 0, -1) if path[:end] in self.lines)
+        return self.source, self.lines.get(next(known, ()))
 
     def problem(self, problem: ValueProblem) -> Problem:
         """The problem, at the place of its value."""

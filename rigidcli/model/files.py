@@ -1,0 +1,59 @@
+"""Reading of files of any kind that the program knows: documents, and robots, which hold several."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from rigidcli.errors import DocumentError, Problem
+from rigidcli.model import load as documents
+from rigidcli.model.document import Document
+from rigidcli.model.robots import is_robot
+
+Each: TypeAlias = tuple[Sequence[Callable[[], Document]], Sequence[str]]
+"""What reads each document of a file, and notes on the file as a whole."""
+
+
+def load_each(path: str | os.PathLike[str], **options: Any) -> Each:
+    """What reads each document of a file: a robot description has one a link, all else is one.
+
+    The options are those of `load`. Raises DocumentError for a file that holds none; what is read later
+    raises it for itself.
+    """
+    name = os.fspath(path)
+    if not is_robot(name):
+        return [lambda: documents.load(path, **options)], ()
+    from rigidcli.model.robots.documents import link_documents
+
+    source = os.fsencode(name).decode(errors="backslashreplace")
+    robot = link_documents(documents.read_text(name, source), source, Path(name).parent, **options)
+    return [link.read for link in robot.links], robot.notes
+
+
+def load_all(path: str | os.PathLike[str], **options: Any) -> list[Document]:
+    """The documents of a file, as `load` reads one: of a robot description one a link that has a mass.
+
+    Raises DocumentError with the problems of all links.
+    """
+    found, problems = [], list[Problem]()
+    for read in load_each(path, **options)[0]:
+        try:
+            found.append(read())
+        except DocumentError as error:
+            problems += error.problems
+    if problems:
+        raise DocumentError(problems)
+    return found
+
+
+def load(path: str | os.PathLike[str], **options: Any) -> Document:
+    """`model.load.load`, also of a robot description that has one link with a mass. Raises DocumentError."""
+    if not is_robot(os.fspath(path)):
+        return documents.load(path, **options)
+    one, *others = load_all(path, **options)
+    if others:
+        message = f"there are {len(others) + 1} links with a mass, expected one"
+        raise DocumentError([Problem(one.source, message, hint="`rigidcli.load_all` reads all of them")])
+    return one

@@ -1,0 +1,121 @@
+"""The links of a robot as documents, each of which knows its place in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, replace
+from functools import cache, cached_property, partial
+from pathlib import Path as FilePath
+from typing import Any, NamedTuple
+
+from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
+from rigidcli.model.document import Document
+from rigidcli.model.load import Places, from_tree
+from rigidcli.model.robots import read_robot
+from rigidcli.model.robots.links import Decimals, Link
+
+MOST_LINKS = 2000
+"""The most links of a file, which take some seconds to read as documents; the largest robots have 200."""
+
+
+@dataclass
+class LinkPlaces(Places):
+    """Where the values of a link stand. Problems name the link."""
+
+    link: Link | None = None
+
+    @cached_property
+    def lines(self) -> dict[Path, int]:
+        """The lines of the mass, the tensor and the position, below each of the frames."""
+        assert self.link is not None
+        body: Path = ("body", *("parts", 0) * sum(map(bool, self.link.frames)))
+        known = {(*body, key): line for key, line in self.link.lines.items()}
+        return {(): self.link.line, ("body",): self.link.lines["inertia"], **known}
+
+    def problem(self, problem: ValueProblem) -> Problem:
+        """The problem at the place of its value, with the name of the link and what it is about."""
+        assert self.link is not None
+        key = f"link {self.link.name}"
+        if problem.path[:1] == ("body",):
+            last = problem.path[-1] if problem.path[-1] in ("mass", "position", "rotation") else ""
+            return replace(super().problem(problem), key=f"{key}: {last}" if last else key)
+        return replace(super().problem(problem), key=f"{key}: {'.'.join(map(str, problem.path))}")
+
+
+class LinkDocument(NamedTuple):
+    """A link, and what reads its document; that raises DocumentError for what no body has."""
+
+    link: Link
+    read: Callable[[], Document]
+
+
+@dataclass(frozen=True, slots=True)
+class LinkDocuments:
+    """The links of a file that have a mass or a problem, and notes on the file."""
+
+    links: Sequence[LinkDocument]
+    notes: Sequence[str]
+
+
+def link_documents(
+    text: str,
+    source: str,
+    folder: FilePath,
+    *,
+    exact: bool = False,
+    settings: Sequence[str] = (),
+    options: Mapping[str, str] | None = None,
+) -> LinkDocuments:
+    """The links of the robot in `text`, each a document; the options are those of `load`.
+
+    Raises DocumentError for what is no robot, and for one none of whose links has a mass.
+    """
+
+    @cache
+    def robot(decimal: Decimals) -> Sequence[Link]:
+        return read_robot(text, source, folder, decimal).links
+
+    whole = read_robot(text, source, folder)
+    if len(whole.links) > MOST_LINKS:
+        problem = f"there are {len(whole.links):,} links, expected at most {MOST_LINKS:,}"
+        raise DocumentError([Problem(source, problem)])
+
+    def document(index: int, link: Link) -> Document:
+        if link.problem is not None:
+            raise DocumentError([link.problem])
+
+        def tree(decimal: Decimals) -> Any:
+            same = link if decimal is float else robot(decimal)[index]
+            return {"name": link.name, "body": deepcopy(same.body)}
+
+        places = LinkPlaces(text, link.source, link=link)
+        return from_tree(tree, places, folder=folder, exact=exact, settings=settings, options=options)
+
+    told = [
+        LinkDocument(link, partial(document, index, link))
+        for index, link in enumerate(whole.links)
+        if not link.without
+    ]
+    notes = [*whole.notes, *_without(whole.links)]
+    if not told:
+        raise DocumentError([Problem(source, f"no link has a mass that is written: {notes[-1]}")])
+    return LinkDocuments(told, notes)
+
+
+LISTED = 20
+"""The most links that a note lists."""
+
+
+def _without(links: Sequence[Link]) -> list[str]:
+    """For each reason why links have no results, a note that names them."""
+    reasons: dict[str, list[Link]] = {}
+    for link in links:
+        reasons.setdefault(link.without, []).append(link)
+    reasons.pop("", None)
+    notes = []
+    for reason, found in reasons.items():
+        names = ", ".join(f"{link.name} (line {link.line})" for link in found[:LISTED])
+        more = f" and {len(found) - LISTED} more" if len(found) > LISTED else ""
+        notes.append(f"{len(found)} link{'s have' if len(found) > 1 else ' has'} {reason}: {names}{more}")
+    return notes
