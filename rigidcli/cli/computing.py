@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from rigidcli.report import Report
 
 Files = Annotated[
-    list[str], typer.Argument(metavar="FILE", help="Documents (YAML or JSON); `-` is standard input.")
+    list[str], typer.Argument(metavar="FILE", help="Documents (YAML or JSON), robots; `-` is standard input.")
 ]
 
 
@@ -215,6 +215,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         options |= {"picture": picture} if picture else {}
         pictured: list[Report] = []
 
+        from rigidcli.model.robots import is_robot
+
         def reports() -> Iterator[Report]:
             from rigidcli.render.units import in_units
 
@@ -228,6 +230,11 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                             options["progress"] = show
                         report = run(document, **options)
                     _require_columns(report, columns)
+                    _require_one(pictured)
+                    if format in BLOCKS:
+                        from rigidcli.render.inertial import require_numbers
+
+                        require_numbers(report)
                     if format is Format.json:
                         _require_memory(report)
                     tell_notes(report.source, report.notes, quiet)
@@ -243,7 +250,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 width,
                 colour,
                 columns,
-                several=len(files) > 1,
+                several=len(files) > 1 or any(map(is_robot, files)),
                 unit_header=unit_header,
                 verbose=verbose,
                 steps=steps,
@@ -305,6 +312,12 @@ def _require_columns(report: Report, columns: Sequence[str]) -> None:
             raise UsageError("there are no samples here to choose columns of")
         if name not in known:
             raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(known)}")
+
+
+def _require_one(pictured: Sequence[Report]) -> None:
+    """Raise UsageError where a picture is there already: a robot has a body for each of its links."""
+    if pictured:
+        raise UsageError("`--plot` draws one picture, of a FILE with one body", hint="leave out `--plot`")
 
 
 def _require_memory(report: Report) -> None:

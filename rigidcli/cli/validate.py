@@ -92,9 +92,12 @@ def _robot(
             told = () if quiet else (*document.notes, *remarks(link, document))
             for note in told:
                 complain(str(note))
-    total = len(robot.links)
-    counted = f"{total} link{'s' if total > 1 else ''} with a mass"
-    return ["valid", f"  {counted}"] if valid == total else [f"{valid} of {counted} are valid"]
+    counted = f"{len(robot.links)} with a mass"
+    return (
+        ["valid", f"  links: {counted}"]
+        if valid == len(robot.links)
+        else [f"{valid} links are valid of {counted}"]
+    )
 
 
 def _assignment(file: str, text: str, quiet: bool) -> list[str]:

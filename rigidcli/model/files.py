@@ -29,6 +29,10 @@ def load_each(path: str | os.PathLike[str], **options: Any) -> Each:
 
     source = os.fsencode(name).decode(errors="backslashreplace")
     robot = link_documents(documents.read_text(name, source), source, Path(name).parent, **options)
+    if not robot.links:
+        raise DocumentError(
+            [Problem(source, "; ".join(["no link has a mass that is written", *robot.notes]))]
+        )
     return [link.read for link in robot.links], robot.notes
 
 

@@ -18,29 +18,32 @@ def block(template: str) -> Renderer:
     """A renderer that fills a template: `name`, `mass`, `x`, `y`, `z` (m) and `Ixx` to `Izz` (kg m^2).
 
     The tensor is about the centre of mass, along the axes of the results. Numbers are the shortest that read
-    back the same. The renderer raises ComputationError where there is no mass, or no number.
+    back the same.
     """
     return partial(_filled, template)
 
 
+def require_numbers(report: Report) -> None:
+    """Raise ComputationError where a report has no mass, or none of which the value is known."""
+    if report["mass"] is None:
+        raise ComputationError("a link has a mass, which this body lacks: `body.mass`")
+    values = [report["mass"], *report["center_of_mass"], *report["tensor_com"].flat]
+    names = sorted({name for value in values if is_exact(value) for name in value.names})
+    if names:
+        raise ComputationError(
+            f"a link has numbers: `{names[0]}` has no value", hint="give it one by `--set`"
+        )
+
+
 def _filled(template: str, reports: Iterable[Report], look: Look) -> Iterator[str]:
     for report in reports:
-        mass, centre, tensor = report["mass"], report["center_of_mass"], report["tensor_com"]
-        if mass is None:
-            raise ComputationError(f"{report.source}: a link has a mass, which this body lacks: `body.mass`")
-        numbers = {"mass": _decimal(mass, report.source)}
-        numbers |= {key: _decimal(entry, report.source) for key, entry in zip("xyz", centre, strict=True)}
-        numbers |= {key: _decimal(tensor[place], report.source) for key, place in PLACES.items()}
+        centre, tensor = report["center_of_mass"], report["tensor_com"]
+        values = {"mass": report["mass"], **dict(zip("xyz", centre, strict=True))}
+        values |= {key: tensor[place] for key, place in PLACES.items()}
         # A comment may not hold two hyphens in a row.
         name = printable(report.name).replace("--", "- -").rstrip("-")
-        yield f"<!-- {name} -->\n{template.format(**numbers)}"
+        yield f"<!-- {name} -->\n{template.format(**{key: _decimal(value) for key, value in values.items()})}"
 
 
-def _decimal(value: Value, source: str) -> str:
-    """A number in decimal; raises ComputationError for one that holds symbols."""
-    if is_exact(value):
-        if value.names:
-            hint = "give every parameter a value"
-            raise ComputationError(f"{source}: `{value}` is no number, which a link needs", hint=hint)
-        value = value.evaluate()
-    return repr(float(value))
+def _decimal(value: Value) -> str:
+    return repr(float(value.evaluate() if is_exact(value) else value))

@@ -25,7 +25,7 @@ def read_robot(text: str, source: str, folder: Path, decimal: Decimals = float) 
     DocumentError for what is no robot. What is wrong with one link is the problem of that link.
     """
     from rigidcli.model.robots.elements import read_elements
-    from rigidcli.model.robots.links import named_once
+    from rigidcli.model.robots.links import bounded, named_once
 
     root = read_elements(text, source)
     for name in READERS.values():
@@ -34,7 +34,7 @@ def read_robot(text: str, source: str, folder: Path, decimal: Decimals = float) 
             robot: Robot = reader.read(root, folder, decimal)
             if not robot.links:
                 raise root.refusal("there are no links in this robot")
-            return named_once(robot)
+            return bounded(named_once(robot))
     raise root.refusal(
         f"read `<{root.tag[:40]}>`, expected a robot: `<robot>` of URDF, `<sdf>`, or `<mujoco>` of MJCF"
     )

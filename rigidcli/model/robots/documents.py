@@ -15,8 +15,8 @@ from rigidcli.model.load import Places, from_tree
 from rigidcli.model.robots import read_robot
 from rigidcli.model.robots.links import Decimals, Link
 
-MOST_LINKS = 2000
-"""The most links of a file, which take some seconds to read as documents; the largest robots have 200."""
+MOST_LINKS = 1000
+"""The most links of a file, which take two seconds to read as documents; the largest robots have 200."""
 
 
 @dataclass
@@ -69,7 +69,7 @@ def link_documents(
 ) -> LinkDocuments:
     """The links of the robot in `text`, each a document; the options are those of `load`.
 
-    Raises DocumentError for what is no robot, and for one none of whose links has a mass.
+    Raises DocumentError for what is no robot.
     """
 
     @cache
@@ -97,10 +97,7 @@ def link_documents(
         for index, link in enumerate(whole.links)
         if not link.without
     ]
-    notes = [*whole.notes, *_without(whole.links)]
-    if not told:
-        raise DocumentError([Problem(source, f"no link has a mass that is written: {notes[-1]}")])
-    return LinkDocuments(told, notes)
+    return LinkDocuments(told, [*whole.notes, *_without(whole.links)])
 
 
 LISTED = 20

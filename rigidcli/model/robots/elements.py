@@ -16,8 +16,8 @@ from rigidcli.errors import DocumentError, Problem, shown
 MAX_DEPTH = 200
 """The deepest nesting of elements: a long chain of bodies in MJCF, each within the last, has a hundred."""
 
-MAX_ELEMENTS = 100_000
-"""The most elements of a file: the largest robots have a few thousand."""
+MAX_ELEMENTS = 15_000
+"""The most elements of a file: the largest robots have some 4,000."""
 
 
 @dataclass(slots=True)

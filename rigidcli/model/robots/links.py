@@ -27,6 +27,9 @@ ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 """The entries of a tensor, in the order in which URDF and SDF write them."""
 
 
+MOST_FORMS = 3000
+"""The most geometry of a file that is compared with its links, which takes two seconds; 400 is much."""
+
 NO_MASS = "no mass"
 """Why a link has no mass properties, in most cases."""
 
@@ -95,6 +98,16 @@ def described(bare: Link, inertial: Callable[[], tuple[Body, Mapping[str, int]] 
     if body["mass"] == 0:
         return replace(bare, without=NO_MASS)
     return replace(bare, inertial=body, lines=lines)
+
+
+def bounded(robot: Robot) -> Robot:
+    """The robot with the geometry of as many links as take no more than a few seconds to be compared."""
+    links, forms = [], 0
+    for link in robot.links:
+        forms += len(link.geometry)
+        links.append(link if forms <= MOST_FORMS else replace(link, geometry=()))
+    more = f"more than {MOST_FORMS:,} visuals, collisions or geoms: those of the last links are left out"
+    return replace(robot, links=links, notes=[*robot.notes, *([more] if forms > MOST_FORMS else [])])
 
 
 def named_once(robot: Robot) -> Robot:

@@ -9,7 +9,7 @@ import numpy as np
 from rigidcli.errors import Problem
 from rigidcli.model.document import Document
 from rigidcli.model.robots.links import Link
-from rigidcli.studies.robots.geometry import Remark, Weighed, contains, misfits, solids
+from rigidcli.studies.robots.geometry import Remark, Weighed, forms_of, misfits
 from rigidcli.studies.robots.placeholders import placeholder
 
 
@@ -29,13 +29,13 @@ def _remarks(link: Link, document: Document) -> Iterator[tuple[int, Remark]]:
     centre = np.array([n.size(component) for component in properties.com])
     tensor = np.array([[n.size(entry) for entry in row] for row in properties.tensor])
     link_body = Weighed(n.size(properties.mass), centre, tensor)
-    forms = solids(link)
-    known = placeholder(link_body, forms)
+    forms = forms_of(link)
+    known = placeholder(link_body, forms.solids)
     if known is not None:
         yield link.lines["inertia"], known
-    for misfit in misfits(link_body, forms, only_mass=known is not None):
+    for misfit in misfits(link_body, forms.solids, only_mass=known is not None):
         yield link.lines[misfit.about], misfit
-    if contains(link, link_body.centre) is False:
+    if not forms.contain(centre):
         place = ", ".join(f"{component:.6g}" for component in centre)
         text = f"the centre of mass ({place}) m is outside the hull of its geometry"
         yield link.lines.get("position", link.line), Remark("position", text)

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Floats
+from rigidcli.core.mass_properties import MassProperties, combine
 from rigidcli.core.tensor import shift_to_com, shortfall
-from rigidcli.errors import DocumentError
 from rigidcli.model.bodies import Composite
-from rigidcli.model.load import Places, from_tree
-from rigidcli.model.robots.links import Body, Link
+from rigidcli.model.environment import Environment
+from rigidcli.model.robots.links import Link
 from rigidcli.model.shape import Shape
-from rigidcli.studies.pictures.surfaces import surface
 
 LIGHTEST, HEAVIEST = 10.0, 23_000.0
 """The densities (kg/m^3) between which a link lies: a hollow one of foam, and one of osmium (22,590)."""
+
+SOLID = 500.0, 20_000.0
+"""The densities (kg/m^3) between which a mass in grams would be that of a solid, from wood to tungsten."""
 
 FACTOR = 10.0
 """How far a moment may be from that of the uniform form: a shell has twice as much, a motor in it less."""
@@ -27,10 +30,10 @@ NEAR = 3.0
 """A repair is proposed where the moments are then within this factor of those of the form."""
 
 OUTSIDE = 0.02
-"""How far a centre of mass may be outside the hull, in units of its size: circles are drawn as polygons."""
+"""How far a centre of mass may be outside the hull, in units of its size: both are rounded."""
 
 MOST_FORMS = 200
-"""The most forms of a link that are compared with it, which takes a tenth of a second."""
+"""The most forms of a link that are compared with it, which take a sixth of a second."""
 
 UNITS = {1e3: "g m^2", 1e4: "kg cm^2", 1e6: "kg mm^2", 1e7: "g cm^2", 1e9: "g mm^2"}
 """Units in which tensors are often written by mistake, by how many of them are 1 kg m^2."""
@@ -65,36 +68,75 @@ class Solid(Weighed):
     role: str
 
 
-def solids(link: Link) -> list[Solid]:
-    """What is drawn and what collides, each as one solid; without a role of which a form is not known."""
-    found = []
-    for role, bodies in _forms(link).items():
-        composite = _composite(bodies)
-        if composite is not None:
-            whole = composite.properties(FLOAT)
-            found.append(Solid(float(whole.mass or 0), np.asarray(whole.com), np.asarray(whole.tensor), role))
-    return found
+@dataclass(frozen=True, slots=True, eq=False)
+class Forms:
+    """The geometry of a link: each role as one solid, if all that has the role is of known form.
+
+    `composite` is all of it, None where one form is not known.
+    """
+
+    solids: Sequence[Solid]
+    composite: Composite | None
+
+    def contain(self, point: Floats) -> bool:
+        """Whether a point (3, m) is in the convex hull; also where the hull is not known.
+
+        It is outside where it lies farther along some direction than every form reaches. The directions that
+        are tried are the axes of each form, those from its centre, and those of them across its z.
+        """
+        if self.composite is None:
+            return True
+        leaves = list(self.composite.leaves(FLOAT))
+        places = [(leaf.rotation.astype(float), leaf.displacement.astype(float)) for leaf in leaves]
+        middle = np.mean([shift for _, shift in places], axis=0)
+        tried = [point - middle]
+        for turn, shift in places:
+            away = point - shift
+            tried += [*turn.T, *-turn.T, away, away - turn[:, 2] * (turn[:, 2] @ away)]
+        directions = np.array([each / length for each in tried if (length := np.linalg.norm(each))])
+        reach = np.max(
+            [
+                directions @ (shift - middle) + REACH[leaf.form.shape](leaf.form, directions @ turn)
+                for leaf, (turn, shift) in zip(leaves, places, strict=True)
+                if isinstance(leaf.form, Shape)
+            ],
+            axis=0,
+        )
+        return bool((directions @ (point - middle) - reach).max() <= OUTSIDE * reach.max())
 
 
-def _forms(link: Link) -> dict[str, list[Body | None]]:
-    """The geometry by its roles."""
-    forms: dict[str, list[Body | None]] = {}
-    for part in link.geometry:
-        forms.setdefault(part.role, []).append(part.body)
-    return forms
+REACH: dict[str, Callable[[Any, Floats], Floats]] = {
+    "box": lambda s, u: np.abs(u) @ np.array(s.size) / 2,
+    "sphere": lambda s, u: np.full(len(u), s.radius),
+    "ellipsoid": lambda s, u: np.linalg.norm(u * np.array(s.semi_axes), axis=1),
+    "cylinder": lambda s, u: s.radius * np.hypot(u[:, 0], u[:, 1]) + s.height / 2 * np.abs(u[:, 2]),
+    "capsule": lambda s, u: s.radius + s.height / 2 * np.abs(u[:, 2]),
+}
+"""How far (n, m) each shape that links have reaches from its centre, along directions (n, 3) in its own axes."""
 
 
-def _composite(bodies: Sequence[Body | None]) -> Composite | None:
-    """The forms as one body; None where one of them is not known, or no body."""
-    known = [body for body in bodies if body is not None]
-    if not 0 < len(known) == len(bodies) <= MOST_FORMS:
-        return None
+def forms_of(link: Link) -> Forms:
+    """The geometry of a link; without what is no body."""
+    bodies = [part.body for part in link.geometry]
+    if not bodies or len(bodies) > MOST_FORMS:
+        return Forms((), None)
+    known = [index for index, body in enumerate(bodies) if body is not None]
     try:
-        document = from_tree(lambda decimal: {"body": {"parts": known}}, Places("", "geometry"))
-    except DocumentError:
-        return None
-    assert isinstance(document.body, Composite)
-    return document.body
+        tree = {"parts": [bodies[index] for index in known]}
+        composite = Composite.model_validate(tree, context=Environment()) if known else None
+    except ValidationError:
+        return Forms((), None)
+    roles: dict[str, list[MassProperties | None]] = {}
+    parts = dict(zip(known, composite.parts, strict=True)) if composite else {}
+    for index, part in enumerate(link.geometry):
+        found = roles.setdefault(part.role, [])
+        found.append(parts[index].properties(FLOAT) if index in parts else None)
+    solids = []
+    for role, found in roles.items():
+        if None not in found:
+            whole = combine([each for each in found if each is not None])
+            solids.append(Solid(float(whole.mass or 0), whole.com, whole.tensor, role))
+    return Forms(solids, composite if len(known) == len(bodies) else None)
 
 
 def moments_agree(body: Weighed, form: Solid, factor: float) -> bool:
@@ -108,7 +150,7 @@ def misfits(body: Weighed, forms: Sequence[Solid], *, only_mass: bool) -> Iterat
     densities = [body.mass / form.mass for form in forms]
     if densities and not any(LIGHTEST <= density <= HEAVIEST for density in densities):
         text = f"{body.mass:g} kg in the {forms[0].mass:.3g} m^3 of its {forms[0].role}"
-        hint = "is it in grams?" if LIGHTEST <= densities[0] / 1000 <= HEAVIEST else None
+        hint = "the mass may be in g, expected kg" if SOLID[0] <= densities[0] / 1000 <= SOLID[1] else None
         yield Remark("mass", f"{text} would be {densities[0]:.3g} kg/m^3", hint)
     if forms and not only_mass and not any(moments_agree(body, form, FACTOR) for form in forms):
         form = forms[0]
@@ -129,23 +171,3 @@ def _cure(body: Weighed, form: Solid) -> str | None:
         if moments_agree(Weighed(body.mass, body.centre, body.tensor / factor), form, NEAR):
             hints.append(f"the tensor may be in {unit}, expected kg m^2")
     return hints[0] if len(hints) == 1 else None
-
-
-def contains(link: Link, point: Floats) -> bool | None:
-    """Whether a point (3, m) is in the convex hull of all geometry; None where some of that is not known."""
-    composite = _composite([part.body for part in link.geometry])
-    if composite is None:
-        return None
-    corners = []
-    for leaf in composite.leaves(FLOAT):
-        assert isinstance(leaf.form, Shape)
-        corners.append(np.vstack(surface(leaf.form)) @ leaf.rotation.T + leaf.displacement)
-    places = np.vstack(corners).astype(float)
-    from scipy.spatial import ConvexHull, QhullError
-
-    try:
-        planes = ConvexHull(places).equations
-    except QhullError:
-        return None
-    size = float(np.ptp(places, axis=0).max())
-    return bool((planes[:, :3] @ point + planes[:, 3]).max() <= OUTSIDE * size)

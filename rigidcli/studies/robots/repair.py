@@ -12,10 +12,13 @@ from rigidcli.core.tensor import point_tensor, shortfall
 from rigidcli.errors import DocumentError
 from rigidcli.model.load import Places, from_tree
 from rigidcli.model.robots.links import ENTRIES, Link
-from rigidcli.studies.robots.geometry import NEAR, Weighed, moments_agree, solids
+from rigidcli.studies.robots.geometry import NEAR, Weighed, forms_of, moments_agree
 
 POWERS = (-3, -2, -1, 1, 2, 3)
 """By how many places a decimal point slips: by a digit or two, or from a unit to the one next to it."""
+
+FARTHEST = 100.0
+"""A parallel-axis term of this many times the tensor was not taken from it by mistake."""
 
 ROWS, COLUMNS = np.array([[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]])
 """The places of the entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz in the tensor."""
@@ -40,7 +43,7 @@ def repair(link: Link) -> str | None:
         or shortfall(_tensor(entries)) is None
     ):
         return None
-    forms = solids(link)
+    forms = forms_of(link).solids
     found = []
     for words, edited in _edits(entries, mass, _origin(link)):
         tensor = _tensor(edited)
@@ -58,7 +61,7 @@ def _tensor(entries: Floats) -> Floats:
     return tensor
 
 
-def _edits(entries: Floats, mass: float, origin: Floats | None) -> Iterator[tuple[str, Floats]]:
+def _edits(entries: Floats, mass: float, origin: Floats) -> Iterator[tuple[str, Floats]]:
     """Each edit in words, and the entries (6) that it leaves."""
     for place, (name, entry) in enumerate(zip(ENTRIES, entries, strict=True)):
         if entry == 0:
@@ -75,23 +78,23 @@ def _edits(entries: Floats, mass: float, origin: Floats | None) -> Iterator[tupl
             yield f"{ENTRIES[one]} and {ENTRIES[other]} exchanged", edited
     if np.count_nonzero(entries[PRODUCTS]) > 1:
         yield "the other sign for all products of inertia", np.where(PRODUCTS, -entries, entries)
-    if origin is not None and origin.any():
-        shift = (mass * point_tensor(origin))[ROWS, COLUMNS]
+    shift = (mass * point_tensor(origin))[ROWS, COLUMNS]
+    if origin.any() and np.abs(shift).max() <= FARTHEST * np.abs(entries).max():
         yield (
             "the parallel-axis term added once (about the wrong point)",
             entries + shift,
         )
 
 
-def _origin(link: Link) -> Floats | None:
-    """The origin of the link from its centre of mass, along the axes of the tensor (3, m)."""
+def _origin(link: Link) -> Floats:
+    """The origin of the link from its centre of mass, along the axes of the tensor (3, m); else zero."""
     if link.frames:
-        return None
+        return np.zeros(3)
     tree = {"body": {**(link.inertial or {}), "mass": 1, "inertia": {"Ixx": 1, "Iyy": 1, "Izz": 1}}}
     try:
         document = from_tree(lambda decimal: tree, Places("", link.source))
     except DocumentError:
-        return None
+        return np.zeros(3)
     assert document.body is not None
     turn, shift = document.body.motion(FLOAT)
     origin: Floats = -turn.T.astype(float) @ shift.astype(float)
