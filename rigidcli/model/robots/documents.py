@@ -31,7 +31,7 @@ class LinkPlaces(Places):
         assert self.link is not None
         body: Path = ("body", *("parts", 0) * sum(map(bool, self.link.frames)))
         known = {(*body, key): line for key, line in self.link.lines.items()}
-        return {(): self.link.line, ("body",): self.link.lines["inertia"], **known}
+        return {(): self.link.line, ("body",): self.link.line_of("inertia"), **known}
 
     def problem(self, problem: ValueProblem) -> Problem:
         """The problem at the place of its value, with the name of the link and what it is about."""

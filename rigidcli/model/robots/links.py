@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rigidcli.errors import DocumentError, Path, Problem, shown
+from rigidcli.errors import DocumentError, Problem, shown
 from rigidcli.model.robots.elements import Element
 
 Decimals = Callable[[str], Any]
@@ -71,10 +71,9 @@ class Link:
         assert self.inertial is not None
         return framed(self.inertial, self.frames)
 
-    def line_of(self, path: Path) -> int:
-        """The line of a value of the body, or of what is nearest above it."""
-        known = [self.lines[str(step)] for step in path if step in self.lines]
-        return known[-1] if known else self.lines.get("inertia", self.line)
+    def line_of(self, key: str) -> int:
+        """The line of the mass, the tensor or the position; of the tensor where that is not given."""
+        return self.lines.get(key, self.lines.get("inertia", self.line))
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,10 +113,10 @@ def named_once(robot: Robot) -> Robot:
     """The robot, in which a link has a problem where its name is missing or stands before."""
     links, first = [], dict[str, int]()
     for link in robot.links:
-        message = "missing, expected a `name` of the link"
-        if link.name:
-            line = first.setdefault(link.name, link.line)
-            message = f"this name stands twice, first in line {line}" if line != link.line else ""
+        message = "" if link.name else "missing, expected a `name` of the link"
+        if link.name in first:
+            message = f"this name stands twice, first in line {first[link.name]}"
+        first.setdefault(link.name, link.line)
         if message and link.problem is None:
             problem = Problem(link.source, message, link.line, f"link {link.name}".rstrip())
             link = replace(link, problem=problem)

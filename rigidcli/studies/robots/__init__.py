@@ -13,17 +13,22 @@ from rigidcli.studies.robots.geometry import Remark, Weighed, forms_of, misfits
 from rigidcli.studies.robots.placeholders import placeholder
 
 
-def remarks(link: Link, document: Document) -> Iterator[Problem]:
+@np.errstate(all="ignore")
+def remarks(link: Link, document: Document) -> list[Problem]:
     """What is suspicious in the mass properties of a link, which are those of a body.
 
     The document is that of the link. Values that nobody has measured are told first; a tensor of that kind is
     not compared with the geometry.
     """
-    for line, remark in _remarks(link, document):
-        yield Problem(link.source, f"note: {remark.text}", line, f"link {link.name}", remark.hint)
+    return [
+        Problem(
+            link.source, f"note: {remark.text}", link.line_of(remark.about), f"link {link.name}", remark.hint
+        )
+        for remark in _remarks(link, document)
+    ]
 
 
-def _remarks(link: Link, document: Document) -> Iterator[tuple[int, Remark]]:
+def _remarks(link: Link, document: Document) -> Iterator[Remark]:
     properties, n = document.physical.properties, document.arithmetic
     assert properties.mass is not None
     centre = np.array([n.size(component) for component in properties.com])
@@ -32,10 +37,9 @@ def _remarks(link: Link, document: Document) -> Iterator[tuple[int, Remark]]:
     forms = forms_of(link)
     known = placeholder(link_body, forms.solids)
     if known is not None:
-        yield link.lines["inertia"], known
-    for misfit in misfits(link_body, forms.solids, only_mass=known is not None):
-        yield link.lines[misfit.about], misfit
+        yield known
+    yield from misfits(link_body, forms.solids, only_mass=known is not None)
     if not forms.contain(centre):
         place = ", ".join(f"{component:.6g}" for component in centre)
         text = f"the centre of mass ({place}) m is outside the hull of its geometry"
-        yield link.lines.get("position", link.line), Remark("position", text)
+        yield Remark("position", text)

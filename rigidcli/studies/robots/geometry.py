@@ -112,7 +112,7 @@ REACH: dict[str, Callable[[Any, Floats], Floats]] = {
     "cylinder": lambda s, u: s.radius * np.hypot(u[:, 0], u[:, 1]) + s.height / 2 * np.abs(u[:, 2]),
     "capsule": lambda s, u: s.radius + s.height / 2 * np.abs(u[:, 2]),
 }
-"""How far (n, m) each shape that links have reaches from its centre, along directions (n, 3) in its own axes."""
+"""How far (n, m) each shape of links reaches from its centre, along directions (n, 3) in its own axes."""
 
 
 def forms_of(link: Link) -> Forms:

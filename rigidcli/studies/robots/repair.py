@@ -17,6 +17,9 @@ from rigidcli.studies.robots.geometry import NEAR, Weighed, forms_of, moments_ag
 POWERS = (-3, -2, -1, 1, 2, 3)
 """By how many places a decimal point slips: by a digit or two, or from a unit to the one next to it."""
 
+HUGE = 1e100
+"""Masses (kg) and moments (kg m^2) beyond this are nobody's slip, and overflow when they are changed."""
+
 FARTHEST = 100.0
 """A parallel-axis term of this many times the tensor was not taken from it by mistake."""
 
@@ -38,10 +41,7 @@ def repair(link: Link) -> str | None:
         return None
     entries = np.array([float(given.get(key, 0)) for key in ENTRIES])
     mass = float(link.inertial["mass"]) if link.inertial else 0.0
-    if (
-        not (np.isfinite(entries).all() and np.isfinite(mass) and mass > 0)
-        or shortfall(_tensor(entries)) is None
-    ):
+    if not (0 < mass < HUGE and np.abs(entries).max() < HUGE) or shortfall(_tensor(entries)) is None:
         return None
     forms = forms_of(link).solids
     found = []
