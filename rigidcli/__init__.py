@@ -7,8 +7,8 @@
 
 `inertia`, `axes`, `precess`, `euler` and `hamilton` answer documents with a `Result`, which maps the fields
 of the JSON output to floats, numpy arrays, texts and exact expressions, and shows itself as a table. `load`
-and `loads` read a document once for several of them. Problems are raised as `RigidError`; those of documents
-as `DocumentError`, which lists them.
+and `loads` read a document once for several of them, `load_all` the links of a robot. Problems are raised as
+`RigidError`; those of documents as `DocumentError`, which lists them.
 """
 
 from __future__ import annotations
@@ -23,7 +23,8 @@ STUDIES = ("inertia", "axes", "precess", "euler", "hamilton")
 
 _PLACES = {
     **dict.fromkeys(("Result", *STUDIES), "api"),
-    **dict.fromkeys(("load", "loads"), "model.load"),
+    **dict.fromkeys(("load", "load_all"), "model.files"),
+    "loads": "model.load",
     **dict.fromkeys(("DocumentError", "RigidError"), "errors"),
     "Document": "model.document",
 }
@@ -41,6 +42,7 @@ __all__ = [
     "hamilton",
     "inertia",
     "load",
+    "load_all",
     "loads",
     "precess",
 ]
@@ -51,7 +53,8 @@ if TYPE_CHECKING:
     from rigidcli.api import Result, axes, euler, hamilton, inertia, precess
     from rigidcli.errors import DocumentError, RigidError
     from rigidcli.model.document import Document
-    from rigidcli.model.load import load, loads
+    from rigidcli.model.files import load, load_all
+    from rigidcli.model.load import loads
 
 
 def __getattr__(name: str) -> Any:

@@ -329,7 +329,8 @@ def _answer(study: str, source: Source, exact: bool, settings: Sequence[str], **
 def _read(source: Source, exact: bool, settings: Sequence[str]) -> Document:
     """The document itself."""
     from rigidcli.model.document import Document
-    from rigidcli.model.load import load, loads
+    from rigidcli.model.files import load
+    from rigidcli.model.load import loads
 
     if isinstance(source, Document):
         if exact or settings:

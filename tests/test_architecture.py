@@ -54,13 +54,13 @@ def test_a_shape_has_the_name_under_which_it_is_listed(name: str) -> None:
 
 def test_every_format_is_a_module_and_every_module_a_format() -> None:
     assert {*FORMATS, "html"} == set(CheckFormat)
-    helpers = {"terminal", "values", "plots", "programs", "sweeps", "units", "web"}
+    helpers = {"terminal", "values", "plots", "programs", "sweeps", "units", "inertial", "web"}
     assert _names("rigidcli.render") - helpers == set(Format)
     assert all(callable(renderer(name)) for name in Format)
 
 
 def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
-    helpers = {"body", "common", "pictures", "results", "rotor", "steps"}
+    helpers = {"body", "common", "pictures", "results", "robots", "rotor", "steps"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
     parts = {"app", "computing", "help", "lists", "output", "plan", "work"}
     assert _names("rigidcli.cli") - parts == set(app.COMMANDS)

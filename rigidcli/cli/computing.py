@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rigidcli.cli.output import Failure, Failures, Output, complain, progress, require_apart, write_whole
-from rigidcli.cli.work import Work, answers, tasks
+from rigidcli.cli.work import Work, answers, require_memory, tasks
 from rigidcli.errors import Problem, UsageError, ValueProblem
-from rigidcli.render import PEOPLE, PROGRAMS, Format, Look, renderer
+from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 
 if TYPE_CHECKING:
     from rigidcli.model.sweeps import Sweep
@@ -36,7 +36,7 @@ Files = Annotated[
     typer.Argument(
         metavar="FILE",
         callback=listed,
-        help="Documents, or bodies (.stl ...); `-` is standard input, `@files.txt` a list of names.",
+        help="Documents, robots, or bodies (.stl ...); `-` is standard input, `@files.txt` a list of names.",
     ),
 ]
 
@@ -238,6 +238,9 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         if format in PROGRAMS:
             _require_equations(study.__name__, format, files)
             options["program"] = True
+        if format in BLOCKS and study.__name__ != "inertia":
+            problem = f"a block of mass and inertia in {format} is what `rigidcli inertia -f {format}` writes"
+            raise typer.BadParameter(problem, param_hint="'--format'")
         options["steps"] = steps and format in PEOPLE
         columns = tuple(options.pop("columns", None) or ())
         wanted = _read_units(units)
@@ -255,7 +258,9 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         options |= {"picture": picture} if picture else {}
         pictured: list[Report] = []
 
-        work = Work(study.__name__, options, exact, changes, named, columns, format is Format.json)
+        work = Work(study.__name__, options, exact, changes, named, columns, _requirement(format))
+
+        from rigidcli.model.robots import is_robot
 
         def reports() -> Iterator[Report]:
             from rigidcli.cli.plan import ordered
@@ -271,10 +276,12 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 for answer in ordered(do, tasks(work, files, swept, failures), jobs):
                     with failures.of(answer.source):
                         target.protect(*answer.files)
+                        tell_notes(answer.source, answer.notes, quiet)
                         report = answer.found
                         if isinstance(report, Failure):
                             failures.tell(report)
                         else:
+                            _require_one(pictured)
                             notes = report.notes if swept is None else known.new(report.notes)
                             tell_notes(report.source, notes, quiet)
                             pictured.extend([report] if plot else [])
@@ -291,7 +298,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 width,
                 colour,
                 columns,
-                several=len(files) > 1,
+                several=len(files) > 1 or any(map(is_robot, files)),
                 unit_header=unit_header,
                 verbose=verbose,
                 steps=steps,
@@ -388,6 +395,23 @@ def _require_equations(study: str, format: Format, files: Sequence[str]) -> None
     else:
         return
     raise typer.BadParameter(problem, param_hint="'--format'")
+
+
+def _requirement(format: Format) -> Callable[[Report], None] | None:
+    """What raises RigidError where a report cannot be written in a format; None where each can."""
+    if format is Format.json:
+        return require_memory
+    if format in BLOCKS:
+        from rigidcli.render.inertial import require_numbers
+
+        return require_numbers
+    return None
+
+
+def _require_one(pictured: Sequence[Report]) -> None:
+    """Raise UsageError where a picture is there already: a robot has a body for each of its links."""
+    if pictured:
+        raise UsageError("`--plot` draws one picture, of a FILE with one body", hint="leave out `--plot`")
 
 
 def tell_notes(source: str, notes: Sequence[str], quiet: bool) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import os
 import re
-from functools import partial
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import typer
 
@@ -19,15 +20,17 @@ HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers)[\"']?\s*:", re.MULTILINE
 
 
 def validate(files: Files, settings: Settings = None, exact: Exact = False, quiet: Quiet = False) -> None:
-    """Read and validate only: documents, assignments, answers.
+    """Read and validate only: documents, assignments, answers, robots.
 
     Prints the names of the files that are valid, and what is asked or answered in them; answer files
-    are read without their key.
+    are read without their key. Of a robot (URDF, SDF, MJCF), each link is told whose mass and inertia no
+    body has, and each where they are suspicious.
 
-    Example: rigidcli validate cube.yaml homework.yaml
+    Example: rigidcli validate cube.yaml homework.yaml arm.urdf
     """
-    from rigidcli.model.load import load, loads, read_text
+    from rigidcli.model.load import draft, loads, read_text
     from rigidcli.model.places import body_form
+    from rigidcli.model.robots import is_robot
 
     failures = Failures()
     with Output(None) as target:
@@ -36,17 +39,19 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
                 source = os.fsencode(file).decode(errors="backslashreplace")
                 text = "" if body_form(file) else read_text(file, source)
                 folder = Path() if file == "-" else Path(file).parent
-                kind = _kind(text)
-                if kind == "questions":
+                options: dict[str, Any] = {"exact": exact, "settings": settings or ()}
+                kind = "links" if is_robot(file) else _kind(text)
+                if kind == "links":
+                    lines = _robot(text, source, folder, failures, quiet, options)
+                elif kind == "questions":
                     lines = _assignment(file, text, quiet)
                 elif kind == "answers":
                     lines = _answers(text, folder / Path(file).name, failures)
                 else:
-                    is_body = body_form(file) is not None
-                    read = (
-                        partial(load, file) if is_body else partial(loads, text, source=source, folder=folder)
-                    )
-                    document = read(exact=exact, settings=settings or ())
+                    if body_form(file):
+                        document = draft(file, **options).document()
+                    else:
+                        document = loads(text, source=source, folder=folder, **options)
                     tell_notes(document.source, document.notes, quiet)
                     lines = ["valid"]
                 if lines:
@@ -66,6 +71,37 @@ def _kind(text: str) -> str | None:
     except DocumentError:
         return found[1]
     return next((key for key in ("questions", "answers") if isinstance(tree, dict) and key in tree), None)
+
+
+def _robot(
+    text: str, source: str, folder: Path, failures: Failures, quiet: bool, options: dict[str, Any]
+) -> list[str]:
+    """How many links of a robot are valid; what is wrong with others is printed as errors."""
+    from rigidcli.model.robots.documents import link_documents
+    from rigidcli.studies.robots import remarks
+    from rigidcli.studies.robots.repair import repair
+
+    robot = link_documents(text, source, folder, **options)
+    tell_notes(source, robot.notes, quiet)
+    valid = 0
+    for link, draft in robot.links:
+        with failures.of(source):
+            try:
+                document = draft.document()
+            except DocumentError as error:
+                hint = repair(link)
+                problems = (replace(problem, hint=hint or problem.hint) for problem in error.problems)
+                raise DocumentError(list(problems)) from None
+            valid += 1
+            told = () if quiet else (*document.notes, *remarks(link, document))
+            for note in told:
+                complain(str(note))
+    counted = f"{len(robot.links)} with a mass"
+    return (
+        ["valid", f"  links: {counted}"]
+        if valid == len(robot.links)
+        else [f"{valid} links are valid of {counted}"]
+    )
 
 
 def _assignment(file: str, text: str, quiet: bool) -> list[str]:

@@ -6,7 +6,6 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import rigidcli
@@ -18,6 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigidcli.model.document import Document
+    from rigidcli.model.files import Drafts
     from rigidcli.model.load import Draft
     from rigidcli.model.sweeps import Sweep
 
@@ -32,8 +32,8 @@ AT_A_TIME = 32
 class Work:
     """What is asked of every document: a study with its options, and how the document is read.
 
-    `settings` are those of `--set`, `named` has the keys that an option of its own has given. `whole` says
-    that the text of a report is made at once, and needs memory.
+    `settings` are those of `--set`, `named` has the keys that an option of its own has given. `require`
+    raises RigidError for a report that cannot be written.
     """
 
     study: str
@@ -42,13 +42,13 @@ class Work:
     settings: Sequence[str]
     named: Mapping[str, str]
     columns: tuple[str, ...]
-    whole: bool
+    require: Callable[[Report], None] | None
 
-    def draft(self, file: str) -> Draft:
-        """The text of a file, for documents. Raises DocumentError."""
-        from rigidcli.model.load import draft
+    def drafts(self, file: str) -> Drafts:
+        """What is in a file, for documents. Raises DocumentError."""
+        from rigidcli.model.files import drafts
 
-        return draft(file, exact=self.exact, settings=self.settings, options=self.named)
+        return drafts(file, exact=self.exact, settings=self.settings, options=self.named)
 
     def report(self, document: Document, watch: Watch | None) -> Report:
         """What the study finds, within the context in which it may tell its progress."""
@@ -60,18 +60,22 @@ class Work:
             with watch() as show:
                 report = run(document, **self.options, progress=show)
         _require_columns(report, self.columns)
-        if self.whole:
-            _require_memory(report)
+        if self.require is not None:
+            self.require(report)
         return report
 
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """The report on a document, or the failure; `files` are those that the document names."""
+    """The report on a document, or the failure; `files` are those that the document names.
+
+    `notes` are on the file that it is the first document of.
+    """
 
     source: str
     found: Report | Failure
     files: Sequence[Path] = ()
+    notes: Sequence[str] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,11 +100,11 @@ def tasks(work: Work, files: Sequence[str], sweep: Sweep | None, failures: Failu
         return
     for file in files:
         with failures.of(file):
-            draft = work.draft(file)
-            fitting = _fitting(draft, sweep)
-            for begin in range(0, sweep.count, AT_A_TIME):
-                places = range(begin, min(begin + AT_A_TIME, sweep.count))
-                yield Task(work, [file], draft, fitting, places)
+            for draft in work.drafts(file).each:
+                fitting = _fitting(draft, sweep)
+                for begin in range(0, sweep.count, AT_A_TIME):
+                    places = range(begin, min(begin + AT_A_TIME, sweep.count))
+                    yield Task(work, [file], draft, fitting, places)
 
 
 def _fitting(draft: Draft, sweep: Sweep) -> Sweep:
@@ -120,7 +124,7 @@ def answers(task: Task, watch: Watch | None = None) -> Iterator[Answer]:
     """The answers to a task in their order; `watch` is a context in which one may tell its progress."""
     if task.draft is None or task.sweep is None:
         for file in task.files:
-            yield _answer(task.work, file, partial(_document, task.work, file), watch)
+            yield from _of_file(task.work, file, watch)
         return
     for place in task.places:
         yield _at_point(task, task.draft, task.sweep, place)
@@ -145,8 +149,16 @@ def _at_point(task: Task, draft: Draft, sweep: Sweep, place: int) -> Answer:
     return replace(answer, found=replace(found, swept=tuple(swept)))
 
 
-def _document(work: Work, file: str) -> Document:
-    return work.draft(file).document()
+def _of_file(work: Work, file: str, watch: Watch | None) -> Iterator[Answer]:
+    """The answers to all documents of a file."""
+    try:
+        drafts, notes = work.drafts(file)
+    except (RigidError, MemoryError) as error:
+        yield Answer(file, failure(error, file))
+        return
+    for draft in drafts:
+        yield replace(_answer(work, file, draft.document, watch), notes=notes)
+        notes = ()
 
 
 def _answer(work: Work, source: str, read: Callable[[], Document], watch: Watch | None) -> Answer:
@@ -191,7 +203,7 @@ def _require_columns(report: Report, columns: Sequence[str]) -> None:
             raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(known)}")
 
 
-def _require_memory(report: Report) -> None:
+def require_memory(report: Report) -> None:
     """Raise ComputationError unless there is enough for the whole text of the tables."""
     from rigidcli.core.memory import ITS_TEXT, require
 

@@ -44,6 +44,9 @@ class Format(StrEnum):
     python = "python"
     c = "c"
     julia = "julia"
+    urdf = "urdf"
+    sdf = "sdf"
+    mjcf = "mjcf"
 
 
 PEOPLE = (Format.table, Format.latex, Format.html)
@@ -52,6 +55,9 @@ PEOPLE = (Format.table, Format.latex, Format.html)
 
 PROGRAMS = (Format.python, Format.c, Format.julia)
 """The formats that are programs: of the equations of motion of a system."""
+
+BLOCKS = (Format.urdf, Format.sdf, Format.mjcf)
+"""The formats of robots: the mass and inertia of each document as a block to paste into a link."""
 
 
 Renderer: TypeAlias = Callable[[Iterable[Report], Look], Iterator[str]]

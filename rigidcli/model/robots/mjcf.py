@@ -1,0 +1,199 @@
+"""Robots in MJCF, of MuJoCo: the bodies whose `<inertial>` says what they weigh.
+
+The tensor of an `<inertial>` is about its `pos`, the centre of mass in the frame of the body:
+`diaginertia` along axes that are turned, `fullinertia` along those of the body, entries M11 M22 M33 M12 M13
+M23, off the diagonal -sum m x y. Of a body without it, MuJoCo infers the tensor from the geoms.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from rigidcli.model.load import read_text
+from rigidcli.model.robots.elements import MAX_ELEMENTS, Element, read_elements
+from rigidcli.model.robots.geoms import Defaults, defaults, form
+from rigidcli.model.robots.links import (
+    NO_MASS,
+    Body,
+    Decimals,
+    Link,
+    Robot,
+    described,
+    framed,
+    geometries,
+    numbers,
+    tensor,
+)
+from rigidcli.model.robots.orientation import Angles, frame_of, is_turned
+
+ROOT = "mujoco"
+"""The tag of the root."""
+
+INCLUDED = "mujocoinclude"
+"""The tag of the root of a file that others include; `ROOT` may stand there, too."""
+
+INFERRED = "no `<inertial>`: MuJoCo infers it from the geoms"
+"""Why a body has no mass properties here; where it has no geoms, it has no mass."""
+
+CHANGING = ("settotalmass", "boundmass", "boundinertia", "balanceinertia")
+"""Settings of `<compiler>` by which MuJoCo takes other masses and tensors than the file says."""
+
+FRAMES = ("frame", "replicate")
+"""Elements that move what is in them."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """What holds for all bodies: how numbers and angles are read, the defaults of geoms, and of masses."""
+
+    decimal: Decimals
+    angles: Angles
+    defaults: Mapping[str, Defaults]
+    infers_all: bool
+
+
+def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
+    """The bodies, without the world."""
+    _include(root, folder)
+    compiler = {key: value for element in root.all("compiler") for key, value in element.attributes.items()}
+    angles = Angles(compiler.get("angle", "degree") != "radian", compiler.get("eulerseq", "xyz"))
+    infers = compiler.get("inertiafromgeom") == "true"
+    reading = _Reading(decimal, angles, defaults(root), infers)
+    notes = [
+        f'MuJoCo changes what is written by `{key}="{compiler[key][:20]}"`'
+        for key in CHANGING
+        if compiler.get(key, "false").strip() not in ("", "false", "0", "-1")
+    ]
+    links = [
+        _link(body, style, reading)
+        for world in root.all("worldbody")
+        for body, style in _bodies(world, "main")
+    ]
+    repeated = next((element.line for element in _below(root) if element.tag == "replicate"), None)
+    if repeated is not None:
+        notes.append(f"of the bodies that `<replicate>` in line {repeated} repeats, one is told")
+    return Robot(links, notes)
+
+
+def _below(element: Element) -> Iterator[Element]:
+    yield element
+    for child in element.children:
+        yield from _below(child)
+
+
+def _include(root: Element, folder: Path) -> None:
+    """Put the content of other files, below the folder, in the place of each `<include>`.
+
+    Raises DocumentError for a file that cannot be read, and for one that is included twice, as MuJoCo does.
+    """
+    seen: set[Path] = set()
+    count = 0
+
+    def content(include: Element) -> list[Element]:
+        nonlocal count
+        name = include.attributes.get("file", "")
+        try:
+            path = (folder / name).resolve()
+        except (OSError, ValueError):
+            raise include.refusal("no file has the name that `<include>` gives") from None
+        if not path.is_relative_to(folder.resolve()):
+            raise include.refusal(
+                "`<include>` names a file outside the folder of the robot, which is not read"
+            )
+        if path in seen:
+            raise include.refusal("this file is included twice")
+        seen.add(path)
+        source = str(folder / name)
+        included = read_elements(read_text(source, source), source)
+        if included.tag not in (ROOT, INCLUDED):
+            raise included.refusal(f"read `<{included.tag[:40]}>`, expected `<{INCLUDED}>`")
+        count += sum(1 for _ in _below(included))
+        if count > MAX_ELEMENTS:
+            raise include.refusal(f"more than {MAX_ELEMENTS:,} elements in all files together")
+        expand(included)
+        return included.children
+
+    def expand(element: Element) -> None:
+        children = element.children
+        element.children = []
+        for child in children:
+            if child.tag == "include":
+                element.children += content(child)
+            else:
+                expand(child)
+                element.children.append(child)
+
+    expand(root)
+
+
+def _bodies(parent: Element, style: str) -> Iterator[tuple[Element, str]]:
+    """The bodies below an element, each with the class of defaults that holds in it."""
+    for child in parent.all("body", *FRAMES):
+        own = child.attributes.get("childclass", style)
+        if child.tag == "body":
+            yield child, own
+        yield from _bodies(child, own)
+
+
+def _parts(
+    parent: Element, tag: str, style: str, reading: _Reading
+) -> Iterator[tuple[Element, str, Sequence[Body]]]:
+    """The elements of a tag in a body, with the class of defaults and the frames about each."""
+    for child in parent.children:
+        if child.tag == tag:
+            yield child, style, ()
+        elif child.tag in FRAMES:
+            own = child.attributes.get("childclass", style)
+            for found, its_style, frames in _parts(child, tag, own, reading):
+                yield found, its_style, (*frames, frame_of(child, reading.angles, reading.decimal))
+
+
+def _link(body: Element, style: str, reading: _Reading) -> Link:
+    bare = Link(body.attributes.get("name") or f"body in line {body.line}", body.source, body.line)
+
+    def read() -> tuple[Body, Mapping[str, int]] | str:
+        nonlocal bare
+        geoms = list(_parts(body, "geom", style, reading))
+        about = {id(geom): (own, frames) for geom, own, frames in geoms}
+        forms = geometries([geom for geom, *_ in geoms], lambda geom: _form(geom, *about[id(geom)], reading))
+        bare = replace(bare, geometry=forms)
+        found = list(_parts(body, "inertial", style, reading))
+        if not found or (reading.infers_all and geoms):
+            return INFERRED if geoms else NO_MASS
+        element, _, frames = found[0]
+        bare = replace(bare, frames=frames)
+        return _inertial(element, reading), dict.fromkeys(("mass", "inertia", "position"), element.line)
+
+    link = described(bare, read)
+    return replace(link, geometry=bare.geometry, frames=bare.frames)
+
+
+def _inertial(element: Element, reading: _Reading) -> Body:
+    """The body of an `<inertial>`."""
+    read = reading.decimal
+    numbers(element, "pos", 3, read)
+    (mass,) = numbers(element, "mass", 1, read)
+    frame = frame_of(element, reading.angles, read)
+    given = [key for key in ("diaginertia", "fullinertia") if key in element.attributes]
+    if len(given) != 1:
+        message = "expected one of `diaginertia` and `fullinertia`"
+        raise element.refusal(f"{message}, read {'both' if given else 'none of them'}")
+    if given == ["diaginertia"]:
+        x, y, z = numbers(element, "diaginertia", 3, read)
+        return {"mass": mass, "inertia": {"Ixx": x, "Iyy": y, "Izz": z}, **frame}
+    if is_turned(element):
+        raise element.refusal(
+            "`fullinertia` is along the axes of the body, expected no orientation beside it"
+        )
+    xx, yy, zz, xy, xz, yz = numbers(element, "fullinertia", 6, read)
+    return {"mass": mass, "inertia": tensor([xx, xy, xz, yy, yz, zz]), **frame}
+
+
+def _form(geom: Element, style: str, frames: Sequence[Body], reading: _Reading) -> Body | None:
+    """The geometry of a geom, completed by its defaults."""
+    own = reading.defaults.get(geom.attributes.get("class", style), {})
+    whole = replace(geom, attributes=own | geom.attributes)
+    body = form(whole, reading.angles, reading.decimal)
+    return body and framed(body, frames)

@@ -1,0 +1,11 @@
+"""The `<inertial>` of a link in URDF: the tensor about the centre of mass, along the axes of the link."""
+
+from rigidcli.render.inertial import block
+
+render = block("""<inertial>
+  <origin xyz="{x} {y} {z}" rpy="0 0 0"/>
+  <mass value="{mass}"/>
+  <inertia ixx="{Ixx}" ixy="{Ixy}" ixz="{Ixz}" iyy="{Iyy}" iyz="{Iyz}" izz="{Izz}"/>
+</inertial>
+""")
+"""The renderer: its products of inertia are entries of the tensor, -sum m x y, as URDF has them."""

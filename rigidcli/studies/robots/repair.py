@@ -1,0 +1,102 @@
+"""The one edit that makes a tensor one that a body may have, where exactly one does."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+
+from rigidcli.core.arithmetic import FLOAT, Floats
+from rigidcli.core.tensor import point_tensor, shortfall
+from rigidcli.errors import DocumentError
+from rigidcli.model.robots.documents import alone
+from rigidcli.model.robots.links import ENTRIES, Link
+from rigidcli.studies.robots.geometry import NEAR, Weighed, forms_of, moments_agree
+
+POWERS = (-3, -2, -1, 1, 2, 3)
+"""By how many places a decimal point slips: by a digit or two, or from a unit to the one next to it."""
+
+HUGE = 1e100
+"""Masses (kg) and moments (kg m^2) beyond this are nobody's slip, and overflow when they are changed."""
+
+FARTHEST = 100.0
+"""A parallel-axis term of this many times the tensor was not taken from it by mistake."""
+
+ROWS, COLUMNS = np.array([[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]])
+"""The places of the entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz in the tensor."""
+
+PRODUCTS = ROWS != COLUMNS
+"""Which of the entries are products of inertia."""
+
+
+def repair(link: Link) -> str | None:
+    """What to write instead in the tensor of a link that no body has; None unless exactly one edit helps.
+
+    An edit moves a decimal point, changes a sign or all signs of the products, exchanges two entries, or
+    undoes the parallel-axis theorem. It must lead near to the form of the link, where that is known.
+    """
+    given = None if link.inertial is None else link.inertial.get("inertia")
+    if given is None:
+        return None
+    entries = np.array([float(given.get(key, 0)) for key in ENTRIES])
+    mass = float(link.inertial["mass"]) if link.inertial else 0.0
+    if not (0 < mass < HUGE and np.abs(entries).max() < HUGE) or shortfall(_tensor(entries)) is None:
+        return None
+    forms = forms_of(link).solids
+    found = []
+    for words, edited in _edits(entries, mass, _origin(link)):
+        tensor = _tensor(edited)
+        body = Weighed(mass, np.zeros(3), tensor)
+        physical = shortfall(tensor) is None and body.moments[0] > 0
+        if physical and (not forms or any(moments_agree(body, form, NEAR) for form in forms)):
+            found.append(words)
+    return f"{found[0]} makes it one that a body has; no other single edit does" if len(found) == 1 else None
+
+
+def _tensor(entries: Floats) -> Floats:
+    """The symmetric tensor (3 by 3) of its six entries."""
+    tensor = np.empty((3, 3))
+    tensor[ROWS, COLUMNS] = tensor[COLUMNS, ROWS] = entries
+    return tensor
+
+
+def _edits(entries: Floats, mass: float, origin: Floats) -> Iterator[tuple[str, Floats]]:
+    """Each edit in words, and the entries (6) that it leaves."""
+    for place, (name, entry) in enumerate(zip(ENTRIES, entries, strict=True)):
+        if entry == 0:
+            continue
+        for factor in (-1.0, *(10.0**power for power in POWERS)):
+            edited = entries.copy()
+            edited[place] = float(f"{entry * factor:.15g}")
+            slip = "sign" if factor < 0 else "decimal point"
+            yield f"{name} = {edited[place]:g} instead of {entry:g} (a slip of the {slip})", edited
+    for one, other in combinations(range(6), 2):
+        if entries[one] != entries[other]:
+            edited = entries.copy()
+            edited[[one, other]] = edited[[other, one]]
+            yield f"{ENTRIES[one]} and {ENTRIES[other]} exchanged", edited
+    if np.count_nonzero(entries[PRODUCTS]) > 1:
+        yield "the other sign for all products of inertia", np.where(PRODUCTS, -entries, entries)
+    shift = (mass * point_tensor(origin))[ROWS, COLUMNS]
+    if origin.any() and np.abs(shift).max() <= FARTHEST * np.abs(entries).max():
+        yield (
+            "the parallel-axis term added once (about the wrong point)",
+            entries + shift,
+        )
+
+
+def _origin(link: Link) -> Floats:
+    """The origin of the link from its centre of mass, along the axes of the tensor (3, m); else zero."""
+    if link.frames:
+        return np.zeros(3)
+    body = {**(link.inertial or {}), "mass": 1, "inertia": {"Ixx": 1, "Iyy": 1, "Izz": 1}}
+    try:
+        document = alone(replace(link, inertial=body, frames=(), problem=None))
+    except DocumentError:
+        return np.zeros(3)
+    assert document.body is not None
+    turn, shift = document.body.motion(FLOAT)
+    origin: Floats = -turn.T.astype(float) @ shift.astype(float)
+    return origin

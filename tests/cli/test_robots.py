@@ -1,0 +1,274 @@
+"""Robots on the command line: a result a link, the judgement of `validate`, and blocks to paste."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rigidcli.render import BLOCKS
+from tests.conftest import ROOT, Program
+
+ARM = (ROOT / "configs" / "arm.urdf").read_text()
+
+BAD = ARM.replace('iyy="0.0076" iyz="0" izz="0.0002"', 'iyy="0.0076" iyz="0" izz="0.2"')
+"""The arm with a forearm that no body is: 0.2 > 0.0076 + 0.0076."""
+
+
+@pytest.fixture
+def bad(tmp_path: Path) -> str:
+    path = tmp_path / "bad.urdf"
+    path.write_text(BAD)
+    return str(path)
+
+
+def test_the_arm_of_the_configs(program: Program) -> None:
+    """The drum m (3 r^2 + h^2)/12, the bar m L^2/3 + m b^2/12, the rod m r^2/4 + m L^2/3, about the frames."""
+    outcome = program("axes", "-f", "csv", "configs/arm.urdf")
+    assert outcome.code == 0
+    assert outcome.err == "configs/arm.urdf: note: 1 link has no mass: tool (line 41)\n"
+    drum, bar, rod = csv.DictReader(io.StringIO(outcome.out))
+    assert [row["name"] for row in (drum, bar, rod)] == ["base", "upper arm", "forearm"]
+    assert float(drum["Ixx"]) == pytest.approx(5 * (3 * 0.1**2 + 0.06**2) / 12 + 5 * 0.03**2)
+    assert float(bar["Izz"]) == pytest.approx(2.7 * 0.4**2 / 3 + 2.7 * 0.05**2 / 12)
+    assert float(rod["Iyy"]) == pytest.approx(0.02**2 / 4 + 0.3**2 / 3)
+    assert float(rod["Ixx"]) == pytest.approx(0.02**2 / 2)
+    changed = program("inertia", "-q", "-f", "json", "--set", "about=com", "configs/arm.urdf")
+    for line in changed.out.splitlines():
+        assert json.loads(line)["tensor"] == json.loads(line)["tensor_com"]
+    assert (
+        program("validate", "-q", "configs/arm.urdf").out
+        == "configs/arm.urdf: valid\n  links: 3 with a mass\n"
+    )
+
+
+def test_a_link_that_no_body_is_is_refused_and_the_others_stay(program: Program, bad: str) -> None:
+    outcome = program("inertia", "-q", "-f", "json", bad, "configs/cube_corner.yaml")
+    assert outcome.code == 3
+    names = [json.loads(line)["name"] for line in outcome.out.splitlines()]
+    assert names == ["base", "upper arm", "cube about its corner"]
+    assert outcome.err.startswith(
+        f"{bad}:34: link forearm: no body has this inertia tensor: lambda3 <= lambda1 + lambda2 fails: "
+        "0.2 > 0.0152 (by 0.185 kg m^2)\n  hint: "
+    )
+    assert "Traceback" not in outcome.err
+
+
+def test_validate_names_the_one_edit_that_helps(program: Program, bad: str) -> None:
+    outcome = program("validate", "-q", bad)
+    assert (outcome.code, outcome.out) == (3, f"{bad}: 2 links are valid of 3 with a mass\n")
+    # The form of the forearm tells that 0.0002 is meant, and not 0.002 or 0.02, which a body may have, too.
+    assert "Izz = 0.0002 instead of 0.2 (a slip of the decimal point) makes it one that a body" in outcome.err
+
+
+def block(entries: str, rest: str = "", mass: str = "2", origin: str = "") -> str:
+    names = zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), entries.split(), strict=True)
+    tensor = " ".join(f'{name}="{entry}"' for name, entry in names)
+    inertial = f'<inertial>{origin}<mass value="{mass}"/>\n<inertia {tensor}/></inertial>'
+    return f'<robot name="r"><link name="l">{inertial}{rest}</link></robot>'
+
+
+BAR = '<visual><geometry><box size="0.2 0.3 0.4"/></geometry></visual>'
+"""A box of 0.024 m^3: with 24 kg Ixx = 0.5, Iyy = 0.4, Izz = 0.26 kg m^2."""
+
+EDITS = {
+    # Which entry is wrong is only known where a single one makes a tensor that a body has.
+    "sign": (block("-0.5 0 0 0.4 0 0.26", mass="24"), "Ixx = 0.5 instead of -0.5 (a slip of the sign)"),
+    "exchanged": (block("0.5 0.4 0 0 0 0.26", BAR, "24"), "Ixy and Iyy exchanged"),
+    "decimal point": (block("0.5 0 0 0.4 0 2.6", BAR, "24"), "Izz = 0.26 instead of 2.6"),
+    # Twice taken away: 24 kg 0.1 m off the origin, along x.
+    "wrong point": (
+        block("0.5 0 0 0.16 0 0.02", BAR, "24", '<origin xyz="0.1 0 0"/>'),
+        "the parallel-axis term added once (about the wrong point)",
+    ),
+}
+
+
+@pytest.mark.parametrize("slip", EDITS)
+def test_each_kind_of_slip_is_named(slip: str, program: Program, tmp_path: Path) -> None:
+    text, words = EDITS[slip]
+    path = tmp_path / "slip.urdf"
+    path.write_text(text)
+    outcome = program("validate", str(path))
+    assert outcome.code == 3
+    assert f"hint: {words}" in outcome.err
+
+
+def test_no_edit_is_named_where_two_help(program: Program, tmp_path: Path) -> None:
+    path = tmp_path / "two.urdf"
+    path.write_text(block("0.02 0 0 0.021 0 0.2"))  # a rod along x or y with 0.2 for the others, or 0.02
+    outcome = program("validate", str(path))
+    assert outcome.code == 3
+    assert "instead of" not in outcome.err
+
+
+NOTED = {
+    "identity": (block("1 0 0 1 0 1", BAR), "the identity tensor looks like a placeholder"),
+    "round": (block("0.001 0 0 0.001 0 0.001"), "0.001 kg m^2 for each moment looks like a placeholder"),
+    "turned": (
+        block("0.001 0 0 0.001 0 0.001", origin='<origin rpy="1 2 3"/>'),
+        "0.001 kg m^2 for each moment looks like a placeholder",
+    ),
+    "mass 1": (block("0.4 0 0 0.4 0 0.4", mass="1"), "equal moments (0.4 kg m^2) and a mass of 1 kg"),
+    "zero": (block("0 0 0 0 0 0"), "the tensor is zero"),
+    "density": (
+        block("0.5 0 0 0.4 0 0.26", BAR, "24000"),
+        "24000 kg in the 0.024 m^3 of its visual would be 1e+06 kg/m^3\n  hint: the mass may be in g",
+    ),
+    "unit": (block("5e5 0 0 4e5 0 2.6e5", BAR, "24"), "hint: the tensor may be in kg mm^2, expected kg m^2"),
+    "origin": (
+        block("0.5 0 0 384.4 0 384.26", BAR, "24", '<origin xyz="4 0 0"/>'),
+        "hint: the tensor may be about the origin of the link",
+    ),
+    "hull": (
+        block("0.5 0 0 0.4 0 0.26", BAR, "24", '<origin xyz="0.11 0 0"/>'),
+        "the centre of mass (0.11, 0, 0) m is outside the hull of its geometry",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", NOTED)
+def test_what_is_suspicious_is_noted(case: str, program: Program, tmp_path: Path) -> None:
+    text, words = NOTED[case]
+    path = tmp_path / "noted.urdf"
+    path.write_text(text)
+    outcome = program("validate", str(path))
+    assert (outcome.code, outcome.out) == (0, f"{path}: valid\n  links: 1 with a mass\n")
+    assert "link l: note: " in outcome.err
+    assert words in outcome.err
+    assert program("validate", "-q", str(path)).err == ""
+
+
+BALL = '<collision><geometry><sphere radius="0.5"/></geometry></collision>'
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        block("0.5 0 0 0.4 0 0.26", BAR, "24"),
+        block("1 0 0 1 0 1", BALL, "10"),  # 2/5 m r^2 = 1 kg m^2: the identity, and right
+        block("0.5 0 0 0.4 0 0.26", BAR, "24", '<origin xyz="0.09 0.14 -0.19"/>'),
+        # Drawn far away, but colliding where it is: one of them fits.
+        block(
+            "0.5 0 0 0.4 0 0.26",
+            BAR.replace("0.2 0.3 0.4", "9 9 9") + BAR.replace("visual", "collision"),
+            "24",
+        ),
+    ],
+)
+def test_what_fits_its_geometry_is_not_noted(text: str, program: Program, tmp_path: Path) -> None:
+    path = tmp_path / "good.urdf"
+    path.write_text(text)
+    outcome = program("validate", str(path))
+    assert (outcome.code, outcome.err) == (0, "")
+
+
+WHOLE = {
+    "urdf": '<robot name="r"><link name="l">{}</link></robot>',
+    "sdf": '<sdf version="1.9"><model name="m"><link name="l">{}</link></model></sdf>',
+    "mjcf": '<mujoco><worldbody><body name="l"><freejoint/>{}</body></worldbody></mujoco>',
+}
+
+ENDINGS = {"urdf": ".urdf", "sdf": ".sdf", "mjcf": ".xml"}
+
+BODY = """
+name: "lopsided -- part"
+frame: {axis: [1, 2, 3], angle: 40 deg}
+body:
+  parts:
+    - {shape: box, size: [0.1, 0.2, 0.3], density: 1000, anchor: corner}
+    - {shape: cylinder, radius: 0.05, height: 0.4, density: 2700, position: [0.3, -0.1, 0.2], axis: [1, 1, 0]}
+    - {points: [[1, 0.5, 0.6, -0.7]]}
+"""
+
+
+@pytest.mark.parametrize("form", BLOCKS)
+def test_a_block_holds_what_is_read_back(form: str, program: Program, tmp_path: Path) -> None:
+    path = tmp_path / f"robot{ENDINGS[form]}"
+    pasted = program("inertia", "-f", form, "-", stdin=BODY)
+    assert (pasted.code, pasted.err) == (0, "")
+    path.write_text(WHOLE[form].format(pasted.out))
+    (told, back) = (
+        json.loads(program("inertia", "-f", "json", *source, stdin=BODY).out)
+        for source in (["-"], [str(path)])
+    )
+    for key in ("mass", "center_of_mass", "tensor_com"):
+        assert told[key] == back[key]
+
+
+@pytest.mark.parametrize("form", ["urdf", "mjcf"])
+def test_mujoco_reads_a_block_as_it_is_meant(form: str, program: Program) -> None:
+    mujoco: Any = pytest.importorskip("mujoco", reason="MuJoCo is the oracle here")
+    joint = (
+        '<link name="b"/><joint name="j" type="floating"><parent link="b"/><child link="l"/></joint></robot>'
+    )
+    text = WHOLE[form].format(program("inertia", "-f", form, "-", stdin=BODY).out).replace("</robot>", joint)
+    model = mujoco.MjModel.from_xml_string(text)
+    turn = np.zeros(9)
+    mujoco.mju_quat2Mat(turn, model.body_iquat[1])
+    turn = turn.reshape(3, 3)
+    told = json.loads(program("inertia", "-f", "json", "-", stdin=BODY).out)
+    assert model.body_mass[1] == told["mass"]
+    np.testing.assert_allclose(model.body_ipos[1], told["center_of_mass"], rtol=1e-15)
+    np.testing.assert_allclose(turn @ np.diag(model.body_inertia[1]) @ turn.T, told["tensor_com"], rtol=1e-13)
+
+
+def test_blocks_of_a_robot_in_another_format(program: Program, tmp_path: Path) -> None:
+    sdf = program("inertia", "-q", "-f", "sdf", "configs/arm.urdf").out
+    links = [f'<link name="{n}">{part}</link>' for n, part in enumerate(sdf.split("<!--")[1:])]
+    path = tmp_path / "arm.sdf"
+    path.write_text(
+        f'<sdf><model name="m">{"".join(links).replace("-->", "")}</model></sdf>'.replace("\n", "")
+    )
+    path.write_text("<sdf><model name='m'>" + "".join(links).replace('">', '"><!--') + "</model></sdf>")
+    first, second = (
+        program("inertia", "-q", "-f", "csv", str(file)).out for file in ("configs/arm.urdf", path)
+    )
+    assert [row.split(",")[1:] for row in first.splitlines()] == [
+        row.split(",")[1:] for row in second.splitlines()
+    ]
+
+
+@pytest.mark.parametrize("form", BLOCKS)
+def test_blocks_are_refused_where_there_is_no_link(form: str, program: Program) -> None:
+    outcome = program("axes", "-f", form, "configs/cube_corner.yaml")
+    assert (outcome.code, outcome.out) == (2, "")
+    assert f"`rigidcli inertia -f {form}`" in outcome.err.replace("\n", " ")
+    massless = "body: {moments: [1, 2, 3]}"
+    outcome = program("inertia", "-f", form, "-", "configs/cube_corner.yaml", stdin=massless)
+    assert outcome.code == 4
+    assert "a link has a mass, which this body lacks" in outcome.err
+    assert "cube about its corner" in outcome.out
+    outcome = program("inertia", "-f", form, "configs/cube_symbolic.yaml")
+    assert (outcome.code, outcome.out) == (4, "")
+    assert "`M` has no value" in outcome.err
+    exact = program("inertia", "-f", form, "--exact", "configs/cube_corner.yaml")
+    assert exact.out == program("inertia", "-f", form, "configs/cube_corner.yaml").out
+
+
+def test_robots_without_any_mass(program: Program, tmp_path: Path) -> None:
+    path = tmp_path / "plane.urdf"
+    path.write_text(
+        '<robot name="plane">\n<link name="floor"><inertial><mass value="0"/></inertial></link></robot>'
+    )
+    outcome = program("validate", str(path))
+    assert outcome.code == 0
+    assert outcome.err == f"{path}: note: 1 link has no mass: floor (line 2)\n"
+    outcome = program("axes", "-f", "json", str(path))
+    assert (outcome.code, outcome.out) == (3, "")
+    assert "no link has a mass that is written; 1 link has no mass: floor (line 2)" in outcome.err
+    assert program("axes", str(tmp_path / "missing.urdf")).code == 3
+
+
+def test_samples_of_several_links_have_their_names(program: Program) -> None:
+    turning = ["--set", "motion.omega=[0, 1, 3]", "--set", "motion.times=[0, 1]"]
+    rows = list(
+        csv.reader(io.StringIO(program("euler", "-q", "-f", "csv", *turning, "configs/arm.urdf").out))
+    )
+    assert rows[0][:2] == ["name", "t"]
+    assert [row[0] for row in rows[1:]] == ["base"] * 2 + ["upper arm"] * 2 + ["forearm"] * 2
