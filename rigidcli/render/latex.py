@@ -24,7 +24,7 @@ _SYMBOLS = {
     r"\be([123])\b": r"$\\mathbf{e}_\1$",
     r"\bomega([123])\b": r"$\\omega_\1$",
     r"(?<!\\)\bomega\b": r"$\\boldsymbol{\\omega}$",
-    r"\\textasciicircum\{\}(\d+)": r"\\textsuperscript{\1}",
+    r"\\textasciicircum\{\}(\d+|T\b)": r"\\textsuperscript{\1}",
 }
 """The symbols that stand in the words of a result, spelled out as in a terminal, and how LaTeX has them."""
 
