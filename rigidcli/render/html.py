@@ -16,13 +16,16 @@ from rigidcli.report import Column, Field, Report, Step, Table
 _NUMBER = re.compile(r"-?[0-9.]+")
 """A number that needs no formula."""
 
+_NUMERIC = ' class="number"'
+"""What cells of numbers have, and the heads above them."""
+
 _SYMBOLS = {
+    r"(?<=\w)\^(\d+|T)\b": r"<sup>\1</sup>",
     r"\blambda_?([1-3i-k])\b": r"λ<sub>\1</sub>",
     r"\blambda\b": "λ",
     r"\be([123])\b": r"<b>e</b><sub>\1</sub>",
     r"\bomega([123])\b": r"ω<sub>\1</sub>",
     r"\bomega\b": "<b>ω</b>",
-    r"(?<=\w)\^(\d+)\b": r"<sup>\1</sup>",
 }
 """The symbols that stand in the words of a result, spelled out as in a terminal, and how HTML has them."""
 
@@ -110,7 +113,7 @@ def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
         if columns := shown_columns(table, look, number):
             yield f'<div class="wide" role="region" tabindex="0" aria-label="{text(table.title)}"><table>'
             yield f"<caption><span>{_prose(table.title)}</span></caption>\n<thead><tr>"
-            yield "".join(f'<th scope="col">{_head(column)}</th>' for column, _ in columns)
+            yield "".join(_head(column) for column, _ in columns)
             yield "</tr></thead>\n<tbody>\n"
             for row in zip(*(_cells(column, texts) for column, texts in columns), strict=True):
                 yield f"<tr>{''.join(row)}</tr>\n"
@@ -119,7 +122,8 @@ def _tables(tables: Iterable[Table], look: Look) -> Iterator[str]:
 
 def _head(column: Column) -> str:
     name = formula(column.symbols[0]) if column.symbols else _prose(column.cells[0])
-    return f"{name} ({_prose(column.unit)})" if column.unit else name
+    unit = f" ({_prose(column.unit)})" if column.unit else ""
+    return f'<th scope="col"{"" if has_words(column) else _NUMERIC}>{name}{unit}</th>'
 
 
 def _cells(column: Column, texts: list[str]) -> Iterator[str]:
@@ -128,7 +132,7 @@ def _cells(column: Column, texts: list[str]) -> Iterator[str]:
             yield f"<td>{_prose(told)}</td>"
         else:
             plain = told.replace("-", "\N{MINUS SIGN}")
-            yield f'<td class="number">{plain if _NUMBER.fullmatch(told) else formula(told)}</td>'
+            yield f"<td{_NUMERIC}>{plain if _NUMBER.fullmatch(told) else formula(told)}</td>"
 
 
 def _working(steps: Iterable[Step], look: Look) -> Iterator[str]:
@@ -136,7 +140,7 @@ def _working(steps: Iterable[Step], look: Look) -> Iterator[str]:
     if steps:
         yield '<details class="working"><summary>The working</summary>\n<ol>\n'
         for step in steps:
-            yield f"<li><b>{_prose(step.title)}</b><p>{_prose(step.sentence)}</p>\n"
+            yield f"<li><h3>{_prose(step.title)}</h3><p>{_prose(step.sentence)}</p>\n"
             for entry in step.fields:
                 title = "" if entry.symbol else f"{_prose(entry.title)}: "
                 yield f'<p class="formula">{title}{_result(entry, look)}</p>\n'
@@ -148,7 +152,7 @@ def _working(steps: Iterable[Step], look: Look) -> Iterator[str]:
 def _notes(report: Report) -> Iterator[str]:
     if report.notes:
         items = "".join(f"<li>{text(note)}</li>" for note in report.notes)
-        yield f'<aside aria-label="Notes"><b>Notes</b><ul>{items}</ul></aside>\n'
+        yield f'<aside aria-label="Notes"><h3>Notes</h3><ul>{items}</ul></aside>\n'
 
 
 def _document(report: Report) -> Iterator[str]:

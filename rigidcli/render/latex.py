@@ -24,20 +24,20 @@ _SYMBOLS = {
     r"\be([123])\b": r"$\\mathbf{e}_\1$",
     r"\bomega([123])\b": r"$\\omega_\1$",
     r"(?<!\\)\bomega\b": r"$\\boldsymbol{\\omega}$",
-    r"\\textasciicircum\{\}(\d+)": r"\\textsuperscript{\1}",
+    r"\\textasciicircum\{\}(\d+|T\b)": r"\\textsuperscript{\1}",
 }
 """The symbols that stand in the words of a result, spelled out as in a terminal, and how LaTeX has them."""
 
-_LONG = 60
+_LONG = 50
 """Letters of a formula or of words beyond which they are broken into lines: less than a page is wide."""
 
-_LINES = r"\parbox[t]{{0.75\linewidth}}{{\raggedright {}}}"
+_LINES = r"\parbox[t]{{0.62\linewidth}}{{\raggedright {}}}"
 """Lines beside the equals sign, which TeX breaks at blanks."""
 
-_PAGE, _LETTER, _GAP = 482.0, 5.4, 12.0
-"""Width of a page of A4 with margins of 2 cm, of a digit of ten points, and between columns, in points."""
+_PAGE, _LETTER, _GAP = 482.0, 5.7, 12.0
+"""Width of a page of A4 with margins of 2 cm, of a letter of ten points, and between columns, in points."""
 
-_WIDTHLESS = re.compile(r"\\(?:left|right|[dt]?frac|mathrm|mathbf|text|d?dot|,)|[{}$^_ ]")
+_WIDTHLESS = re.compile(r"\\(?:(?:left|right|frac|mathrm|mathbf|text(?:superscript)?|d?dot)\b|,)|[{}$^_ ]")
 """What of LaTeX is not seen."""
 
 _MOST_IN_PMATRIX = 10
@@ -61,7 +61,8 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         if look.standalone and not begun:
             yield PREAMBLE
         begun = True
-        yield f"% {printable(report.name)}: {report.title}\n"
+        title = f"{printable(report.name)}: {report.title}"
+        yield f"\\section*{{{_prose(title)}}}\n" if look.standalone else f"% {title}\n"
         if report.fields:
             yield f"{formulas(report, look)}\n"
         yield from _tables(report.tables, look)
