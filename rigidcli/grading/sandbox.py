@@ -12,8 +12,9 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 from threading import current_thread, main_thread
 
@@ -57,12 +58,9 @@ _FORBIDDEN = (
 _WRITING = os.O_WRONLY | os.O_RDWR | os.O_APPEND | os.O_CREAT | os.O_TRUNC
 
 
-def confine(limits: Limits, keep: int) -> None:
-    """Bind this process to `limits`, for good; of what is open, only the descriptor `keep` stays so.
-
-    When its time is up, it ends by a signal.
-    """
-    _close_all_but(keep)
+def confine(limits: Limits, *keep: int) -> None:
+    """Bind this process to `limits`, for good; of what is open, only the descriptors `keep` stay so."""
+    _close_all_but(sorted(keep))
     _bind(limits)
     sys.dont_write_bytecode = True
     sys.addaudithook(_audit)
@@ -94,18 +92,23 @@ def timed(seconds: float) -> Iterator[None]:
         signal.signal(signal.SIGVTALRM, before)
 
 
+def start_clock(seconds: float) -> None:
+    """Let the time count: when it is up, this process ends by a signal."""
+    if sys.platform != "win32":
+        signal.setitimer(signal.ITIMER_REAL, seconds)
+
+
 def stop_clock() -> None:
     """Let the time count no more: the work is done, and may wait to be fetched."""
-    if sys.platform != "win32":
-        signal.setitimer(signal.ITIMER_REAL, 0)
+    start_clock(0)
 
 
-def _close_all_but(keep: int) -> None:
+def _close_all_but(keep: Sequence[int]) -> None:
     # Closed before anything is opened: whoever started this process may have used all that there are.
-    for first, end in ((3, keep), (max(3, keep + 1), _most_files())):
-        os.closerange(first, end)
+    for last, following in pairwise([2, *keep, _most_files()]):
+        os.closerange(max(last, 2) + 1, following)
     nothing = os.open(os.devnull, os.O_RDWR)
-    for standard in {0, 1, 2} - {keep}:
+    for standard in {0, 1, 2} - {*keep}:
         os.dup2(nothing, standard)
     if nothing > 2:
         os.close(nothing)
@@ -126,7 +129,6 @@ def _bind(limits: Limits) -> None:
     for ending in (signal.SIGALRM, signal.SIGXCPU):
         signal.signal(ending, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_SETMASK, ())
-    signal.setitimer(signal.ITIMER_REAL, limits.seconds)
     # When memory runs out for all, this process is in the way, and not another.
     with contextlib.suppress(OSError):
         Path("/proc/self/oom_score_adj").write_bytes(b"1000")

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import gc
+import math
 import os
 import select
 import signal
@@ -19,7 +20,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from rigidcli.errors import ComputationError
-from rigidcli.grading.sandbox import Limits, confine, stop_clock
+from rigidcli.grading.sandbox import Limits, confine, start_clock, stop_clock
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -84,6 +85,7 @@ def each(
 ) -> Iterator[_Result]:
     """What `work` makes of each task, in the order of tasks, whatever is done first; `jobs` run at a time.
 
+    One more process is there, which waits for its turn: to start one takes as long as some work does.
     `progress` is told the share that is done. Raises ComputationError where no process can be started.
     """
     running: list[_Running] = []
@@ -94,16 +96,17 @@ def each(
             for index in range(len(tasks)):
                 while True:
                     trouble = None
-                    while begun < len(tasks) and len(running) < jobs and trouble is None:
+                    while begun < len(tasks) and len(running) <= jobs and trouble is None:
                         trouble = _start(running, begun, work, tasks[begun], limits)
                         begun += trouble is None
+                        _release(running[:jobs], limits)
                     if index in done:
                         break
                     if trouble is not None and not running:
                         # When others run, there may be room as they end.
                         reason = trouble.strerror or trouble
                         raise ComputationError(f"no process can be started: {reason}")
-                    for process in _wait(running, limits):
+                    for process in _wait(running, jobs, limits):
                         done[process.index] = process.result
                         finished += 1
                         progress(finished / len(tasks))
@@ -125,21 +128,30 @@ def _kept_shared() -> Iterator[None]:
 
 @dataclass(eq=False, slots=True)
 class _Running:
-    """A process at work on the task `index`, and what has come from it."""
+    """A process that works on the task `index`, when it is told to, and what has come from it."""
 
     index: int
     process: BaseProcess
     reader: Connection
-    deadline: float
+    teller: Connection
+    deadline: float = math.inf
     received: bytearray = field(default_factory=bytearray)
     result: _Result = _LATE
+
+    def release(self, limits: Limits) -> None:
+        """Let the work begin, if it has not begun."""
+        if self.deadline == math.inf:
+            self.deadline = time.monotonic() + limits.seconds + START[METHOD]
+            with contextlib.suppress(OSError):  # the process has ended, which its other pipe tells
+                self.teller.send_bytes(b"go")
 
     def take(self, limits: Limits) -> bool:
         """Take the next piece that has come, and tell whether it was the last."""
         try:
             piece = self.reader.recv_bytes(_CHUNK)
         except (EOFError, OSError):
-            self.end()
+            self.process.kill()
+            self.process.join()
             self.result = _reason(self.process.exitcode)
             return True
         if piece and len(self.received) + len(piece) <= limits.handed:
@@ -148,7 +160,6 @@ class _Running:
                 self.deadline = time.monotonic() + limits.seconds
             self.received += piece
             return False
-        self.end()
         self.result = _TOO_MUCH if piece else bytes(self.received)
         return True
 
@@ -157,6 +168,12 @@ class _Running:
         self.process.kill()
         self.process.join()
         self.reader.close()
+        self.teller.close()
+
+
+def _release(running: Sequence[_Running], limits: Limits) -> None:
+    for process in running:
+        process.release(limits)
 
 
 def _reason(exitcode: int | None) -> Ended:
@@ -169,19 +186,18 @@ def _reason(exitcode: int | None) -> Ended:
         return _STOPPED
 
 
-def _wait(running: list[_Running], limits: Limits) -> Iterator[_Running]:
-    """Wait, and take those from among the `running` that are done, or are late and have been ended."""
+def _wait(running: list[_Running], jobs: int, limits: Limits) -> Iterator[_Running]:
+    """Wait, and take those from among the `running` that are done, or late, and let others begin."""
     from multiprocessing.connection import wait
 
     soonest = min(process.deadline for process in running)
     ready = wait([process.reader for process in running], max(0.0, soonest - time.monotonic()))
     for process in tuple(running):
-        if process.reader in ready:
-            over = process.take(limits)
-        elif over := process.deadline <= time.monotonic():
-            process.end()
-        if over:
+        if process.take(limits) if process.reader in ready else process.deadline <= time.monotonic():
             running.remove(process)
+            # The next one works while this one is taken apart.
+            _release(running[:jobs], limits)
+            process.end()
             yield process
 
 
@@ -192,20 +208,26 @@ def _start(
     from multiprocessing import get_context
 
     context: Any = get_context(METHOD)
+    ends: list[Connection] = []
     try:
-        reader, writer = context.Pipe(duplex=False)
+        for _ in range(2):
+            ends += context.Pipe(duplex=False)
     except OSError as error:
+        for end in ends:
+            end.close()
         return error
-    with writer, _interrupts_held(), warnings.catch_warnings():
+    reader, writer, listener, teller = ends
+    with writer, listener, _interrupts_held(), warnings.catch_warnings():
         # Threads of a library for matrices do nothing at this moment.
         warnings.filterwarnings("ignore", ".*multi-?threaded.*", DeprecationWarning)
-        process = context.Process(target=_child, args=(writer, work, task, limits), daemon=True)
+        process = context.Process(target=_child, args=(writer, listener, work, task, limits), daemon=True)
         try:
             process.start()
         except OSError as error:
             reader.close()
+            teller.close()
             return error
-        running.append(_Running(index, process, reader, time.monotonic() + limits.seconds + START[METHOD]))
+        running.append(_Running(index, process, reader, teller))
     return None
 
 
@@ -222,14 +244,18 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _child(writer: Connection, work: Callable[[_Task], bytes], task: _Task, limits: Limits) -> None:
-    """Do the work in this process, hand over the result in pieces and an empty one, and end.
+def _child(
+    writer: Connection, listener: Connection, work: Callable[[_Task], bytes], task: _Task, limits: Limits
+) -> None:
+    """Do the work when told to, hand over the result in pieces and an empty one, and end this process.
 
     It ends at once, so that nothing is done or written that belongs to the process it is a fork of.
     """
     code = _CODES[_STOPPED]
     try:
-        confine(limits, writer.fileno())
+        confine(limits, writer.fileno(), listener.fileno())
+        listener.recv_bytes()
+        start_clock(limits.seconds)
         data = work(task)
         stop_clock()
         if len(data) > limits.handed:

@@ -108,7 +108,7 @@ def are_at_work(process: int) -> bool:
         stats = [Path(f"/proc/{worker}/stat").read_text() for worker in children(process)]
     except OSError:  # one has ended in the meantime
         return False
-    return len(stats) >= 2 and all(int(stat.rpartition(")")[2].split()[11]) >= 5 for stat in stats)
+    return sum(int(stat.rpartition(")")[2].split()[11]) >= 5 for stat in stats) >= 2
 
 
 class TestGather:
@@ -591,6 +591,48 @@ def test_rows_that_nobody_asks_for_any_more(tmp_path: Path) -> None:
     judgements.close()  # type: ignore[attr-defined]
     assert not children()
     assert gc.get_freeze_count() == 0
+
+
+def turn(task: int) -> bytes:
+    """When this work begins and ends."""
+    begin = time.monotonic()
+    time.sleep(0.05)
+    return f"{begin} {time.monotonic()}".encode()
+
+
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_no_more_work_at_a_time_than_is_asked_for(jobs: int) -> None:
+    done = list(workers.each(turn, range(6), jobs, SHORT, lambda fraction: None))
+    spans = [tuple(map(float, each.decode().split())) for each in done if isinstance(each, bytes)]
+    assert len(spans) == 6
+    for begin, _ in spans:
+        assert sum(other <= begin < end for other, end in spans) <= jobs
+    assert not children()
+
+
+def test_processes_end_when_the_one_is_gone_that_started_them() -> None:
+    """One of them works, and one waits for its turn."""
+    script = f"""
+import sys, time
+sys.path.insert(0, {str(Path(__file__).parents[2])!r})
+from rigidcli.grading import workers
+from rigidcli.grading.sandbox import Limits
+list(workers.each(lambda task: time.sleep(1.5) or b"", range(3), 1, Limits(), lambda fraction: None))
+"""
+    with subprocess.Popen([sys.executable, "-c", script], start_new_session=True) as process:
+        end = time.monotonic() + 60
+        while len(children(process.pid)) < 2:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        process.kill()
+        process.wait()
+        while True:
+            try:
+                os.killpg(process.pid, 0)
+            except ProcessLookupError:
+                break
+            assert time.monotonic() < end
+            time.sleep(0.01)
 
 
 def descriptors() -> list[str]:

@@ -25,8 +25,7 @@ def bounded(value: Rational) -> Rational:
     Raises:
         ExpressionError: it is too large.
     """
-    parts = (value,) if isinstance(value, int) else value.as_integer_ratio()
-    if any(part.bit_length() > MAX_BITS for part in parts):
+    if value.numerator.bit_length() > MAX_BITS or value.denominator.bit_length() > MAX_BITS:
         raise ExpressionError(f"a number has more than {MAX_BITS:,} bits")
     return value
 
