@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -98,11 +99,13 @@ PlotKind = Annotated[
 ]
 
 
-def _picture(command: str, path: str | None, kind: str | None, files: Sequence[str]) -> str | None:
+def _picture(
+    command: str, path: str | None, kind: str | None, files: Sequence[str], output: str | None
+) -> str | None:
     """The kind of picture that is asked for, if one is; refused where it cannot be drawn or written."""
     if path is None and kind is None:
         return None
-    from rigidcli.render.plots import require_ending, require_library
+    from rigidcli.render.plots import CHARACTERS, require_ending, require_library
     from rigidcli.studies.pictures import BEST, require_kind
 
     try:
@@ -113,6 +116,8 @@ def _picture(command: str, path: str | None, kind: str | None, files: Sequence[s
         if len(files) > 1:
             raise UsageError("`--plot` draws one picture, of one FILE", hint="call it for each FILE")
         require_apart("--plot", path, files)
+        if path != CHARACTERS and output is not None and Path(path).resolve() == Path(output).resolve():
+            raise UsageError(f"`-o` writes the results to `{path}`", hint="give the picture another name")
         require_library(path)
     except UsageError as error:
         hint = f" ({error.hint})" if error.hint else ""
@@ -209,7 +214,9 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         named = {f"{SECTIONS[study.__name__]}.{name}": f"--{name}" for name in given}
         changes = [*(settings or ()), *map("=".join, zip(named, map(str, given.values()), strict=True))]
 
-        picture = _picture(study.__name__, plot, plot_kind, files)
+        picture = _picture(study.__name__, plot, plot_kind, files, output)
+        if picture and wanted:
+            tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
         options |= {"picture": picture} if picture else {}
         pictured: list[Report] = []
 
