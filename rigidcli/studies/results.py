@@ -50,7 +50,7 @@ ROTOR = (
         None,
         "rotor",
         cells={"rotor": ()},
-        means="point, linear, spherical, oblate, prolate or asymmetric, as far as its digits tell",
+        means="point, linear, spherical, oblate, prolate or asymmetric; rounding is no difference",
     ),
     *(
         Field(
