@@ -19,7 +19,7 @@ HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers)[\"']?\s*:", re.MULTILINE
 
 
 def validate(files: Files, settings: Settings = None, exact: Exact = False, quiet: Quiet = False) -> None:
-    """Read and validate only: documents, assignments, answers.
+    """Read and validate only: documents, bodies, assignments, answers.
 
     Prints the names of the files that are valid, and what is asked or answered in them; answer files
     are read without their key.
@@ -34,7 +34,8 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
         for file in files:
             with failures.of(file):
                 source = os.fsencode(file).decode(errors="backslashreplace")
-                text = "" if body_form(file) else read_text(file, source)
+                is_body = body_form(file) is not None
+                text = "" if is_body else read_text(file, source)
                 folder = Path() if file == "-" else Path(file).parent
                 kind = _kind(text)
                 if kind == "questions":
@@ -42,10 +43,9 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
                 elif kind == "answers":
                     lines = _answers(text, folder / Path(file).name, failures)
                 else:
-                    is_body = body_form(file) is not None
-                    read = (
-                        partial(load, file) if is_body else partial(loads, text, source=source, folder=folder)
-                    )
+                    read = partial(loads, text, source=source, folder=folder)
+                    if is_body:
+                        read = partial(load, file)
                     document = read(exact=exact, settings=settings or ())
                     tell_notes(document.source, document.notes, quiet)
                     lines = ["valid"]
