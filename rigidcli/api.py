@@ -35,7 +35,7 @@ _COMMON = """Parameters
 ----------
 document : Document, mapping, str or path
     What a document says as a mapping (arrays and exact expressions may stand in it), its text in YAML,
-    the path to its file, or what `rigidcli.load` has read.
+    the path to its file or to that of a body, such as a .csv, or what `rigidcli.load` has read.
 exact : bool
     Exact arithmetic: decimals are rationals, and parameters without a value stay symbols.
 settings : sequence of str
@@ -186,7 +186,8 @@ def axes(
         What `inertia` tells, and `moments` (3, kg m^2, ascending), `axes` (3 by 3, rows e1, e2, e3),
         `groups` of equal moments, `class`, `residual`; with `motion.omega` also `omega` (3, rad/s),
         `angular_momentum` (3, kg m^2/s), `kinetic_energy` (J), `angle` (rad) between omega and L, and
-        `wobbles`.
+        `wobbles`. Of a molecule also `rotor`, `rotational_constants_ghz` and `rotational_constants_per_cm`,
+        each with A, B and C (null where there is none), and `asymmetry_parameter`.
 
     Examples
     --------

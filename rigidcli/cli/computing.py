@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -129,12 +130,17 @@ PlotKind = Annotated[
 
 
 def _picture(
-    command: str, format: Format, path: str | None, kind: str | None, files: Sequence[str]
+    command: str,
+    format: Format,
+    path: str | None,
+    kind: str | None,
+    files: Sequence[str],
+    output: str | None,
 ) -> str | None:
     """The kind of picture that is asked for, if one is; refused where it cannot be drawn or written."""
     if path is None and kind is None and format is not Format.html:
         return None
-    from rigidcli.render.plots import require_ending, require_library, use_for
+    from rigidcli.render.plots import CHARACTERS, require_ending, require_library, use_for
     from rigidcli.studies.pictures import ANY, BEST, require_kind
 
     try:
@@ -147,6 +153,8 @@ def _picture(
         if len(files) > 1:
             raise UsageError("`--plot` draws one picture, of one FILE", hint="call it for each FILE")
         require_apart("--plot", path, files)
+        if path != CHARACTERS and output is not None and Path(path).resolve() == Path(output).resolve():
+            raise UsageError(f"`-o` writes the results to `{path}`", hint="give the picture another name")
         require_library(use_for(path))
     except UsageError as error:
         hint = f" ({error.hint})" if error.hint else ""
@@ -254,7 +262,11 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         swept = _sweep(sweep, pair)
         if swept is not None:
             _require_sweepable(format, {"--steps": steps, "--plot": bool(plot or plot_kind)}, swept.count)
-        picture = _picture(study.__name__, format, plot, plot_kind, files) if swept is None else None
+        picture = (
+            _picture(study.__name__, format, plot, plot_kind, files, output) if swept is None else None
+        )
+        if picture and wanted:
+            tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
         options |= {"picture": picture} if picture else {}
         pictured: list[Report] = []
 

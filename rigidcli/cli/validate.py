@@ -20,7 +20,7 @@ HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers)[\"']?\s*:", re.MULTILINE
 
 
 def validate(files: Files, settings: Settings = None, exact: Exact = False, quiet: Quiet = False) -> None:
-    """Read and validate only: documents, assignments, answers, robots.
+    """Read and validate only: documents, bodies, assignments, answers, robots.
 
     Prints the names of the files that are valid, and what is asked or answered in them; answer files
     are read without their key. Of a robot (URDF, SDF, MJCF), each link is told whose mass and inertia no
@@ -37,7 +37,8 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
         for file in files:
             with failures.of(file):
                 source = os.fsencode(file).decode(errors="backslashreplace")
-                text = "" if body_form(file) else read_text(file, source)
+                is_body = body_form(file) is not None
+                text = "" if is_body else read_text(file, source)
                 folder = Path() if file == "-" else Path(file).parent
                 options: dict[str, Any] = {"exact": exact, "settings": settings or ()}
                 kind = "links" if is_robot(file) else _kind(text)
@@ -48,7 +49,7 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
                 elif kind == "answers":
                     lines = _answers(text, folder / Path(file).name, failures)
                 else:
-                    if body_form(file):
+                    if is_body:
                         document = draft(file, **options).document()
                     else:
                         document = loads(text, source=source, folder=folder, **options)

@@ -12,6 +12,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from decimal import Decimal
 from io import BufferedReader
+from itertools import islice
 from pathlib import Path
 
 import numpy as np
@@ -22,11 +23,20 @@ from rigidcli.model.isotopes import Isotope, isotope
 from rigidcli.model.points import opened
 from rigidcli.model.units import parse_unit
 
-MOST_ATOMS = 1_000_000
-"""The most atoms that are read, which takes three seconds."""
+MOST_ATOMS = 500_000
+"""The most atoms that are read, which takes two seconds."""
 
 LINE_BYTES = 10_000
 """The most bytes of a line: an atom with velocity, force and charge has two hundred, comments are longer."""
+
+FIRST_ATOM = 3
+"""The line of the first atom."""
+
+BLANK_LINES = 1000
+"""The most blank lines after the last atom behind which another frame is looked for."""
+
+JUDGED_ATOMS = 1000
+"""The atoms whose coordinates tell how many decimals a file has: all would take as long as reading does."""
 
 FEWEST_DECIMALS = 3
 """Coordinates in angstrom with fewer decimals are taken to be written to so many: `0 0 1` is not rounded."""
@@ -72,7 +82,7 @@ class _Reader:
     def __init__(self, file: BufferedReader, name: str) -> None:
         self._lines = self._numbered(file)
         self._name = name
-        self._line = 1
+        self._line = 0
         self._kinds: dict[str, tuple[Isotope, bool]] = {}
         self._decimals = FEWEST_DECIMALS
         self._is_wide = False
@@ -85,11 +95,11 @@ class _Reader:
         atoms = np.array(rows) * [ATOMIC_MASS, ANGSTROM, ANGSTROM, ANGSTROM]
         if not np.isfinite(atoms).all():
             raise ValueProblem(f"{self._name}: coordinates beyond the range of floating-point numbers")
+        self._require_apart(atoms[:, 1:])
         return Molecule(atoms, ANGSTROM * 10.0**-self._decimals / 2, tuple(self._notes(count)))
 
     def _numbered(self, file: BufferedReader) -> Iterator[str]:
         """The lines as text, while `_line` counts them."""
-        self._line = 0
         while data := file.readline(LINE_BYTES):
             self._line += 1
             if len(data) == LINE_BYTES:
@@ -131,17 +141,27 @@ class _Reader:
                 self._kinds[kind] = isotope(kind)
             except ValueProblem as problem:
                 raise self._problem(problem.message, problem.hint) from None
-        x, y, z = map(self._coordinate, "xyz", fields[1:4])
+        x, y, z = (float(typed) if _NUMBER.fullmatch(typed) else math.nan for typed in fields[1:4])
+        if index < JUDGED_ATOMS or not math.isfinite(x + y + z):
+            for axis, typed, value in zip("xyz", fields[1:4], (x, y, z), strict=True):
+                self._judge(axis, typed, value)
         return self._kinds[kind][0].mass, x, y, z
 
-    def _coordinate(self, axis: str, text: str) -> float:
-        value = float(text) if _NUMBER.fullmatch(text) else math.nan
+    def _require_apart(self, places: Floats) -> None:
+        """Raise ValueProblem where two atoms are at the same place, as after a line was copied."""
+        order = np.lexsort(places.T)
+        same = np.flatnonzero((np.diff(places[order], axis=0) == 0).all(axis=1))
+        if len(same):
+            first, second = sorted(order[same[0] : same[0] + 2] + FIRST_ATOM)
+            raise ValueProblem(f"{self._name}:{second}: an atom at the place of that in line {first}")
+
+    def _judge(self, axis: str, typed: str, value: float) -> None:
+        """Take note of the decimals of a coordinate. Raises ValueProblem where it is no finite number."""
         if not math.isfinite(value):
-            raise self._problem(f"{axis}: read {shown(text)}, expected a number")
-        exponent = Decimal(text).as_tuple().exponent
+            raise self._problem(f"{axis}: read {shown(typed)}, expected a number")
+        exponent = Decimal(typed).as_tuple().exponent
         assert isinstance(exponent, int)
         self._decimals = max(self._decimals, -exponent)
-        return value
 
     def _notes(self, count: int) -> Iterator[str]:
         """What a reader should know; raises where lines follow that are not of another frame."""
@@ -153,7 +173,7 @@ class _Reader:
             )
         if self._is_wide:
             yield "what follows x, y, z in a line is not read"
-        rest = next((text for line in self._lines if (text := line.strip())), None)
+        rest = next((text for line in islice(self._lines, BLANK_LINES) if (text := line.strip())), None)
         if rest is not None and not _COUNT.fullmatch(rest):
             raise self._problem(
                 f"read {shown(rest)} after the {count} atoms of the first line, expected the end",

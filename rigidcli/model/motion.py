@@ -13,19 +13,26 @@ from rigidcli.model.environment import Formula
 from rigidcli.model.rotations import EulerSequence, Rotation
 from rigidcli.model.sampling import Sampling
 
-VARIABLES = (
-    "t",
-    *("w1", "w2", "w3"),  # angular velocity, along the document's axes
-    *("wx", "wy", "wz"),  # angular velocity, along the axes of space
-    *("q0", "q1", "q2", "q3"),  # orientation, body to space, scalar first
-    *("ux", "uy", "uz"),  # the principal axis e3 as it is printed, or the axis of a top, along those of space
-)
-"""What the components of a torque may depend on, in the order in which its functions take them."""
+VARIABLES = {
+    "t": "time (s)",
+    **{f"w{k}": f"angular velocity (rad/s) along {axis} of the body" for k, axis in enumerate("xyz", 1)},
+    **{f"w{axis}": f"angular velocity (rad/s) along {axis} in space" for axis in "xyz"},
+    "q0": "scalar of the unit quaternion that turns from the body to space",
+    **{f"q{k}": f"its component along {axis}, from the body to space" for k, axis in enumerate("xyz", 1)},
+    **{
+        f"u{axis}": f"{axis} in space of the unit vector along e3, or along the axis of a top"
+        for axis in "xyz"
+    },
+}
+"""What the components of a torque may depend on, in the order in which its functions take them, in words.
+
+e3 is the principal axis as it is printed.
+"""
 
 TorqueComponent = Annotated[
     Formula,
     ReadBy(
-        lambda raw, info: environment(info).formula(raw, units.ENERGY, VARIABLES),
+        lambda raw, info: environment(info).formula(raw, units.ENERGY, tuple(VARIABLES)),
         {
             "type": ["number", "string"],
             "description": f"An expression in the parameters and in {', '.join(VARIABLES)}",

@@ -102,7 +102,7 @@ def _by_name(name: str) -> list[str]:
         return [tables.functions()]
     found = list(dict.fromkeys(keys.explained(key) for key in keys.anywhere(name)))
     found += filter(None, [dimension_page(name)])
-    found += tables.results_called(name)
+    found += tables.results_called(name) + tables.torque_variable(name)
     if not found and (unit := tables.unit(name)) is not None:
         found = [unit]
     if not found and (says := tables.mistakes().get(name)) is not None:

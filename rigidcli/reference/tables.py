@@ -58,6 +58,14 @@ def functions() -> str:
     return page("functions", rows(listed), "Operators: + - * / and ** or ^ for powers. `2 a` is a product.")
 
 
+def torque_variable(name: str) -> list[str]:
+    """The page of a variable on which a torque may depend; none of another name."""
+    from rigidcli.model.motion import VARIABLES
+
+    head = f"{name}: in the components of `motion.torque`"
+    return [page(head, paragraph(VARIABLES[name]))] if name in VARIABLES else []
+
+
 def mistakes() -> dict[str, str]:
     """The codes of findings, each with its sentence."""
     from rigidcli.grading.feedback import sentences

@@ -47,7 +47,7 @@ FRICTION = (
     "friction at a fixed pivot and in the air slows the spin, so that the axis sinks and precesses "
     "faster; a rounded tip that slides on the ground raises the axis of a fast top"
 )
-"""The note on friction, which the results for a top neglect."""
+"""The note on friction, which the results for a top neglect: on one that spins and that its weight turns."""
 
 NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
 """The keys of results of the nutation that have a shorter name in `core`."""
@@ -114,7 +114,8 @@ def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
         )
     found.notes += top.remarks
     found.notes += [f"`top.{key}` is not given, and what depends on it is not told" for key in unknown]
-    found.notes.append(FRICTION)
+    if 0 not in (n.sign(section.spin), n.sign(fall)):
+        found.notes.append(FRICTION)
     rate = heavytop.gyroscopic_rate(top.lambda3, section.spin, fall, n)
     values: dict[str, Value] = {
         **{key: getattr(top, key) for key in ("mass", "distance", "lambda1", "lambda3")},

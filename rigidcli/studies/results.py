@@ -50,7 +50,7 @@ ROTOR = (
         None,
         "rotor",
         cells={"rotor": ()},
-        means="point, linear, spherical, oblate, prolate or asymmetric, as far as its digits tell",
+        means="point, linear, spherical, oblate, prolate or asymmetric; rounding is no difference",
     ),
     *(
         Field(
@@ -278,6 +278,56 @@ MEANS = {
 }
 """What results of the sections mean besides, by their keys."""
 
+TRAJECTORY = tuple(
+    Field(
+        f"trajectory.{key}",
+        None,
+        title,
+        symbols,
+        unit,
+        {cell: (k,) for k, cell in enumerate(cells.split())},
+        means=means,
+    )
+    for key, title, symbols, unit, cells, means in (
+        ("t", "time", "t", "s", "t", ""),
+        (
+            "omega",
+            "angular velocity",
+            r"\omega_{1}, \omega_{2}, \omega_{3}",
+            "rad/s",
+            "w1 w2 w3",
+            "along the axes of the body, as the document or its `frame` has them",
+        ),
+        ("angular_momentum", "angular momentum", "L_{1}, L_{2}, L_{3}", "kg m^2/s", "L1 L2 L3", "as omega"),
+        ("kinetic_energy", "kinetic energy", "T", "J", "T", "T = omega.L/2"),
+        (
+            "orientation",
+            "orientation",
+            "q_{0}, q_{1}, q_{2}, q_{3}",
+            "",
+            "q0 q1 q2 q3",
+            "the unit quaternion that turns from the body to space; q0 is its scalar",
+        ),
+        (
+            "angular_momentum_space",
+            "angular momentum in space",
+            "L_{x}, L_{y}, L_{z}",
+            "kg m^2/s",
+            "Lx Ly Lz",
+            "along the axes of space",
+        ),
+        (
+            "angles",
+            "Euler angles",
+            r"\phi, \theta, \psi",
+            "rad",
+            "phi theta psi",
+            "of a top, or in the sequence that `motion.angles` names",
+        ),
+    )
+)
+"""The samples of `euler`: each with its columns, and with the symbol of each column."""
+
 EULER = (
     Field(
         "moments",
@@ -309,6 +359,7 @@ EULER = (
     Field("drift.angular_momentum", None, "drift of the angular momentum", diagnostic=True, means="relative"),
     Field("drift.quaternion", None, diagnostic=True, means="how far the quaternion is from a unit one"),
     Field("trajectory", None, means="samples in time: omega, L and T in the body, orientation, L in space"),
+    *TRAJECTORY,
 )
 """The results of `euler`."""
 

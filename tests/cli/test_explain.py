@@ -116,6 +116,30 @@ def test_a_column_is_explained_by_its_result(column: str, result: str) -> None:
     assert f"axes.{result}" in index.explain(column)
 
 
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("q0", ["euler.trajectory.orientation", "scalar", "`motion.torque`"]),
+        ("ux", ["`motion.torque`", "e3"]),
+        ("w2", ["euler.trajectory.omega", "axes.omega", "`motion.torque`"]),
+        ("Lz", ["euler.trajectory.angular_momentum_space", "space"]),
+        ("phi", ["euler.trajectory.angles", "rad"]),
+        ("A_GHz", ["rotational_constants_ghz.A", "GHz"]),
+    ],
+)
+def test_columns_and_variables_of_torques_are_explained(name: str, told: list[str]) -> None:
+    page = index.explain(name)
+    for words in told:
+        assert words in page
+
+
+def test_every_column_of_a_motion_is_explained(program: Program) -> None:
+    """The heads of the csv file, those of a top included."""
+    header = program("euler", "configs/top_looping.yaml", "-f", "csv", "-q").out.partition("\n")[0]
+    for column in header.split(","):
+        assert "euler.trajectory." in index.explain(column) or column in "tT"
+
+
 def test_every_key_is_told_what_it_holds() -> None:
     for key in keys.every():
         assert key.field is not None

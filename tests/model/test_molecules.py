@@ -116,15 +116,16 @@ def test_the_most_abundant_isotopes_make_up_the_atomic_weights() -> None:
         ("O 0 0 0\nH 0 0 1\n", 1, "read `O 0 0 0`, expected the number of atoms"),
         ("3 water\n", 1, "expected the number of atoms"),
         ("-3\n", 1, "expected the number of atoms"),
-        ("0\n\n", 1, "expected 1 to 1,000,000 atoms"),
-        (f"{MOST_ATOMS + 1}\n\n", 1, "expected 1 to 1,000,000 atoms"),
-        ("9" * 5000 + "\n\n", 1, "expected 1 to 1,000,000 atoms"),
-        ("1000000\n\nO 0 0 0\n", 3, "the file ends after 1 of 1000000 atoms"),
+        ("0\n\n", 1, "expected 1 to 500,000 atoms"),
+        (f"{MOST_ATOMS + 1}\n\n", 1, "expected 1 to 500,000 atoms"),
+        ("9" * 5000 + "\n\n", 1, "expected 1 to 500,000 atoms"),
+        ("500000\n\nO 0 0 0\n", 3, "the file ends after 1 of 500000 atoms"),
         ("1\n", 1, "the file ends after 0 of 1 atoms"),
         (WATER.replace("3\n", "4\n", 1), 5, "the file ends after 3 of 4 atoms"),
         (WATER.replace("3\n", "2\n", 1), 5, "read `H -0.757 0.586 0` after the 2 atoms of the first line"),
         (WATER.replace("H 0.757 0.586 0", "H 0.757 0.586"), 4, "read `H 0.757 0.586` after 1 of 3 atoms"),
         (WATER.replace("O 0 0 0", "\n"), 3, "read `` after 0 of 3 atoms"),
+        (WATER.replace("-0.757", "+0.757"), 5, "an atom at the place of that in line 4"),
         (WATER.replace("O 0", "Q 0"), 3, "read `Q`, expected the symbol of an element"),
         (WATER.replace("O 0", "20O 0"), 3, "read `20O`, an isotope of unknown mass"),
         (WATER.replace("O 0", "Tc 0"), 3, "read `Tc`, which has no stable isotope"),
@@ -172,6 +173,21 @@ def test_further_frames_and_columns_are_noted(path: Path) -> None:
 def test_the_rounding_is_half_a_unit_of_the_last_decimal(path: Path, number: str, decimals: int) -> None:
     told = read(path, f"1\n\nC {number} 0 0\n").rounding
     assert told == pytest.approx(0.5e-10 * 10.0**-decimals)
+
+
+def test_the_last_atoms_are_judged_like_the_first(path: Path) -> None:
+    many = "".join(f"C 0.1 0.2 {k}\n" for k in range(2000))
+    for last, words in (
+        ("C 0 1e999 0", "y: read `1e999`"),
+        ("C 0 0 nan", "z: read `nan`"),
+        ("C 1e308 1e308 1e308", ""),
+    ):
+        text = f"2001\n\n{many}{last}\n"
+        if not words:
+            assert read(path, text).atoms[-1, 1] == pytest.approx(1e298)
+            continue
+        with pytest.raises(ValueProblem, match=f":2003: {words}"):
+            read(path, text)
 
 
 def test_results_are_exact_for_no_molecule(path: Path, program: Program) -> None:

@@ -338,3 +338,21 @@ def test_kinds_that_have_nothing_to_show_say_what_they_need() -> None:
     with pytest.raises(rigidcli.RigidError, match="`orbit`") as refused:
         rigidcli.hamilton(MODES, picture="phase")
     assert refused.value.exit_code == 2
+
+
+def test_a_picture_and_the_results_are_two_files(program: Program, tmp_path: Path) -> None:
+    target = tmp_path / "a.svg"
+    outcome = program("axes", "configs/water.yaml", "-o", str(target), "--plot", f"{tmp_path}/./a.svg")
+    assert outcome.code == 2
+    assert "`-o` writes the results" in outcome.err
+    assert not target.exists()
+
+
+def test_a_picture_has_si_units_which_is_said(program: Program, tmp_path: Path) -> None:
+    options = ("axes", "configs/water.yaml", "--plot", str(tmp_path / "a.svg"))
+    outcome = program(*options, "--units", "angstrom,u")
+    assert (outcome.code, outcome.err) == (
+        0,
+        "--units: note: the picture has SI units, whatever `--units` says\n",
+    )
+    assert program(*options).err == ""

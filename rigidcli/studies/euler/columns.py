@@ -10,22 +10,23 @@ from rigidcli.core import rotation
 from rigidcli.report import NOISE, Column, Table
 from rigidcli.studies.common import noise
 from rigidcli.studies.euler.trajectory import Trajectory
+from rigidcli.studies.results import TRAJECTORY
 
-QUANTITIES = (
-    Column("t", None, ("t",), "s", ("t",)),
-    Column("omega", None, ("w1", "w2", "w3"), "rad/s", (r"\omega_{1}", r"\omega_{2}", r"\omega_{3}")),
-    Column("angular_momentum", None, ("L1", "L2", "L3"), "kg m^2/s", (r"L_{1}", r"L_{2}", r"L_{3}"), True),
-    Column("kinetic_energy", None, ("T",), "J", ("T",)),
-    Column("orientation", None, ("q0", "q1", "q2", "q3"), symbols=(r"q_{0}", r"q_{1}", r"q_{2}", r"q_{3}")),
+HIDDEN = ("angular_momentum", "angular_momentum_space")
+"""The quantities that people are not shown, unless they ask for them."""
+
+QUANTITIES = tuple(
     Column(
-        "angular_momentum_space", None, ("Lx", "Ly", "Lz"), "kg m^2/s", (r"L_{x}", r"L_{y}", r"L_{z}"), True
-    ),
-    Column("angles", None, ("phi", "theta", "psi"), "rad", (r"\phi", r"\theta", r"\psi")),
+        key := field.key.removeprefix("trajectory."),
+        None,
+        tuple(field.cells),
+        field.unit,
+        tuple(field.symbol.split(", ")),
+        key in HIDDEN,
+    )
+    for field in TRAJECTORY
 )
-"""The quantities, still without values, in the order of their columns; of `angles` see the problem.
-
-People are not shown the angular momentum, unless they ask for it.
-"""
+"""The quantities, still without values, in the order of their columns; of `angles` see the problem."""
 
 COLUMNS = tuple(name for quantity in QUANTITIES for name in quantity.cells)
 """The names of all columns, the angles included."""
