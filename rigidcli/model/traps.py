@@ -50,7 +50,7 @@ def _densities(body: Form, path: str, n: Arithmetic) -> Iterator[tuple[str, floa
         for index, part in enumerate(body.parts):
             yield from _densities(part, f"{path}.parts.{index}", n)
     elif isinstance(body, Solid):
-        density = n.value(body.uniform_density(n))
+        density = n.value(body.mean_density(n))
         if density is not None and density > DENSE:
             yield path, density
 
