@@ -16,7 +16,7 @@ import pytest
 import yaml
 
 import rigidcli
-from rigidcli.cli.computing import NEEDS
+from rigidcli.cli.work import NEEDS
 from rigidcli.render import PROGRAMS, Format
 
 from .conftest import ROOT, Program

@@ -262,9 +262,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         swept = _sweep(sweep, pair)
         if swept is not None:
             _require_sweepable(format, {"--steps": steps, "--plot": bool(plot or plot_kind)}, swept.count)
-        picture = (
-            _picture(study.__name__, format, plot, plot_kind, files, output) if swept is None else None
-        )
+        picture = _picture(study.__name__, format, plot, plot_kind, files, output) if swept is None else None
         if picture and wanted:
             tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
         options |= {"picture": picture} if picture else {}

@@ -28,7 +28,8 @@ class MassProperties:
 
     Rounding may misplace the centre of mass by `error` (m). Of a body without a known mass the tensor
     cannot be shifted: `inertia` is then about the point `com`, and `at_com` says whether that
-    is its centre of mass.
+    is its centre of mass. `integrated` bounds the relative error of integrals over a varying density, by an
+    estimate; it is None where there are none.
     """
 
     mass: Scalar | None
@@ -36,6 +37,7 @@ class MassProperties:
     inertia: Inertia
     error: float = 0.0
     at_com: bool = True
+    integrated: float | None = None
 
     @property
     def tensor(self) -> Array:
@@ -119,6 +121,8 @@ def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassPrope
         raise ValueProblem("the masses of the parts and holes add up to zero")
     if n.exact:
         return _sum_exactly(parts, n)
+    known = [abs(part.mass or 0) * part.integrated for part in parts if part.integrated is not None]
+    integrated = float(sum(known) / abs(mass)) if known else None
     com = coms[0] + masses @ (coms - coms[0]) / mass
     reach = [part.error + misplaced(own) for part, own in zip(parts, coms - com, strict=True)]
     error = float(np.abs(masses) @ reach / abs(mass))
@@ -129,7 +133,7 @@ def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassPrope
             for part, own, d in zip(parts, masses, coms - com, strict=True)
         ),
     )
-    return MassProperties(mass, com, inertia, error)
+    return MassProperties(mass, com, inertia, error, integrated=integrated)
 
 
 def _sum_exactly(parts: Iterable[MassProperties], n: Arithmetic) -> MassProperties:

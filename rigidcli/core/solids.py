@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ValueProblem
+from rigidcli.errors import ComputationError, ValueProblem
 
 DEGENERATE = 1e-13
 """A simplex or polygon of less area or volume than this, in units of its size squared or cubed, is flat."""
@@ -71,6 +71,56 @@ def polygon(vertices: Array, n: Arithmetic) -> tuple[Scalar, Array, Array]:
     )
     area = n.hypot(*normal) * size**2 / 2
     return area, vertices[0] + centre * size, np.asarray(second) * size**2
+
+
+def triangles(vertices: Array, n: Arithmetic) -> tuple[Array, list[Scalar]]:
+    """A plane polygon (k by 3, m) as triangles (k - 2 by 3 by 3, m) that do not overlap, and their areas.
+
+    Ears are cut off one by one (G. Meisters, Am. Math. Monthly 82 (1975) 648). Vertices that hang on symbols
+    without a value make a fan, whose areas may be negative: this serves for polynomials only.
+    """
+    values = [n.value(coordinate) for coordinate in vertices.flat]
+    corners = [(0, k, k + 1) for k in range(1, len(vertices) - 1)]
+    if None not in values:
+        points = np.array(values, dtype=np.float64).reshape(vertices.shape)
+        turn, origin = plane_of(points)
+        corners = _ears(((points - origin) @ turn)[:, :2])
+    offsets = vertices[1:] - vertices[0]
+    normal = np.cross(offsets[:-1], offsets[1:]).sum(axis=0)
+    length = n.hypot(*normal)
+    found = vertices[np.array(corners)]
+    doubled = np.cross(found[:, 1] - found[:, 0], found[:, 2] - found[:, 0]) @ normal
+    return found, [double / (2 * length) for double in doubled]
+
+
+def _ears(outline: Floats) -> list[tuple[int, int, int]]:
+    """The triangles, by their vertices, into which cutting ears takes a simple polygon (k by 2)."""
+    left, found = list(range(len(outline))), []
+    x, y = outline.T
+    turning = np.sign(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    small = DEGENERATE * np.ptp(outline, axis=0).max() ** 2
+
+    def sides(a: int, b: int, points: Array) -> Floats:
+        across = (x[b] - x[a]) * (y[points] - y[a]) - (y[b] - y[a]) * (x[points] - x[a])
+        turned: Floats = turning * across
+        return turned
+
+    def is_ear(place: int) -> bool:
+        """Whether the corner can be cut off; one that is flat can, too."""
+        a, b, c = left[place - 1], left[place], left[(place + 1) % len(left)]
+        others = np.array([k for k in left if k not in (a, b, c)])
+        beside = (
+            (sides(a, b, others) < -small) | (sides(b, c, others) < -small) | (sides(c, a, others) < -small)
+        )
+        return bool(sides(a, b, np.array([c]))[0] >= -small and beside.all())
+
+    while len(left) > 3:
+        place = next((k for k in range(len(left)) if is_ear(k)), None)
+        if place is None:
+            raise ComputationError("rounding hides how the polygon can be cut into triangles")
+        found.append((left[place - 1], left[place], left[(place + 1) % len(left)]))
+        del left[place]
+    return [*found, (left[0], left[1], left[2])]
 
 
 def plane_of(vertices: Array) -> tuple[Array, Array]:

@@ -12,13 +12,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import product
-from typing import Any
 
 import numpy as np
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask
+from rigidcli.core.charts import Spot
 from rigidcli.errors import Path, ValueProblem
-from rigidcli.model.base import Section
+from rigidcli.model.density import places, values
+from rigidcli.model.environment import Formula
+from rigidcli.model.floats import NoValueError, floats
 from rigidcli.model.meshes import Mesh
 from rigidcli.model.shape import Form, Lamina, Region, Shape
 
@@ -102,13 +104,14 @@ def _require_material_in(region: _Placed, others: Sequence[_Placed]) -> None:
     there, taken = np.zeros(points.shape[1]), np.zeros(points.shape[1])
     for other in others:
         if other.sign > 0:
-            there += other.density * other.reaches(points, region.size)
+            there += other.density_at(points, other.reaches(points, region.size))
         else:
-            taken += other.density * other.contains(points, region.size)
-    worst = int(np.argmax(taken - there))
-    if taken[worst] - there[worst] > DENSITY_SLACK * region.density:
-        unit = "kg/m^2" if region.flat else "kg/m^3"
-        what = f"more is taken away than is there ({taken[worst]:.6g} from {there[worst]:.6g} {unit})"
+            taken += other.density_at(points, other.contains(points, region.size))
+    slack = DENSITY_SLACK * region.density_at(points, np.ones(points.shape[1], dtype=bool))
+    worst = int(np.argmax(taken - there - slack))
+    if taken[worst] - there[worst] > slack[worst]:
+        amounts = f"{taken[worst]:.6g} from {there[worst]:.6g} {region.shape.UNIT}"
+        what = f"more is taken away than is there ({amounts})"
         where = ", ".join(f"{coordinate:.6g}" for coordinate in points[:, worst])
         reason = what if there[worst] else "the hole reaches outside the body"
         raise ValueProblem(f"{reason}: at ({where}) m", path=region.path)
@@ -122,25 +125,25 @@ class _Placed:
     sign: int
     rotation: Floats
     displacement: Floats
-    density: float
+    density: float | Formula
     path: Path
 
     @classmethod
     def of(cls, leaf: Leaf, n: Arithmetic) -> _Placed | None:
         """The region of a leaf; None when some number of it has no value."""
         try:
-            turn, shift = (np.array(_floats(part.tolist(), n)) for part in (leaf.rotation, leaf.displacement))
+            turn, shift = (np.array(floats(part.tolist(), n)) for part in (leaf.rotation, leaf.displacement))
             if isinstance(leaf.form, Mesh):
-                density = leaf.form.uniform_density(FLOAT)
-                return cls(leaf.form, leaf.sign, turn, shift, density, leaf.path)
-            shape = leaf.form.model_copy(update=_floats(leaf.form.__dict__, n))
-        except _NoValueError:
+                return cls(leaf.form, leaf.sign, turn, shift, leaf.form.mean_density(FLOAT), leaf.path)
+            shape = leaf.form.model_copy(update=floats(leaf.form.__dict__, n))
+        except NoValueError:
             return None
         assert isinstance(shape, Region)
         plane, origin = shape.plane()
         turn, shift = turn @ plane, turn @ origin + shift
         alike = shape.model_copy(update=UNPLACED)  # shapes of one size are equal then
-        return cls(alike, leaf.sign, turn, shift, shape.uniform_density(FLOAT), leaf.path)
+        density = shape.density if isinstance(shape.density, Formula) else shape.mean_density(FLOAT)
+        return cls(alike, leaf.sign, turn, shift, density, leaf.path)
 
     @property
     def flat(self) -> bool:
@@ -157,6 +160,17 @@ class _Placed:
         bounds = np.array(self.shape.bounds())
         middle = self.rotation @ bounds.mean(axis=1) + self.displacement
         return np.array([middle, np.abs(self.rotation) @ np.ptp(bounds, axis=1) / 2])
+
+    def density_at(self, points: Floats, inside: Mask) -> Floats:
+        """The density at the points (3 by n) that are inside, and zero at the others."""
+        if not isinstance(self.density, Formula):
+            return np.where(inside, self.density, 0.0)
+        assert isinstance(self.shape, Region)
+        plane, origin = self.shape.plane()
+        local = plane @ self.rotation.T @ (points - self.displacement[:, None]) + origin[:, None]
+        x, y, z = np.where(inside, local, np.nan)
+        found: Floats = values(self.density, places(Spot(x, y, z, 1), np.zeros(3)))
+        return np.where(inside, found, 0.0)
 
     def contains(self, points: Floats, size: float, step: Sequence[float] = (0, 0, 0)) -> Mask:
         """Which of the points (3 by n), moved by `step` along local axes, it fills.
@@ -182,6 +196,8 @@ class _Placed:
         middle, half = bounds.mean(axis=1), (1 - MARGIN) * np.ptp(bounds, axis=1) / 2
         corners = middle + half * np.array(list(product((-1, 1), repeat=3)))
         placed = hole.rotation @ corners.T + hole.displacement[:, None]
+        if isinstance(hole.density, Formula) or isinstance(self.density, Formula):
+            return False
         dense = hole.density - self.density <= DENSITY_SLACK * hole.density
         return self.shape.CONVEX and dense and bool(self.reaches(placed, hole.size).all())
 
@@ -245,20 +261,3 @@ def _directions(*, flat: bool) -> Floats:
     angle = count * np.pi * (3 - 5**0.5)
     around = np.sqrt(1 - z**2)
     return np.array([around * np.cos(angle), around * np.sin(angle), z])
-
-
-class _NoValueError(Exception):
-    """A number that depends on symbols without a value."""
-
-
-def _floats(value: Any, n: Arithmetic) -> Any:
-    """`value` with every number in it as a float. Raises _NoValueError."""
-    if isinstance(value, dict):
-        return {key: _floats(item, n) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return tuple(_floats(item, n) for item in value)
-    if value is None or isinstance(value, str | bool | Section):
-        return value
-    if (number := n.value(value)) is None:
-        raise _NoValueError
-    return number

@@ -48,6 +48,8 @@ def _read_path(raw: object, info: ValidationInfo) -> pathlib.Path:
 class Mesh(Form):
     """What is inside a closed surface of triangles from a file, .stl, .obj, .ply or .off; or a thin shell."""
 
+    UNIT: ClassVar = "kg/m^3"
+
     ONE_OF: ClassVar = ("mass", "density")
     CONVEX: ClassVar = False
     MARGIN: ClassVar = 1e-6
@@ -144,7 +146,7 @@ class Mesh(Form):
         surface = self.checked.surface
         return abs(surface.measure) * self.unit ** (2 if self.shell else 3)
 
-    def uniform_density(self, n: Arithmetic) -> Scalar:
+    def mean_density(self, n: Arithmetic) -> Scalar:
         """Mass per volume, or per area of a shell."""
         if self.density is None:
             return (self.mass or 0) / self.measure
@@ -162,7 +164,7 @@ class Mesh(Form):
                 hint="leave out `--exact` and give every parameter a value",
             )
         surface, unit = self.checked.surface, self.unit
-        mass = self.mass if self.mass is not None else self.uniform_density(FLOAT) * self.measure
+        mass = self.mass if self.mass is not None else self.mean_density(FLOAT) * self.measure
         offset = surface.centre * unit
         inertia = tensor.Inertia.of_sums(mass, offset, mass * unit**2 * surface.second)
         inertia = replace(inertia, noise=surface.cancelled * inertia.noise)

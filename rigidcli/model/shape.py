@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import re
 from abc import abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias, get_args, get_origin
 
 import numpy as np
-from pydantic import BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
+from pydantic import BeforeValidator, ConfigDict, Field, PrivateAttr, ValidationInfo, model_validator
 from pydantic.config import JsonDict
 from pydantic.fields import FieldInfo
 
 from rigidcli.core import mass_properties, rotation, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
+from rigidcli.core.charts import Chart
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.model import units
 from rigidcli.model.base import (
@@ -23,13 +24,14 @@ from rigidcli.model.base import (
     Direction,
     Length,
     Mass,
-    Quantity,
     Section,
     Title,
     Vector3,
     environment,
     not_one_of,
 )
+from rigidcli.model.density import Density
+from rigidcli.model.environment import Formula
 from rigidcli.model.rotations import Rotation
 from rigidcli.model.words import halved, keys_called
 
@@ -139,22 +141,25 @@ def _half(value: object) -> str:
 
 
 class Shape(Form):
-    """A primitive of uniform density: dimensions, natural origin, anchors, closed-form moments.
+    """A primitive: dimensions, natural origin, anchors, closed-form moments for a uniform density.
 
-    A subclass gives its `geometry` and names its `ANCHORS`.
+    A subclass gives its `geometry` and its `maps`, and names its `ANCHORS`.
     """
 
     model_config = ConfigDict(json_schema_extra=_complete_schema)
 
     ONE_OF: ClassVar = ("mass", "density")
+    UNIT: ClassVar = "kg/m^2"
     ANCHORS: ClassVar[Mapping[str, Callable[[Any], tuple[Scalar, Scalar, Scalar]]]] = {}
 
     mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
-    density: Scalar | None = None
+    density: Scalar | Formula | None = None
     anchor: str | None = Field(
         default=None, description="The point that is put at `position`: `com`, or another of the shape"
     )
     shape: str = Field(description="The name of the shape")
+
+    _integrated: mass_properties.MassProperties | None = PrivateAttr(default=None)
 
     @classmethod
     def word(cls) -> str:
@@ -226,12 +231,19 @@ class Shape(Form):
     def geometry(self, n: Arithmetic) -> Geometry:
         """Measure, centre and spread from the dimensions."""
 
+    @abstractmethod
+    def maps(self, n: Arithmetic) -> Sequence[Chart]:
+        """The shape in coordinates of its own, in which a density is integrated."""
+
     def pivot(self, arithmetic: Arithmetic) -> Array:
         """The point that `anchor` names; without one, the natural origin."""
         if self.anchor is None:
             return arithmetic.array([0, 0, 0])
         if self.anchor == "com":
-            return arithmetic.array(self.geometry(arithmetic).centre)
+            varies = isinstance(self.density, Formula)
+            return arithmetic.array(
+                self.local(arithmetic).com if varies else self.geometry(arithmetic).centre
+            )
         return arithmetic.array(self.ANCHORS[self.anchor](self))
 
     def point_named(self, anchor: str, arithmetic: Arithmetic) -> Array:
@@ -240,13 +252,16 @@ class Shape(Form):
         place: Array = shift + turn @ arithmetic.array(self.ANCHORS[anchor](self))
         return place
 
-    def uniform_density(self, n: Arithmetic) -> Scalar:
+    def mean_density(self, n: Arithmetic) -> Scalar:
         """The density as given, or as it follows from the mass."""
-        measure = self.geometry(n).measure
-        return self.density if self.density is not None else (self.mass or 0) / measure
+        if self.density is None or isinstance(self.density, Formula):
+            return (self.local(n).mass or 0) / self.geometry(n).measure
+        return self.density
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the shape's own axes and from its natural origin."""
+        if isinstance(self.density, Formula):
+            return self._of_field(self.density, arithmetic)
         measure, centre, second, _ = self.geometry(arithmetic)
         mass = self.mass if self.mass is not None else (self.density or 0) * measure
         second, centre = arithmetic.array(second), arithmetic.array(centre)
@@ -255,6 +270,14 @@ class Shape(Form):
         else:
             inertia = tensor.Inertia.of_sums(mass, centre, mass * second)
         return mass_properties.MassProperties(mass, centre, inertia, tensor.misplaced(centre))
+
+    def _of_field(self, density: Formula, n: Arithmetic) -> mass_properties.MassProperties:
+        """The same for a density that varies; the integrals are taken once."""
+        if self._integrated is None:
+            from rigidcli.model.density_integrals import integrated
+
+            self._integrated = integrated(density, self.maps(n), self.geometry(n), self.UNIT, n)
+        return self._integrated
 
 
 class Region(Shape):
@@ -282,25 +305,27 @@ class Region(Shape):
 class Solid(Region):
     """A shape that fills a volume."""
 
-    density: Annotated[Scalar, Quantity(units.DENSITY, "positive")] | None = None
+    UNIT: ClassVar = "kg/m^3"
+    density: Annotated[Scalar | Formula, Density(units.DENSITY, "positive")] | None = None
 
 
 class Lamina(Region):
     """A flat shape, of no thickness; to `bounds` and `contains` its `plane` is z = 0."""
 
-    density: Annotated[Scalar, Quantity(units.AREA_DENSITY, "positive")] | None = None
+    density: Annotated[Scalar | Formula, Density(units.AREA_DENSITY, "positive")] | None = None
 
 
 class Shell(Shape):
     """A curved surface, of no thickness."""
 
-    density: Annotated[Scalar, Quantity(units.AREA_DENSITY, "positive")] | None = None
+    density: Annotated[Scalar | Formula, Density(units.AREA_DENSITY, "positive")] | None = None
 
 
 class Wire(Shape):
     """A curve, of no thickness."""
 
-    density: Annotated[Scalar, Quantity(units.LINE_DENSITY, "positive")] | None = None
+    UNIT: ClassVar = "kg/m"
+    density: Annotated[Scalar | Formula, Density(units.LINE_DENSITY, "positive")] | None = None
 
 
 def _list_along(axes: str) -> BeforeValidator:

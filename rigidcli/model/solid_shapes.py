@@ -9,11 +9,12 @@ shapes; frustum, cap and capsule are integrated. Tests hold every formula agains
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
 import numpy as np
 
-from rigidcli.core import solids
+from rigidcli.core import charts, solids
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
 from rigidcli.errors import ValueProblem
 from rigidcli.model.base import AsList, Length, OptionalLength, Vector3
@@ -47,6 +48,10 @@ class _Prism(Solid):
         area, centre, (xx, yy, _), (x, y, _) = section.geometry(n)
         bounds = x, y, (-height / 2, height / 2)
         return Geometry(area * height, centre, [xx, yy, height**2 / 12], bounds)
+
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        section, height = self.swept()
+        return [charts.prism(chart, height) for chart in section.maps(n)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         section, height = self.swept()
@@ -86,6 +91,9 @@ class Sphere(Solid):
         R = self.radius
         return Geometry(4 * n.pi * R**3 / 3, ORIGIN, 3 * [R**2 / 5], round_bounds(R, -R, R))
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.ball(self.radius, n)]
+
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return x**2 + y**2 + z**2 <= self.radius**2
 
@@ -106,6 +114,9 @@ class HollowSphere(Solid):
         spread = powers(R, r, 4) / (5 * powers(R, r, 2))
         return Geometry(volume, ORIGIN, 3 * [spread], round_bounds(R, -R, R))
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.ball(self.outer_radius, n, self.inner_radius)]
+
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         square = x**2 + y**2 + z**2
         return (square <= self.outer_radius**2) & (square >= self.inner_radius**2)
@@ -120,6 +131,9 @@ class Ellipsoid(Solid):
         a, b, c = self.semi_axes
         bounds = (-a, a), (-b, b), (-c, c)
         return Geometry(4 * n.pi * a * b * c / 3, ORIGIN, [a**2 / 5, b**2 / 5, c**2 / 5], bounds)
+
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.ball(1, n, stretch=self.semi_axes)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         a, b, c = self.semi_axes
@@ -165,6 +179,9 @@ class EllipticCylinder(Solid):
         bounds = (-a, a), (-b, b), (-h / 2, h / 2)
         return Geometry(n.pi * a * b * h, ORIGIN, [a**2 / 4, b**2 / 4, h**2 / 12], bounds)
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.prism(charts.sector(1, n, stretch=self.semi_axes), self.height)]
+
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         a, b = self.semi_axes
         return ((x / a) ** 2 + (y / b) ** 2 <= 1) & (abs(z) <= self.height / 2)
@@ -192,6 +209,9 @@ class Cone(Solid):
         second = [3 * R**2 / 20, 3 * R**2 / 20, 3 * h**2 / 80]
         return Geometry(n.pi * R**2 * h / 3, (0, 0, 3 * h / 4), second, round_bounds(R, 0, h))
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.tapered(0, self.radius, self.height, n)]
+
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (x**2 + y**2 <= (self.radius * z / self.height) ** 2) & (z >= 0) & (z <= self.height)
 
@@ -217,6 +237,9 @@ class Frustum(Solid):
         bounds = round_bounds(max(a, b, key=n.size), 0, h)
         return Geometry(n.pi * h * s / 3, (0, 0, centre), [across, across, along], bounds)
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.tapered(self.bottom_radius, self.top_radius, self.height, n)]
+
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         radius = self.bottom_radius + (self.top_radius - self.bottom_radius) * z / self.height
         return (x**2 + y**2 <= radius**2) & (z >= 0) & (z <= self.height)
@@ -234,6 +257,9 @@ class Pyramid(Solid):
         bounds = (-x / 2, x / 2), (-y / 2, y / 2), (0, h)
         return Geometry(x * y * h / 3, (0, 0, h / 4), [x**2 / 20, y**2 / 20, 3 * h**2 / 80], bounds)
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.pyramid(*self.base, self.height)]
+
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         (a, b), scale = self.base, 1 - z / self.height
         return (abs(2 * x) <= a * scale) & (abs(2 * y) <= b * scale) & (z >= 0)
@@ -248,6 +274,9 @@ class Hemisphere(Solid):
         R = self.radius
         second = [R**2 / 5, R**2 / 5, 19 * R**2 / 320]
         return Geometry(2 * n.pi * R**3 / 3, (0, 0, 3 * R / 8), second, round_bounds(R, 0, R))
+
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.ball(self.radius, n, quarters=1)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (x**2 + y**2 + z**2 <= self.radius**2) & (z >= 0)
@@ -274,6 +303,9 @@ class SphericalCap(Solid):
         centre = 3 * (2 * R - h) ** 2 / (4 * rest)
         return Geometry(n.pi * h**2 * rest / 3, (0, 0, centre), [across, across, along])
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.cap(self.radius, self.cap_height, n)]
+
     def bounds(self) -> Bounds:
         R, h = self.radius, self.cap_height
         widest = R if h >= R else (h * (2 * R - h)) ** 0.5
@@ -296,6 +328,11 @@ class Capsule(Solid):
         along = cylinder * h**2 / 12 + balls * (R**2 / 5 + 3 * R * h / 8 + h**2 / 4)
         bounds = round_bounds(R, -h / 2 - R, h / 2 + R)
         return Geometry(n.pi * R**2 * (3 * h + 4 * R) / 3, ORIGIN, [across, across, along], bounds)
+
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        half = charts.ball(self.radius, n, quarters=1)
+        ends = [charts.moved(half, side * self.height / 2, side) for side in (1, -1)]
+        return [charts.prism(charts.sector(self.radius, n), self.height), *ends]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         beyond: Floats = np.maximum(abs(z) - self.height / 2, 0)
@@ -323,6 +360,9 @@ class Torus(Solid):
         bounds = round_bounds(R + r, -r, r)
         return Geometry(2 * n.pi**2 * R * r**2, ORIGIN, [across, across, r**2 / 4], bounds)
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.torus(self.major_radius, self.minor_radius, n)]
+
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (np.hypot(x, y) - self.major_radius) ** 2 + z**2 <= self.minor_radius**2
 
@@ -339,6 +379,9 @@ class Tetrahedron(Solid):
     def geometry(self, n: Arithmetic) -> Geometry:
         vertices = n.array(self.vertices)
         return Geometry(solids.simplex_measure(vertices, n), *solids.simplex_moments(vertices))
+
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return charts.simplices(n.array([self.vertices]), [self.geometry(n).measure], n)
 
     def bounds(self) -> Bounds:
         return solids.bounds(self.corners())

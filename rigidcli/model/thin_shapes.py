@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, ClassVar
 
 from pydantic import AfterValidator, Field
 
-from rigidcli.core import solids
+from rigidcli.core import charts, solids
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, at
 from rigidcli.model.base import AsList, Coordinate, Length, OptionalLength
@@ -41,6 +42,9 @@ class SphericalShell(Shell):
     def geometry(self, n: Arithmetic) -> Geometry:
         return Geometry(4 * n.pi * self.radius**2, ORIGIN, 3 * [self.radius**2 / 3])
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.sphere(self.radius, n)]
+
 
 class HemisphericalShell(Shell):
     """A thin half sphere bulging to +z; origin at the centre of its rim."""
@@ -50,6 +54,9 @@ class HemisphericalShell(Shell):
     def geometry(self, n: Arithmetic) -> Geometry:
         R = self.radius
         return Geometry(2 * n.pi * R**2, (0, 0, R / 2), [R**2 / 3, R**2 / 3, R**2 / 12])
+
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.sphere(self.radius, n, quarters=1)]
 
 
 class CylindricalShell(Shell):
@@ -62,6 +69,9 @@ class CylindricalShell(Shell):
     def geometry(self, n: Arithmetic) -> Geometry:
         R, h = self.radius, self.height
         return Geometry(2 * n.pi * R * h, ORIGIN, [R**2 / 2, R**2 / 2, h**2 / 12])
+
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.prism(charts.ring(self.radius, n), self.height)]
 
 
 class ConicalShell(Shell):
@@ -76,6 +86,9 @@ class ConicalShell(Shell):
         area = n.pi * R * n.hypot(R, h)
         return Geometry(area, (0, 0, 2 * h / 3), [R**2 / 4, R**2 / 4, h**2 / 18])
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.cone_surface(self.radius, self.height, n)]
+
 
 class Plate(Lamina):
     """A thin rectangle, normal along z; origin at its centre."""
@@ -87,6 +100,9 @@ class Plate(Lamina):
         x, y = self.size
         bounds = (-x / 2, x / 2), (-y / 2, y / 2), (0, 0)
         return Geometry(x * y, ORIGIN, [x**2 / 12, y**2 / 12, 0], bounds)
+
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.block(*self.size, None)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         a, b = self.size
@@ -101,6 +117,9 @@ class Disk(Lamina):
     def geometry(self, n: Arithmetic) -> Geometry:
         R = self.radius
         return Geometry(n.pi * R**2, ORIGIN, [R**2 / 4, R**2 / 4, 0], round_bounds(R, 0, 0))
+
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.sector(self.radius, n)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return x**2 + y**2 <= self.radius**2
@@ -121,6 +140,9 @@ class Annulus(Lamina):
         across = (R**2 + r**2) / 4
         return Geometry(n.pi * (R - r) * (R + r), ORIGIN, [across, across, 0], round_bounds(R, 0, 0))
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.sector(self.outer_radius, n, self.inner_radius)]
+
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         square = x**2 + y**2
         return (square <= self.outer_radius**2) & (square >= self.inner_radius**2)
@@ -136,6 +158,9 @@ class HalfDisk(Lamina):
         along = R**2 * (9 * n.pi**2 - 64) / (36 * n.pi**2)
         bounds = (-R, R), (0, R), (0, 0)
         return Geometry(n.pi * R**2 / 2, (0, 4 * R / (3 * n.pi), 0), [R**2 / 4, along, 0], bounds)
+
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.sector(self.radius, n, quarters=2)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
         return (x**2 + y**2 <= self.radius**2) & (y >= 0)
@@ -175,6 +200,9 @@ class Triangle(_Flat):
         vertices = n.array(self.vertices)
         return Geometry(solids.simplex_measure(vertices, n), *solids.simplex_moments(vertices))
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return charts.simplices(n.array([self.vertices]), [self.geometry(n).measure], n)
+
 
 class Polygon(_Flat):
     """A thin plane polygon without crossings, its vertices in order, in space or in the plane z = 0."""
@@ -189,6 +217,9 @@ class Polygon(_Flat):
     def geometry(self, n: Arithmetic) -> Geometry:
         return Geometry(*solids.polygon(n.array(self.vertices), n))
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return charts.simplices(*solids.triangles(n.array(self.vertices), n), n)
+
 
 class Rod(Wire):
     """A thin straight rod along z; origin at its centre."""
@@ -199,6 +230,9 @@ class Rod(Wire):
     def geometry(self, n: Arithmetic) -> Geometry:
         return Geometry(self.length, ORIGIN, [0, 0, self.length**2 / 12])
 
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.block(None, None, self.length)]
+
 
 class Ring(Wire):
     """A thin circular ring, normal along z; origin at its centre."""
@@ -208,3 +242,6 @@ class Ring(Wire):
     def geometry(self, n: Arithmetic) -> Geometry:
         R = self.radius
         return Geometry(2 * n.pi * R, ORIGIN, [R**2 / 2, R**2 / 2, 0])
+
+    def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
+        return [charts.ring(self.radius, n)]

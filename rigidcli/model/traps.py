@@ -51,7 +51,7 @@ def _densities(body: Form, path: str, n: Arithmetic) -> Iterator[tuple[str, floa
         for index, part in enumerate(body.parts):
             yield from _densities(part, f"{path}.parts.{index}", n)
     elif isinstance(body, Solid) or (isinstance(body, Mesh) and not body.shell):
-        density = n.value(body.uniform_density(n))
+        density = n.value(body.mean_density(n))
         if density is not None and density > DENSE:
             yield path, density
 

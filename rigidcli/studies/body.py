@@ -42,6 +42,8 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
         if not n.exact and not np.isfinite([mass, *asked.flat]).all():
             raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
     values = {"mass": mass, "center_of_mass": com, "about": about, "tensor": asked, "tensor_com": central}
+    if body.integrated is not None:
+        values["integration_error"] = body.integrated
     return tuple(told("inertia", key, value) for key, value in values.items())
 
 

@@ -35,6 +35,13 @@ INERTIA = (
         means="3 by 3; off the diagonal stand products of inertia, -sum m x y",
     ),
     Field("tensor_com", None, "about the centre of mass", r"\mathbf{I}_\mathrm{cm}", "kg m^2"),
+    Field(
+        "integration_error",
+        None,
+        "error of integration",
+        diagnostic=True,
+        means="of a density that varies: an estimate, relative to the mass; there where one does",
+    ),
 )
 """The results of `inertia`, with which `axes` begins, all along the axes of `frame`."""
 
@@ -178,7 +185,7 @@ AXES = (
     *MESH,
     *ROTOR,
 )
-"""The results of `axes`; those from `omega` on are there with `motion.omega`, an `axis`, a mesh or a molecule."""
+"""The results of `axes`; those from `omega` on are there with it, an `axis`, a mesh or a molecule."""
 
 SECTIONS: dict[str, tuple[Field, ...]] = {
     "top": (

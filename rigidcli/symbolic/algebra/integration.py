@@ -1,14 +1,15 @@
-"""Antiderivatives of sums of simple terms: powers, and functions of what is linear in the variable."""
+"""Antiderivatives of sums of simple terms: powers, functions of what is linear in the variable, and both."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 
 from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.algebra.atoms import Applied, Symbol
+from rigidcli.symbolic.algebra.atoms import Applied, Atom, Symbol
 from rigidcli.symbolic.algebra.calculus import derivative, expand
 from rigidcli.symbolic.algebra.expressions import Expr, atomic, gathered, power, symbol, total
 from rigidcli.symbolic.algebra.functions import apply
+from rigidcli.symbolic.algebra.roots import Rational
 
 _INTEGRALS: dict[str, Callable[[Expr], Expr]] = {
     "sin": lambda x: -apply("cos", x),
@@ -18,6 +19,9 @@ _INTEGRALS: dict[str, Callable[[Expr], Expr]] = {
     "exp": lambda x: apply("exp", x),
 }
 """The integral of each function of one argument."""
+
+MAX_PARTS = 40
+"""The highest power of the variable beside another function that is integrated by parts."""
 
 
 def antiderivative(e: Expr, name: str) -> Expr | None:
@@ -38,7 +42,7 @@ def _of_term(term: Expr, name: str) -> Expr | None:
     if not moving:
         return term * symbol(name)
     if len(moving) > 1:
-        return None
+        return _by_parts(rest, dict(moving), name)
     ((atom, n),) = moving
     if isinstance(atom, Symbol):
         x = atomic(atom)
@@ -47,3 +51,15 @@ def _of_term(term: Expr, name: str) -> Expr | None:
         return None
     slope = derivative(atom.arguments[0], name)
     return None if name in slope.names else rest * _INTEGRALS[atom.function](atom.arguments[0]) / slope
+
+
+def _by_parts(rest: Expr, moving: dict[Atom, Rational], name: str) -> Expr | None:
+    """That of a natural power of the variable and one other factor: the power gets lower step by step."""
+    variable = next((atom for atom in moving if isinstance(atom, Symbol)), None)
+    exponent = moving.pop(variable, 0) if variable is not None else 0
+    if variable is None or len(moving) > 1 or exponent.denominator != 1 or not 0 < exponent <= MAX_PARTS:
+        return None
+    factor = _of_term(gathered(1, moving), name)
+    x = atomic(variable)
+    lower = None if factor is None else antiderivative(exponent * x ** (exponent - 1) * factor, name)
+    return None if factor is None or lower is None else rest * (x**exponent * factor - lower)

@@ -201,6 +201,18 @@ def _base(node: Node) -> Node:
     return node.base if isinstance(node, Power) else node
 
 
+def names_in(node: Node) -> set[str]:
+    """The names in a tree."""
+    found = {node.name} if isinstance(node, Name) else set()
+
+    def walk(inner: Node) -> Node:
+        found.update(names_in(inner))
+        return inner
+
+    rebuilt(node, walk)
+    return found
+
+
 def number(value: float) -> Node:
     """A number as a tree."""
     positive = Number(repr(abs(float(value))), abs(float(value)))

@@ -1,0 +1,314 @@
+"""Shapes as images of unit boxes: where a point of the box comes to lie, and how much of the shape is there.
+
+Each map is a polynomial in coordinates from 0 to 1 and in the cosines and sines of angles, so that it takes
+arrays of floats and exact numbers alike; its measure is its Jacobian. Round shapes know the distances from
+the axis and from the centre, which are simple in their coordinates.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
+
+
+class Turn(NamedTuple):
+    """A coordinate that is an angle, from 0 to its `end` (rad), which has this cosine and sine."""
+
+    end: Scalar
+    cos: Scalar
+    sin: Scalar
+
+    @classmethod
+    def quarters(cls, count: int, n: Arithmetic) -> Turn:
+        """A right angle (1), half a circle (2), or all of it (4)."""
+        return cls(count * n.pi / 2, (0, -1, 1)[count // 2], int(count == 1))
+
+
+class Spot(NamedTuple):
+    """Where a point lies, seen from the origin of its chart (m), and the measure there.
+
+    `s` and `r` are its distances (m) from the axis and from the natural origin of the shape, where they
+    are simpler than roots.
+    """
+
+    x: Any
+    y: Any
+    z: Any
+    measure: Any
+    s: Any = None
+    r: Any = None
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """A shape, or a part of one, as the image of coordinates from 0 to 1; angles among them have a `Turn`.
+
+    `place` takes one argument a coordinate, of an angle the pair of its cosine and its sine. `origin` (3, m)
+    is where the places are seen from, in the shape's own axes.
+    """
+
+    coordinates: tuple[Turn | None, ...]
+    place: Callable[..., Spot]
+    origin: Any = (0, 0, 0)
+
+    @property
+    def pieces(self) -> int:
+        """How many shapes share the map."""
+        return 1
+
+    def at(self, points: Floats) -> Spot:
+        """The image of points (1 + d by n) whose first row is the index of the piece."""
+        found = self.place(*map(_argument, self.coordinates, points[1:]))
+        measure = found.measure * math.prod(turn.end for turn in self._turns)
+        return _spread(found._replace(measure=measure), points.shape[1])
+
+    def net(self, count: int) -> Floats:
+        """Points (1 + d by n) with so many along each coordinate, in each piece."""
+        axes = [np.linspace(0, 1, count)] * len(self.coordinates)
+        grids = np.meshgrid(np.arange(self.pieces), *axes, indexing="ij")
+        return np.array([grid.ravel() for grid in grids], dtype=np.float64)
+
+    @property
+    def _turns(self) -> Sequence[Turn]:
+        return [turn for turn in self.coordinates if turn is not None]
+
+    def cuts(self) -> list[Floats]:
+        """Where panels begin and end in each coordinate: at half turns."""
+        return [np.linspace(0, 1, 1 + math.ceil(_right_angles(turn) / 2)) for turn in self.coordinates]
+
+    def probes(self) -> list[Floats]:
+        """Places in each coordinate where shapes have their edges and planes of symmetry."""
+        return [np.linspace(0, 1, 1 + max(2, _right_angles(turn))) for turn in self.coordinates]
+
+
+def _right_angles(turn: Turn | None) -> int:
+    """How many right angles a coordinate goes over: at least one, also where it is no angle."""
+    return 1 if turn is None else math.ceil(2 * turn.end / math.pi - 1e-9)
+
+
+def _argument(turn: Turn | None, unit: Floats) -> Any:
+    return unit if turn is None else (np.cos(turn.end * unit), np.sin(turn.end * unit))
+
+
+def _spread(spot: Spot, count: int) -> Spot:
+    """The spot with each number in it as an array (n)."""
+    return Spot(*(None if part is None else np.broadcast_to(part, count) for part in spot))
+
+
+@dataclass(frozen=True, eq=False)
+class Simplices(Chart):
+    """Triangles or tetrahedra by their vertices (n by k by 3, m), seen from the `origin`."""
+
+    vertices: Any = ()
+
+    @property
+    def pieces(self) -> int:
+        """How many there are."""
+        return len(self.vertices)
+
+    def at(self, points: Floats) -> Spot:
+        """The image of points; see `Chart`."""
+        which = points[0].astype(int)
+        vertices = self.vertices[which].transpose(1, 2, 0)
+        return _spread(_in_simplex(vertices, _sizes(self.vertices)[which], points[1:]), points.shape[1])
+
+
+def _sizes(vertices: Floats) -> Floats:
+    """The Jacobian of each simplex (n): twice its area, or six times its volume."""
+    edges = vertices[:, 1:] - vertices[:, :1]
+    normal = np.cross(edges[:, 0], edges[:, 1])
+    if edges.shape[1] == 2:
+        return np.asarray(np.linalg.norm(normal, axis=1))
+    sizes: Floats = np.abs((normal * edges[:, 2]).sum(axis=1))
+    return sizes
+
+
+def _in_simplex(vertices: Any, size: Any, units: Any) -> Spot:
+    """The point of a simplex (k by 3) at Duffy's coordinates; `size` is k - 1 factorial times its measure."""
+    left: Any = 1
+    place = vertices[0]
+    measure = size
+    for k, unit in enumerate(units):
+        place = place + left * unit * (vertices[k + 1] - vertices[0])
+        left = left * (1 - unit)
+        measure = measure * (1 if k == len(units) - 1 else (1 - unit) ** (len(units) - 1 - k))
+    x, y, z = place
+    return Spot(x, y, z, measure)
+
+
+def simplices(vertices: Array, measures: Sequence[Scalar], n: Arithmetic) -> Sequence[Chart]:
+    """Triangles or tetrahedra (n by k by 3, m) with these areas or volumes."""
+    count = vertices.shape[1] - 1
+    origin, coordinates = vertices[0, 0], (None,) * count
+    offsets = vertices - origin
+    if not n.exact:
+        return [Simplices(coordinates, Spot, origin, offsets)]
+    sizes = [measure * math.factorial(count) for measure in measures]
+    return [
+        Chart(coordinates, lambda *units, v=own, size=size: _in_simplex(v, size, units), origin)
+        for own, size in zip(offsets, sizes, strict=True)
+    ]
+
+
+def block(*sides: Scalar | None) -> Chart:
+    """What has these sides along x, y and z, its centre at the origin; it has no extent along None."""
+    known = [side for side in sides if side is not None]
+
+    def place(*units: Any) -> Spot:
+        left = iter(units)
+        x, y, z = (0 if side is None else side * (2 * next(left) - 1) / 2 for side in sides)
+        return Spot(x, y, z, math.prod(known, start=1))
+
+    return Chart((None,) * len(known), place)
+
+
+def prism(section: Chart, height: Scalar) -> Chart:
+    """What a flat chart fills when it is moved along z, half of the `height` to each side."""
+
+    def place(w: Any, *rest: Any) -> Spot:
+        flat = section.place(*rest)
+        return flat._replace(z=height * (2 * w - 1) / 2, measure=flat.measure * height, r=None)
+
+    return replace(section, coordinates=(None, *section.coordinates), place=place)
+
+
+def ring(radius: Scalar, n: Arithmetic) -> Chart:
+    """A circle round z."""
+
+    def place(phi: tuple[Any, Any]) -> Spot:
+        c, s = phi
+        return Spot(radius * c, radius * s, 0, radius, radius, radius)
+
+    return Chart((Turn.quarters(4, n),), place)
+
+
+def sector(
+    outer: Scalar,
+    n: Arithmetic,
+    inner: Scalar = 0,
+    quarters: int = 4,
+    stretch: tuple[Scalar, Scalar] = (1, 1),
+) -> Chart:
+    """A disk, an annulus or half a disk (2 quarters) in the plane z = 0, stretched to an ellipse or not."""
+    a, b = stretch
+
+    def place(phi: tuple[Any, Any], v: Any) -> Spot:
+        c, s = phi
+        rho = inner + (outer - inner) * v
+        radius = rho if stretch == (1, 1) else None
+        return Spot(a * rho * c, b * rho * s, 0, a * b * (outer - inner) * rho, radius, radius)
+
+    return Chart((Turn.quarters(quarters, n), None), place)
+
+
+def tapered(start: Scalar, end: Scalar, height: Scalar, n: Arithmetic) -> Chart:
+    """A cone or frustum round z, from z = 0, where its radius is `start`, to z = `height`."""
+
+    def place(u: Any, phi: tuple[Any, Any], v: Any) -> Spot:
+        c, s = phi
+        radius = start + (end - start) * u
+        rho = radius * v
+        return Spot(rho * c, rho * s, height * u, height * radius * rho, rho)
+
+    return Chart((None, Turn.quarters(4, n), None), place)
+
+
+def ball(
+    outer: Scalar,
+    n: Arithmetic,
+    inner: Scalar = 0,
+    quarters: int = 2,
+    stretch: tuple[Scalar, Scalar, Scalar] = (1, 1, 1),
+) -> Chart:
+    """A ball, with a hole or without, or its half z >= 0 (1 quarter from the pole), stretched or not."""
+    a, b, h = stretch
+
+    def place(phi: tuple[Any, Any], theta: tuple[Any, Any], u: Any) -> Spot:
+        (c, s), (cos, sin) = phi, theta
+        rho = inner + (outer - inner) * u
+        measure = a * b * h * (outer - inner) * rho**2 * sin
+        known = stretch == (1, 1, 1)
+        return Spot(
+            a * rho * sin * c,
+            b * rho * sin * s,
+            h * rho * cos,
+            measure,
+            rho * sin if known else None,
+            rho if known else None,
+        )
+
+    return Chart((Turn.quarters(4, n), Turn.quarters(quarters, n), None), place)
+
+
+def moved(chart: Chart, z: Scalar, side: int) -> Chart:
+    """A chart turned upside down if `side` is -1, and then moved along z."""
+
+    def place(*units: Any) -> Spot:
+        spot = chart.place(*units)
+        return spot._replace(z=z + side * spot.z, r=None)
+
+    return replace(chart, place=place)
+
+
+def cap(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
+    """What a plane cuts off a ball, on its +z side, by disks at the polar angles of their rims."""
+    cos, sin = (radius - height) / radius, n.sqrt(height * (2 * radius - height)) / radius
+
+    def place(alpha: tuple[Any, Any], phi: tuple[Any, Any], v: Any) -> Spot:
+        (cosine, sine), (c, s) = alpha, phi
+        rho = radius * sine * v
+        return Spot(rho * c, rho * s, radius * cosine, radius**2 * sine**2 * rho, rho)
+
+    return Chart((Turn(n.atan2(sin, cos), cos, sin), Turn.quarters(4, n), None), place)
+
+
+def torus(major: Scalar, minor: Scalar, n: Arithmetic) -> Chart:
+    """A ring of circular section round z."""
+
+    def place(phi: tuple[Any, Any], psi: tuple[Any, Any], v: Any) -> Spot:
+        (c, s), (cos, sin) = phi, psi
+        across = minor * v
+        rho = major + across * cos
+        return Spot(rho * c, rho * s, across * sin, minor * across * rho, rho)
+
+    return Chart((Turn.quarters(4, n), Turn.quarters(4, n), None), place)
+
+
+def pyramid(x: Scalar, y: Scalar, height: Scalar) -> Chart:
+    """A right pyramid on a rectangle, apex at +z; origin at the centre of the base."""
+
+    def place(u: Any, v: Any, w: Any) -> Spot:
+        left = 1 - u
+        across = x * (2 * v - 1) / 2 * left
+        return Spot(across, y * (2 * w - 1) / 2 * left, height * u, x * y * height * left**2)
+
+    return Chart((None, None, None), place)
+
+
+def sphere(radius: Scalar, n: Arithmetic, quarters: int = 2) -> Chart:
+    """A thin sphere, or its half z >= 0 (1 quarter from the pole)."""
+
+    def place(phi: tuple[Any, Any], theta: tuple[Any, Any]) -> Spot:
+        (c, s), (cos, sin) = phi, theta
+        rho = radius * sin
+        return Spot(rho * c, rho * s, radius * cos, radius * rho, rho, radius)
+
+    return Chart((Turn.quarters(4, n), Turn.quarters(quarters, n)), place)
+
+
+def cone_surface(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
+    """The lateral surface of a cone opening to +z, its apex at the origin."""
+    slant = n.hypot(radius, height)
+
+    def place(phi: tuple[Any, Any], u: Any) -> Spot:
+        c, s = phi
+        rho = radius * u
+        return Spot(rho * c, rho * s, height * u, slant * rho, rho, slant * u)
+
+    return Chart((Turn.quarters(4, n), None), place)

@@ -1,0 +1,62 @@
+"""Densities that vary over a shape: expressions in its own x, y, z, r and s."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationInfo
+from pydantic.json_schema import JsonSchemaValue
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.charts import Spot
+from rigidcli.model.base import Quantity, environment
+from rigidcli.model.environment import Formula
+from rigidcli.symbolic.language import evaluation
+from rigidcli.symbolic.language.tree import Node
+
+VARIABLES = ("x", "y", "z", "r", "s")
+"""What a density may depend on: places in the shape's own axes (m), r = |(x, y, z)|, s = |(x, y)|."""
+
+
+@dataclass(frozen=True)
+class Density(Quantity):
+    """Marks a field as a density: a number with a dimension, or an expression in `VARIABLES`."""
+
+    def json_schema(self) -> JsonSchemaValue:
+        """That of a number, with what an expression may use besides."""
+        schema = super().json_schema()
+        body: Any = schema["schema"]
+        text = f"{body['description']} and in {', '.join(VARIABLES)}, the place in the shape's own axes"
+        return schema | {"schema": body | {"description": text}}
+
+    def read(self, raw: object, info: ValidationInfo) -> Any:
+        """The SI value, or a `Formula` where it varies over the shape. A parameter hides a variable."""
+        env = environment(info)
+        assert self.dimension is not None
+        variables = tuple(name for name in VARIABLES if name not in env.declared)
+        hidden = env.names_in(raw).intersection(VARIABLES).difference(variables)
+        env.notes += [f"`{name}` in a density is the parameter, not a place in the shape" for name in hidden]
+        formula = env.formula(raw, self.dimension, variables)
+        return super().read(raw, info) if formula.expression.names.isdisjoint(variables) else formula
+
+
+def places(spot: Spot, origin: Floats) -> Mapping[str, Floats]:
+    """What the variables of a density are at points (n) of a chart with this `origin`."""
+    x, y, z = (part + start for part, start in zip((spot.x, spot.y, spot.z), origin, strict=True))
+    s = np.hypot(x, y) if spot.s is None else spot.s
+    r = np.hypot(s, z) if spot.r is None else spot.r
+    return {"x": x, "y": y, "z": z, "r": r, "s": s}
+
+
+def values(formula: Formula, at: Mapping[str, Floats]) -> Floats:
+    """The density (n) where its variables have these values; infinite or NaN where there is none."""
+    return of_node(formula.expression.root, formula, at)
+
+
+def of_node(node: Node, formula: Formula, at: Mapping[str, Floats]) -> Floats:
+    """The values (n) of a part of the formula."""
+    found = evaluation.array(node, {**at, **formula.constants})
+    return np.broadcast_to(found, at["x"].shape)

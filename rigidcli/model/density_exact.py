@@ -1,0 +1,79 @@
+"""Integrals of a density over a shape in exact numbers, where they have a closed form that can be found."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from rigidcli.core import tensor
+from rigidcli.core.arithmetic import Arithmetic
+from rigidcli.core.charts import Chart
+from rigidcli.core.mass_properties import MassProperties
+from rigidcli.errors import ComputationError, ExpressionError, ValueProblem
+from rigidcli.model.environment import Formula
+from rigidcli.symbolic.algebra.allowance import Allowance
+from rigidcli.symbolic.algebra.expressions import Expr, expr, power
+from rigidcli.symbolic.algebra.multiple_integrals import Coordinates
+from rigidcli.symbolic.algebra.reading import from_tree
+
+MAX_STEPS = 400_000
+"""Steps in multiplying out all ten integrands: about two seconds."""
+
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""The entries of a symmetric matrix."""
+
+
+def exact_properties(formula: Formula, charts: Sequence[Chart], n: Arithmetic) -> MassProperties:
+    """Mass, centre of mass and tensor.
+
+    Raises ComputationError where no closed form is found, and ValueProblem for a mass that is not positive.
+    """
+    allowance = Allowance(MAX_STEPS)
+    sums = n.array(np.zeros(10, dtype=int))
+    try:
+        for chart in charts:
+            sums = sums + _sums(formula, chart, allowance, n)
+        mass, first = sums[0], sums[1:4]
+        if n.sign(mass) in (0, -1):
+            raise ValueProblem("the density leaves no mass", path=("density",))
+        com = n.tidy(first / mass)
+        second = n.array(np.zeros((3, 3), dtype=int))
+        for value, (i, j) in zip(sums[4:], PAIRS, strict=True):
+            second[i, j] = second[j, i] = value - mass * com[i] * com[j]
+        inertia = tensor.Inertia.of_sums(mass, com, n.tidy(second))
+    except ExpressionError as error:
+        raise _no_closed_form() from error
+    return MassProperties(n.tidy(n.array([mass]))[0], com, inertia)
+
+
+def _sums(formula: Formula, chart: Chart, allowance: Allowance, n: Arithmetic) -> Any:
+    """The integrals of the density, of it times x, y, z, and of it times their products (10)."""
+    coordinates = Coordinates(chart.coordinates)
+    spot = chart.place(*coordinates.symbols)
+    place = [expr(part) + start for part, start in zip(spot[:3], chart.origin, strict=True)]
+    s = _root(place[:2]) if spot.s is None else expr(spot.s)
+    r = _root(place) if spot.r is None else expr(spot.r)
+    known = dict(zip("xyzsr", (*place, s, r), strict=True))
+    constants = {name: expr(value) for name, value in formula.constants.items()}
+    density = from_tree(formula.expression.root, {**known, **constants})
+    weight = density * spot.measure
+    moments = [expr(1), *place, *(place[i] * place[j] for i, j in PAIRS)]
+    found = [coordinates.integral(weight * moment, allowance) for moment in moments]
+    if None in found:
+        raise _no_closed_form()
+    return n.array(found)
+
+
+def _root(components: Sequence[Expr]) -> Expr:
+    return power(sum((part**2 for part in components), expr(0)), Fraction(1, 2))
+
+
+def _no_closed_form() -> ComputationError:
+    return ComputationError(
+        "no closed form is found for the integrals of the density",
+        hint="polynomials have one, and functions of one coordinate that suits the shape; for numbers, give "
+        "every parameter a value, and leave out `--exact`",
+    )
