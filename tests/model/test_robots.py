@@ -263,8 +263,31 @@ TRIED = 200
 PIECES = [*'<>/="&', "-", "0", "1e308", "1e-320", "nan", "1e9", "&x;", "<!--", "]]>", "</link>", "\0", "é"]
 
 
+NUMBERS = [
+    "0",
+    "-1",
+    "1e308",
+    "-1e200",
+    "1e-308",
+    "1e400",
+    "nan",
+    "1e60",
+    "",
+    "1 2",
+    "${x}",
+    "1e-30",
+    "9" * 500,
+]
+"""What takes the place of numbers: too large, too small, none, or two."""
+
+
 def mutated(text: str, chance: random.Random) -> str:
-    """The text with a few characters or pieces changed, left out, doubled or moved."""
+    """The text with numbers changed, or a few pieces left out, doubled or put in."""
+    if chance.random() < 0.6:  # it stays XML
+        numbers = list(re.finditer(r"-?\d[\d.]*", text))
+        for match in sorted(chance.sample(numbers, min(3, len(numbers))), key=lambda m: -m.start()):
+            text = text[: match.start()] + chance.choice(NUMBERS) + text[match.end() :]
+        return text
     for _ in range(chance.randint(1, 4)):
         at, length = chance.randrange(len(text)), chance.randint(0, 12)
         piece = chance.choice([*PIECES, "", text[at : at + 40], chance.choice(text)])

@@ -23,6 +23,9 @@ NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 MOST_DIGITS = 400
 """The most characters of a number: more than any float needs, fewer than are slow to read."""
 
+LARGEST = 1e100
+"""The largest number: no robot has it, and its square is still a float."""
+
 ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 """The entries of a tensor, in the order in which URDF and SDF write them."""
 
@@ -147,7 +150,11 @@ def numbers(
 def in_text(text: str, what: str, element: Element, count: int | None, read: Decimals) -> list[Any]:
     """The numbers in a text of an element, `count` of them, separated by blanks. Raises DocumentError."""
     words = text.split()
-    bad = [word for word in words if len(word) > MOST_DIGITS or NUMBER.fullmatch(word) is None]
+    bad = [
+        word
+        for word in words
+        if len(word) > MOST_DIGITS or NUMBER.fullmatch(word) is None or abs(float(word)) > LARGEST
+    ]
     if not bad and (len(words) == count or count is None):
         return [read(word) for word in words]
     hint = None
