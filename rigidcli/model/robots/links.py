@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rigidcli.errors import DocumentError, Problem, shown
+from rigidcli.errors import DocumentError, Problem, shortened, shown
 from rigidcli.model.robots.elements import Element
 
 Decimals = Callable[[str], Any]
@@ -28,7 +28,6 @@ LARGEST = 1e100
 
 ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 """The entries of a tensor, in the order in which URDF and SDF write them."""
-
 
 MOST_FORMS = 3000
 """The most geometry of a file that is compared with its links, which takes two seconds; 400 is much."""
@@ -113,9 +112,10 @@ def bounded(robot: Robot) -> Robot:
 
 
 def named_once(robot: Robot) -> Robot:
-    """The robot, in which a link has a problem where its name is missing or stands before."""
+    """The robot, in which a link has a problem where its name is missing or stands before; none is long."""
     links, first = [], dict[str, int]()
     for link in robot.links:
+        link = replace(link, name=shortened(link.name))
         message = "" if link.name else "missing, expected a `name` of the link"
         if link.name in first:
             message = f"this name stands twice, first in line {first[link.name]}"
