@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ def bad(tmp_path: Path) -> str:
 
 
 def test_the_arm_of_the_configs(program: Program) -> None:
-    """The drum m (3 r^2 + h^2)/12, the bar m L^2/3 + m b^2/12, the rod m r^2/4 + m L^2/3, about the frames."""
+    """The drum m (3 r^2 + h^2)/12, the bar m L^2/3 + m b^2/12, the rod m r^2/4 + m L^2/3."""
     outcome = program("axes", "-f", "csv", "configs/arm.urdf")
     assert outcome.code == 0
     assert outcome.err == "configs/arm.urdf: note: 1 link has no mass: tool (line 41)\n"
@@ -153,7 +154,7 @@ BALL = '<collision><geometry><sphere radius="0.5"/></geometry></collision>'
         block("0.5 0 0 0.4 0 0.26", BAR, "24"),
         block("1 0 0 1 0 1", BALL, "10"),  # 2/5 m r^2 = 1 kg m^2: the identity, and right
         block("0.5 0 0 0.4 0 0.26", BAR, "24", '<origin xyz="0.09 0.14 -0.19"/>'),
-        # Drawn far away, but colliding where it is: one of them fits.
+        # Drawn far too large, and colliding as it is: one of them fits.
         block(
             "0.5 0 0 0.4 0 0.26",
             BAR.replace("0.2 0.3 0.4", "9 9 9") + BAR.replace("visual", "collision"),
@@ -209,9 +210,9 @@ def test_mujoco_reads_a_block_as_it_is_meant(form: str, program: Program) -> Non
     )
     text = WHOLE[form].format(program("inertia", "-f", form, "-", stdin=BODY).out).replace("</robot>", joint)
     model = mujoco.MjModel.from_xml_string(text)
-    turn = np.zeros(9)
-    mujoco.mju_quat2Mat(turn, model.body_iquat[1])
-    turn = turn.reshape(3, 3)
+    axes = np.zeros(9)
+    mujoco.mju_quat2Mat(axes, model.body_iquat[1])
+    turn = axes.reshape(3, 3)
     told = json.loads(program("inertia", "-f", "json", "-", stdin=BODY).out)
     assert model.body_mass[1] == told["mass"]
     np.testing.assert_allclose(model.body_ipos[1], told["center_of_mass"], rtol=1e-15)
@@ -219,19 +220,14 @@ def test_mujoco_reads_a_block_as_it_is_meant(form: str, program: Program) -> Non
 
 
 def test_blocks_of_a_robot_in_another_format(program: Program, tmp_path: Path) -> None:
-    sdf = program("inertia", "-q", "-f", "sdf", "configs/arm.urdf").out
-    links = [f'<link name="{n}">{part}</link>' for n, part in enumerate(sdf.split("<!--")[1:])]
+    blocks = re.split("<!-- .* -->", program("inertia", "-q", "-f", "sdf", "configs/arm.urdf").out)[1:]
+    links = "".join(f'<link name="{place}">{text}</link>' for place, text in enumerate(blocks))
     path = tmp_path / "arm.sdf"
-    path.write_text(
-        f'<sdf><model name="m">{"".join(links).replace("-->", "")}</model></sdf>'.replace("\n", "")
-    )
-    path.write_text("<sdf><model name='m'>" + "".join(links).replace('">', '"><!--') + "</model></sdf>")
-    first, second = (
-        program("inertia", "-q", "-f", "csv", str(file)).out for file in ("configs/arm.urdf", path)
-    )
-    assert [row.split(",")[1:] for row in first.splitlines()] == [
-        row.split(",")[1:] for row in second.splitlines()
-    ]
+    path.write_text(f'<sdf version="1.9"><model name="m">{links}</model></sdf>')
+    tables = [program("inertia", "-q", "-f", "csv", file).out for file in ("configs/arm.urdf", str(path))]
+    first, second = ([row.split(",")[1:] for row in table.splitlines()] for table in tables)
+    assert first == second
+    assert len(first) == 4
 
 
 @pytest.mark.parametrize("form", BLOCKS)

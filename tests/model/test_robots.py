@@ -21,6 +21,7 @@ from rigidcli.errors import RigidError
 from rigidcli.model.robots import READERS, elements
 from rigidcli.model.robots.documents import link_documents
 from rigidcli.studies.robots import remarks
+from rigidcli.studies.robots.geometry import forms_of
 from rigidcli.studies.robots.repair import repair
 from tests.conftest import ROOT
 
@@ -197,7 +198,7 @@ HOSTILE = {
     ),
     "external subset": ('<!DOCTYPE r SYSTEM "http://example.org/r.dtd"><robot/>', "document type"),
     "undefined entity": ("<robot>&x;</robot>", "not XML: undefined entity"),
-    "deep": ("<robot>" * 100_000, "nested more than 200 deep"),
+    "deep": ("<robot>" * 100_000, "nested more than 100 deep"),
     "many": ("<robot>" + "<link/>" * 20_000, "more than 15,000 elements"),
     "links": (
         "<robot>" + "".join(f'<link name="{n}"/>' for n in range(1001)) + "</robot>",
@@ -227,7 +228,7 @@ def test_files_outside_the_folder_are_not_read(tmp_path: Path) -> None:
     (tmp_path / "inside").mkdir()
     (tmp_path / "secret.xml").write_text("<mujoco/>")
     for name in ("../secret.xml", str(tmp_path / "secret.xml")):
-        with pytest.raises(RigidError, match="outside the folder"):
+        with pytest.raises(RigidError, match="outside the robot's folder"):
             read(MJCF.format("", f'<include file="{name}"/>'), ".xml", tmp_path / "inside")
     (tmp_path / "again.xml").write_text('<mujoco><include file="again.xml"/></mujoco>')
     with pytest.raises(RigidError, match="included twice"):
@@ -263,8 +264,31 @@ TRIED = 200
 PIECES = [*'<>/="&', "-", "0", "1e308", "1e-320", "nan", "1e9", "&x;", "<!--", "]]>", "</link>", "\0", "é"]
 
 
+NUMBERS = [
+    "0",
+    "-1",
+    "1e308",
+    "-1e200",
+    "1e-308",
+    "1e400",
+    "nan",
+    "1e60",
+    "",
+    "1 2",
+    "${x}",
+    "1e-30",
+    "9" * 500,
+]
+"""What takes the place of numbers: too large, too small, none, or two."""
+
+
 def mutated(text: str, chance: random.Random) -> str:
-    """The text with a few characters or pieces changed, left out, doubled or moved."""
+    """The text with numbers changed, or a few pieces left out, doubled or put in."""
+    if chance.random() < 0.6:  # it stays XML
+        numbers = list(re.finditer(r"-?\d[\d.]*", text))
+        for match in sorted(chance.sample(numbers, min(3, len(numbers))), key=lambda m: -m.start()):
+            text = text[: match.start()] + chance.choice(NUMBERS) + text[match.end() :]
+        return text
     for _ in range(chance.randint(1, 4)):
         at, length = chance.randrange(len(text)), chance.randint(0, 12)
         piece = chance.choice([*PIECES, "", text[at : at + 40], chance.choice(text)])
@@ -304,3 +328,41 @@ def test_a_mutated_file_is_answered_or_refused(ending: str, tmp_path: Path) -> N
             except RigidError:
                 repair(link)
         assert time.process_time() - began < 5, text
+
+
+def test_many_files_and_frames_are_bounded(tmp_path: Path) -> None:
+    for n in range(12):
+        deep = "<b>" * 90 + f'<include file="{n + 1}.xml"/>' + "</b>" * 90
+        (tmp_path / f"{n}.xml").write_text(f"<mujocoinclude>{deep}</mujocoinclude>")
+    with pytest.raises(RigidError, match="nested more than 100 deep"):
+        read(MJCF.format("", '<include file="0.xml"/>'), ".xml", tmp_path)
+    block = '<inertial pos="0 1 0" mass="2" diaginertia="1 1 1"/>'
+    for count in (10, 11):
+        text = MJCF.format("", '<frame pos="1 0 0">' * count + block + "</frame>" * count)
+        if count > 10:
+            with pytest.raises(RigidError, match="in more than 10 frames"):
+                read(text, ".xml", tmp_path)
+        else:
+            agree(read(text, ".xml", tmp_path)[0], text)
+
+
+def test_geoms_have_the_defaults_of_their_classes(tmp_path: Path) -> None:
+    """Their volumes and moments are those that MuJoCo infers from them at a density of 1."""
+    compiler = (
+        '<default><geom density="1" type="box" size="0.1 0.2 0.3"/>'
+        '<default class="ball"><geom type="sphere"/></default>'
+        '<default class="rod"><geom type="capsule" size="0.05" fromto="0 0 0 1 1 0"/></default>'
+        "</default>"
+    )
+    geoms = (
+        '<geom pos="1 0 0" euler="30 0 0"/><geom class="ball" pos="0 2 0"/><geom class="rod"/>'
+        '<frame pos="0 0 3" childclass="ball"><geom size="0.4"/><geom type="ellipsoid" size="0.1 0.2 0.3"/>'
+        '<geom type="cylinder" size="0.2 0.3" quat="1 1 0 0"/></frame>'
+    )
+    mass, centre, tensor = by_mujoco(MJCF.format(compiler, geoms))
+    written = MJCF.format(compiler, '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>' + geoms)
+    ((link, _),) = link_documents(written, "robot.xml", tmp_path).links
+    (solid,) = forms_of(link).solids
+    assert solid.mass == pytest.approx(mass, rel=1e-14)
+    np.testing.assert_allclose(solid.centre, centre, atol=1e-14)
+    np.testing.assert_allclose(solid.tensor, tensor, atol=1e-13)

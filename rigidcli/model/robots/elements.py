@@ -13,8 +13,8 @@ from xml.parsers import expat
 
 from rigidcli.errors import DocumentError, Problem, shown
 
-MAX_DEPTH = 200
-"""The deepest nesting of elements: a long chain of bodies in MJCF, each within the last, has a hundred."""
+MAX_DEPTH = 100
+"""The deepest nesting of elements: a long chain of bodies in MJCF, each within the last, has fifty."""
 
 MAX_ELEMENTS = 15_000
 """The most elements of a file: the largest robots have some 4,000."""

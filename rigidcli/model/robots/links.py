@@ -8,7 +8,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from rigidcli.errors import DocumentError, Problem, shown
+from rigidcli.errors import DocumentError, Problem, shortened, shown
 from rigidcli.model.robots.elements import Element
 
 Decimals = Callable[[str], Any]
@@ -23,9 +23,11 @@ NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
 MOST_DIGITS = 400
 """The most characters of a number: more than any float needs, fewer than are slow to read."""
 
+LARGEST = 1e100
+"""The largest number: no robot has it, and its square is still a float."""
+
 ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 """The entries of a tensor, in the order in which URDF and SDF write them."""
-
 
 MOST_FORMS = 3000
 """The most geometry of a file that is compared with its links, which takes two seconds; 400 is much."""
@@ -110,9 +112,10 @@ def bounded(robot: Robot) -> Robot:
 
 
 def named_once(robot: Robot) -> Robot:
-    """The robot, in which a link has a problem where its name is missing or stands before."""
+    """The robot, in which a link has a problem where its name is missing or stands before; none is long."""
     links, first = [], dict[str, int]()
     for link in robot.links:
+        link = replace(link, name=shortened(link.name))
         message = "" if link.name else "missing, expected a `name` of the link"
         if link.name in first:
             message = f"this name stands twice, first in line {first[link.name]}"
@@ -147,7 +150,11 @@ def numbers(
 def in_text(text: str, what: str, element: Element, count: int | None, read: Decimals) -> list[Any]:
     """The numbers in a text of an element, `count` of them, separated by blanks. Raises DocumentError."""
     words = text.split()
-    bad = [word for word in words if len(word) > MOST_DIGITS or NUMBER.fullmatch(word) is None]
+    bad = [
+        word
+        for word in words
+        if len(word) > MOST_DIGITS or NUMBER.fullmatch(word) is None or abs(float(word)) > LARGEST
+    ]
     if not bad and (len(words) == count or count is None):
         return [read(word) for word in words]
     hint = None

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rigidcli.model.load import read_text
-from rigidcli.model.robots.elements import MAX_ELEMENTS, Element, read_elements
+from rigidcli.model.robots.elements import MAX_DEPTH, MAX_ELEMENTS, Element, read_elements
 from rigidcli.model.robots.geoms import Defaults, defaults, form
 from rigidcli.model.robots.links import (
     NO_MASS,
@@ -42,6 +42,9 @@ CHANGING = ("settotalmass", "boundmass", "boundinertia", "balanceinertia")
 
 FRAMES = ("frame", "replicate")
 """Elements that move what is in them."""
+
+MOST_FRAMES = 10
+"""The most frames about a part of a body, each in the next: each is one more composite of a document."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,7 +94,7 @@ def _include(root: Element, folder: Path) -> None:
     seen: set[Path] = set()
     count = 0
 
-    def content(include: Element) -> list[Element]:
+    def content(include: Element) -> Element:
         nonlocal count
         name = include.attributes.get("file", "")
         try:
@@ -99,9 +102,7 @@ def _include(root: Element, folder: Path) -> None:
         except (OSError, ValueError):
             raise include.refusal("no file has the name that `<include>` gives") from None
         if not path.is_relative_to(folder.resolve()):
-            raise include.refusal(
-                "`<include>` names a file outside the folder of the robot, which is not read"
-            )
+            raise include.refusal("`<include>` names a file outside the robot's folder, which is not read")
         if path in seen:
             raise include.refusal("this file is included twice")
         seen.add(path)
@@ -112,20 +113,18 @@ def _include(root: Element, folder: Path) -> None:
         count += sum(1 for _ in _below(included))
         if count > MAX_ELEMENTS:
             raise include.refusal(f"more than {MAX_ELEMENTS:,} elements in all files together")
-        expand(included)
-        return included.children
+        return included
 
-    def expand(element: Element) -> None:
-        children = element.children
-        element.children = []
+    def expand(element: Element, depth: int) -> None:
+        if depth > MAX_DEPTH:
+            raise element.refusal(f"nested more than {MAX_DEPTH} deep")
+        children, element.children = element.children, []
         for child in children:
-            if child.tag == "include":
-                element.children += content(child)
-            else:
-                expand(child)
-                element.children.append(child)
+            whole = content(child) if child.tag == "include" else child
+            expand(whole, depth + 1)
+            element.children += [child] if whole is child else whole.children
 
-    expand(root)
+    expand(root, 1)
 
 
 def _bodies(parent: Element, style: str) -> Iterator[tuple[Element, str]]:
@@ -147,6 +146,8 @@ def _parts(
         elif child.tag in FRAMES:
             own = child.attributes.get("childclass", style)
             for found, its_style, frames in _parts(child, tag, own, reading):
+                if len(frames) == MOST_FRAMES:
+                    raise found.refusal(f"in more than {MOST_FRAMES} frames, one in the other")
                 yield found, its_style, (*frames, frame_of(child, reading.angles, reading.decimal))
 
 

@@ -13,7 +13,6 @@ from typing import Any
 from rigidcli.model.robots.elements import Element
 from rigidcli.model.robots.links import (
     ENTRIES,
-    NO_MASS,
     Body,
     Decimals,
     Link,
@@ -33,6 +32,9 @@ ROOT = "sdf"
 NOT_GIVEN = dict(zip(ENTRIES, "100101", strict=True))
 """What the format takes for entries of a tensor (kg m^2) that are not given."""
 
+NOTHING = "no `<inertial>`, for which simulators take 1 kg and 1 kg m^2"
+"""Why a link without any mass properties has none here."""
+
 INFERRED = "no mass that is written: its simulator infers it from the collisions"
 """Why a link with `auto` has no mass properties here."""
 
@@ -44,6 +46,11 @@ def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
     links = [_link(link, scope if several else (), decimal) for scope, link in found]
     included = [element for _, element in _elements(root, (), "include")]
     notes = [f"`<include>` in line {element.line} is not followed" for element in included]
+    notes += [
+        f"link {link.name} (line {link.line}) is without `<mass>` or `<inertia>`: 1 kg and 1 kg m^2 are taken"
+        for link in links
+        if link.inertial is not None and not {"mass", "inertia"} <= link.lines.keys()
+    ]
     return Robot(links, notes)
 
 
@@ -73,7 +80,7 @@ def _link(link: Element, scope: tuple[str, ...], decimal: Decimals) -> Link:
 def _inertial(link: Element, decimal: Decimals) -> tuple[Body, Mapping[str, int]] | str:
     inertial = link.find("inertial")
     if inertial is None:
-        return NO_MASS
+        return NOTHING
     if inertial.attributes.get("auto", "").strip() in ("true", "1"):
         return INFERRED
     mass, entries, pose = map(inertial.find, ("mass", "inertia", "pose"))
@@ -84,7 +91,7 @@ def _inertial(link: Element, decimal: Decimals) -> tuple[Body, Mapping[str, int]
     values = [_values(entries, key.lower(), 1, decimal, default)[0] for key, default in NOT_GIVEN.items()]
     (value,) = _values(inertial, "mass", 1, decimal, "1")
     body = {"mass": value, "inertia": tensor(values), **_frame(pose, decimal)}
-    elements = {"mass": mass, "inertia": entries or inertial, "position": pose, "rotation": pose}
+    elements = {"mass": mass, "inertia": entries, "position": pose, "rotation": pose}
     return body, {key: element.line for key, element in elements.items() if element is not None}
 
 

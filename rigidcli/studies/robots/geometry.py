@@ -32,7 +32,7 @@ NEAR = 3.0
 OUTSIDE = 0.02
 """How far a centre of mass may be outside the hull, in units of its size: both are rounded."""
 
-MOST_FORMS = 200
+MOST_OF_LINK = 200
 """The most forms of a link that are compared with it, which take a sixth of a second."""
 
 UNITS = {1e3: "g m^2", 1e4: "kg cm^2", 1e6: "kg mm^2", 1e7: "g cm^2", 1e9: "g mm^2"}
@@ -118,7 +118,7 @@ REACH: dict[str, Callable[[Any, Floats], Floats]] = {
 def forms_of(link: Link) -> Forms:
     """The geometry of a link; without what is no body."""
     bodies = [part.body for part in link.geometry]
-    if not bodies or len(bodies) > MOST_FORMS:
+    if not bodies or len(bodies) > MOST_OF_LINK:
         return Forms((), None)
     known = [index for index, body in enumerate(bodies) if body is not None]
     try:

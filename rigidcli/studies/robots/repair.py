@@ -18,9 +18,6 @@ from rigidcli.studies.robots.geometry import NEAR, Weighed, forms_of, moments_ag
 POWERS = (-3, -2, -1, 1, 2, 3)
 """By how many places a decimal point slips: by a digit or two, or from a unit to the one next to it."""
 
-HUGE = 1e100
-"""Masses (kg) and moments (kg m^2) beyond this are nobody's slip, and overflow when they are changed."""
-
 FARTHEST = 100.0
 """A parallel-axis term of this many times the tensor was not taken from it by mistake."""
 
@@ -31,6 +28,7 @@ PRODUCTS = ROWS != COLUMNS
 """Which of the entries are products of inertia."""
 
 
+@np.errstate(all="ignore")
 def repair(link: Link) -> str | None:
     """What to write instead in the tensor of a link that no body has; None unless exactly one edit helps.
 
@@ -42,7 +40,7 @@ def repair(link: Link) -> str | None:
         return None
     entries = np.array([float(given.get(key, 0)) for key in ENTRIES])
     mass = float(link.inertial["mass"]) if link.inertial else 0.0
-    if not (0 < mass < HUGE and np.abs(entries).max() < HUGE) or shortfall(_tensor(entries)) is None:
+    if mass <= 0 or shortfall(_tensor(entries)) is None:
         return None
     forms = forms_of(link).solids
     found = []
