@@ -23,7 +23,7 @@ from rigidcli.model.units import (
     parse_unit,
 )
 from rigidcli.render.values import is_exact
-from rigidcli.report import Report, Value
+from rigidcli.report import Report, Table, Value
 
 Units: TypeAlias = Mapping[Dimension, Unit]
 """The units that are asked for, by what they measure."""
@@ -68,14 +68,19 @@ def in_units(report: Report, units: Units) -> Report:
     for entry in report.fields:
         value, unit = _converted(entry.value, entry.unit, units)
         fields.append(replace(entry, value=value, unit=unit))
-    tables = []
-    for table in report.tables:
-        columns = []
-        for column in table.columns:
-            value, unit = _converted(column.values, column.unit, units)
-            columns.append(replace(column, values=value, unit=unit))
-        tables.append(replace(table, columns=tuple(columns)))
-    return replace(report, fields=tuple(fields), tables=tuple(tables))
+    tables = tuple(_table_in_units(table, units) for table in report.tables)
+    scene = report.scene
+    if scene is not None:
+        scene = replace(scene, readings=_table_in_units(scene.readings, units))
+    return replace(report, fields=tuple(fields), tables=tables, scene=scene)
+
+
+def _table_in_units(table: Table, units: Units) -> Table:
+    columns = []
+    for column in table.columns:
+        value, unit = _converted(column.values, column.unit, units)
+        columns.append(replace(column, values=value, unit=unit))
+    return replace(table, columns=tuple(columns))
 
 
 def _converted(value: Value, text: str, units: Units) -> tuple[Value, str]:

@@ -264,6 +264,29 @@ def test_several_on_a_page_are_apart_and_one_out_of_view_rests(opened: Open) -> 
     assert browser.complaints() == []
 
 
+def test_it_works_in_the_output_of_a_notebook(browser: Browser, tmp_path: Path) -> None:
+    """Notebooks put the HTML of an output into their page, and make its scripts anew, so that they run."""
+    file = tmp_path / "notebook.html"
+    file.write_text("<!DOCTYPE html><div id=one></div><div id=two></div>", "utf-8")
+    browser.open_page(file)
+    shown = """
+        const output = document.getElementById(arguments[0]);
+        output.innerHTML = arguments[1];
+        for (const old of output.querySelectorAll("script")) {
+            const script = document.createElement("script");
+            script.textContent = old.textContent;
+            for (const each of old.attributes) script.setAttribute(each.name, each.value);
+            old.replaceWith(script);
+        }"""
+    for place, scene in (("one", of_box()), ("two", of_pendulum())):
+        assert scene is not None
+        browser.driver.execute_script(shown, place, replay(scene))
+    for place in ("one", "two"):
+        browser.driver.execute_script(f"{place}.scrollIntoView()")
+        browser.wait(f"parseFloat(document.querySelector('#{place} .readings dd').textContent) > 0.1")
+    assert browser.complaints() == []
+
+
 def test_without_webgl_it_says_so_and_still_tells_the_readings(opened: Open) -> None:
     none = "<script>HTMLCanvasElement.prototype.getContext = () => null;</script>"
     browser = opened(of_box(), first=none)
@@ -290,7 +313,7 @@ def test_hostile_names_stay_text(opened: Open) -> None:
     readings = Table("", HOSTILE, (Column("t", times, (HOSTILE,), "s"), Column("x", times, ("x",), HOSTILE)))
     arrow = Part(Mark("arrow", np.array([[0, 0, 0], [0, 0, 1.0]]), HOSTILE))
     path = Part(Mark("line", np.column_stack([times, times, times]), "path"), "traced", group=HOSTILE)
-    browser = opened(Scene(HOSTILE, readings, (Stage(HOSTILE, (arrow, path)),)), width=390, still=True)
+    browser = opened(Scene(HOSTILE, times, readings, (Stage(HOSTILE, (arrow, path)),)), width=390, still=True)
     settled(browser)
     assert browser.find("figcaption").text == HOSTILE
     assert browser.find(".labels span").text == HOSTILE

@@ -70,7 +70,7 @@ def replay(scene: Scene, look: Look | None = None) -> str:
     data = {
         "stages": [_stage(stage, scene, rows, arrays) for stage in scene.stages],
         "arrays": list(arrays),
-        "times": _packed(_times(scene)[rows], "f8"),
+        "times": _packed(scene.times[rows], "f8"),
         "readings": [
             {"unit": column.unit, "values": _packed(np.asarray(column.values)[rows], "f8")}
             for column in single_cells(readings)
@@ -148,8 +148,8 @@ def _rows(scene: Scene) -> Rows:
         if part.motion != "still"
     )
     wide = 2 * len(single_cells(scene.readings)) + 7 * (scene.orientation is not None)
-    step = -(-len(scene.readings) * (moving + wide) // MOST_NUMBERS)
-    last = len(scene.readings) - 1
+    step = -(-len(scene.times) * (moving + wide) // MOST_NUMBERS)
+    last = len(scene.times) - 1
     return np.append(np.arange(0, last, step), last)
 
 
@@ -172,7 +172,7 @@ def _turns(scene: Scene, rows: Rows) -> Floats:
 
 def _swept(scene: Scene) -> Floats:
     """The integral of omega (n, 3; rad) from the first time on, by trapezia."""
-    steps = np.diff(_times(scene))[:, None] * (scene.omega[1:] + scene.omega[:-1]) / 2
+    steps = np.diff(scene.times)[:, None] * (scene.omega[1:] + scene.omega[:-1]) / 2
     return np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
 
 
@@ -184,8 +184,7 @@ def _seconds(scene: Scene, turns: Floats | None) -> float:
         paths = [_path(part) for part in scene.stages[0].parts if part.motion != "still"]
         count = max(paths, default=0.0) / CIRCLE
     followed = min(max(count / TURNS_A_SECOND, SHORTEST), LONGEST)
-    times = _times(scene)
-    duration = float(times[-1] - times[0])
+    duration = float(scene.times[-1] - scene.times[0])
     return duration if followed / NEAR <= duration <= followed * NEAR else followed
 
 
@@ -199,7 +198,7 @@ def _path(part: Part) -> float:
 def _stage(stage: Stage, scene: Scene, rows: Rows, arrays: dict[str, int]) -> dict[str, Any]:
     """The parts of a stage, in units of its reach; `arrays` has all their points once, with a number."""
     centre, half, reach = _extent(stage, scene)
-    times = _times(scene)[rows]
+    times = scene.times[rows]
     return {
         "flat": stage.is_flat,
         "centre": (centre / reach).tolist(),
@@ -262,12 +261,7 @@ def _extent(stage: Stage, scene: Scene) -> tuple[Floats, Floats, float]:
     solid = np.vstack([e for e, part in zip(places, stage.parts, strict=True) if not part.mark.quiet])
     centre = (solid.min(axis=0) + solid.max(axis=0)) / 2 * ([0, 0, 1] if turns else 1)
     offsets = np.vstack(places) - centre
-    return centre, np.abs(offsets).max(axis=0), float(np.linalg.norm(offsets, axis=1).max()) or 1.0
-
-
-def _times(scene: Scene) -> Floats:
-    times: Floats = np.asarray(scene.readings.columns[0].values, dtype=float)
-    return times
+    return centre, np.abs(offsets).max(axis=0), float(np.hypot.reduce(offsets, axis=1).max()) or 1.0
 
 
 def _packed(values: Floats, kind: str = "f4") -> str:
