@@ -14,7 +14,8 @@ from rigidcli.report import Field, Report
 
 
 def fragment(report: Report, look: Look) -> str:
-    """Tables of results and samples, under the name of the document. All text in it is escaped."""
+    """Tables of results and samples under the name of the document, and the replay of its motion if there is
+    a scene. All text in it is escaped."""
     return "\n".join(_lines(report, look))
 
 
@@ -34,6 +35,10 @@ def _lines(report: Report, look: Look) -> Iterator[str]:
             for row in zip(*(texts for _, texts in shown), strict=True):
                 yield f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in row)}</tr>"
             yield "</table>"
+    if report.scene is not None:
+        from rigidcli.render.web.replay import replay
+
+        yield replay(report.scene, look)
 
 
 def _cell(entry: Field, look: Look) -> str:

@@ -216,7 +216,13 @@ def test_a_surface_of_very_many_triangles_becomes_coarser_and_keeps_its_extent()
     assert area(coarse) == pytest.approx(4 * np.pi, rel=0.05)
 
 
-# --- From the command line, nothing of it is loaded
+# --- Where it is shown, and where nothing of it is made
+
+
+def test_a_notebook_shows_the_replay_that_was_asked_for() -> None:
+    document = ROOT / "configs/feynman_plate.yaml"
+    assert rigidcli.euler(document, scene=True)._repr_html_().count("<figure class=rigidcli-replay>") == 1
+    assert "<figure" not in rigidcli.euler(document)._repr_html_()
 
 
 def test_numbers_do_without_a_replay(program: Program) -> None:
