@@ -207,13 +207,14 @@ class Stage:
 class Scene:
     """A motion to be replayed: the views that a reader can choose from, the first at the beginning.
 
-    `readings` has a row for each of the n times, which are its first column. The body turns by
-    `orientation`, quaternions (n, 4; scalar first) from body to space, and has angular velocities `omega`
-    (n, 3; rad/s) along its own axes, which tell of whole turns between two times; both are None where
-    nothing is carried.
+    `readings` has a row for each of the `times` (n, s), the time itself in its first column, in units that a
+    reader may have chosen. The body turns by `orientation`, quaternions (n, 4; scalar first) from body to
+    space, and has angular velocities `omega` (n, 3; rad/s) along its own axes, which tell of whole turns
+    between two times; both are None where nothing is carried.
     """
 
     title: str
+    times: Value
     readings: Table
     stages: tuple[Stage, ...]
     orientation: Value = None

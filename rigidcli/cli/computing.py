@@ -266,6 +266,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         if picture and wanted:
             tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
         options |= {"picture": picture} if picture else {}
+        if format is Format.html and swept is None and study.__name__ in SECTIONS:
+            options["scene"] = True
         pictured: list[Report] = []
 
         work = Work(study.__name__, options, exact, changes, named, columns, _requirement(format))

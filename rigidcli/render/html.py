@@ -74,7 +74,7 @@ def _section(report: Report, look: Look, head: str, anchor: str) -> str:
     return "".join(
         [
             f'<section class="rigidcli"{name}>\n<{head}>{text(_title(report))}</{head}>\n',
-            *_figures(report, anchor),
+            *_figures(report, anchor, look),
             *_results(report, look),
             *_tables(report.tables, look),
             *_working(report.steps if look.steps else (), look),
@@ -85,8 +85,12 @@ def _section(report: Report, look: Look, head: str, anchor: str) -> str:
     )
 
 
-def _figures(report: Report, anchor: str) -> Iterator[str]:
-    """What is seen at a glance: the picture of the result, if it has one and there is what draws it."""
+def _figures(report: Report, anchor: str, look: Look) -> Iterator[str]:
+    """What is seen at a glance: the motion, and the picture of the result, if there is what draws it."""
+    if report.scene is not None:
+        from rigidcli.render.web.replay import replay
+
+        yield replay(report.scene, look)
     if report.pictures and has_library("drawing"):
         yield f"<figure>{inline_picture(report, anchor or 'picture')}</figure>\n"
 

@@ -24,7 +24,7 @@ from rigidcli.model.units import (
     parse_unit,
 )
 from rigidcli.render.values import is_exact
-from rigidcli.report import Field, Report, Value
+from rigidcli.report import Field, Report, Table, Value
 
 Units: TypeAlias = Mapping[Dimension, Unit]
 """The units that are asked for, by what they measure."""
@@ -68,19 +68,24 @@ def in_units(report: Report, units: Units) -> Report:
     fields, swept = (
         tuple(map(partial(_field, units=units), entries)) for entries in (report.fields, report.swept)
     )
-    tables = []
-    for table in report.tables:
-        columns = []
-        for column in table.columns:
-            value, unit = _converted(column.values, column.unit, units)
-            columns.append(replace(column, values=value, unit=unit))
-        tables.append(replace(table, columns=tuple(columns)))
-    return replace(report, fields=fields, swept=swept, tables=tuple(tables))
+    tables = tuple(_table(table, units) for table in report.tables)
+    scene = report.scene
+    if scene is not None:
+        scene = replace(scene, readings=_table(scene.readings, units))
+    return replace(report, fields=fields, swept=swept, tables=tables, scene=scene)
 
 
 def _field(entry: Field, units: Units) -> Field:
     value, unit = _converted(entry.value, entry.unit, units)
     return replace(entry, value=value, unit=unit)
+
+
+def _table(table: Table, units: Units) -> Table:
+    columns = []
+    for column in table.columns:
+        value, unit = _converted(column.values, column.unit, units)
+        columns.append(replace(column, values=value, unit=unit))
+    return replace(table, columns=tuple(columns))
 
 
 def _converted(value: Value, text: str, units: Units) -> tuple[Value, str]:

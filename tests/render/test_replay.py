@@ -14,6 +14,7 @@ import rigidcli
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.model.load import load
+from rigidcli.render.units import in_units, read_units
 from rigidcli.render.web.replay import MOST_TRIANGLES, replay
 from rigidcli.render.web.triangles import triangles
 from rigidcli.report import Column, Mark, Part, Scene, Stage, Table
@@ -26,7 +27,8 @@ HOSTILE = "</script><script>alert(1)</script><b onclick='x'>\"&{{0}}"
 
 
 def fragment_of(study: str, document: object, *settings: str) -> str:
-    result = getattr(rigidcli, study)(document, settings=settings, scene=True)
+    result: rigidcli.Result = getattr(rigidcli, study)(document, settings=settings, scene=True)
+    assert result.scene is not None
     return replay(result.scene)
 
 
@@ -126,7 +128,7 @@ def hostile_scene() -> Scene:
     readings = Table("", HOSTILE, (Column("t", times, (HOSTILE,), "s"), Column("x", times, ("x",), HOSTILE)))
     arrow = Part(Mark("arrow", np.array([[0, 0, 0], [0, 0, 1.0]]), HOSTILE))
     path = Part(Mark("line", np.column_stack([times, times, times]), HOSTILE), "traced", group=HOSTILE)
-    return Scene(HOSTILE, readings, (Stage(HOSTILE, (arrow, path)), Stage("another", (arrow, path))))
+    return Scene(HOSTILE, times, readings, (Stage(HOSTILE, (arrow, path)), Stage("another", (arrow, path))))
 
 
 def test_hostile_texts_stay_texts() -> None:
@@ -162,6 +164,18 @@ def test_the_script_uses_nothing_that_a_page_forbids_and_no_html_from_texts() ->
     ):
         assert word not in script, word
     assert not re.search(r"https?:", fragment)
+
+
+def test_readings_are_in_the_units_of_the_reader_and_the_motion_in_seconds() -> None:
+    result = rigidcli.euler(ROOT / "configs/earth.yaml", scene=True)
+    scene = in_units(result, read_units("day,deg")).scene
+    assert scene is not None
+    fragment = replay(scene)
+    data = sent(fragment)
+    assert [reading["unit"] for reading in data["readings"][:2]] == ["day", "deg/day"]
+    assert data["readings"][0]["values"][-1] == pytest.approx(305)
+    assert data["times"][-1] == pytest.approx(305 * 86400)
+    assert "t (day)" in fragment
 
 
 # --- Triangles
@@ -202,7 +216,13 @@ def test_a_surface_of_very_many_triangles_becomes_coarser_and_keeps_its_extent()
     assert area(coarse) == pytest.approx(4 * np.pi, rel=0.05)
 
 
-# --- From the command line, nothing of it is loaded
+# --- Where it is shown, and where nothing of it is made
+
+
+def test_a_notebook_shows_the_replay_that_was_asked_for() -> None:
+    document = ROOT / "configs/feynman_plate.yaml"
+    assert rigidcli.euler(document, scene=True)._repr_html_().count("<figure class=rigidcli-replay>") == 1
+    assert "<figure" not in rigidcli.euler(document)._repr_html_()
 
 
 def test_numbers_do_without_a_replay(program: Program) -> None:

@@ -2,7 +2,6 @@
 // quaternions are (w, x, y, z) and turn vectors from the body to space; matrices are 3 by 3, column after
 // column.
 
-
 const DISTANCE = 5;  // of the eye from the centre
 const HEAD = 0.07;   // length of the head of an arrow
 
@@ -12,7 +11,7 @@ const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a
 const dot = (a, b) => a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 const unit = (a) => { const length = Math.hypot(...a) || 1; return a.map((x) => x / length); };
 const less = (a, b) => [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
-const times = (m, v) => [0, 1, 2].map((i) => m[i] * v[0] + m[3 + i] * v[1] + m[6 + i] * v[2]);
+const turned = (m, v) => [0, 1, 2].map((i) => m[i] * v[0] + m[3 + i] * v[1] + m[6 + i] * v[2]);
 
 // The product of quaternions p q: q turns first.
 const compose = (p, q) => {
@@ -37,31 +36,28 @@ const onto = (axis) => {
 
 // The normals of triangles at their corners: faces that meet at a small angle look round.
 const normalsOf = (corners) => {
-  const faces = [], meeting = new Map();
-  const key = (i) => corners.slice(i, i + 3).map((x) => Math.round(x * 1e5)).join();
-  for (let i = 0; i < corners.length; i += 9) {
-    const [a, b, c] = [0, 3, 6].map((k) => corners.slice(i + k, i + k + 3));
-    const normal = cross(less(b, a), less(c, a)), face = { normal, unit: unit(normal) };
-    faces.push(face);
-    for (let k = i; k < i + 9; k += 3) {
-      const name = key(k);
-      if (!meeting.has(name)) meeting.set(name, []);
-      meeting.get(name).push(face);
-    }
+  const at = (i) => corners.slice(i, i + 3), key = (i) => at(i).map((x) => Math.round(x * 1e5)).join();
+  const meeting = new Map(), normals = new Float32Array(corners.length), faces = [];
+  for (let i = 0; i < corners.length; i += 3) {
+    if (i % 9 === 0) faces.push(cross(less(at(i + 3), at(i)), less(at(i + 6), at(i))));
+    const name = key(i);
+    if (!meeting.has(name)) meeting.set(name, []);
+    meeting.get(name).push(faces.at(-1));
   }
-  const normals = new Float32Array(corners.length);
-  for (let k = 0; k < corners.length; k += 3) {
-    const own = faces[Math.floor(k / 9)], sum = [0, 0, 0];
-    for (const face of meeting.get(key(k))) {
-      const cosine = dot(face.unit, own.unit);
-      if (Math.abs(cosine) > 0.8) face.normal.forEach((x, i) => { sum[i] += Math.sign(cosine) * x; });
+  for (let i = 0; i < corners.length; i += 3) {
+    const own = unit(faces[Math.floor(i / 9)]), sum = [0, 0, 0];
+    for (const face of meeting.get(key(i))) {
+      const cosine = dot(unit(face), own);
+      if (Math.abs(cosine) > 0.8) face.forEach((x, k) => { sum[k] += Math.sign(cosine) * x; });
     }
-    normals.set(unit(sum), k);
+    normals.set(unit(sum), i);
   }
   return normals;
 };
 
 // --- Programs of the graphics card
+
+const [FACES, LINE, DOTS] = [0, 1, 2];  // their places in the list
 
 const SEEN = `#version 300 es
 precision highp float;
@@ -125,8 +121,10 @@ void main() {
 
 // The cone of an arrow's head, its tip at the origin and its axis along z.
 const CONE = (() => {
-  const corners = [], round = (k) => [0.35 * Math.cos(k * Math.PI / 12), 0.35 * Math.sin(k * Math.PI / 12), -1];
-  for (let k = 0; k < 24; k++) corners.push(0, 0, 0, ...round(k), ...round(k + 1), 0, 0, -1, ...round(k + 1), ...round(k));
+  const corners = [], rim = (k) => [0.35 * Math.cos(k * Math.PI / 12), 0.35 * Math.sin(k * Math.PI / 12), -1];
+  for (let k = 0; k < 24; k++) {
+    corners.push(0, 0, 0, ...rim(k), ...rim(k + 1), 0, 0, -1, ...rim(k + 1), ...rim(k));
+  }
   return new Float32Array(corners.map((x) => x * HEAD));
 })();
 
@@ -136,7 +134,7 @@ class Painter {
     this.gl = gl;
     this.programs = [SURFACE, SEGMENT, BALL].map((sources) => this.program(sources));
     this.cone = this.array(CONE, normalsOf([...CONE]));
-    this.loose = this.array(new Float32Array(3 * 512));
+    this.loose = this.array(new Float32Array(6));
     gl.enable(gl.DEPTH_TEST);
     gl.enable(gl.BLEND);
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
@@ -154,19 +152,15 @@ class Painter {
     gl.bindAttribLocation(made, 1, "b");
     gl.linkProgram(made);
     if (!gl.getProgramParameter(made, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(made));
-    const places = {};
-    for (let k = 0; k < gl.getProgramParameter(made, gl.ACTIVE_UNIFORMS); k++) {
-      const { name } = gl.getActiveUniform(made, k);
-      places[name] = gl.getUniformLocation(made, name);
-    }
-    return { made, places };
+    const names = ["turn", "shift", "camera", "centre", "zoom", "screen", "colour", "width", "painted"];
+    return { made, places: Object.fromEntries(names.map((name) => [name, gl.getUniformLocation(made, name)])) };
   }
 
   // Points on the card (n by 3), with normals if they are corners of triangles.
   array(points, normals) {
-    const gl = this.gl, held = { count: points.length / 3, buffer: gl.createBuffer() };
+    const gl = this.gl, held = { buffer: gl.createBuffer() };
     gl.bindBuffer(gl.ARRAY_BUFFER, held.buffer);
-    gl.bufferData(gl.ARRAY_BUFFER, points, gl.DYNAMIC_DRAW);
+    gl.bufferData(gl.ARRAY_BUFFER, points, gl.STATIC_DRAW);
     const attribute = (place, offset, divisor) => {
       gl.enableVertexAttribArray(place);
       gl.vertexAttribPointer(place, 3, gl.FLOAT, false, 12, offset);
@@ -188,12 +182,8 @@ class Painter {
 
   // The array for what is drawn once, with these points.
   once(points) {
-    const gl = this.gl;
-    gl.bindBuffer(gl.ARRAY_BUFFER, this.loose.buffer);
-    if (points.length > 3 * this.loose.count) {
-      gl.bufferData(gl.ARRAY_BUFFER, points, gl.DYNAMIC_DRAW);
-      this.loose.count = points.length / 3;
-    } else gl.bufferSubData(gl.ARRAY_BUFFER, 0, points);
+    this.gl.bindBuffer(this.gl.ARRAY_BUFFER, this.loose.buffer);
+    this.gl.bufferData(this.gl.ARRAY_BUFFER, new Float32Array(points), this.gl.STREAM_DRAW);
     return this.loose;
   }
 
@@ -208,40 +198,23 @@ class Painter {
       gl.uniformMatrix3fv(places.camera, false, camera.matrix);
       gl.uniform3fv(places.centre, camera.centre);
       gl.uniform2fv(places.zoom, camera.zoom);
-      if (places.screen) gl.uniform2f(places.screen, width, height);
+      gl.uniform2f(places.screen, width, height);
     }
   }
 
-  use(index, colour, turn, shift = [0, 0, 0]) {
-    const gl = this.gl, { made, places } = this.programs[index];
+  // Draws so many points of an array as triangles, as a line, or as dots.
+  draw(kind, held, count, { colour, turn, shift = [0, 0, 0], width = 0, painted = 0 }) {
+    const gl = this.gl, { made, places } = this.programs[kind];
     gl.useProgram(made);
     gl.uniformMatrix3fv(places.turn, false, turn);
     gl.uniform3fv(places.shift, shift);
     gl.uniform4fv(places.colour, colour);
-    return places;
-  }
-
-  surface(held, colour, turn, painted, shift) {
-    const gl = this.gl, places = this.use(0, colour, turn, shift);
+    gl.uniform1f(places.width, width);
     gl.uniform1f(places.painted, painted);
-    gl.depthMask(colour[3] === 1);
-    gl.bindVertexArray(held.points);
-    gl.drawArrays(gl.TRIANGLES, 0, held.count);
+    gl.depthMask(kind !== FACES || colour[3] === 1);  // what shines through hides nothing
+    gl.bindVertexArray(kind === LINE ? held.segments : held.points);
+    if (kind !== LINE) gl.drawArrays(kind === FACES ? gl.TRIANGLES : gl.POINTS, 0, count);
+    else if (count > 1) gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count - 1);
     gl.depthMask(true);
-  }
-
-  line(held, count, colour, turn, width) {
-    if (count < 2) return;
-    const gl = this.gl, places = this.use(1, colour, turn);
-    gl.uniform1f(places.width, width);
-    gl.bindVertexArray(held.segments);
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, count - 1);
-  }
-
-  dots(held, count, colour, turn, width) {
-    const gl = this.gl, places = this.use(2, colour, turn);
-    gl.uniform1f(places.width, width);
-    gl.bindVertexArray(held.points);
-    gl.drawArrays(gl.POINTS, 0, count);
   }
 }

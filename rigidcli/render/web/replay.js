@@ -1,12 +1,13 @@
 // Replays the motions on a page: each figure of the class rigidcli-replay has its data in a script element.
 
 // Colours by the style of a mark, which the colour-blind can tell apart (Okabe and Ito, 2008), on light and
-// on dark pages; then that of marks which are there for orientation only.
-const LIGHT = { styles: ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#333333", "#56B4E9"], quiet: "#8A8A8A" };
-const DARK = { styles: ["#4FB0F0", "#FF8A3D", "#2FCB9C", "#E79FCB", "#DDDDDD", "#6FB8E0"], quiet: "#85858D" };
+// on dark pages; then that of marks which are there for orientation only, and that round the names.
+const LIGHT = ["#0072B2", "#D55E00", "#009E73", "#CC79A7", "#333333", "#56B4E9", "#8A8A8A", "#FFFFFF"];
+const DARK = ["#4FB0F0", "#FF8A3D", "#2FCB9C", "#E79FCB", "#DDDDDD", "#6FB8E0", "#85858D", "#000000"];
+const [QUIET, HALO] = [6, 7];
 
 const WIDTHS = { thin: 1.2, line: 2, arrow: 3.5 };   // of lines, in CSS pixels
-const DOTS = { few: 18, some: 10, many: 5 };         // diameters of dots, in CSS pixels
+const SIZES = { few: 18, some: 10, many: 5 };         // diameters of dots, in CSS pixels
 const VIEWS = { space: [-2.2, -1.2], flat: [0, 0] }; // yaw and pitch (rad) at the beginning
 const MOST_FILLED = 0.88;                            // of the canvas, by what is shown
 const ROOM = 60;                                     // for names above and below it, in CSS pixels
@@ -19,7 +20,7 @@ const PAINTED = 0.22;                                // how much darker every ot
 const floats = (text, Kind) => new Kind(Uint8Array.from(atob(text), (c) => c.charCodeAt(0)).buffer);
 
 // A colour as the card wants it; what lets others shine through has an opacity below 1.
-const parts = (colour, opacity = 1) =>
+const rgba = (colour, opacity = 1) =>
   [...[1, 3, 5].map((k) => parseInt(colour.slice(k, k + 2), 16) / 255), opacity];
 
 class Replay {
@@ -36,12 +37,13 @@ class Replay {
     const arrays = data.arrays.map((text) => floats(text, Float32Array));
     for (const part of this.stages.flatMap((stage) => stage.parts)) {
       part.points = arrays[part.points];
-      // What moves has so many numbers at a time, and may have times of its own between those of the readings.
+      // What moves has so many numbers at a time, and perhaps more times between those of the readings.
       part.size = part.motion === "traced" ? 3 : part.count;
       part.between = (part.points.length / part.size - 1) / (this.times.length - 1);
     }
     [this.start, this.end] = [this.times[0], this.times[this.times.length - 1]];
-    this.pace = (this.end - this.start) / data.seconds;
+    this.duration = this.end - this.start;
+    this.pace = this.duration / data.seconds;
     this.time = this.start;
     this.doublings = 0;
     this.playing = this.inView = this.met = false;
@@ -49,10 +51,8 @@ class Replay {
     this.fingers = new Map();
     this.actions = {
       play: () => this.play(!this.playing),
-      slower: () => this.change(-1),
-      faster: () => this.change(1),
-      in: () => this.magnify(1.2),
-      out: () => this.magnify(1 / 1.2),
+      slower: () => this.change(-1), faster: () => this.change(1),
+      in: () => this.magnify(1.2), out: () => this.magnify(1 / 1.2),
       reset: () => this.reset(),
     };
     for (const each of figure.querySelectorAll("[hidden]")) each.hidden = false;
@@ -67,9 +67,9 @@ class Replay {
   // --- What a reader does
 
   listen() {
-    for (const button of this.figure.querySelectorAll("button")) button.onclick = this.actions[button.dataset.do];
+    for (const each of this.figure.querySelectorAll("button")) each.onclick = this.actions[each.dataset.do];
     this.slider = this.find("input[type=range]");
-    this.slider.oninput = () => this.go(this.start + this.slider.value / this.slider.max * (this.end - this.start));
+    this.slider.oninput = () => this.go(this.start + this.slider.value / this.slider.max * this.duration);
     this.find("select").onchange = (event) => this.choose(+event.target.value);
     const stage = this.find(".stage");
     new ResizeObserver(() => this.ask()).observe(stage);
@@ -95,16 +95,18 @@ class Replay {
     canvas.addEventListener("webglcontextlost", (event) => {
       event.preventDefault();
       this.painter = null;
+      this.taken = true;
       this.tell("The browser has put this picture aside: play goes on with it.");
     });
   }
 
   press(event) {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
-    const step = (this.end - this.start) / STEPS;
+    const step = this.duration / STEPS;
     const turns = { ArrowLeft: [-0.1, 0], ArrowRight: [0.1, 0], ArrowUp: [0, -0.1], ArrowDown: [0, 0.1] };
     const keys = {
-      " ": this.actions.play, "+": this.actions.in, "=": this.actions.in, "-": this.actions.out, 0: this.actions.reset,
+      " ": this.actions.play, "+": this.actions.in, "=": this.actions.in, "-": this.actions.out,
+      0: this.actions.reset,
       ArrowLeft: () => this.go(this.time - step), ArrowRight: () => this.go(this.time + step),
       ArrowUp: this.actions.faster, ArrowDown: this.actions.slower,
       Home: () => this.go(this.start), End: () => this.go(this.end),
@@ -148,7 +150,8 @@ class Replay {
   change(doublings) {
     this.doublings = Math.min(Math.max(this.doublings + doublings, -MOST_DOUBLINGS), MOST_DOUBLINGS);
     const ratio = this.pace * 2 ** this.doublings;
-    this.find(".speed").textContent = `${ratio < 1e5 ? Number(ratio.toPrecision(2)) : ratio.toExponential(1)} × real time`;
+    const figures = ratio < 1e5 ? Number(ratio.toPrecision(2)) : ratio.toExponential(1);
+    this.find(".speed").textContent = `${figures} × real time`;
   }
 
   turn(yaw, pitch) {
@@ -177,12 +180,13 @@ class Replay {
   // The legend, whose boxes show and hide, and the labels, in the colours of the page.
   dress() {
     const [r, g, b] = getComputedStyle(this.figure).color.match(/[\d.]+/g);
-    this.colours = +r + +g + +b > 384 ? DARK : LIGHT;
+    const colours = +r + +g + +b > 384 ? DARK : LIGHT;
     const legend = this.find(".legend"), labels = this.find(".labels"), named = new Set();
     legend.replaceChildren();
     labels.replaceChildren();
+    labels.style.textShadow = `0 0 3px ${colours[HALO]}, 0 0 3px ${colours[HALO]}`;
     for (const part of this.stage.parts) {
-      part.colour = part.quiet ? this.colours.quiet : this.colours.styles[part.style];
+      part.colour = colours[part.quiet ? QUIET : part.style];
       part.name = part.group || part.label;
       if (part.form === "arrow") {
         part.sign = labels.appendChild(document.createElement("span"));
@@ -191,7 +195,8 @@ class Replay {
       }
       if (!part.name || named.has(part.name)) continue;
       const entry = legend.appendChild(document.createElement("label")), box = document.createElement("input");
-      const name = named.add(part.name) && part.name;
+      const { name } = part;
+      named.add(name);
       box.type = "checkbox";
       box.checked = !this.hidden.has(name);
       box.style.accentColor = part.colour;
@@ -216,59 +221,49 @@ class Replay {
   frame(now) {
     this.asked = 0;
     const passed = Math.min((now - this.before) / 1000 || 0, LONGEST_FRAME);
-    this.before = this.playing ? now : NaN;
-    if (!this.inView) {
-      this.before = NaN;
-      return;
-    }
+    this.before = this.playing && this.inView ? now : NaN;
+    if (!this.inView) return;
     if (this.playing) {
       const gone = this.time + passed * this.pace * 2 ** this.doublings - this.start;
-      this.time = this.start + gone % (this.end - this.start);
+      this.time = this.start + gone % this.duration;
       this.ask();
     }
     this.read();
     if (this.painter || this.open()) this.draw();
   }
 
-  // A painter for the canvas; a new canvas where the browser has taken the old one's away.
+  // A painter for the canvas; for a new one where the browser has taken what the old one held.
   open() {
-    if (this.painters) {
+    if (this.lacking) return null;
+    if (this.taken) {
       const fresh = this.canvas.cloneNode();
       this.canvas.replaceWith(fresh);
       this.listenTo(fresh);
     }
     const gl = this.canvas.getContext("webgl2", { antialias: true });
+    this.lacking = !gl;
     this.tell(gl ? "" : "This browser has no WebGL2, which the picture needs; the readings go on without it.");
-    this.painters = (this.painters || 0) + (gl ? 1 : 0);
     this.painter = gl && new Painter(gl);
     for (const part of this.stages.flatMap((stage) => stage.parts)) part.held = null;
     return this.painter;
   }
 
-  // The last sample that is not later, and how far the time is on the way from it to the next.
-  sample() {
-    let low = 0, high = this.times.length - 1;
-    while (high - low > 1) {
-      const middle = (low + high) >> 1;
-      if (this.times[middle] <= this.time) low = middle; else high = middle;
-    }
-    return [low, (this.time - this.times[low]) / (this.times[high] - this.times[low])];
-  }
-
   // The readings are those of the nearest sample, so that each digit is right.
   read() {
-    [this.row, this.share] = this.sample();
-    const shown = this.figure.querySelectorAll(".readings dd"), nearest = this.row + Math.round(this.share);
+    // The last sample that is not later, and how far the time is on the way from it to the next.
+    const row = this.row = Math.min(this.times.findLastIndex((t) => t <= this.time), this.times.length - 2);
+    this.share = (this.time - this.times[row]) / (this.times[row + 1] - this.times[row]);
+    const shown = this.figure.querySelectorAll(".readings dd"), nearest = row + Math.round(this.share);
     this.readings.forEach(({ unit, values }, place) => {
       shown[place].textContent = `${values[nearest].toPrecision(this.digits)} ${unit}`;
     });
-    this.slider.value = (this.time - this.start) / (this.end - this.start) * this.slider.max;
+    this.slider.value = (this.time - this.start) / this.duration * this.slider.max;
     this.slider.setAttribute("aria-valuetext", `t = ${shown[0].textContent}`);
   }
 
   // The points of a part now, which lie between two of its samples, and the place of the earlier one.
   now(part) {
-    if (part.motion === "still") return { points: part.points, size: part.points.length, row: 0 };
+    if (part.motion === "still") return { points: part.points };
     const between = part.between, share = this.share * between, step = Math.min(Math.floor(share), between - 1);
     const row = this.row * between + step, size = part.size, from = row * size, way = share - step;
     const points = Float32Array.from({ length: size }, (_, k) => {
@@ -288,7 +283,7 @@ class Replay {
   }
 
   camera() {
-    const [cy, sy, cp, sp] = [Math.cos(this.yaw), Math.sin(this.yaw), Math.cos(this.pitch), Math.sin(this.pitch)];
+    const [[cy, sy], [cp, sp]] = [this.yaw, this.pitch].map((angle) => [Math.cos(angle), Math.sin(angle)]);
     const { width, height } = this.canvas, [x, y] = this.stage.flat ? this.stage.half : [1, 1];
     const filled = Math.min(MOST_FILLED, 1 - ROOM / this.canvas.clientHeight);
     const focus = filled * DISTANCE * this.zoom * Math.min(width / height / (x || 1e-9), 1 / (y || 1e-9));
@@ -301,7 +296,7 @@ class Replay {
 
   draw() {
     const canvas = this.canvas, ratio = this.ratio = devicePixelRatio || 1;
-    const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.max(1, Math.round(x * ratio)));
+    const [width, height] = [canvas.clientWidth, canvas.clientHeight].map((x) => Math.round(x * ratio) || 1);
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
     const camera = this.camera(), attitude = this.attitude();
     this.painter.begin(camera);
@@ -319,39 +314,44 @@ class Replay {
   }
 
   faces(part, turn) {
-    this.painter.surface(this.held(part), parts(part.colour, part.quiet ? 0.3 : 1), turn, part.quiet ? 0 : PAINTED);
+    const [opacity, painted] = part.quiet ? [0.3, 0] : [1, PAINTED];
+    const look = { colour: rgba(part.colour, opacity), turn, painted };
+    this.painter.draw(FACES, this.held(part), part.points.length / 3, look);
   }
 
   line(part, turn) {
+    const { points, row } = this.now(part), opacity = part.quiet && part.motion === "traced" ? 0.5 : 1;
     const width = (part.quiet ? WIDTHS.thin : WIDTHS.line) * this.ratio;
-    const { points, row } = this.now(part), colour = parts(part.colour, part.quiet && part.motion === "traced" ? 0.5 : 1);
+    const look = { colour: rgba(part.colour, opacity), turn, width };
     if (part.motion === "sampled") {
-      this.painter.line(this.painter.once(points), points.length / 3, colour, turn, width);
+      this.painter.draw(LINE, this.painter.once(points), points.length / 3, look);
     } else if (part.motion === "still" || part.quiet) {
-      this.painter.line(this.held(part), part.points.length / 3, colour, turn, width);
+      this.painter.draw(LINE, this.held(part), part.points.length / 3, look);
     } else {
-      const last = new Float32Array([...part.points.subarray(3 * row, 3 * row + 3), ...points]);
-      this.painter.line(this.held(part), row + 1, colour, turn, width);
-      this.painter.line(this.painter.once(last), 2, colour, turn, width);
+      const last = [...part.points.subarray(3 * row, 3 * row + 3), ...points];
+      this.painter.draw(LINE, this.held(part), row + 1, look);
+      this.painter.draw(LINE, this.painter.once(last), 2, look);
     }
   }
 
   dots(part, turn) {
     const { points } = this.now(part), count = points.length / 3;
+    const size = part.quiet || count > 100 ? SIZES.many : count > 12 ? SIZES.some : SIZES.few;
     const held = part.motion === "still" ? this.held(part) : this.painter.once(points);
-    const size = part.quiet || count > 100 ? DOTS.many : count > 12 ? DOTS.some : DOTS.few;
-    this.painter.dots(held, count, parts(part.colour), turn, size * this.ratio);
+    this.painter.draw(DOTS, held, count, { colour: rgba(part.colour), turn, width: size * this.ratio });
   }
 
   arrow(part, turn, camera) {
-    const { points } = this.now(part), [from, to] = [points.slice(0, 3), points.slice(3)].map((p) => times(turn, p));
-    const way = less(to, from), length = Math.hypot(...way), axis = unit(way), colour = parts(part.colour);
+    const { points } = this.now(part);
+    const [from, to] = [points.slice(0, 3), points.slice(3)].map((p) => turned(turn, p));
+    const way = less(to, from), length = Math.hypot(...way), axis = unit(way), colour = rgba(part.colour);
     const [width, size] = part.quiet ? [WIDTHS.thin, 0.6] : [WIDTHS.arrow, 1];
     if (length) {
       const end = to.map((x, k) => x - axis[k] * Math.min(HEAD * size, length) / 2);
-      this.painter.line(this.painter.once(new Float32Array([...from, ...end])), 2, colour, IDENTITY, width * this.ratio);
+      const shaft = { colour, turn: IDENTITY, width: width * this.ratio };
+      this.painter.draw(LINE, this.painter.once([...from, ...end]), 2, shaft);
       const head = onto(axis).map((x) => x * Math.min(size, length / HEAD));
-      this.painter.surface(this.painter.cone, colour, head, 0, to);
+      this.painter.draw(FACES, this.painter.cone, CONE.length / 3, { colour, turn: head, shift: to });
     }
     this.sign(part, from, to, camera);
   }
@@ -359,7 +359,7 @@ class Replay {
   // The name of an arrow stands beyond its tip; a long one beside it, so that it stays in the picture.
   sign(part, from, to, camera) {
     const [[x0, y0], [x, y]] = [from, to].map((point) => {
-      const eye = times(camera.matrix, less(point, camera.centre)), depth = DISTANCE - eye[2];
+      const eye = turned(camera.matrix, less(point, camera.centre)), depth = DISTANCE - eye[2];
       return [(1 + eye[0] * camera.zoom[0] / depth) / 2, (1 - eye[1] * camera.zoom[1] / depth) / 2];
     });
     const { clientWidth: width, clientHeight: height } = this.canvas, style = part.sign.style;

@@ -11,7 +11,7 @@ from __future__ import annotations
 import json
 from base64 import b64encode
 from collections.abc import Iterator
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -57,20 +57,20 @@ POSES = 24
 CORNERS = 300
 """About so many points of each of its parts are looked at."""
 
-CIRCLE = 2 * np.pi
-"""The path of a point that moves round once (in units of its distance); so long a path counts as a turn."""
+TURN = 2 * np.pi
+"""The angle of a turn (rad), and the path of a point that moves round, in units of its distance."""
 
 
 def replay(scene: Scene, look: Look | None = None) -> str:
     """The figure with its style and script: all text in it is escaped, and no data ends its element."""
     look = look or Look()
-    rows = _rows(scene)
+    rows, most = _rows(scene)
     readings = replace(scene.readings, columns=tuple(map(without_noise, scene.readings.columns)))
-    arrays: dict[str, int] = {}
+    stages = _Stages(scene, rows, most)
     data = {
-        "stages": [_stage(stage, scene, rows, arrays) for stage in scene.stages],
-        "arrays": list(arrays),
-        "times": _packed(_times(scene)[rows], "f8"),
+        "stages": [stages.sent(stage) for stage in scene.stages],
+        "arrays": list(stages.arrays),
+        "times": _packed(scene.times[rows], "f8"),
         "readings": [
             {"unit": column.unit, "values": _packed(np.asarray(column.values)[rows], "f8")}
             for column in single_cells(readings)
@@ -139,18 +139,17 @@ def _table(readings: Table, look: Look) -> Iterator[str]:
     yield "</table>\n"
 
 
-def _rows(scene: Scene) -> Rows:
-    """Which rows are sent: all, or each second, third and so on, so that they fit; and the last one."""
-    moving = sum(
-        np.asarray(part.mark.points)[0].size
-        for stage in scene.stages
-        for part in stage.parts
-        if part.motion != "still"
-    )
+def _rows(scene: Scene) -> tuple[Rows, int]:
+    """Which rows are sent, and how many points for each of them may make a path smooth.
+
+    These are all rows, or each second, third and so on, so that they fit; and the last one.
+    """
     wide = 2 * len(single_cells(scene.readings)) + 7 * (scene.orientation is not None)
-    step = -(-len(scene.readings) * (moving + wide) // MOST_NUMBERS)
-    last = len(scene.readings) - 1
-    return np.append(np.arange(0, last, step), last)
+    for part in (part for stage in scene.stages for part in stage.parts if part.motion != "still"):
+        wide += np.asarray(part.mark.points)[0].size
+    step, last = -(-len(scene.times) * wide // MOST_NUMBERS), len(scene.times) - 1
+    rows = np.append(np.arange(0, last, step), last)
+    return rows, max(1, MOST_NUMBERS // (len(rows) * wide))
 
 
 def _turns(scene: Scene, rows: Rows) -> Floats:
@@ -172,20 +171,19 @@ def _turns(scene: Scene, rows: Rows) -> Floats:
 
 def _swept(scene: Scene) -> Floats:
     """The integral of omega (n, 3; rad) from the first time on, by trapezia."""
-    steps = np.diff(_times(scene))[:, None] * (scene.omega[1:] + scene.omega[:-1]) / 2
+    steps = np.diff(scene.times)[:, None] * (scene.omega[1:] + scene.omega[:-1]) / 2
     return np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
 
 
 def _seconds(scene: Scene, turns: Floats | None) -> float:
     """How long the replay takes at its ordinary speed: as long as the motion, where that can be followed."""
     if turns is not None:
-        count = float(np.linalg.norm(turns, axis=1).sum()) / CIRCLE
+        count = float(np.linalg.norm(turns, axis=1).sum()) / TURN
     else:
         paths = [_path(part) for part in scene.stages[0].parts if part.motion != "still"]
-        count = max(paths, default=0.0) / CIRCLE
+        count = max(paths, default=0.0) / TURN
     followed = min(max(count / TURNS_A_SECOND, SHORTEST), LONGEST)
-    times = _times(scene)
-    duration = float(times[-1] - times[0])
+    duration = float(scene.times[-1] - scene.times[0])
     return duration if followed / NEAR <= duration <= followed * NEAR else followed
 
 
@@ -196,78 +194,84 @@ def _path(part: Part) -> float:
     return float((np.linalg.norm(np.diff(points, axis=0), axis=-1) / extent).sum(axis=0).max())
 
 
-def _stage(stage: Stage, scene: Scene, rows: Rows, arrays: dict[str, int]) -> dict[str, Any]:
-    """The parts of a stage, in units of its reach; `arrays` has all their points once, with a number."""
-    centre, half, reach = _extent(stage, scene)
-    times = _times(scene)[rows]
-    return {
-        "flat": stage.is_flat,
-        "centre": (centre / reach).tolist(),
-        "half": (half / reach).tolist(),
-        "parts": [_part(part, reach, rows, times, arrays) for part in stage.parts],
-    }
+@dataclass(frozen=True, slots=True)
+class _Stages:
+    """The stages of a scene as they are sent: at these rows, with at most so many points for each of them.
 
-
-def _part(part: Part, reach: float, rows: Rows, times: Floats, arrays: dict[str, int]) -> dict[str, Any]:
-    mark = part.mark
-    points = triangles(mark.points, MOST_TRIANGLES) if mark.form == "faces" else np.asarray(mark.points)
-    if part.motion != "still":
-        points = _rounded(points[rows], times)
-    return {
-        "form": mark.form,
-        "label": mark.label,
-        "style": mark.style,
-        "group": part.group,
-        "quiet": mark.quiet,
-        "motion": part.motion,
-        "carried": part.carried,
-        "count": int(points[0].size),
-        "points": arrays.setdefault(_packed(points / reach), len(arrays)),
-    }
-
-
-def _rounded(points: Floats, times: Floats) -> Floats:
-    """Points that move (n, ...), with as many more between each two as a smooth path needs, by cubic splines.
-
-    Nothing is put between samples that are too far apart to tell the path.
+    `arrays` are all points once, packed, with their places in the list that is sent.
     """
-    path = points.reshape(len(points), -1, 3)[:, -1]
-    steps = np.diff(path, axis=0)
-    length = np.linalg.norm(steps, axis=1)
-    cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1]) / np.maximum(length[1:] * length[:-1], TINY)
-    bend = float(np.median(np.arccos(np.clip(cosine, -1, 1)))) if len(cosine) else 0.0
-    if not SMOOTH < bend < COARSE or points.size * COARSE / SMOOTH > MOST_NUMBERS:
-        return points
-    from scipy.interpolate import CubicSpline
 
-    between = int(np.ceil(bend / SMOOTH))
-    fine = np.interp(np.arange((len(times) - 1) * between + 1) / between, np.arange(len(times)), times)
-    found: Floats = CubicSpline(times, points)(fine)
-    return found
+    scene: Scene
+    rows: Rows
+    most: int
+    arrays: dict[str, int] = field(default_factory=dict)
 
+    def sent(self, stage: Stage) -> dict[str, Any]:
+        """A stage, in units of its reach."""
+        centre, half, reach = self._extent(stage)
+        return {
+            "flat": stage.is_flat,
+            "centre": (centre / reach).tolist(),
+            "half": (half / reach).tolist(),
+            "parts": [self._part(part, reach) for part in stage.parts],
+        }
 
-def _extent(stage: Stage, scene: Scene) -> tuple[Floats, Floats, float]:
-    """The middle of a stage (3), half of its extent (3), and its reach from the middle in any direction.
+    def _part(self, part: Part, reach: float) -> dict[str, Any]:
+        mark = part.mark
+        points = triangles(mark.points, MOST_TRIANGLES) if mark.form == "faces" else np.asarray(mark.points)
+        if part.motion != "still":
+            points = self._smooth(points[self.rows])
+        return {
+            "form": mark.form,
+            "label": mark.label,
+            "style": mark.style,
+            "group": part.group,
+            "quiet": mark.quiet,
+            "motion": part.motion,
+            "carried": part.carried,
+            "count": int(points[0].size),
+            "points": self.arrays.setdefault(_packed(points / reach), len(self.arrays)),
+        }
 
-    The middle is on the axis z through O where something turns.
-    """
-    places = [np.vstack([np.reshape(each, (-1, 3)) for each in part.mark.points]) for part in stage.parts]
-    turns = any(part.carried for part in stage.parts)
-    if turns:
-        poses = scene.orientation[np.linspace(0, len(scene.orientation) - 1, POSES).astype(int), None]
-        places = [
-            rotation.turned(poses, each[:: 1 + len(each) // CORNERS]).reshape(-1, 3) if part.carried else each
-            for each, part in zip(places, stage.parts, strict=True)
-        ]
-    solid = np.vstack([e for e, part in zip(places, stage.parts, strict=True) if not part.mark.quiet])
-    centre = (solid.min(axis=0) + solid.max(axis=0)) / 2 * ([0, 0, 1] if turns else 1)
-    offsets = np.vstack(places) - centre
-    return centre, np.abs(offsets).max(axis=0), float(np.linalg.norm(offsets, axis=1).max()) or 1.0
+    def _smooth(self, points: Floats) -> Floats:
+        """Points that move (n, ...), with as many more between two as a smooth path needs, by cubic splines.
 
+        Nothing is put between samples that are too far apart to tell the path.
+        """
+        steps = np.diff(points.reshape(len(points), -1, 3)[:, -1], axis=0)
+        length = np.linalg.norm(steps, axis=1)
+        cosine = np.einsum("ij,ij->i", steps[1:], steps[:-1]) / np.maximum(length[1:] * length[:-1], TINY)
+        bend = float(np.median(np.arccos(np.clip(cosine, -1, 1)))) if len(cosine) else 0.0
+        between = min(int(np.ceil(bend / SMOOTH)), self.most)
+        if bend > COARSE or between < 2:
+            return points
+        from scipy.interpolate import CubicSpline
 
-def _times(scene: Scene) -> Floats:
-    times: Floats = np.asarray(scene.readings.columns[0].values, dtype=float)
-    return times
+        times, places = self.scene.times[self.rows], np.arange(len(points))
+        fine = np.interp(np.arange(places[-1] * between + 1) / between, places, times)
+        found: Floats = CubicSpline(times, points)(fine)
+        return found
+
+    def _extent(self, stage: Stage) -> tuple[Floats, Floats, float]:
+        """The middle of a stage (3), half of its extent (3), and its reach from the middle in any direction.
+
+        The middle is on the axis z through O where something turns.
+        """
+        turns = any(part.carried for part in stage.parts)
+        some = np.linspace(0, len(self.scene.times) - 1, POSES).astype(int)
+        places, solid = [], []
+        for part in stage.parts:
+            points = part.mark.points
+            found = np.concatenate(points) if part.mark.form == "faces" else np.reshape(points, (-1, 3))
+            if part.carried:
+                poses = self.scene.orientation[some, None]
+                found = rotation.turned(poses, found[:: 1 + len(found) // CORNERS]).reshape(-1, 3)
+            places.append(found)
+            solid += [] if part.mark.quiet else [found]
+        every = np.concatenate(solid)
+        centre = (every.min(axis=0) + every.max(axis=0)) / 2 * ([0, 0, 1] if turns else 1)
+        offsets = np.concatenate(places) - centre
+        return centre, np.abs(offsets).max(axis=0), float(np.hypot.reduce(offsets, axis=1).max()) or 1.0
 
 
 def _packed(values: Floats, kind: str = "f4") -> str:

@@ -47,7 +47,8 @@ def _ears(face: Floats, normal: Floats) -> list[list[int]]:
     x, y = np.delete(face, drop, axis=1).T * np.array([[1.0], [(-1.0) ** drop * np.sign(normal[drop])]])
 
     def area(i: Sequence[int] | int, j: int, k: Sequence[int] | int) -> Floats:
-        return (x[j] - x[i]) * (y[k] - y[i]) - (y[j] - y[i]) * (x[k] - x[i])
+        twice: Floats = (x[j] - x[i]) * (y[k] - y[i]) - (y[j] - y[i]) * (x[k] - x[i])
+        return twice
 
     left, found = list(range(len(face))), []
     while len(left) > 3:

@@ -33,8 +33,9 @@ def scene_of(document: Document, motion: Trajectory, samples: Table) -> Scene | 
     if len(motion.problem.times) < 2:
         return None
     stages = (_in_space(document, motion), *_rolling_ellipsoid(motion))
+    times, readings = motion.problem.times, _readings(motion, samples)
     orientation = rotation.continuous(motion.orientation)
-    return Scene("the motion in space", _readings(motion, samples), stages, orientation, motion.omega)
+    return Scene("the motion in space", times, readings, stages, orientation, motion.omega)
 
 
 def _readings(motion: Trajectory, samples: Table) -> Table:

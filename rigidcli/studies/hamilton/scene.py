@@ -44,7 +44,7 @@ def scene_of(document: Document, orbit: OrbitSolution, table: Table) -> Scene | 
         stages.append(_portrait(values, (name, f"p_{name}"), f"phase portrait of {name}"))
     if is_free_of_places and len(names) in (2, 3):
         stages.append(_portrait(orbit.coordinates, names, f"orbit in {', '.join(names)}"))
-    return Scene("the orbit in time", _readings(names, table), tuple(stages))
+    return Scene("the orbit in time", orbit.times, _readings(names, table), tuple(stages))
 
 
 def _readings(names: tuple[str, ...], table: Table) -> Table:
