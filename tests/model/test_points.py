@@ -314,7 +314,7 @@ def test_what_is_no_file_of_points_is_refused_without_waiting(tmp_path: Path) ->
         assert refusal(tmp_path / name) == ": no such file"
     assert refusal(written(tmp_path, "m,x,y,z\r\n\r\n \n")) == ": no points"
     for name in ("cloud.txt", "cloud", "cloud.csv.gz"):
-        assert refusal(tmp_path / name) == ": expected a file name that ends in `.csv` or `.npy`"
+        assert refusal(tmp_path / name) == ": expected a file name that ends in `.csv`, `.npy` or `.xyz`"
     os.mkfifo(tmp_path / "pipe.csv")
     (tmp_path / "directory.npy").mkdir()
     (tmp_path / "device.csv").symlink_to("/dev/zero")
