@@ -31,32 +31,32 @@ _SYMBOLS = {
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
-    """One page: a section for each report, under a table of contents where there are several.
+    """One page: a section for each report, under a table of contents where there are several FILES.
 
     Raises UsageError without the libraries of the extra `show`.
     """
     for use in ("drawing", "formulas"):
         require_library(use)
-    shown = list(reports)
-    if not shown:
-        return
-    (title, *others) = [_title(report) for report in shown]
-    yield from page(
-        f"{title}, and {len(others)} more" if others else title, _body(shown, look), sheets=["result.css"]
+    head = "h2" if look.several else "h1"
+    # Only text is kept of a report: it may have a million samples.
+    sections = [
+        (_title(report), _section(report, look, head, f"result-{place}"))
+        for place, report in enumerate(reports, 1)
+    ]
+    if sections:
+        count = f"{len(sections)} result{'s' if len(sections) > 1 else ''}"
+        title = count if look.several else sections[0][0]
+        contents = _contents(title, [name for name, _ in sections]) if look.several else ""
+        body = (contents, *(section for _, section in sections))
+        yield from page(title, ["<main>\n", *body, "</main>\n"], sheets=["result.css"])
+
+
+def _contents(title: str, names: Iterable[str]) -> str:
+    """The heading of several results, with links to each."""
+    links = "".join(
+        f'<li><a href="#result-{place}">{text(name)}</a></li>\n' for place, name in enumerate(names, 1)
     )
-
-
-def _body(reports: list[Report], look: Look) -> Iterator[str]:
-    if len(reports) == 1:
-        yield f"<main>\n{_section(reports[0], look, 'h1', 'result')}</main>\n"
-        return
-    yield f'<main>\n<h1>{len(reports)} results</h1>\n<nav aria-label="Contents"><ol>\n'
-    for place, report in enumerate(reports, 1):
-        yield f'<li><a href="#result-{place}">{text(_title(report))}</a></li>\n'
-    yield "</ol></nav>\n"
-    for place, report in enumerate(reports, 1):
-        yield _section(report, look, "h2", f"result-{place}")
-    yield "</main>\n"
+    return f'<h1>{title}</h1>\n<nav aria-label="Contents"><ol>\n{links}</ol></nav>\n'
 
 
 def fragment(report: Report, look: Look) -> str:

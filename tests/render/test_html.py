@@ -100,7 +100,9 @@ def test_a_bad_file_leaves_the_page_of_the_others(program: Program, tmp_path: Pa
     bad, out = tmp_path / "bad.yaml", tmp_path / "out.html"
     bad.write_text("body: {shape: cub}")
     assert program("axes", HANDLE, str(bad), "-f", "html", "-o", str(out)).code == 3
-    assert texts(markup(out.read_text()), "h1") == ["T-handle: principal moments and axes"]
+    root = markup(out.read_text())
+    assert texts(root, "h1") == ["1 result"]
+    assert texts(root, "h2") == ["T-handle: principal moments and axes"]
     out.unlink()
     assert program("axes", str(bad), "-f", "html", "-o", str(out)).code == 3
     assert not out.exists()
