@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from rigidcli.model.bodies import FORMS
 from rigidcli.render import BLOCKS
 from tests.conftest import ROOT, Program
 
@@ -268,3 +269,26 @@ def test_samples_of_several_links_have_their_names(program: Program) -> None:
     )
     assert rows[0][:2] == ["name", "t"]
     assert [row[0] for row in rows[1:]] == ["base"] * 2 + ["upper arm"] * 2 + ["forearm"] * 2
+
+
+@pytest.mark.skipif("mesh" not in FORMS, reason="bodies are not read from meshes here")
+def test_meshes_below_the_folder_are_compared(program: Program, tmp_path: Path) -> None:
+    trimesh: Any = pytest.importorskip("trimesh", reason="it writes the mesh of a bar in millimetres")
+    inside = tmp_path / "robot"
+    (inside / "meshes").mkdir(parents=True)
+    for folder in (inside / "meshes", tmp_path):
+        trimesh.creation.box(extents=(200, 300, 400)).export(folder / "bar.stl")
+    path = inside / "robot.urdf"
+    names = {
+        "package://anything/meshes/bar.stl": (0, "0.001 0.001 0.001"),
+        "meshes/bar.stl": (2, "1 1 1"),
+        "../bar.stl": (0, "1 1 1"),  # not read, and so nothing is noted
+        str(tmp_path / "bar.stl"): (0, "1 1 1"),
+    }
+    for name, (notes, scale) in names.items():
+        mesh = f'<visual><geometry><mesh filename="{name}" scale="{scale}"/></geometry></visual>'
+        path.write_text(block("0.5 0 0 0.4 0 0.26", mesh, "24"))
+        outcome = program("validate", str(path))
+        assert outcome.code == 0
+        assert outcome.err.count("note: ") == notes, outcome.err
+        assert ("hint: the lengths may be in mm" in outcome.err) == (notes > 0)

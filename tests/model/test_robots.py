@@ -18,8 +18,9 @@ from scipy.spatial.transform import Rotation
 
 import rigidcli
 from rigidcli.errors import RigidError
+from rigidcli.model.document import Document
 from rigidcli.model.robots import READERS, elements
-from rigidcli.model.robots.documents import link_documents
+from rigidcli.model.robots.documents import LinkDocument, link_documents
 from rigidcli.studies.robots import remarks
 from rigidcli.studies.robots.geometry import forms_of
 from rigidcli.studies.robots.repair import repair
@@ -51,6 +52,11 @@ def read(text: str, ending: str, folder: Path) -> list[Any]:
     path = folder / f"robot{ending}"
     path.write_text(text)
     return [rigidcli.inertia(document) for document in rigidcli.load_all(path)]
+
+
+def opened(link: LinkDocument) -> Document:
+    """The document of a link."""
+    return link.draft.document()
 
 
 def by_mujoco(text: str, name: str = "l") -> tuple[float, Any, Any]:
@@ -254,7 +260,7 @@ def test_what_is_wrong_in_a_link_is_told(good: str, tmp_path: Path) -> None:
     assert good in text
     (each,) = link_documents(text.replace(good, bad, 1), "robot.urdf", tmp_path).links
     with pytest.raises(RigidError) as refused:
-        each.draft.document()
+        opened(each)
     assert re.search(message, str(refused.value))
 
 
@@ -320,13 +326,13 @@ def test_a_mutated_file_is_answered_or_refused(ending: str, tmp_path: Path) -> N
             links = link_documents(text, f"robot{ending}", tmp_path).links
         except RigidError:
             continue
-        for link, draft in links:
+        for each in links:
             try:
-                document = draft.document()
-                remarks(link, document)
+                document = opened(each)
+                remarks(each.link, document)
                 rigidcli.axes(document)
             except RigidError:
-                repair(link)
+                repair(each.link)
         assert time.process_time() - began < 5, text
 
 

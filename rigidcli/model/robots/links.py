@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
 from rigidcli.errors import DocumentError, Problem, shortened, shown
@@ -31,6 +32,9 @@ ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 
 MOST_FORMS = 3000
 """The most geometry of a file that is compared with its links, which takes two seconds; 400 is much."""
+
+LARGEST_MESH = 20_000_000
+"""The largest file (bytes) of a mesh that is compared with its link: one of 400,000 triangles."""
 
 NO_MASS = "no mass"
 """Why a link has no mass properties, in most cases."""
@@ -194,6 +198,22 @@ def geometries(elements: Iterable[Element], body: Callable[[Element], Body | Non
 def solid(shape: str, frame: Body, **sizes: Any) -> Body:
     """A shape of density 1 in a frame."""
     return {"shape": shape, "density": 1, **sizes, **frame}
+
+
+def mesh(name: str, folder: Path, scale: Sequence[Any], frame: Body) -> Body | None:
+    """A mesh of density 1 in a frame, from a file below the folder of the robot.
+
+    `package://` and the like stand for that folder, or for what is above the next name. None where there is
+    no such file, or a very large one, and where the scales along x, y and z differ.
+    """
+    rest = re.sub(r"^\w+://", "", name)
+    for guess in (rest, rest.partition("/")[2]):
+        path = folder / guess
+        with suppress(OSError, ValueError):  # no file has such a name
+            inside = path.resolve().is_relative_to(folder.resolve())
+            if inside and path.is_file() and path.stat().st_size <= LARGEST_MESH and len(set(scale)) == 1:
+                return {"mesh": str(path.resolve()), "density": 1, "scale": scale[0], **frame}
+    return None
 
 
 def roll_pitch_yaw(angles: Sequence[Any]) -> Body | None:

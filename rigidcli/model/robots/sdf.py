@@ -20,6 +20,7 @@ from rigidcli.model.robots.links import (
     described,
     geometries,
     in_text,
+    mesh,
     placed,
     roll_pitch_yaw,
     solid,
@@ -43,7 +44,7 @@ def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
     """The links of all models; where there are several models, with the names of these before them."""
     found = list(_links(root, ()))
     several = len({scope for scope, _ in found}) > 1
-    links = [_link(link, scope if several else (), decimal) for scope, link in found]
+    links = [_link(link, scope if several else (), folder, decimal) for scope, link in found]
     included = [element for _, element in _elements(root, (), "include")]
     notes = [f"`<include>` in line {element.line} is not followed" for element in included]
     notes += [
@@ -69,9 +70,9 @@ def _elements(parent: Element, scope: tuple[str, ...], tag: str) -> Iterator[tup
             yield from _elements(child, (*scope, child.attributes.get("name", "")), tag)
 
 
-def _link(link: Element, scope: tuple[str, ...], decimal: Decimals) -> Link:
+def _link(link: Element, scope: tuple[str, ...], folder: Path, decimal: Decimals) -> Link:
     name = link.attributes.get("name", "")
-    parts = geometries(link.all("visual", "collision"), lambda part: _form(part, decimal))
+    parts = geometries(link.all("visual", "collision"), lambda part: _form(part, folder, decimal))
     full = "::".join([*scope, name]) if name else ""
     bare = Link(full, link.source, link.line, geometry=parts)
     return described(bare, lambda: _inertial(link, decimal))
@@ -102,7 +103,7 @@ def _values(parent: Element | None, tag: str, count: int, decimal: Decimals, def
         if not default:
             assert parent is not None
             raise parent.refusal(f"`<{parent.tag}>` has no `<{tag}>`")
-        return [decimal(default)]
+        return [decimal(word) for word in default.split()]
     return in_text(child.text, f"`<{tag}>`", child, count, decimal)
 
 
@@ -125,7 +126,7 @@ def _frame(pose: Element | None, decimal: Decimals) -> Body:
     return placed(position, roll_pitch_yaw(angles))
 
 
-def _form(part: Element, decimal: Decimals) -> Body | None:
+def _form(part: Element, folder: Path, decimal: Decimals) -> Body | None:
     """The geometry of a `<visual>` or `<collision>` that stands in the frame of the link."""
     shapes, pose = part.find("geometry"), part.find("pose")
     if shapes is None or (pose is not None and _relative_to(pose)):
@@ -145,4 +146,8 @@ def _form(part: Element, decimal: Decimals) -> Body | None:
                 return solid("sphere", frame, radius=size("radius")[0])
             case "cylinder" | "capsule":
                 return solid(shape.tag, frame, radius=size("radius")[0], height=size("length")[0])
+            case "mesh":
+                uri = shape.find("uri")
+                scale = _values(shape, "scale", 3, decimal, "1 1 1")
+                return None if uri is None else mesh(uri.text.strip(), folder, scale, frame)
     return None

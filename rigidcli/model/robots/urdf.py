@@ -19,6 +19,7 @@ from rigidcli.model.robots.links import (
     Robot,
     described,
     geometries,
+    mesh,
     numbers,
     placed,
     roll_pitch_yaw,
@@ -32,11 +33,11 @@ ROOT = "robot"
 
 def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
     """The links of the robot."""
-    return Robot([_link(link, decimal) for link in root.all("link")])
+    return Robot([_link(link, folder, decimal) for link in root.all("link")])
 
 
-def _link(link: Element, decimal: Decimals) -> Link:
-    parts = geometries(link.all("visual", "collision"), lambda part: _form(part, decimal))
+def _link(link: Element, folder: Path, decimal: Decimals) -> Link:
+    parts = geometries(link.all("visual", "collision"), lambda part: _form(part, folder, decimal))
     bare = Link(link.attributes.get("name", ""), link.source, link.line, geometry=parts)
     return described(bare, lambda: _inertial(link, decimal))
 
@@ -66,7 +67,7 @@ def _frame(origin: Element | None, decimal: Decimals) -> Body:
     return placed(position, roll_pitch_yaw(numbers(origin, "rpy", 3, decimal, "0 0 0")))
 
 
-def _form(part: Element, decimal: Decimals) -> Body | None:
+def _form(part: Element, folder: Path, decimal: Decimals) -> Body | None:
     """The geometry of a `<visual>` or `<collision>`."""
     shapes = part.find("geometry")
     frame = _frame(part.find("origin"), decimal)
@@ -82,4 +83,7 @@ def _form(part: Element, decimal: Decimals) -> Body | None:
                 return solid("sphere", frame, radius=size("radius")[0])
             case "cylinder" | "capsule":
                 return solid(shape.tag, frame, radius=size("radius")[0], height=size("length")[0])
+            case "mesh":
+                scale = numbers(shape, "scale", 3, decimal, "1 1 1")
+                return mesh(shape.attributes.get("filename", ""), folder, scale, frame)
     return None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -12,16 +13,21 @@ from pydantic import ValidationError
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.mass_properties import MassProperties, combine
 from rigidcli.core.tensor import shift_to_com, shortfall
+from rigidcli.errors import RigidError
 from rigidcli.model.bodies import Composite
 from rigidcli.model.environment import Environment
-from rigidcli.model.robots.links import Link
+from rigidcli.model.holes import Leaf
+from rigidcli.model.robots.links import Body, Link
 from rigidcli.model.shape import Shape
 
 LIGHTEST, HEAVIEST = 10.0, 23_000.0
 """The densities (kg/m^3) between which a link lies: a hollow one of foam, and one of osmium (22,590)."""
 
 SOLID = 500.0, 20_000.0
-"""The densities (kg/m^3) between which a mass in grams would be that of a solid, from wood to tungsten."""
+"""The densities (kg/m^3) of solids, from wood to tungsten."""
+
+SLIPS = {1e-3: "the mass may be in g, expected kg", 1e9: "the lengths may be in mm: a `scale` of 0.001?"}
+"""What may be wrong where a density is that of a solid after it is multiplied by so much."""
 
 FACTOR = 10.0
 """How far a moment may be from that of the uniform form: a shell has twice as much, a motor in it less."""
@@ -72,11 +78,11 @@ class Solid(Weighed):
 class Forms:
     """The geometry of a link: each role as one solid, if all that has the role is of known form.
 
-    `composite` is all of it, None where one form is not known.
+    `leaves` are all its shapes, none where one form is not known, or is a mesh.
     """
 
     solids: Sequence[Solid]
-    composite: Composite | None
+    leaves: Sequence[Leaf] = ()
 
     def contain(self, point: Floats) -> bool:
         """Whether a point (3, m) is in the convex hull; also where the hull is not known.
@@ -84,10 +90,9 @@ class Forms:
         It is outside where it lies farther along some direction than every form reaches. The directions that
         are tried are the axes of each form, those from its centre, and those of them across its z.
         """
-        if self.composite is None:
+        if not self.leaves:
             return True
-        leaves = list(self.composite.leaves(FLOAT))
-        places = [(leaf.rotation.astype(float), leaf.displacement.astype(float)) for leaf in leaves]
+        places = [(leaf.rotation.astype(float), leaf.displacement.astype(float)) for leaf in self.leaves]
         middle = np.mean([shift for _, shift in places], axis=0)
         tried = [point - middle]
         for turn, shift in places:
@@ -97,7 +102,7 @@ class Forms:
         reach = np.max(
             [
                 directions @ (shift - middle) + REACH[leaf.form.shape](leaf.form, directions @ turn)
-                for leaf, (turn, shift) in zip(leaves, places, strict=True)
+                for leaf, (turn, shift) in zip(self.leaves, places, strict=True)
                 if isinstance(leaf.form, Shape)
             ],
             axis=0,
@@ -116,27 +121,32 @@ REACH: dict[str, Callable[[Any, Floats], Floats]] = {
 
 
 def forms_of(link: Link) -> Forms:
-    """The geometry of a link; without what is no body."""
-    bodies = [part.body for part in link.geometry]
-    if not bodies or len(bodies) > MOST_OF_LINK:
-        return Forms((), None)
-    known = [index for index, body in enumerate(bodies) if body is not None]
-    try:
-        tree = {"parts": [bodies[index] for index in known]}
-        composite = Composite.model_validate(tree, context=Environment()) if known else None
-    except ValidationError:
-        return Forms((), None)
+    """The geometry of a link, as far as it is a body: not an open mesh, nor a box without a width."""
+    if len(link.geometry) > MOST_OF_LINK:
+        return Forms(())
+    leaves: list[Leaf] = []
     roles: dict[str, list[MassProperties | None]] = {}
-    parts = dict(zip(known, composite.parts, strict=True)) if composite else {}
-    for index, part in enumerate(link.geometry):
-        found = roles.setdefault(part.role, [])
-        found.append(parts[index].properties(FLOAT) if index in parts else None)
+    for part in link.geometry:
+        form, properties = _form(part.body)
+        roles.setdefault(part.role, []).append(properties)
+        leaves += form.leaves(FLOAT) if form is not None else ()
     solids = []
     for role, found in roles.items():
-        if None not in found:
-            whole = combine([each for each in found if each is not None])
+        known = [properties for properties in found if properties is not None]
+        if len(known) == len(found):
+            whole = combine(known)
             solids.append(Solid(float(whole.mass or 0), whole.com, whole.tensor, role))
-    return Forms(solids, composite if len(known) == len(bodies) else None)
+    is_whole = len(leaves) == len(link.geometry) and all(isinstance(leaf.form, Shape) for leaf in leaves)
+    return Forms(solids, leaves if is_whole else ())
+
+
+def _form(body: Body | None) -> tuple[Composite | None, MassProperties | None]:
+    """A form with its mass properties at a density of 1; neither of what is no body."""
+    if body is not None:
+        with suppress(ValidationError, RigidError):
+            form = Composite.model_validate({"parts": [body]}, context=Environment())
+            return form, form.properties(FLOAT)
+    return None, None
 
 
 def moments_agree(body: Weighed, form: Solid, factor: float) -> bool:
@@ -150,8 +160,8 @@ def misfits(body: Weighed, forms: Sequence[Solid], *, only_mass: bool) -> Iterat
     densities = [body.mass / form.mass for form in forms]
     if densities and not any(LIGHTEST <= density <= HEAVIEST for density in densities):
         text = f"{body.mass:g} kg in the {forms[0].mass:.3g} m^3 of its {forms[0].role}"
-        hint = "the mass may be in g, expected kg" if SOLID[0] <= densities[0] / 1000 <= SOLID[1] else None
-        yield Remark("mass", f"{text} would be {densities[0]:.3g} kg/m^3", hint)
+        hints = [words for factor, words in SLIPS.items() if SOLID[0] <= factor * densities[0] <= SOLID[1]]
+        yield Remark("mass", f"{text} would be {densities[0]:.3g} kg/m^3", next(iter(hints), None))
     if forms and not only_mass and not any(moments_agree(body, form, FACTOR) for form in forms):
         form = forms[0]
         own, uniform = (", ".join(f"{moment:.3g}" for moment in body.mass * m.moments) for m in (body, form))
