@@ -103,20 +103,21 @@ def unpaired(read: Read) -> Unpaired:
     In each class of edges the weights are summed, with the sign of the sense in which an edge is run. They
     cancel where each edge has its partner; what is in the other classes is then looked at.
     """
-    sums = np.zeros(2**CLASSES, dtype=np.int64)
-    count = 0
+    sums, sizes = np.zeros((2, 2**CLASSES), dtype=np.int64)
     for block in read():
         for _, kind, weight in _classified(block):
             np.add.at(sums, kind, weight)
-            count += len(kind)
+            np.add.at(sizes, kind, 1)
     odd = np.flatnonzero(sums)
+    odd = odd[np.argsort(sizes[odd], kind="stable")]
     chosen = np.zeros(2**CLASSES, dtype=bool)
-    most = max(1, MOST_GATHERED * 2**CLASSES // max(count, 1))
-    chosen[odd[:most]] = True
-    gathered, senses = [np.empty((0, 2, 3))], [np.empty(0, dtype=bool)]
+    few = odd[: max(1, np.count_nonzero(np.cumsum(sizes[odd]) <= MOST_GATHERED))]
+    chosen[few] = True
+    gathered, senses, left = [np.empty((0, 2, 3))], [np.empty(0, dtype=bool)], MOST_GATHERED
     for block in read():
         for (start, end), kind, weight in _classified(block):
-            found = np.flatnonzero(chosen[kind] & (weight != 0))
+            found = np.flatnonzero(chosen[kind] & (weight != 0))[:left]
+            left -= len(found)
             edges = np.stack([block[start][:, found].T, block[end][:, found].T], axis=1) + 0.0
             forward = weight[found] > 0
             gathered.append(np.where(forward[:, None, None], edges, edges[:, ::-1]))
@@ -133,7 +134,7 @@ def unpaired(read: Read) -> Unpaired:
     return Unpaired(
         np.where(turned[:, None, None], edges[:, ::-1], edges),
         np.where(turned[:, None], uses[:, ::-1], uses),
-        len(odd) <= most,
+        len(few) == len(odd) and left > 0,
     )
 
 

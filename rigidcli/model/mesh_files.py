@@ -1,29 +1,28 @@
 """Surfaces of triangles from files, in blocks. Files are untrusted: only their size says how much they hold.
 
-A block has the shape (3, 3, n): vertex, coordinate, triangle, in the unit of the file. STL is read here,
-through one buffer: a memory map would count as memory, and would end the program where a file shrinks
-meanwhile. Other formats are read by trimesh, which is given the bytes of the file and nothing else, so that it
-can follow no reference to another one.
+A block has the shape (3, 3, n): vertex, coordinate, triangle, in the unit of the file. STL is read through
+one buffer: a memory map would count as memory, and would end the program where a file shrinks meanwhile.
+Files of other formats are read whole, and so may not be as large.
 """
 
 from __future__ import annotations
 
-import logging
 import os
 import re
-import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
-from io import BufferedReader, BytesIO
+from io import BufferedReader
 from itertools import chain, cycle
 from pathlib import Path
 
 import numpy as np
 
+from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.edges import Read
 from rigidcli.errors import ValueProblem, shown
+from rigidcli.model import mesh_formats
+from rigidcli.model.mesh_formats import NUMERAL
 
 BLOCK_TRIANGLES = 8_000
 """The most triangles of a block, 0.6 MB; not a power of two, which would put rows on the same cache lines."""
@@ -37,8 +36,11 @@ FACET = np.dtype([("normal", "<f4", 3), ("vertices", "<f4", (3, 3)), ("attribute
 MOST_BYTES = 4_000_000_000
 """The largest STL file that is read, which has 80 million triangles: about half a minute's work."""
 
-MOST_BYTES_AT_ONCE = 16_000_000
-"""The largest file of the formats that trimesh reads whole, in many times as much memory."""
+MOST_BYTES_AT_ONCE = 32_000_000
+"""The largest file that is read whole: some 500,000 triangles."""
+
+TIMES_THE_FILE = 80
+"""So many times its size is the memory that a file of text may take which is read whole, if it is all blanks."""
 
 CHUNK_BYTES = 1_000_000
 """How much text of an STL file is read at once; a facet takes some 250 bytes."""
@@ -51,8 +53,6 @@ NUMBERS = [place for place, word in enumerate(PATTERN) if word == b"0"][3:]
 
 _SOLID = re.compile(rb"^[ \t]*(?:end)?solid\b.*$", re.MULTILINE)
 """The lines that begin and end a body in an STL file of text: they hold any name."""
-
-_NUMERAL = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:e[-+]?[0-9]+)?")
 
 
 def reader(path: Path) -> Read:
@@ -157,7 +157,7 @@ def _whole_facets(text: bytes, line: int, path: Path) -> Iterator[Floats]:
     fits = not rest and all(
         column == [word] * triangles for column, word in zip(columns, PATTERN, strict=True) if word != b"0"
     )
-    if not fits or not all(map(_NUMERAL.fullmatch, chain(*numbers))):
+    if not fits or not all(map(NUMERAL.fullmatch, chain(*numbers))):
         raise _misread(text, line, path)
     values = np.array([list(map(float, column)) for column in numbers]).reshape(3, 3, triangles)
     for start in range(0, triangles, BLOCK_TRIANGLES):
@@ -170,59 +170,28 @@ def _misread(text: bytes, line: int, path: Path) -> ValueProblem:
     for number, content in enumerate(_SOLID.sub(b"", text).split(b"\n"), line):
         for word, (place, keyword) in zip(content.split(), expected, strict=False):
             is_number = place in NUMBERS
-            if (_NUMERAL.fullmatch(word) is None) if is_number else keyword not in (word, b"0"):
+            if (NUMERAL.fullmatch(word) is None) if is_number else keyword not in (word, b"0"):
                 what = "a number" if is_number else f"`{keyword.decode()}`"
                 read = shown(word.decode("utf-8", "replace"))
                 return ValueProblem(f"{path}:{number}: read {read}, expected {what}")
     return ValueProblem(f"{path}:{number}: the file ends inside a facet", hint="it is truncated")
 
 
-# --- formats that trimesh reads
+# --- formats that are read whole
 
 
-def _by_trimesh(path: Path) -> Read:
-    with _opened(path, MOST_BYTES_AT_ONCE) as (file, _):
-        if find_spec("trimesh") is None:
-            raise ValueProblem(
-                f"{path}: {path.suffix[1:].upper()} is read by trimesh, which is not installed",
-                hint="install `rigidcli[mesh]`, or save the mesh as STL",
-            )
-        vertices, faces = _loaded(file.read(MOST_BYTES_AT_ONCE + 1), path)
+def _whole(path: Path) -> Read:
+    most = int(min(MOST_BYTES_AT_ONCE, memory.available() / TIMES_THE_FILE))
+    with _opened(path, most) as (file, _):
+        data = file.read(most + 1)
+    polygons = WHOLE[path.suffix.lower()](data, path)
+    vertices, faces = polygons.vertices, mesh_formats.triangles(polygons, path)
     starts = range(0, len(faces), BLOCK_TRIANGLES)
     return lambda: (vertices[faces[at : at + BLOCK_TRIANGLES]].transpose(1, 2, 0) for at in starts)
 
 
-def _loaded(data: bytes, path: Path) -> tuple[Floats, np.ndarray[tuple[int, ...], np.dtype[np.intp]]]:
-    """Vertices (n, 3) and faces (m, 3) as trimesh finds them, of which nothing is merged or repaired."""
-    logging.getLogger("trimesh").setLevel(logging.CRITICAL + 1)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            import trimesh
+WHOLE = {".obj": mesh_formats.obj, ".ply": mesh_formats.ply, ".off": mesh_formats.off}
+"""The readers of formats in which vertices and faces stand apart, by the ending of the file's name."""
 
-            mesh = trimesh.load_mesh(
-                BytesIO(data),
-                file_type=path.suffix[1:].lower(),
-                process=False,
-                maintain_order=True,
-                skip_materials=True,
-            )
-            vertices = np.array(mesh.vertices, dtype=np.float64).reshape(-1, 3)
-            faces = np.array(mesh.faces).astype(np.intp).reshape(-1, 3)
-    except Exception as error:  # a broken file may raise anything there
-        reason = shown(" ".join(str(error).split()))
-        raise ValueProblem(
-            f"{path}: cannot be read as {path.suffix[1:].upper()}; trimesh says {reason}"
-        ) from error
-    if faces.size and not 0 <= faces.min() <= faces.max() < len(vertices):
-        raise ValueProblem(f"{path}: a face has a vertex that is not there, of {len(vertices):,}")
-    return vertices, faces
-
-
-READERS: dict[str, Callable[[Path], Read]] = {
-    ".stl": _stl,
-    ".obj": _by_trimesh,
-    ".ply": _by_trimesh,
-    ".off": _by_trimesh,
-}
-"""The readers of meshes by the ending of the file's name."""
+READERS: dict[str, Callable[[Path], Read]] = {".stl": _stl, **dict.fromkeys(WHOLE, _whole)}
+"""What reads a mesh, by the ending of the file's name."""

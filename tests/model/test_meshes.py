@@ -247,8 +247,7 @@ def test_a_text_is_read_in_chunks(monkeypatch: pytest.MonkeyPatch, tmp_path: Pat
 
 
 @pytest.mark.parametrize("ending", ["obj", "off", "ply"])
-def test_other_formats_are_read_by_trimesh(ending: str, tmp_path: Path) -> None:
-    pytest.importorskip("trimesh")
+def test_other_formats_are_read(ending: str, tmp_path: Path) -> None:
     vertices, faces = indexed(BOX)
     points = "".join(f"{x} {y} {z}\n" for x, y, z in vertices)
     files = {
@@ -269,14 +268,6 @@ def test_other_formats_are_read_by_trimesh(ending: str, tmp_path: Path) -> None:
     np.testing.assert_allclose(
         body(path)["tensor"], body(saved(tmp_path / "a.stl", BOX))["tensor"], rtol=1e-15
     )
-
-
-def test_without_trimesh_the_message_says_how_to_get_it(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    monkeypatch.setattr(mesh_files, "find_spec", lambda name: None)
-    (tmp_path / "a.obj").write_text("v 0 0 0\n")
-    assert "trimesh, which is not installed; install `rigidcli[mesh]`" in refusal(tmp_path / "a.obj")
 
 
 def test_a_file_is_read_again_when_it_has_changed(tmp_path: Path) -> None:
