@@ -40,7 +40,7 @@ def opened(browser: Browser, tmp_path: Path) -> Open:
         file = tmp_path / "page.html"
         figures = [replay(scene) for scene in scenes if scene is not None]
         file.write_text("".join(page("a replay", [first, *figures, last])), "utf-8")
-        browser.open_page(file, **window)
+        browser.open_page(file, **{"width": 640, **window})
         browser.wait("document.querySelectorAll('figure [hidden]:not(.trouble)').length === 0")
         return browser
 
