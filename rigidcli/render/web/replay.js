@@ -185,7 +185,7 @@ class Replay {
     labels.replaceChildren();
     labels.style.textShadow = `0 0 3px ${colours[HALO]}, 0 0 3px ${colours[HALO]}`;
     for (const part of this.stage.parts) {
-      part.colour = colours[part.quiet ? QUIET : part.style];
+      part.colour = colours[part.quiet ? QUIET : part.style % QUIET];
       const name = part.name = part.group || part.label;
       if (part.form === "arrow") {
         part.sign = Object.assign(document.createElement("span"), { textContent: part.label });
