@@ -40,7 +40,7 @@ def opened(browser: Browser, tmp_path: Path) -> Open:
         file = tmp_path / "page.html"
         figures = [replay(scene) for scene in scenes if scene is not None]
         file.write_text("".join(page("a replay", [first, *figures, last])), "utf-8")
-        browser.open_page(file, **window)
+        browser.open_page(file, **{"width": 640, **window})
         browser.wait("document.querySelectorAll('figure [hidden]:not(.trouble)').length === 0")
         return browser
 
@@ -313,7 +313,9 @@ def test_hostile_names_stay_text(opened: Open) -> None:
     times = np.linspace(0, 1, 11)
     readings = Table("", HOSTILE, (Column("t", times, (HOSTILE,), "s"), Column("x", times, ("x",), HOSTILE)))
     arrow = Part(Mark("arrow", np.array([[0, 0, 0], [0, 0, 1.0]]), HOSTILE))
-    path = Part(Mark("line", np.column_stack([times, times, times]), "path"), "traced", group=HOSTILE)
+    path = Part(
+        Mark("line", np.column_stack([times, times, times]), "path", style=9), "traced", group=HOSTILE
+    )
     browser = opened(Scene(HOSTILE, times, readings, (Stage(HOSTILE, (arrow, path)),)), width=390, still=True)
     settled(browser)
     assert browser.find("figcaption").text == HOSTILE

@@ -84,6 +84,16 @@ def test_a_table_in_a_pipe_needs_no_rich(arguments: str) -> None:
     assert loaded(*arguments.split()) <= {"numpy", "yaml", "orjson"}
 
 
+def test_numbers_load_nothing_of_pictures_and_replays() -> None:
+    script = "import sys, rigidcli as r; r.euler(sys.argv[1]); r.hamilton(sys.argv[2]); print(*sys.modules)"
+    files = ("configs/feynman_plate.yaml", "configs/notes_spring.yaml")
+    done = subprocess.run(
+        [sys.executable, "-c", script, *files], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    ours = {name for name in done.stdout.split() if name.startswith("rigidcli.")}
+    assert not {name for name in ours if name.startswith("rigidcli.render") or name.endswith(".scene")}
+
+
 def test_the_package_itself_loads_nothing() -> None:
     script = "import sys, rigidcli; print(*{name.partition('.')[0] for name in sys.modules})"
     done = subprocess.run(

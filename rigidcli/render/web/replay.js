@@ -41,11 +41,10 @@ class Replay {
       part.size = part.motion === "traced" ? 3 : part.count;
       part.between = (part.points.length / part.size - 1) / (this.times.length - 1);
     }
-    [this.start, this.end] = [this.times[0], this.times[this.times.length - 1]];
+    [this.start, this.end] = [this.times.at(0), this.times.at(-1)];
     this.duration = this.end - this.start;
     this.pace = this.duration / data.seconds;
-    this.time = this.start;
-    this.doublings = 0;
+    [this.time, this.doublings] = [this.start, 0];
     this.playing = this.inView = this.met = false;
     this.hidden = new Set();
     this.fingers = new Map();
@@ -111,7 +110,7 @@ class Replay {
       ArrowUp: this.actions.faster, ArrowDown: this.actions.slower,
       Home: () => this.go(this.start), End: () => this.go(this.end),
     };
-    const done = event.shiftKey && turns[event.key] ? () => this.turn(...turns[event.key]) : keys[event.key];
+    const way = event.shiftKey && turns[event.key], done = way ? () => this.turn(...way) : keys[event.key];
     if (!done) return;
     event.preventDefault();
     done();
@@ -186,30 +185,26 @@ class Replay {
     labels.replaceChildren();
     labels.style.textShadow = `0 0 3px ${colours[HALO]}, 0 0 3px ${colours[HALO]}`;
     for (const part of this.stage.parts) {
-      part.colour = colours[part.quiet ? QUIET : part.style];
-      part.name = part.group || part.label;
+      part.colour = colours[part.quiet ? QUIET : part.style % QUIET];
+      const name = part.name = part.group || part.label;
       if (part.form === "arrow") {
-        part.sign = labels.appendChild(document.createElement("span"));
-        part.sign.textContent = part.label;
+        part.sign = Object.assign(document.createElement("span"), { textContent: part.label });
+        labels.append(part.sign);
         part.sign.style.color = part.colour;
       }
-      if (!part.name || named.has(part.name)) continue;
-      const entry = legend.appendChild(document.createElement("label")), box = document.createElement("input");
-      const { name } = part;
+      if (!name || named.has(name)) continue;
       named.add(name);
-      box.type = "checkbox";
-      box.checked = !this.hidden.has(name);
+      const entry = legend.appendChild(document.createElement("label")), box = document.createElement("input");
+      const toggle = () => { this.hidden[box.checked ? "delete" : "add"](name); this.ask(); };
+      Object.assign(box, { type: "checkbox", checked: !this.hidden.has(name), onchange: toggle });
       box.style.accentColor = part.colour;
-      box.onchange = () => { this.hidden[box.checked ? "delete" : "add"](name); this.ask(); };
       entry.append(box, " ", name);
     }
     this.ask();
   }
 
   tell(words) {
-    const trouble = this.find(".trouble");
-    trouble.textContent = words;
-    trouble.hidden = !words;
+    Object.assign(this.find(".trouble"), { textContent: words, hidden: !words });
   }
 
   // --- What is drawn
@@ -362,13 +357,12 @@ class Replay {
       const eye = turned(camera.matrix, less(point, camera.centre)), depth = DISTANCE - eye[2];
       return [(1 + eye[0] * camera.zoom[0] / depth) / 2, (1 - eye[1] * camera.zoom[1] / depth) / 2];
     });
-    const { clientWidth: width, clientHeight: height } = this.canvas, style = part.sign.style;
+    const { clientWidth: width, clientHeight: height } = this.canvas;
     const [dx, dy] = unit([(x - x0) * width, (y - y0) * height, 0]), isLong = part.label.length > 3;
     const beyond = (d) => `calc(${50 * d - 50}% + ${0.4 * d}em)`;
-    style.left = `${100 * x}%`;
-    style.top = `${100 * y}%`;
-    style.transform = isLong && Math.abs(dx) > Math.abs(dy) ? "translate(-100%, .4em)"
+    const transform = isLong && Math.abs(dx) > Math.abs(dy) ? "translate(-100%, .4em)"
       : `translate(${isLong ? "-1em" : beyond(dx)}, ${beyond(dy)})`;
+    Object.assign(part.sign.style, { left: `${100 * x}%`, top: `${100 * y}%`, transform });
   }
 }
 

@@ -78,16 +78,16 @@ def _in_space(document: Document, motion: Trajectory) -> Stage:
 
 def _body(document: Document, motion: Trajectory) -> tuple[list[Mark], float]:
     """The body about O, or its ellipsoid of inertia where its parts are not known; and how far it reaches."""
-    about = document.physical.point
-    shown = [] if document.body is None else list(marks_of_body(document))
-    marks = [replace(mark, points=_moved(mark.points, -about)) for mark in shown]
+    marks: list[Mark] = []
+    if document.body is not None:
+        about = document.physical.point
+        marks += (replace(mark, points=_moved(mark.points, -about)) for mark in marks_of_body(document))
     if not marks:
-        frame = motion.problem.frame
-        axes = poinsot.semi_axes(frame.moments / frame.moments.max(), 1.0)
+        moments = motion.problem.frame.moments
+        axes = poinsot.semi_axes(moments / moments.max(), 1.0)
         if axes is None:
             return [], 1.0
-        faces = _ellipsoid(axes, motion)
-        marks = [Mark("faces", faces, "ellipsoid of inertia", style=5)]
+        marks.append(Mark("faces", _ellipsoid(axes, motion), "ellipsoid of inertia", style=5))
     reach = max(float(np.linalg.norm(np.vstack(list(mark.points)), axis=1).max()) for mark in marks)
     return marks, reach or 1.0
 

@@ -24,6 +24,9 @@ MOST_TRACED = 12
 RIGID = 1e-9
 """A distance that changes by less than this, in units of the size of the motion, is that of a rod."""
 
+CONSTANT = 1e-9
+"""A range below this, in units of the values, is that of rounding: it is not drawn out to fill a portrait."""
+
 WIDTHS = (1.6, 1.0, 1.0)
 """How far a portrait goes in each direction to both sides, in units of its height to one side."""
 
@@ -38,11 +41,11 @@ def scene_of(document: Document, orbit: OrbitSolution, table: Table) -> Scene | 
     assert document.system is not None
     names = document.system.coordinates
     stages = [*_particles(document, orbit)]
-    is_free_of_places = not stages
+    has_particles = bool(stages)
     for place, name in enumerate(names[:MOST_SHOWN]):
         values = np.column_stack([orbit.coordinates[:, place], orbit.momenta[:, place]])
         stages.append(_portrait(values, (name, f"p_{name}"), f"phase portrait of {name}"))
-    if is_free_of_places and len(names) in (2, 3):
+    if not has_particles and len(names) in (2, 3):
         stages.append(_portrait(orbit.coordinates, names, f"orbit in {', '.join(names)}"))
     return Scene("the orbit in time", orbit.times, _readings(names, table), tuple(stages))
 
@@ -95,7 +98,8 @@ def _rods(places: Floats) -> Iterator[Floats]:
 def _portrait(values: Floats, names: tuple[str, ...], title: str) -> Stage:
     """The orbit (n, 2 or 3) along axes of their own scales, which tell how far it goes."""
     low, high = values.min(axis=0), values.max(axis=0)
-    half = np.where(high > low, (high - low) / 2, np.maximum(np.abs(high), 1.0))
+    size = np.maximum(np.abs(low), np.abs(high))
+    half = np.where(high - low > CONSTANT * size, (high - low) / 2, np.where(size > 0, size, 1.0))
     path = np.zeros((len(values), 3))
     widths = np.array(WIDTHS[: len(names)])
     path[:, : len(names)] = (values - (low + high) / 2) / half * widths
