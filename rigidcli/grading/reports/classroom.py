@@ -21,7 +21,7 @@ from rigidcli.grading.reports import Style
 from rigidcli.grading.reports.items import LONGEST_ANSWER, MOST_TOLD, Tally, tally
 from rigidcli.grading.reports.sheet import STYLE, Course, answers, lines, own, share, student_page
 from rigidcli.grading.reports.table import as_one, counted, points, score
-from rigidcli.render.web.page import page, text
+from rigidcli.render.web.page import page, resource, text
 
 INDEX = "index.html"
 """The page of the class in a folder of pages."""
@@ -85,7 +85,7 @@ def file_name(student: str, taken: set[str]) -> str:
 def _class_page(
     judged: Sequence[Judgement], course: Course, style: Style, links: Sequence[str], *, folded: bool
 ) -> Iterator[str]:
-    return page(course.title, _class(judged, course, style, links, folded=folded), sheets=[STYLE])
+    return page(course.title, _class(judged, course, style, links, folded=folded), styles=[resource(STYLE)])
 
 
 def _class(

@@ -15,7 +15,7 @@ from rigidcli.errors import printable
 from rigidcli.grading.feedback import Student
 from rigidcli.grading.reports.table import as_one, score
 from rigidcli.render import Look
-from rigidcli.render.web.page import page, text
+from rigidcli.render.web.page import page, resource, text
 from rigidcli.report import Report
 
 STYLE = "classroom.css"
@@ -43,7 +43,7 @@ def student_page(student: Student, course: Course) -> Iterator[str]:
         *answers(student, course),
         f'<p class="quiet">{own(Path(student.source).name)}</p>\n' if student.source else "",
     ]
-    return page(f"{course.title}: {student.student}", body, sheets=[STYLE])
+    return page(f"{course.title}: {student.student}", body, styles=[resource(STYLE)])
 
 
 def answers(student: Student, course: Course, *, solved: bool = True) -> Iterator[str]:

@@ -13,19 +13,15 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inl
 
 
 def page(
-    title: str, body: Iterable[str], scripts: Iterable[str] = (), sheets: Iterable[str] = ()
+    title: str, body: Iterable[str], scripts: Iterable[str] = (), styles: Iterable[str] = ()
 ) -> Iterator[str]:
-    """A whole page, piece by piece: a title, which is text, a `body` of HTML, and `scripts` of this house.
-
-    `sheets` are resources with styles besides those of every page.
-    """
-    style = "".join(map(resource, ("page.css", *sheets)))
+    """A whole page, piece by piece: a title, which is text, a `body`, scripts and styles of this house."""
     yield (
         "<!DOCTYPE html>\n"
         '<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>{text(title)}</title>\n<style>\n{style}</style>\n</head>\n<body>\n"
+        f"<title>{text(title)}</title>\n<style>\n{resource('page.css')}{''.join(styles)}</style>\n</head>\n<body>\n"
     )
     yield from body
     for script in scripts:
