@@ -6,7 +6,7 @@ import re
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
 
-VOID = {"br", "meta", "wbr"}
+VOID = {"br", "input", "meta", "wbr"}
 """Elements of pages that have no end."""
 
 OUTSIDE = re.compile(r"//|^\s*(?:javascript|data|vbscript):", re.IGNORECASE)

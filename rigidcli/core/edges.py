@@ -43,7 +43,7 @@ SIDES = ((0, 1), (1, 2), (2, 0))
 CLASSES = 20
 """Edges are sorted into 2^20 classes by their keys, to find the few that lack a partner among millions."""
 
-MOST_GATHERED = 500_000
+MOST_GATHERED = 100_000
 """About how many edges are looked at one by one."""
 
 

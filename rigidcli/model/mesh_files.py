@@ -40,7 +40,7 @@ MOST_BYTES_AT_ONCE = 32_000_000
 """The largest file that is read whole: some 500,000 triangles."""
 
 TIMES_THE_FILE = 80
-"""So many times its size is the memory that a file of text may take which is read whole, if it is all blanks."""
+"""So many times its size is the memory that a file may take which is read whole: one of very short words."""
 
 CHUNK_BYTES = 1_000_000
 """How much text of an STL file is read at once; a facet takes some 250 bytes."""

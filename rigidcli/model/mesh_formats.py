@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Literal, NamedTuple, NoReturn, TypeAlias
 
@@ -89,9 +90,10 @@ def _rows(lines: Sequence[bytes], numbers: Sequence[int], path: Path) -> Rows:
     text = b"\n".join(lines)
     is_blank = np.frombuffer(b" " + text, dtype=np.uint8) <= ord(" ")
     begins = np.flatnonzero(is_blank[:-1] & ~is_blank[1:])
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # what it cannot read is seen below
-        values = np.fromstring(text, sep=" ") if text.strip() else np.empty(0)
+    values = np.empty(0)
+    with warnings.catch_warnings(), suppress(ValueError):
+        warnings.simplefilter("ignore")  # older versions of numpy warn, and end there
+        values = np.fromstring(text, sep=" ") if begins.size else values
     if text.translate(None, _NUMERALS) or len(values) != len(begins):
         _refuse_word(lines, numbers, path)
     newlines = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
@@ -244,7 +246,7 @@ def _ply_header(data: bytes, path: Path) -> tuple[int, str | None, list[Element]
 
 
 def _ply_places(element: Element, path: Path) -> list[int] | None:
-    """Where x, y and z are among the properties of `vertex`, or the list of `face`; None for other elements."""
+    """Where x, y, z are among the properties of `vertex`, or the list of `face`; None for other elements."""
     names = [name for name, _, _ in element.properties]
     lists = [place for place, (_, _, length) in enumerate(element.properties) if length is not None]
     if element.name == "vertex" and {"x", "y", "z"} <= set(names) and not lists:

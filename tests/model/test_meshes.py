@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -455,19 +456,113 @@ def test_hostile_headers_and_texts(content: bytes, message: str, tmp_path: Path)
     assert message in refusal(tmp_path / "a.stl")
 
 
+HEADER = "property float x\nproperty float y\nproperty float z\n"
+TEXT, BINARY = "ply\nformat ascii 1.0\n", "ply\nformat binary_little_endian 1.0\n"
+FACES = "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+
+
 @pytest.mark.parametrize(
-    ("name", "content"),
+    ("name", "content", "message"),
     [
-        ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 99999999999\n"),
-        ("a.off", "OFF\n99999999999 1 0\n0 0 0\n"),
-        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 77777777\n"),
-        ("a.obj", "v 0 0 0\n" * 3 + "f " + "1 " * 100_000),
-        ("a.ply", "ply\nformat ascii 1.0\nelement vertex 99999999999\nproperty float x\nend_header\n0\n"),
-        ("a.ply", "ply\nformat binary_little_endian 1.0\nelement vertex 99999999999\nend_header\n"),
-        ("a.ply", "ply\n" * 1000),
+        ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 99999999999\n", "has the vertex 99,999,999,999"),
+        ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1\n", ":6: read 2 vertices of a face, expected 3"),
+        ("a.off", "OFF\n3 1 0\n0 0 0\n1 0 x\n0 1 0\n3 0 1 2\n", ":4: read `x`, expected a number"),
+        (
+            "a.off",
+            "OFF\n3 1 0\n0 0 0\n1 0\n0 1 0\n3 0 1 2\n",
+            ":4: read 2 numbers, expected the 3 of a vertex",
+        ),
+        ("a.off", "OFF\n99999999999 1 0\n0 0 0\n", "expected 99,999,999,999 of vertices"),
+        ("a.off", "OFF", "the numbers of vertices and faces are missing"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 77777777\n", "the vertex 77,777,776"),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 -4\n", "the vertex -1 "),
+        ("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 0.5\n", "read 0.5, expected the number of a vertex"),
+        ("a.obj", "v 0 0 0\nv 1-2 0 0\n", ":2: read `1-2`, expected a number"),
+        ("a.obj", "v 0 0 0\n" * 3 + "f 1 2\n", "face 0 (counted from 0) has 2 vertices"),
+        ("a.obj", "v 0 0 0\n" * 3 + "f " + "1 " * 100_000, "the triangles have no area"),
+        ("a.obj", "nothing", "no triangles"),
+        (
+            "a.ply",
+            TEXT + "element vertex 99999999999\n" + HEADER + "end_header\n0\n",
+            "expected 99,999,999,999",
+        ),
+        ("a.ply", BINARY + "element vertex 99999999999\n" + HEADER + "end_header\n0\n", "end early"),
+        ("a.ply", BINARY + "element vertex 0\n" + HEADER + FACES + "\xff", "the data of `face` end early"),
+        ("a.ply", TEXT + "element vertex -1\n", "not a PLY file"),
+        ("a.ply", TEXT + "element vertex -1\nend_header\n", ":3: read `element vertex -1`, expected a line"),
+        ("a.ply", TEXT + "element vertex 1\nproperty float x\nend_header\n1\n", "expected x, y, z"),
+        ("a.ply", TEXT + "end_header\n", "expected elements `vertex` and `face`"),
+        ("a.ply", "ply\n" * 1000, "not a PLY file"),
     ],
 )
-def test_hostile_files_of_other_formats(name: str, content: str, tmp_path: Path) -> None:
-    pytest.importorskip("trimesh")
-    (tmp_path / name).write_text(content)
-    assert refusal(tmp_path / name).startswith(": ")
+def test_hostile_files_of_other_formats(name: str, content: str, message: str, tmp_path: Path) -> None:
+    (tmp_path / name).write_text(content, encoding="latin-1")
+    assert message in refusal(tmp_path / name)
+
+
+def test_faces_with_many_vertices_other_keys_and_all_orders_of_bytes(tmp_path: Path) -> None:
+    """A box of quadrangles, some cut in two: OBJ with relative indices, PLY with colours on both sides."""
+    vertices, _ = indexed(BOX)
+    faces = [
+        [0, 1, 3, 2],
+        [4, 6, 7],
+        [4, 7, 5],
+        [0, 4, 5, 1],
+        [2, 3, 7, 6],
+        [0, 2, 6],
+        [0, 6, 4],
+        [1, 5, 7, 3],
+    ]
+    lines = "".join(f"v {x} {y} {z} 0.5 0.5 0.5 # a colour\n" for x, y, z in vertices)
+    corners = [" ".join(f"{k - 8}/1/1" for k in face) for face in faces]
+    (tmp_path / "a.obj").write_text(f"g a\n{lines}vt 0 0\nvn 0 0 1\n" + "".join(f"f {c}\n" for c in corners))
+    header = (
+        "element vertex 8\nproperty uchar red\nproperty double x\nproperty float y\nproperty double z\n"
+        "element edge 1\nproperty short a\nelement face 8\nproperty uchar red\n"
+        "property list {} uint vertex_indices\nproperty uchar green\nend_header\n"
+    )
+    for name, order, code, length in (("b", "<", "little", "uchar"), ("c", ">", "big", "ushort")):
+        vertex = np.array(
+            [(7, *point) for point in vertices],
+            [("r", "u1"), ("x", order + "f8"), ("y", order + "f4"), ("z", order + "f8")],
+        )
+        data = vertex.tobytes() + b"ab"
+        for face in faces:
+            size = np.array([len(face)], order + ("u1" if length == "uchar" else "u2")).tobytes()
+            data += b"r" + size + np.array(face, order + "u4").tobytes() + b"g"
+        start = (
+            f"ply\nformat binary_{code}_endian 1.0\ncomment TextureFile /etc/passwd\n{header.format(length)}"
+        )
+        (tmp_path / f"{name}.ply").write_bytes(start.encode() + data)
+    for name in ("a.obj", "b.ply", "c.ply"):
+        np.testing.assert_allclose(body(tmp_path / name)["mass"], 6000, rtol=1e-15, err_msg=name)
+
+
+@settings(max_examples=150, deadline=5000)
+@given(data=st.data())
+def test_damaged_files_of_other_formats_are_read_or_refused(
+    data: st.DataObject, tmp_path_factory: Any
+) -> None:
+    folder = tmp_path_factory.getbasetemp()
+    vertices, faces = indexed(BOX)
+    points, name = (
+        "".join(f"{x} {y} {z}\n" for x, y, z in vertices),
+        data.draw(st.sampled_from(["obj", "off", "ply"])),
+    )
+    rows = "".join(f"3 {a} {b} {c}\n" for a, b, c in faces)
+    files = {
+        "obj": re.sub("(?m)^", "v ", points)[:-2]
+        + "".join(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in faces),
+        "off": f"OFF\n8 12 0\n{points}{rows}",
+        "ply": f"{TEXT}element vertex 8\n{HEADER}{FACES.replace('2', '12')}{points}{rows}",
+    }
+    content = bytearray(files[name].encode())
+    for _ in range(data.draw(st.integers(0, 4))):
+        start = data.draw(st.integers(0, len(content)))
+        content[start : start + data.draw(st.integers(0, 30))] = data.draw(st.binary(max_size=30))
+    path = folder / f"hostile.{name}"
+    path.write_bytes(content)
+    try:
+        assert np.isfinite(body(path)["tensor"]).all()
+    except RigidError as error:
+        assert f"hostile.{name}" in str(error)  # noqa: PT017 - both ends are right
