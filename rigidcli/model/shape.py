@@ -30,7 +30,7 @@ from rigidcli.model.base import (
     environment,
     not_one_of,
 )
-from rigidcli.model.density import Density
+from rigidcli.model.density import SAID, Density
 from rigidcli.model.environment import Formula
 from rigidcli.model.rotations import Rotation
 from rigidcli.model.words import halved, keys_called
@@ -301,26 +301,34 @@ class Solid(Region):
     """A shape that fills a volume."""
 
     UNIT: ClassVar = "kg/m^3"
-    density: Annotated[Scalar | Formula, Density(units.DENSITY, "positive")] | None = None
+    density: Annotated[Scalar | Formula, Density(units.DENSITY, "positive")] | None = Field(
+        default=None, description=SAID
+    )
 
 
 class Lamina(Region):
     """A flat shape, of no thickness; to `bounds` and `contains` its `plane` is z = 0."""
 
-    density: Annotated[Scalar | Formula, Density(units.AREA_DENSITY, "positive")] | None = None
+    density: Annotated[Scalar | Formula, Density(units.AREA_DENSITY, "positive")] | None = Field(
+        default=None, description=SAID
+    )
 
 
 class Shell(Shape):
     """A curved surface, of no thickness."""
 
-    density: Annotated[Scalar | Formula, Density(units.AREA_DENSITY, "positive")] | None = None
+    density: Annotated[Scalar | Formula, Density(units.AREA_DENSITY, "positive")] | None = Field(
+        default=None, description=SAID
+    )
 
 
 class Wire(Shape):
     """A curve, of no thickness."""
 
     UNIT: ClassVar = "kg/m"
-    density: Annotated[Scalar | Formula, Density(units.LINE_DENSITY, "positive")] | None = None
+    density: Annotated[Scalar | Formula, Density(units.LINE_DENSITY, "positive")] | None = Field(
+        default=None, description=SAID
+    )
 
 
 def _list_along(axes: str) -> BeforeValidator:
