@@ -70,6 +70,11 @@ def integrated(
     return Field(density, charts, geometry, unit).properties()
 
 
+def require_possible(density: Any, charts: Sequence[Chart], geometry: Any, unit: str) -> None:
+    """Raise ValueProblem for a density that is negative or infinite somewhere; see `Field`."""
+    Field(density, charts, geometry, unit).require_possible()
+
+
 class Sums(NamedTuple):
     """The mass (kg), the centre of mass (3, m) and the mean of r r^T about it (3 by 3, m^2).
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from decimal import Decimal
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias, get_args, get_origin
@@ -32,6 +33,7 @@ from rigidcli.model.base import (
 )
 from rigidcli.model.density import SAID, Density
 from rigidcli.model.environment import Formula
+from rigidcli.model.floats import NoValueError, floats
 from rigidcli.model.rotations import Rotation
 from rigidcli.model.words import halved, keys_called
 
@@ -269,8 +271,12 @@ class Shape(Form):
     def _of_field(self, density: Formula, n: Arithmetic) -> mass_properties.MassProperties:
         """The same for a density that varies; the integrals are taken once."""
         if self._integrated is None:
-            from rigidcli.model.density_integrals import integrated
+            from rigidcli.model.density_integrals import integrated, require_possible
 
+            if n.exact:
+                with suppress(NoValueError):  # what hangs on symbols may be positive or negative
+                    shape = self.model_copy(update=floats(self.__dict__, n))
+                    require_possible(shape.density, shape.maps(FLOAT), shape.geometry(FLOAT), self.UNIT)
             self._integrated = integrated(density, self.maps(n), self.geometry(n), self.UNIT, n)
         return self._integrated
 

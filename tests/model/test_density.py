@@ -182,6 +182,11 @@ def test_no_closed_form_is_refused_and_says_what_can_be_done() -> None:
     assert "--exact" in str(refusal.value.hint)
 
 
+def test_exact_densities_are_looked_at_in_the_same_way() -> None:
+    with pytest.raises(DocumentError, match="negative"):
+        found({"shape": "cube", "side": 1, "density": "0.1 + x"}, exact=True)
+
+
 def test_a_parameter_hides_a_variable_and_is_noted(tmp_path: Path) -> None:
     path = tmp_path / "hidden.yaml"
     path.write_text("parameters: {r: 3}\nbody: {shape: cube, side: 1, density: 2*r}")
