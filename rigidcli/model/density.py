@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 from pydantic import ValidationInfo
-from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.charts import Spot
@@ -20,17 +19,13 @@ from rigidcli.symbolic.language.tree import Node
 VARIABLES = ("x", "y", "z", "r", "s")
 """What a density may depend on: places in the shape's own axes (m), r = |(x, y, z)|, s = |(x, y)|."""
 
+SAID = "A number, or an expression in the place: the shape's own x, y, z, r = |(x, y, z)|, s = |(x, y)|"
+"""What the reference says of a density."""
+
 
 @dataclass(frozen=True)
 class Density(Quantity):
     """Marks a field as a density: a number with a dimension, or an expression in `VARIABLES`."""
-
-    def json_schema(self) -> JsonSchemaValue:
-        """That of a number, with what an expression may use besides."""
-        schema = super().json_schema()
-        body: Any = schema["schema"]
-        text = f"{body['description']} and in {', '.join(VARIABLES)}, the place in the shape's own axes"
-        return schema | {"schema": body | {"description": text}}
 
     def read(self, raw: object, info: ValidationInfo) -> Any:
         """The SI value, or a `Formula` where it varies over the shape. A parameter hides a variable."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple, NoReturn
@@ -21,11 +22,14 @@ from rigidcli.symbolic.language.tree import Name, Node, Power, Reciprocal, insid
 ROUGH = 1e-6
 """The relative error that integrals may have: densities that need more work for it are refused."""
 
-EFFORTS = ((1e-12, 2e8), (ROUGH, 6e8))
+EFFORTS = ((1e-12, 1.5e9), (ROUGH, 2e9))
 """Relative errors to be tried for, and so many operations on numbers for each: about one second and three."""
 
-EACH_POINT = 40
-"""The operations that one point costs besides those of the density."""
+EACH_POINT = 300
+"""The operations that one point costs besides those of the density, for ten moments."""
+
+EACH_PLACE = 60
+"""The operations that a point costs at which only a part of the density is worked out."""
 
 OPERATION_LENGTH = 3
 """So many characters of an expression stand for an operation, about."""
@@ -66,6 +70,11 @@ def integrated(
     return Field(density, charts, geometry, unit).properties()
 
 
+def require_possible(density: Any, charts: Sequence[Chart], geometry: Any, unit: str) -> None:
+    """Raise ValueProblem for a density that is negative or infinite somewhere; see `Field`."""
+    Field(density, charts, geometry, unit).require_possible()
+
+
 class Sums(NamedTuple):
     """The mass (kg), the centre of mass (3, m) and the mean of r r^T about it (3 by 3, m^2).
 
@@ -88,7 +97,6 @@ class Field:
         self.centre = np.array(geometry.centre, dtype=np.float64)
         second = np.array(geometry.second, dtype=np.float64)
         self.size = np.sqrt(3 * (second if second.ndim == 1 else second.diagonal()))
-        self.cost = EACH_POINT + len(formula.expression.text) / OPERATION_LENGTH
         self.least = -np.inf
 
     def properties(self) -> MassProperties:
@@ -113,37 +121,31 @@ class Field:
         """The integrals, with moments taken about a point (3, m) in units of `size` (3, m)."""
         units = np.where(size > 0, size, 1.0)
         integrands = [self._integrand(chart, about, units) for chart in self.charts]
-        found = self._integral(integrands, np.inf, EFFORTS[-1][1])
-        mass = 0.0 if found is None else float(found.values[0])
-        if found is not None and not mass > 0:
-            raise ValueProblem(f"the density leaves no mass: {mass:.6g} kg", path=("density",))
+        found, mass = None, 0.0
+        with suppress(quadrature.Exhausted):
+            for integrand in integrands:
+                integrand.left = EFFORTS[0][1] / len(integrands)
+                integrand.look()
+            found = _integral(integrands, np.inf, EFFORTS[0][1])
+            mass = float(found.values[0])
+            if not mass > 0:
+                raise ValueProblem(f"the density leaves no mass: {mass:.6g} kg", path=("density",))
         for goal, operations in EFFORTS:
-            if found is not None and found.error > goal * mass:
-                found = self._integral(integrands, goal * mass / 5, operations) or found
+            with suppress(quadrature.Exhausted):
+                if found is not None and found.error > goal * mass:
+                    found = _integral(integrands, goal * mass / 5, operations)
+                    mass = float(found.values[0])
         if found is None or not found.error <= ROUGH * mass:
             raise ComputationError(
                 f"the density changes too much, or too suddenly, for a relative error of {ROUGH:g}",
                 hint="give the body in `parts`, so that the density is smooth in each of them",
             )
-        mass = float(found.values[0])
         first, pairs = found.values[1:4] / mass, found.values[4:] / mass
         second = np.empty((3, 3))
         for mean, (i, j) in zip(pairs, _PAIRS, strict=True):
             second[i, j] = second[j, i] = mean - first[i] * first[j]
         second[[0, 1, 2], [0, 1, 2]] = np.maximum(second.diagonal(), 0.0)
         return Sums(mass, about + units * first, second * np.outer(units, units), size, found.error / mass)
-
-    def _integral(
-        self, integrands: Sequence[quadrature.Integrand], tolerance: float, operations: float
-    ) -> quadrature.Integral | None:
-        """The sum over the charts; None where that takes more operations."""
-        points = operations / self.cost / len(integrands)
-        try:
-            found = [integrand.integral(tolerance / len(integrands), points) for integrand in integrands]
-        except quadrature.Exhausted:
-            return None
-        values = np.sum([part.values for part in found], axis=0)
-        return quadrature.Integral(values, sum(part.error for part in found))
 
     def _integrand(self, chart: Chart, about: Floats, units: Floats) -> quadrature.Integrand:
         """The density with its first and second moments, as a function of the coordinates of a chart."""
@@ -159,8 +161,13 @@ class Field:
         def narrow(node: Node, points: Floats) -> Floats:
             return of_node(node, self.formula, places(chart.at(points), chart.origin))
 
-        functions = [partial(narrow, node) for node in self.hangs_on]
-        return quadrature.Integrand(moments, functions, chart.cuts(), chart.probes(), chart.pieces)
+        functions = [quadrature.Narrow(partial(narrow, node)) for node in self.hangs_on]
+        length = len(self.formula.expression.text)
+        each = EACH_POINT + length / OPERATION_LENGTH
+        part = EACH_PLACE + length / OPERATION_LENGTH / max(1, len(functions))
+        return quadrature.Integrand(
+            moments, functions, chart.cuts(), chart.probes(), chart.pieces, (each, part)
+        )
 
     def _density(self, chart: Chart, points: Floats) -> tuple[Floats, Spot]:
         """The density at points of a chart, and their places; refused where it is no density."""
@@ -202,6 +209,18 @@ class Field:
                     where = int(np.argmax(endless))
                     known = places(chart.at(points), chart.origin)
                     self._refuse(np.inf, known, where, "without an upper bound")
+
+
+def _integral(
+    integrands: Sequence[quadrature.Integrand], tolerance: float, operations: float
+) -> quadrature.Integral:
+    """The sum over all of them. Raises Exhausted where that takes more operations."""
+    found = []
+    for integrand in integrands:
+        integrand.left = operations / len(integrands)
+        found.append(integrand.integral(tolerance / len(integrands)))
+    values = np.sum([part.values for part in found], axis=0)
+    return quadrature.Integral(values, sum(part.error for part in found))
 
 
 def _hangs_on(root: Node) -> list[Node]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from decimal import Decimal
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias, get_args, get_origin
@@ -30,8 +31,9 @@ from rigidcli.model.base import (
     environment,
     not_one_of,
 )
-from rigidcli.model.density import Density
+from rigidcli.model.density import SAID, Density
 from rigidcli.model.environment import Formula
+from rigidcli.model.floats import NoValueError, floats
 from rigidcli.model.rotations import Rotation
 from rigidcli.model.words import halved, keys_called
 
@@ -274,8 +276,12 @@ class Shape(Form):
     def _of_field(self, density: Formula, n: Arithmetic) -> mass_properties.MassProperties:
         """The same for a density that varies; the integrals are taken once."""
         if self._integrated is None:
-            from rigidcli.model.density_integrals import integrated
+            from rigidcli.model.density_integrals import integrated, require_possible
 
+            if n.exact:
+                with suppress(NoValueError):  # what hangs on symbols may be positive or negative
+                    shape = self.model_copy(update=floats(self.__dict__, n))
+                    require_possible(shape.density, shape.maps(FLOAT), shape.geometry(FLOAT), self.UNIT)
             self._integrated = integrated(density, self.maps(n), self.geometry(n), self.UNIT, n)
         return self._integrated
 
@@ -306,26 +312,34 @@ class Solid(Region):
     """A shape that fills a volume."""
 
     UNIT: ClassVar = "kg/m^3"
-    density: Annotated[Scalar | Formula, Density(units.DENSITY, "positive")] | None = None
+    density: Annotated[Scalar | Formula, Density(units.DENSITY, "positive")] | None = Field(
+        default=None, description=SAID
+    )
 
 
 class Lamina(Region):
     """A flat shape, of no thickness; to `bounds` and `contains` its `plane` is z = 0."""
 
-    density: Annotated[Scalar | Formula, Density(units.AREA_DENSITY, "positive")] | None = None
+    density: Annotated[Scalar | Formula, Density(units.AREA_DENSITY, "positive")] | None = Field(
+        default=None, description=SAID
+    )
 
 
 class Shell(Shape):
     """A curved surface, of no thickness."""
 
-    density: Annotated[Scalar | Formula, Density(units.AREA_DENSITY, "positive")] | None = None
+    density: Annotated[Scalar | Formula, Density(units.AREA_DENSITY, "positive")] | None = Field(
+        default=None, description=SAID
+    )
 
 
 class Wire(Shape):
     """A curve, of no thickness."""
 
     UNIT: ClassVar = "kg/m"
-    density: Annotated[Scalar | Formula, Density(units.LINE_DENSITY, "positive")] | None = None
+    density: Annotated[Scalar | Formula, Density(units.LINE_DENSITY, "positive")] | None = Field(
+        default=None, description=SAID
+    )
 
 
 def _list_along(axes: str) -> BeforeValidator:

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import yaml
 from numpy.typing import NDArray
 
 import rigidcli
+from rigidcli.errors import ComputationError, DocumentError
 from tests.model.test_shapes import REFERENCES
 from tests.shapes import DIMENSIONS
 
@@ -58,3 +62,166 @@ def test_every_shape_against_another_parametrisation(shape: str) -> None:
     np.testing.assert_allclose(result["center_of_mass"], centre, atol=SMOOTH * size)
     np.testing.assert_allclose(result["tensor"], tensor, atol=SMOOTH * np.trace(tensor))
     assert 0 < result["integration_error"] <= SMOOTH
+
+
+def test_a_rod_whose_density_grows_has_the_moments_of_the_integrals_by_hand() -> None:
+    a, b, length = 2.0, 3.0, 1.5
+    result = found(
+        {"shape": "rod", "length": length, "density": f"{a} + {b}*(z + {length}/2)", "anchor": "end"}
+    )
+    mass = a * length + b * length**2 / 2
+    centre = (a * length**2 / 2 + b * length**3 / 3) / mass
+    second = a * length**3 / 3 + b * length**4 / 4
+    assert result["mass"] == pytest.approx(mass, rel=SMOOTH)
+    assert result["center_of_mass"] == pytest.approx([0, 0, centre], rel=SMOOTH)
+    assert result["tensor"][0][0] == pytest.approx(second - mass * centre**2, rel=SMOOTH)
+
+
+def test_a_ball_that_thins_out_to_its_surface() -> None:
+    result = found({"shape": "sphere", "radius": 2, "density": "3*(1 - r/2)"})
+    assert result["mass"] == pytest.approx(math.pi * 3 * 8 / 3, rel=SMOOTH)
+    # 8 pi/3 rho0 (R^5/5 - R^5/6)
+    assert result["tensor"][2][2] == pytest.approx(8 * math.pi / 3 * 3 * 32 / 30, rel=SMOOTH)
+
+
+def test_the_earth_in_layers_by_jumps_is_the_earth_in_parts() -> None:
+    jumps = {"shape": "sphere", "radius": 6.4e6, "density": "8000 - 4000*sign(r - 3.5e6)"}
+    parts = {
+        "parts": [
+            {"shape": "sphere", "radius": 3.5e6, "density": 12000},
+            {"shape": "hollow_sphere", "inner_radius": 3.5e6, "outer_radius": 6.4e6, "density": 4000},
+        ]
+    }
+    one, two = found(jumps), found(parts)
+    assert one["mass"] == pytest.approx(two["mass"], rel=SMOOTH)
+    assert one["tensor"][0][0] == pytest.approx(two["tensor"][0][0], rel=SMOOTH)
+
+
+CAP = math.pi * 0.7**2 * (3 - 0.7) / 3
+KINKS: list[tuple[str, dict[str, Any], float]] = [
+    ("2 + sign(z - 0.3)", {"shape": "sphere", "radius": 1}, 4 * math.pi / 3 + 2 * CAP),
+    ("sqrt(1 - r)", {"shape": "sphere", "radius": 1}, 4 * math.pi * 16 / 105),
+    ("sqrt(abs(x - 0.1))", {"shape": "cube", "side": 2}, 8 / 3 * (1.1**1.5 + 0.9**1.5)),
+    ("abs(x)*abs(y)", {"shape": "plate", "size": [2, 2]}, 1),
+    ("2 + sign(s - 0.7)", {"shape": "cube", "side": 2}, 24 - 4 * math.pi * 0.49),
+    ("2 + sign(x - 0.5)", {"shape": "disk", "radius": 1}, math.pi + 2 * (math.pi / 3 - math.sqrt(3) / 4)),
+    ("exp(-((z - 0.3)/1e-5)^2)", {"shape": "rod", "length": 1}, 1e-5 * math.sqrt(math.pi)),
+]
+
+
+@pytest.mark.parametrize(("density", "shape", "mass"), KINKS, ids=[density for density, *_ in KINKS])
+def test_across_kinks_and_jumps_the_error_is_small_and_told(
+    density: str, shape: dict[str, Any], mass: float
+) -> None:
+    result = found({**shape, "density": density})
+    assert result["mass"] == pytest.approx(mass, rel=max(result["integration_error"], SMOOTH))
+    assert result["integration_error"] <= ROUGH
+
+
+POLYNOMIAL = "60 + x^2*y + y*z + z^3/3 + r^2*s^2/4"
+
+
+@pytest.mark.parametrize("shape", [shape for shape in DIMENSIONS if shape != "tetrahedron"])
+def test_exact_integrals_of_polynomials_are_those_of_quadrature(shape: str) -> None:
+    body = yaml.safe_load(f"{{shape: {shape}, {DIMENSIONS[shape]}, density: '{POLYNOMIAL}'}}")
+    exact, floats = found(body, exact=True), found(body)
+    assert float(exact["mass"]) == pytest.approx(floats["mass"], rel=SMOOTH)
+    tensor = [[float(entry) for entry in row] for row in exact["tensor"]]
+    np.testing.assert_allclose(tensor, floats["tensor"], atol=1e-11 * np.trace(floats["tensor"]))
+
+
+@pytest.mark.parametrize(
+    ("body", "mass"),
+    [
+        ("{shape: sphere, radius: R, density: k*r^3}", "2*pi*k*R**6/3"),
+        ("{shape: cylinder, radius: R, height: h, density: k*s*(z + h)}", "2*pi*k*R**3*h**2/3"),
+        ("{shape: cone, radius: R, height: h, density: k*s}", "pi*k*R**3*h/6"),
+        ("{shape: rod, length: h, density: k*exp(2*z/h)}", "k*h*(exp(1) - exp(-1))/2"),
+        ("{shape: ring, radius: R, density: k*(1 + x^2/R^2)}", "3*pi*k*R"),
+    ],
+)
+def test_symbols_stay_in_closed_forms(body: str, mass: str) -> None:
+    text = f"parameters: {{R: null, h: null, k: null}}\nbody: {body}"
+    values = {"R": 1.3, "h": 0.7, "k": 2.1}
+    found_mass = rigidcli.inertia(text)["mass"]
+    used = {name: value for name, value in values.items() if name in found_mass.names}
+    expected = eval(mass, {"pi": math.pi, "exp": math.exp, **values})
+    assert found_mass.evaluate(**used) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("density", "reason"),
+    [
+        ("0.499 + x", "negative (-0.001 kg/m^3) at x, y, z = (-0.5, "),
+        ("1 - 2*exp(-((x - 0.3)^2 + (y - 0.1)^2 + (z + 0.2)^2)/1e-6)", "at x, y, z = (0.3, 0.1, -0.2) m"),
+        ("1/r", "infinite at x, y, z = (0, 0, 0) m"),
+        ("1/(x - 0.3)^2", "at x, y, z = (0.3, "),
+        ("9 - log((x - 0.123)^2 + (y - 0.2)^2 + z^2)", "without an upper bound at x, y, z = (0.123, 0.2, "),
+        ("sqrt(x)", "without a value at"),
+        ("0*x", "no mass"),
+    ],
+)
+def test_a_density_that_no_body_has_is_refused_with_the_point(density: str, reason: str) -> None:
+    with pytest.raises(DocumentError) as refusal:
+        found({"shape": "cube", "side": 1, "density": density})
+    assert reason in str(refusal.value)
+    assert "density" in str(refusal.value)
+
+
+def test_what_cannot_be_integrated_is_refused_in_bounded_time() -> None:
+    start = time.process_time()
+    with pytest.raises(ComputationError, match="changes too much"):
+        found({"shape": "cube", "side": 1, "density": "2 + sign(sin(1e3*x*y*z))"})
+    assert time.process_time() - start < 10
+
+
+def test_no_closed_form_is_refused_and_says_what_can_be_done() -> None:
+    with pytest.raises(ComputationError) as refusal:
+        found({"shape": "sphere", "radius": 1, "density": "exp(x)"}, exact=True)
+    assert "no closed form" in str(refusal.value)
+    assert "--exact" in str(refusal.value.hint)
+
+
+def test_exact_densities_are_looked_at_in_the_same_way() -> None:
+    with pytest.raises(DocumentError, match="negative"):
+        found({"shape": "cube", "side": 1, "density": "0.1 + x"}, exact=True)
+
+
+def test_a_parameter_hides_a_variable_and_is_noted(tmp_path: Path) -> None:
+    path = tmp_path / "hidden.yaml"
+    path.write_text("parameters: {r: 3}\nbody: {shape: cube, side: 1, density: 2*r}")
+    document = rigidcli.load(path)
+    assert rigidcli.inertia(document)["mass"] == pytest.approx(6)
+    assert any("`r` in a density is the parameter" in note for note in document.notes)
+
+
+def test_mass_and_a_varying_density_exclude_each_other() -> None:
+    with pytest.raises(DocumentError, match="exactly one"):
+        found({"shape": "rod", "length": 1, "mass": 2, "density": "1 + z"})
+
+
+def test_the_true_centre_of_mass_is_put_where_com_is_anchored() -> None:
+    body = {"shape": "rod", "length": 2, "density": "2 + z", "anchor": "com", "position": [1, 2, 3]}
+    assert rigidcli.inertia({"body": body})["center_of_mass"] == pytest.approx([1, 2, 3], abs=1e-12)
+
+
+def test_a_hole_takes_the_density_that_it_has() -> None:
+    ball = {"shape": "sphere", "radius": 2, "density": "5 - r"}
+    hole = {"shape": "sphere", "radius": 1, "density": "5 - r", "hole": True}
+    shell = {"shape": "hollow_sphere", "outer_radius": 2, "inner_radius": 1, "density": "5 - r"}
+    cut, whole = found({"parts": [ball, hole]}), found(shell)
+    assert cut["mass"] == pytest.approx(whole["mass"], rel=SMOOTH)
+    assert cut["tensor"][1][1] == pytest.approx(whole["tensor"][1][1], rel=SMOOTH)
+    with pytest.raises(DocumentError, match="more is taken away than is there"):
+        found({"parts": [ball, hole | {"density": "7 - r"}]})
+
+
+def test_scale_turn_and_a_far_place_change_the_tensor_by_their_laws() -> None:
+    body = {"shape": "cone", "radius": 1, "height": 2, "density": "1 + x^2 + z"}
+    one = found(body)
+    large = found({"shape": "cone", "radius": 10, "height": 20, "density": "1 + (x/10)^2 + z/10"})
+    assert large["mass"] == pytest.approx(1e3 * one["mass"], rel=SMOOTH)
+    np.testing.assert_allclose(large["tensor"], 1e5 * one["tensor"], rtol=1e-11, atol=1e-7)
+    turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
+    placed = found({**body, "rotation": {"matrix": turn.tolist()}, "position": [1e6, -2e6, 3e6]})
+    np.testing.assert_allclose(placed["tensor"], turn @ one["tensor"] @ turn.T, rtol=1e-11, atol=1e-11)
