@@ -204,7 +204,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         pair: Annotated[
             bool, typer.Option("--zip", help="Pair the values of several --sweep, instead of a grid.")
         ] = False,
-        jobs: Jobs = 1,
+        jobs: Jobs = None,
         digits: Annotated[
             int, typer.Option(min=1, max=17, metavar="N", help="Significant digits in table and latex.")
         ] = 6,
@@ -254,17 +254,18 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         work = Work(study.__name__, options, exact, changes, named, columns, format is Format.json)
 
         def reports() -> Iterator[Report]:
-            from rigidcli.cli.plan import ordered
+            from rigidcli.cli.plan import ordered, usable_cores
             from rigidcli.render.units import in_units
 
             known = Known()
-            apart = jobs > 1 or swept is not None
-            do = answers if apart else partial(answers, watch=partial(progress, pulse=PULSE))
             total = len(files) * (1 if swept is None else swept.count)
+            processes = jobs or (usable_cores() if total >= MANY else 1)
+            apart = processes > 1 or swept is not None
+            do = answers if apart else partial(answers, watch=partial(progress, pulse=PULSE))
             # On a terminal, rows that stream show the progress themselves.
             is_seen = width is not None and format is not Format.table
             with counted(total) if apart and not is_seen else nullcontext(lambda: None) as done:
-                for answer in ordered(do, tasks(work, files, swept, failures), jobs):
+                for answer in ordered(do, tasks(work, files, swept, failures), processes):
                     with failures.of(answer.source):
                         target.protect(*answer.files)
                         report = answer.found
@@ -326,6 +327,9 @@ def _sweep(texts: list[str] | None, pair: bool) -> Sweep | None:
         message = f"{error.message} ({error.hint})" if error.hint else error.message
         raise typer.BadParameter(message, param_hint="'--sweep'") from None
 
+
+MANY = 500
+"""Values or FILES from which on processes pay, of which each core gets one unless `--jobs` says otherwise."""
 
 MOST_SHOWN = 100_000
 """The most rows of a table for people, which is kept whole until its columns are known."""

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import rigidcli
@@ -54,7 +54,7 @@ class Work:
         """What the study finds, within the context in which it may tell its progress."""
         _require_fitting(document, self.study)
         run = getattr(rigidcli, self.study)
-        if watch is None or "progress" not in inspect.signature(run).parameters:
+        if watch is None or not _tells_progress(self.study):
             report: Report = run(document, **self.options)
         else:
             with watch() as show:
@@ -63,6 +63,11 @@ class Work:
         if self.whole:
             _require_memory(report)
         return report
+
+
+@cache
+def _tells_progress(study: str) -> bool:
+    return "progress" in inspect.signature(getattr(rigidcli, study)).parameters
 
 
 @dataclass(frozen=True, slots=True)
