@@ -72,8 +72,10 @@ Sweeps = Annotated[
     ),
 ]
 Jobs = Annotated[
-    int,
-    typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Processes, for sweeps and many FILES."),
+    int | None,
+    typer.Option(
+        "-j", "--jobs", min=1, max=1024, metavar="N", help="Processes; by default one a core where that pays."
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No notes on standard error.")]
 

@@ -9,7 +9,6 @@ shapes; frustum, cap and capsule are integrated. Tests hold every formula agains
 from __future__ import annotations
 
 from abc import abstractmethod
-from functools import cached_property
 from typing import Annotated, ClassVar
 
 import numpy as np
@@ -40,22 +39,17 @@ class _Prism(Solid):
     def swept(self) -> tuple[Lamina, Length]:
         """The flat shape, and the height (m)."""
 
-    @cached_property
-    def flat(self) -> tuple[Lamina, Length]:
-        """The same, made once."""
-        return self.swept()
-
     def check(self, n: Arithmetic) -> None:
-        self.flat[0].check(n)
+        self.swept()[0].check(n)
 
     def geometry(self, n: Arithmetic) -> Geometry:
-        section, height = self.flat
+        section, height = self.swept()
         area, centre, (xx, yy, _), (x, y, _) = section.geometry(n)
         bounds = x, y, (-height / 2, height / 2)
         return Geometry(area * height, centre, [xx, yy, height**2 / 12], bounds)
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        section, height = self.flat
+        section, height = self.swept()
         return section.contains(x, y, z) & (abs(z) <= height / 2)
 
 
