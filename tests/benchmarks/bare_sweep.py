@@ -42,7 +42,8 @@ def mean(pole: float) -> np.ndarray:
     """The mean of (u0 - u)/(pole - u) over a period."""
     n = (upward - u1) / (pole - u1)
     third = elliprf(0, 1 - k2, 1) + n / 3 * elliprj(0, 1 - k2, 1, 1 - n)
-    return 1 + (upward - pole) / (pole - u1) * third / ellipk(k2)
+    share: np.ndarray = (upward - pole) / (pole - u1) * third / ellipk(k2)
+    return 1 + share
 
 
 rate = a * (mean(1.0) / 2 - mean(-1.0) / 2)

@@ -3,8 +3,9 @@
     python tests/benchmarks/compare.py [RUNS]
 
 Prints, for each job, the median of RUNS (default 15) runs of both in turn, and their ratio. Documents are
-worked by whole commands, start-up included, beside `bare_axes.py`, a sweep beside `bare_sweep.py`; points inside this process, beside one
-matrix product a block. The files (2,000 documents, and 320 MB of points) are made in a temporary directory.
+worked by whole commands, start-up included, beside `bare_axes.py`, a sweep beside `bare_sweep.py`; points
+inside this process, beside one matrix product a block. The files (2,000 documents, and 320 MB of points) are
+made in a temporary directory.
 """
 
 import statistics

@@ -115,6 +115,13 @@ def test_many_files_in_processes(program: Program) -> None:
         assert one == two
 
 
+@pytest.mark.parametrize("sweep", [[], ["--sweep", "body.side=1,2"]])
+def test_standard_input_is_read_with_processes_too(sweep: list[str]) -> None:
+    done = shell(f"rigidcli inertia -f csv -j 2 {' '.join(sweep)} - {CUBE} < {CUBE}")
+    assert done.returncode == 0
+    assert len(done.stdout.splitlines()) == 1 + 2 * max(1, len(sweep))
+
+
 # --- which values there are
 
 
