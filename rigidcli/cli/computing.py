@@ -3,21 +3,30 @@
 from __future__ import annotations
 
 import inspect
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rigidcli.cli.output import Failure, Failures, Output, complain, progress, require_apart, write_whole
+from rigidcli.cli.output import (
+    Failure,
+    Failures,
+    Output,
+    complain,
+    counted,
+    progress,
+    require_apart,
+    write_whole,
+)
+from rigidcli.cli.sweeps import MANY, Jobs, Known, Pair, Sweeps, asked, require_sweepable
 from rigidcli.cli.work import Work, answers, require_memory, tasks
 from rigidcli.errors import Problem, UsageError, ValueProblem
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 
 if TYPE_CHECKING:
-    from rigidcli.model.sweeps import Sweep
     from rigidcli.render.units import Units
     from rigidcli.report import Report
 
@@ -62,19 +71,6 @@ Settings = Annotated[
         callback=_check_settings,
         help="Override a value, such as body.mass=3; repeatable.",
     ),
-]
-Sweeps = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--sweep",
-        metavar="KEY=VALUES",
-        help="A row for each value: START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column; "
-        "two make a grid.",
-    ),
-]
-Jobs = Annotated[
-    int,
-    typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Processes, for sweeps and many FILES."),
 ]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No notes on standard error.")]
 
@@ -213,10 +209,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         output: OutputPath = None,
         settings: Settings = None,
         sweep: Sweeps = None,
-        pair: Annotated[
-            bool, typer.Option("--zip", help="Pair the values of several --sweep, instead of a grid.")
-        ] = False,
-        jobs: Jobs = 1,
+        pair: Pair = False,
+        jobs: Jobs = None,
         digits: Annotated[
             int, typer.Option(min=1, max=17, metavar="N", help="Significant digits for people.")
         ] = 6,
@@ -259,9 +253,9 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         named = {f"{SECTIONS[study.__name__]}.{name}": f"--{name}" for name in given}
         changes = [*(settings or ()), *map("=".join, zip(named, map(str, given.values()), strict=True))]
 
-        swept = _sweep(sweep, pair)
+        swept = asked(sweep, pair)
         if swept is not None:
-            _require_sweepable(format, {"--steps": steps, "--plot": bool(plot or plot_kind)}, swept.count)
+            require_sweepable(format, {"--steps": steps, "--plot": bool(plot or plot_kind)}, swept.count)
         picture = _picture(study.__name__, format, plot, plot_kind, files, output) if swept is None else None
         if picture and wanted:
             tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
@@ -275,17 +269,21 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         from rigidcli.model.robots import is_robot
 
         def reports() -> Iterator[Report]:
-            from rigidcli.cli.plan import ordered
+            from rigidcli.cli.plan import ordered, usable_cores
+            from rigidcli.model.load import STDIN
             from rigidcli.render.units import in_units
 
             known = Known()
-            apart = jobs > 1 or swept is not None
-            do = answers if apart else partial(answers, watch=partial(progress, pulse=PULSE))
             total = len(files) * (1 if swept is None else swept.count)
+            processes = jobs or (usable_cores() if total >= MANY else 1)
+            if swept is None and STDIN in files:
+                processes = 1  # others have no standard input
+            apart = processes > 1 or swept is not None
+            do = answers if apart else partial(answers, watch=partial(progress, pulse=PULSE))
             # On a terminal, rows that stream show the progress themselves.
             is_seen = width is not None and format is not Format.table
             with counted(total) if apart and not is_seen else nullcontext(lambda: None) as done:
-                for answer in ordered(do, tasks(work, files, swept, failures), jobs):
+                for answer in ordered(do, tasks(work, files, swept, failures), processes):
                     with failures.of(answer.source):
                         target.protect(*answer.files)
                         tell_notes(answer.source, answer.notes, quiet)
@@ -335,67 +333,6 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
     command.__signature__ = shared.replace(parameters=parameters)  # type: ignore[attr-defined]
     command.__annotations__ = {p.name: p.annotation for p in parameters}
     return command
-
-
-def _sweep(texts: list[str] | None, pair: bool) -> Sweep | None:
-    """The sweep that is asked for, if one is. Raises BadParameter."""
-    if not texts and not pair:
-        return None
-    from rigidcli.model.sweeps import read_sweep
-
-    try:
-        return read_sweep(texts or (), pair)
-    except UsageError as error:
-        message = f"{error.message} ({error.hint})" if error.hint else error.message
-        raise typer.BadParameter(message, param_hint="'--sweep'") from None
-
-
-MOST_SHOWN = 100_000
-"""The most rows of a table for people, which is kept whole until its columns are known."""
-
-
-def _require_sweepable(format: Format, options: Mapping[str, bool], count: int) -> None:
-    """Raise BadParameter where a sweep has no such output."""
-    problem = next(
-        (f"{name} is for one document, not for a sweep" for name in options if options[name]), None
-    )
-    if format in PROGRAMS:
-        problem = f"a program in {format} is that of one document, not of a sweep"
-    elif format in PEOPLE and count > MOST_SHOWN:
-        problem = f"a table of {count:,} rows is too long to read: `-f csv` streams them"
-    if problem:
-        raise typer.BadParameter(problem, param_hint="'--sweep'")
-
-
-class Known:
-    """Notes that were told: at each value of a sweep they are mostly the same."""
-
-    MOST = 1000
-    """The most notes that are kept, which is more than anybody reads."""
-
-    def __init__(self) -> None:
-        self._told = set[str]()
-
-    def new(self, notes: Sequence[str]) -> list[str]:
-        """Those that were not told yet; none, when very many were."""
-        new = [note for note in notes if note not in self._told]
-        new = new[: self.MOST - len(self._told)]
-        self._told.update(new)
-        return new
-
-
-@contextmanager
-def counted(total: int) -> Iterator[Callable[[], None]]:
-    """A context in which each of so many steps is told, for the progress on a terminal."""
-    with progress() as show:
-        counts = iter(range(1, total + 1))
-
-        def done() -> None:
-            count = next(counts, total)
-            if 100 * count // total > 100 * (count - 1) // total:
-                show(count / total)
-
-        yield done
 
 
 def _require_equations(study: str, format: Format, files: Sequence[str]) -> None:

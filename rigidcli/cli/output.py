@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import BinaryIO, Self
 
 import typer
 
@@ -102,7 +102,8 @@ class Output:
 
     def __init__(self, path: str | None) -> None:
         self._path = None if path == "-" else path
-        self._pieces: list[bytes] = []
+        self._whole = contextlib.ExitStack()
+        self._file: BinaryIO | None = None
         if isinstance(sys.stdout, io.TextIOWrapper):
             # The same input gives the same bytes, whatever the locale.
             sys.stdout.reconfigure(encoding="utf-8", errors="backslashreplace", newline="\n")
@@ -119,7 +120,10 @@ class Output:
     def write(self, piece: str) -> None:
         """Write a piece of text that is complete in itself."""
         if self._path is not None:
-            self._pieces.append(piece.encode())
+            with _told(self._path):
+                if self._file is None:
+                    self._file = self._whole.enter_context(_replacing(Path(self._path)))
+                self._file.write(piece.encode())
             return
         try:
             if sys.stdout is None:
@@ -147,9 +151,8 @@ class Output:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._path is None or error is not None or not self._pieces:
-            return
-        write_whole(self._path, self._pieces)
+        with _told(self._path or ""):
+            self._whole.__exit__(kind, error, trace)
 
 
 class Folder(Output):
@@ -188,8 +191,15 @@ class Folder(Output):
 
 def write_whole(path: str, pieces: Sequence[bytes]) -> None:
     """Write a file whole or not at all; raises typer.Exit, after a message, where it cannot be written."""
+    with _told(path), _replacing(Path(path)) as file:
+        file.writelines(pieces)
+
+
+@contextlib.contextmanager
+def _told(path: str) -> Iterator[None]:
+    """A context in which a file that cannot be written is told, and ends the program."""
     try:
-        _replace(Path(path), pieces)
+        yield
     except OSError as failure:
         raise _failed(path, failure) from None
 
@@ -207,11 +217,19 @@ def _failed(name: str, failure: OSError) -> typer.Exit:
     return typer.Exit(UsageError.exit_code)
 
 
-def _replace(path: Path, pieces: Sequence[bytes]) -> None:
-    """Put the pieces at `path` in one step: another reader sees the old file or the new one."""
+@contextlib.contextmanager
+def _replacing(path: Path) -> Iterator[BinaryIO]:
+    """A file that takes the place of `path` in one step: another reader sees the old one or the new one.
+
+    What is written before an error leaves nothing behind.
+    """
     if path.exists() and not path.is_file():
-        with path.open("wb") as device:  # or a pipe: it has no old content to keep
-            device.writelines(pieces)
+        # A device, or a pipe: it has no old content to keep, and gets all at once.
+        with tempfile.TemporaryFile() as collected:
+            yield collected
+            collected.seek(0)
+            with path.open("wb") as device:
+                shutil.copyfileobj(collected, device)
         return
     path = path.resolve()
     umask = os.umask(0)
@@ -221,7 +239,7 @@ def _replace(path: Path, pieces: Sequence[bytes]) -> None:
     temporary = Path(name)
     try:
         with os.fdopen(descriptor, "wb") as file:
-            file.writelines(pieces)
+            yield file
         temporary.chmod(mode)
         temporary.replace(path)
     except BaseException:
@@ -287,3 +305,17 @@ def progress(pulse: float | None = None) -> Iterator[Callable[[float], None]]:
             heart.join()
         if longest:
             print(" " * longest, end="\r", file=terminal, flush=True)
+
+
+@contextlib.contextmanager
+def counted(total: int) -> Iterator[Callable[[], None]]:
+    """A context in which each of so many steps is told, for the progress on a terminal."""
+    with progress() as show:
+        counts = iter(range(1, total + 1))
+
+        def done() -> None:
+            count = next(counts, total)
+            if 100 * count // total > 100 * (count - 1) // total:
+                show(count / total)
+
+        yield done

@@ -23,6 +23,13 @@ AHEAD = 4
 """Tasks for each process that are handed out before their results are asked for: none of them waits."""
 
 
+def usable_cores() -> int:
+    """Processors that this process may run on."""
+    from rigidcli.grading import workers
+
+    return workers.usable_cores()
+
+
 def ordered(
     work: Callable[[_Task], Iterable[_Result]], tasks: Iterable[_Task], jobs: int
 ) -> Iterator[_Result]:

@@ -6,6 +6,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import rigidcli
@@ -54,7 +55,7 @@ class Work:
         """What the study finds, within the context in which it may tell its progress."""
         _require_fitting(document, self.study)
         run = getattr(rigidcli, self.study)
-        if watch is None or "progress" not in inspect.signature(run).parameters:
+        if watch is None or not _tells_progress(self.study):
             report: Report = run(document, **self.options)
         else:
             with watch() as show:
@@ -63,6 +64,11 @@ class Work:
         if self.require is not None:
             self.require(report)
         return report
+
+
+@cache
+def _tells_progress(study: str) -> bool:
+    return "progress" in inspect.signature(getattr(rigidcli, study)).parameters
 
 
 @dataclass(frozen=True, slots=True)

@@ -134,7 +134,8 @@ def canonical_axes(projectors: Sequence[Floats], groups: Sequence[Sequence[int]]
             projector = projector - np.outer(axis, axis)
             axes.append(axis)
     e1, e2, _ = axes
-    return np.array([e1, e2, np.cross(e1, e2)])
+    (a, b, c), (x, y, z) = e1, e2
+    return np.array([e1, e2, [b * z - c * y, c * x - a * z, a * y - b * x]])  # np.cross takes longer
 
 
 def body_class(frame: PrincipalFrame) -> BodyClass | None:

@@ -10,6 +10,7 @@ tensor along axes in which it is known best, with a bound on the rounding of eac
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -27,11 +28,17 @@ MISPLACED = 8 * float(np.finfo(np.float64).eps)
 """The relative error that rounding leaves in a vector or tensor that is turned, or a point that is moved."""
 
 
+IDENTITY = np.eye(3, dtype=int)
+"""The axes of what is not turned."""
+
+IDENTITY.setflags(write=False)
+
+
 def misplaced(*vectors: Array) -> float:
     """By how much rounding may misplace a sum of `vectors` (3, m), each turned; exact ones not at all."""
     if any(vector.dtype == object for vector in vectors):
         return 0.0
-    return MISPLACED * sum(float(np.linalg.norm(vector)) for vector in vectors)
+    return MISPLACED * sum(math.hypot(*vector) for vector in vectors)
 
 
 def spread_noise(mass: Scalar, spread: Array, error: float) -> Floats:
@@ -59,7 +66,7 @@ class Inertia:
 
     entries: Array
     noise: Floats
-    axes: Array = field(default_factory=lambda: np.eye(3, dtype=int))
+    axes: Array = field(default_factory=lambda: IDENTITY)
 
     @classmethod
     def of(cls, entries: Array, noise: Floats | float = 0.0) -> Inertia:
@@ -88,7 +95,7 @@ class Inertia:
     @property
     def is_turned(self) -> bool:
         """Whether the entries are along other axes than those in whose components `axes` are given."""
-        return bool((self.axes != np.eye(3, dtype=int)).any())
+        return bool((self.axes != IDENTITY).any())
 
     def in_space(self) -> Inertia:
         """The same by its entries along the axes in whose components `axes` are given."""
@@ -111,11 +118,13 @@ class Inertia:
 
     def turned(self, rotation: Array) -> Inertia:
         """After the body was turned by `rotation` (3 by 3)."""
+        if rotation.dtype != object and not self.is_turned and (rotation == IDENTITY).all():
+            return self
         axes = rotation @ self.axes
         if axes.dtype != object:
             # One step of the Newton-Schulz iteration takes out what rounding has added to the angles between.
-            axes = axes @ (1.5 * np.eye(3) - axes.T @ axes / 2)
-        return replace(self, axes=axes)
+            axes = axes @ (1.5 * IDENTITY - axes.T @ axes / 2)
+        return Inertia(self.entries, self.noise, axes)
 
     def shifted(self, mass: Scalar, d: Array, error: float = 0.0) -> Inertia:
         """About the point at `d` (3, m, to within `error`) from the centre of mass, about which it was.
@@ -124,7 +133,7 @@ class Inertia:
         """
         d = self.axes.T @ d
         noise = self.noise if d.dtype == object else self.noise + spread_noise(mass, np.abs(d), error)
-        return replace(self, entries=shift_from_com(self.entries, mass, d), noise=noise)
+        return Inertia(shift_from_com(self.entries, mass, d), noise, self.axes)
 
     def times(self, sign: int) -> Inertia:
         """Of a body (1), or of a hole of its form (-1)."""

@@ -56,7 +56,8 @@ class Section(BaseModel):
         """Refuse unknown, missing and contradicting keys here, beside whatever else is wrong."""
         if not isinstance(raw, dict):
             return validate(raw)
-        unknown = [key for key in raw if key not in cls.model_fields]
+        fields = cls.model_fields
+        unknown = [key for key in raw if key not in fields]
         problems = [(_slip(key, cls.model_fields) or cls._unknown(key, raw)).below(key) for key in unknown]
         for problem in problems:
             problem.code = UNKNOWN

@@ -137,7 +137,7 @@ class Document(Section):
             raise ValueProblem("a hole stands in `parts`, beside what it is cut from", path=("body", "hole"))
         return self
 
-    @property
+    @cached_property
     def arithmetic(self) -> Arithmetic:
         """The kind of number in which the document is worked."""
         return self._environment.arithmetic

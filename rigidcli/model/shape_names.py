@@ -18,6 +18,8 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
     Of several the one that has most of the other keys in `raw` is meant, be it only a relative of the others.
     """
     word = name if isinstance(name, str) else ""
+    if word in SHAPES and not any(_is_foreign(SHAPES[word], *item) for item in raw.items()):
+        return SHAPES[word], None
     form = other_form(word)
     if word not in SHAPES and form is not None:
         return None, ValueProblem(f"{shown(name)} is no shape", hint=f"write `{form}` instead of `shape`")
@@ -25,8 +27,7 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
     if not called:
         near = nearest(word, list(SHAPES))
         return (near and SHAPES[near]) or None, ValueProblem(not_one_of(name, list(SHAPES)))
-    if word not in SHAPES or any(_is_foreign(SHAPES[word], *item) for item in raw.items()):
-        called += [other for each in called for other in RELATIVES.get(each, "").split()]
+    called += [other for each in called for other in RELATIVES.get(each, "").split()]
     best = max((SHAPES[each] for each in called), key=lambda shape: _likeness(shape, raw))
     if best.word() == word:
         return best, None

@@ -48,7 +48,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         title = count if look.several else sections[0][0]
         contents = _contents(title, [name for name, _ in sections]) if look.several else ""
         body = (contents, *(section for _, section in sections))
-        yield from page(title, ["<main>\n", *body, "</main>\n"], sheets=["result.css"])
+        yield from page(title, ["<main>\n", *body, "</main>\n"], styles=[resource("result.css")])
 
 
 def _contents(title: str, names: Iterable[str]) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import PurePath
@@ -29,7 +30,7 @@ def report(
     Raises ComputationError for a result that floats cannot hold to all their digits.
     """
     if not document.arithmetic.exact:
-        fields = [replace(field, value=_representable(field)) for field in fields]
+        fields = [_representable(field) for field in fields]
     name = document.name or ("stdin" if document.source == STDIN else PurePath(document.source).stem)
     return Report(
         schema,
@@ -61,17 +62,25 @@ def _unsigned(value: Value) -> Value:
     return value + 0.0 if is_float else value
 
 
-def _representable(field: Field) -> Value:
-    """The value of a field; floats without a signed zero, and arrays of them contiguous in memory."""
-    if not isinstance(field.value, float | np.ndarray) or np.asarray(field.value).dtype.kind != "f":
-        return field.value
-    size = float(np.abs(field.value).max(initial=0.0))
-    if not np.isfinite(size) or 0 < size < np.finfo(np.float64).tiny:
+def _representable(field: Field) -> Field:
+    """The field; floats without a signed zero, and arrays of them contiguous in memory."""
+    value = field.value
+    if isinstance(value, float):
+        size, value = abs(value), float(value) + 0.0
+    elif isinstance(value, np.ndarray) and value.dtype.kind == "f":
+        size = float(np.abs(value).max(initial=0.0))
+        value = np.ascontiguousarray(value) + 0.0 if value.ndim else float(value) + 0.0
+    else:
+        return field
+    if not math.isfinite(size) or 0 < size < TINY:
         raise ComputationError(
             f"the {field.title or field.key} is beyond the range of floating-point numbers"
         )
-    return np.ascontiguousarray(field.value) + 0.0 if np.ndim(field.value) else float(field.value) + 0.0
+    return field.with_value(value)
 
+
+TINY = float(np.finfo(np.float64).tiny)
+"""The least float that has all its digits."""
 
 MOST_NOISE = 1e-12
 """What people are shown as zero at most, in units of the largest: it may also be small, and no error."""

@@ -479,6 +479,10 @@ RESULTS: dict[str, tuple[Field, ...]] = {
 """The results of each study, by the name of its command."""
 
 
+_BY_KEY = {(study, field.key): field for study, fields in RESULTS.items() for field in reversed(fields)}
+
+
 def told(study: str, key: str, value: Value, /, **changes: Any) -> Field:
     """The result of a study with its value, and what else is different about it this time."""
-    return replace(next(field for field in RESULTS[study] if field.key == key), value=value, **changes)
+    field = _BY_KEY[study, key].with_value(value)
+    return replace(field, **changes) if changes else field

@@ -3,8 +3,9 @@
     python tests/benchmarks/compare.py [RUNS]
 
 Prints, for each job, the median of RUNS (default 15) runs of both in turn, and their ratio. Documents are
-worked by whole commands, start-up included, beside `bare_axes.py`; points inside this process, beside one
-matrix product a block. The files (2,000 documents, and 320 MB of points) are made in a temporary directory.
+worked by whole commands, start-up included, beside `bare_axes.py`, a sweep beside `bare_sweep.py`; points
+inside this process, beside one matrix product a block. The files (2,000 documents, and 320 MB of points) are
+made in a temporary directory.
 """
 
 import statistics
@@ -58,6 +59,10 @@ def main() -> None:
         paths = [str(file) for file in files]
         row("one document", command(*rigidcli, paths[0]), command(bare, paths[0]), runs)
         row("2,000 documents in one call", command(*rigidcli, *paths), command(bare, *paths), runs)
+
+        swept = ("--sweep", "top.spin=10:700:10000", str(HERE.parents[1] / "configs" / "cone_top.yaml"))
+        sweep = command("-m", "rigidcli", "precess", "-q", "-f", "csv", *swept)
+        row("10,000 spins of a top", sweep, command(str(HERE / "bare_sweep.py"), "10", "700", "10000"), runs)
 
         cloud = folder / "cloud.npy"
         np.save(cloud, np.random.default_rng(1).random((10**7, 4)))

@@ -105,7 +105,7 @@ def link_documents(
 
 
 def alone(link: Link) -> Document:
-    """The document of a link that stands in no file, as it would be with other values. Raises DocumentError."""
+    """The document of a link as it would be with other values. Raises DocumentError."""
     return Draft(LinkPlaces("", link.source, link=link), FilePath(), False, (), {}).document()
 
 

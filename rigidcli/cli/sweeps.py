@@ -1,0 +1,81 @@
+"""`--sweep`, `--zip` and `--jobs`: what is asked of a sweep, and what of it is told once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from rigidcli.errors import UsageError
+from rigidcli.render import PEOPLE, PROGRAMS, Format
+
+if TYPE_CHECKING:
+    from rigidcli.model.sweeps import Sweep
+
+Sweeps = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--sweep",
+        metavar="KEY=VALUES",
+        help="A row for each value: START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column; "
+        "two make a grid.",
+    ),
+]
+Jobs = Annotated[
+    int | None,
+    typer.Option(
+        "-j", "--jobs", min=1, max=1024, metavar="N", help="Processes; by default one a core where that pays."
+    ),
+]
+Pair = Annotated[bool, typer.Option("--zip", help="Pair the values of several --sweep, instead of a grid.")]
+
+
+def asked(texts: list[str] | None, pair: bool) -> Sweep | None:
+    """The sweep that is asked for, if one is. Raises BadParameter."""
+    if not texts and not pair:
+        return None
+    from rigidcli.model.sweeps import read_sweep
+
+    try:
+        return read_sweep(texts or (), pair)
+    except UsageError as error:
+        message = f"{error.message} ({error.hint})" if error.hint else error.message
+        raise typer.BadParameter(message, param_hint="'--sweep'") from None
+
+
+MANY = 500
+"""Values or FILES from which on processes pay, of which each core gets one unless `--jobs` says otherwise."""
+
+MOST_SHOWN = 100_000
+"""The most rows of a table for people, which is kept whole until its columns are known."""
+
+
+def require_sweepable(format: Format, options: Mapping[str, bool], count: int) -> None:
+    """Raise BadParameter where a sweep has no such output."""
+    problem = next(
+        (f"{name} is for one document, not for a sweep" for name in options if options[name]), None
+    )
+    if format in PROGRAMS:
+        problem = f"a program in {format} is that of one document, not of a sweep"
+    elif format in PEOPLE and count > MOST_SHOWN:
+        problem = f"a table of {count:,} rows is too long to read: `-f csv` streams them"
+    if problem:
+        raise typer.BadParameter(problem, param_hint="'--sweep'")
+
+
+class Known:
+    """Notes that were told: at each value of a sweep they are mostly the same."""
+
+    MOST = 1000
+    """The most notes that are kept, which is more than anybody reads."""
+
+    def __init__(self) -> None:
+        self._told = set[str]()
+
+    def new(self, notes: Sequence[str]) -> list[str]:
+        """Those that were not told yet; none, when very many were."""
+        new = [note for note in notes if note not in self._told]
+        new = new[: self.MOST - len(self._told)]
+        self._told.update(new)
+        return new
