@@ -111,6 +111,15 @@ def test_standalone_latex_compiles_and_stays_on_the_page(
     assert compiled(latex(command, program, "--standalone", "--steps", "-v"), tmp_path) == []
 
 
+@pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
+def test_any_name_compiles(tmp_path: Path, program: Program) -> None:
+    name = r"50 % of $x_1$ & #2 \input{a} ~ ^ {θ} [é] <b>"
+    document = f"name: '{name}'\nbody: {{parts: [{{name: '{name}', shape: cube, side: 1, mass: 1}}]}}"
+    source = program("inertia", "-f", "latex", "--standalone", "--steps", "-", stdin=document).out
+    assert "U+03B8" in source
+    assert compiled(source, tmp_path) == []
+
+
 @pytest.mark.parametrize("path", CONFIGS, ids=lambda path: path.stem)
 def test_has_the_modeline_and_a_comment(path: Path) -> None:
     lines = path.read_text().splitlines()

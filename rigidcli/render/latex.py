@@ -182,8 +182,12 @@ def value(entry: Field, digits: int) -> str:
 
 
 def _prose(words: str) -> str:
-    """Words as LaTeX text, symbols of the field as symbols."""
-    text = words.translate(_SPECIAL)
+    """Words as LaTeX text, symbols of the field as symbols.
+
+    Letters beyond Latin-1, which pdflatex knows with further packages only, are told by their numbers.
+    """
+    known = "".join(letter if ord(letter) < 0x100 else f"U+{ord(letter):04X}" for letter in words)
+    text = known.translate(_SPECIAL)
     for spelled, symbol in _SYMBOLS.items():
         text = re.sub(spelled, symbol, text)
     return text
