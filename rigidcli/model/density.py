@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationInfo
 
-from rigidcli.core.arithmetic import Floats
+from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.charts import Spot
 from rigidcli.model.base import Quantity, environment
 from rigidcli.model.environment import Formula
@@ -21,6 +21,9 @@ VARIABLES = ("x", "y", "z", "r", "s")
 
 SAID = "A number, or an expression in the place: the shape's own x, y, z, r = |(x, y, z)|, s = |(x, y)|"
 """What the reference says of a density."""
+
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""The entries of a symmetric matrix, in the order in which integrals of products are taken."""
 
 
 @dataclass(frozen=True)
@@ -55,3 +58,9 @@ def of_node(node: Node, formula: Formula, at: Mapping[str, Floats]) -> Floats:
     """The values (n) of a part of the formula."""
     found = evaluation.array(node, {**at, **formula.constants})
     return np.broadcast_to(found, at["x"].shape)
+
+
+def symmetric(entries: Array) -> Array:
+    """The symmetric matrix (3 by 3) with these entries (6) at `PAIRS`."""
+    matrix: Array = entries[np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])]
+    return matrix

@@ -13,6 +13,7 @@ from rigidcli.core.arithmetic import Arithmetic
 from rigidcli.core.charts import Chart
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError, ExpressionError, ValueProblem
+from rigidcli.model.density import PAIRS, symmetric
 from rigidcli.model.environment import Formula
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.expressions import Expr, expr, power
@@ -21,9 +22,6 @@ from rigidcli.symbolic.algebra.reading import from_tree
 
 MAX_STEPS = 400_000
 """Steps in multiplying out all ten integrands: about two seconds."""
-
-PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""The entries of a symmetric matrix."""
 
 
 def exact_properties(formula: Formula, charts: Sequence[Chart], n: Arithmetic) -> MassProperties:
@@ -40,9 +38,7 @@ def exact_properties(formula: Formula, charts: Sequence[Chart], n: Arithmetic) -
         if n.sign(mass) in (0, -1):
             raise ValueProblem("the density leaves no mass", path=("density",))
         com = n.tidy(first / mass)
-        second = n.array(np.zeros((3, 3), dtype=int))
-        for value, (i, j) in zip(sums[4:], PAIRS, strict=True):
-            second[i, j] = second[j, i] = value - mass * com[i] * com[j]
+        second = symmetric(sums[4:]) - mass * np.outer(com, com)
         inertia = tensor.Inertia.of_sums(mass, com, n.tidy(second))
     except ExpressionError as error:
         raise _no_closed_form() from error

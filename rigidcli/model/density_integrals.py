@@ -10,20 +10,26 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
-from rigidcli.core import quadrature, tensor
+from rigidcli.core import line_search, quadrature, tensor
 from rigidcli.core.arithmetic import Arithmetic, Floats
-from rigidcli.core.charts import Chart, Spot
+from rigidcli.core.charts import Chart
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError, ValueProblem
-from rigidcli.model.density import VARIABLES, of_node, places, values
+from rigidcli.model.density import PAIRS, VARIABLES, of_node, places, symmetric, values
 from rigidcli.model.environment import Formula
 from rigidcli.symbolic.language.tree import Name, Node, Power, Reciprocal, insides, names_in, rebuilt
 
 ROUGH = 1e-6
 """The relative error that integrals may have: densities that need more work for it are refused."""
 
-EFFORTS = ((1e-12, 1.5e9), (ROUGH, 2e9))
-"""Relative errors to be tried for, and so many operations on numbers for each: about one second and three."""
+FINE = 1e-12
+"""The relative error that is tried for."""
+
+WORK = 2.5e9
+"""Operations on numbers that are spent on a body: below five seconds."""
+
+RESERVED = 0.6
+"""The part of them that is left when an error of `ROUGH` is enough."""
 
 EACH_POINT = 300
 """The operations that one point costs besides those of the density, for ten moments."""
@@ -49,9 +55,6 @@ ENDLESS = 1.2
 
 SPREAD = 0.2
 """A body that is narrower, in units of the shape, is integrated once more about its own centre of mass."""
-
-_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""The entries of a symmetric matrix."""
 
 
 def integrated(
@@ -94,22 +97,32 @@ class Field:
     def __init__(self, formula: Formula, charts: Sequence[Chart], geometry: Any, unit: str) -> None:
         self.formula, self.charts, self.unit = formula, charts, unit
         self.hangs_on = _hangs_on(formula.expression.root)
-        self.centre = np.array(geometry.centre, dtype=np.float64)
+        self.about = np.array(geometry.centre, dtype=np.float64)
         second = np.array(geometry.second, dtype=np.float64)
         self.size = np.sqrt(3 * (second if second.ndim == 1 else second.diagonal()))
+        pieces = [chart.pieces for chart in charts]
+        self.first = np.cumsum([0, *pieces[:-1]])
+        self.budget = quadrature.Budget(WORK)
         self.least = -np.inf
 
     def properties(self) -> MassProperties:
         """Mass, centre of mass and tensor, each with a bound on its error.
 
-        Raises ValueProblem for a density that is negative or infinite somewhere, and ComputationError where
-        the integrals would take too long.
+        A body that is much narrower than the shape is integrated once more about its own centre of mass, as
+        far as that can be had. Raises ValueProblem for a density that is negative or infinite somewhere, and
+        ComputationError where the integrals would take too long.
         """
         self.require_possible()
-        found = self.sums(self.centre, self.size)
-        spread = np.sqrt(found.second.diagonal())
-        if (spread < SPREAD * self.size).any():
-            found = self.sums(found.com, 2 * spread)
+        try:
+            integrand = self._integrand()
+            found = self._sums(integrand, WORK)
+            spread = np.sqrt(found.second.diagonal())
+            if (spread < SPREAD * self.size).any():
+                self.about, self.size = found.com, 2 * spread
+                with suppress(quadrature.Exhausted, ComputationError):
+                    found = self._sums(integrand, WORK)
+        except quadrature.Exhausted:
+            raise _too_sudden() from None
         mass, com, second, size, error = found
         inertia = tensor.Inertia.of_sums(mass, com, mass * second)
         noise = error * mass * tensor.from_second_moments(1, np.outer(size, size))
@@ -117,70 +130,77 @@ class Field:
         misplaced = tensor.misplaced(com) + error * float(np.linalg.norm(size))
         return MassProperties(mass, com, inertia, misplaced, integrated=error)
 
-    def sums(self, about: Floats, size: Floats) -> Sums:
-        """The integrals, with moments taken about a point (3, m) in units of `size` (3, m)."""
-        units = np.where(size > 0, size, 1.0)
-        integrands = [self._integrand(chart, about, units) for chart in self.charts]
-        found, mass = None, 0.0
-        with suppress(quadrature.Exhausted):
-            for integrand in integrands:
-                integrand.left = EFFORTS[0][1] / len(integrands)
-                integrand.look()
-            found = _integral(integrands, np.inf, EFFORTS[0][1])
-            mass = float(found.values[0])
-            if not mass > 0:
-                raise ValueProblem(f"the density leaves no mass: {mass:.6g} kg", path=("density",))
-        for goal, operations in EFFORTS:
-            with suppress(quadrature.Exhausted):
-                if found is not None and found.error > goal * mass:
-                    found = _integral(integrands, goal * mass / 5, operations)
-                    mass = float(found.values[0])
-        if found is None or not found.error <= ROUGH * mass:
-            raise ComputationError(
-                f"the density changes too much, or too suddenly, for a relative error of {ROUGH:g}",
-                hint="give the body in `parts`, so that the density is smooth in each of them",
-            )
+    def _sums(self, integrand: quadrature.Integrand, work: float) -> Sums:
+        """The integrals, with moments taken about the point `about` in units of `size`."""
+        found = integrand.integral(FINE, ROUGH, lambda: self.budget.left < work * RESERVED)
+        mass = float(found.values[0])
+        if not mass > 0:
+            raise ValueProblem(f"the density leaves no mass: {mass:.6g} kg", path=("density",))
+        if not found.error <= ROUGH * mass:
+            raise _too_sudden()
         first, pairs = found.values[1:4] / mass, found.values[4:] / mass
-        second = np.empty((3, 3))
-        for mean, (i, j) in zip(pairs, _PAIRS, strict=True):
-            second[i, j] = second[j, i] = mean - first[i] * first[j]
+        second = symmetric(pairs) - np.outer(first, first)
         second[[0, 1, 2], [0, 1, 2]] = np.maximum(second.diagonal(), 0.0)
-        return Sums(mass, about + units * first, second * np.outer(units, units), size, found.error / mass)
-
-    def _integrand(self, chart: Chart, about: Floats, units: Floats) -> quadrature.Integrand:
-        """The density with its first and second moments, as a function of the coordinates of a chart."""
-        start = np.array(chart.origin, dtype=np.float64) - about
-
-        def moments(points: Floats) -> Floats:
-            density, spot = self._density(chart, points)
-            offset = (np.array([spot.x, spot.y, spot.z]) + start[:, None]) / units[:, None]
-            weight = density * spot.measure
-            first = weight * offset
-            return np.vstack([weight, first, *(first[i] * offset[j] for i, j in _PAIRS)])
-
-        def narrow(node: Node, points: Floats) -> Floats:
-            return of_node(node, self.formula, places(chart.at(points), chart.origin))
-
-        functions = [quadrature.Narrow(partial(narrow, node)) for node in self.hangs_on]
-        length = len(self.formula.expression.text)
-        each = EACH_POINT + length / OPERATION_LENGTH
-        part = EACH_PLACE + length / OPERATION_LENGTH / max(1, len(functions))
-        return quadrature.Integrand(
-            moments, functions, chart.cuts(), chart.probes(), chart.pieces, (each, part)
+        units = self.units
+        return Sums(
+            mass, self.about + units * first, second * np.outer(units, units), self.size, found.error / mass
         )
 
-    def _density(self, chart: Chart, points: Floats) -> tuple[Floats, Spot]:
-        """The density at points of a chart, and their places; refused where it is no density."""
-        spot = chart.at(points)
-        known = places(spot, chart.origin)
+    @property
+    def units(self) -> Floats:
+        """The lengths (3, m) in which moments are taken."""
+        return np.where(self.size > 0, self.size, 1.0)
+
+    def _integrand(self) -> quadrature.Integrand:
+        """The density with its first and second moments, over the coordinates of all charts."""
+
+        def moments(points: Floats) -> Floats:
+            density, known, measure = self._density(points)
+            offset = (np.array([known[name] for name in "xyz"]) - self.about[:, None]) / self.units[:, None]
+            weight = density * measure
+            first = weight * offset
+            return np.vstack([weight, first, *(first[i] * offset[j] for i, j in PAIRS)])
+
+        def narrow(node: Node, points: Floats) -> Floats:
+            return of_node(node, self.formula, self._located(points)[0])
+
+        length = len(self.formula.expression.text) / OPERATION_LENGTH
+        part = EACH_PLACE + length / max(1, len(self.hangs_on))
+        return quadrature.Integrand(
+            self.budget.spending(moments, EACH_POINT + length),
+            [self.budget.spending(partial(narrow, node), part) for node in self.hangs_on],
+            quadrature.joined(
+                quadrature.Cells.between(first + piece, chart.cuts())
+                for first, chart in zip(self.first, self.charts, strict=True)
+                for piece in range(chart.pieces)
+            ),
+        )
+
+    def _located(self, points: Floats) -> tuple[dict[str, Floats], Floats]:
+        """What the variables of the density are at points, and the measure there."""
+        names = (*VARIABLES, "measure")
+        found = np.empty((len(names), points.shape[1]))
+        which = np.searchsorted(self.first, points[0], side="right") - 1
+        for k in np.unique(which):
+            those = np.flatnonzero(which == k)
+            own = points[:, those]
+            own[0] -= self.first[k]
+            spot = self.charts[k].at(own)
+            known = places(spot, self.charts[k].origin)
+            found[:, those] = [*(known[name] for name in VARIABLES), spot.measure]
+        return dict(zip(VARIABLES, found, strict=False)), found[-1]
+
+    def _density(self, points: Floats) -> tuple[Floats, dict[str, Floats], Floats]:
+        """The density at points, their places and the measure there; refused where it is no density."""
+        known, measure = self._located(points)
         density = values(self.formula, known)
         bad = np.flatnonzero(~(np.isfinite(density) & (density >= self.least)))
         if bad.size:
             self._refuse(density[bad[0]], known, bad[0])
-        return density, spot
+        return density, known, measure
 
-    def _signed(self, chart: Chart, sign: int, points: Floats) -> Floats:
-        return sign * self._density(chart, points)[0]
+    def _signed(self, sign: int, points: Floats) -> Floats:
+        return sign * self._density(points)[0]
 
     def _refuse(self, density: float, known: Mapping[str, Floats], index: int, but: str = "") -> NoReturn:
         """Raise ValueProblem for the density at one of the points."""
@@ -195,32 +215,27 @@ class Field:
         It is looked at on a net, and from the lowest and the highest points of the net a search goes on. What
         is narrower than the net may escape it; each point at which integrals are taken is looked at besides.
         """
-        nets = [(chart, chart.net(NET)) for chart in self.charts]
-        seen = [self._density(chart, net)[0] for chart, net in nets]
+        nets = [chart.net(NET) for chart in self.charts]
+        for net, first in zip(nets, self.first, strict=True):
+            net[0] += first
+        seen = [self._density(net)[0] for net in nets]
         self.least = -NEGATIVE * max(float(density.max()) for density in seen)
-        for (chart, net), density in zip(nets, seen, strict=True):
+        for net, density in zip(nets, seen, strict=True):
             order = np.argsort(density, kind="stable")
             for sign, watched in ((1, order[:WATCHED]), (-1, order[-WATCHED:])):
-                search = partial(self._signed, chart, sign)
-                points, told = quadrature.lowest_points(search, net[:, watched])
+                points, told = line_search.lowest_points(partial(self._signed, sign), net[:, watched])
                 coarse, middle, fine = np.abs(told[[17, 34, 51]])
                 endless = (fine > ENDLESS * middle) & (middle > ENDLESS * coarse)
                 if sign < 0 and endless.any():
-                    where = int(np.argmax(endless))
-                    known = places(chart.at(points), chart.origin)
-                    self._refuse(np.inf, known, where, "without an upper bound")
+                    known, _ = self._located(points)
+                    self._refuse(np.inf, known, int(np.argmax(endless)), "without an upper bound")
 
 
-def _integral(
-    integrands: Sequence[quadrature.Integrand], tolerance: float, operations: float
-) -> quadrature.Integral:
-    """The sum over all of them. Raises Exhausted where that takes more operations."""
-    found = []
-    for integrand in integrands:
-        integrand.left = operations / len(integrands)
-        found.append(integrand.integral(tolerance / len(integrands)))
-    values = np.sum([part.values for part in found], axis=0)
-    return quadrature.Integral(values, sum(part.error for part in found))
+def _too_sudden() -> ComputationError:
+    return ComputationError(
+        f"the density changes too much, or too suddenly, for a relative error of {ROUGH:g}",
+        hint="give the body in `parts`, so that the density is smooth in each of them",
+    )
 
 
 def _hangs_on(root: Node) -> list[Node]:
