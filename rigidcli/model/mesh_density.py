@@ -163,8 +163,8 @@ class MeshDensity:
     def _highest(self, power: int) -> float:
         """The highest density of a polynomial at vertices.
 
-        Raises ValueProblem for one that is negative at vertices, or at a net of points inside, from the lowest
-        of which a search goes on. One of degree 1 is lowest at a vertex.
+        Raises ValueProblem for one that is negative at vertices, or at a net of points inside, from the
+        lowest of which a search goes on. One of degree 1 is lowest at a vertex.
         """
         lowest, highest, place = np.inf, 0.0, np.zeros(3)
         for block in self.read():

@@ -14,7 +14,10 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model.mesh_text import Numbers, columns_at, lists_at, read_rows, whole
+from rigidcli.model.mesh_text import Numbers, columns_at, lists_at, read_rows, require_few, split, whole
+
+MOST_TRIANGLES = 500_000
+"""The most triangles of a file that is read whole: to say what is wrong with so many takes three seconds."""
 
 
 class Polygons(NamedTuple):
@@ -39,6 +42,7 @@ def triangles(polygons: Polygons, path: Path) -> Numbers:
             f"{path}: a face has the vertex {first:,} (counted from 0), and there are {len(vertices):,}"
         )
     each = counts - 2
+    require_few(int(each.sum()), MOST_TRIANGLES, "triangles", path)
     start = np.repeat(np.cumsum(counts) - counts, each)
     step = np.arange(each.sum()) - np.repeat(np.cumsum(each) - each, each)
     return np.stack([corners[start], corners[start + step + 1], corners[start + step + 2]], axis=1)
@@ -46,7 +50,7 @@ def triangles(polygons: Polygons, path: Path) -> Numbers:
 
 def obj(data: bytes, path: Path) -> Polygons:
     """An OBJ file: its lines `v` and `f`; an index below zero counts back from the last vertex so far."""
-    lines = data.replace(b"\\\n", b"  ").split(b"\n")
+    lines = split(data.replace(b"\\\n", b"  "), path)
     vertices: list[int] = []
     faces: list[int] = []
     before: list[int] = []
@@ -71,7 +75,7 @@ def obj(data: bytes, path: Path) -> Polygons:
 
 def off(data: bytes, path: Path) -> Polygons:
     """An OFF file: how many vertices and faces, then the vertices, then the faces with their lengths."""
-    lines = [line.partition(b"#")[0].strip() for line in data.split(b"\n")]
+    lines = [line.partition(b"#")[0].strip() for line in split(data, path)]
     numbers = [number for number, line in enumerate(lines, 1) if line]
     lines = [line for line in lines if line]
     if not lines or not lines[0].startswith(b"OFF"):

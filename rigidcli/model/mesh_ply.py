@@ -11,8 +11,17 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model.mesh_formats import Polygons
-from rigidcli.model.mesh_text import Numbers, columns_at, lists_at, read_rows, whole
+from rigidcli.model.mesh_formats import MOST_TRIANGLES, Polygons
+from rigidcli.model.mesh_text import (
+    MOST_NUMBERS,
+    Numbers,
+    columns_at,
+    lists_at,
+    read_rows,
+    require_few,
+    split,
+    whole,
+)
 
 PLY_TYPES = {
     name: code
@@ -106,7 +115,7 @@ def _ply_text(
     data: bytes, start: int, order: str, elements: Sequence[Element], path: Path
 ) -> dict[str, tuple[Floats, Numbers]]:
     first = data.count(b"\n", 0, start) + 1
-    lines = data[start:].split(b"\n")
+    lines = split(data[start:], path)
     found, at = {}, 0
     for element in elements:
         own, numbers = lines[at : at + element.size], range(first + at, first + at + element.size)
@@ -162,6 +171,9 @@ def _ply_lists(
     before, after, each = sum(sizes[:place]), sum(sizes[place + 1 :]), sizes[place]
     head, is_signed = np.dtype(length).itemsize, length[0] == "i"
     byteorder: Literal["little", "big"] = "little" if order == "<" else "big"
+    if len(data) - at < element.size * (before + head + after):
+        raise _ends_early(element, path)
+    require_few(element.size, MOST_TRIANGLES, f"rows of `{element.name}`", path)
     starts, counts = [], []
     for _ in range(element.size):
         begin = at + before + head
@@ -171,6 +183,7 @@ def _ply_lists(
             raise _ends_early(element, path)
         starts.append(begin)
         counts.append(count)
+    require_few(sum(counts), MOST_NUMBERS, f"entries of `{element.name}`", path)
     lengths = np.array(counts, dtype=np.intp)
     ends = np.cumsum(lengths)
     first = np.repeat(np.array(starts, dtype=np.intp) - (ends - lengths) * each, lengths)

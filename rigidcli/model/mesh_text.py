@@ -21,6 +21,15 @@ NUMERAL = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 _NUMERALS = b"0123456789+-.eE \t\r\n"
 """What numbers and the blanks between them consist of."""
 
+MOST_LINES = 1_500_000
+"""The most lines of a text: those of half a million triangles, with normals and places in pictures."""
+
+MOST_NUMBERS = 4_000_000
+"""The most numbers of one kind in a file, such as those of all vertices: to read them takes a second."""
+
+SMALLER = "simplify the mesh, or save it as binary STL"
+"""What to do about a file that would take too long to be read."""
+
 Numbers: TypeAlias = NDArray[np.intp]
 
 
@@ -32,11 +41,24 @@ class Rows(NamedTuple):
     lengths: Numbers
 
 
+def split(data: bytes, path: Path) -> list[bytes]:
+    """The lines of a text. Raises ValueProblem where there are too many."""
+    require_few(data.count(b"\n"), MOST_LINES, "lines", path)
+    return data.split(b"\n")
+
+
+def require_few(count: int, most: int, what: str, path: Path) -> None:
+    """Raise ValueProblem where there is more in a file than can be read in a few seconds."""
+    if count > most:
+        raise ValueProblem(f"{path}: {count:,} {what}, expected at most {most:,}", hint=SMALLER)
+
+
 def read_rows(lines: Sequence[bytes], numbers: Sequence[int], path: Path) -> Rows:
     """The numbers that lines of text, of these numbers in the file, consist of. Raises ValueProblem."""
     text = b"\n".join(lines)
     is_blank = np.frombuffer(b" " + text, dtype=np.uint8) <= ord(" ")
     begins = np.flatnonzero(is_blank[:-1] & ~is_blank[1:])
+    require_few(len(begins), MOST_NUMBERS, "numbers", path)
     values = np.empty(0)
     with warnings.catch_warnings(), suppress(ValueError):
         warnings.simplefilter("ignore")  # older versions of numpy warn, and end there

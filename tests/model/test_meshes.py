@@ -481,6 +481,14 @@ FACES = "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
         ("a.obj", "v 0 0 0\n" * 3 + "f 1 2\n", "face 0 (counted from 0) has 2 vertices"),
         ("a.obj", "v 0 0 0\n" * 3 + "f " + "1 " * 100_000, "the triangles have no area"),
         ("a.obj", "nothing", "no triangles"),
+        ("a.obj", "\n" * 2_000_000, "2,000,000 lines, expected at most"),
+        ("a.obj", "v 0 0 0\n" * 3 + "f" + " 1" * 600_000, "599,998 triangles, expected at most"),
+        ("a.off", "OFF\n1 1 0\n" + "0 " * 4_100_000 + "\n3 0 0 0\n", "4,100,000 numbers, expected at most"),
+        (
+            "a.ply",
+            BINARY + "element vertex 0\n" + HEADER + FACES.replace("2", "600000") + "\0" * 600_000,
+            "600,000 rows of `face`, expected at most",
+        ),
         (
             "a.ply",
             TEXT + "element vertex 99999999999\n" + HEADER + "end_header\n0\n",
