@@ -170,7 +170,7 @@ class Mesh(Form):
         """Mass properties along the axes of the file, and from its origin."""
         if arithmetic.exact:
             raise ComputationError(
-                f"{self.mesh}: a mesh has no exact results",
+                f"a mesh has no exact results: {self.mesh.name}",
                 hint="leave out `--exact` and give every parameter a value",
             )
         if isinstance(self.density, Formula):

@@ -361,6 +361,15 @@ def test_keys_that_do_not_fit_are_told(rest: str, message: str, program: Program
     assert message in outcome.err
 
 
+def test_a_file_by_itself_is_named_once_and_has_a_name(program: Program, tmp_path: Path) -> None:
+    path = saved(tmp_path / "a.stl", 100 * BOX)
+    outcome = program("axes", str(path), "-s", "body.density=1")
+    assert outcome.code == 0
+    assert outcome.err.startswith(f"{path}: note: the mesh is 300 m long; are its coordinates millimetres?")
+    outcome = program("axes", "-", "-s", "body.density=1", stdin="solid a\nendsolid a\n")
+    assert outcome.code == 3
+
+
 def test_no_exact_results_and_no_such_file(program: Program, tmp_path: Path) -> None:
     path = saved(tmp_path / "a.stl", BOX)
     outcome = program("inertia", "--exact", "-", stdin=f"body: {{mesh: '{path}', density: 1}}")
