@@ -366,4 +366,5 @@ def _require_one(pictured: Sequence[Report]) -> None:
 def tell_notes(source: str, notes: Sequence[str], quiet: bool) -> None:
     """Print the notes on a source, unless the user wants none."""
     for note in () if quiet else notes:
-        complain(str(Problem(source, f"note: {note}")))
+        # A note on a file that is the body by itself begins with its name, too.
+        complain(str(Problem(source, f"note: {note.removeprefix(f'{source}: ')}")))

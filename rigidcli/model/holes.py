@@ -134,7 +134,9 @@ class _Placed:
         try:
             turn, shift = (np.array(floats(part.tolist(), n)) for part in (leaf.rotation, leaf.displacement))
             if isinstance(leaf.form, Mesh):
-                return cls(leaf.form, leaf.sign, turn, shift, leaf.form.mean_density(FLOAT), leaf.path)
+                mesh = leaf.form
+                density = mesh.density if isinstance(mesh.density, Formula) else mesh.mean_density(FLOAT)
+                return cls(mesh, leaf.sign, turn, shift, density, leaf.path)
             shape = leaf.form.model_copy(update=floats(leaf.form.__dict__, n))
         except NoValueError:
             return None
@@ -165,9 +167,10 @@ class _Placed:
         """The density at the points (3 by n) that are inside, and zero at the others."""
         if not isinstance(self.density, Formula):
             return np.where(inside, self.density, 0.0)
-        assert isinstance(self.shape, Region)
-        plane, origin = self.shape.plane()
-        local = plane @ self.rotation.T @ (points - self.displacement[:, None]) + origin[:, None]
+        local = self.rotation.T @ (points - self.displacement[:, None])
+        if isinstance(self.shape, Region):
+            plane, origin = self.shape.plane()
+            local = plane @ local + origin[:, None]
         x, y, z = np.where(inside, local, np.nan)
         found: Floats = values(self.density, places(Spot(x, y, z, 1), np.zeros(3)))
         return np.where(inside, found, 0.0)

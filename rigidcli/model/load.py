@@ -180,6 +180,8 @@ def read_text(name: str, source: str) -> str:
     except UnicodeDecodeError as error:
         message = f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}"
         hint = "save the file as UTF-8 in the editor, or with `iconv -f ENCODING -t UTF-8`"
+        if name == STDIN:
+            hint = "a document is text; a mesh is given by the name of its file"
     except ValueError:  # there is a NUL in it
         message = "cannot be read: no file has such a name"
     raise DocumentError([Problem(source, message, hint=hint)])

@@ -21,8 +21,8 @@ from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.edges import Read
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model import mesh_formats
-from rigidcli.model.mesh_formats import NUMERAL
+from rigidcli.model import mesh_formats, mesh_ply
+from rigidcli.model.mesh_text import NUMERAL
 
 BLOCK_TRIANGLES = 8_000
 """The most triangles of a block, 0.6 MB; not a power of two, which would put rows on the same cache lines."""
@@ -190,7 +190,7 @@ def _whole(path: Path) -> Read:
     return lambda: (vertices[faces[at : at + BLOCK_TRIANGLES]].transpose(1, 2, 0) for at in starts)
 
 
-WHOLE = {".obj": mesh_formats.obj, ".ply": mesh_formats.ply, ".off": mesh_formats.off}
+WHOLE = {".obj": mesh_formats.obj, ".ply": mesh_ply.ply, ".off": mesh_formats.off}
 """The readers of formats in which vertices and faces stand apart, by the ending of the file's name."""
 
 READERS: dict[str, Callable[[Path], Read]] = {".stl": _stl, **dict.fromkeys(WHOLE, _whole)}

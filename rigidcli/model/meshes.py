@@ -16,6 +16,8 @@ from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Sca
 from rigidcli.errors import ComputationError, ValueProblem, at, shown
 from rigidcli.model import units
 from rigidcli.model.base import Length, Mass, Quantity, ReadBy, environment
+from rigidcli.model.density import Density
+from rigidcli.model.environment import Formula
 from rigidcli.model.mesh_checks import Checked, checked
 from rigidcli.model.shape import Bounds, Form
 
@@ -33,10 +35,13 @@ DRAWN_IN = 1e-2
 """How far corners of such a triangle are drawn to its middle, as they may be at sharp edges of the hole."""
 
 
-def _read_density(raw: object, info: ValidationInfo) -> Scalar:
+def _read_density(raw: object, info: ValidationInfo) -> Scalar | Formula:
     """Mass per volume; of a shell without a thickness, per area."""
-    thin = info.data.get("shell") and info.data.get("thickness") is None
-    return Quantity(units.AREA_DENSITY if thin else units.DENSITY, "positive").read(raw, info)
+    shell = info.data.get("shell")
+    thin = shell and info.data.get("thickness") is None
+    kind = Quantity if shell else Density
+    found: Scalar | Formula = kind(units.AREA_DENSITY if thin else units.DENSITY, "positive").read(raw, info)
+    return found
 
 
 def _read_path(raw: object, info: ValidationInfo) -> pathlib.Path:
@@ -69,9 +74,12 @@ class Mesh(Form):
     thickness: Length | None = Field(default=None, description="Of a shell; `density` is then per volume")
     mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
     density: (
-        Annotated[Scalar, ReadBy(_read_density, Quantity(units.DENSITY, "positive").json_schema())] | None
+        Annotated[Scalar | Formula, ReadBy(_read_density, Density(units.DENSITY, "positive").json_schema())]
+        | None
     ) = Field(
-        default=None, description="Per volume (kg/m^3), or of a shell without a thickness per area (kg/m^2)"
+        default=None,
+        description="Per volume (kg/m^3), also an expression in x, y, z, r, s of the file; of a shell "
+        "a number, and per area (kg/m^2) without a thickness",
     )
     anchor: Literal["com"] | None = Field(
         default=None, description="`com` puts the centre of mass at `position`, in place of the file's origin"
@@ -150,6 +158,8 @@ class Mesh(Form):
         """Mass per volume, or per area of a shell."""
         if self.density is None:
             return (self.mass or 0) / self.measure
+        if isinstance(self.density, Formula):
+            return (self.local(n).mass or 0) / self.measure
         return self.density * (1 if self.thickness is None else self.thickness)
 
     def pivot(self, arithmetic: Arithmetic) -> Array:
@@ -160,9 +170,11 @@ class Mesh(Form):
         """Mass properties along the axes of the file, and from its origin."""
         if arithmetic.exact:
             raise ComputationError(
-                f"{self.mesh}: a mesh has no exact results",
+                f"a mesh has no exact results: {self.mesh.name}",
                 hint="leave out `--exact` and give every parameter a value",
             )
+        if isinstance(self.density, Formula):
+            return self._of_field
         surface, unit = self.checked.surface, self.unit
         mass = self.mass if self.mass is not None else self.mean_density(FLOAT) * self.measure
         offset = surface.centre * unit
@@ -172,6 +184,16 @@ class Mesh(Form):
         error = tensor.misplaced(com, spread)
         com[np.abs(com) <= error] = 0.0
         return mass_properties.MassProperties(mass, com, inertia, error)
+
+    @cached_property
+    def _of_field(self) -> mass_properties.MassProperties:
+        """`local` for a density that varies; the integrals are taken once."""
+        from rigidcli.model.mesh_density import MeshDensity
+
+        assert isinstance(self.density, Formula)
+        found, contains = self.checked, lambda points: self.contains(*points)
+        varying = MeshDensity(self.density, found.read, found.surface, self.unit, found.is_inward, contains)
+        return varying.properties()
 
     def report(self) -> dict[str, Any]:
         """What the mesh is, by the names of the results: lengths, areas and volumes in SI units."""

@@ -89,7 +89,7 @@ MESH = (
         "mesh.components",
         None,
         "its parts that hang together",
-        means="null for a mesh too large to count them",
+        means="null for a mesh of more than 300,000 triangles, where counting them would take too long",
     ),
     Field(
         "mesh.watertight",

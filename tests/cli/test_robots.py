@@ -15,6 +15,7 @@ import pytest
 from rigidcli.model.bodies import FORMS
 from rigidcli.render import BLOCKS
 from tests.conftest import ROOT, Program
+from tests.meshes import box, saved
 
 ARM = (ROOT / "configs" / "arm.urdf").read_text()
 
@@ -292,3 +293,15 @@ def test_meshes_below_the_folder_are_compared(program: Program, tmp_path: Path) 
         assert outcome.code == 0
         assert outcome.err.count("note: ") == notes, outcome.err
         assert ("hint: the lengths may be in mm" in outcome.err) == (notes > 0)
+
+
+def test_a_centre_of_mass_outside_the_box_of_its_mesh_is_told(program: Program, tmp_path: Path) -> None:
+    saved(tmp_path / "bar.stl", box((0, 0, 0), (0.1, 0.1, 0.4)))
+    path = tmp_path / "robot.urdf"
+    for place, is_told in (("0.05 0.05 0.2", False), ("0.05 0.05 0.39", False), ("0.05 0.05 0.5", True)):
+        path.write_text(
+            f'<robot name="a"><link name="a"><inertial><origin xyz="{place}"/><mass value="10"/>'
+            '<inertia ixx="0.14" iyy="0.141" izz="0.017" ixy="0" ixz="0" iyz="0"/></inertial>'
+            '<visual><geometry><mesh filename="bar.stl"/></geometry></visual></link></robot>'
+        )
+        assert ("outside the hull of its geometry" in program("validate", str(path)).err) == is_told

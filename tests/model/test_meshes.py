@@ -361,6 +361,15 @@ def test_keys_that_do_not_fit_are_told(rest: str, message: str, program: Program
     assert message in outcome.err
 
 
+def test_a_file_by_itself_is_named_once_and_has_a_name(program: Program, tmp_path: Path) -> None:
+    path = saved(tmp_path / "a.stl", 100 * BOX)
+    outcome = program("axes", str(path), "-s", "body.density=1")
+    assert outcome.code == 0
+    assert outcome.err.startswith(f"{path}: note: the mesh is 300 m long; are its coordinates millimetres?")
+    outcome = program("axes", "-", "-s", "body.density=1", stdin="solid a\nendsolid a\n")
+    assert outcome.code == 3
+
+
 def test_no_exact_results_and_no_such_file(program: Program, tmp_path: Path) -> None:
     path = saved(tmp_path / "a.stl", BOX)
     outcome = program("inertia", "--exact", "-", stdin=f"body: {{mesh: '{path}', density: 1}}")
@@ -481,6 +490,14 @@ FACES = "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
         ("a.obj", "v 0 0 0\n" * 3 + "f 1 2\n", "face 0 (counted from 0) has 2 vertices"),
         ("a.obj", "v 0 0 0\n" * 3 + "f " + "1 " * 100_000, "the triangles have no area"),
         ("a.obj", "nothing", "no triangles"),
+        ("a.obj", "\n" * 2_000_000, "2,000,000 lines, expected at most"),
+        ("a.obj", "v 0 0 0\n" * 3 + "f" + " 1" * 600_000, "599,998 triangles, expected at most"),
+        ("a.off", "OFF\n1 1 0\n" + "0 " * 4_100_000 + "\n3 0 0 0\n", "4,100,000 numbers, expected at most"),
+        (
+            "a.ply",
+            BINARY + "element vertex 0\n" + HEADER + FACES.replace("2", "600000") + "\0" * 600_000,
+            "600,000 rows of `face`, expected at most",
+        ),
         (
             "a.ply",
             TEXT + "element vertex 99999999999\n" + HEADER + "end_header\n0\n",

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from itertools import product
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from rigidcli.errors import RigidError
 from rigidcli.model.bodies import Composite
 from rigidcli.model.environment import Environment
 from rigidcli.model.holes import Leaf
+from rigidcli.model.meshes import Mesh
 from rigidcli.model.robots.links import Body, Link
 from rigidcli.model.shape import Shape
 
@@ -78,7 +80,7 @@ class Solid(Weighed):
 class Forms:
     """The geometry of a link: each role as one solid, if all that has the role is of known form.
 
-    `leaves` are all its shapes, none where one form is not known, or is a mesh.
+    `leaves` are all its shapes and meshes, none where one form is not known.
     """
 
     solids: Sequence[Solid]
@@ -101,9 +103,8 @@ class Forms:
         directions = np.array([each / length for each in tried if (length := np.linalg.norm(each))])
         reach = np.max(
             [
-                directions @ (shift - middle) + REACH[leaf.form.shape](leaf.form, directions @ turn)
+                directions @ (shift - middle) + _reach(leaf.form, directions @ turn)
                 for leaf, (turn, shift) in zip(self.leaves, places, strict=True)
-                if isinstance(leaf.form, Shape)
             ],
             axis=0,
         )
@@ -118,6 +119,14 @@ REACH: dict[str, Callable[[Any, Floats], Floats]] = {
     "capsule": lambda s, u: s.radius + s.height / 2 * np.abs(u[:, 2]),
 }
 """How far (n, m) each shape of links reaches from its centre, along directions (n, 3) in its own axes."""
+
+
+def _reach(form: Any, directions: Floats) -> Floats:
+    """How far (n, m) a form reaches along directions (n, 3) in its own axes; a mesh as far as its box."""
+    if isinstance(form, Shape):
+        return REACH[form.shape](form, directions)
+    reach: Floats = (directions @ np.array(list(product(*form.bounds()))).T).max(axis=1)
+    return reach
 
 
 def forms_of(link: Link) -> Forms:
@@ -136,7 +145,9 @@ def forms_of(link: Link) -> Forms:
         if len(known) == len(found):
             whole = combine(known)
             solids.append(Solid(float(whole.mass or 0), whole.com, whole.tensor, role))
-    is_whole = len(leaves) == len(link.geometry) and all(isinstance(leaf.form, Shape) for leaf in leaves)
+    is_whole = len(leaves) == len(link.geometry) and all(
+        isinstance(leaf.form, Shape | Mesh) for leaf in leaves
+    )
     return Forms(solids, leaves if is_whole else ())
 
 
