@@ -63,6 +63,29 @@ def test_an_entry_of_a_list_that_is_not_there(program: Program, option: str) -> 
     assert "hint: give it whole, as in `--set body.position=[0, 0, 1]`" in ran.err
 
 
+def test_a_robot_on_standard_input_is_told_to_need_a_name(program: Program) -> None:
+    ran = program(
+        "axes", "-", stdin='<?xml version="1.0"?>\n<robot name="a">\n  <!-- an arm: two links -->\n</robot>'
+    )
+    assert (ran.code, ran.out) == (3, "")
+    assert "-:1: not YAML: this is XML" in ran.err
+    assert "hint: a robot is a file whose name ends in .urdf, .sdf or .xml" in ran.err
+
+
+@pytest.mark.parametrize("place", ["s", "r", "x^2"])
+def test_a_blank_multiplies_in_a_density(program: Program, place: str) -> None:
+    body = "body: {shape: box, size: [1, 2, 3], density: 3"
+    blank, star = (program("inertia", "-f", "json", "-", stdin=f"{body}{sign}{place}}}") for sign in " *")
+    assert blank.code == 0
+    assert blank == star
+
+
+def test_files_of_all_kinds_are_explained(program: Program) -> None:
+    out = program("explain", "files").out
+    assert all(ending in out for ending in (".stl", ".xyz", ".csv", ".urdf", ".xml", "@files.txt"))
+    assert "swept" in program("explain", "results").out
+
+
 # --- tables of sweeps
 
 
