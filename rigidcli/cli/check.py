@@ -64,9 +64,7 @@ def check(
     assignment: Annotated[str, typer.Argument(metavar="ASSIGNMENT", help="The questions and their keys.")],
     answers: Annotated[
         list[str] | None,
-        typer.Argument(
-            metavar="ANSWERS", callback=listed, help="Answer files, or folders; `@files.txt` lists names."
-        ),
+        typer.Argument(metavar="ANSWERS", help="Answer files, or folders; `@files.txt` lists names."),
     ] = None,
     format: Annotated[CheckFormat, typer.Option("-f", "--format", help="What to print.")] = CheckFormat.table,
     output: OutputPath = None,
@@ -113,6 +111,7 @@ def check(
 
     Example: rigidcli check homework.yaml answers/ -f csv -o scores.csv
     """
+    answers, lists = listed(answers or ())
     chosen = {"--items": items, "--regrade": regrade, "--canvas": canvas, "--selftest": selftest}
     views = [option for option, given in chosen.items() if given]
     if len(views) > 1:
@@ -136,7 +135,7 @@ def check(
         from rigidcli.grading.reports import Style
 
         prepared = prepare(assignment, studies(steps))
-        target.protect(*prepared.files, *filter(None, (regrade, canvas, roster)))
+        target.protect(*prepared.files, *filter(None, (regrade, canvas, roster)), *lists)
         for note in () if quiet else prepared.notes:
             complain(str(note))
         if selftest:
@@ -148,7 +147,7 @@ def check(
             view = _view(format, items, regrade, canvas, column or prepared.title, quiet)
             if format is CheckFormat.html:
                 view = _pages(prepared, remarks.told, target, steps=steps)
-            found = files.gather(answers or (), assignment)
+            found = files.gather(answers, assignment)
             target.protect(*found.files)
             known = None if roster is None else students.read_roster(roster)
             papers, notes = students.papers(found.files, known)

@@ -31,21 +31,25 @@ if TYPE_CHECKING:
     from rigidcli.report import Report
 
 
-def listed(files: list[str] | None) -> list[str] | None:
-    """FILES, in which `@list.txt` stands for the names in it, one on a line; raises BadParameter."""
-    from rigidcli.cli.lists import names_in
+def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
+    """FILES, in which `@list.txt` stands for the names in it, and the lists that are read.
+
+    Raises BadParameter.
+    """
+    from rigidcli.cli.lists import LIST, names_in
 
     try:
-        return None if files is None else [name for file in files for name in names_in(file)]
+        names = [name for file in files for name in names_in(file)]
     except UsageError as error:
-        raise typer.BadParameter(f"{error.message} ({error.hint})" if error.hint else error.message) from None
+        problem = f"{error.message} ({error.hint})" if error.hint else error.message
+        raise typer.BadParameter(problem) from None
+    return names, [file.removeprefix(LIST) for file in files if file.startswith(LIST)]
 
 
 Files = Annotated[
     list[str],
     typer.Argument(
         metavar="FILE",
-        callback=listed,
         help="Documents, robots, or bodies (.stl ...); `-` is standard input, `@files.txt` a list of names.",
     ),
 ]
@@ -237,6 +241,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         **options: Any,
     ) -> None:
         failures = Failures()
+        files, lists = listed(files)
         if format in PROGRAMS:
             _require_equations(study.__name__, format, files)
             options["program"] = True
@@ -300,7 +305,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             failures.end()
 
         with failures.of(output or ""), Output(output) as target:
-            target.protect(*(file for file in files if file != "-"))
+            tables = () if swept is None else swept.files
+            target.protect(*(file for file in (*files, *lists, *tables) if file != "-"))
             width, colour = target.terminal()
             look = Look(
                 digits,

@@ -73,10 +73,10 @@ class Failures:
         self._again = 0
 
     def tell(self, failure: Failure) -> None:
-        """Report a failure; the same one at the next places of a sweep is only counted."""
+        """Report a failure; the same one again is not told, and at the next places of a sweep counted."""
         self.code = max(self.code, failure.code)
-        if failure.place and failure.text == self._last:
-            self._again += 1
+        if failure.text == self._last:
+            self._again += bool(failure.place)
             return
         self.end()
         self._last = failure.text

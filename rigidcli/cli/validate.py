@@ -11,7 +11,7 @@ from typing import Any
 import typer
 
 from rigidcli.cli.check import studies
-from rigidcli.cli.computing import Exact, Files, Quiet, Settings, tell_notes
+from rigidcli.cli.computing import Exact, Files, Quiet, Settings, listed, tell_notes
 from rigidcli.cli.output import Failures, Output, complain
 from rigidcli.errors import DocumentError, Problem, printable
 
@@ -20,7 +20,7 @@ HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers)[\"']?\s*:", re.MULTILINE
 
 
 def validate(files: Files, settings: Settings = None, exact: Exact = False, quiet: Quiet = False) -> None:
-    """Read and validate only: documents, bodies, assignments, answers, robots.
+    """Read and validate only: documents, robots, assignments, answers.
 
     Prints the names of the files that are valid, and what is asked or answered in them; answer files
     are read without their key. Of a robot (URDF, SDF, MJCF), each link is told whose mass and inertia no
@@ -33,6 +33,7 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
     from rigidcli.model.robots import is_robot
 
     failures = Failures()
+    files, _ = listed(files)
     with Output(None) as target:
         for file in files:
             with failures.of(file):

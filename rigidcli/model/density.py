@@ -35,7 +35,7 @@ class Density(Quantity):
         env = environment(info)
         assert self.dimension is not None
         variables = tuple(name for name in VARIABLES if name not in env.declared)
-        hidden = env.names_in(raw).intersection(VARIABLES).difference(variables)
+        hidden = env.names_in(raw, VARIABLES).intersection(VARIABLES).difference(variables)
         env.notes += [f"`{name}` in a density is the parameter, not a place in the shape" for name in hidden]
         formula = env.formula(raw, self.dimension, variables)
         return super().read(raw, info) if formula.expression.names.isdisjoint(variables) else formula

@@ -201,9 +201,9 @@ class Environment:
         known = expression.names - inside - self.broken - self._without_value(expression.names)
         return Formula(expression, {name: self.parameters[name] for name in sorted(known)})
 
-    def names_in(self, raw: object) -> frozenset[str]:
-        """The names that a value uses as it is written. Raises ValueProblem."""
-        is_expression = isinstance(raw, str) and self._quantity(raw, None) is None
+    def names_in(self, raw: object, variables: tuple[str, ...] = ()) -> frozenset[str]:
+        """The names that a value uses as it is written; `variables` are no units. Raises ValueProblem."""
+        is_expression = isinstance(raw, str) and self._quantity(raw, None, variables) is None
         return parse(str(raw)).names if is_expression else frozenset()
 
     def dimension(self, raw: object) -> Dimension | None:

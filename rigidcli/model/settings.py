@@ -40,6 +40,8 @@ def apply(tree: Any, changes: Sequence[Change], source: str, option: str = "--se
         for done, step in enumerate(path, start=1):
             if isinstance(place, dict):
                 step = str(step)
+                if step not in place and done < len(path) and isinstance(path[done], int):
+                    raise _no_list(path, done, source, option)
                 place.setdefault(step, {})
             else:
                 step = way[done - 1] = _index(place, step, path, source, option)
@@ -48,6 +50,14 @@ def apply(tree: Any, changes: Sequence[Change], source: str, option: str = "--se
             place = place[step]
         paths.append(tuple(way))
     return tree, paths
+
+
+def _no_list(path: Path, end: int, source: str, option: str) -> DocumentError:
+    """The error for an entry of a list that is not there."""
+    key, whole = (".".join(map(str, part)) for part in (path, path[:end]))
+    hint = f"give it whole, as in `--set {whole}=[0, 0, 1]`"
+    problem = Problem(source, f"{option} {key}: there is no list `{whole}`", hint=hint, code=UNKNOWN)
+    return DocumentError([problem])
 
 
 def _index(place: Any, step: str | int, path: Path, source: str, option: str) -> int:

@@ -39,6 +39,8 @@ def find_slip(text: str, error: Any) -> Slip | None:
     mark = error.problem_mark or error.context_mark
     if mark is None:
         return None
+    if text.lstrip().startswith("<"):
+        return Slip(1, 1, "this is XML", "a robot is a file whose name ends in .urdf, .sdf or .xml")
     lines = text.splitlines() or [""]
     noticed = min(mark.line, len(lines) - 1)
     for line, typed in enumerate(lines[: noticed + 1]):

@@ -100,10 +100,11 @@ def _decimal(number: Fraction) -> Decimal:
 
 @dataclass(frozen=True, slots=True)
 class Key:
-    """A key of a document, and the values over which it runs."""
+    """A key of a document, the values over which it runs, and the file that they are read from, if any."""
 
     name: str
     values: Values
+    file: str = ""
 
 
 @dataclass(frozen=True)
@@ -119,6 +120,11 @@ class Sweep:
         if self.paired:
             return len(self.keys[0].values)
         return math.prod(len(key.values) for key in self.keys)
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The tables that values are read from."""
+        return tuple(key.file for key in self.keys if key.file)
 
     def point(self, index: int) -> Point:
         """The values at a place of the sweep."""
@@ -171,7 +177,7 @@ def _read_key(text: str) -> Key:
     values = values.strip()
     name = ".".join(map(str, path))
     if values.startswith("@"):
-        return Key(name, _column(name, values[1:]))
+        return Key(name, *_column(name, values[1:]))
     parts = split_outside(values, ":")
     if len(parts) > 1:
         return Key(name, _range(name, values, parts))
@@ -267,8 +273,8 @@ MOST = 10**15
 """The most values of a range: more than any machine works out."""
 
 
-def _column(name: str, text: str) -> tuple[str, ...]:
-    """The values of a column of a table. Raises UsageError."""
+def _column(name: str, text: str) -> tuple[tuple[str, ...], str]:
+    """The values of a column of a table, and the file of that. Raises UsageError."""
     path, _, head = text.rpartition(":")
     if not path or not head:
         raise UsageError(f"`{name}`: read {shown('@' + text)}, expected @table.csv:column")
@@ -282,7 +288,7 @@ def _column(name: str, text: str) -> tuple[str, ...]:
                 raise UsageError(
                     f"`{path}` has no column {shown(head)}{guess}", hint=f"its columns are {', '.join(heads)}"
                 )
-            return tuple(_cells(path, rows, heads.index(head)))
+            return tuple(_cells(path, rows, heads.index(head))), path
     except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
         reason = getattr(error, "strerror", None) or "it is no table in UTF-8"
         raise UsageError(f"`{path}` cannot be read: {reason}") from None

@@ -27,13 +27,15 @@ def _mistakes() -> str:
 
 def _results() -> str:
     commands = [(name, ", ".join(field.key for field in fields)) for name, fields in tables.results().items()]
-    return page("results of each command", rows(commands))
+    common = "In json, all have `schema`, `name`, `source` and `units`, too, and with `--sweep` also `swept`."
+    return page("results of each command", rows(commands), paragraph(common))
 
 
 TOPICS: dict[str, tuple[str, Callable[[], str]]] = {
     "document": ("the keys at the top of a document", lambda: _keys_of(0)),
     "assignment": ("the keys of an assignment of `check`", lambda: _keys_of(1)),
     "answers": ("the keys of an answer file", lambda: _keys_of(2)),
+    "files": ("the files that commands read, by the endings of their names", tables.files),
     "shapes": ("the shapes of bodies with their dimensions", _shapes),
     "units": ("units of quantities such as `5 cm`", tables.units),
     "functions": ("functions in expressions", tables.functions),

@@ -73,6 +73,22 @@ def mistakes() -> dict[str, str]:
     return dict(sorted(sentences().items()))
 
 
+def files() -> str:
+    """The kinds of FILES."""
+    from rigidcli.model.places import BODY_FILES
+    from rigidcli.model.robots import READERS
+
+    bodies = [
+        (", ".join(end for end in BODY_FILES if BODY_FILES[end] == form), f"`body.{form}` by itself")
+        for form in dict.fromkeys(BODY_FILES.values())
+    ]
+    robots = (", ".join(READERS), "a robot, by its root URDF, SDF or MJCF: a result for each link")
+    lists = ("@files.txt", "a list of names, one on a line")
+    others = ("any other, and -", "a document in YAML or JSON; - is standard input")
+    remark = "`--set` completes a body that is a file: `rigidcli axes part.stl --set body.density=7850`."
+    return page("files that commands read", rows([*bodies, robots, lists, others]), paragraph(remark))
+
+
 def results() -> dict[str, tuple[Field, ...]]:
     """The results of every command that computes."""
     from rigidcli.studies.results import RESULTS

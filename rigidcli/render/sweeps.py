@@ -8,6 +8,7 @@ from rigidcli.render import Look
 from rigidcli.render.csv import row_of
 from rigidcli.render.table import number
 from rigidcli.render.terminal import GAP, cells
+from rigidcli.render.values import plain
 from rigidcli.report import Column, Report, Table, Value
 
 
@@ -21,9 +22,10 @@ def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None])
     units: dict[str, str] = {}
     last, count = None, 0
     keys: tuple[str, ...] = ()
-    told = set[str]()
+    told, points = set[str](), set[str]()
     for last in reports:
         keys = tuple(entry.key for entry in last.swept)
+        points.add(str([plain(entry.value) for entry in last.swept]))
         row = row_of(last)
         told.update(
             head for entry in last.fields if look.verbose or not entry.diagnostic for head in entry.cells
@@ -38,14 +40,16 @@ def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None])
         return
     fixed = [*keys, *(["name"] if len(set(columns["name"])) > 1 else [])]
     others = [name for name in columns if name in told and name not in (*keys, "name")]
-    varied = [name for name in others if count == 1 or _varies(columns[name], look)]
+    varied = [name for name in others if _varies(columns[name], look, count == 1)]
+    if not varied:
+        tell(f"no result changes with {', '.join(keys)}; `-f csv` has them all")
     shown = [*fixed, *varied]
     kept = len(shown) if look.width is None else max(len(fixed) + 1, _fitting(shown, columns, units, look))
     if kept < len(shown):
         tell(f"{len(shown) - kept} more columns change, for which the terminal is too narrow: see `-f csv`")
     table = Table(
         "",
-        f"at {count:,} value{'s' * (count != 1)} of {', '.join(keys)}",
+        f"at {len(points):,} value{'s' * (len(points) != 1)} of {', '.join(keys)}",
         tuple(Column("", columns[name], (name,), units[name]) for name in shown[:kept]),
     )
     yield Report(last.schema, _name(columns["name"]), last.source, last.title, (), tables=(table,))
@@ -63,8 +67,10 @@ def _text(value: Value, look: Look) -> str:
     return str(value) if value is None or isinstance(value, str | bool) else number(value, look.digits)
 
 
-def _varies(values: list[Value], look: Look) -> bool:
-    """Whether a column says different things, in the digits that are shown."""
+def _varies(values: list[Value], look: Look, is_alone: bool) -> bool:
+    """Whether a column says different things, in the digits that are shown; or in its only row, anything."""
+    if is_alone:
+        return values[0] is not None
     first = _text(values[0], look)
     return any(_text(value, look) != first for value in values)
 

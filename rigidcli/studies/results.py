@@ -40,7 +40,7 @@ INERTIA = (
         None,
         "error of integration",
         diagnostic=True,
-        means="of a density that varies: an estimate, relative to the mass; there where one does",
+        means="estimated for a density that varies, relative to the mass; left out where none does",
     ),
 )
 """The results of `inertia`, with which `axes` begins, all along the axes of `frame`."""
@@ -57,7 +57,7 @@ ROTOR = (
         None,
         "rotor",
         cells={"rotor": ()},
-        means="point, linear, spherical, oblate, prolate or asymmetric; rounding is no difference",
+        means="the class of the molecule; moments that differ by the rounding of coordinates are equal here",
     ),
     *(
         Field(

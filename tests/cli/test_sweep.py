@@ -304,7 +304,8 @@ def test_a_table_has_the_columns_that_change(program: Program) -> None:
 
 @pytest.mark.parametrize("width", [60, 100])
 def test_a_table_is_no_wider_than_the_terminal(width: int) -> None:
-    command = f"export NO_COLOR=1; stty cols {width}; rigidcli precess -q --sweep top.spin=100:700:4 {TOP}"
+    setup = f"export NO_COLOR=1; unset COLUMNS; stty cols {width}"
+    command = f"{setup}; rigidcli precess -q --sweep top.spin=100:700:4 {TOP}"
     script = f'rigidcli() {{ "{sys.executable}" -m rigidcli "$@"; }}; {command}'
     done = shell(f"script -qec '{script}' /dev/null")
     lines = [line.rstrip("\r") for line in done.stdout.decode().split("\n") if "note" not in line]

@@ -53,11 +53,12 @@ class LinkPlaces(Places):
     def problem(self, problem: ValueProblem) -> Problem:
         """The problem at the place of its value, with the name of the link and what it is about."""
         assert self.link is not None
-        key = f"link {self.link.name}"
-        if problem.path[:1] == ("body",):
-            last = problem.path[-1] if problem.path[-1] in ("mass", "position", "rotation") else ""
-            return replace(super().problem(problem), key=f"{key}: {last}" if last else key)
-        return replace(super().problem(problem), key=f"{key}: {'.'.join(map(str, problem.path))}")
+        placed, key = super().problem(problem), f"link {self.link.name}"
+        about = ".".join(map(str, problem.path))
+        if problem.path[:1] == ("body",) and placed.source == self.source:
+            # What stands in the file has no keys of documents.
+            about = problem.path[-1] if problem.path[-1] in ("mass", "position", "rotation") else ""
+        return replace(placed, key=f"{key}: {about}" if about else key)
 
 
 class LinkDocument(NamedTuple):

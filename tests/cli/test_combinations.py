@@ -1,0 +1,107 @@
+"""Features together: sweeps of robots, lists of files of many kinds, settings where nothing stands yet."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Program
+
+ARM = "configs/arm.urdf"
+CUBE = "configs/cube_corner.yaml"
+HOMEWORK = "configs/homework/assignment.yaml"
+
+
+# --- what is read is not written over
+
+
+def test_a_list_of_files_is_not_written_over(program: Program, tmp_path: Path) -> None:
+    names = tmp_path / "files.txt"
+    names.write_text(f"{CUBE}\n{ARM}\n")
+    for command in (["axes", f"@{names}"], ["check", HOMEWORK, f"@{names}"]):
+        ran = program(*command, "-f", "csv", "-o", str(names))
+        assert (ran.code, ran.out) == (2, "")
+        assert "which is read" in ran.err
+        assert names.read_text() == f"{CUBE}\n{ARM}\n"
+
+
+def test_a_table_of_swept_values_is_not_written_over(program: Program, tmp_path: Path) -> None:
+    values = tmp_path / "values.csv"
+    values.write_text("side\n1\n2\n")
+    ran = program("axes", CUBE, "-f", "csv", "--sweep", f"body.side=@{values}:side", "-o", str(values))
+    assert (ran.code, ran.out) == (2, "")
+    assert values.read_text() == "side\n1\n2\n"
+
+
+# --- messages
+
+
+@pytest.mark.parametrize("option", ["--set", "--sweep"])
+def test_a_key_that_no_link_has_is_named(program: Program, option: str) -> None:
+    ran = program("axes", ARM, option, "body.density=7850")
+    assert ran.code == 3
+    assert f"{ARM} with {option}: link base: body.density: unknown key" in ran.err
+
+
+def test_a_problem_that_all_links_have_is_told_once(program: Program) -> None:
+    assert program("precess", "-q", ARM).err.count("nothing here precesses") == 1
+    assert program("axes", "-q", ARM, "--plot", "-").err.count("draws one picture") == 1
+
+
+def test_an_output_that_is_read_is_told_once_in_a_sweep(program: Program) -> None:
+    mesh = "configs/bracket.stl"
+    ran = program("axes", "configs/bracket.yaml", "--sweep", "body.density=1,2,3", "-o", mesh)
+    assert (ran.code, ran.err.count("would overwrite")) == (2, 1)
+
+
+@pytest.mark.parametrize("option", ["--set", "--sweep"])
+def test_an_entry_of_a_list_that_is_not_there(program: Program, option: str) -> None:
+    ran = program("axes", CUBE, option, "body.position.0=1")
+    assert (ran.code, ran.out) == (3, "")
+    assert "there is no list `body.position`" in ran.err
+    assert "hint: give it whole, as in `--set body.position=[0, 0, 1]`" in ran.err
+
+
+def test_a_robot_on_standard_input_is_told_to_need_a_name(program: Program) -> None:
+    ran = program(
+        "axes", "-", stdin='<?xml version="1.0"?>\n<robot name="a">\n  <!-- an arm: two links -->\n</robot>'
+    )
+    assert (ran.code, ran.out) == (3, "")
+    assert "-:1: not YAML: this is XML" in ran.err
+    assert "hint: a robot is a file whose name ends in .urdf, .sdf or .xml" in ran.err
+
+
+@pytest.mark.parametrize("place", ["s", "r", "x^2"])
+def test_a_blank_multiplies_in_a_density(program: Program, place: str) -> None:
+    body = "body: {shape: box, size: [1, 2, 3], density: 3"
+    blank, star = (program("inertia", "-f", "json", "-", stdin=f"{body}{sign}{place}}}") for sign in " *")
+    assert blank.code == 0
+    assert blank == star
+
+
+def test_files_of_all_kinds_are_explained(program: Program) -> None:
+    out = program("explain", "files").out
+    assert all(ending in out for ending in (".stl", ".xyz", ".csv", ".urdf", ".xml", "@files.txt"))
+    assert "swept" in program("explain", "results").out
+
+
+# --- tables of sweeps
+
+
+def test_links_do_not_count_as_values(program: Program) -> None:
+    out = program("axes", "-q", ARM, "--sweep", "body.mass=1,2").out
+    assert "at 2 values of body.mass" in out
+    assert len([line for line in out.splitlines() if line.split()[:1] in (["1"], ["2"])]) == 6
+
+
+def test_a_sweep_that_changes_nothing_says_so(program: Program) -> None:
+    ran = program("hamilton", "configs/taylor_13_02.yaml", "--sweep", "parameters.m=1,2")
+    assert ran.code == 0
+    assert "no result changes with parameters.m" in ran.err
+
+
+def test_a_sweep_of_one_value_leaves_out_what_is_not_known(program: Program) -> None:
+    out = program("precess", "-q", "configs/bicycle_wheel.yaml", "--sweep", "top.tilt=0").out
+    assert "top.spin" in out
+    assert "tide.rate" not in out
