@@ -162,11 +162,16 @@ class Folder(Output):
         super().__init__(path)
         self._folder = Path(path)
         self._files: dict[str, list[bytes]] = {}
+        self._pieces: list[bytes] = []
         self._read = set[tuple[int, int]]()
 
     def begin(self, name: str) -> None:
         """Begin a file of that name; what is written from now on stands in it."""
         self._pieces = self._files[name] = []
+
+    def write(self, piece: str) -> None:
+        """Write a piece of text to the file that is begun."""
+        self._pieces.append(piece.encode())
 
     def protect(self, *files: str | Path) -> None:
         """Let no file of the folder take the place of one that is read, by whatever name."""
