@@ -48,15 +48,33 @@ NOTES = {
 """What notes may say: how a molecule is read, where something holds or fails of a system; all of motions."""
 
 
-@pytest.mark.parametrize("form", Format)
-@pytest.mark.parametrize(("path", "command"), RUNS, ids=[f"{path.stem}-{name}" for path, name in RUNS])
-def test_runs_in_every_command_and_format(path: Path, command: str, form: str, program: Program) -> None:
+TOLD = [(path, command, form) for path, command in RUNS for form in ("table", "json", "csv", "latex")]
+"""Every document in every command that it is for."""
+
+WRITTEN = [
+    *((path, "inertia", form) for path, command in RUNS if command == "inertia" for form in BLOCKS),
+    *((path, "hamilton", form) for path, command in RUNS if command == "hamilton" for form in PROGRAMS),
+]
+"""Blocks of bodies, and programs of systems."""
+
+DRAWN = [(path, commands(path)[-1], "html") for path in CONFIGS]
+"""Pages take longest: each document in the command that tells most of it."""
+
+
+def named(run: tuple[Path, str, str]) -> str:
+    path, command, form = run
+    return f"{path.stem}-{command}-{form}"
+
+
+@pytest.mark.parametrize("run", [*TOLD, *WRITTEN, *DRAWN], ids=named)
+def test_runs_in_every_command_and_format(run: tuple[Path, str, str], program: Program) -> None:
+    path, command, form = run
     outcome = program(command, "-f", form, str(path))
-    if form in BLOCKS and (command != "inertia" or outcome.code):
-        assert outcome.code == (4 if command == "inertia" else 2)
+    if form in BLOCKS and outcome.code:
+        assert outcome.code == 4
         return
-    if form in PROGRAMS and (command != "hamilton" or "functions:" in path.read_text()):
-        assert outcome.code == (3 if command == "hamilton" else 2)
+    if form in PROGRAMS and "functions:" in path.read_text():
+        assert outcome.code == 3
         return
     assert outcome.code == 0, outcome.err
     for line in outcome.err.splitlines():
@@ -79,6 +97,17 @@ def test_runs_in_every_command_and_format(path: Path, command: str, form: str, p
         assert not [each for each in page.all("span") if each.attributes.get("class") == "latex"]
 
 
+@pytest.mark.parametrize("command", NEEDS)
+def test_a_format_of_another_command_is_refused(command: str, program: Program) -> None:
+    forms = {*(PROGRAMS if command != "hamilton" else ()), *(BLOCKS if command != "inertia" else ())}
+    for form in forms:
+        assert program(command, "-f", form, str(CONFIGS[0])).code == 2
+
+
+def test_every_format_is_tried() -> None:
+    assert {form for *_, form in (*TOLD, *WRITTEN, *DRAWN)} == set(Format)
+
+
 def compiled(source: str, folder: Path) -> list[str]:
     """What TeX has to say of a document: errors, and what runs off the page by more than a letter."""
     (folder / "all.tex").write_text(source)
@@ -97,9 +126,9 @@ def latex(command: str, program: Program, *options: str) -> str:
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
-@pytest.mark.parametrize("command", ["axes", "hamilton"])
-def test_latex_compiles_with_amsmath_alone(command: str, tmp_path: Path, program: Program) -> None:
-    body = f"\\usepackage{{amsmath}}\\begin{{document}}\n{latex(command, program)}\\end{{document}}\n"
+def test_latex_compiles_with_amsmath_alone(tmp_path: Path, program: Program) -> None:
+    told = "".join(latex(command, program) for command in ("axes", "hamilton"))
+    body = f"\\usepackage{{amsmath}}\\begin{{document}}\n{told}\\end{{document}}\n"
     assert not any(line[0] in "!l" for line in compiled(f"\\documentclass{{article}}{body}", tmp_path))
 
 

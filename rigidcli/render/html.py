@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from rigidcli.render import Look
 from rigidcli.render.latex import number, value
@@ -41,7 +42,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     # Only text is kept of a report: it may have a million samples.
     sections = [
         (_title(report), _section(report, look, head, f"result-{place}"))
-        for place, report in enumerate(reports, 1)
+        for place, report in enumerate(_documents_once(reports), 1)
     ]
     if sections:
         count = f"{len(sections)} result{'s' if len(sections) > 1 else ''}"
@@ -49,6 +50,15 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         contents = _contents(title, [name for name, _ in sections]) if look.several else ""
         body = (contents, *(section for _, section in sections))
         yield from page(title, ["<main>\n", *body, "</main>\n"], styles=[resource("result.css")])
+
+
+def _documents_once(reports: Iterable[Report]) -> Iterator[Report]:
+    """The reports, of which those on one document, such as on the links of a robot, have it once."""
+    before = ("", "")
+    for report in reports:
+        document = (report.source, report.document)
+        yield replace(report, document="") if document == before else report
+        before = document
 
 
 def _contents(title: str, names: Iterable[str]) -> str:

@@ -44,14 +44,22 @@ class Browser:
 
         A CSS pixel has the `density` in pixels of the screen along each side.
         """
-        size = {"width": width, "height": HEIGHT, "deviceScaleFactor": density, "mobile": False}
-        self._emulate("setDeviceMetricsOverride", **size)
+        self.resize(width, density)
         scheme = {"name": "prefers-color-scheme", "value": "dark" if dark else "light"}
         motion = {"name": "prefers-reduced-motion", "value": "reduce" if still else "no-preference"}
-        self._emulate("setEmulatedMedia", features=[scheme, motion])
+        self._emulate("setEmulatedMedia", media="", features=[scheme, motion])
         for kind in ("browser", "performance"):
             self.driver.get_log(kind)  # what other pages have left
         self.driver.get(path.resolve().as_uri())
+
+    def resize(self, width: int, density: float = 1) -> None:
+        """Make the window so wide (CSS pixels)."""
+        size = {"width": width, "height": HEIGHT, "deviceScaleFactor": density, "mobile": False}
+        self._emulate("setDeviceMetricsOverride", **size)
+
+    def print_page(self) -> None:
+        """Show the page as it is printed."""
+        self._emulate("setEmulatedMedia", media="print")
 
     def _emulate(self, what: str, **values: object) -> None:
         self.driver.execute_cdp_cmd(f"Emulation.{what}", values)

@@ -42,6 +42,11 @@ def opened(browser: Browser, tmp_path: Path) -> Open:
         file.write_text("".join(page("a replay", [first, *figures, last])), "utf-8")
         browser.open_page(file, **{"width": 640, **window})
         browser.wait("document.querySelectorAll('figure [hidden]:not(.trouble)').length === 0")
+        # Replays draw once they are told that they are in view, which comes after a frame or two.
+        # This observer is younger than theirs, and so is told after them.
+        browser.driver.execute_async_script(
+            "new IntersectionObserver(arguments[0]).observe(document.querySelector('.stage'))"
+        )
         return browser
 
     return show

@@ -8,7 +8,7 @@ is asked for.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from rigidcli.errors import printable
@@ -59,15 +59,30 @@ def answers(student: Student, course: Course, *, solved: bool = True) -> Iterato
 
 
 def worked(solutions: Mapping[str, Report]) -> dict[str, str]:
-    """The working of questions, folded, by their names as they are told."""
+    """The working of questions, folded, by their names as they are told.
+
+    With the libraries of the extra `show` it is as on the page of the question's own command.
+    """
+    from rigidcli.render.plots import has_library
+
+    tell = _formulas if has_library("formulas") else _plain
+    return {
+        printable(id): f'<details class="solution"><summary>Solution</summary>\n{tell(report)}</details>\n'
+        for id, report in solutions.items()
+    }
+
+
+def _formulas(report: Report) -> str:
+    from rigidcli.render.html import fragment
+
+    return fragment(replace(report, pictures=()), Look(steps=True))
+
+
+def _plain(report: Report) -> str:
     from rigidcli.render.table import render
 
-    found = {}
-    for id, report in solutions.items():
-        told = "\n".join(map(text, "".join(render([report], Look(steps=True))).split("\n")))
-        fold = f'<details class="solution"><summary>Solution</summary>\n<pre>{told}</pre></details>\n'
-        found[printable(id)] = fold
-    return found
+    told = "\n".join(map(text, "".join(render([report], Look(steps=True))).split("\n")))
+    return f"<pre>{told}</pre>"
 
 
 def own(words: str) -> str:

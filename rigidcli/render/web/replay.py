@@ -133,7 +133,8 @@ def _table(readings: Table, look: Look) -> Iterator[str]:
     """Some rows of the readings."""
     shown = shown_columns(readings, look, number)
     heads = (f"{c.cells[0]} ({c.unit})" if c.unit else c.cells[0] for c, _ in shown)
-    yield f"<table>\n<tr>{''.join(f'<th scope=col>{text(head)}</th>' for head in heads)}</tr>\n"
+    yield "<table>\n<caption>Readings</caption>\n"
+    yield f"<tr>{''.join(f'<th scope=col>{text(head)}</th>' for head in heads)}</tr>\n"
     for row in zip(*(texts for _, texts in shown), strict=True):
         yield f"<tr>{''.join(f'<td>{text(cell)}</td>' for cell in row)}</tr>\n"
     yield "</table>\n"

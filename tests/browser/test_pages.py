@@ -1,0 +1,78 @@
+"""Pages as the command line writes them, in a real browser: of results, and of a class with its students."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from tests.browser.conftest import Browser
+from tests.conftest import Program
+
+FILES = ("configs/t_handle.yaml", "configs/cone_top.yaml")
+"""A body by itself and a top: pages of several FILES have a table of contents, and a replay for each."""
+
+OPENED = "document.querySelectorAll('details').forEach((each) => { each.open = true; })"
+"""Opens all that is folded."""
+
+FLAT = """[...document.querySelectorAll('math')].filter((each) => {
+    const { width, height } = each.getBoundingClientRect();
+    return width < 4 || height < 8;
+}).length"""
+"""How many formulas are not drawn."""
+
+
+def test_a_page_of_the_command_line(browser: Browser, program: Program, tmp_path: Path) -> None:
+    file = tmp_path / "page.html"
+    assert program("euler", "-q", "--steps", "-f", "html", "-o", str(file), *FILES).code == 0
+    browser.open_page(file, 1280, still=True)
+    folded = browser.ask("document.documentElement.scrollHeight")
+    browser.find("details.working summary").click()
+    assert browser.ask("document.querySelector('details.working').open")
+    assert browser.ask("document.documentElement.scrollHeight") > folded + 300
+    browser.driver.execute_script(OPENED)
+    assert browser.ask("document.querySelectorAll('math').length") > 50
+    assert browser.ask(FLAT) == 0
+    for width in (1280, 390):
+        browser.resize(width)
+        assert browser.overflow <= 0, width
+    for link in browser.driver.find_elements("css selector", "nav a"):
+        link.click()
+        assert browser.ask("Math.abs(document.querySelector(location.hash).getBoundingClientRect().y) < 5")
+    assert len(browser.driver.find_elements("css selector", "figure canvas")) == len(FILES)
+    assert browser.complaints() == []
+    assert browser.requests() == [file.as_uri()]
+
+
+def test_a_page_in_print(browser: Browser, program: Program, tmp_path: Path) -> None:
+    """On paper there is nothing to press, and all that is folded is there."""
+    file = tmp_path / "page.html"
+    assert program("euler", "-q", "--steps", "-f", "html", "-o", str(file), FILES[0]).code == 0
+    browser.open_page(file, 1280, dark=True)
+    browser.print_page()
+    assert browser.ask("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+    assert browser.ask("document.querySelector('.controls').offsetHeight") == 0
+    assert browser.ask("document.querySelector('canvas').offsetHeight") > 100
+    assert browser.ask("document.querySelector('details.working li').offsetHeight") > 10
+    assert browser.ask(FLAT) == 0
+
+
+def test_the_pages_of_a_class(browser: Browser, program: Program, tmp_path: Path) -> None:
+    homework = ("configs/homework/assignment.yaml", "configs/homework/answers")
+    options = ("--feedback", "full", "--steps", "-f", "html", "-o", f"{tmp_path}/")
+    assert program("check", "-q", *homework, *options).code == 1
+    index = tmp_path / "index.html"
+    browser.open_page(index, 390)
+    assert browser.overflow <= 0
+    links = browser.ask("[...document.querySelectorAll('a')].map((each) => each.href)")
+    assert set(links) == {file.as_uri() for file in tmp_path.iterdir() if file != index}
+    browser.resize(1280)
+    assert browser.overflow <= 0
+    browser.find("a[href='bob.html']").click()
+    browser.wait("document.querySelector('h1').textContent === 'bob'")
+    browser.driver.execute_script(OPENED)
+    assert browser.ask("document.querySelectorAll('details.solution math').length") > 20
+    assert browser.ask(FLAT) == 0
+    for width in (1280, 390):
+        browser.resize(width)
+        assert browser.overflow <= 0, width
+    assert browser.complaints() == []
+    assert set(browser.requests()) <= {index.as_uri(), *links}
