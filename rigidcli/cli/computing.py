@@ -73,8 +73,13 @@ Sweeps = Annotated[
     ),
 ]
 Jobs = Annotated[
-    int,
-    typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Processes, for sweeps and many FILES."),
+    str | None,
+    typer.Option(
+        "-j",
+        "--jobs",
+        metavar="N|ADDRESS",
+        help="Processes, for sweeps and many FILES; or a Dask cluster, tcp://host:8786, which you trust.",
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No notes on standard error.")]
 
@@ -216,7 +221,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         pair: Annotated[
             bool, typer.Option("--zip", help="Pair the values of several --sweep, instead of a grid.")
         ] = False,
-        jobs: Jobs = 1,
+        jobs: Jobs = None,
         digits: Annotated[
             int, typer.Option(min=1, max=17, metavar="N", help="Significant digits for people.")
         ] = 6,
@@ -260,6 +265,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         changes = [*(settings or ()), *map("=".join, zip(named, map(str, given.values()), strict=True))]
 
         swept = _sweep(sweep, pair)
+        hands = _jobs(jobs) or 1
         if swept is not None:
             _require_sweepable(format, {"--steps": steps, "--plot": bool(plot or plot_kind)}, swept.count)
         picture = _picture(study.__name__, format, plot, plot_kind, files, output) if swept is None else None
@@ -279,13 +285,14 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             from rigidcli.render.units import in_units
 
             known = Known()
-            apart = jobs > 1 or swept is not None
+            apart = hands != 1 or swept is not None
             do = answers if apart else partial(answers, watch=partial(progress, pulse=PULSE))
             total = len(files) * (1 if swept is None else swept.count)
             # On a terminal, rows that stream show the progress themselves.
             is_seen = width is not None and format is not Format.table
             with counted(total) if apart and not is_seen else nullcontext(lambda: None) as done:
-                for answer in ordered(do, tasks(work, files, swept, failures), jobs):
+                parts = tasks(work, files, swept, failures, afar=isinstance(hands, str))
+                for answer in ordered(do, parts, hands):
                     with failures.of(answer.source):
                         target.protect(*answer.files)
                         tell_notes(answer.source, answer.notes, quiet)
@@ -348,6 +355,16 @@ def _sweep(texts: list[str] | None, pair: bool) -> Sweep | None:
     except UsageError as error:
         message = f"{error.message} ({error.hint})" if error.hint else error.message
         raise typer.BadParameter(message, param_hint="'--sweep'") from None
+
+
+def _jobs(text: str | None) -> int | str | None:
+    """The number of processes, or the address of a cluster, if one is given. Raises BadParameter."""
+    from rigidcli.cli.plan import read_jobs
+
+    try:
+        return read_jobs(text)
+    except UsageError as error:
+        raise typer.BadParameter(f"{error.message} ({error.hint})", param_hint="'--jobs'") from None
 
 
 MOST_SHOWN = 100_000
