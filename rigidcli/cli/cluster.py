@@ -30,7 +30,7 @@ ANSWERS_WITHIN = 5.0
 """Seconds within which a scheduler must answer: one that is there does so in a tenth of a second."""
 
 PACK = 0.25
-"""Seconds that a worker is busy with what it is handed at a time: some fifty times what handing it over takes."""
+"""Seconds that a worker is busy with what it is handed at a time: fifty times what handing it over takes."""
 
 MOST_TASKS = 256
 """The most tasks that are handed to a worker at a time, which bounds what their results take."""
@@ -73,6 +73,20 @@ def on_cluster(
             raise _told(error, address) from None
         finally:
             _cancel(client, waiting)
+
+
+def everywhere(work: Callable[[_Task], Iterable[_Result]], task: _Task, address: str) -> None:
+    """Let each worker of the cluster do the same task, where it may differ what is there to be done."""
+    with _client(address) as client:
+        each = [
+            client.submit(_worked, work, [task], pure=False, workers=[worker], allow_other_workers=True)
+            for worker in client.nthreads()
+        ]
+        try:
+            for future in each:
+                future.result()
+        except Exception as error:  # noqa: BLE001 - as above
+            raise _told(error, address) from None
 
 
 def _worked(work: Callable[[_Task], Iterable[_Result]], pack: list[_Task]) -> tuple[int, float, bytes]:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from rigidcli.cli.output import Failure, Failures, Output, complain, progress, require_apart, write_whole
-from rigidcli.cli.work import Work, answers, require_memory, tasks
+from rigidcli.cli.work import Task, Work, answers, require_memory, tasks
 from rigidcli.errors import Problem, UsageError, ValueProblem
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 
@@ -308,6 +308,20 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                     done()
             failures.end()
 
+        if format is Format.parquet and _is_folder(output):
+            look = Look(columns=columns, several=len(files) > 1 or any(map(is_robot, files)))
+            total = len(files) * (1 if swept is None else swept.count)
+            with failures.of(str(output)):
+                parts = tasks(work, files, swept, failures, afar=isinstance(hands, str))
+                about = {
+                    "results": f"rigidcli.{study.__name__}/1",
+                    "set": changes,
+                    "sweep": sweep or [],
+                    "zip": pair,
+                }
+                _write_folder(str(output), parts, total, look, hands, about, failures, quiet)
+            raise typer.Exit(failures.code)
+
         with failures.of(output or ""), Output(output) as target:
             target.protect(*(file for file in files if file != "-"))
             width, colour = target.terminal()
@@ -328,7 +342,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 from rigidcli.render.sweeps import gathered
 
                 found = gathered(found, look, lambda note: tell_notes("--sweep", [note], quiet))
-            for piece in renderer(format)(found, look):
+            for piece in _pieces(format, found, look):
                 target.write(piece)
             for report in pictured:
                 # A chart of characters follows the table, and stays away from other data.
@@ -342,6 +356,58 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
     command.__signature__ = shared.replace(parameters=parameters)  # type: ignore[attr-defined]
     command.__annotations__ = {p.name: p.annotation for p in parameters}
     return command
+
+
+def _pieces(format: Format, reports: Iterator[Report], look: Look) -> Iterator[str] | Iterator[bytes]:
+    """The output, piece by piece."""
+    if format is not Format.parquet:
+        return renderer(format)(reports, look)
+    from rigidcli.render.parquet import render
+
+    return render(reports, look)
+
+
+def _is_folder(output: str | None) -> bool:
+    """Whether a table in Parquet goes to a folder. Raises BadParameter where it cannot be written."""
+    from rigidcli.cli.parts import is_folder
+    from rigidcli.render.parquet import require_library
+
+    try:
+        require_library()
+    except UsageError as error:
+        raise typer.BadParameter(f"{error.message} ({error.hint})", param_hint="'--format'") from None
+    if output in (None, "-"):
+        problem = "parquet is no text, and needs a file or a folder: `-o table.parquet` or `-o table/`"
+        raise typer.BadParameter(problem, param_hint="'--format'")
+    return is_folder(output)
+
+
+def _write_folder(
+    output: str,
+    parts: Iterator[Task],
+    total: int,
+    look: Look,
+    hands: int | str,
+    about: dict[str, Any],
+    failures: Failures,
+    quiet: bool,
+) -> None:
+    """Write the table of all answers to a folder, and tell what is to be told of each part."""
+    from rigidcli.cli.parts import Written, write_parts
+
+    known = Known()
+    with counted(total) as done:
+
+        def tell(part: Written) -> None:
+            for each in part.told:
+                tell_notes(each.source, known.new(each.notes) if about["sweep"] else each.notes, quiet)
+                if each.failure is not None:
+                    failures.tell(each.failure)
+            for _ in range(part.answers):
+                done()
+
+        write_parts(output, parts, total, look, hands, about, tell)
+    failures.end()
 
 
 def _sweep(texts: list[str] | None, pair: bool) -> Sweep | None:

@@ -116,15 +116,15 @@ class Output:
                 if Path(file).samefile(self._path):
                     raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=OTHER_NAME)
 
-    def write(self, piece: str) -> None:
-        """Write a piece of text that is complete in itself."""
+    def write(self, piece: str | bytes) -> None:
+        """Write a piece of text that is complete in itself, or bytes of a file."""
         if self._path is not None:
-            self._pieces.append(piece.encode())
+            self._pieces.append(piece.encode() if isinstance(piece, str) else piece)
             return
         try:
             if sys.stdout is None:
                 raise OSError(errno.EBADF, "it is closed")
-            sys.stdout.write(piece)
+            sys.stdout.write(str(piece))
             sys.stdout.flush()
         except OSError as failure:
             if sys.stdout is not None:
