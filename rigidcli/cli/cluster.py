@@ -102,7 +102,6 @@ def _client(address: str) -> Iterator[Any]:
     """What hands work to the scheduler at an address; raises UsageError where none answers."""
     if util.find_spec("distributed") is None:
         raise UsageError("distributed is not installed", hint="python -m pip install 'rigidcli[cluster]'")
-    from distributed import Client
 
     before = logging.root.manager.disable
     # What the user should know of a connection is told once, here.
@@ -110,7 +109,7 @@ def _client(address: str) -> Iterator[Any]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            client = Client(address, timeout=ANSWERS_WITHIN, set_as_default=False)
+            client = _reached(address)
     except (OSError, ValueError, TypeError, ImportError, RuntimeError) as error:
         logging.disable(before)
         raise UsageError(
@@ -122,6 +121,31 @@ def _client(address: str) -> Iterator[Any]:
     finally:
         client.close(timeout=1)
         logging.disable(before)
+
+
+def _reached(address: str) -> Any:
+    """The client of the scheduler at an address; raises what distributed does, or TimeoutError.
+
+    It waits on and on where a port is open and nobody speaks, and so does that in a thread of its own.
+    """
+    from distributed import Client
+
+    outcome: list[Any] = []
+
+    def reach() -> None:
+        try:
+            outcome.append(Client(address, timeout=ANSWERS_WITHIN, set_as_default=False))
+        except Exception as error:  # noqa: BLE001 - raised where it is waited for
+            outcome.append(error)
+
+    thread = threading.Thread(target=reach, daemon=True)
+    thread.start()
+    thread.join(2 * ANSWERS_WITHIN)
+    if not outcome:
+        raise TimeoutError("nobody there speaks as a scheduler does")
+    if isinstance(outcome[0], Exception):
+        raise outcome[0]
+    return outcome[0]
 
 
 def _cancel(client: Any, waiting: deque[Any]) -> None:

@@ -1,4 +1,4 @@
-"""Tables of the columns of csv in the format Parquet, which programs read fast, and which may be very long."""
+"""Tables with the columns of csv in the format Parquet, which programs read fast and which may be long."""
 
 from __future__ import annotations
 
@@ -223,13 +223,11 @@ def described(kinds: Kinds) -> list[dict[str, str]]:
 
 
 def _schema(kinds: Kinds) -> Any:
-    import pyarrow
+    import pyarrow as pa
 
-    return pyarrow.schema(
+    return pa.schema(
         [
-            pyarrow.field(
-                name, _arrow(kind.type), metadata={"unit": kind.unit.encode()} if kind.unit else None
-            )
+            pa.field(name, _arrow(kind.type), metadata={"unit": kind.unit.encode()} if kind.unit else None)
             for name, kind in _stored(kinds).items()
         ],
         metadata={"rigidcli": rigidcli.__version__},
@@ -237,9 +235,9 @@ def _schema(kinds: Kinds) -> Any:
 
 
 def _arrow(type: str) -> Any:
-    import pyarrow
+    import pyarrow as pa
 
-    return {TRUTH: pyarrow.bool_(), NUMBER: pyarrow.float64(), TEXT: pyarrow.string()}[type]
+    return {TRUTH: pa.bool_(), NUMBER: pa.float64(), TEXT: pa.string()}[type]
 
 
 def _writer(path: Path, kinds: Kinds) -> Any:
@@ -250,13 +248,13 @@ def _writer(path: Path, kinds: Kinds) -> Any:
 
 def _table(blocks: Iterable[_Block], kinds: Kinds) -> Any:
     """The rows of all blocks, with nothing in cells that they do not have."""
-    import pyarrow
+    import pyarrow as pa
 
     stored, blocks = _stored(kinds), list(blocks)
-    return pyarrow.table(
+    return pa.table(
         [
-            pyarrow.chunked_array(
-                [pyarrow.array(_values(block, name, kind.type), _arrow(kind.type)) for block in blocks]
+            pa.chunked_array(
+                [pa.array(_values(block, name, kind.type), _arrow(kind.type)) for block in blocks]
             )
             for name, kind in stored.items()
         ],
