@@ -9,7 +9,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from importlib import util
 from pathlib import Path
@@ -19,8 +19,8 @@ import pytest
 from tests.conftest import ROOT, Outcome, Program
 
 TOP = "configs/cone_top.yaml"
-SWEEP = ("precess", "-q", "-f", "csv", "--sweep", "top.spin=-10:800:1500", TOP)
-"""A sweep of which some values are refused, and which workers have for a second or two."""
+SWEEP = ("inertia", "-q", "-f", "json", "--sweep", "body.side=-1:5:800", "configs/cube_corner.yaml")
+"""A sweep of which some values are refused, and whose rows are several times what a pipe holds."""
 
 LIMIT = 60.0
 """Seconds within which every sign must come."""
@@ -90,12 +90,21 @@ def one_worker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cluster]:
         yield started
 
 
-def begin(*arguments: str) -> subprocess.Popen[bytes]:
-    """The program, on its way."""
-    program = [sys.executable, "-m", "rigidcli", *arguments]
-    return subprocess.Popen(
-        program, cwd=ROOT, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE
-    )
+@contextmanager
+def begin(*arguments: str, start: Sequence[str] = ("-m", "rigidcli")) -> Iterator[subprocess.Popen[bytes]]:
+    """The program, on its way; it is ended when the test is."""
+    with subprocess.Popen(
+        [sys.executable, *start, *arguments],
+        cwd=ROOT,
+        env=environment(),
+        bufsize=0,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    ) as running:
+        try:
+            yield running
+        finally:
+            running.kill()
 
 
 def run(*arguments: str, stdin: str = "") -> Outcome:
@@ -176,9 +185,7 @@ def test_an_interrupt_leaves_nothing_to_do_on_the_cluster(one_worker: Cluster) -
     runner = "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
     runner += f"sys.argv = ['rigidcli', *{list(SWEEP)}, '-j', '{one_worker.address}']\n"
     runner += "from rigidcli.__main__ import main; main()"
-    command = [sys.executable, "-c", runner]
-    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with subprocess.Popen(command, cwd=ROOT, env=environment(), **pipes) as running:
+    with begin(start=("-c", runner)) as running:
         assert running.stdout is not None
         running.stdout.read(100)
         running.send_signal(signal.SIGINT)
