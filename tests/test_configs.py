@@ -48,7 +48,7 @@ NOTES = {
 """What notes may say: how a molecule is read, where something holds or fails of a system; all of motions."""
 
 
-@pytest.mark.parametrize("form", Format)
+@pytest.mark.parametrize("form", [form for form in Format if form is not Format.parquet])
 @pytest.mark.parametrize(("path", "command"), RUNS, ids=[f"{path.stem}-{name}" for path, name in RUNS])
 def test_runs_in_every_command_and_format(path: Path, command: str, form: str, program: Program) -> None:
     outcome = program(command, "-f", form, str(path))
