@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import rigidcli
 from rigidcli.cli.output import complain
-from rigidcli.cli.plan import AHEAD
 from rigidcli.errors import ComputationError, UsageError
 
 if TYPE_CHECKING:
@@ -43,12 +42,12 @@ _ALONE = threading.Lock()
 
 
 def on_cluster(
-    work: Callable[[_Task], Iterable[_Result]], tasks: Iterable[_Task], address: str
+    work: Callable[[_Task], Iterable[_Result]], tasks: Iterable[_Task], address: str, ahead: int
 ) -> Iterator[_Result]:
     """All results of each task, in the order of the tasks, worked out by the cluster of the scheduler there.
 
-    A bounded number of tasks is handed out ahead, several at a time where they are short. The scheduler hands
-    what a worker had, and did not bring back, to another one; here, each result is taken once. What was
+    For each worker, `ahead` packs of tasks are handed out before their results are asked for. What a worker
+    had and did not bring back, the scheduler hands to another one; here, each result is taken once. What was
     handed out and is no longer wanted is cancelled. Raises UsageError where no such cluster is reached, and
     ComputationError where it is lost on the way.
     """
@@ -61,7 +60,7 @@ def on_cluster(
             while True:
                 if time.monotonic() - counted > COUNTED_EVERY:
                     counted, workers = time.monotonic(), max(1, len(client.nthreads()))
-                while len(waiting) < AHEAD * workers and (pack := list(islice(rest, size))):
+                while len(waiting) < ahead * workers and (pack := list(islice(rest, size))):
                     # Each pack is work of its own, also where it looks like another.
                     waiting.append(client.submit(_worked, work, pack, pure=False))
                 if not waiting:

@@ -162,7 +162,7 @@ def _parts(
     while some := list(islice(rest, size)):
         for task in some:
             for file in task.files:
-                documents.setdefault(file, task.draft and task.draft.places.text)
+                documents.setdefault(file, None if task.draft is None else task.draft.places.text)
         yield Part(folder / f"part-{number:05}.parquet", some)
         number += 1
 

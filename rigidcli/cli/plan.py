@@ -21,7 +21,7 @@ _Task = TypeVar("_Task")
 _Result = TypeVar("_Result")
 
 AHEAD = 4
-"""Tasks for each process that are handed out before their results are asked for: none of them waits."""
+"""Tasks for each process, or worker, that are handed out before results are asked for: none of them waits."""
 
 
 MOST_JOBS = 1024
@@ -57,7 +57,7 @@ def ordered(
     if isinstance(jobs, str):
         from rigidcli.cli.cluster import on_cluster
 
-        yield from on_cluster(work, tasks, jobs)
+        yield from on_cluster(work, tasks, jobs, AHEAD)
         return
     if jobs == 1:
         for task in tasks:

@@ -143,7 +143,7 @@ class Rows:
 
     def _grow(self, count: int) -> None:
         self.count += count
-        if len(self._singles) + sum(block.count for block in self._blocks) >= ROWS:
+        if len(self._singles) + sum(block.rows for block in self._blocks) >= ROWS:
             self._flush()
 
     def _end_singles(self) -> None:
@@ -175,7 +175,7 @@ class Rows:
 class _Block(NamedTuple):
     """So many rows as columns, each an array of numbers or a list of values; some columns may be missing."""
 
-    count: int
+    rows: int
     columns: Mapping[str, Value]
 
 
@@ -266,7 +266,7 @@ def _values(block: _Block, name: str, type: str) -> Value:
     """The cells of a column as its type has them."""
     values = block.columns.get(name)
     if values is None:
-        return [None] * block.count
+        return [None] * block.rows
     return [None if value is None else _text(value) for value in values] if type == TEXT else values
 
 

@@ -1,4 +1,4 @@
-"""`-f parquet`: the cells of csv, with types and units, in one file or in parts that do not depend on `-j`."""
+"""`-f parquet`: the cells of csv, with types and units, in one file or in parts, the same for any `-j`."""
 
 from __future__ import annotations
 
@@ -118,7 +118,7 @@ def test_all_parts_have_the_same_columns(program: Program, tmp_path: Path) -> No
     first, second = sorted((tmp_path / "table").glob("part-*.parquet"))
     assert parquet.read_schema(first).equals(parquet.read_schema(second), check_metadata=True)
     assert len(rows_of(first)) == 32
-    assert not [path for path in tmp_path.rglob(".*")]
+    assert not list(tmp_path.rglob(".*"))
 
 
 @needs_arrow
