@@ -21,8 +21,8 @@ from rigidcli.cli.output import (
     require_apart,
     write_whole,
 )
-from rigidcli.cli.sweeps import MANY, Jobs, Known, Pair, Sweeps, asked, require_sweepable
-from rigidcli.cli.work import Work, answers, require_memory, tasks
+from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require_sweepable
+from rigidcli.cli.work import Task, Work, answers, require_memory, tasks
 from rigidcli.errors import Problem, UsageError, ValueProblem
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 
@@ -273,22 +273,21 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
 
         from rigidcli.model.robots import is_robot
 
+        total = len(files) * (1 if swept is None else swept.count)
+        processes = hands(jobs, total, alone=swept is None and "-" in files)
+
         def reports() -> Iterator[Report]:
-            from rigidcli.cli.plan import ordered, usable_cores
-            from rigidcli.model.load import STDIN
+            from rigidcli.cli.plan import ordered
             from rigidcli.render.units import in_units
 
             known = Known()
-            total = len(files) * (1 if swept is None else swept.count)
-            processes = jobs or (usable_cores() if total >= MANY else 1)
-            if swept is None and STDIN in files:
-                processes = 1  # others have no standard input
-            apart = processes > 1 or swept is not None
+            apart = processes != 1 or swept is not None
             do = answers if apart else partial(answers, watch=partial(progress, pulse=PULSE))
             # On a terminal, rows that stream show the progress themselves.
             is_seen = width is not None and format is not Format.table
             with counted(total) if apart and not is_seen else nullcontext(lambda: None) as done:
-                for answer in ordered(do, tasks(work, files, swept, failures), processes):
+                parts = tasks(work, files, swept, failures, afar=isinstance(processes, str))
+                for answer in ordered(do, parts, processes):
                     with failures.of(answer.source):
                         target.protect(*answer.files)
                         tell_notes(answer.source, answer.notes, quiet)
@@ -303,6 +302,19 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                             yield in_units(report, wanted) if wanted else report
                     done()
             failures.end()
+
+        if format is Format.parquet and _is_folder(output):
+            look = Look(columns=columns, several=len(files) > 1 or any(map(is_robot, files)))
+            with failures.of(str(output)):
+                parts = tasks(work, files, swept, failures, afar=isinstance(processes, str))
+                about = {
+                    "results": f"rigidcli.{study.__name__}/1",
+                    "set": changes,
+                    "sweep": sweep or [],
+                    "zip": pair,
+                }
+                _write_folder(str(output), parts, total, look, processes, about, failures, quiet)
+            raise typer.Exit(failures.code)
 
         with failures.of(output or ""), Output(output) as target:
             tables = () if swept is None else swept.files
@@ -325,7 +337,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 from rigidcli.render.sweeps import gathered
 
                 found = gathered(found, look, lambda note: tell_notes("--sweep", [note], quiet))
-            for piece in renderer(format)(found, look):
+            for piece in _pieces(format, found, look):
                 target.write(piece)
             for report in pictured:
                 # A chart of characters follows the table, and stays away from other data.
@@ -339,6 +351,58 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
     command.__signature__ = shared.replace(parameters=parameters)  # type: ignore[attr-defined]
     command.__annotations__ = {p.name: p.annotation for p in parameters}
     return command
+
+
+def _pieces(format: Format, reports: Iterator[Report], look: Look) -> Iterator[str] | Iterator[bytes]:
+    """The output, piece by piece."""
+    if format is not Format.parquet:
+        return renderer(format)(reports, look)
+    from rigidcli.render.parquet import render
+
+    return render(reports, look)
+
+
+def _is_folder(output: str | None) -> bool:
+    """Whether a table in Parquet goes to a folder. Raises BadParameter where it cannot be written."""
+    from rigidcli.cli.parts import is_folder
+    from rigidcli.render.parquet import require_library
+
+    try:
+        require_library()
+    except UsageError as error:
+        raise typer.BadParameter(f"{error.message} ({error.hint})", param_hint="'--format'") from None
+    if output in (None, "-"):
+        problem = "parquet is no text, and needs a file or a folder: `-o table.parquet` or `-o table/`"
+        raise typer.BadParameter(problem, param_hint="'--format'")
+    return is_folder(output)
+
+
+def _write_folder(
+    output: str,
+    parts: Iterator[Task],
+    total: int,
+    look: Look,
+    hands: int | str,
+    about: dict[str, Any],
+    failures: Failures,
+    quiet: bool,
+) -> None:
+    """Write the table of all answers to a folder, and tell what is to be told of each part."""
+    from rigidcli.cli.parts import Written, write_parts
+
+    known = Known()
+    with counted(total) as done:
+
+        def tell(part: Written) -> None:
+            for each in part.told:
+                tell_notes(each.source, known.new(each.notes) if about["sweep"] else each.notes, quiet)
+                if each.failure is not None:
+                    failures.tell(each.failure)
+            for _ in range(part.answers):
+                done()
+
+        write_parts(output, parts, total, look, hands, about, tell)
+    failures.end()
 
 
 def _require_equations(study: str, format: Format, files: Sequence[str]) -> None:

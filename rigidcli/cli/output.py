@@ -117,18 +117,18 @@ class Output:
                 if Path(file).samefile(self._path):
                     raise UsageError(f"`-o` would overwrite `{file}`, which is read", hint=OTHER_NAME)
 
-    def write(self, piece: str) -> None:
-        """Write a piece of text that is complete in itself."""
+    def write(self, piece: str | bytes) -> None:
+        """Write a piece of text that is complete in itself, or bytes of a file."""
         if self._path is not None:
             with _told(self._path):
                 if self._file is None:
                     self._file = self._whole.enter_context(_replacing(Path(self._path)))
-                self._file.write(piece.encode())
+                self._file.write(_encoded(piece))
             return
         try:
             if sys.stdout is None:
                 raise OSError(errno.EBADF, "it is closed")
-            sys.stdout.write(piece)
+            sys.stdout.write(str(piece))
             sys.stdout.flush()
         except OSError as failure:
             if sys.stdout is not None:
@@ -169,9 +169,9 @@ class Folder(Output):
         """Begin a file of that name; what is written from now on stands in it."""
         self._pieces = self._files[name] = []
 
-    def write(self, piece: str) -> None:
+    def write(self, piece: str | bytes) -> None:
         """Write a piece of text into the file that was begun last."""
-        self._pieces.append(piece.encode())
+        self._pieces.append(_encoded(piece))
 
     def protect(self, *files: str | Path) -> None:
         """Let no file of the folder take the place of one that is read, by whatever name."""
@@ -192,6 +192,10 @@ class Folder(Output):
             _fill(self._folder, self._files)
         except OSError as failure:
             raise _failed(str(self._folder), failure) from None
+
+
+def _encoded(piece: str | bytes) -> bytes:
+    return piece.encode() if isinstance(piece, str) else piece
 
 
 def write_whole(path: str, pieces: Sequence[bytes]) -> None:

@@ -5,13 +5,14 @@ What a task is, and what its results are, is for those to say who make the plan:
 
 from __future__ import annotations
 
+import re
 import signal
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
-from rigidcli.errors import ComputationError
+from rigidcli.errors import ComputationError, UsageError, shown
 
 if TYPE_CHECKING:
     from concurrent.futures import Future, ProcessPoolExecutor
@@ -20,7 +21,29 @@ _Task = TypeVar("_Task")
 _Result = TypeVar("_Result")
 
 AHEAD = 4
-"""Tasks for each process that are handed out before their results are asked for: none of them waits."""
+"""Tasks for each process, or worker, that are handed out before results are asked for: none of them waits."""
+
+
+MOST_JOBS = 1024
+"""The most processes: more than any machine has cores for."""
+
+_ADDRESS = re.compile(r"(tcp|tls)://\S+:\d+")
+"""The address of a scheduler, as Dask writes it."""
+
+Jobs: TypeAlias = int | str
+"""How many processes work, or the address of the scheduler of a Dask cluster that does."""
+
+
+def read_jobs(text: str | None) -> Jobs | None:
+    """What stands after `--jobs`. Raises UsageError."""
+    if text is None or _ADDRESS.fullmatch(text):
+        return text
+    if text.isdecimal() and 1 <= int(text[:9]) <= MOST_JOBS:
+        return int(text)
+    raise UsageError(
+        f"read {shown(text)}, expected a number of processes from 1 to {MOST_JOBS}",
+        hint="or the scheduler of a Dask cluster, as in `tcp://host:8786`",
+    )
 
 
 def usable_cores() -> int:
@@ -31,13 +54,18 @@ def usable_cores() -> int:
 
 
 def ordered(
-    work: Callable[[_Task], Iterable[_Result]], tasks: Iterable[_Task], jobs: int
+    work: Callable[[_Task], Iterable[_Result]], tasks: Iterable[_Task], jobs: Jobs
 ) -> Iterator[_Result]:
     """All results of each task, in the order of the tasks, of which `jobs` run at a time.
 
     Tasks are made when there is room for them, so that there may be any number. With one job, all is done
     in this process, and each result comes at once. Raises ComputationError where a process ends early.
     """
+    if isinstance(jobs, str):
+        from rigidcli.cli.cluster import on_cluster
+
+        yield from on_cluster(work, tasks, jobs, AHEAD)
+        return
     if jobs == 1:
         for task in tasks:
             yield from work(task)

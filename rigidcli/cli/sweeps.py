@@ -23,9 +23,13 @@ Sweeps = Annotated[
     ),
 ]
 Jobs = Annotated[
-    int | None,
+    str | None,
     typer.Option(
-        "-j", "--jobs", min=1, max=1024, metavar="N", help="Processes; by default one a core where that pays."
+        "-j",
+        "--jobs",
+        metavar="N|ADDRESS",
+        help="Processes, by default one a core where that pays; or a Dask cluster that you trust, "
+        "tcp://host:8786.",
     ),
 ]
 Pair = Annotated[bool, typer.Option("--zip", help="Pair the values of several --sweep, instead of a grid.")]
@@ -46,6 +50,21 @@ def asked(texts: list[str] | None, pair: bool) -> Sweep | None:
 
 MANY = 500
 """Values or FILES from which on processes pay, of which each core gets one unless `--jobs` says otherwise."""
+
+
+def hands(text: str | None, total: int, alone: bool) -> int | str:
+    """How many processes work at so many answers, or the address of a cluster. Raises BadParameter.
+
+    Where only this process has the standard input, it works `alone`.
+    """
+    from rigidcli.cli.plan import read_jobs, usable_cores
+
+    try:
+        given = read_jobs(text)
+    except UsageError as error:
+        raise typer.BadParameter(f"{error.message} ({error.hint})", param_hint="'--jobs'") from None
+    return 1 if alone else given or (usable_cores() if total >= MANY else 1)
+
 
 MOST_SHOWN = 100_000
 """The most rows of a table for people, which is kept whole until its columns are known."""

@@ -86,31 +86,40 @@ class Answer:
 
 @dataclass(frozen=True, slots=True)
 class Task:
-    """What a process works out at a time: some FILES, or some `places` of a sweep of the document in one."""
+    """What a process works out at a time: some FILES, or some `places` of a sweep of the document in one.
+
+    `read` is what is in the FILES, for a process that cannot read them itself.
+    """
 
     work: Work
     files: Sequence[str]
+    read: Sequence[Drafts | Failure] | None = None
     draft: Draft | None = None
     sweep: Sweep | None = None
     places: range = range(0)
 
 
-def tasks(work: Work, files: Sequence[str], sweep: Sweep | None, failures: Failures) -> Iterator[Task]:
+def tasks(
+    work: Work, files: Sequence[str], sweep: Sweep | None, failures: Failures, *, afar: bool = False
+) -> Iterator[Task]:
     """The tasks that answer for all FILES, each made when it is asked for.
 
-    A file that cannot be swept is a failure, once and not at every value.
+    A file that cannot be swept is a failure, once and not at every value. Tasks that are worked out `afar`,
+    on other machines, have what is in the FILES with them.
     """
     if sweep is None:
         for begin in range(0, len(files), AT_A_TIME):
-            yield Task(work, files[begin : begin + AT_A_TIME])
+            some = files[begin : begin + AT_A_TIME]
+            yield Task(work, some, [_read(work, file, afar=True) for file in some] if afar else None)
         return
     for file in files:
         with failures.of(file):
             for draft in work.drafts(file).each:
                 fitting = _fitting(draft, sweep)
+                draft = draft.absolute() if afar else draft
                 for begin in range(0, sweep.count, AT_A_TIME):
                     places = range(begin, min(begin + AT_A_TIME, sweep.count))
-                    yield Task(work, [file], draft, fitting, places)
+                    yield Task(work, [file], None, draft, fitting, places)
 
 
 def _fitting(draft: Draft, sweep: Sweep) -> Sweep:
@@ -129,8 +138,9 @@ def _fitting(draft: Draft, sweep: Sweep) -> Sweep:
 def answers(task: Task, watch: Watch | None = None) -> Iterator[Answer]:
     """The answers to a task in their order; `watch` is a context in which one may tell its progress."""
     if task.draft is None or task.sweep is None:
-        for file in task.files:
-            yield from _of_file(task.work, file, watch)
+        read = task.read or (_read(task.work, file) for file in task.files)
+        for file, found in zip(task.files, read, strict=True):
+            yield from _of_file(task.work, file, found, watch)
         return
     for place in task.places:
         yield _at_point(task, task.draft, task.sweep, place)
@@ -155,13 +165,21 @@ def _at_point(task: Task, draft: Draft, sweep: Sweep, place: int) -> Answer:
     return replace(answer, found=replace(found, swept=tuple(swept)))
 
 
-def _of_file(work: Work, file: str, watch: Watch | None) -> Iterator[Answer]:
-    """The answers to all documents of a file."""
+def _read(work: Work, file: str, *, afar: bool = False) -> Drafts | Failure:
+    """What is in a file, or why it cannot be read."""
     try:
-        drafts, notes = work.drafts(file)
+        drafts = work.drafts(file)
     except (RigidError, MemoryError) as error:
-        yield Answer(file, failure(error, file))
+        return failure(error, file)
+    return drafts._replace(each=[draft.absolute() for draft in drafts.each]) if afar else drafts
+
+
+def _of_file(work: Work, file: str, found: Drafts | Failure, watch: Watch | None) -> Iterator[Answer]:
+    """The answers to all documents of a file, in which this is found."""
+    if isinstance(found, Failure):
+        yield Answer(file, found)
         return
+    drafts, notes = found
     for draft in drafts:
         yield replace(_answer(work, file, draft.document, watch), notes=notes)
         notes = ()

@@ -10,7 +10,7 @@ import re
 import stat
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from typing import TypeAlias
 
@@ -124,6 +124,11 @@ class Draft:
     def source(self) -> str:
         """The name of the file."""
         return self.places.source
+
+    def absolute(self) -> Draft:
+        """The same draft for a process in another folder, which reads the files that the document names."""
+        folder = self.folder.absolute()
+        return replace(self, folder=folder, places=self.places.within(folder))
 
     def document(self, swept: Sequence[str] = ()) -> Document:
         """The document with these values swept; each call must give the same keys. Raises as `load`."""

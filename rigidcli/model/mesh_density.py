@@ -8,7 +8,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from rigidcli.core import quadrature, solid_sums, surfaces, tensor
+from rigidcli.core import line_search, solid_sums, surfaces, tensor
 from rigidcli.core.arithmetic import FLOAT, Floats, Mask
 from rigidcli.core.charts import Simplices, Spot
 from rigidcli.core.edges import Read
@@ -189,7 +189,7 @@ class MeshDensity:
         density = inside(net)
         watched = net[:, np.argsort(density, kind="stable")[:WATCHED]]
         if self.surface.triangles <= MOST_SEARCHED:
-            watched, _ = quadrature.lowest_points(inside, watched)
+            watched, _ = line_search.lowest_points(inside, watched)
         density = inside(watched)
         if density.min() < -NEGATIVE * highest:
             self._refuse(low + (high - low) * watched[1:, np.argmin(density)])

@@ -65,6 +65,10 @@ class Places:
         places.outside = "".join(f"# with {setting}\n" for setting in settings)
         return places
 
+    def within(self, folder: pathlib.Path) -> Self:
+        """The same places where files are named by their way from the root, which `folder` begins with."""
+        return self
+
     def tree(self, decimal: Callable[[str], object]) -> Any:
         """The tree of the document, its decimals made by `decimal`. Raises DocumentError."""
         return read_tree(self.text, self.source, decimal)
@@ -113,6 +117,12 @@ class BodyPlaces(Places):
         super().__init__("", source)
         self._path = pathlib.Path(name)
         self._form = form
+
+    def within(self, folder: pathlib.Path) -> Self:
+        """The same places, of the file by its way from the root."""
+        places = copy(self)
+        places._path = folder / self._path.name
+        return places
 
     def tree(self, decimal: Callable[[str], object]) -> Any:
         """The document that has the file as its body."""

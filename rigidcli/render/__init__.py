@@ -34,13 +34,14 @@ class Look:
 
 
 class Format(StrEnum):
-    """The output formats; each is a module of this package with a function `render`."""
+    """The output formats; each is a module of this package with a function `render`: of bytes for parquet."""
 
     table = "table"
     json = "json"
     csv = "csv"
     latex = "latex"
     html = "html"
+    parquet = "parquet"
     python = "python"
     c = "c"
     julia = "julia"
