@@ -13,7 +13,6 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import orjson
 
-import rigidcli
 from rigidcli.errors import UsageError
 from rigidcli.render import Look
 from rigidcli.render.csv import row_of
@@ -230,7 +229,6 @@ def _schema(kinds: Kinds) -> Any:
             pa.field(name, _arrow(kind.type), metadata={"unit": kind.unit.encode()} if kind.unit else None)
             for name, kind in _stored(kinds).items()
         ],
-        metadata={"rigidcli": rigidcli.__version__},
     )
 
 
