@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from functools import partial
@@ -22,7 +23,7 @@ from rigidcli.cli.output import (
     write_whole,
 )
 from rigidcli.cli.sweeps import MANY, Jobs, Known, Pair, Sweeps, asked, require_sweepable
-from rigidcli.cli.work import Work, answers, require_memory, tasks
+from rigidcli.cli.work import FOLLOW, Work, answers, require_memory, tasks
 from rigidcli.errors import Problem, UsageError, ValueProblem
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 
@@ -264,16 +265,16 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             options["scene"] = True
         pictured: list[Report] = []
 
-        work = Work(study.__name__, options, exact, changes, named, columns, _requirement(format))
+        told = "rows" if format is Format.csv else "few" if format in PEOPLE else "starts"
+        work = Work(study.__name__, options, exact, changes, named, columns, _requirement(format), told)
 
         from rigidcli.model.robots import is_robot
 
         def reports() -> Iterator[Report]:
             from rigidcli.cli.plan import ordered, usable_cores
             from rigidcli.model.load import STDIN
-            from rigidcli.render.units import in_units
 
-            known = Known()
+            known = defaultdict[str, Known](Known)
             total = len(files) * (1 if swept is None else swept.count)
             processes = jobs or (usable_cores() if total >= MANY else 1)
             if swept is None and STDIN in files:
@@ -283,7 +284,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             # On a terminal, rows that stream show the progress themselves.
             is_seen = width is not None and format is not Format.table
             with counted(total) if apart and not is_seen else nullcontext(lambda: None) as done:
-                for answer in ordered(do, tasks(work, files, swept, failures), processes):
+                for answer in ordered(do, tasks(work, files, swept, failures, processes), processes):
                     with failures.of(answer.source):
                         target.protect(*answer.files)
                         tell_notes(answer.source, answer.notes, quiet)
@@ -292,12 +293,22 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                             failures.tell(report)
                         else:
                             _require_one(pictured)
-                            notes = report.notes if swept is None else known.new(report.notes)
+                            again = swept is not None or answer.start is not None
+                            notes = known[report.source].new(report.notes) if again else report.notes
                             tell_notes(report.source, notes, quiet)
                             pictured.extend([report] if plot else [])
-                            yield in_units(report, wanted) if wanted else report
+                            yield report
                     done()
             failures.end()
+
+        def for_people(found: Iterator[Report]) -> Iterator[Report]:
+            from rigidcli.render.units import in_units
+
+            if study.__name__ in FOLLOW and format in PEOPLE:
+                from rigidcli.studies.ensembles import summaries
+
+                found = summaries(found)
+            return map(partial(in_units, units=wanted), found) if wanted else found
 
         with failures.of(output or ""), Output(output) as target:
             target.protect(*(file for file in files if file != "-"))
@@ -314,7 +325,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 steps=steps,
                 standalone=standalone,
             )
-            found = reports()
+            found = for_people(reports())
             if swept is not None and format in PEOPLE:
                 from rigidcli.render.sweeps import gathered
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import orjson
@@ -28,9 +30,12 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
             header, lines = list(row), iter([",".join(map(_cell, row.values())) + "\n"])
         else:
             columns = single_cells(data, look.columns)
+            # Whole numbers, the place of a start, are the same for many rows.
+            whole = columns[0] if getattr(columns[0].values, "dtype", np.dtype(float)).kind == "i" else None
             heads = [_head(column.cells[0], column.unit, look) for column in columns]
             header = [*(["name"] if look.several else []), *heads]
-            lines = _rows(columns, _cell(report.name) + "," if look.several else "")
+            name = _cell(report.name) + "," if look.several else ""
+            lines = _rows(columns, name) if whole is None else _by_start(whole, columns[1:], name)
         is_new, written = header != written, header
         if look.header and is_new:
             yield ",".join(map(_cell, header)) + "\n" + next(lines)
@@ -57,6 +62,20 @@ def _rows(columns: Sequence[Column], start: str) -> Iterator[str]:
         text = orjson.dumps(block, option=orjson.OPT_SERIALIZE_NUMPY)
         # The brackets of the rows [[1,2],[3,4]] become the ends of lines.
         yield start + text[2:-2].decode().replace("],[", "\n" + start) + "\n"
+
+
+def _by_start(start: Column, columns: Sequence[Column], name: str) -> Iterator[str]:
+    """Rows of floats that begin with a whole number, those of one number together."""
+    ends = [0, *(np.flatnonzero(np.diff(start.values)) + 1), len(start.values)]
+    pieces = []
+    for first, last in pairwise(ends):
+        part = [replace(column, values=column.values[first:last]) for column in columns]
+        pieces.append(
+            "".join(_rows(part, f"{name}{start.values[first]},"))
+            if part
+            else f"{name}{start.values[first]}\n" * (last - first)
+        )
+    yield "".join(pieces)
 
 
 def _at(value: Value, place: tuple[int, ...]) -> Value:
