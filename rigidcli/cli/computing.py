@@ -30,6 +30,7 @@ from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 if TYPE_CHECKING:
     from rigidcli.render.units import Units
     from rigidcli.report import Report
+    from rigidcli.studies.ensembles import Form
 
 
 def listed(files: list[str] | None) -> list[str] | None:
@@ -265,7 +266,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             options["scene"] = True
         pictured: list[Report] = []
 
-        told = "rows" if format is Format.csv else "few" if format in PEOPLE else "starts"
+        told: Form = "rows" if format is Format.csv else "few" if format in PEOPLE else "starts"
         work = Work(study.__name__, options, exact, changes, named, columns, _requirement(format), told)
 
         from rigidcli.model.robots import is_robot

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import rigidcli
 from rigidcli.cli.output import Failure, Failures, failure
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from rigidcli.model.files import Drafts
     from rigidcli.model.load import Draft
     from rigidcli.model.sweeps import Sweep
+    from rigidcli.studies.ensembles import Form
 
 Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
 """What makes a context in which progress is told, as a share of the whole."""
@@ -50,7 +51,7 @@ class Work:
     named: Mapping[str, str]
     columns: tuple[str, ...]
     require: Callable[[Report], None] | None
-    ensembles: Literal["rows", "starts", "few"] = "starts"
+    ensembles: Form = "starts"
 
     def drafts(self, file: str) -> Drafts:
         """What is in a file, for documents. Raises DocumentError."""
@@ -219,8 +220,11 @@ def _of_document(
     if document is None or ensemble is None:
         yield _answer(work, source, read if document is None else lambda: document, watch)
         return
-    from rigidcli.studies.ensembles import reports, require_one_start
+    from rigidcli.studies.ensembles import Together, reports, require_one_start
 
+    several: Together | None = None
+    if work.study == "euler":
+        from rigidcli.studies.euler.ensemble import together as several
     alone = {key: value for key, value in work.options.items() if key not in ("picture", "scene", "steps")}
 
     def run(one: Document) -> Report:
@@ -231,7 +235,7 @@ def _of_document(
     asked = range(len(ensemble)) if places is None else places
     try:
         require_one_start(document, work.options)
-        for place, found in reports(document, work.study, run, work.ensembles, asked):
+        for place, found in reports(document, run, work.ensembles, asked, several):
             if isinstance(found, RigidError):
                 yield Answer(source, replace(failure(found, source), place=f"start {place}"), files)
             else:

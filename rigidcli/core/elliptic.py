@@ -12,6 +12,7 @@ its arguments underflow below 1e-160, and its `ellipj` is wrong for moduli near 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from decimal import Decimal, localcontext
 from functools import lru_cache
 
@@ -43,6 +44,8 @@ def jacobi(u: Floats, complement: float | Floats) -> tuple[Floats, Floats, Float
     number of its own. So cn and dn keep their digits near the quarter period and for k' down to 1e-300,
     and errors grow from step to step only as those of u do.
     """
+    shrink: float | Floats
+    steps: Sequence[tuple[float | Floats, float | Floats]]
     if isinstance(complement, np.ndarray):
         shrink, steps = _descents(complement)
     elif complement == 0:
@@ -159,8 +162,8 @@ def growth(
     between the terms of the usual form (the third kind with 1 + n sn^2, and the first).
     """
     if np.max(complement) < SMALL_COMPLEMENT:
-        width = math.sqrt(n)
-        limit: Floats = np.arctan(width * sn) / width if n else sn
+        slope = math.sqrt(n)
+        limit: Floats = np.arctan(slope * sn) / slope if n else sn
         return limit
     width = np.sqrt(n * (n + k**2) / (1 + n))
     part = complement / math.sqrt(1 + n)

@@ -1,14 +1,15 @@
 """Torque-free motions of one body from many starts at once, in the closed form of `core.polhode`.
 
-What depends on the body alone is worked out once. The constants of each motion are those of `core.polhode`,
-formed of arrays: of differences that are exact, with the digits of the longest float of the platform. Where
-that has 64 bits or more, a motion agrees with that of `core.freebody` to some roundings over 1e3 turns. What
-needs all 80 digits is left to that module: motions near the separatrix. A constant omega is a case of its own.
+What depends on the body alone is worked out once. The constants of each motion are formed of arrays, of
+differences that are exact, with the digits of the longest float of the platform. Where that has 64 bits or
+more, a motion agrees with that of `core.freebody` to some roundings over 1e3 turns. Motions near the separatrix
+need all 80 digits, and are left to that module. A constant omega is a case of its own.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from decimal import Decimal, localcontext
 
 import numpy as np
@@ -19,7 +20,8 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elliptic import BLOCK, carlson_rf, complete_third
 from rigidcli.core.high_precision import CONTEXT, LONG, PI, Cycle, Decimals, decimals
 from rigidcli.core.polhode import Polhode, State, along_momentum, circle
-from rigidcli.core.rotation import as_quaternion, compose, continuous
+from rigidcli.core.rotation import angles_between, as_quaternion, compose, continuous
+from rigidcli.core.sensitivity import LEAST
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ComputationError
 
@@ -33,7 +35,10 @@ WITHIN = (1e-100, 1e100)
 """Moments (kg m^2) and products of moments and omega (kg^2 m^4/s^2) beyond which powers leave the floats."""
 
 MANY_TURNS = 16
-"""Where the two parts of the rate about L are so much larger than it, their difference needs the 80 digits."""
+"""Where the parts of the rate about L are so many times larger than it, their sum needs the 80 digits."""
+
+EPSILON = float(np.finfo(np.float64).eps)
+"""The relative rounding of a float."""
 
 EPS = float(np.finfo(LONG).eps)
 """The relative rounding of the longest float."""
@@ -77,6 +82,37 @@ def motions(
             failures[place] = error
     begun = np.concatenate([orientations[:, None], orientation], axis=1)
     return omega, continuous(begun)[:, 1:], failures
+
+
+def sensitivity(body: Inertia, omegas: Floats, orientations: Floats, times: Floats) -> Floats:
+    """`freebody.sensitivity` of each motion (m, rad); NaN where there is none."""
+    tensor = body.without_noise()
+    unit = 2 * np.linalg.norm(omegas, axis=1) * EPSILON if body.is_turned else np.zeros(len(omegas))
+    _, reference, _ = motions(body, omegas, orientations, times)
+    squares = np.zeros(reference.shape[:2])
+
+    def add(changed: Inertia, rates: Floats) -> None:
+        _, moved, _ = motions(changed, rates, orientations, times)
+        angles = angles_between(reference.reshape(-1, 4), moved.reshape(-1, 4))
+        np.add(squares, angles.reshape(squares.shape) ** 2, out=squares)
+
+    for row, column in zip(*np.triu_indices(3), strict=True):
+        if tensor[row, column]:
+            entries = tensor.copy()
+            entries[row, column] = np.nextafter(
+                entries[row, column], np.copysign(np.inf, tensor[row, column])
+            )
+            entries[column, row] = entries[row, column]
+            add(replace(body, entries=entries), omegas)
+    for axis in range(3):
+        rates = omegas.copy()
+        given = rates[:, axis]
+        rates[:, axis] = np.where(
+            unit > 0, given + unit, np.where(given, np.nextafter(given, np.copysign(np.inf, given)), given)
+        )
+        add(body, rates)
+    errors: Floats = np.clip(np.sqrt(squares.max(axis=1)), LEAST, np.pi)
+    return errors
 
 
 def _blocks(places: NDArray[np.int_], size: int) -> Iterator[NDArray[np.int_]]:
@@ -126,7 +162,7 @@ def _circulations(
         excess = _long(more - less)
         total = _long(more + less)
     own = _long(rates[circling])
-    fit = (excess != 0) & (WITHIN[0] < total) & (total < WITHIN[1])
+    fit: NDArray[np.bool_] = (excess != 0) & (WITHIN[0] < total) & (total < WITHIN[1])
     is_low = (excess < 0).astype(bool)
     signs = np.sign(own[:, [0, 2]])
     signs[signs == 0] = 1
@@ -138,16 +174,14 @@ def _circulations(
                     continue
                 with localcontext(CONTEXT):
                     path = _polhodes(state, own[chosen], excess[chosen], (first, last), low=low)
-                near = (path.complement < NEAR)[:, 0]
+                near: NDArray[np.bool_] = path.complement[:, 0] < NEAR
                 left += circling[chosen][near].tolist()
                 if not near.all():
                     yield circling[chosen][~near], _part(path, ~near)
     left += circling[~fit].tolist()
 
 
-def _polhodes(
-    state: State, rates: Longs, excess: Longs, signs: tuple[int, int], *, low: bool
-) -> Polhode:
+def _polhodes(state: State, rates: Longs, excess: Longs, signs: tuple[int, int], *, low: bool) -> Polhode:
     """The constants as `polhode.polhode` has them, as columns (m by 1), without the placing; within CONTEXT.
 
     The `signs` of the rates about the axes of least and greatest moment are the same for all.
@@ -202,14 +236,16 @@ def _polhodes(
 
 def _complete(complement: Longs, p: Longs) -> tuple[Longs, Longs]:
     """`elliptic.complete_first` and `complete_third` of arrays > 0."""
-    a, g, q, total = np.ones_like(p), complement, np.ones_like(p), np.ones_like(p)
+    a, q, total = np.ones_like(p), np.ones_like(p), np.ones_like(p)
+    g = complement
     while (np.abs(a - g) > 4 * EPS * a).any() or (np.abs(q) > EPS).any():
         square, product = p * p, a * g
         q = q * (square - product) / (2 * (square + product))
         total = total + q
         p = (square + product) / (2 * p)
-        a, g = (a + g) / 2, np.sqrt(product)
-    return LONG_PI / (a + g), total / 2
+        a, g = (a + g) / 2, np.sqrt(product).astype(LONG)
+    first: Longs = LONG_PI / (a + g)
+    return first, total / 2
 
 
 def _along(path: Polhode, part: NDArray[np.int_], times: Floats) -> tuple[Floats, Floats]:
@@ -257,4 +293,5 @@ def _long(values: Decimals) -> Longs:
     """Decimals as the longest floats."""
     high = values.astype(np.float64)
     low = (values - decimals(high)).astype(np.float64)
-    return high.astype(LONG) + low
+    long: Longs = high.astype(LONG) + low
+    return long

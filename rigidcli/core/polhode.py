@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from typing import Any
 
 import numpy as np
 
@@ -93,22 +94,23 @@ class Polhode:
     of the unit vector along L. `start` is u0 / rate (s). `half` is half the period of omega, and
     `turn` the period of the mean turn about L, at `mean_rate`. `swing` is L (Ib-Ia) / (Ia Ib rate), and
     `mean_growth` that of G with u. `placing` (4 by 4) takes the quaternion (a row) from the axes a, b, c
-    to those along L to the quaternion from body to space.
+    to those along L to the quaternion from body to space. Several motions about the same axes have columns
+    (m by 1) in place of numbers, but for n.
     """
 
     axes: Floats
     amplitudes: Floats
     shares: Floats
-    k: float
-    complement: float
+    k: Any
+    complement: Any
     n: float
-    rate: float
-    start: float
+    rate: Any
+    start: Any
     half: Cycle
     turn: Cycle
-    mean_rate: float
-    swing: float
-    mean_growth: float
+    mean_rate: Any
+    swing: Any
+    mean_growth: Any
     placing: Floats
 
 

@@ -214,7 +214,8 @@ class Document(Section):
     @property
     def ensemble(self) -> Ensemble | None:
         """The starts of the motion or of the orbit, where there is not one."""
-        return (self.motion and self.motion.ensemble) or (self.orbit and self.orbit.ensemble)
+        found = (section.ensemble for section in (self.motion, self.orbit) if section is not None)
+        return next((ensemble for ensemble in found if ensemble is not None), None)
 
     def start(self, place: int, **sampling: Any) -> Self:
         """The document with one start of its ensemble, and its times changed to what is given."""

@@ -179,4 +179,3 @@ def _numbers(text: bytes, titles: Sequence[str], place: str) -> list[float]:
             )
         values.append(value)
     return values
-

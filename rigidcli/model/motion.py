@@ -103,7 +103,9 @@ def _read_table(path: Path, info: ValidationInfo) -> Ensemble:
     def check(heads: Sequence[str]) -> tuple[str, ...]:
         if {*heads} not in ({*RATES}, {*RATES, *QUATERNION}):
             read = shown(",".join(heads))
-            raise ValueProblem(f"header {read}, expected {','.join(RATES)}, and {','.join(QUATERNION)} or none")
+            raise ValueProblem(
+                f"header {read}, expected {','.join(RATES)}, and {','.join(QUATERNION)} or none"
+            )
         return tuple(heads)
 
     return read_starts(path, check, _fault)
@@ -137,7 +139,8 @@ class Motion(Sampling):
     """How the body turns, from the time t = 0 on."""
 
     omega: Annotated[Rates3 | Ensemble, _OR_MANY] | None = Field(
-        default=None, description="Angular velocity at t = 0 (rad/s); several, or a table of them: an ensemble"
+        default=None,
+        description="Angular velocity at t = 0 (rad/s); or several starts: an ensemble",
     )
     basis: Literal["body", "principal"] = Field(
         default="body",
@@ -156,7 +159,11 @@ class Motion(Sampling):
 
     @model_validator(mode="after")
     def _check_starts(self) -> Self:
-        if self.orientation is not None and self.ensemble is not None and QUATERNION[0] in self.ensemble.names:
+        if (
+            self.orientation is not None
+            and self.ensemble is not None
+            and QUATERNION[0] in self.ensemble.names
+        ):
             raise ValueProblem("the table of starts tells it, too: expected one", path=("orientation",))
         return self
 
@@ -170,5 +177,6 @@ class Motion(Sampling):
         assert self.ensemble is not None
         changes: dict[str, Any] = {"omega": self.ensemble.of(place, RATES)}
         if QUATERNION[0] in self.ensemble.names:
-            changes["orientation"] = Quaternion(quaternion=self.ensemble.of(place, QUATERNION))
+            w, x, y, z = self.ensemble.of(place, QUATERNION)
+            changes["orientation"] = Quaternion(quaternion=(w, x, y, z))
         return self.model_copy(update=changes)

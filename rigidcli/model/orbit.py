@@ -96,7 +96,9 @@ def _read_table(path: Path, info: ValidationInfo) -> Ensemble:
             told = error.errors(include_url=False)[0]
             problem = told.get("ctx", {}).get("error")
             where = ".".join(map(str, getattr(problem, "path", ())))
-            raise ValueProblem(": ".join(filter(None, [where, str(getattr(problem, "message", told))]))) from None
+            raise ValueProblem(
+                ": ".join(filter(None, [where, str(getattr(problem, "message", told))]))
+            ) from None
 
     return read_starts(path, check)
 
@@ -118,8 +120,7 @@ class Orbit(Sampling):
     """An orbit from t = 0 on: all coordinates are given there, and all momenta or all velocities."""
 
     initial: Annotated[dict[str, Scalar] | Ensemble, _OR_MANY] = Field(
-        description="Coordinates at t = 0, and all momenta or all velocities; several, or a table of them: an "
-        "ensemble"
+        description="Coordinates at t = 0, and all momenta or all velocities; or several starts: an ensemble"
     )
     method: Literal["auto", "symplectic"] = Field(
         default="auto",
@@ -172,4 +173,6 @@ class Orbit(Sampling):
         """The orbit from one start of the ensemble."""
         assert self.ensemble is not None
         names = self.ensemble.names
-        return self.model_copy(update={"initial": dict(zip(names, self.ensemble.of(place, names), strict=True))})
+        return self.model_copy(
+            update={"initial": dict(zip(names, self.ensemble.of(place, names), strict=True))}
+        )

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 import orjson
 
+from rigidcli.core.arithmetic import Floats
 from rigidcli.render import Look
 from rigidcli.render.values import plain
 from rigidcli.report import Column, Report, Value, single_cells
@@ -58,24 +58,26 @@ def _head(name: str, unit: str, look: Look) -> str:
 def _rows(columns: Sequence[Column], start: str) -> Iterator[str]:
     """Rows of floats, many at a time, each with `start` before it."""
     for first in range(0, len(columns[0].values), ROWS):
-        block = np.column_stack([column.values[first : first + ROWS] for column in columns])
-        text = orjson.dumps(block, option=orjson.OPT_SERIALIZE_NUMPY)
-        # The brackets of the rows [[1,2],[3,4]] become the ends of lines.
-        yield start + text[2:-2].decode().replace("],[", "\n" + start) + "\n"
+        yield _lines(np.column_stack([column.values[first : first + ROWS] for column in columns]), start)
+
+
+def _lines(block: Floats, start: str) -> str:
+    """A row of floats (n by k) a line, each with `start` before it."""
+    text = orjson.dumps(block, option=orjson.OPT_SERIALIZE_NUMPY)
+    # The brackets of the rows [[1,2],[3,4]] become the ends of lines.
+    return start + text[2:-2].decode().replace("],[", "\n" + start) + "\n"
 
 
 def _by_start(start: Column, columns: Sequence[Column], name: str) -> Iterator[str]:
     """Rows of floats that begin with a whole number, those of one number together."""
-    ends = [0, *(np.flatnonzero(np.diff(start.values)) + 1), len(start.values)]
-    pieces = []
-    for first, last in pairwise(ends):
-        part = [replace(column, values=column.values[first:last]) for column in columns]
-        pieces.append(
-            "".join(_rows(part, f"{name}{start.values[first]},"))
-            if part
-            else f"{name}{start.values[first]}\n" * (last - first)
-        )
-    yield "".join(pieces)
+    for begin in range(0, len(start.values), ROWS):
+        places = start.values[begin : begin + ROWS]
+        ends = pairwise([0, *(np.flatnonzero(np.diff(places)) + 1).tolist(), len(places)])
+        if not columns:
+            yield "".join(f"{name}{place}\n" for place in places.tolist())
+            continue
+        block = np.column_stack([column.values[begin : begin + ROWS] for column in columns])
+        yield "".join(_lines(block[first:last], f"{name}{places[first]},") for first, last in ends)
 
 
 def _at(value: Value, place: tuple[int, ...]) -> Value:

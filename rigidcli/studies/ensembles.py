@@ -14,8 +14,8 @@ from rigidcli.errors import RigidError, UsageError
 from rigidcli.model.document import Document
 from rigidcli.model.motion import Motion
 from rigidcli.model.orbit import Orbit
-from rigidcli.studies.pictures import ANY
 from rigidcli.report import Column, Field, Report, Table, single_cells
+from rigidcli.studies.pictures import ANY
 
 Form: TypeAlias = Literal["rows", "starts", "few"]
 """How an ensemble is told: rows of all samples that begin with the start, a report of each start with all
@@ -23,6 +23,12 @@ that is known of it, or a few samples of each, of which a summary is made."""
 
 Found: TypeAlias = tuple[int, Report | RigidError]
 """The place of a start, counted from 0, and a report on it, or on several from it on; or what is wrong."""
+
+Sampling: TypeAlias = Mapping[str, object]
+"""Values of the keys of the section with the times, in place of those of the document."""
+
+Together: TypeAlias = Callable[[Document, Sampling], Callable[[range], Iterator[Found]] | None]
+"""What makes a function that works the starts at some places at once, or None where they cannot be."""
 
 ROWS = 25_000
 """Rows of a report on several starts, 3 MB: they are worked and written at a time."""
@@ -51,16 +57,21 @@ def require_one_start(document: Document, options: Mapping[str, object]) -> None
 
 
 def block(document: Document) -> int:
-    """How many starts are worked at a time, where they are: their values depend on this, in the last digit."""
+    """How many starts are worked at a time, where they are: last digits may depend on it."""
     return max(1, ROWS // len(sampling_of(document).instants(1.0)))
 
 
 def reports(
-    document: Document, study: str, run: Callable[[Document], Report], form: Form, places: range
+    document: Document,
+    run: Callable[[Document], Report],
+    form: Form,
+    places: range,
+    together: Together | None = None,
 ) -> Iterator[Found]:
-    """What `run`, the study of that name, finds at these places of the ensemble of a document.
+    """What `run`, a study, finds at these places of the ensemble of a document.
 
-    The first is a multiple of `block`. Raises DocumentError where the document has no common times.
+    `together` makes what works several starts at once, where there is such a way. The first place is a
+    multiple of `block`. Raises DocumentError where the document has no common times.
     """
     times = sampling_of(document).instants(1.0)
     sampling: dict[str, object] = {}
@@ -68,15 +79,12 @@ def reports(
         chosen = np.unique(np.linspace(0, len(times) - 1, FEW).astype(int))
         times = times[chosen]
         sampling = {"duration": None, "step": None, "samples": None, "times": tuple(times.tolist())}
-    if study == "euler" and form != "starts":
-        from rigidcli.studies.euler.ensemble import is_free, samples_of
-
-        if is_free(document.start(0, **sampling)):
-            size = block(document)
-            for first in range(places.start, places.stop, size):
-                part = range(first, min(first + size, places.stop))
-                yield from samples_of(document, part, sampling)
-            return
+    several = None if together is None or form == "starts" else together(document, sampling)
+    if several is not None:
+        size = block(document)
+        for first in range(places.start, places.stop, size):
+            yield from several(range(first, min(first + size, places.stop)))
+        return
     for place in places:
         try:
             found = run(document.start(place, **sampling))
@@ -130,11 +138,16 @@ class _Moments:
 
 
 def summaries(found: Iterable[Report]) -> Iterator[Report]:
-    """One report for those of the same ensemble, which tell a few samples of each start; others as they are."""
-    for _, group in groupby(found, lambda report: (report.source, report.name, _is_part(report))):
-        first = next(group)
-        yield _summary(first, group) if _is_part(first) else first
-        yield from group
+    """One report for those on the starts of an ensemble, and all others as they are."""
+    for (_, _, is_part), group in groupby(found, lambda one: (one.source, one.name, _is_part(one))):
+        yield from _told(group, is_part=is_part)
+
+
+def _told(found: Iterator[Report], *, is_part: bool) -> Iterator[Report]:
+    """The summary of reports that are parts of an ensemble, or the reports."""
+    if is_part:
+        yield _summary(found)
+    yield from found
 
 
 def _is_part(report: Report) -> bool:
@@ -142,14 +155,15 @@ def _is_part(report: Report) -> bool:
     return data is not None and data.columns[0].key == "start"
 
 
-def _summary(first: Report, others: Iterator[Report]) -> Report:
-    """The summary of an ensemble from the reports on its starts."""
+def _summary(found: Iterator[Report]) -> Report:
+    """The summary of an ensemble from the reports on its starts, which tell a few samples of each."""
+    first = next(found)
     moments, notes = _Moments(), dict.fromkeys(first.notes)
     columns = _variables(first)
     times = np.unique(columns[0].values)
     digits = _digits(first)
     moments.add(_values(first, len(times)))
-    for report in others:
+    for report in found:
         moments.add(_values(report, len(times)))
         notes |= dict.fromkeys(report.notes)
         digits = min(digits, _digits(report))
@@ -203,9 +217,7 @@ def _digits(report: Report) -> float:
     return float(next(known, np.inf))
 
 
-def _volume(
-    report: Report, columns: list[Column], moments: _Moments
-) -> Callable[[Floats], Table] | None:
+def _volume(report: Report, columns: list[Column], moments: _Moments) -> Callable[[Floats], Table] | None:
     """The table of the volume that an ensemble of orbits fills in phase space; None where it fills none."""
     data = next(table for table in report.tables if table.data)
     phase = [c.cells[0] for c in data.columns if c.key.startswith(("q.", "p."))]
@@ -226,11 +238,11 @@ def _volume(
     return table
 
 
-def whole(document: Document, study: str, run: Callable[[Document], Report]) -> Report:
-    """All samples of an ensemble in one report, with the start before each; raises the first error there is."""
+def whole(document: Document, run: Callable[[Document], Report], together: Together | None = None) -> Report:
+    """All samples of an ensemble in one report, the start before each. Raises the first error there is."""
     assert document.ensemble is not None
     parts = []
-    for place, found in reports(document, study, run, "rows", range(len(document.ensemble))):
+    for place, found in reports(document, run, "rows", range(len(document.ensemble)), together):
         if isinstance(found, RigidError):
             found.message = f"start {place}: {found.message}"
             raise found

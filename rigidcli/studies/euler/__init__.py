@@ -62,9 +62,10 @@ def run(
     """
     if document.ensemble is not None:
         from rigidcli.studies.ensembles import require_one_start, whole
+        from rigidcli.studies.euler.ensemble import together
 
         require_one_start(document, {"picture": picture})
-        return whole(document, "euler", lambda one: run(one, engine=engine, max_steps=max_steps))
+        return whole(document, lambda one: run(one, engine=engine, max_steps=max_steps), together)
     motion = follow(document, engine, progress, max_steps)
     fields, stable = (*_body(motion), *_kind(motion), *_quality(motion)), _stability(motion)
     working: list[Step] = []

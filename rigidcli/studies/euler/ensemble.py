@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -11,25 +12,31 @@ from rigidcli.core import freebodies, rotation
 from rigidcli.core.solution import digits
 from rigidcli.model.document import Document
 from rigidcli.model.motion import QUATERNION, RATES
-from rigidcli.report import Column, Report, Table
+from rigidcli.report import Column
 from rigidcli.studies.common import report
-from rigidcli.studies.ensembles import Found
+from rigidcli.studies.ensembles import Found, Sampling
 from rigidcli.studies.euler.columns import trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
 from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory
+from rigidcli.studies.results import told
 
 SCHEMA = "rigidcli.euler/1"
 
 
-def is_free(document: Document) -> bool:
-    """Whether the motion of a document with one start is worked here: it is free, and of no linear body."""
-    problem = initial_value_problem(document)
+def together(document: Document, sampling: Sampling) -> Callable[[range], Iterator[Found]] | None:
+    """What works the free motions from some starts; None for driven ones, and for a linear body."""
+    problem = initial_value_problem(document.start(0, **sampling))
     driven = problem.torque is not None or problem.weight.any() or problem.angles is not None
-    return not driven and bool(problem.frame.moments[0] > 0)
+    if driven or not problem.frame.moments[0] > 0:
+        return None
+    return partial(_samples, document, sampling)
 
 
-def samples_of(document: Document, places: range, sampling: Mapping[str, object]) -> Iterator[Found]:
-    """The samples of the motions from the starts at these places, and what is wrong with others."""
+def _samples(document: Document, sampling: Sampling, places: range) -> Iterator[Found]:
+    """The samples of the motions from the starts at these places, and what is wrong with others.
+
+    Where the `sampling` is changed, for a summary, the digits that can be trusted are told, too.
+    """
     problem = initial_value_problem(document.start(places.start, **sampling))
     ensemble, body, motion = document.ensemble, problem.inertia, document.motion
     assert ensemble is not None
@@ -42,13 +49,12 @@ def samples_of(document: Document, places: range, sampling: Mapping[str, object]
         omegas = np.array([axes @ along for along in omegas])
     orientations = np.tile(problem.orientation, (len(places), 1))
     if QUATERNION[0] in names:
-        given = ensemble.values[own][:, [names.index(name) for name in QUATERNION]]
-        given = given / np.abs(given).max(axis=1, keepdims=True)
-        orientations = given / np.linalg.norm(given, axis=1, keepdims=True)
+        told_of = ensemble.values[own][:, [names.index(name) for name in QUATERNION]]
+        scaled = told_of / np.abs(told_of).max(axis=1, keepdims=True)
+        orientations = scaled / np.linalg.norm(scaled, axis=1, keepdims=True)
     turn, times = rotation.as_quaternion(body.axes), problem.times
-    omega, orientation, failures = freebodies.motions(
-        body, omegas @ body.axes, rotation.compose(orientations, turn), times
-    )
+    given = (body, omegas @ body.axes, rotation.compose(orientations, turn), times)
+    omega, orientation, failures = freebodies.motions(*given)
     omega = omega @ body.axes.T
     orientation = rotation.compose(orientation, turn * [1, -1, -1, -1])
     omega[:, times == 0] = omegas[:, None]
@@ -70,8 +76,12 @@ def samples_of(document: Document, places: range, sampling: Mapping[str, object]
     )
     samples = trajectory_table(together)
     start = Column("start", np.repeat(places.start + kept, len(times)), ("start",))
-    yield places.start, _report(document, replace(samples, columns=(start, *samples.columns)), problem.notes)
-
-
-def _report(document: Document, samples: Table, notes: tuple[str, ...]) -> Report:
-    return report(document, SCHEMA, "motion by Euler's equations", (), notes, (samples,))
+    table = replace(samples, columns=(start, *samples.columns))
+    fields = []
+    if sampling:
+        largest = float(np.nanmax(freebodies.sensitivity(*given)))
+        fields.append(told("euler", "trusted_digits", digits(largest), diagnostic=True))
+    yield (
+        places.start,
+        report(document, SCHEMA, "motion by Euler's equations", fields, problem.notes, (table,)),
+    )

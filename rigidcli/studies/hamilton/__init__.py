@@ -49,7 +49,7 @@ def run(
         from rigidcli.studies.ensembles import require_one_start, whole
 
         require_one_start(document, {"picture": picture, "program": program})
-        return whole(document, "hamilton", lambda one: run(one, max_steps=max_steps))
+        return whole(document, lambda one: run(one, max_steps=max_steps))
     found = find(document, invariants, progress, max_steps)
     derivation, system = found.derivation, found.derivation.system
     phase = derivation.phase
