@@ -2,8 +2,8 @@
 
 What depends on the body alone is worked out once. The constants of each motion are formed of arrays, of
 differences that are exact, with the digits of the longest float of the platform. Where that has 64 bits or
-more, a motion agrees with that of `core.freebody` to some roundings over 1e3 turns. Motions near the separatrix
-need all 80 digits, and are left to that module. A constant omega is a case of its own.
+more, a motion agrees with that of `core.freebody` to some roundings over 1e3 turns. Motions near the
+separatrix need all 80 digits, and are left to that module. A constant omega is a case of its own.
 """
 
 from __future__ import annotations
@@ -236,16 +236,15 @@ def _polhodes(state: State, rates: Longs, excess: Longs, signs: tuple[int, int],
 
 def _complete(complement: Longs, p: Longs) -> tuple[Longs, Longs]:
     """`elliptic.complete_first` and `complete_third` of arrays > 0."""
-    a, q, total = np.ones_like(p), np.ones_like(p), np.ones_like(p)
-    g = complement
+    a: Longs = np.ones_like(p)
+    g, q, total = complement, np.ones_like(p), np.ones_like(p)
     while (np.abs(a - g) > 4 * EPS * a).any() or (np.abs(q) > EPS).any():
         square, product = p * p, a * g
         q = q * (square - product) / (2 * (square + product))
         total = total + q
         p = (square + product) / (2 * p)
-        a, g = (a + g) / 2, np.sqrt(product).astype(LONG)
-    first: Longs = LONG_PI / (a + g)
-    return first, total / 2
+        a, g = (a + g) / 2, np.sqrt(product)
+    return np.asarray(LONG_PI / (a + g), dtype=LONG), total / 2
 
 
 def _along(path: Polhode, part: NDArray[np.int_], times: Floats) -> tuple[Floats, Floats]:
