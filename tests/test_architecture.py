@@ -60,7 +60,7 @@ def test_every_format_is_a_module_and_every_module_a_format() -> None:
 
 
 def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
-    helpers = {"body", "common", "pictures", "results", "robots", "rotor", "steps"}
+    helpers = {"body", "common", "ensembles", "pictures", "results", "robots", "rotor", "steps"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
     parts = {"app", "cluster", "computing", "help", "lists", "output", "parts", "plan", "sweeps", "work"}
     assert _names("rigidcli.cli") - parts == set(app.COMMANDS)

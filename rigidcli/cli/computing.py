@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from functools import partial
@@ -22,13 +23,14 @@ from rigidcli.cli.output import (
     write_whole,
 )
 from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require_sweepable
-from rigidcli.cli.work import Task, Work, answers, require_memory, tasks
+from rigidcli.cli.work import FOLLOW, Task, Work, answers, require_memory, tasks
 from rigidcli.errors import Problem, UsageError, ValueProblem
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 
 if TYPE_CHECKING:
     from rigidcli.render.units import Units
     from rigidcli.report import Report
+    from rigidcli.studies.ensembles import Form
 
 
 def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -269,7 +271,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             options["scene"] = True
         pictured: list[Report] = []
 
-        work = Work(study.__name__, options, exact, changes, named, columns, _requirement(format))
+        told: Form = "rows" if format is Format.csv else "few" if format in PEOPLE else "starts"
+        work = Work(study.__name__, options, exact, changes, named, columns, _requirement(format), told)
 
         from rigidcli.model.robots import is_robot
 
@@ -278,16 +281,14 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
 
         def reports() -> Iterator[Report]:
             from rigidcli.cli.plan import ordered
-            from rigidcli.render.units import in_units
 
-            known = Known()
+            known = defaultdict[str, Known](Known)
             apart = processes != 1 or swept is not None
             do = answers if apart else partial(answers, watch=partial(progress, pulse=PULSE))
             # On a terminal, rows that stream show the progress themselves.
             is_seen = width is not None and format is not Format.table
             with counted(total) if apart and not is_seen else nullcontext(lambda: None) as done:
-                parts = tasks(work, files, swept, failures, afar=isinstance(processes, str))
-                for answer in ordered(do, parts, processes):
+                for answer in ordered(do, tasks(work, files, swept, failures, processes), processes):
                     with failures.of(answer.source):
                         target.protect(*answer.files)
                         tell_notes(answer.source, answer.notes, quiet)
@@ -296,17 +297,18 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                             failures.tell(report)
                         else:
                             _require_one(pictured)
-                            notes = report.notes if swept is None else known.new(report.notes)
+                            again = swept is not None or answer.start is not None
+                            notes = known[report.source].new(report.notes) if again else report.notes
                             tell_notes(report.source, notes, quiet)
                             pictured.extend([report] if plot else [])
-                            yield in_units(report, wanted) if wanted else report
+                            yield report
                     done()
             failures.end()
 
         if format is Format.parquet and _is_folder(output):
             look = Look(columns=columns, several=len(files) > 1 or any(map(is_robot, files)))
             with failures.of(str(output)):
-                parts = tasks(work, files, swept, failures, afar=isinstance(processes, str))
+                parts = tasks(work, files, swept, failures, processes)
                 about = {
                     "results": f"rigidcli.{study.__name__}/1",
                     "set": changes,
@@ -315,6 +317,15 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 }
                 _write_folder(str(output), parts, total, look, processes, about, failures, quiet)
             raise typer.Exit(failures.code)
+
+        def for_people(found: Iterator[Report]) -> Iterator[Report]:
+            from rigidcli.render.units import in_units
+
+            if study.__name__ in FOLLOW and format in PEOPLE:
+                from rigidcli.studies.ensembles import summaries
+
+                found = summaries(found)
+            return map(partial(in_units, units=wanted), found) if wanted else found
 
         with failures.of(output or ""), Output(output) as target:
             tables = () if swept is None else swept.files
@@ -332,7 +343,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 steps=steps,
                 standalone=standalone,
             )
-            found = reports()
+            found = for_people(reports())
             if swept is not None and format in PEOPLE:
                 from rigidcli.render.sweeps import gathered
 

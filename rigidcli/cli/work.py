@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -21,9 +21,16 @@ if TYPE_CHECKING:
     from rigidcli.model.files import Drafts
     from rigidcli.model.load import Draft
     from rigidcli.model.sweeps import Sweep
+    from rigidcli.studies.ensembles import Form
 
 Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
 """What makes a context in which progress is told, as a share of the whole."""
+
+FOLLOW = ("euler", "hamilton")
+"""The studies that follow a motion, of which a document may have an ensemble of starts."""
+
+TASKS, MOST_BLOCKS = 64, 16
+"""Tasks of a large ensemble, and the most blocks of starts of one: each task reads the document anew."""
 
 AT_A_TIME = 32
 """Points of a sweep, or FILES, of one task: they take longer than to hand them to a process."""
@@ -34,7 +41,7 @@ class Work:
     """What is asked of every document: a study with its options, and how the document is read.
 
     `settings` are those of `--set`, `named` has the keys that an option of its own has given. `require`
-    raises RigidError for a report that cannot be written.
+    raises RigidError for a report that cannot be written. `ensembles` says how these are told.
     """
 
     study: str
@@ -44,6 +51,7 @@ class Work:
     named: Mapping[str, str]
     columns: tuple[str, ...]
     require: Callable[[Report], None] | None
+    ensembles: Form = "starts"
 
     def drafts(self, file: str) -> Drafts:
         """What is in a file, for documents. Raises DocumentError."""
@@ -75,13 +83,14 @@ def _tells_progress(study: str) -> bool:
 class Answer:
     """The report on a document, or the failure; `files` are those that the document names.
 
-    `notes` are on the file that it is the first document of.
+    `notes` are on the file that it is the first document of. `start` is the place of a start of an ensemble.
     """
 
     source: str
     found: Report | Failure
     files: Sequence[Path] = ()
     notes: Sequence[str] = ()
+    start: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,13 +109,18 @@ class Task:
 
 
 def tasks(
-    work: Work, files: Sequence[str], sweep: Sweep | None, failures: Failures, *, afar: bool = False
+    work: Work, files: Sequence[str], sweep: Sweep | None, failures: Failures, jobs: int | str = 1
 ) -> Iterator[Task]:
-    """The tasks that answer for all FILES, each made when it is asked for.
+    """The tasks that answer for all FILES, each made when it is asked for, for so many processes.
 
-    A file that cannot be swept is a failure, once and not at every value. Tasks that are worked out `afar`,
-    on other machines, have what is in the FILES with them.
+    A file that cannot be swept is a failure, once and not at every value. Tasks for a cluster, of
+    which `jobs` is the address, have what is in the FILES with them.
     """
+    afar = isinstance(jobs, str)
+    if isinstance(jobs, int) and sweep is None and len(files) <= jobs > 1 and work.study in FOLLOW:
+        for file in files:
+            yield from _parts(work, file)
+        return
     if sweep is None:
         for begin in range(0, len(files), AT_A_TIME):
             some = files[begin : begin + AT_A_TIME]
@@ -115,19 +129,40 @@ def tasks(
     for file in files:
         with failures.of(file):
             for draft in work.drafts(file).each:
-                fitting = _fitting(draft, sweep)
+                fitting = _fitting(draft, sweep, work.study)
                 draft = draft.absolute() if afar else draft
                 for begin in range(0, sweep.count, AT_A_TIME):
                     places = range(begin, min(begin + AT_A_TIME, sweep.count))
                     yield Task(work, [file], None, draft, fitting, places)
 
 
-def _fitting(draft: Draft, sweep: Sweep) -> Sweep:
+def _parts(work: Work, file: str) -> Iterator[Task]:
+    """The tasks of a file, several where it holds an ensemble; what is wrong with it is told by the first."""
+    with suppress(RigidError):
+        (draft,) = work.drafts(file).each
+        document = draft.document()
+        if document.ensemble is not None:
+            from rigidcli.studies.ensembles import block
+
+            count, size = len(document.ensemble), block(document)
+            size *= max(1, min(MOST_BLOCKS, count // (TASKS * size)))
+            for begin in range(0, count, size):
+                yield Task(work, [file], draft=draft, places=range(begin, min(begin + size, count)))
+            return
+    yield Task(work, [file])
+
+
+def _fitting(draft: Draft, sweep: Sweep, study: str) -> Sweep:
     """The sweep with the kind of number of the document; raises RigidError where no document has its keys."""
     first = sweep.settings(sweep.point(0))
     exact = draft.is_exact(first)
     try:
-        draft.document(first)
+        ensemble = draft.document(first).ensemble
+        if ensemble is not None and study in FOLLOW:
+            raise UsageError(
+                f"a sweep has one row a value, and this document an ensemble of {len(ensemble):,} starts",
+                hint="give one start, and sweep over it, or leave out `--sweep`",
+            )
     except DocumentError as error:
         unknown = [problem for problem in error.problems if problem.code == UNKNOWN]
         if unknown:
@@ -137,6 +172,9 @@ def _fitting(draft: Draft, sweep: Sweep) -> Sweep:
 
 def answers(task: Task, watch: Watch | None = None) -> Iterator[Answer]:
     """The answers to a task in their order; `watch` is a context in which one may tell its progress."""
+    if task.draft is not None and task.sweep is None:
+        yield from _of_document(task.work, task.draft.source, task.draft.document, watch, task.places)
+        return
     if task.draft is None or task.sweep is None:
         read = task.read or (_read(task.work, file) for file in task.files)
         for file, found in zip(task.files, read, strict=True):
@@ -181,8 +219,47 @@ def _of_file(work: Work, file: str, found: Drafts | Failure, watch: Watch | None
         return
     drafts, notes = found
     for draft in drafts:
-        yield replace(_answer(work, file, draft.document, watch), notes=notes)
-        notes = ()
+        for answer in _of_document(work, file, draft.document, watch):
+            yield replace(answer, notes=notes)
+            notes = ()
+
+
+def _of_document(
+    work: Work, source: str, read: Callable[[], Document], watch: Watch | None, places: range | None = None
+) -> Iterator[Answer]:
+    """The answer to a document, or those to its ensemble, at these places or all."""
+    try:
+        document = read() if work.study in FOLLOW else None
+        ensemble = None if document is None else document.ensemble
+    except (RigidError, MemoryError) as error:
+        yield Answer(source, failure(error, source))
+        return
+    if document is None or ensemble is None:
+        yield _answer(work, source, read if document is None else lambda: document, watch)
+        return
+    from rigidcli.studies.ensembles import Together, reports, require_one_start
+
+    several: Together | None = None
+    if work.study == "euler":
+        from rigidcli.studies.euler.ensemble import together as several
+    alone = {key: value for key, value in work.options.items() if key not in ("picture", "scene", "steps")}
+
+    def run(one: Document) -> Report:
+        with one.placing():
+            return replace(work, options=alone, columns=()).report(one, None)
+
+    source, files = document.source, tuple(document.files)
+    asked = range(len(ensemble)) if places is None else places
+    try:
+        require_one_start(document, work.options)
+        for place, found in reports(document, run, work.ensembles, asked, several):
+            if isinstance(found, RigidError):
+                yield Answer(source, replace(failure(found, source), place=f"start {place}"), files)
+            else:
+                _require_columns(found, work.columns)
+                yield Answer(source, found, files, start=place)
+    except (RigidError, MemoryError) as error:
+        yield Answer(source, failure(error, source), files)
 
 
 def _answer(work: Work, source: str, read: Callable[[], Document], watch: Watch | None) -> Answer:

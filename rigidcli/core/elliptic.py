@@ -12,13 +12,14 @@ its arguments underflow below 1e-160, and its `ellipj` is wrong for moduli near 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from decimal import Decimal, localcontext
 from functools import lru_cache
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.high_precision import CONTEXT, NOISE, PI
+from rigidcli.core.high_precision import CONTEXT, LONG, NOISE, PI
 
 NEGLIGIBLE = Decimal("1e-18")
 """Where 1 - k' is less than this, 1 - k^2 rounds to 1, and the elliptic functions are the circular ones."""
@@ -33,19 +34,26 @@ SPREAD = 5e-3
 """Duplication ends when arguments are this close to their mean: the series leaves out its 8th power."""
 
 
-def jacobi(u: Floats, complement: float) -> tuple[Floats, Floats, Floats]:
+def jacobi(u: Floats, complement: float | Floats) -> tuple[Floats, Floats, Floats]:
     """sn(u), cn(u), dn(u) (each n) for k' = `complement`, of `u` (n) within some quarter periods of 0.
+
+    The complements may also be an array > 0 that is broadcast with `u`.
 
     By Gauss's (descending Landen) transformation, DLMF 22.7(i), for sn and cn up to a common factor, as in
     R. Bulirsch, Numer. Math. 7 (1965) 78: dn is the quotient of sums of squares, in which 1 - k1 is a
     number of its own. So cn and dn keep their digits near the quarter period and for k' down to 1e-300,
     and errors grow from step to step only as those of u do.
     """
-    if complement == 0:
+    shrink: float | Floats
+    steps: Sequence[tuple[float | Floats, float | Floats]]
+    if isinstance(complement, np.ndarray):
+        shrink, steps = _descents(complement)
+    elif complement == 0:
         fading = np.exp(-np.abs(u))
         sech = 2 * fading / (1 + fading * fading)
         return np.tanh(u), sech, sech
-    shrink, steps = _descent(complement)
+    else:
+        shrink, steps = _descent(complement)
     angle = u * shrink
     sn, cn, dn = np.sin(angle), np.cos(angle), np.ones_like(u)
     for k1, rest in steps:
@@ -66,6 +74,18 @@ def _descent(complement: float) -> tuple[float, tuple[tuple[float, float], ...]]
             steps.append((float((1 - k_prime) / (1 + k_prime)), float(2 * k_prime / (1 + k_prime))))
             k_prime = 2 * k_prime.sqrt() / (1 + k_prime)
         return float(shrink), tuple(reversed(steps))
+
+
+def _descents(complement: Floats) -> tuple[Floats, list[tuple[Floats, Floats]]]:
+    """The same for an array of complements > 0, each number of its shape."""
+    k_prime = complement.astype(LONG)
+    shrink, steps = np.ones_like(k_prime), []
+    while (1 - k_prime > float(NEGLIGIBLE)).any():
+        shrink *= (1 + k_prime) / 2
+        steps.append(((1 - k_prime) / (1 + k_prime), 2 * k_prime / (1 + k_prime)))
+        k_prime = 2 * np.sqrt(k_prime) / (1 + k_prime)
+    pairs = [(k1.astype(np.float64), rest.astype(np.float64)) for k1, rest in reversed(steps)]
+    return shrink.astype(np.float64), pairs
 
 
 def carlson_rf(x: Floats, y: Floats, z: Floats) -> Floats:
@@ -131,7 +151,9 @@ def _rc_beside_one(e: Floats) -> Floats:
     return integral
 
 
-def growth(n: float, k: float, complement: float, sn: Floats, cn: Floats, dn: Floats) -> Floats:
+def growth(
+    n: float, k: float | Floats, complement: float | Floats, sn: Floats, cn: Floats, dn: Floats
+) -> Floats:
     """G(u), the integral from 0 to u of cn^2 / (1 + n sn^2) for n >= 0, of u within a quarter period of 0.
 
     G = atan(W sn cn/dn)/W + k'^2/(3 (1+n)) sn^3 R_J(cn^2, dn^2, 1, cn^2 + k'^2 sn^2/(1+n)), where
@@ -139,14 +161,14 @@ def growth(n: float, k: float, complement: float, sn: Floats, cn: Floats, dn: Fl
     DLMF 19.21.12. All terms have the sign of u, so that nothing is lost for any n, as it is
     between the terms of the usual form (the third kind with 1 + n sn^2, and the first).
     """
-    if complement < SMALL_COMPLEMENT:
-        width = math.sqrt(n)
-        limit: Floats = np.arctan(width * sn) / width if n else sn
+    if np.max(complement) < SMALL_COMPLEMENT:
+        slope = math.sqrt(n)
+        limit: Floats = np.arctan(slope * sn) / slope if n else sn
         return limit
-    width = math.sqrt(n * (n + k**2) / (1 + n))
+    width = np.sqrt(n * (n + k**2) / (1 + n))
     part = complement / math.sqrt(1 + n)
     third = carlson_rj(np.abs(cn), dn, np.ones_like(sn), np.hypot(cn, part * sn))
-    bent = np.arctan(width * sn * cn / dn) / width if width else sn * cn / dn
+    bent = np.arctan(width * sn * cn / dn) / width if n else sn * cn / dn
     integral: Floats = bent + part * part / 3 * sn**3 * third
     return integral
 

@@ -7,10 +7,9 @@ times are reduced modulo a period that is known to twice the digits of a float.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from decimal import MAX_EMAX, MIN_EMIN, Context, Decimal
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +29,9 @@ NOISE = Decimal("1e-70")
 
 Decimals: TypeAlias = NDArray[np.object_]
 """An array of decimals. Its products and sums are to be formed within CONTEXT."""
+
+LONG = np.longdouble
+"""A float of more digits, where the platform has one: 64 bits on x86, 113 on most others, 53 on some."""
 
 SPLITTER = 2.0**27 + 1
 """It splits a float into two halves of 26 bits: T. J. Dekker, Numer. Math. 18 (1971) 224, section 5."""
@@ -66,10 +68,10 @@ def principal_axes(tensor: Decimals) -> tuple[Decimals, Decimals]:
 
 @dataclass(frozen=True, slots=True)
 class Cycle:
-    """A period as the sum of two floats, high + low."""
+    """A period as the sum of two floats, high + low; or finite ones (arrays), broadcast with the times."""
 
-    high: float
-    low: float
+    high: Any
+    low: Any
 
     @classmethod
     def of(cls, period: Decimal) -> Cycle:
@@ -82,7 +84,7 @@ class Cycle:
 
         The rest is right to the rounding of a period, for up to some 1e15 periods.
         """
-        if not np.isfinite(self.high):
+        if not np.isfinite(self.high).all():
             return np.zeros_like(times), times + offset
         counts = np.rint((times + offset) / self.high)
         whole, error = _two_product(counts, self.high)
@@ -92,14 +94,14 @@ class Cycle:
         return counts + again, rests - again * self.high
 
 
-def _two_product(a: Floats, b: float) -> tuple[Floats, Floats]:
+def _two_product(a: Floats, b: Any) -> tuple[Floats, Floats]:
     """p and e with p = fl(a b) and p + e = a b exactly (T. J. Dekker, section 5)."""
     product = a * b
     lifted = SPLITTER * a
     a_high = lifted - (lifted - a)
     a_low = a - a_high
-    mantissa, exponent = math.frexp(b)  # SPLITTER b would be infinite for a period of 1e301
-    b_high = math.ldexp(int(mantissa * 2**26), exponent - 26)
+    mantissa, exponent = np.frexp(b)  # SPLITTER b would be infinite for a period of 1e301
+    b_high = np.ldexp(np.trunc(mantissa * 2**26), exponent - 26)
     b_low = b - b_high
     error = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
     return product, error

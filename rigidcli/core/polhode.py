@@ -23,6 +23,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from decimal import Decimal
+from typing import Any
 
 import numpy as np
 
@@ -93,22 +94,23 @@ class Polhode:
     of the unit vector along L. `start` is u0 / rate (s). `half` is half the period of omega, and
     `turn` the period of the mean turn about L, at `mean_rate`. `swing` is L (Ib-Ia) / (Ia Ib rate), and
     `mean_growth` that of G with u. `placing` (4 by 4) takes the quaternion (a row) from the axes a, b, c
-    to those along L to the quaternion from body to space.
+    to those along L to the quaternion from body to space. Several motions about the same axes have columns
+    (m by 1) in place of numbers, but for n.
     """
 
     axes: Floats
     amplitudes: Floats
     shares: Floats
-    k: float
-    complement: float
+    k: Any
+    complement: Any
     n: float
-    rate: float
-    start: float
+    rate: Any
+    start: Any
     half: Cycle
     turn: Cycle
-    mean_rate: float
-    swing: float
-    mean_growth: float
+    mean_rate: Any
+    swing: Any
+    mean_growth: Any
     placing: Floats
 
 
@@ -173,39 +175,42 @@ def follow(path: Polhode, times: Floats) -> tuple[Floats, Floats]:
     omega, orientation = np.empty((len(times), 3)), np.empty((len(times), 4))
     for start in range(0, len(times), BLOCK):
         part = slice(start, start + BLOCK)
-        circling, angle = _circle(path, times[part])
+        circling, angle = circle(path, times[part])
         omega[part] = (path.amplitudes * circling) @ path.axes
-        orientation[part] = _orientation(path.shares * circling, angle) @ path.placing
+        orientation[part] = along_momentum(path.shares * circling, angle) @ path.placing
     return omega, orientation
 
 
-def _circle(path: Polhode, times: Floats) -> tuple[Floats, Floats]:
-    """cn, sn, dn of u (n by 3) and phi (n), but for whole turns and a constant, at `times` (n, s)."""
+def circle(path: Polhode, times: Floats) -> tuple[Floats, Floats]:
+    """cn, sn, dn of u (n by 3) and phi (n), but for whole turns and a constant, at `times` (n, s).
+
+    The numbers of the path may also be arrays that are broadcast with the times.
+    """
     halves, rest = path.half.reduce(times, path.start)
     u = path.rate * rest
     sn, cn, dn = jacobi(u, path.complement)
     swaying = (
         growth(path.n, path.k, path.complement, sn, np.abs(cn), dn) - path.mean_growth * u
-        if path.swing
+        if np.any(path.swing)
         else 0.0
     )
     angle = path.mean_rate * path.turn.reduce(times)[1] + path.swing * swaying
     sign = 1 - 2 * np.mod(halves, 2)
-    return np.column_stack([sign * cn, sign * sn, dn]), angle
+    return np.stack([sign * cn, sign * sn, dn], axis=-1), angle
 
 
-def _orientation(along: Floats, angle: Floats) -> Floats:
-    """The quaternions (n by 4) from axes a, b, c to axes of which the third is along L.
+def along_momentum(along: Floats, angle: Floats) -> Floats:
+    """The quaternions (..., 4) from axes a, b, c to axes of which the third is along L.
 
-    `along` (n by 3) is the unit vector along L in the axes a, b, c, with its third component >= 0. The
+    `along` (..., 3) is the unit vector along L in the axes a, b, c, with its third component >= 0. The
     rotation is Rz(angle) Rx(theta) Rz(psi), with half angles formed so that a small theta keeps its digits.
     """
-    x, y, z = along.T
+    x, y, z = np.moveaxis(along, -1, 0)
     across = np.hypot(x, y)
     c = np.sqrt((1 + z) / 2)
     s = across / (2 * c)
     psi = np.arctan2(x, y)
     total, difference = (angle + psi) / 2, (angle - psi) / 2
-    return np.column_stack(
-        [c * np.cos(total), s * np.cos(difference), s * np.sin(difference), c * np.sin(total)]
+    return np.stack(
+        [c * np.cos(total), s * np.cos(difference), s * np.sin(difference), c * np.sin(total)], axis=-1
     )

@@ -162,11 +162,11 @@ def angles_between(p: Floats, q: Floats) -> Floats:
 
 
 def continuous(q: Floats) -> Floats:
-    """Quaternions (n, 4) along a motion with signs such that none is nearer to the next one's negative."""
-    near = np.einsum("ij,ij->i", q[1:], q[:-1])
-    signs = np.cumprod(np.where(near < 0, -1.0, 1.0))
+    """Quaternions (..., n, 4) along motions, signed so that none is nearer to the next one's negative."""
+    near = np.einsum("...ij,...ij->...i", q[..., 1:, :], q[..., :-1, :])
+    signs = np.cumprod(np.where(near < 0, -1.0, 1.0), axis=-1)
     result = q.copy()
-    result[1:] *= signs[:, None]
+    result[..., 1:, :] *= signs[..., None]
     return result
 
 

@@ -33,6 +33,7 @@ from rigidcli.symbolic.language.expression import Expression
 
 if TYPE_CHECKING:
     from rigidcli.model.bodies import Body
+    from rigidcli.model.ensembles import Ensemble
     from rigidcli.model.equilibrium import Equilibrium
     from rigidcli.model.motion import Motion
     from rigidcli.model.orbit import Orbit
@@ -209,6 +210,24 @@ class Document(Section):
     def _placed(self, problem: Problem) -> Problem:
         known = problem.line is not None or not problem.key or problem.source != self._source
         return problem if known else self.problem(problem.message, problem.key, hint=problem.hint)
+
+    @property
+    def ensemble(self) -> Ensemble | None:
+        """The starts of the motion or of the orbit, where there is not one."""
+        found = (section.ensemble for section in (self.motion, self.orbit) if section is not None)
+        return next((ensemble for ensemble in found if ensemble is not None), None)
+
+    def start(self, place: int, **sampling: Any) -> Self:
+        """The document with one start of its ensemble, and its times changed to what is given."""
+        if self.motion is not None and self.motion.ensemble is not None:
+            motion = self.motion.start(place)
+            found = self.model_copy(update={"motion": motion.model_copy(update=sampling)})
+            if motion.orientation is not self.motion.orientation:
+                found.__dict__.pop("physical", None)
+            return found
+        assert self.orbit is not None
+        orbit = self.orbit.at_start(place).model_copy(update=sampling)
+        return self.model_copy(update={"orbit": orbit})
 
     @cached_property
     def physical(self) -> Physical:

@@ -261,7 +261,7 @@ def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -
         from rigidcli.model.traps import traps
 
         notes += traps(document, tree)
-    if document.orbit is not None and document.system is not None:
+    if document.orbit is not None and document.system is not None and document.orbit.ensemble is None:
         notes += document.orbit.degrees_meant(document.system, tree["orbit"]["initial"])
     notes += [f"parameter `{name}` is not used" for name in unused]
     return document.came_from(places.source, places.whole, notes, places.of)

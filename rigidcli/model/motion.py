@@ -2,15 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, TypeAlias
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal, Self, TypeAlias
 
-from pydantic import Field
+import numpy as np
+from pydantic import Field, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Scalar
+from rigidcli.errors import ValueProblem, shown
 from rigidcli.model import units
-from rigidcli.model.base import AsList, Quantity, Rates3, ReadBy, Section, by_key, environment
+from rigidcli.model.base import (
+    DEFAULT_LIMIT,
+    AsList,
+    Quantity,
+    Rates3,
+    ReadBy,
+    Section,
+    by_key,
+    environment,
+)
+from rigidcli.model.ensembles import Ensemble, OrMany, read_starts
 from rigidcli.model.environment import Formula
-from rigidcli.model.rotations import EulerSequence, Rotation
+from rigidcli.model.rotations import EulerSequence, Quaternion, Rotation
 from rigidcli.model.sampling import Sampling
 
 VARIABLES = {
@@ -81,10 +95,53 @@ Torque: TypeAlias = Annotated[
 ]
 
 
+RATES, QUATERNION = ("w1", "w2", "w3"), ("q0", "q1", "q2", "q3")
+"""The heads of a table of starts: the components of omega, and of the orientation, if they are there."""
+
+
+def _read_table(path: Path, info: ValidationInfo) -> Ensemble:
+    def check(heads: Sequence[str]) -> tuple[str, ...]:
+        if {*heads} not in ({*RATES}, {*RATES, *QUATERNION}):
+            read = shown(",".join(heads))
+            raise ValueProblem(
+                f"header {read}, expected {','.join(RATES)}, and {','.join(QUATERNION)} or none"
+            )
+        return tuple(heads)
+
+    return read_starts(path, check, _fault)
+
+
+def _fault(ensemble: Ensemble) -> tuple[int, str] | None:
+    """The first start with an omega of no size that is known, or with no orientation."""
+    known = {name: ensemble.values[:, place] for place, name in enumerate(ensemble.names)}
+    rates = np.abs(np.column_stack([known[name] for name in RATES]))
+    beyond = ((rates > 0) & ((rates < 1 / DEFAULT_LIMIT) | (rates > DEFAULT_LIMIT))).any(axis=1)
+    if beyond.any():
+        limits = f"{1 / DEFAULT_LIMIT:.0e} to {DEFAULT_LIMIT:.0e}"
+        return int(np.argmax(beyond)), f"expected angular velocities (rad/s) from {limits}"
+    if QUATERNION[0] in known:
+        none = ~np.any([known[name] for name in QUATERNION], axis=0)
+        if none.any():
+            return int(np.argmax(none)), "q0,q1,q2,q3 are all zero, expected a quaternion"
+    return None
+
+
+_OR_MANY = OrMany(
+    lambda raw: not isinstance(raw[0], list),
+    lambda rates: dict(zip(RATES, rates, strict=True)),
+    _read_table,
+    Rates3,
+    "w1,w2,w3",
+)
+
+
 class Motion(Sampling):
     """How the body turns, from the time t = 0 on."""
 
-    omega: Rates3 | None = Field(default=None, description="Angular velocity at t = 0 (rad/s)")
+    omega: Annotated[Rates3 | Ensemble, _OR_MANY] | None = Field(
+        default=None,
+        description="Angular velocity at t = 0 (rad/s); or several starts: an ensemble",
+    )
     basis: Literal["body", "principal"] = Field(
         default="body",
         description="Whether omega's components are along the document's axes, or along the principal axes "
@@ -99,3 +156,27 @@ class Motion(Sampling):
     angles: EulerSequence | None = Field(
         default=None, description="Euler angles that `euler` tells besides, by their sequence, such as zxz"
     )
+
+    @model_validator(mode="after")
+    def _check_starts(self) -> Self:
+        if (
+            self.orientation is not None
+            and self.ensemble is not None
+            and QUATERNION[0] in self.ensemble.names
+        ):
+            raise ValueProblem("the table of starts tells it, too: expected one", path=("orientation",))
+        return self
+
+    @property
+    def ensemble(self) -> Ensemble | None:
+        """The starts, where there is not one."""
+        return self.omega if isinstance(self.omega, Ensemble) else None
+
+    def start(self, place: int) -> Self:
+        """The motion from one start of the ensemble."""
+        assert self.ensemble is not None
+        changes: dict[str, Any] = {"omega": self.ensemble.of(place, RATES)}
+        if QUATERNION[0] in self.ensemble.names:
+            w, x, y, z = self.ensemble.of(place, QUATERNION)
+            changes["orientation"] = Quaternion(quaternion=(w, x, y, z))
+        return self.model_copy(update=changes)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, ValidationInfo
+from pydantic import Field, ValidationError, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, gathered, shown
 from rigidcli.model.base import FULL_TURN, ReadBy, environment, refuse
+from rigidcli.model.ensembles import Ensemble, OrMany, read_starts
 from rigidcli.model.parameters import read_names
 from rigidcli.model.sampling import Sampling
 from rigidcli.model.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, require_known, velocity
@@ -86,6 +88,30 @@ _INITIAL = ReadBy(
 )
 
 
+def _read_table(path: Path, info: ValidationInfo) -> Ensemble:
+    def check(heads: Sequence[str]) -> tuple[str, ...]:
+        try:
+            return tuple(_read_initial(dict.fromkeys(heads, 0.0), info))
+        except ValidationError as error:
+            told = error.errors(include_url=False)[0]
+            problem = told.get("ctx", {}).get("error")
+            where = ".".join(map(str, getattr(problem, "path", ())))
+            raise ValueProblem(
+                ": ".join(filter(None, [where, str(getattr(problem, "message", told))]))
+            ) from None
+
+    return read_starts(path, check)
+
+
+_OR_MANY = OrMany(
+    lambda raw: not isinstance(raw[0], Mapping),
+    dict,
+    _read_table,
+    Annotated[dict[str, Scalar], _INITIAL],
+    "x,p_x",
+)
+
+
 _OF_ANGLES = re.compile(r"\b(?:sin|cos|tan)\(([^()]*)\)")
 """A sine, cosine or tangent without another function in it, and its argument."""
 
@@ -93,8 +119,8 @@ _OF_ANGLES = re.compile(r"\b(?:sin|cos|tan)\(([^()]*)\)")
 class Orbit(Sampling):
     """An orbit from t = 0 on: all coordinates are given there, and all momenta or all velocities."""
 
-    initial: Annotated[dict[str, Scalar], _INITIAL] = Field(
-        description="Coordinates at t = 0, and all momenta or all velocities"
+    initial: Annotated[dict[str, Scalar] | Ensemble, _OR_MANY] = Field(
+        description="Coordinates at t = 0, and all momenta or all velocities; or several starts: an ensemble"
     )
     method: Literal["auto", "symplectic"] = Field(
         default="auto",
@@ -130,9 +156,23 @@ class Orbit(Sampling):
 
     def start(self, system: System) -> tuple[Floats, Floats | None, Floats | None]:
         """Coordinates, momenta and velocities at t = 0, each (n); None for those that are not given."""
+        assert not isinstance(self.initial, Ensemble)
         q, p, v = (
             np.array([self.initial[name] for name in names]) if names[0] in self.initial else None
             for names in (system.coordinates, system.momenta, system.velocities)
         )
         assert q is not None
         return q, p, v
+
+    @property
+    def ensemble(self) -> Ensemble | None:
+        """The starts, where there is not one."""
+        return self.initial if isinstance(self.initial, Ensemble) else None
+
+    def at_start(self, place: int) -> Self:
+        """The orbit from one start of the ensemble."""
+        assert self.ensemble is not None
+        names = self.ensemble.names
+        return self.model_copy(
+            update={"initial": dict(zip(names, self.ensemble.of(place, names), strict=True))}
+        )

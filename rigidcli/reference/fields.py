@@ -10,6 +10,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 from pydantic.fields import FieldInfo
 
 from rigidcli.model.base import Alternative, Choice, Elsewhere, Quantity, ReadBy, Section, sections_in
+from rigidcli.model.ensembles import OrMany
 from rigidcli.model.system import SystemExpression
 from rigidcli.reference.page import rows
 
@@ -69,6 +70,8 @@ def _mark(mark: object) -> str:
         return mark.words
     if isinstance(mark, SystemExpression):
         return f"an expression: {mark.dimension}"
+    if isinstance(mark, OrMany):
+        return f"{_kind(mark.otherwise)}; or a list of such starts, or the name of a .csv file of them"
     if isinstance(mark, Alternative):
         return f"{_schema(mark.schema)}, or {_kind(mark.otherwise)}"
     if isinstance(mark, ReadBy):

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
 
 import numpy as np
 import orjson
 
+from rigidcli.core.arithmetic import Floats
 from rigidcli.render import Look
 from rigidcli.render.values import plain
 from rigidcli.report import Column, Report, Value, single_cells
@@ -28,9 +30,12 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
             header, lines = list(row), iter([",".join(map(_cell, row.values())) + "\n"])
         else:
             columns = single_cells(data, look.columns)
+            # Whole numbers, the place of a start, are the same for many rows.
+            whole = columns[0] if getattr(columns[0].values, "dtype", np.dtype(float)).kind == "i" else None
             heads = [_head(column.cells[0], column.unit, look) for column in columns]
             header = [*(["name"] if look.several else []), *heads]
-            lines = _rows(columns, _cell(report.name) + "," if look.several else "")
+            name = _cell(report.name) + "," if look.several else ""
+            lines = _rows(columns, name) if whole is None else _by_start(whole, columns[1:], name)
         is_new, written = header != written, header
         if look.header and is_new:
             yield ",".join(map(_cell, header)) + "\n" + next(lines)
@@ -53,10 +58,26 @@ def _head(name: str, unit: str, look: Look) -> str:
 def _rows(columns: Sequence[Column], start: str) -> Iterator[str]:
     """Rows of floats, many at a time, each with `start` before it."""
     for first in range(0, len(columns[0].values), ROWS):
-        block = np.column_stack([column.values[first : first + ROWS] for column in columns])
-        text = orjson.dumps(block, option=orjson.OPT_SERIALIZE_NUMPY)
-        # The brackets of the rows [[1,2],[3,4]] become the ends of lines.
-        yield start + text[2:-2].decode().replace("],[", "\n" + start) + "\n"
+        yield _lines(np.column_stack([column.values[first : first + ROWS] for column in columns]), start)
+
+
+def _lines(block: Floats, start: str) -> str:
+    """A row of floats (n by k) a line, each with `start` before it."""
+    text = orjson.dumps(block, option=orjson.OPT_SERIALIZE_NUMPY)
+    # The brackets of the rows [[1,2],[3,4]] become the ends of lines.
+    return start + text[2:-2].decode().replace("],[", "\n" + start) + "\n"
+
+
+def _by_start(start: Column, columns: Sequence[Column], name: str) -> Iterator[str]:
+    """Rows of floats that begin with a whole number, those of one number together."""
+    for begin in range(0, len(start.values), ROWS):
+        places = start.values[begin : begin + ROWS]
+        ends = pairwise([0, *(np.flatnonzero(np.diff(places)) + 1).tolist(), len(places)])
+        if not columns:
+            yield "".join(f"{name}{place}\n" for place in places.tolist())
+            continue
+        block = np.column_stack([column.values[begin : begin + ROWS] for column in columns])
+        yield "".join(_lines(block[first:last], f"{name}{places[first]},") for first, last in ends)
 
 
 def _at(value: Value, place: tuple[int, ...]) -> Value:

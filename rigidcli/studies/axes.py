@@ -11,7 +11,7 @@ from rigidcli.core.tensor import MISPLACED, ROUNDING, Inertia
 from rigidcli.errors import ComputationError
 from rigidcli.model.document import Document
 from rigidcli.report import Field, Report, Step
-from rigidcli.studies.body import axis_fields, body_frame, inertia_fields, mesh_fields
+from rigidcli.studies.body import axis_fields, body_frame, inertia_fields, mesh_fields, require_one_start
 from rigidcli.studies.common import field_of, if_known, report
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
@@ -36,6 +36,7 @@ CLASSES = {
 def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
     """Find the principal axes of the document's body about its point O, and what its motion is there."""
     n = document.arithmetic
+    require_one_start(document, "axes")
     known = inertia_fields(document)
     tensor = field_of(known, "tensor")
     motion, frame, notes = document.motion, None, []

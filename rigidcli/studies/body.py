@@ -98,6 +98,17 @@ def require_spin(document: Document, section: Top, top: HeavyTop) -> None:
         raise document.refusal(NO_SPIN, "top.spin", hint="set it to zero: what is left is a pendulum")
 
 
+def require_one_start(document: Document, study: str) -> None:
+    """Raise DocumentError where the document has an ensemble of angular velocities, and a study takes one."""
+    if document.motion is not None and document.motion.ensemble is not None:
+        count = len(document.motion.ensemble)
+        raise document.refusal(
+            f"an ensemble of {count:,} starts, expected one: `{study}` tells of one angular velocity",
+            "motion.omega",
+            hint="`rigidcli euler` follows them all; choose one by `--set motion.omega=[1, 2, 3]`",
+        )
+
+
 def principal_omega(document: Document, frame: PrincipalFrame) -> Array:
     """The angular velocity at t = 0 (3, rad/s) along e1, e2, e3 of the `frame`.
 

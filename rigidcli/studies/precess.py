@@ -19,7 +19,7 @@ from rigidcli.model.motion import Motion
 from rigidcli.model.tide import Perturber, Tide
 from rigidcli.model.top import Top
 from rigidcli.report import Column, Field, Report, Step, Table, Value
-from rigidcli.studies.body import body_frame, principal_omega, require_spin
+from rigidcli.studies.body import body_frame, principal_omega, require_one_start, require_spin
 from rigidcli.studies.common import if_known, report
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import SECTIONS
@@ -65,6 +65,7 @@ class _Found:
 @np.errstate(over="ignore", invalid="ignore")
 def run(document: Document, *, steps: bool = False, picture: str | None = None) -> Report:
     """Find how the document's top, free body or planet precesses, whichever of them it has."""
+    require_one_start(document, "precess")
     found = _Found()
     if document.top is not None:
         found.values["top"] = _top(document, document.top, found)

@@ -60,6 +60,12 @@ def run(
 
     A motion that is integrated, and needs more than `max_steps`, is refused.
     """
+    if document.ensemble is not None:
+        from rigidcli.studies.ensembles import require_one_start, whole
+        from rigidcli.studies.euler.ensemble import together
+
+        require_one_start(document, {"picture": picture})
+        return whole(document, lambda one: run(one, engine=engine, max_steps=max_steps), together)
     motion = follow(document, engine, progress, max_steps)
     fields, stable = (*_body(motion), *_kind(motion), *_quality(motion)), _stability(motion)
     working: list[Step] = []

@@ -45,6 +45,11 @@ def run(
     Further conserved quantities are searched for where that is quick, or `invariants` are asked for. An orbit
     that needs more than `max_steps` is refused.
     """
+    if document.ensemble is not None:
+        from rigidcli.studies.ensembles import require_one_start, whole
+
+        require_one_start(document, {"picture": picture, "program": program})
+        return whole(document, lambda one: run(one, max_steps=max_steps))
     found = find(document, invariants, progress, max_steps)
     derivation, system = found.derivation, found.derivation.system
     phase = derivation.phase

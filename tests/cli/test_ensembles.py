@@ -1,0 +1,156 @@
+"""Ensembles at the command line: rows, objects and summaries; tables of starts and what is wrong in them."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+from pathlib import Path
+
+import pytest
+
+from tests.conftest import Program
+
+FREE = "body: {moments: [1, 2, 3], mass: 1}\nmotion: {omega: STARTS, duration: 5, samples: 3}\n"
+DRIVEN = FREE.replace("samples: 3", "samples: 3, torque: {body: [0, 0, -w3]}")
+OSCILLATOR = """\
+system: {coordinates: [x], lagrangian: xdot**2/2 - k*x**2/2}
+parameters: {k: 4}
+orbit: {initial: STARTS, duration: 2, samples: 3}
+"""
+TABLE = "w3,w1,w2\n2,1,.5\n\n0,0,0\n+1,2,3\n"
+
+
+def written(folder: Path, text: str, starts: str = "starts.csv", table: str = "") -> str:
+    """The path of a document with these starts."""
+    (folder / "starts.csv").write_text(table)
+    (folder / "e.yaml").write_text(text.replace("STARTS", starts))
+    return str(folder / "e.yaml")
+
+
+def table(text: str) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(text)))
+
+
+@pytest.mark.parametrize("text", [FREE, DRIVEN])
+def test_rows_of_a_table_begin_with_the_start(text: str, tmp_path: Path, program: Program) -> None:
+    found = program("euler", written(tmp_path, text, table=TABLE), "-f", "csv")
+    assert (found.code, found.err) == (0, "")
+    rows = table(found.out)
+    assert next(iter(rows[0])) == "start"
+    assert [(row["start"], row["t"]) for row in rows] == [
+        (s, t) for s in "012" for t in ("0.0", "2.5", "5.0")
+    ]
+    for place, omega in enumerate(["[1, 0.5, 2]", "[0, 0, 0]", "[2, 3, 1]"]):
+        alone = table(program("euler", written(tmp_path, text, omega), "-f", "csv").out)
+        for row, own in zip(rows[3 * place :], alone, strict=False):
+            assert all(float(row[key]) == pytest.approx(float(own[key]), rel=1e-14, abs=1e-14) for key in own)
+
+
+def test_orientations_stand_beside_the_rates(tmp_path: Path, program: Program) -> None:
+    given = "w1,w2,w3,q0,q1,q2,q3\n1,2,3,2,0,0,0\n1,2,3,0,3,0,0\n"
+    rows = table(program("euler", written(tmp_path, FREE, table=given), "-f", "csv").out)
+    first = [[float(row[f"q{k}"]) for k in range(4)] for row in rows if row["t"] == "0.0"]
+    assert first == [[1, 0, 0, 0], [0, 1, 0, 0]]
+    assert float(rows[3]["Ly"]) == pytest.approx(-4)
+    assert float(rows[0]["Ly"]) == pytest.approx(4)
+
+
+def test_json_has_a_line_for_each_start(tmp_path: Path, program: Program) -> None:
+    found = program("euler", written(tmp_path, FREE, table=TABLE), "-f", "json")
+    lines = [json.loads(line) for line in found.out.splitlines()]
+    assert [line["start"] for line in lines] == [0, 1, 2]
+    assert lines[1]["motion"] == "rest"
+    assert list(lines[0])[:4] == ["schema", "name", "source", "start"]
+
+
+def test_people_read_a_summary(tmp_path: Path, program: Program) -> None:
+    starts = "[{x: 1, p_x: 0}, {x: 0.5, p_x: 1}, {x: 0, p_x: -1}]"
+    found = program("hamilton", written(tmp_path, OSCILLATOR, starts))
+    lines = found.out.splitlines()
+    assert lines[1].split() == ["starts", "3"]
+    first = lines[lines.index("x over the starts") + 2].split()
+    assert [float(cell) for cell in first] == pytest.approx([0, 0.5, math.sqrt(1 / 6), 0, 1], abs=1e-6)
+    # x (1, 1/2, 0) and p (0, 1, -1) at t = 0: det = (1/6)(2/3) - (1/6)^2, and the flow is linear.
+    volumes = [float(line.split()[1]) for line in lines[-3:]]
+    assert volumes == pytest.approx([math.sqrt(1 / 9 - 1 / 36)] * 3, rel=1e-5)
+
+
+def test_a_summary_of_free_bodies_tells_the_least_of_the_trusted_digits(
+    tmp_path: Path, program: Program
+) -> None:
+    found = program("euler", written(tmp_path, FREE, table=TABLE), "-f", "table")
+    assert "trusted digits, the least of all" in found.out
+    assert found.out.count("over the starts") == 8
+
+
+@pytest.mark.parametrize("format", ["csv", "json", "table"])
+@pytest.mark.parametrize("text", [FREE, DRIVEN])
+def test_the_bytes_do_not_depend_on_the_number_of_processes(
+    format: str, text: str, tmp_path: Path, program: Program
+) -> None:
+    path = written(tmp_path, text, table="w1,w2,w3\n" + "".join(f"{k / 7},1,{k % 3}\n" for k in range(9)))
+    assert program("euler", path, "-f", format, "-j", "2") == program("euler", path, "-f", format)
+
+
+@pytest.mark.parametrize(
+    ("content", "line", "message"),
+    [
+        ("", 1, "header"),
+        ("w1,w2\n1,2\n", 1, "expected w1,w2,w3"),
+        ("w1,w2,w3,w3\n", 1, "each head once"),
+        ("w1,w2,w3,q0\n1,2,3,1\n", 1, "q0,q1,q2,q3"),
+        ("w1,w2,w3\n1,2,3\n1,2\n", 3, "read 2 values, expected 3"),
+        ("w1,w2,w3\n1,2,3\n\n1,two,3\n", 4, "column w2: read `two`, expected a number"),
+        ("w1,w2,w3\n1,nan,3\n", 2, "expected a number"),
+        ("w1,w2,w3\n1,1e999,3\n", 2, "expected a finite number"),
+        ("w1,w2,w3\n1,1e200,3\n", 2, "expected angular velocities"),
+        ("w1,w2,w3\n1,[2],3\n", 2, "expected a number"),
+        ("w1,w2,w3,q0,q1,q2,q3\n1,2,3,0,0,0,0\n", 2, "expected a quaternion"),
+        ("w1,w2,w3\n" + "1" * 20_000, 2, "a line of more than"),
+        ("w1,w2,w3\n", None, "no starts"),
+    ],
+)
+def test_what_is_wrong_with_a_table_is_told_by_its_line(
+    content: str, line: int | None, message: str, tmp_path: Path, program: Program
+) -> None:
+    found = program("euler", written(tmp_path, FREE, table=content))
+    assert (found.code, found.out) == (3, "")
+    place = f"starts.csv:{line}: " if line else "starts.csv: "
+    assert place in found.err
+    assert message in found.err
+
+
+def test_a_table_of_orbits_has_the_heads_of_the_system(tmp_path: Path, program: Program) -> None:
+    found = program("hamilton", written(tmp_path, OSCILLATOR, table="p_x,x\n1,0\n0,2\n"), "-f", "csv")
+    assert [(row["start"], row["x"], row["p_x"]) for row in table(found.out) if row["t"] == "0.0"] == [
+        ("0", "0.0", "1.0"),
+        ("1", "2.0", "0.0"),
+    ]
+    wrong = program("hamilton", written(tmp_path, OSCILLATOR, table="y,x\n1,0\n"))
+    assert wrong.code == 3
+    assert "starts.csv:1: y" in wrong.err
+
+
+def test_a_start_that_fails_leaves_the_others(tmp_path: Path, program: Program) -> None:
+    rod = FREE.replace("[1, 2, 3]", "[0, 2, 2]")
+    found = program("euler", written(tmp_path, rod, "[[0, 1, 0], [1, 1, 0], [0, 0, 2]]"), "-f", "csv")
+    assert found.code == 3
+    assert {row["start"] for row in table(found.out)} == {"0", "2"}
+    assert found.err.startswith("at start 1: ")
+
+
+def test_problems_of_a_list_have_the_place_of_their_start(tmp_path: Path, program: Program) -> None:
+    found = program("euler", written(tmp_path, FREE, "[[1, 2, 3], [1, two, 3], [1, 2]]"))
+    assert found.code == 3
+    assert "motion.omega.1.1" in found.err
+    assert "motion.omega.2" in found.err
+
+
+@pytest.mark.parametrize("option", [["--plot", "-"], ["--sweep", "motion.duration=1,2"]])
+def test_what_shows_one_start_refuses_several(option: list[str], tmp_path: Path, program: Program) -> None:
+    found = program("euler", written(tmp_path, FREE, table=TABLE), *option)
+    assert (found.code, found.out) == (2, "")
+    assert "hint: " in found.err
+    assert "3" in found.err

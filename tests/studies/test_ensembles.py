@@ -1,0 +1,159 @@
+"""Ensembles: each start moves as it does alone, whatever it is, and whatever the others are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rigidcli
+from rigidcli.core import freebodies, freebody
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.rotation import turned
+from rigidcli.core.tensor import Inertia
+from rigidcli.errors import RigidError
+
+ULPS = 16 * np.finfo(np.float64).eps
+"""What a motion worked in arrays may differ by from the same motion alone, in units of the largest."""
+
+BODIES = {
+    "asymmetric": np.diag([1.0, 2.0, 3.0]),
+    "turned": np.array([[2.0, 0.1, 0.2], [0.1, 3.0, 0.3], [0.2, 0.3, 4.0]]),
+    "oblate": np.diag([1.0, 1.0, 1.5]),
+    "prolate": np.diag([1.0, 3.0, 3.0]),
+    "nearly oblate": np.diag([1.0, 1.0 + 1e-13, 1.5]),
+    "slender": np.diag([1e-9, 2.0, 2.0 + 1e-9]),
+    "sphere": np.diag([2.0, 2.0, 2.0]),
+    "molecule": np.diag([1e-47, 2e-47, 2.5e-47]),
+}
+
+SPECIAL = [
+    [0, 0, 0],
+    [0, 1, 0],
+    [0, 0, -2],
+    [1e-9, 1, 0],
+    [1e-5, 1, 1e-5],
+    [3**0.5, 1, 1],
+    [3**0.5, 1, 1 + 1e-12],
+    [-(3**0.5), 0, 1],
+    [1e-160, 1e-160, 1e-160],
+    [1e120, 1e120, 3e120],
+    [-1, 2, -3],
+]
+"""Rest, principal axes, the neighbourhood of the intermediate one, separatrices, tiny and huge (rad/s)."""
+
+
+def starts(count: int) -> tuple[Floats, Floats]:
+    """So many angular velocities and orientations."""
+    source = np.random.default_rng(5)
+    quaternions = source.normal(size=(count, 4))
+    return source.normal(size=(count, 3)), quaternions / np.linalg.norm(quaternions, axis=1, keepdims=True)
+
+
+def require_same(body: Inertia, omegas: Floats, quaternions: Floats, times: Floats, within: float) -> None:
+    omega, orientation, failures = freebodies.motions(body, omegas, quaternions, times)
+    assert not failures
+    for place, start in enumerate(omegas):
+        alone = freebody.free_motion(body, start, quaternions[place])
+        own_omega, own_orientation = freebody.at(alone, times)
+        assert np.abs(omega[place] - own_omega).max() <= within * np.abs(own_omega).max()
+        assert np.abs(orientation[place] - own_orientation).max() <= within
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_arrays_of_bodies_move_as_each_does_alone(name: str) -> None:
+    omegas, quaternions = starts(12)
+    require_same(Inertia.of(BODIES[name]), omegas, quaternions, np.linspace(0, 100, 23), ULPS)
+
+
+def test_special_starts_stand_among_others() -> None:
+    omegas, quaternions = np.array(SPECIAL, dtype=float), starts(len(SPECIAL))[1]
+    require_same(Inertia.of(BODIES["asymmetric"]), omegas, quaternions, np.linspace(0, 10, 7), ULPS)
+
+
+def test_a_thousand_turns_keep_the_digits_of_the_longest_float() -> None:
+    omegas, quaternions = starts(6)
+    digits = max(ULPS, 1e4 * float(np.finfo(np.longdouble).eps))
+    require_same(Inertia.of(BODIES["asymmetric"]), omegas, quaternions, np.array([0, 6e3]), 4 * digits)
+
+
+def test_energy_and_angular_momentum_stay_constant_along_each_start() -> None:
+    omegas, quaternions = starts(50)
+    body = Inertia.of(BODIES["turned"])
+    omega, orientation, _ = freebodies.motions(body, omegas, quaternions, np.linspace(0, 50, 40))
+    momentum = omega @ BODIES["turned"]
+    energy = np.einsum("mti,mti->mt", omega, momentum)
+    space = np.stack([turned(q, L) for q, L in zip(orientation, momentum, strict=True)])
+    assert np.ptp(energy, axis=1) == pytest.approx(0, abs=1e-13 * energy.max())
+    assert np.ptp(space, axis=1) == pytest.approx(0, abs=1e-13 * np.abs(space).max())
+
+
+def test_the_sensitivity_is_that_of_each_alone() -> None:
+    omegas, quaternions = starts(5)
+    body, times = Inertia.of(BODIES["asymmetric"]), np.linspace(0, 100, 4)
+    found = freebodies.sensitivity(body, omegas, quaternions, times)
+    for place, start in enumerate(omegas):
+        alone = freebody.sensitivity(body, start, quaternions[place], times)
+        assert found[place] == pytest.approx(alone, rel=0.2)
+
+
+BODY = {"moments": [1, 2, 3], "mass": 1}
+
+
+def ensemble(omega: Any, **motion: Any) -> dict[str, Any]:
+    return {"body": BODY, "motion": {"omega": omega, "duration": 5, "samples": 4, **motion}}
+
+
+@pytest.mark.parametrize(
+    "motion",
+    [
+        {},
+        {"basis": "principal"},
+        {"orientation": {"axis": [1, 2, 3], "angle": 1}},
+        {"angles": "zxz"},
+        {"torque": {"body": ["-w1", 0, "sin(t)"]}},
+    ],
+)
+def test_the_python_interface_has_all_samples_with_their_start(motion: dict[str, Any]) -> None:
+    given = [[1, 0.5, 2], [0, 0, 1], [0.1, 1, -0.2]]
+    found = rigidcli.euler(ensemble(given, **motion))
+    trajectory = found["trajectory"]
+    assert found["starts"] == 3
+    assert trajectory["start"].tolist() == [0] * 4 + [1] * 4 + [2] * 4
+    for place, omega in enumerate(given):
+        alone = rigidcli.euler(ensemble(omega, **motion))["trajectory"]
+        rows = slice(4 * place, 4 * place + 4)
+        for key in alone:
+            assert trajectory[key][rows] == pytest.approx(alone[key], rel=ULPS, abs=1e-14), key
+
+
+def test_a_list_of_one_start_is_an_ensemble_of_one() -> None:
+    assert rigidcli.euler(ensemble([[1, 0, 2]]))["starts"] == 1
+
+
+def test_an_ensemble_needs_common_times() -> None:
+    with pytest.raises(RigidError, match="an ensemble needs times that all starts share"):
+        rigidcli.euler({"body": BODY, "motion": {"omega": [[1, 2, 3]]}})
+
+
+@pytest.mark.parametrize("study", [rigidcli.axes, rigidcli.precess])
+def test_studies_of_one_angular_velocity_refuse_an_ensemble(study: Any) -> None:
+    with pytest.raises(RigidError, match="an ensemble of 2 starts, expected one"):
+        study(ensemble([[1, 0, 2], [1, 1, 1]]))
+
+
+def test_orbits_of_an_ensemble_are_those_of_its_starts() -> None:
+    system = {"coordinates": ["x"], "lagrangian": "xdot**2/2 - 2*x**2"}
+    given = [{"x": 1, "xdot": 0}, {"x": 0.5, "xdot": "pi"}]
+
+    def orbit(initial: Any) -> Any:
+        found = {"system": system, "orbit": {"initial": initial, "duration": 3, "samples": 4}}
+        return rigidcli.hamilton(found)["orbit"]
+
+    found = orbit(given)
+    for place, start in enumerate(given):
+        alone = orbit(start)
+        rows = slice(4 * place, 4 * place + 4)
+        assert found["q"]["x"][rows].tolist() == alone["q"]["x"].tolist()
+        assert found["p"]["p_x"][rows].tolist() == alone["p"]["p_x"].tolist()
