@@ -56,6 +56,12 @@ NEGATIVE = 1e-12
 ROUNDING = 16 * float(np.finfo(np.float64).eps)
 """What rounding may move a point by, in units of the largest coordinate."""
 
+INSIDE = 1e-6
+"""A point sees all of a surface if it is so far, in units of the box, on the inner side of each triangle.
+
+Ten times the tolerance to which the linear programme is solved.
+"""
+
 SPREAD = 0.2
 """A body that is narrower, in units of the mesh, is summed once more about its own centre of mass."""
 
@@ -214,7 +220,7 @@ class MeshDensity:
             )
         triangles = surfaces.chosen(self.read, np.arange(surface.triangles))
         triangles = triangles[:, ::-1] if self.is_inward else triangles
-        apex = solid_sums.point_that_sees_all(triangles)
+        apex = point_that_sees_all(triangles)
         if apex is None:
             raise ComputationError(
                 "the density is no polynomial, and no point inside the mesh sees all of its surface",
@@ -229,3 +235,30 @@ class MeshDensity:
         centre = (surface.origin + surface.centre) * unit
         uniform = Geometry(abs(surface.volume) * unit**3, centre, surface.second * unit**2)
         return integrated(self.formula, [chart], uniform, "kg/m^3", FLOAT)
+
+
+def point_that_sees_all(triangles: Floats) -> Floats | None:
+    """A point (3) from which all triangles (n, 3, 3), wound outwards, are seen from inside.
+
+    No tetrahedron is negative then. It is the origin, where densities may have a tip, or else the point that
+    is farthest inside all the planes of triangles. None where there is no such point.
+    """
+    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+    size = float((high - low).max())
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    lengths = np.linalg.norm(normals, axis=1)
+    faces = lengths > 0
+    normals = normals[faces] / lengths[faces, None]
+    levels = (normals * (triangles[faces, 0] - low)).sum(axis=1) / size
+    if (levels >= normals @ -low / size).all():
+        return np.zeros(3)
+    from scipy.optimize import linprog  # heavy, and only some densities need it
+
+    # The largest distance t with n . x + t <= n . a for each plane.
+    rows = np.column_stack([normals, np.ones(len(normals))])
+    bounds = [*((0, side) for side in (high - low) / size), (None, 1)]
+    found = linprog([0, 0, 0, -1], A_ub=rows, b_ub=levels, bounds=bounds)
+    if found.x is None or found.x[3] < INSIDE:
+        return None
+    point: Floats = low + size * found.x[:3]
+    return point
