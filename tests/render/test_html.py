@@ -96,6 +96,12 @@ def test_several_files_have_a_table_of_contents(program: Program) -> None:
     assert [link.attributes["href"] for link in nav.all("a")] == [f"#{name}" for name in sections]
 
 
+def test_the_document_of_several_results_stands_there_once(program: Program) -> None:
+    root = page(program, "inertia", "configs/arm.urdf")
+    assert len(root.all("section")) == 3
+    assert texts(root, "summary") == ["The document: configs/arm.urdf"]
+
+
 def test_a_bad_file_leaves_the_page_of_the_others(program: Program, tmp_path: Path) -> None:
     bad, out = tmp_path / "bad.yaml", tmp_path / "out.html"
     bad.write_text("body: {shape: cub}")
