@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import pytest
@@ -78,6 +79,13 @@ def test_a_blank_multiplies_in_a_density(program: Program, place: str) -> None:
     blank, star = (program("inertia", "-f", "json", "-", stdin=f"{body}{sign}{place}}}") for sign in " *")
     assert blank.code == 0
     assert blank == star
+
+
+def test_a_link_that_is_turned_by_a_rounded_quarter_keeps_its_other_results(program: Program) -> None:
+    ran = program("axes", ARM, "--exact", "-f", "json")
+    forearm = json.loads(ran.out.splitlines()[-1])
+    assert (ran.code, forearm["mass"], forearm["axes"]) == (0, "1", None)
+    assert "the exact principal axes have components too close to zero" in ran.err
 
 
 def test_files_of_all_kinds_are_explained(program: Program) -> None:

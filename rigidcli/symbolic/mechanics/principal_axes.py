@@ -200,4 +200,9 @@ def _eigenvector(tensor: Array, moment: Expr) -> Array:
     _require_short(axis, "axes", 2 * LONGEST)  # what is longer does not shrink so much
     axis = tidy_array(axis)
     _require_short(axis, "axes")
+    if any(np.isnan(size(component)) for component in axis):
+        # Differences of almost equal roots, of which floats cannot tell which is larger.
+        raise ComputationError(
+            "the exact principal axes have components too close to zero to tell their signs"
+        )
     return axis
