@@ -82,10 +82,6 @@ class Chart:
         """Where panels begin and end in each coordinate: at half turns."""
         return [np.linspace(0, 1, 1 + math.ceil(_right_angles(turn) / 2)) for turn in self.coordinates]
 
-    def probes(self) -> list[Floats]:
-        """Places in each coordinate where shapes have their edges and planes of symmetry."""
-        return [np.linspace(0, 1, 1 + max(2, _right_angles(turn))) for turn in self.coordinates]
-
 
 def _right_angles(turn: Turn | None) -> int:
     """How many right angles a coordinate goes over: at least one, also where it is no angle."""

@@ -118,6 +118,9 @@ class Cells(NamedTuple):
 NEAR = 0.125
 """Where a cell is cut that has a peak at a corner, in units of its width, from there."""
 
+LONGER = 1.5
+"""How much longer the last coordinate of a cell is than another when it is halved instead."""
+
 CLOSE = 1e-9
 """Cells are not cut nearer to their faces than this, in units of the box."""
 
@@ -231,11 +234,11 @@ class Integrand:
         count, sizes = len(cells.piece), []
         grid = function(self._net(cells)).reshape(count, *[NET] * self.depth)
         positive = (grid > 0).reshape(count, -1)
-        here: Mask = positive.any(axis=1) & ~positive.all(axis=1)
+        here: Mask = np.asarray(positive.any(axis=1) & ~positive.all(axis=1))
         for axis in range(self.depth):
             along = np.moveaxis(grid, axis + 1, -1).reshape(count, -1, NET)
             steps = line_search.directions(along)
-            here = here | (steps[..., 1:] * steps[..., :-1] < 0).any(axis=(1, 2))
+            here = np.logical_or(here, (steps[..., 1:] * steps[..., :-1] < 0).any(axis=(1, 2)))
             with np.errstate(invalid="ignore"):
                 steep = np.abs(np.diff(along))
             sizes.append(np.where(np.isfinite(steep) & (steps != 0), steep, 0.0).sum(axis=(1, 2)))
@@ -314,12 +317,14 @@ class _Batch(NamedTuple):
         """Both halves of each cell, across the coordinate in which most of its errors (d by n) arise.
 
         Where a surface is in the cell, its last coordinate may not be good for all of it: this is halved
-        if it is the longer one. A cell that has a peak at a corner is cut near it.
+        if it is longer. A cell that has a peak at a corner is cut near it.
         """
         cells, each = self.cells, np.arange(len(self.cells.piece))
         axis, last = errors.argmax(axis=0), self.order[-1]
         width = cells.high - cells.low
-        axis = np.where(self.active.any(axis=0) & (width[last, each] > width[axis, each]), last, axis)
+        axis = np.where(
+            self.active.any(axis=0) & (width[last, each] > LONGER * width[axis, each]), last, axis
+        )
         near_low, near_high = np.zeros(width.shape, dtype=bool), np.zeros(width.shape, dtype=bool)
         for peak in self.integrand.peaks:
             at_low, at_high = (np.abs(side - peak[1:, None]) <= CLOSE * width for side in cells[1:])

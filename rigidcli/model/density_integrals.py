@@ -25,8 +25,8 @@ ROUGH = 1e-6
 FINE = 1e-12
 """The relative error that is tried for."""
 
-WORK = 2.5e9
-"""Operations on numbers that are spent on a body: below five seconds."""
+WORK = 2e9
+"""Operations on numbers that are spent on a body: two to five seconds, as functions take their time."""
 
 RESERVED = 0.6
 """The part of them that is left when an error of `ROUGH` is enough."""
