@@ -243,7 +243,7 @@ def _complete(complement: Longs, p: Longs) -> tuple[Longs, Longs]:
         q = q * (square - product) / (2 * (square + product))
         total = total + q
         p = (square + product) / (2 * p)
-        a, g = (a + g) / 2, np.sqrt(product)
+        a, g = np.asarray((a + g) / 2, dtype=LONG), np.sqrt(product)
     return np.asarray(LONG_PI / (a + g), dtype=LONG), total / 2
 
 

@@ -462,6 +462,7 @@ def test_an_orbit_begins_with_momenta_or_with_velocities() -> None:
 )
 def test_an_initial_value_may_have_any_dimension(text: str, value: float) -> None:
     _, orbit = orbit_of(f"initial: {{x: {text}, p_x: 0}}, duration: 10")
+    assert isinstance(orbit.initial, dict)
     assert orbit.initial["x"] == pytest.approx(value, rel=1e-15)
 
 
