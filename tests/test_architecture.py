@@ -62,7 +62,19 @@ def test_every_format_is_a_module_and_every_module_a_format() -> None:
 def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     helpers = {"body", "common", "ensembles", "pictures", "results", "robots", "rotor", "steps"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
-    parts = {"app", "cluster", "computing", "help", "lists", "output", "parts", "plan", "sweeps", "work"}
+    parts = {
+        "app",
+        "cluster",
+        "computing",
+        "help",
+        "lists",
+        "output",
+        "parts",
+        "pictures",
+        "plan",
+        "sweeps",
+        "work",
+    }
     assert _names("rigidcli.cli") - parts == set(app.COMMANDS)
     assert len(app.app.registered_commands) == len(app.COMMANDS)
     assert all(callable(getattr(rigidcli, name)) for name in rigidcli.__all__ if name in STUDIES)

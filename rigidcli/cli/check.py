@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 import rigidcli
-from rigidcli.cli.computing import NoHeader, OutputPath, Quiet, listed, tell_notes
-from rigidcli.cli.output import Failures, Folder, Output, complain, progress
+from rigidcli.cli.computing import NoHeader, OutputPath, Quiet, listed
+from rigidcli.cli.output import Failures, Folder, Output, complain, progress, tell_notes
 from rigidcli.errors import UsageError
 from rigidcli.grading import Feedback
 from rigidcli.render import Look

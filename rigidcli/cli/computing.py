@@ -7,24 +7,15 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rigidcli.cli.output import (
-    Failure,
-    Failures,
-    Output,
-    complain,
-    counted,
-    progress,
-    require_apart,
-    write_whole,
-)
+from rigidcli.cli.output import Failure, Failures, Output, check_path, counted, progress, tell_notes
+from rigidcli.cli.pictures import PlotKind, PlotPath, picture_kind, write_picture
 from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require_sweepable
-from rigidcli.cli.work import FOLLOW, Task, Work, answers, require_memory, tasks
-from rigidcli.errors import Problem, UsageError, ValueProblem
+from rigidcli.cli.work import FOLLOW, Work, answers, require_memory, tasks
+from rigidcli.errors import UsageError, ValueProblem
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 
 if TYPE_CHECKING:
@@ -81,16 +72,10 @@ Settings = Annotated[
 Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No notes on standard error.")]
 
 
-def _check_path(path: str | None) -> str | None:
-    if path == "":
-        raise typer.BadParameter("a file without a name cannot be written")
-    return path
-
-
 OutputPath = Annotated[
     str | None,
     typer.Option(
-        "-o", "--output", metavar="PATH", callback=_check_path, help="Write to PATH, whole or not at all."
+        "-o", "--output", metavar="PATH", callback=check_path, help="Write to PATH, whole or not at all."
     ),
 ]
 NoHeader = Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")]
@@ -115,65 +100,6 @@ def _read_units(text: str | None) -> Units:
     except ValueProblem as error:
         hint = f" ({error.hint})" if error.hint else ""
         raise typer.BadParameter(error.message + hint, param_hint="'--units'") from None
-
-
-PlotPath = Annotated[
-    str | None,
-    typer.Option(
-        "--plot",
-        metavar="PATH",
-        callback=_check_path,
-        help="Write a picture, .png, .svg or .pdf; `-` draws a chart of characters. Needs the extra `show`.",
-    ),
-]
-PlotKind = Annotated[
-    str | None, typer.Option("--plot-kind", metavar="NAME", help="Another picture than the first.")
-]
-
-
-def _picture(
-    command: str,
-    format: Format,
-    path: str | None,
-    kind: str | None,
-    files: Sequence[str],
-    output: str | None,
-) -> str | None:
-    """The kind of picture that is asked for, if one is; refused where it cannot be drawn or written."""
-    if path is None and kind is None and format is not Format.html:
-        return None
-    from rigidcli.render.plots import CHARACTERS, require_ending, require_library, use_for
-    from rigidcli.studies.pictures import ANY, BEST, require_kind
-
-    try:
-        require_kind(command, kind or BEST)
-        if path is None:
-            if format is Format.html:
-                return kind or ANY
-            raise UsageError("`--plot-kind` chooses a picture", hint="say with `--plot` where it goes")
-        require_ending(path)
-        if len(files) > 1:
-            raise UsageError("`--plot` draws one picture, of one FILE", hint="call it for each FILE")
-        require_apart("--plot", path, files)
-        if path != CHARACTERS and output is not None and Path(path).resolve() == Path(output).resolve():
-            raise UsageError(f"`-o` writes the results to `{path}`", hint="give the picture another name")
-        require_library(use_for(path))
-    except UsageError as error:
-        hint = f" ({error.hint})" if error.hint else ""
-        raise typer.BadParameter(error.message + hint, param_hint="'--plot'") from None
-    return kind or BEST
-
-
-def _write_picture(report: Report, path: str, width: int | None, target: Output | None) -> None:
-    """Write the picture of a report to a file; a chart of characters to the target, or standard error."""
-    from rigidcli.render.plots import CHARACTERS, chart, picture_file
-
-    if path != CHARACTERS:
-        write_whole(path, [picture_file(report, path)])
-    elif target is not None:
-        target.write(chart(report, width))
-    else:
-        complain(chart(report, None).rstrip("\n"))
 
 
 def _split(text: str | None) -> list[str]:
@@ -263,7 +189,9 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         swept = asked(sweep, pair)
         if swept is not None:
             require_sweepable(format, {"--steps": steps, "--plot": bool(plot or plot_kind)}, swept.count)
-        picture = _picture(study.__name__, format, plot, plot_kind, files, output) if swept is None else None
+        picture = (
+            picture_kind(study.__name__, format, plot, plot_kind, files, output) if swept is None else None
+        )
         if picture and wanted:
             tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
         options |= {"picture": picture} if picture else {}
@@ -305,18 +233,22 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                     done()
             failures.end()
 
-        if format is Format.parquet and _is_folder(output):
-            look = Look(columns=columns, several=len(files) > 1 or any(map(is_robot, files)))
-            with failures.of(str(output)):
-                parts = tasks(work, files, swept, failures, processes)
+        several = len(files) > 1 or any(map(is_robot, files))
+        if format is Format.parquet:
+            from rigidcli.cli.parts import goes_to_folder, write_folder
+
+            if goes_to_folder(output):
                 about = {
                     "results": f"rigidcli.{study.__name__}/1",
                     "set": changes,
                     "sweep": sweep or [],
                     "zip": pair,
                 }
-                _write_folder(str(output), parts, total, look, processes, about, failures, quiet)
-            raise typer.Exit(failures.code)
+                look = Look(columns=columns, several=several)
+                with failures.of(str(output)):
+                    parts = tasks(work, files, swept, failures, processes)
+                    write_folder(str(output), parts, total, look, processes, about, failures, quiet)
+                raise typer.Exit(failures.code)
 
         def for_people(found: Iterator[Report]) -> Iterator[Report]:
             from rigidcli.render.units import in_units
@@ -337,7 +269,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 width,
                 colour,
                 columns,
-                several=len(files) > 1 or any(map(is_robot, files)),
+                several=several,
                 unit_header=unit_header,
                 verbose=verbose,
                 steps=steps,
@@ -353,7 +285,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             for report in pictured:
                 # A chart of characters follows the table, and stays away from other data.
                 follows = format is Format.table and output in (None, "-")
-                _write_picture(report, str(plot), width, target if follows else None)
+                write_picture(report, str(plot), width, target if follows else None)
         raise typer.Exit(failures.code)
 
     shared = inspect.signature(command, eval_str=True)
@@ -371,49 +303,6 @@ def _pieces(format: Format, reports: Iterator[Report], look: Look) -> Iterator[s
     from rigidcli.render.parquet import render
 
     return render(reports, look)
-
-
-def _is_folder(output: str | None) -> bool:
-    """Whether a table in Parquet goes to a folder. Raises BadParameter where it cannot be written."""
-    from rigidcli.cli.parts import is_folder
-    from rigidcli.render.parquet import require_library
-
-    try:
-        require_library()
-    except UsageError as error:
-        raise typer.BadParameter(f"{error.message} ({error.hint})", param_hint="'--format'") from None
-    if output in (None, "-"):
-        problem = "parquet is no text, and needs a file or a folder: `-o table.parquet` or `-o table/`"
-        raise typer.BadParameter(problem, param_hint="'--format'")
-    return is_folder(output)
-
-
-def _write_folder(
-    output: str,
-    parts: Iterator[Task],
-    total: int,
-    look: Look,
-    hands: int | str,
-    about: dict[str, Any],
-    failures: Failures,
-    quiet: bool,
-) -> None:
-    """Write the table of all answers to a folder, and tell what is to be told of each part."""
-    from rigidcli.cli.parts import Written, write_parts
-
-    known = Known()
-    with counted(total) as done:
-
-        def tell(part: Written) -> None:
-            for each in part.told:
-                tell_notes(each.source, known.new(each.notes) if about["sweep"] else each.notes, quiet)
-                if each.failure is not None:
-                    failures.tell(each.failure)
-            for _ in range(part.answers):
-                done()
-
-        write_parts(output, parts, total, look, hands, about, tell)
-    failures.end()
 
 
 def _require_equations(study: str, format: Format, files: Sequence[str]) -> None:
@@ -442,10 +331,3 @@ def _require_one(pictured: Sequence[Report]) -> None:
     """Raise UsageError where a picture is there already: a robot has a body for each of its links."""
     if pictured:
         raise UsageError("`--plot` draws one picture, of a FILE with one body", hint="leave out `--plot`")
-
-
-def tell_notes(source: str, notes: Sequence[str], quiet: bool) -> None:
-    """Print the notes on a source, unless the user wants none."""
-    for note in () if quiet else notes:
-        # A note on a file that is the body by itself begins with its name, too.
-        complain(str(Problem(source, f"note: {note.removeprefix(f'{source}: ')}")))

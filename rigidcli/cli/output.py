@@ -36,6 +36,20 @@ def complain(text: str) -> None:
         print(text, file=sys.stderr or io.StringIO(), flush=True)
 
 
+def tell_notes(source: str, notes: Sequence[str], quiet: bool) -> None:
+    """Print the notes on a source, unless the user wants none."""
+    for note in () if quiet else notes:
+        # A note on a file that is the body by itself begins with its name, too.
+        complain(str(Problem(source, f"note: {note.removeprefix(f'{source}: ')}")))
+
+
+def check_path(path: str | None) -> str | None:
+    """The path of a file to write; refused where it has no name."""
+    if path == "":
+        raise typer.BadParameter("a file without a name cannot be written")
+    return path
+
+
 def is_file(path: str) -> bool:
     """Whether there is a regular file of that name, which may be none that a file can have."""
     with contextlib.suppress(OSError, ValueError):

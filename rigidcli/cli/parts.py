@@ -12,14 +12,16 @@ from pathlib import Path
 from typing import Any
 
 import orjson
+import typer
 
 import rigidcli
-from rigidcli.cli.output import OTHER_NAME, Failure
+from rigidcli.cli.output import OTHER_NAME, Failure, Failures, counted, tell_notes
 from rigidcli.cli.plan import Jobs, ordered
+from rigidcli.cli.sweeps import Known
 from rigidcli.cli.work import AT_A_TIME, Task, answers
 from rigidcli.errors import UsageError
 from rigidcli.render import Look
-from rigidcli.render.parquet import Kinds, Rows, described, differ, joined, recast
+from rigidcli.render.parquet import Kinds, Rows, described, differ, joined, recast, require_library
 
 MANIFEST = "manifest.json"
 """The file that is written last: where it is, all parts are."""
@@ -196,3 +198,41 @@ def _recast_all(paths: Sequence[Path], kinds: Kinds) -> Iterator[None]:
     for path in paths:
         recast(path, kinds)
     yield None
+
+
+def goes_to_folder(output: str | None) -> bool:
+    """Whether a table in Parquet goes to a folder. Raises BadParameter where it cannot be written."""
+    try:
+        require_library()
+    except UsageError as error:
+        raise typer.BadParameter(f"{error.message} ({error.hint})", param_hint="'--format'") from None
+    if output in (None, "-"):
+        problem = "parquet is no text, and needs a file or a folder: `-o table.parquet` or `-o table/`"
+        raise typer.BadParameter(problem, param_hint="'--format'")
+    return is_folder(output)
+
+
+def write_folder(
+    output: str,
+    parts: Iterator[Task],
+    total: int,
+    look: Look,
+    hands: int | str,
+    about: dict[str, Any],
+    failures: Failures,
+    quiet: bool,
+) -> None:
+    """Write the table of all answers to a folder, and tell what is to be told of each part."""
+    known = Known()
+    with counted(total) as done:
+
+        def tell(part: Written) -> None:
+            for each in part.told:
+                tell_notes(each.source, known.new(each.notes) if about["sweep"] else each.notes, quiet)
+                if each.failure is not None:
+                    failures.tell(each.failure)
+            for _ in range(part.answers):
+                done()
+
+        write_parts(output, parts, total, look, hands, about, tell)
+    failures.end()

@@ -11,8 +11,8 @@ from typing import Any
 import typer
 
 from rigidcli.cli.check import studies
-from rigidcli.cli.computing import Exact, Files, Quiet, Settings, listed, tell_notes
-from rigidcli.cli.output import Failures, Output, complain
+from rigidcli.cli.computing import Exact, Files, Quiet, Settings, listed
+from rigidcli.cli.output import Failures, Output, complain, tell_notes
 from rigidcli.errors import DocumentError, Problem, printable
 
 HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers)[\"']?\s*:", re.MULTILINE)
