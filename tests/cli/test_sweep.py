@@ -346,10 +346,14 @@ def test_an_interrupt_leaves_whole_rows(jobs: str) -> None:
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     assert process.stdout is not None
+    assert process.stderr is not None
     begun = [process.stdout.readline() for _ in range(50)]
     os.kill(process.pid, signal.SIGINT)
-    out, err = process.communicate(timeout=30)
-    assert (process.returncode, err) == (130, "")
+    # `communicate` would lose what is buffered already.
+    out, err = process.stdout.read(), process.stderr.read()
+    assert (process.wait(timeout=30), err) == (130, "")
+    process.stdout.close()
+    process.stderr.close()
     lines = ("".join(begun) + out).splitlines()
     assert {line.count(",") for line in lines} == {lines[0].count(",")}
     assert (begun[-1] + out).endswith("\n")
