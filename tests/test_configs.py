@@ -104,8 +104,17 @@ def test_a_format_of_another_command_is_refused(command: str, program: Program) 
         assert program(command, "-f", form, str(CONFIGS[0])).code == 2
 
 
+@pytest.mark.parametrize("command", NEEDS)
+def test_all_documents_go_into_one_table(command: str, program: Program, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet", reason="tables in Parquet need the extra `parquet`")
+    files = [str(path) for path, name in RUNS if name == command]
+    assert program(command, "-q", "-f", "parquet", "-o", str(tmp_path / "all.parquet"), *files).code == 0
+    names = set(parquet.read_table(tmp_path / "all.parquet").column("name").to_pylist())
+    assert len(names) == len({rigidcli.load(file).name for file in files})
+
+
 def test_every_format_is_tried() -> None:
-    assert {form for *_, form in (*TOLD, *WRITTEN, *DRAWN)} == set(Format)
+    assert {form for *_, form in (*TOLD, *WRITTEN, *DRAWN)} | {Format.parquet} == set(Format)
 
 
 def compiled(source: str, folder: Path) -> list[str]:
