@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rigidcli.model.bodies import FORMS
 from rigidcli.render import BLOCKS
 from tests.conftest import ROOT, Program
 from tests.meshes import box, saved
@@ -272,7 +271,6 @@ def test_samples_of_several_links_have_their_names(program: Program) -> None:
     assert [row[0] for row in rows[1:]] == ["base"] * 2 + ["upper arm"] * 2 + ["forearm"] * 2
 
 
-@pytest.mark.skipif("mesh" not in FORMS, reason="bodies are not read from meshes here")
 def test_meshes_below_the_folder_are_compared(program: Program, tmp_path: Path) -> None:
     trimesh: Any = pytest.importorskip("trimesh", reason="it writes the mesh of a bar in millimetres")
     inside = tmp_path / "robot"
