@@ -7,13 +7,14 @@ import math
 import os
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from importlib import import_module
 from inspect import cleandoc
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
-from rigidcli.errors import DocumentError, Problem, UsageError
+from rigidcli.errors import DocumentError, Problem, RigidError, UsageError
 from rigidcli.report import Report, Table, single_cells
 
 if TYPE_CHECKING:
@@ -63,9 +64,15 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 class Result(Report):
     """The answer to a document: a mapping from the fields of the json output to their values.
 
-    It shows itself as the table of the command line, in notebooks with formulas. `units` has the units of
-    its fields, and `to_dataframe` makes a table for pandas.
+    It shows itself as the table of the command line, in notebooks as the page: with formulas, the picture and
+    the replay of a motion. `units` has the units of its fields, and `to_dataframe` makes a table for pandas.
     """
+
+    _again: Callable[..., Report] | None = field(default=None, repr=False, compare=False)
+    """Works the study out again, with what is only made to be seen; it stays behind when a result is sent."""
+
+    def __reduce__(self) -> tuple[type[Result], tuple[Any, ...]]:
+        return Result, tuple(getattr(self, part.name) for part in fields(Report))
 
     def __repr__(self) -> str:
         from rigidcli.render import Format, Look, renderer
@@ -76,7 +83,7 @@ class Result(Report):
         from rigidcli.render import Look
         from rigidcli.render.html import fragment
 
-        return fragment(self, Look(steps=True))
+        return fragment(self._as_seen(), Look(steps=True))
 
     def _repr_latex_(self) -> str:
         from rigidcli.render import Look
@@ -123,6 +130,23 @@ class Result(Report):
             raise UsageError("there is no picture here", hint='ask for one, as in axes(..., picture="best")')
         Path(path).write_bytes(picture_file(self, os.fspath(path)))
 
+    def _as_seen(self) -> Report:
+        """The result with what a page has: the scene of a motion, and a picture where there is one.
+
+        They are worked out when they are to be seen, as most results never are. A result whose study cannot
+        be worked again, as when a file of points is gone, is seen without them.
+        """
+        from rigidcli.render.plots import has_library
+        from rigidcli.studies.pictures import ANY
+
+        if self._again is None:
+            return self
+        try:
+            seen = self._again(picture=ANY if has_library("drawing") else None)
+        except RigidError:
+            return self
+        return replace(self, scene=seen.scene, pictures=self.pictures or seen.pictures)
+
     def _table(self, name: str | None) -> Table | None:
         """The table of this name; without a name that of the data, if there is one."""
         for table in self.tables:
@@ -164,7 +188,7 @@ def inertia(
     >>> rigidcli.inertia({"body": {"shape": "cube", "side": 1, "mass": 12}})["mass"]
     12.0
     """
-    return _answer("inertia", document, exact, settings, steps=steps, picture=picture)
+    return _answer("inertia", document, exact, settings, {"steps": steps, "picture": picture})
 
 
 @_study
@@ -194,7 +218,7 @@ def axes(
     >>> rigidcli.axes("body: {shape: cube, side: 1, mass: 12, anchor: corner}")["class"]
     'prolate'
     """
-    return _answer("axes", document, exact, settings, steps=steps, picture=picture)
+    return _answer("axes", document, exact, settings, {"steps": steps, "picture": picture})
 
 
 @_study
@@ -222,7 +246,7 @@ def precess(
     >>> round(rigidcli.precess({"top": top})["top"]["gyroscopic_rate"], 2)
     3.12
     """
-    return _answer("precess", document, exact, settings, steps=steps, picture=picture)
+    return _answer("precess", document, exact, settings, {"steps": steps, "picture": picture})
 
 
 @_study
@@ -233,7 +257,6 @@ def euler(
     settings: Sequence[str] = (),
     steps: bool = False,
     picture: str | None = None,
-    scene: bool = False,
     engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
     max_steps: int | None = None,
@@ -241,8 +264,6 @@ def euler(
     """Motion by Euler's equations: omega, L, T and orientation in time; stability of the axes.
 
     COMMON
-    scene : bool
-        Make a `scene` of the motion, for its replay on a page.
     engine : {"auto", "runge-kutta", "taylor"}
         What integrates driven motion; "taylor" needs the extra of that name.
     progress : callable
@@ -264,9 +285,9 @@ def euler(
     >>> result["motion"]
     'about_highest'
     """
-    options: dict[str, Any] = {"steps": steps, "picture": picture, "scene": scene, "engine": engine}
-    options |= {"progress": progress, "max_steps": max_steps}
-    return _answer("euler", document, exact, settings, **options)
+    motion = {"engine": engine, "max_steps": max_steps}
+    options = {"steps": steps, "picture": picture, "progress": progress, **motion}
+    return _answer("euler", document, exact, settings, options, {"scene": True, **motion})
 
 
 @_study
@@ -277,7 +298,6 @@ def hamilton(
     settings: Sequence[str] = (),
     steps: bool = False,
     picture: str | None = None,
-    scene: bool = False,
     invariants: bool = False,
     program: bool = False,
     progress: Callable[[float], None] | None = None,
@@ -286,8 +306,6 @@ def hamilton(
     """From a Lagrangian to momenta, the Hamiltonian, Hamilton's equations and orbits in phase space.
 
     COMMON
-    scene : bool
-        Make a `scene` of the orbit, for its replay on a page.
     invariants : bool
         Search for conserved quantities also where that takes longer.
     program : bool
@@ -310,21 +328,30 @@ def hamilton(
     >>> rigidcli.hamilton({"system": system, "parameters": {"m": None, "k": None}})["hamiltonian"]
     p_x**2/(2*m) + k*x**2/2
     """
-    options: dict[str, Any] = {"steps": steps, "picture": picture, "scene": scene}
-    options |= {"invariants": invariants, "program": program, "progress": progress, "max_steps": max_steps}
-    return _answer("hamilton", document, exact, settings, **options)
+    options: dict[str, Any] = {"steps": steps, "picture": picture, "program": program}
+    options |= {"invariants": invariants, "progress": progress, "max_steps": max_steps}
+    return _answer("hamilton", document, exact, settings, options, {"scene": True, "max_steps": max_steps})
 
 
-def _answer(study: str, source: Source, exact: bool, settings: Sequence[str], **options: Any) -> Result:
-    """The result of a study of this name."""
+def _answer(
+    study: str,
+    source: Source,
+    exact: bool,
+    settings: Sequence[str],
+    options: Mapping[str, Any],
+    seen: Mapping[str, Any] | None = None,
+) -> Result:
+    """The result of a study of this name with these options; with those of `seen` it is worked to be seen."""
     try:
         document = _read(source, exact, settings)
-        report = import_module(f"rigidcli.studies.{study}").run(document, **options)
+        run = import_module(f"rigidcli.studies.{study}").run
+        report = run(document, **options)
     except DocumentError as error:
         if any(problem.source.startswith(MAPPING) for problem in error.problems):
             raise DocumentError([replace(problem, line=None) for problem in error.problems]) from None
         raise
-    return Result(**{part.name: getattr(report, part.name) for part in fields(report)})
+    again = None if document.ensemble is not None else partial(run, document, **(seen or {}))
+    return Result(**{part.name: getattr(report, part.name) for part in fields(report)}, _again=again)
 
 
 def _read(source: Source, exact: bool, settings: Sequence[str]) -> Document:

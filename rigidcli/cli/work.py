@@ -7,9 +7,9 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from functools import cache
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import rigidcli
 from rigidcli.cli.output import Failure, Failures, failure
 from rigidcli.errors import UNKNOWN, DocumentError, RigidError, UsageError
 from rigidcli.report import Field, Report
@@ -62,9 +62,9 @@ class Work:
     def report(self, document: Document, watch: Watch | None) -> Report:
         """What the study finds, within the context in which it may tell its progress."""
         _require_fitting(document, self.study)
-        run = getattr(rigidcli, self.study)
+        run = _study(self.study)
         if watch is None or not _tells_progress(self.study):
-            report: Report = run(document, **self.options)
+            report = run(document, **self.options)
         else:
             with watch() as show:
                 report = run(document, **self.options, progress=show)
@@ -74,9 +74,14 @@ class Work:
         return report
 
 
+def _study(name: str) -> Callable[..., Report]:
+    run: Callable[..., Report] = import_module(f"rigidcli.studies.{name}").run
+    return run
+
+
 @cache
 def _tells_progress(study: str) -> bool:
-    return "progress" in inspect.signature(getattr(rigidcli, study)).parameters
+    return "progress" in inspect.signature(_study(study)).parameters
 
 
 @dataclass(frozen=True, slots=True)

@@ -102,7 +102,7 @@ def _figures(report: Report, anchor: str, look: Look) -> Iterator[str]:
 
         yield replay(report.scene, look)
     if report.pictures and has_library("drawing"):
-        yield f"<figure>{inline_picture(report, anchor or 'picture')}</figure>\n"
+        yield f"<figure>{inline_picture(report, anchor)}</figure>\n"
 
 
 def _results(report: Report, look: Look) -> Iterator[str]:

@@ -18,6 +18,7 @@ from rigidcli.render.web.replay import replay
 from rigidcli.report import Column, Mark, Part, Scene, Stage, Table
 from tests.browser.conftest import Browser
 from tests.conftest import ROOT
+from tests.scenes import scene_of
 
 HOSTILE = "</script><img src=x onerror=document.hit=1>{0}\"'&"
 
@@ -29,6 +30,9 @@ SHORT = {
 
 PENDULUM = ROOT / "configs/double_pendulum.yaml"
 
+BRIEF = ("orbit.duration=2", "orbit.samples=201")
+"""Settings for an orbit of two seconds."""
+
 Open = Callable[..., Browser]
 
 
@@ -36,9 +40,9 @@ Open = Callable[..., Browser]
 def opened(browser: Browser, tmp_path: Path) -> Open:
     """Opens a page with the replay of scenes."""
 
-    def show(*scenes: Scene | None, first: str = "", last: str = "", **window: Any) -> Browser:
+    def show(*scenes: Scene, first: str = "", last: str = "", **window: Any) -> Browser:
         file = tmp_path / "page.html"
-        figures = [replay(scene) for scene in scenes if scene is not None]
+        figures = map(replay, scenes)
         file.write_text("".join(page("a replay", [first, *figures, last])), "utf-8")
         browser.open_page(file, **{"width": 640, **window})
         browser.wait("document.querySelectorAll('figure [hidden]:not(.trouble)').length === 0")
@@ -52,12 +56,12 @@ def opened(browser: Browser, tmp_path: Path) -> Open:
     return show
 
 
-def of_box() -> Scene | None:
-    return rigidcli.euler(SHORT, scene=True).scene
+def of_box() -> Scene:
+    return scene_of("euler", SHORT)
 
 
-def of_pendulum() -> Scene | None:
-    return rigidcli.hamilton(PENDULUM, settings=["orbit.duration=2", "orbit.samples=201"], scene=True).scene
+def of_pendulum() -> Scene:
+    return scene_of("hamilton", PENDULUM, BRIEF)
 
 
 def seen(browser: Browser) -> Floats:
@@ -123,8 +127,7 @@ def test_it_stays_still_for_those_who_want_that(opened: Open) -> None:
 
 def test_the_body_turns_to_the_side_that_its_omega_says(opened: Open) -> None:
     """Also halfway between two samples, between which it turns by half a turn."""
-    scene = rigidcli.euler(SHORT, settings=["motion.samples=3"], scene=True).scene
-    browser = opened(scene, still=True)
+    browser = opened(scene_of("euler", SHORT, ["motion.samples=3"]), still=True)
     settled(browser)
     start = {name: label(browser, name) for name in ("x", "y", "z", "e1", "e2", "e3")}
     browser.driver.execute_script(
@@ -284,12 +287,15 @@ def test_it_works_in_the_output_of_a_notebook(browser: Browser, tmp_path: Path) 
             for (const each of old.attributes) script.setAttribute(each.name, each.value);
             old.replaceWith(script);
         }"""
-    for place, scene in (("one", of_box()), ("two", of_pendulum())):
-        assert scene is not None
-        browser.driver.execute_script(shown, place, replay(scene))
+    results = {"one": rigidcli.euler(SHORT), "two": rigidcli.hamilton(PENDULUM, settings=BRIEF)}
+    for place, result in results.items():
+        browser.driver.execute_script(shown, place, result._repr_html_())
     for place in ("one", "two"):
         browser.driver.execute_script(f"{place}.scrollIntoView()")
         browser.wait(f"parseFloat(document.querySelector('#{place} .readings dd').textContent) > 0.1")
+    assert browser.ask("document.querySelectorAll('.rigidcli > figure > svg').length") == 2
+    names = browser.ask("[...document.querySelectorAll('[id]')].map((each) => each.id)")
+    assert len(names) == len(set(names))
     assert browser.complaints() == []
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import re
 import sys
 from pathlib import Path
@@ -220,10 +221,26 @@ def test_hostile_text_stays_text_in_the_table_of_contents(program: Program, tmp_
 # --- Notebooks
 
 
-def test_a_notebook_has_the_same_section_and_no_style_leaves_it() -> None:
-    result = rigidcli.axes(ROOT / HANDLE, picture="best", steps=True)
-    shown = result._repr_html_()
-    root = markup(shown)
+def section(shown: str) -> str:
+    """What stands in the section of a page or a fragment, names of its own left out."""
+    (found,) = re.findall(r"<section[^>]*>(.*)</section>", shown, re.DOTALL)
+    return re.sub(r"(picture-\w{8}|result-1)", "", found.replace("h1>", "h2>"))
+
+
+@pytest.mark.parametrize(
+    ("study", "config"),
+    [("axes", "cube_corner"), ("precess", "cone_top"), ("euler", "t_handle"), ("hamilton", "bead_on_hoop")],
+)
+def test_a_notebook_shows_what_the_page_does(study: str, config: str, program: Program) -> None:
+    path = f"configs/{config}.yaml"
+    outcome = program(study, path, "-q", "-f", "html")
+    result = getattr(rigidcli, study)(path)
+    assert (result.scene, result.pictures) == (None, ())
+    assert section(result._repr_html_()) == section(outcome.out)
+
+
+def test_no_style_of_a_notebook_leaves_its_section() -> None:
+    root = markup(rigidcli.axes(ROOT / HANDLE, steps=True)._repr_html_())
     assert root.all("html") == root.all("script") == []
     assert len(root.all("svg")) == 1
     assert root.all("svg")[0].all("style") == []
@@ -234,9 +251,31 @@ def test_a_notebook_has_the_same_section_and_no_style_leaves_it() -> None:
     assert all(each.startswith(".rigidcli") for each in selectors)
 
 
+def test_a_notebook_shows_the_picture_that_was_asked_for() -> None:
+    root = markup(rigidcli.euler(ROOT / HANDLE, picture="polhode")._repr_html_())
+    assert "polhode" in root.all("svg")[0].attributes["aria-label"]
+
+
+def test_a_result_is_seen_as_far_as_it_can_be_worked_again(tmp_path: Path) -> None:
+    """Not where its points are gone, nor in the process that it is sent to; an ensemble has no replay."""
+    file = tmp_path / "points.csv"
+    file.write_text("m,x,y,z\n1,1,0,0\n2,0,1,0\n3,0,0,1\n", "utf-8")
+    motion = {"omega": [0, 0.1, 1], "duration": 5, "samples": 11}
+    result = rigidcli.euler({"body": {"points": str(file)}, "motion": motion})
+    assert "<canvas" in result._repr_html_()
+    there = pickle.loads(pickle.dumps(result))
+    file.unlink()
+    several = {"body": {"moments": [1, 2, 3]}, "motion": motion | {"omega": [[0, 0, 1], [0, 1, 0]]}}
+    for one in (result, there, rigidcli.euler(several)):
+        shown = one._repr_html_()
+        assert "Results" in shown
+        assert "<figure" not in shown
+
+
 def test_notebooks_need_no_library(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(LIBRARIES, "drawing", "no_such")
     monkeypatch.setitem(sys.modules, "latex2mathml.converter", None)
-    root = markup(rigidcli.axes(ROOT / HANDLE, picture="best")._repr_html_())
+    root = markup(rigidcli.euler(ROOT / HANDLE)._repr_html_())
     assert root.all("svg") == root.all("math") == []
-    assert "$M = " in root.text
+    assert len(root.all("canvas")) == 1
+    assert "$T = " in root.text

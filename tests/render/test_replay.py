@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from rigidcli.render.web.replay import MOST_TRIANGLES, replay
 from rigidcli.render.web.triangles import triangles
 from rigidcli.report import Column, Mark, Part, Scene, Stage, Table
 from tests.conftest import ROOT, Program
+from tests.scenes import report_of, scene_of
 
 LIMIT = 3_000_000
 """The most characters of a replay of 1,001 samples."""
@@ -26,10 +28,8 @@ LIMIT = 3_000_000
 HOSTILE = "</script><script>alert(1)</script><b onclick='x'>\"&{{0}}"
 
 
-def fragment_of(study: str, document: object, *settings: str) -> str:
-    result: rigidcli.Result = getattr(rigidcli, study)(document, settings=settings, scene=True)
-    assert result.scene is not None
-    return replay(result.scene)
+def fragment_of(study: str, document: Path | dict[str, Any], *settings: str) -> str:
+    return replay(scene_of(study, document, settings))
 
 
 def sent(fragment: str) -> dict[str, Any]:
@@ -140,7 +140,7 @@ def test_hostile_texts_stay_texts() -> None:
 
 
 def test_a_table_stands_behind_the_picture() -> None:
-    result = rigidcli.euler(ROOT / "configs/t_handle.yaml", scene=True)
+    result = report_of("euler", ROOT / "configs/t_handle.yaml")
     assert result.scene is not None
     rows = re.findall(r"<tr>(.*?)</tr>", replay(result.scene))
     cells = [re.findall(r">([^<]*)</t[hd]>", row) for row in rows]
@@ -167,7 +167,7 @@ def test_the_script_uses_nothing_that_a_page_forbids_and_no_html_from_texts() ->
 
 
 def test_readings_are_in_the_units_of_the_reader_and_the_motion_in_seconds() -> None:
-    result = rigidcli.euler(ROOT / "configs/earth.yaml", scene=True)
+    result = report_of("euler", ROOT / "configs/earth.yaml")
     scene = in_units(result, read_units("day,deg")).scene
     assert scene is not None
     fragment = replay(scene)
@@ -217,12 +217,6 @@ def test_a_surface_of_very_many_triangles_becomes_coarser_and_keeps_its_extent()
 
 
 # --- Where it is shown, and where nothing of it is made
-
-
-def test_a_notebook_shows_the_replay_that_was_asked_for() -> None:
-    document = ROOT / "configs/feynman_plate.yaml"
-    assert rigidcli.euler(document, scene=True)._repr_html_().count("<figure class=rigidcli-replay>") == 1
-    assert "<figure" not in rigidcli.euler(document)._repr_html_()
 
 
 def test_numbers_do_without_a_replay(program: Program) -> None:

@@ -8,12 +8,13 @@ import pytest
 import rigidcli
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.report import Part, Scene, Stage
+from rigidcli.report import Part, Report, Scene, Stage
 from tests.conftest import ROOT
+from tests.scenes import report_of, scene_of
 
 
-def scene_of(study: str, config: str) -> tuple[rigidcli.Result, Scene]:
-    result = getattr(rigidcli, study)(ROOT / "configs" / f"{config}.yaml", scene=True)
+def both_of(study: str, config: str) -> tuple[Report, Scene]:
+    result = report_of(study, ROOT / "configs" / f"{config}.yaml")
     assert result.scene is not None
     return result, result.scene
 
@@ -33,14 +34,14 @@ def test_no_scene_is_made_unless_it_is_asked_for_and_none_of_a_single_moment() -
     document = ROOT / "configs/t_handle.yaml"
     assert rigidcli.euler(document).scene is None
     once = {"body": {"moments": [1, 2, 3]}, "motion": {"omega": [0, 0, 1], "times": [2]}}
-    assert rigidcli.euler(once, scene=True).scene is None
+    assert report_of("euler", once).scene is None
     oscillations = ROOT / "configs/coupled_pendulums.yaml"
-    assert rigidcli.hamilton(oscillations, scene=True).scene is None
+    assert report_of("hamilton", oscillations).scene is None
 
 
 @pytest.mark.parametrize("config", ["t_handle", "feynman_plate", "toutatis", "damped_satellite", "cone_top"])
 def test_the_body_turns_to_space_as_its_momentum_does(config: str) -> None:
-    result, scene = scene_of("euler", config)
+    result, scene = both_of("euler", config)
     motion, stage = result["trajectory"], scene.stages[0]
     momentum = rotation.turned(scene.orientation, motion["angular_momentum"])
     size = np.abs(momentum).max()
@@ -55,7 +56,7 @@ def test_the_body_turns_to_space_as_its_momentum_does(config: str) -> None:
 
 
 def test_the_handle_turns_over_while_its_momentum_stays() -> None:
-    result, scene = scene_of("euler", "t_handle")
+    result, scene = both_of("euler", "t_handle")
     stage = scene.stages[0]
     momentum = in_space(scene, part(stage, "L"))
     assert np.ptp(momentum, axis=0) == pytest.approx(np.zeros(3), abs=1e-9)
@@ -67,7 +68,7 @@ def test_the_handle_turns_over_while_its_momentum_stays() -> None:
 
 
 def test_the_body_is_where_its_parts_are_about_o() -> None:
-    _, scene = scene_of("euler", "t_handle")
+    _, scene = both_of("euler", "t_handle")
     corners = np.vstack(part(scene.stages[0], "the body").mark.points)
     com = rigidcli.inertia(ROOT / "configs/t_handle.yaml")["center_of_mass"]
     assert corners.min(axis=0) == pytest.approx(np.array([-6e-3, -50e-3, -6e-3]) - com)
@@ -75,7 +76,7 @@ def test_the_body_is_where_its_parts_are_about_o() -> None:
 
 
 def test_a_known_tensor_is_shown_as_its_ellipsoid_of_inertia() -> None:
-    result, scene = scene_of("euler", "tennis_racket")
+    result, scene = both_of("euler", "tennis_racket")
     faces = np.vstack(part(scene.stages[0], "ellipsoid of inertia").mark.points)
     level = np.einsum("ni,i,ni->n", faces, result["moments"], faces)
     assert level == pytest.approx(np.full(len(faces), level[0]))
@@ -83,7 +84,7 @@ def test_a_known_tensor_is_shown_as_its_ellipsoid_of_inertia() -> None:
 
 @pytest.mark.parametrize("config", ["t_handle", "toutatis", "feynman_plate"])
 def test_the_ellipsoid_of_energy_rolls_on_its_plane(config: str) -> None:
-    result, scene = scene_of("euler", config)
+    result, scene = both_of("euler", config)
     stage = scene.stages[1]
     plane = part(stage, "plane").mark.points[0]
     across = part(stage, "L").mark.points[1]
@@ -103,7 +104,7 @@ def test_the_ellipsoid_of_energy_rolls_on_its_plane(config: str) -> None:
 
 
 def test_particles_are_where_the_coordinates_put_them_with_the_rods_between() -> None:
-    result, scene = scene_of("hamilton", "double_pendulum")
+    result, scene = both_of("hamilton", "double_pendulum")
     stage, q = scene.stages[0], result["orbit"]["q"]
     first = np.column_stack([np.sin(q["theta1"]), -np.cos(q["theta1"]), 0 * q["theta1"]])
     second = first + np.column_stack([np.sin(q["theta2"]), -np.cos(q["theta2"]), 0 * q["theta2"]])
@@ -119,7 +120,7 @@ def test_particles_are_where_the_coordinates_put_them_with_the_rods_between() ->
 
 
 def test_rounding_is_not_drawn_as_a_motion() -> None:
-    _, scene = scene_of("hamilton", "kepler_polar")
+    _, scene = both_of("hamilton", "kepler_polar")
     portrait = next(stage for stage in scene.stages if stage.title == "phase portrait of phi")
     momentum = np.asarray(part(portrait, "orbit so far").mark.points)[:, 1]
     assert np.ptp(momentum) < 1e-6 < np.ptp(part(portrait, "orbit so far").mark.points[:, 0])
@@ -127,23 +128,22 @@ def test_rounding_is_not_drawn_as_a_motion() -> None:
 
 def test_a_top_without_a_body_is_shown_as_its_ellipsoid() -> None:
     top = {"mass": 0.3, "distance": 0.05, "lambda1": 1e-3, "lambda3": 3.75e-4, "spin": "20 rps", "tilt": 0.5}
-    scene = rigidcli.euler({"top": top}, scene=True).scene
-    assert scene is not None
+    scene = scene_of("euler", {"top": top})
     assert part(scene.stages[0], "ellipsoid of inertia").carried
     axis = in_space(scene, part(scene.stages[0], "path of the axis of the top"))
     assert axis[0] / np.linalg.norm(axis[0]) == pytest.approx([0, -np.sin(0.5), np.cos(0.5)])
 
 
 def test_a_comet_has_no_rod_and_a_spherical_pendulum_is_in_space() -> None:
-    _, comet = scene_of("hamilton", "kepler_polar")
+    _, comet = both_of("hamilton", "kepler_polar")
     assert not any(each.group == "rods" for each in comet.stages[0].parts)
-    _, pendulum = scene_of("hamilton", "spherical_pendulum")
+    _, pendulum = both_of("hamilton", "spherical_pendulum")
     assert not pendulum.stages[0].is_flat
     assert any(each.group == "rods" for each in pendulum.stages[0].parts)
 
 
 def test_a_system_without_particles_has_its_phase_portraits() -> None:
-    result, scene = scene_of("hamilton", "henon_heiles")
+    result, scene = both_of("hamilton", "henon_heiles")
     assert [stage.title for stage in scene.stages] == [
         "phase portrait of x",
         "phase portrait of y",

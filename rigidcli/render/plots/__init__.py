@@ -59,7 +59,7 @@ def _drawn(report: Report, ending: str) -> bytes:
 
 
 def inline_picture(report: Report, prefix: str) -> str:
-    """The picture of a report as an element of HTML, in which all names begin with a prefix."""
+    """The picture of a report as an element of HTML; all names in it begin with the prefix, if it has one."""
     from rigidcli.render.plots.inline import inline
 
     return inline(_drawn(report, "svg"), f"{report.name}: {report.pictures[0].title}", prefix)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from xml.etree import ElementTree as ET
+from zlib import crc32
 
 _SVG = "{http://www.w3.org/2000/svg}"
 _LINK = "{http://www.w3.org/1999/xlink}href"
@@ -17,9 +18,11 @@ _FONT = re.compile(r"font-family: ('[^',]*')(?!,)")
 def inline(svg: bytes, label: str, prefix: str) -> str:
     """A picture that matplotlib has drawn, as an element of HTML with a `label` for those who cannot see it.
 
-    The names in it begin with `prefix`, so that pictures on one page do not use parts of each other. What
-    would hold for the whole page, its style, is left out, and so are names that nothing refers to.
+    The names in it begin with `prefix`, so that pictures on one page do not use parts of each other; without
+    one, as on pages of someone else, with a sum over the picture. What would hold for the whole page, its
+    style, is left out, and so are names that nothing refers to.
     """
+    prefix = prefix or f"picture-{crc32(svg):08x}"
     root = ET.fromstring(svg)  # noqa: S314 - matplotlib has written it a moment ago
     for parent in root.iter():
         for child in list(parent):
