@@ -9,6 +9,7 @@ import pytest
 
 import rigidcli
 from rigidcli.report import Step
+from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.language.evaluation import real
 from tests.conftest import ROOT, Program
 
@@ -173,12 +174,58 @@ def test_the_steps_of_hamilton_show_the_results_themselves() -> None:
     result = rigidcli.hamilton(ROOT / "configs" / "kepler_polar.yaml", steps=True)
     titles = [step.title for step in result.steps]
     assert titles[:5] == ["Lagrangian", "Momenta", "Velocities", "Hamiltonian", "Hamilton's equations"]
-    shown = result.steps[3].fields[0].value
-    assert shown == result["hamiltonian"]
+    assert value(result.steps[3], "Hamiltonian") == result["hamiltonian"]
+    numbers = {"m": 2.0, "gm": 3.0, "r": 1.7, "p_r": 0.4, "p_phi": -1.1}
+    substituted = evaluated(value(result.steps[3], "p_q qdot - L"), **numbers)
+    assert substituted == pytest.approx(result["hamiltonian"].evaluate(**numbers), rel=1e-12)
     proofs = [step for step in result.steps if step.title.endswith("is conserved")]
     assert len(proofs) == len(result["invariants"]) + len(result["cyclic"])
     for step in proofs:
         assert value(step, "sum of df/dq dH/dp") == value(step, "sum of df/dp dH/dq")
+
+
+@pytest.mark.parametrize("is_numeric", [True, False])
+def test_the_polynomial_of_modes_is_the_determinant_of_the_matrices(is_numeric: bool) -> None:
+    numbers = {"m": 2.0, "g": 9.5, "l": 0.7, "k": 3.0}
+    given = [f"parameters.{name}={number}" for name, number in numbers.items() if is_numeric]
+    result = rigidcli.hamilton(ROOT / "configs/coupled_pendulums.yaml", settings=given, steps=True)
+    step = next(step for step in result.steps if step.title == "Small oscillations")
+    masses, stiffness = (
+        np.array([e.evaluate(**numbers) if isinstance(e, Expr) else e for e in value(step, name).flat])
+        for name in "MK"
+    )
+    forms = [field.value for field in step.fields if field.title in ("det(K - omega^2 M)", "in factors")]
+    assert len(forms) == (1 if is_numeric else 2)
+    for form in forms:
+        for omega in (0.3, 2.5):
+            exact = np.linalg.det((stiffness - omega**2 * masses).reshape(2, 2))
+            assert evaluated(form, omega=omega, **numbers) == pytest.approx(exact, rel=1e-12)
+    assert step.tables[0].title == "normal modes"
+
+
+def test_the_polynomial_of_the_matrix_has_its_eigenvalues() -> None:
+    result = rigidcli.hamilton(ROOT / "configs/damped_oscillator.yaml", steps=True)
+    by_title = {step.title: step for step in result.steps}
+    numbers = {"m": 0.7, "c": 0.1, "k": 2.8}
+    small = value(by_title["Small oscillations"], "det(M s^2 + C s + K)")
+    for s in (0.4, -1.3):
+        matrix = np.array([[0, 1 / 0.7], [-2.8, -0.1 / 0.7]])
+        exact = np.linalg.det(matrix - s * np.eye(2))
+        found = evaluated(value(by_title["Matrix form"], "det(A - lambda 1)"), **{"lambda": s}, **numbers)
+        assert found == pytest.approx(exact, rel=1e-12)
+        assert evaluated(small, s=s) == pytest.approx(0.7 * exact, rel=1e-12)
+
+
+def test_polynomials_keep_away_from_names_of_the_document() -> None:
+    document = """
+parameters: {omega: null, lambda: null}
+system: {coordinates: [x], lagrangian: omega*xdot^2/2 - lambda*x^2/2}
+equilibrium: {x: 0}
+"""
+    steps = {step.title: step for step in rigidcli.hamilton(document, steps=True).steps}
+    numbers = {"omega": 2.0, "lambda": 3.0}
+    assert evaluated(value(steps["Matrix form"], "det(A - Lambda 1)"), Lambda=0.5, **numbers) == 0.25 + 1.5
+    assert evaluated(value(steps["Small oscillations"], "det(K - Omega^2 M)"), Omega=0.5, **numbers) == 2.5
 
 
 def test_steps_tell_what_forces_add() -> None:

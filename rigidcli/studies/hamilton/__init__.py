@@ -16,7 +16,7 @@ from rigidcli.studies.hamilton.findings import Found, find
 from rigidcli.studies.hamilton.typed_decimals import as_typed
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
-from rigidcli.symbolic.algebra.expressions import Expr, symbol
+from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.latex_names import latex_name
 from rigidcli.symbolic.language.text import reading
@@ -91,10 +91,7 @@ def run(
     if steps:
         from rigidcli.studies.hamilton.steps import hamilton_steps
 
-        momenta = [(name, symbol(name)) for name in conserved if name != "H"]
-        others = [(reading(e.tree()), e) for e in found.invariants or ()]
-        proved, h = [*momenta, *others], derivation.hamiltonian
-        working += hamilton_steps(fields, tables, phase, proved, h, derivation.is_forced)
+        working += hamilton_steps(found, fields, tables)
     pictures: tuple[Picture, ...] = ()
     if picture is not None:
         from rigidcli.studies.hamilton.pictures import Findings

@@ -30,9 +30,10 @@ NO_MODES = (
 
 @dataclass(frozen=True, slots=True)
 class Oscillations:
-    """The coordinates of the equilibrium, and the modes about it; None where these cannot be told."""
+    """The coordinates of the equilibrium, the linear motion near it, and its modes, None where not known."""
 
     place: Mapping[str, float | Expr]
+    motion: LinearMotion
     modes: Sequence[Mode] | None
     notes: tuple[str, ...]
 
@@ -67,7 +68,7 @@ def oscillations(document: Document, equilibrium: Equilibrium, derivation: Deriv
     modes = _modes(document, derivation, motion, FOUND if equilibrium.is_sought else ROUNDING)
     is_numeric = equilibrium.is_sought or not document.exact_results
     values = {name: float(e) if is_numeric and not e.names else e for name, e in place.coordinates.items()}
-    return Oscillations(values, modes, tuple(_notes(place, modes)))
+    return Oscillations(values, motion, modes, tuple(_notes(place, modes)))
 
 
 def _require_smooth(expressions: Sequence[Expr], there: Mapping[str, Expr]) -> None:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from rigidcli.report import Field, Step, Table
+from rigidcli.studies.hamilton.characteristic import LONGEST, of_matrix, of_oscillations
+from rigidcli.studies.hamilton.derivation import Derivation
+from rigidcli.studies.hamilton.findings import Found
 from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import Expr, total
+from rigidcli.symbolic.algebra.expressions import Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.language.formula import Formula
 from rigidcli.symbolic.language.latex_names import latex_name
+from rigidcli.symbolic.language.text import reading
+from rigidcli.symbolic.language.tree import Name, Negative, Product, Sum, bound
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
 
 
@@ -57,7 +63,8 @@ PARTS = (
     ),
     _Part(
         "Matrix form",
-        "The equations are linear in the coordinates and momenta, which are the entries of z.",
+        "The equations are linear in the coordinates and momenta, which are the entries of z. A root i w of "
+        "the polynomial is an oscillation at the rate w; motion grows at one with a positive real part.",
         ("matrix", "offset", "frequencies", "stability"),
     ),
     _Part(
@@ -67,52 +74,68 @@ PARTS = (
         "Along the motion, dH/dt is the partial derivative of H by the time, plus the power of the forces. "
         "T + V is the energy.",
     ),
-    _Part(
-        "Small oscillations",
-        "Near the equilibrium L is expanded to second order, and each mode oscillates at a rate of its own.",
-        ("equilibrium", "modes"),
-    ),
 )
 """The steps that show results; one without results is left out."""
 
 
-def hamilton_steps(
-    fields: Sequence[Field],
-    tables: Sequence[Table],
-    phase: Phase,
-    conserved: Iterable[tuple[str, Expr]],
-    h: Expr | None,
-    is_forced: bool,
-) -> Iterator[Step]:
-    """The way to the results, shown by these themselves; `conserved` quantities by the bracket with H."""
+def hamilton_steps(found: Found, fields: Sequence[Field], tables: Sequence[Table]) -> Iterator[Step]:
+    """The way to the results, shown by these themselves; conserved quantities by their brackets with H."""
+    derivation = found.derivation
     parts: tuple[_Part, ...] = PARTS
     if not any(_belongs(entry, PARTS[1]) for entry in fields):
         parts = (_Part("Hamiltonian", "As it is given.", ("hamiltonian",)), *PARTS[4:])
     for part in parts:
-        shown = tuple(_titled(entry) for entry in fields if _belongs(entry, part))
+        shown = [_titled(entry) for entry in fields if _belongs(entry, part)]
         listed = tuple(table for table in tables if table.key in part.keys)
+        if part is PARTS[3]:
+            shown = [*_substituted(derivation), *shown]
+        if part.title == "Matrix form" and shown:
+            given = [entry for entry in fields if entry.key in ("matrix", "offset") and _belongs(entry, part)]
+            shown[len(given) : len(given)] = of_matrix(given[0].value, found.document)
         if shown or listed:
-            sentence = part.forced if is_forced and part.forced else part.sentence
-            yield Step(part.title, sentence, shown, listed)
-    if h is None:
+            sentence = part.forced if derivation.is_forced and part.forced else part.sentence
+            yield Step(part.title, sentence, tuple(shown), listed)
+    if found.oscillations is not None:
+        place = [_titled(entry) for entry in fields if entry.key.startswith("equilibrium.")]
+        yield of_oscillations(found.oscillations, found.document, place, [t for t in tables if not t.key])
+    if derivation.hamiltonian is None:
         return
-    for name, e in conserved:
-        slopes = [
-            total(derivative(e, a) * derivative(h, b) for a, b in pairs)
-            for pairs in (
-                list(zip(phase.coordinates, phase.momenta, strict=True)),
-                list(zip(phase.momenta, phase.coordinates, strict=True)),
-            )
-        ]
-        yield Step(
-            f"{name} is conserved",
-            "Its bracket with H, the sum of df/dq dH/dp - df/dp dH/dq, vanishes, as both sums are equal.",
-            (
-                Field("", e, "f", "f"),
-                Field("", tidy(slopes[0]), "sum of df/dq dH/dp", ""),
-                Field("", tidy(slopes[1]), "sum of df/dp dH/dq", ""),
-            ),
+    momenta = [(name, symbol(name)) for name in derivation.conserved if name != "H"]
+    for name, e in (*momenta, *((reading(e.tree()), e) for e in found.invariants or ())):
+        yield _bracket(name, e, derivation.hamiltonian, derivation.phase)
+
+
+def _substituted(derivation: Derivation) -> Iterator[Field]:
+    """The sum of p_q qdot, less L, with the velocities put in their places, before it is worked out."""
+    lagrangian, velocities = derivation.system.lagrangian, derivation.velocities
+    if lagrangian is None or velocities is None:
+        return
+    trees = [velocity.tree() for velocity in velocities]
+    terms = [Product((Name(p), tree)) for p, tree in zip(derivation.phase.momenta, trees, strict=True)]
+    inner = bound(lagrangian.tree(), dict(zip(derivation.velocity_names, trees, strict=True)))
+    whole = Sum((*terms, Negative(inner)))
+    if len(reading(whole)) <= LONGEST:
+        yield Field("", Formula(whole, exact=True), "p_q qdot - L", r"\sum p_q\dot q - L")
+
+
+def _bracket(name: str, e: Expr, h: Expr, phase: Phase) -> Step:
+    """The two sums of the bracket of a quantity with H, which are equal where it is conserved."""
+    slopes = [
+        total(derivative(e, a) * derivative(h, b) for a, b in pairs)
+        for pairs in (
+            list(zip(phase.coordinates, phase.momenta, strict=True)),
+            list(zip(phase.momenta, phase.coordinates, strict=True)),
         )
+    ]
+    return Step(
+        f"{name} is conserved",
+        "Its bracket with H, the sum of df/dq dH/dp - df/dp dH/dq, vanishes, as both sums are equal.",
+        (
+            Field("", e, "f", "f"),
+            Field("", tidy(slopes[0]), "sum of df/dq dH/dp", ""),
+            Field("", tidy(slopes[1]), "sum of df/dp dH/dq", ""),
+        ),
+    )
 
 
 def _belongs(entry: Field, part: _Part) -> bool:

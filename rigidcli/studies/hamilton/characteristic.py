@@ -1,0 +1,134 @@
+"""Linear motion as the working shows it: its matrices, and the characteristic polynomial with its factors."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from rigidcli.core.arithmetic import FLOAT
+from rigidcli.errors import ExpressionError
+from rigidcli.model.document import Document
+from rigidcli.report import Field, Step, Table
+from rigidcli.studies.hamilton.derivation import TIME
+from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
+from rigidcli.studies.hamilton.oscillations import Oscillations
+from rigidcli.studies.hamilton.typed_decimals import as_typed
+from rigidcli.studies.steps.writing import formula, free_name, power, product, total
+from rigidcli.symbolic.algebra.allowance import Allowance
+from rigidcli.symbolic.algebra.arithmetic import EXACT
+from rigidcli.symbolic.algebra.calculus import coefficients
+from rigidcli.symbolic.algebra.expressions import Expr, symbol
+from rigidcli.symbolic.algebra.fractions import factors
+from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.language.text import reading
+from rigidcli.symbolic.language.tree import Name, Node
+from rigidcli.symbolic.mechanics import mass_matrix
+from rigidcli.symbolic.mechanics.mass_matrix import Matrix
+from rigidcli.symbolic.mechanics.small_oscillations import pencil
+from rigidcli.symbolic.mechanics.spectrum import MAX_STEPS
+from rigidcli.symbolic.mechanics.symbolic_modes import LARGEST as MOST_FREEDOMS
+
+LONGEST = 300
+"""The longest polynomial that is shown, in characters: a longer one teaches nothing."""
+
+
+def of_matrix(matrix: Sequence[Sequence[Expr]], document: Document) -> list[Field]:
+    """det(A - lambda 1), of a matrix A that people are shown and that does not change with the time."""
+    names = {name for row in matrix for e in row for name in e.names}
+    if len(matrix) > MOST_COLUMNS or TIME in names:
+        return []
+    unknown = free_name(("lambda", "Lambda"), frozenset(names))
+    x = symbol(unknown)
+    shifted = [[e - x if i == j else e for j, e in enumerate(row)] for i, row in enumerate(matrix)]
+    head = rf"\det(\mathbf{{A}} - \{unknown}\mathbf{{1}})"
+    return list(_polynomial(shifted, unknown, document, f"det(A - {unknown} 1)", head))
+
+
+def of_oscillations(
+    found: Oscillations, document: Document, place: Sequence[Field], modes: Sequence[Table]
+) -> Step:
+    """The linear equations about an equilibrium, the polynomial of their rates, and the modes."""
+    motion = found.motion
+    names = frozenset(name for e in motion.entries for name in e.names)
+    is_free = all(e.is_zero for row in motion.rates for e in row)
+    unknown = free_name(("omega", "Omega"), names) if is_free else free_name(("s", "S", "sigma"), names)
+    x = symbol(unknown)
+    if is_free:
+        equations = "M y'' + K y = 0"
+        way = "At the rate of a mode this determinant vanishes; motion grows where the square is negative."
+        rows = zip(motion.stiffness, motion.masses, strict=True)
+        matrix = [[k - m * x**2 for k, m in zip(*row, strict=True)] for row in rows]
+        title = f"det(K - {unknown}^2 M)"
+        head = rf"\det(\mathbf{{K}} - \{unknown}^2\,\mathbf{{M}})"
+    else:
+        equations = "M y'' + C y' + K y = 0"
+        way = f"For y = Re(v exp({unknown} t)) this determinant vanishes; a root with Re {unknown} > 0 grows."
+        matrix = pencil(motion, x)
+        title = f"det(M {unknown}^2 + C {unknown} + K)"
+        head = rf"\det(\mathbf{{M}} {unknown}^2 + \mathbf{{C}} {unknown} + \mathbf{{K}})"
+    fields: list[Field] = []
+    if len(matrix) <= MOST_COLUMNS:
+        named = zip("MCK", motion.parts, strict=True)
+        fields += [_matrix(name, part, document) for name, part in named if name in equations]
+    if len(matrix) <= MOST_FREEDOMS:
+        fields += _polynomial(matrix, unknown, document, title, head)
+    return Step(
+        "Small oscillations",
+        f"To first order in the displacement y from the equilibrium, {equations}. {way}",
+        (*place, *fields),
+        tuple(modes),
+    )
+
+
+def _is_numeric(entries: Sequence[Expr], document: Document) -> bool:
+    return not document.exact_results and not any(e.names or e.unknown for e in entries)
+
+
+def _matrix(name: str, matrix: Matrix, document: Document) -> Field:
+    entries = [e for row in matrix for e in row]
+    kind = float if _is_numeric(entries, document) else object
+    entry = Field("", np.array(matrix, dtype=kind), name, rf"\mathbf{{{name}}}")
+    return as_typed([entry], document)[0]
+
+
+def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
+    """The determinant as a polynomial in one name, and in factors where it has some."""
+    try:
+        determinant = tidy(mass_matrix.determinant(matrix))
+        found = coefficients(determinant, [unknown])
+    except ExpressionError:
+        return
+    if found is None or len(str(determinant)) > LONGEST:
+        return
+    x, values = Name(unknown), {k: tidy(e) for (k,), e in found.items()}
+    n = FLOAT if _is_numeric(list(values.values()), document) else EXACT
+    (told,) = as_typed([Field("", list(values.values()))], document)
+    by_power: dict[int, Any] = dict(zip(values, told.value, strict=True))
+    written = [
+        product(n, e if n.exact else float(e), power(x, k)) for k, e in sorted(by_power.items(), reverse=True)
+    ]
+    polynomial = total(written)
+    yield Field("", formula(polynomial, n), title, head)
+    if n.exact:
+        product_form = _factored(determinant, unknown)
+        if product_form is not None and reading(product_form) != reading(polynomial):
+            yield Field("", formula(product_form, n), "in factors", "")
+
+
+def _factored(e: Expr, unknown: str) -> Node | None:
+    """A polynomial in one name as a product; None where it has one factor only, or is too large."""
+    try:
+        parts = [
+            (factor, times) for factor, times in factors(e, Allowance(MAX_STEPS)) if unknown in factor.names
+        ]
+        rest: Any = e
+        for factor, times in parts:
+            rest = rest / factor**times
+        rest = tidy(rest)
+    except ExpressionError:
+        return None
+    if sum(times for _, times in parts) < 2:
+        return None
+    return product(EXACT, rest, *(power(factor.tree(), times) for factor, times in parts))
