@@ -178,6 +178,18 @@ def area(face: Floats) -> float:
     return float(np.linalg.norm(np.cross(face[1:-1] - face[0], face[2:] - face[0]).sum(axis=0))) / 2
 
 
+def test_where_parts_meet_nothing_is_drawn() -> None:
+    """Of the Earth's ten shells only the outermost surface is left, of two boxes side by side ten sides."""
+    _, panel = drawn("axes", "earth_shells")
+    corners = np.vstack(labelled(panel, "the body").points)
+    assert np.linalg.norm(corners, axis=1) == pytest.approx(6371e3)
+    cube = {"shape": "cube", "side": 0.3, "mass": 1}
+    turned = {"rotation": {"axis": [0, 0, 1], "angle": "90 deg"}, "position": [0, 0.3, 0]}
+    boxes = {"body": {"parts": [cube, cube | turned]}}
+    (picture,) = rigidcli.axes(boxes, picture="body").pictures
+    assert len(labelled(picture.panels[0], "the body").points) == 10
+
+
 @pytest.mark.parametrize("name", SHAPES)
 def test_the_surface_of_a_shape_has_its_extent_and_of_a_thin_one_its_measure(name: str) -> None:
     shape = shape_of(name)

@@ -37,6 +37,9 @@ GREY = "#7F7F7F"
 TICKS = 5
 """The most numbers along a direction of what is solid: more would run into each other."""
 
+BARE = 0.08
+"""The part of a direction at either end that has no number: two directions meet there."""
+
 CONSTANT = 1e-9
 """A range below this, in units of the values, is that of rounding: it is not drawn out to fill a panel."""
 
@@ -150,7 +153,9 @@ def _make_even(axes: Any, panel: Panel) -> None:
     half = 0.525 * float((high - low).max()) or 1.0
     for way, middle in zip("xyz", (low + high) / 2, strict=False):
         getattr(axes, f"set_{way}lim")(middle - half, middle + half)
-        getattr(axes, f"{way}axis").set_major_locator(MaxNLocator(TICKS))
+        ticks = MaxNLocator(TICKS).tick_values(middle - half, middle + half)
+        room = half if places.shape[1] == 2 else (1 - 2 * BARE) * half
+        getattr(axes, f"{way}axis").set_ticks(ticks[np.abs(ticks - middle) <= room])
     if places.shape[1] == 2:
         axes.set_box_aspect(1)
 
@@ -265,8 +270,16 @@ def _faces(axes: Any, mark: Mark, solid: bool) -> None:
     faces = Poly3DCollection(list(mark.points), facecolors=colour, shade=len(mark.points) > 1, alpha=0.28)
     faces.set_edgecolor(edge if len(mark.points) < 80 else "none")
     faces.set_linewidth(0.5)
-    if mark.label:
-        faces.set_label(_words(mark.label, mark.symbol))
+    if mark.label:  # in the legend in its own colour, which is not that of any face in its light
+        look = {
+            "marker": "s",
+            "markersize": 9,
+            "linestyle": "none",
+            "color": colour,
+            "alpha": 0.5,
+            "mec": GREY,
+        }
+        axes.plot([], [], [], label=_words(mark.label, mark.symbol), **look)
     axes.add_collection3d(faces)
     axes.auto_scale_xyz(*np.vstack(list(mark.points)).T)
 

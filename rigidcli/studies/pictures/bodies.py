@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import replace
 
@@ -29,6 +30,9 @@ MOST_FACES = 4_000
 
 CELLS = 24
 """Into so many cells along its longest side a larger mesh is cut to be drawn: some thousand faces."""
+
+SAME = 9
+"""Digits, in units of the size of the body, in which the corners of two faces agree that are one."""
 
 REACH = 1.25
 """Length of the principal axes, in units of the distance from O to the farthest point of the body."""
@@ -102,12 +106,20 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
             target = wires if isinstance(leaf.form, Wire) else holes if leaf.sign < 0 else material
             faces = leaf.form.faces(MOST_FACES, CELLS) if isinstance(leaf.form, Mesh) else surface(leaf.form)
             target += [np.asarray(face @ turn.T + shift, dtype=float) for face in faces]
-    if material:
+    if material := _outside(material):
         yield Mark("faces", material, "the body", style=5)
     if holes:
         yield Mark("faces", holes, "hole", quiet=True)
     for number, wire in enumerate(wires):
         yield Mark("line", wire, "" if number or material else "the body", style=5)
+
+
+def _outside(faces: list[Floats]) -> list[Floats]:
+    """The faces but for those where two parts meet, such as shells in each other: they are inside."""
+    size = max((float(np.abs(face).max()) for face in faces), default=0.0) or 1.0
+    names = [frozenset(map(tuple, np.round(face / size, SAME).tolist())) for face in faces]
+    count = Counter(names)
+    return [face for face, name in zip(faces, names, strict=True) if count[name] == 1]
 
 
 def _places(form: PointMasses) -> Floats:
