@@ -14,6 +14,7 @@ from rigidcli.symbolic.algebra.expressions import (
     Expr,
     atomic,
     gathered,
+    multiplied,
     number,
     power,
     product,
@@ -254,14 +255,6 @@ def _is_smooth(atom: Atom) -> bool:
 
 def _is_open(atom: Atom, exponent: Rational) -> bool:
     return isinstance(atom, Group) and atom.plain and exponent.denominator == 1 and exponent > 0
-
-
-def multiplied(left: Monomial, right: Monomial, coefficient: Rational) -> Expr:
-    """The product of two monomials and a number."""
-    exponents = dict(left)
-    for atom, exponent in right:
-        exponents[atom] = exponents.get(atom, 0) + exponent
-    return gathered(bounded(coefficient), exponents)
 
 
 Polynomial: TypeAlias = dict[tuple[int, ...], Expr]
