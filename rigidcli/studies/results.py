@@ -24,7 +24,6 @@ from dataclasses import replace
 from importlib import resources
 from typing import Any
 
-from rigidcli import STUDIES
 from rigidcli.report import Field, Value
 
 
@@ -43,7 +42,10 @@ def _read() -> Iterator[tuple[str, Field]]:
 
 _ROWS = tuple(_read())
 
-RESULTS = {study: tuple(field for command, field in _ROWS if command == study) for study in STUDIES}
+RESULTS = {
+    study: tuple(field for command, field in _ROWS if command == study)
+    for study in dict.fromkeys(command for command, _ in _ROWS)
+}
 """The results of each study, still without values, by the name of its command."""
 
 _BY_KEY = {(study, field.key): field for study, fields in RESULTS.items() for field in reversed(fields)}
