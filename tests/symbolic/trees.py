@@ -143,34 +143,13 @@ EXPONENTS = st.sampled_from(
     ]
 )
 
-ONE_ARGUMENT = [name for name, function in tree.FUNCTIONS.items() if function.arity == 1] + [
-    "sin",
-    "cos",
-    "sqrt",
-]
-
-
-def _grown(children: st.SearchStrategy[tree.Node]) -> st.SearchStrategy[tree.Node]:
-    several = st.lists(children, min_size=2, max_size=4).map(tuple)
-    factors = st.lists(st.one_of(children, children.map(tree.Reciprocal)), min_size=2, max_size=3).map(tuple)
-    return st.one_of(
-        several.map(tree.Sum),
-        factors.map(tree.Product),
-        children.map(tree.Negative),
-        st.builds(tree.Power, children, EXPONENTS),
-        st.builds(lambda f, x: tree.Call(f, (x,)), st.sampled_from(ONE_ARGUMENT), children),
-        st.builds(lambda y, x: tree.Call("atan2", (y, x)), children, children),
-    )
-
-
-TREES: st.SearchStrategy[tree.Node] = st.recursive(LEAVES, _grown, max_leaves=9)
-
-
 POWERS = st.sampled_from(["2", "3", "0.5", "1.5", "2.25", "17", "40"]).map(number)
 
 
 def trees(
-    leaves: st.SearchStrategy[tree.Node], exponents: st.SearchStrategy[tree.Node] | None = None
+    leaves: st.SearchStrategy[tree.Node],
+    exponents: st.SearchStrategy[tree.Node] | None = None,
+    most: int = 12,
 ) -> st.SearchStrategy[tree.Node]:
     """Trees of all operations; of powers, those with these exponents only, if there are some."""
 
@@ -192,7 +171,11 @@ def trees(
             st.tuples(nodes, nodes).map(lambda both: tree.Call("atan2", both)),
         )
 
-    return st.recursive(leaves, grown, max_leaves=12)
+    return st.recursive(leaves, grown, max_leaves=most)
+
+
+TREES = trees(LEAVES, EXPONENTS, most=9)
+"""Trees with the powers that the algebra has rules for."""
 
 
 def expression(words: str) -> Expr:
