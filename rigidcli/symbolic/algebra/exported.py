@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Self
 
+from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Monomial, Surd, Symbol, Terms
 from rigidcli.symbolic.algebra.roots import Rational
 from rigidcli.symbolic.algebra.trees import to_tree
@@ -43,8 +44,12 @@ class Exported(Terms):
         return written
 
     def __float__(self) -> float:
-        """Raises ExpressionError where a symbol is in it."""
-        return float(self.evaluate())
+        """Raises ExpressionError where a symbol is in it, or the value is too large."""
+        known = self.as_number
+        try:
+            return float(self.evaluate() if known is None else known)
+        except OverflowError as error:
+            raise ExpressionError("the value is too large") from error
 
     def evaluate(self, **values: Any) -> Any:
         """The value where the symbols have these values: a float, or an array as soon as one of these is.
