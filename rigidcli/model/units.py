@@ -1,7 +1,7 @@
 """Units: the text of a unit becomes an exact factor to SI and a dimension.
 
-A literal table defines the units of mechanics courses, each by others. What follows is exact: a rational
-factor times a power of pi. A name that the table lacks is refused, with the names that are like it.
+The table `units.csv` defines the units of mechanics courses, each by others. What follows is exact: a
+rational factor times a power of pi. A name that the table lacks is refused, with the names that are like it.
 
     unit   =  factor, then more of them joined by `*`, `·`, a blank (all of them products) or `/`
     factor =  (name | `(` unit `)`) [power]        `1` may stand for a name before `/`, as in `1/s`
@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from fractions import Fraction
 from functools import lru_cache
+from importlib import resources
 from typing import NamedTuple
 
 from rigidcli.errors import ValueProblem, shown
@@ -169,128 +170,28 @@ PREFIXES = {prefix: power for power, prefixes in {
     2: "h hecto", 3: "k kilo", 6: "M mega", 9: "G giga", 12: "T tera", 15: "P peta", 18: "E exa",
     21: "Z zetta", 24: "Y yotta", 27: "R ronna", 30: "Q quetta",
 }.items() for prefix in prefixes.split()}
+# fmt: on
 """SI prefixes with their powers of ten; up to two letters stand before symbols, the others before words."""
 
-_SYMBOLS = frozenset([
-    "m", "g", "s", "sec", "A", "K", "mol", "rad", "deg", "Hz", "N", "J", "W", "Pa", "C", "V", "T", "F", "H",
-    "Ω", "ohm", "Wb", "L", "l", "eV", "cal", "Wh", "yr", "ly", "pc", "Da", "P", "St", "Gal",
-])
-# fmt: on
-"""The units before which a short prefix may stand; a long one stands before their longer names."""
+_BASE = {name: Dimension(**{name: 1}) for name in Dimension._fields} | {"frequency": FREQUENCY}
+"""What a unit measures that is not defined by others, by the word that stands for its definition."""
 
-TABLE: tuple[tuple[str, Unit | str], ...] = (
-    ("kg", Unit("kg", Fraction(1), 0, MASS)),
-    ("m meter meters metre metres", Unit("m", Fraction(1), 0, LENGTH)),
-    ("s sec secs second seconds", Unit("s", Fraction(1), 0, TIME)),
-    ("A ampere amperes", Unit("A", Fraction(1), 0, CURRENT)),
-    ("K kelvin kelvins", Unit("K", Fraction(1), 0, TEMPERATURE)),
-    ("mol mole moles", Unit("mol", Fraction(1), 0, Dimension(amount=1))),
-    ("rad radian radians", Unit("rad", Fraction(1), 0, ANGLE)),
-    ("Hz hertz", Unit("Hz", Fraction(1), 0, FREQUENCY)),
-    ("g gram grams", "1/1000 kg"),
-    ("N newton newtons", "kg m/s^2"),
-    ("J joule joules", "N m"),
-    ("W watt watts", "J/s"),
-    ("Pa pascal pascals", "N/m^2"),
-    ("C coulomb coulombs", "A s"),
-    ("V volt volts", "W/A"),
-    ("T tesla teslas", "V s/m^2"),
-    ("F farad farads", "C/V"),
-    ("H henry", "V s/A"),
-    ("Ω ohm ohms", "V/A"),
-    ("Wb weber webers", "V s"),
-    ("min mins minute minutes", "60 s"),
-    ("h hr hrs hour hours", "60 min"),
-    ("d day days", "24 h"),
-    ("sidereal_day sidereal_days", "1/1.00273790935079524 d"),
-    ("week weeks", "7 d"),
-    ("fortnight fortnights", "14 d"),
-    ("a yr yrs year years julian_year julian_years", "365.25 d"),
-    ("sidereal_year sidereal_years", "365.256363004 d"),
-    ("tropical_year tropical_years", "365.242190402 d"),
-    ("century centuries", "100 a"),
-    ("in inch inches", "2.54 cm"),
-    ("ft foot feet", "12 in"),
-    ("yd yard yards", "3 ft"),
-    ("mi mile miles", "5280 ft"),
-    ("survey_foot", "1200/3937 m"),  # of the United States
-    ("fathom fathoms", "6 survey_foot"),
-    ("furlong furlongs", "660 survey_foot"),
-    ("nmi nautical_mile nautical_miles", "1852 m"),
-    ("thou", "1/1000 in"),
-    ("micron microns", "1e-6 m"),
-    ("angstrom angstroms", "1e-10 m"),
-    ("fermi", "1e-15 m"),
-    ("au astronomical_unit astronomical_units", "149597870700 m"),
-    ("ly light_year light_years lightyear lightyears", "c a"),
-    # IAU 2015 resolution B2
-    ("pc parsec parsecs", Unit("pc", Fraction(648_000 * 149_597_870_700), -1, LENGTH)),
-    ("R_sun solar_radius solar_radii", "695700 km"),  # nominal values of IAU 2015 resolution B3
-    ("R_earth earth_radius earth_radii", "6378.1 km"),
-    ("GM_sun", "1.3271244e20 m^3/s^2"),
-    ("GM_earth", "3.986004e14 m^3/s^2"),
-    ("M_sun solar_mass solar_masses", "1e11/6.67430 kg m^-3 s^2 GM_sun"),  # G of CODATA 2022, measured
-    ("M_earth earth_mass earth_masses", "1e11/6.67430 kg m^-3 s^2 GM_earth"),
-    ("t tonne tonnes metric_ton metric_tons", "1000 kg"),
-    ("lb lbs lbm pound pounds", "0.45359237 kg"),
-    ("oz ounce ounces", "1/16 lb"),
-    ("grain grains", "1/7000 lb"),
-    ("carat carats", "200 mg"),
-    ("stone", "14 lb"),
-    ("short_ton short_tons", "2000 lb"),
-    ("long_ton long_tons", "2240 lb"),
-    ("slug slugs", "lbf s^2/ft"),
-    ("slinch blob", "lbf s^2/in"),
-    ("u Da amu dalton daltons", "1.66053906892e-27 kg"),  # measured, CODATA 2022
-    ("deg degree degrees", Unit("deg", Fraction(1, 180), 1, ANGLE)),
-    ("gon gons grad grads", "0.9 deg"),
-    ("arcmin arcminute arcminutes", "1/60 deg"),
-    ("arcsec arcsecond arcseconds", "1/60 arcmin"),
-    ("mas milliarcsecond milliarcseconds", "1/1000 arcsec"),
-    ("rev revolution revolutions turn turns cycle cycles", "360 deg"),
-    ("rpm", "rev/min"),
-    ("rps", "rev/s"),
-    ("ha hectare hectares", "10000 m^2"),
-    ("acre acres", "43560 survey_foot^2"),
-    ("L l liter liters litre litres", "dm^3"),
-    ("cc", "cm^3"),
-    ("gal gallon gallons", "231 in^3"),  # of the United States
-    ("mph", "mi/h"),
-    ("kph", "km/h"),
-    ("fps", "ft/s"),
-    ("kn kt knot knots", "nmi/h"),
-    ("c speed_of_light", "299792458 m/s"),
-    ("g0 g_0 gn g_n standard_gravity", "9.80665 m/s^2"),
-    ("Gal", "cm/s^2"),
-    ("lbf pound_force", "lb g0"),
-    ("ozf ounce_force", "oz g0"),
-    ("kip kips", "1000 lbf"),
-    ("pdl poundal poundals", "lb ft/s^2"),
-    ("kgf kilogram_force", "kg g0"),
-    ("gf gram_force", "g g0"),
-    ("dyn dyne dynes", "g cm/s^2"),
-    ("erg ergs", "dyn cm"),
-    ("eV electron_volt electron_volts electronvolt electronvolts", "1.602176634e-19 J"),
-    ("cal calorie calories", "4.184 J"),  # thermochemical
-    ("Wh watt_hour watt_hours", "W h"),
-    ("Btu BTU", "1055.056 J"),
-    ("ft_lb foot_pound foot_pounds", "ft lbf"),
-    ("tTNT ton_TNT", "1e9 cal"),
-    ("hp horsepower", "550 ft lbf/s"),
-    ("metric_horsepower", "75 kgf m/s"),
-    ("bar", "100 kPa"),
-    ("mbar millibar millibars", "1/1000 bar"),
-    ("atm atmosphere atmospheres", "101325 Pa"),
-    ("torr", "1/760 atm"),
-    ("mmHg", "13.5951 g/cm^3 g0 mm"),
-    ("inHg", "13.5951 g/cm^3 g0 in"),
-    ("cmH2O", "g/cm^3 g0 cm"),
-    ("psi", "lbf/in^2"),
-    ("ksi", "kip/in^2"),
-    ("P poise", "0.1 Pa s"),
-    ("St stokes", "cm^2/s"),
-)
-"""Names with a definition by a number and other units; base units, and those with pi, as they are."""
+
+class Row(NamedTuple):
+    """A row of `units.csv`: the names of a unit, and its definition by a number and others, or by `_BASE`."""
+
+    names: str
+    definition: str
+    prefixed: str
+    """Those of the names before which a short prefix may stand; a long one stands before the longer names."""
+    remark: str
+    """Where a value is from, or which of several is meant."""
+
+
+_LINES = resources.files("rigidcli.model").joinpath("units.csv").read_text("utf-8").splitlines()
+
+TABLE = tuple(Row(*line.split(",")) for line in _LINES[1:])
+"""The units of mechanics courses."""
 
 _REFUSED = {
     "degC": ("has its zero elsewhere than the kelvin", "write a temperature in `K`"),
@@ -305,11 +206,17 @@ _REFUSED = {
 
 _ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)
 
-_ROWS = {"1": ("1", _ONE)} | {name: row for row in TABLE for name in row[0].split()}
-"""The row of the table in which a name stands."""
+_DEFINED = {name: row.definition for row in TABLE for name in row.names.split()}
+"""The definition of each name in the table."""
 
-_WORDS = frozenset(name for symbol in _SYMBOLS for name in _ROWS[symbol][0].split() if len(name) > 3)
+_SYMBOLS = frozenset(name for row in TABLE for name in row.prefixed.split())
+"""The units before which a short prefix may stand."""
+
+_WORDS = frozenset(name for row in TABLE if row.prefixed for name in row.names.split() if len(name) > 3)
 """The units before which a long prefix may stand."""
+
+_DEFINITION = re.compile(r"(?:(pi|[0-9][^ /]*)(?:/(pi|[^ ]+))? )?(.+)")
+"""The number in a definition, if there is one, its divisor, and the units."""
 
 
 def _may_follow(prefix: str) -> frozenset[str]:
@@ -319,13 +226,14 @@ def _may_follow(prefix: str) -> frozenset[str]:
 def known_names() -> list[str]:
     """Every name of the table, those with an SI prefix too."""
     prefixed = (prefix + name for prefix in PREFIXES for name in sorted(_may_follow(prefix)))
-    return list(dict.fromkeys([*_ROWS, *prefixed]))
+    return list(dict.fromkeys(["1", *_DEFINED, *prefixed]))
 
 
 def _from_table(name: str) -> Unit | None:
-    if name in _ROWS:
-        meaning = _ROWS[name][1]
-        return replace(meaning, text=name) if isinstance(meaning, Unit) else _defined(name, meaning)
+    if name == "1":
+        return _ONE
+    if name in _DEFINED:
+        return _defined(name, _DEFINED[name])
     for prefix, power in PREFIXES.items():
         rest = name.removeprefix(prefix)
         if rest != name and rest in _may_follow(prefix):
@@ -340,12 +248,17 @@ def is_unit(name: str) -> bool:
 
 
 def _defined(name: str, definition: str) -> Unit:
-    """The unit that a row of the table defines by others: `550 ft lbf/s`, `1/16 lb`, `lbf/in^2`."""
-    number, _, others = definition.partition(" ") if definition[0].isdigit() else ("1", "", definition)
-    numerator, _, denominator = number.partition("/")
-    unit = parse_unit(others)
-    factor = unit.factor * Fraction(numerator) / Fraction(denominator or 1)
-    return replace(unit, text=name, factor=factor)
+    """The unit that a row of the table defines by others: `550 ft lbf/s`, `1/16 lb`, `pi/180 rad`."""
+    if definition in _BASE:
+        return Unit(name, Fraction(1), 0, _BASE[definition])
+    found = _DEFINITION.fullmatch(definition)
+    assert found is not None
+    unit = parse_unit(found[3])
+    for number, sign in ((found[1], 1), (found[2], -1)):
+        pi_power = sign if number == "pi" else 0
+        factor = Fraction(1 if pi_power else number or 1) ** sign
+        unit = unit.times(Unit("", factor, pi_power, DIMENSIONLESS))
+    return replace(unit, text=name)
 
 
 def _named(name: str) -> Unit:

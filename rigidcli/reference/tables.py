@@ -17,7 +17,7 @@ def units() -> str:
     from rigidcli.model.units import PREFIXES, TABLE, parse_unit
 
     by_dimension: dict[str, list[str]] = {}
-    for names, _ in TABLE:
+    for names, *_ in TABLE:
         first = names.split()[0]
         by_dimension.setdefault(str(parse_unit(first).dimension), []).append(first)
     prefixes = ", ".join(prefix for prefix in PREFIXES if len(prefix) <= 2 and prefix.isascii())
@@ -39,7 +39,7 @@ def unit(name: str) -> str | None:
         found = parse_unit(name)
     except ValueProblem:
         return None
-    names = next((names for names, _ in TABLE if name in names.split()), name)
+    names = next((names for names, *_ in TABLE if name in names.split()), name)
     unit = str(found.dimension).partition("(")[2].rstrip(")") or str(found.dimension)
     told = [("measures", str(found.dimension)), ("is", f"{found.scale:.12g} {unit}"), ("names", names)]
     return page(name, rows([row for row in told if row != ("names", name)]))

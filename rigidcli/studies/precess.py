@@ -22,7 +22,7 @@ from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.body import body_frame, principal_omega, require_one_start, require_spin
 from rigidcli.studies.common import if_known, report
 from rigidcli.studies.pictures import drawn
-from rigidcli.studies.results import SECTIONS
+from rigidcli.studies.results import RESULTS
 
 SCHEMA = "rigidcli.precess/1"
 
@@ -76,11 +76,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     if not found.values:
         problem = "nothing here precesses, expected a `top`, a `tide`, or a `body` with `motion.omega`"
         raise DocumentError([Problem(document.source, problem)])
-    fields = [
-        _field(section, entry, found.values.get(section))
-        for section, entries in SECTIONS.items()
-        for entry in entries
-    ]
+    fields = [_field(entry, found.values) for entry in RESULTS["precess"] if entry.title]
     working: list[Step] = []
     if steps:
         from rigidcli.studies.steps.precess import precess_steps
@@ -90,15 +86,15 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     return report(document, SCHEMA, "precession", fields, found.notes, found.tables, working, pictures)
 
 
-def _field(section: str, entry: Field, values: Mapping[str, Value] | None) -> Field:
+def _field(entry: Field, sections: Mapping[str, Mapping[str, Value]]) -> Field:
     """A result; of a section that does not apply only the column of CSV."""
-    key = f"{section}.{entry.key}"
-    column = {} if entry.counts else {key: ()}
-    if values is None:
+    section, _, key = entry.key.partition(".")
+    column = {} if entry.counts else {entry.key: ()}
+    if section not in sections:
         return Field("", None, unit=entry.unit, cells=column)
-    value = values.get(entry.key)
-    words = WORDS[entry.key].get(value, "") if entry.key in WORDS else ""
-    return if_known(replace(entry, key=key, value=value, cells=column, words=words))
+    value = sections[section].get(key)
+    words = WORDS[key].get(value, "") if key in WORDS else ""
+    return if_known(replace(entry, value=value, cells=column, words=words))
 
 
 def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:

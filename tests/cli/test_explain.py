@@ -87,7 +87,7 @@ def everything() -> list[str]:
     paths += [f"{command}.{field.key}" for command, fields in tables.results().items() for field in fields]
     return [
         *paths,
-        *(names.split()[0] for names, _ in TABLE),
+        *(names.split()[0] for names, *_ in TABLE),
         *tables.mistakes(),
         *tables.results(),
         *FUNCTIONS,

@@ -13,21 +13,9 @@ from hypothesis import strategies as st
 from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.trees import to_tree
+from rigidcli.symbolic.language import tree
 from rigidcli.symbolic.language.parser import read
 from rigidcli.symbolic.language.text import text
-from rigidcli.symbolic.language.tree import (
-    FUNCTIONS,
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-)
 
 NAMES = ("a", "b", "x", "y")
 
@@ -53,31 +41,31 @@ class NoValueError(Exception):
     """There is no value, or it is not certain that there is one."""
 
 
-def value(node: Node, point: Mapping[str, Fraction], edge: float = EDGE) -> Any:
+def value(node: tree.Node, point: Mapping[str, Fraction], edge: float = EDGE) -> Any:
     """The value of a tree from its operations alone, none of them within `edge` of where it ends."""
     match node:
-        case Name(name):
+        case tree.Name(name):
             known = point[name]
             return CONTEXT.mpf(known.numerator) / known.denominator if isinstance(known, Fraction) else known
-        case Number(text, _):
+        case tree.Number(text, _):
             number = Fraction(text)
             return CONTEXT.mpf(number.numerator) / number.denominator
-        case Constant():
+        case tree.Constant():
             return +CONTEXT.pi
-        case Negative(operand):
+        case tree.Negative(operand):
             return -value(operand, point, edge)
-        case Sum(terms):
+        case tree.Sum(terms):
             return certain(sum(value(term, point, edge) for term in terms), edge)
-        case Product(factors):
+        case tree.Product(factors):
             product = CONTEXT.mpf(1)
             for factor in factors:
                 product *= value(factor, point, edge)
             return certain(product, edge)
-        case Reciprocal(operand):
+        case tree.Reciprocal(operand):
             return 1 / away(value(operand, point, edge), edge)
-        case Power(base, exponent):
+        case tree.Power(base, exponent):
             return power(value(base, point, edge), value(exponent, point, edge), edge)
-        case Call(function, arguments):
+        case tree.Call(function, arguments):
             return call(function, [value(argument, point, edge) for argument in arguments], edge)
 
 
@@ -128,15 +116,15 @@ def call(function: str, arguments: list[Any], edge: float) -> Any:
     return certain(getattr(CONTEXT, found)(*arguments), edge)
 
 
-def number(text: str) -> Number:
+def number(text: str) -> tree.Number:
     """A number as it is written."""
-    return Number(text, float(text))
+    return tree.Number(text, float(text))
 
 
 LEAVES = st.one_of(
-    st.sampled_from(NAMES).map(Name),
+    st.sampled_from(NAMES).map(tree.Name),
     st.sampled_from(["0", "1", "2", "3", "4", "8", "0.5", "1.5", "12"]).map(number),
-    st.just(Constant("pi")),
+    st.just(tree.Constant("pi")),
 )
 
 EXPONENTS = st.sampled_from(
@@ -145,62 +133,49 @@ EXPONENTS = st.sampled_from(
         number("3"),
         number("4"),
         number("0.5"),
-        Negative(number("1")),
-        Negative(number("2")),
-        Negative(number("0.5")),
-        Product((number("3"), Reciprocal(number("2")))),
-        Product((number("1"), Reciprocal(number("3")))),
-        Name("a"),
-        Negative(Name("b")),
+        tree.Negative(number("1")),
+        tree.Negative(number("2")),
+        tree.Negative(number("0.5")),
+        tree.Product((number("3"), tree.Reciprocal(number("2")))),
+        tree.Product((number("1"), tree.Reciprocal(number("3")))),
+        tree.Name("a"),
+        tree.Negative(tree.Name("b")),
     ]
 )
-
-ONE_ARGUMENT = [name for name, function in FUNCTIONS.items() if function.arity == 1] + ["sin", "cos", "sqrt"]
-
-
-def _grown(children: st.SearchStrategy[Node]) -> st.SearchStrategy[Node]:
-    several = st.lists(children, min_size=2, max_size=4).map(tuple)
-    factors = st.lists(st.one_of(children, children.map(Reciprocal)), min_size=2, max_size=3).map(tuple)
-    return st.one_of(
-        several.map(Sum),
-        factors.map(Product),
-        children.map(Negative),
-        st.builds(Power, children, EXPONENTS),
-        st.builds(lambda f, x: Call(f, (x,)), st.sampled_from(ONE_ARGUMENT), children),
-        st.builds(lambda y, x: Call("atan2", (y, x)), children, children),
-    )
-
-
-TREES: st.SearchStrategy[Node] = st.recursive(LEAVES, _grown, max_leaves=9)
-
 
 POWERS = st.sampled_from(["2", "3", "0.5", "1.5", "2.25", "17", "40"]).map(number)
 
 
 def trees(
-    leaves: st.SearchStrategy[Node], exponents: st.SearchStrategy[Node] | None = None
-) -> st.SearchStrategy[Node]:
+    leaves: st.SearchStrategy[tree.Node],
+    exponents: st.SearchStrategy[tree.Node] | None = None,
+    most: int = 12,
+) -> st.SearchStrategy[tree.Node]:
     """Trees of all operations; of powers, those with these exponents only, if there are some."""
 
-    def grown(nodes: st.SearchStrategy[Node]) -> st.SearchStrategy[Node]:
-        powers = st.one_of(POWERS, POWERS.map(Negative), nodes) if exponents is None else exponents
-        signed = st.one_of(nodes, nodes.map(Negative))
+    def grown(nodes: st.SearchStrategy[tree.Node]) -> st.SearchStrategy[tree.Node]:
+        powers = st.one_of(POWERS, POWERS.map(tree.Negative), nodes) if exponents is None else exponents
+        signed = st.one_of(nodes, nodes.map(tree.Negative))
         terms, factors = (
             st.lists(members, min_size=2, max_size=4).map(tuple)
-            for members in (signed, st.one_of(signed, nodes.map(Reciprocal)))
+            for members in (signed, st.one_of(signed, nodes.map(tree.Reciprocal)))
         )
-        unary = [name for name, function in FUNCTIONS.items() if function.arity == 1]
+        unary = [name for name, function in tree.FUNCTIONS.items() if function.arity == 1]
         return st.one_of(
-            nodes.map(Negative),
-            nodes.map(Reciprocal),
-            terms.map(Sum),
-            factors.map(Product),
-            st.builds(Power, nodes, powers),
-            st.builds(lambda name, node: Call(name, (node,)), st.sampled_from(unary), nodes),
-            st.tuples(nodes, nodes).map(lambda both: Call("atan2", both)),
+            nodes.map(tree.Negative),
+            nodes.map(tree.Reciprocal),
+            terms.map(tree.Sum),
+            factors.map(tree.Product),
+            st.builds(tree.Power, nodes, powers),
+            st.builds(lambda name, node: tree.Call(name, (node,)), st.sampled_from(unary), nodes),
+            st.tuples(nodes, nodes).map(lambda both: tree.Call("atan2", both)),
         )
 
-    return st.recursive(leaves, grown, max_leaves=12)
+    return st.recursive(leaves, grown, max_leaves=most)
+
+
+TREES = trees(LEAVES, EXPONENTS, most=9)
+"""Trees with the powers that the algebra has rules for."""
 
 
 def expression(words: str) -> Expr:

@@ -10,21 +10,22 @@ from rigidcli.core import rotation
 from rigidcli.report import NOISE, Column, Table
 from rigidcli.studies.common import noise
 from rigidcli.studies.euler.trajectory import Trajectory
-from rigidcli.studies.results import TRAJECTORY
+from rigidcli.studies.results import RESULTS
 
-HIDDEN = ("angular_momentum", "angular_momentum_space")
+HIDDEN = ("trajectory.angular_momentum", "trajectory.angular_momentum_space")
 """The quantities that people are not shown, unless they ask for them."""
 
 QUANTITIES = tuple(
     Column(
-        key := field.key.removeprefix("trajectory."),
+        field.key.removeprefix("trajectory."),
         None,
         tuple(field.cells),
         field.unit,
         tuple(field.symbol.split(", ")),
-        key in HIDDEN,
+        field.key in HIDDEN,
     )
-    for field in TRAJECTORY
+    for field in RESULTS["euler"]
+    if field.key.startswith("trajectory.")
 )
 """The quantities, still without values, in the order of their columns; of `angles` see the problem."""
 

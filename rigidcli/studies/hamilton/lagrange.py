@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from itertools import islice
 
 import numpy as np
 
@@ -66,8 +67,8 @@ def _residual(
     names = sorted({name for e in (*outputs, *equations) for name in e.names}.difference(slopes))
     steps = [(name, to_tree(e)) for name, e in zip(slopes, equations, strict=True)]
     f = code.function([to_tree(e) for e in outputs], names, {}, steps)(math)
-    misses = list(_misses(f, names, [len(group) for group in groups]))[:CHECKS]
-    return max(misses, default=None)
+    misses = _misses(f, names, [len(group) for group in groups])
+    return max(islice(misses, CHECKS), default=None)
 
 
 def _misses(f: Function, names: list[str], sizes: Sequence[int]) -> Iterator[float]:

@@ -25,7 +25,7 @@ from rigidcli.symbolic.algebra.expressions import ONE, PI, ZERO, Expr, expr, fac
 from rigidcli.symbolic.algebra.fractions import factors, lowest_terms
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.roots import Rational, magnitude
+from rigidcli.symbolic.algebra.roots import Rational, content, magnitude
 from rigidcli.symbolic.language.tree import Node
 
 MAX_STEPS = 60_000
@@ -101,16 +101,11 @@ def common_factor(array: Array) -> tuple[Expr, Array]:
     entries = [factored(entry) for entry in array.flat if entry]
     if not entries:
         return ONE, array
-    numbers = [Fraction(coefficient) for coefficient, _ in entries]
-    content = Fraction(
-        math.gcd(*(number.numerator for number in numbers)),
-        math.lcm(*(number.denominator for number in numbers)),
-    )
     shared: dict[Atom, Rational] = dict(entries[0][1])
     for _, monomial in entries[1:]:
         powers = dict(monomial)
         shared = {a: min(n, powers[a], key=magnitude) for a, n in shared.items() if n * powers.get(a, 0) > 0}
-    factor = gathered(content, shared)
+    factor = gathered(content([number for number, _ in entries]), shared)
     rest = np.array([entry / factor for entry in array.flat], dtype=object).reshape(array.shape)
     before, after = (sum(len(str(entry)) for entry in entries.flat) for entries in (array, rest))
     return (factor, rest) if after + len(str(factor)) < before else (ONE, array)

@@ -14,6 +14,7 @@ from rigidcli.symbolic.algebra.expressions import (
     Expr,
     atomic,
     gathered,
+    multiplied,
     number,
     power,
     product,
@@ -155,18 +156,25 @@ def rebuilt(atom: Atom, change: Callable[[Expr], Expr]) -> Expr:
 def mapped(e: Expr, change: Callable[[Atom], Expr | None]) -> Expr:
     """The expression with atoms changed, each worked out once; None leaves one as it is."""
     changes = {atom: change(atom) for atom in e.atoms}
+
+    def raised(atom: Atom, exponent: Rational) -> Expr | None:
+        value = changes[atom]
+        return None if value is None else power(value, exponent)
+
+    return with_powers(e, raised)
+
+
+def with_powers(e: Expr, change: Callable[[Atom, Rational], Expr | None]) -> Expr:
+    """The expression with powers of atoms changed; None leaves one as it is."""
     parts = []
     for monomial, coefficient in e.terms.items():
-        kept = tuple((atom, exponent) for atom, exponent in monomial if changes[atom] is None)
-        if len(kept) == len(monomial):
+        changes = [change(*factor) for factor in monomial]
+        changed = [value for value in changes if value is not None]
+        if changed:
+            kept = (factor for factor, value in zip(monomial, changes, strict=True) if value is None)
+            parts.append(product([gathered(coefficient, dict(kept)), *changed]))
+        else:
             parts.append(Expr({monomial: coefficient}))
-            continue
-        factors = [gathered(coefficient, dict(kept))]
-        for atom, exponent in monomial:
-            value = changes[atom]
-            if value is not None:
-                factors.append(power(value, exponent))
-        parts.append(product(factors))
     return total(parts)
 
 
@@ -254,14 +262,6 @@ def _is_smooth(atom: Atom) -> bool:
 
 def _is_open(atom: Atom, exponent: Rational) -> bool:
     return isinstance(atom, Group) and atom.plain and exponent.denominator == 1 and exponent > 0
-
-
-def multiplied(left: Monomial, right: Monomial, coefficient: Rational) -> Expr:
-    """The product of two monomials and a number."""
-    exponents = dict(left)
-    for atom, exponent in right:
-        exponents[atom] = exponents.get(atom, 0) + exponent
-    return gathered(bounded(coefficient), exponents)
 
 
 Polynomial: TypeAlias = dict[tuple[int, ...], Expr]

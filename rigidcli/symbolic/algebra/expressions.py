@@ -31,18 +31,13 @@ from rigidcli.symbolic.algebra.atoms import (
     Pi,
     Surd,
     Symbol,
-    Terms,
     interned,
     is_nonnegative,
     is_positive,
     key_of_atom,
 )
-from rigidcli.symbolic.algebra.roots import Rational, bounded, magnitude, root, surd
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language.decimals import in_decimals
-from rigidcli.symbolic.language.expression import Expression
-from rigidcli.symbolic.language.text import latex, text
-from rigidcli.symbolic.language.tree import Node, UnknownFunction
+from rigidcli.symbolic.algebra.exported import Exported
+from rigidcli.symbolic.algebra.roots import Rational, bounded, content, magnitude, root, surd
 
 MAX_TERMS = 10_000
 """Most terms of a sum: adding so many takes a hundredth of a second."""
@@ -63,7 +58,7 @@ def _operator(combine: Callable[[Expr, Expr], Expr]) -> Callable[[Expr, Number],
     return method
 
 
-class Expr(Terms):
+class Expr(Exported):
     """An immutable exact expression, and the type in which results are exact.
 
     H = rigidcli.hamilton(document)["hamiltonian"]
@@ -71,59 +66,19 @@ class Expr(Terms):
     H.evaluate(m=1, k=4, p_x=0, x=[0.0, 0.5])
     """
 
-    __slots__ = ("_factored", "decimal")
+    __slots__ = ("_factored",)
 
     def __init__(self, terms: Mapping[Monomial, Rational]) -> None:
         """`terms` is in canonical form already; use `number`, `symbol` and the operators to make one."""
         super().__init__(terms)
         self._factored: tuple[Rational, Monomial] | None = None
-        self.decimal = False
-
-    def __str__(self) -> str:
-        return text(self.tree())
-
-    __repr__ = __str__
-
-    def _repr_latex_(self) -> str:
-        return f"${latex(self.tree())}$"
-
-    def tree(self, digits: int | None = None) -> Node:
-        """The tree in which it is written, exact for any number of digits."""
-        return in_decimals(to_tree(self)) if self.decimal else to_tree(self)
-
-    def in_decimals(self) -> Expr:
-        """The same expression, written with decimals where its fractions have an end: 0.37 x."""
-        written = Expr(self.terms)
-        written.decimal = True
-        return written
-
-    def __float__(self) -> float:
-        """Raises ExpressionError where a symbol is in it."""
-        return float(self.evaluate())
-
-    def evaluate(self, **values: Any) -> Any:
-        """The value where the symbols have these values: a float, or an array as soon as one of these is.
-
-        Raises:
-            ExpressionError: a symbol has no value, or numbers lead to no finite real value.
-        """
-        import numpy as np
-
-        arrays = {name: np.asarray(value) if np.ndim(value) else value for name, value in values.items()}
-        return Expression("", to_tree(self), self.names).evaluate(arrays)
-
-    def to_sympy(self) -> Any:
-        """The same as an expression of sympy, which must be installed. Its symbols are real or positive."""
-        return to_sympy(self)
-
-    _sympy_ = to_sympy  # by this name sympy's own functions take it
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, Expr):
             return self.terms == other.terms
         return self.as_number == other if isinstance(other, Integral | Fraction) else NotImplemented
 
-    __hash__ = Terms.__hash__
+    __hash__ = Exported.__hash__
 
     def __bool__(self) -> bool:
         return bool(self.terms)
@@ -236,8 +191,8 @@ def product(factors: Iterable[Expr]) -> Expr:
         return scaled(others[0], coefficient)
     exponents: dict[Atom, Rational] = {}
     for factor in others:
-        content, monomial = factored(factor)
-        coefficient = bounded(coefficient * content)
+        size, monomial = factored(factor)
+        coefficient = bounded(coefficient * size)
         for atom, exponent in monomial:
             exponents[atom] = exponents.get(atom, 0) + exponent
     return gathered(coefficient, exponents)
@@ -265,11 +220,18 @@ def gathered(coefficient: Rational, exponents: Mapping[Atom, Rational]) -> Expr:
     return product([rest, *changed]) if changed else rest
 
 
+def multiplied(left: Monomial, right: Iterable[tuple[Atom, Rational]], coefficient: Rational) -> Expr:
+    """The product of two monomials and a number."""
+    exponents = dict(left)
+    for atom, exponent in right:
+        exponents[atom] = exponents.get(atom, 0) + exponent
+    return gathered(bounded(coefficient), exponents)
+
+
 def _resolved(atom: Atom, exponent: Rational) -> Expr | None:
     """A power of an atom where it is not canonical."""
     if isinstance(atom, Surd) and not 0 < exponent < 1:
-        coefficient, surds = root(Fraction(atom.value), Fraction(exponent))
-        return gathered(coefficient, {interned(Surd(value)): part for value, part in surds.items()})
+        return _root_of_number(atom.value, exponent)
     if isinstance(atom, Group) and not atom.plain and exponent.denominator == 1:
         return power(atom.inner, exponent)
     even = exponent.denominator == 1 and exponent.numerator % 2 == 0
@@ -286,27 +248,20 @@ def factored(e: Expr) -> tuple[Rational, Monomial]:
     if not e.terms:
         return 0, ()
     if e._factored is None:
-        content, common = _content(e), _common(e)
-        inner = divided(e, content, common)
+        size, common = _content(e), _common(e)
+        inner = divided(e, size, common)
         if common:
             # Groups that stand alone now have become sums, so that terms may have met.
             further, monomial = factored(inner)
-            exponents = dict(common)
-            for atom, exponent in monomial:
-                exponents[atom] = exponents.get(atom, 0) + exponent
-            e._factored = factored(gathered(bounded(content * further), exponents))
+            e._factored = factored(multiplied(monomial, common.items(), size * further))
         else:
-            e._factored = content, ((interned(Group(inner, plain=True)), 1),)
+            e._factored = size, ((interned(Group(inner, plain=True)), 1),)
     return e._factored
 
 
 def _content(e: Expr) -> Rational:
     """The rational number by which a sum is to be divided for coprime integers, the leading one positive."""
-    coefficients = list(e.terms.values())
-    size = Fraction(
-        math.gcd(*(coefficient.numerator for coefficient in coefficients)),
-        bounded(math.lcm(*(coefficient.denominator for coefficient in coefficients))),
-    )
+    size = content(e.terms.values())
     return size if e.ordered[0][1] > 0 else -size
 
 
@@ -325,18 +280,13 @@ def _common(e: Expr) -> dict[Atom, Rational]:
     return common
 
 
-def divided(e: Expr, content: Rational, common: Mapping[Atom, Rational]) -> Expr:
+def divided(e: Expr, size: Rational, common: Mapping[Atom, Rational]) -> Expr:
     """The terms of a sum over a number and powers of atoms."""
-    inverse = 1 / Fraction(content)
+    inverse = 1 / Fraction(size)
     if not common:
         return scaled(e, inverse)
-    parts = []
-    for monomial, coefficient in e.terms.items():
-        exponents = dict(monomial)
-        for atom, exponent in common.items():
-            exponents[atom] = exponents.get(atom, 0) - exponent
-        parts.append(gathered(coefficient * inverse, exponents))
-    return total(parts)
+    below = [(atom, -exponent) for atom, exponent in common.items()]
+    return total(multiplied(monomial, below, factor * inverse) for monomial, factor in e.terms.items())
 
 
 def _absolute(e: Expr) -> Expr:
@@ -383,21 +333,23 @@ def _rooted(base: Expr, exponent: Fraction) -> Expr:
         two_roots = _two_roots(base)
         if two_roots is not None:
             return power(two_roots, 2 * exponent)
-        size = magnitude(_content(base))
-        coefficient, surds = root(Fraction(size), exponent)
-        inner = scaled(base, 1 / Fraction(size))
-        powers: dict[Atom, Rational] = {interned(Surd(value)): part for value, part in surds.items()}
-        return gathered(coefficient, powers | {_group(inner): exponent})
+        size = content(base.terms.values())
+        inner = scaled(base, 1 / size)
+        return product([_root_of_number(size, exponent), gathered(1, {_group(inner): exponent})])
     ((monomial, factor),) = base.terms.items()
     positive = {atom: part for atom, part in monomial if is_positive(atom)}
     rest = tuple((atom, part) for atom, part in monomial if atom not in positive)
     if factor < 0 and not rest:
         raise ExpressionError(f"a negative number to the power {exponent} has no real value")
-    coefficient, surds = root(abs(Fraction(factor)), exponent)
-    outside = gathered(coefficient, {atom: part * exponent for atom, part in positive.items()})
-    numbers = gathered(1, {interned(Surd(value)): part for value, part in surds.items()})
-    sign = 1 if factor > 0 else -1
-    return product([outside, numbers, _root_of_monomial(sign, rest, exponent)])
+    outside = gathered(1, {atom: part * exponent for atom, part in positive.items()})
+    inside = _root_of_monomial(1 if factor > 0 else -1, rest, exponent)
+    return product([_root_of_number(magnitude(factor), exponent), outside, inside])
+
+
+def _root_of_number(value: Rational, exponent: Rational) -> Expr:
+    """A power of a positive number, in powers of integers."""
+    coefficient, surds = root(Fraction(value), Fraction(exponent))
+    return gathered(coefficient, {interned(Surd(base)): part for base, part in surds.items()})
 
 
 def _two_roots(e: Expr) -> Expr | None:
@@ -445,37 +397,3 @@ def _root_of_monomial(sign: int, monomial: Monomial, exponent: Fraction) -> Expr
 def _group(inner: Expr) -> Group[Expr]:
     plain = len(inner.terms) > 1 and inner.ordered[0][1] > 0 and not _common(inner)
     return interned(Group(inner, plain))
-
-
-def to_sympy(e: Expr) -> Any:
-    """An expression as one of sympy, which is imported here."""
-    import sympy
-
-    def of_atom(atom: Atom) -> Any:
-        match atom:
-            case Symbol(name=name, positive=positive):
-                return sympy.Symbol(name, positive=True) if positive else sympy.Symbol(name, real=True)
-            case Surd(value=value):
-                return sympy.Integer(value)
-            case Group(inner=inner):
-                return to_sympy(inner)
-            case Applied(function="pow", arguments=(base, exponent)):
-                return to_sympy(base) ** to_sympy(exponent)
-            case Applied(function=UnknownFunction() as function, arguments=arguments):
-                places = sympy.symbols(f"x:{len(arguments)}", cls=sympy.Dummy)
-                slope = sympy.Function(function.base)(*places).diff(*(places[k] for k in function.by))
-                return sympy.Subs(slope, places, [to_sympy(argument) for argument in arguments]).doit()
-            case Applied(function=function, arguments=arguments):
-                return getattr(sympy, "Abs" if function == "abs" else function)(*map(to_sympy, arguments))
-            case _:
-                return sympy.pi
-
-    def rational(value: Rational) -> Any:
-        return sympy.Rational(value.numerator, value.denominator)
-
-    return sympy.Add(
-        *(
-            sympy.Mul(rational(coefficient), *(of_atom(atom) ** rational(n) for atom, n in monomial))
-            for monomial, coefficient in e.ordered
-        )
-    )

@@ -10,10 +10,11 @@ from fractions import Fraction
 
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra.arithmetic import root_of_either_sign, tidy
-from rigidcli.symbolic.algebra.atoms import Applied, Group, Symbol
-from rigidcli.symbolic.algebra.calculus import coefficients, rebuilt, substitute
-from rigidcli.symbolic.algebra.expressions import ZERO, Expr, factored, gathered, power, product, total
+from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Symbol
+from rigidcli.symbolic.algebra.calculus import coefficients, rebuilt, substitute, with_powers
+from rigidcli.symbolic.algebra.expressions import ZERO, Expr, factored, gathered, power, total
 from rigidcli.symbolic.algebra.functions import apply
+from rigidcli.symbolic.algebra.roots import Rational
 
 NEAR = 1e-6
 """Values that differ by less than this, in units of their size, are those of the same branch."""
@@ -60,17 +61,14 @@ class Branch:
         return self._rooted(substitute(e, values))
 
     def _rooted(self, e: Expr) -> Expr:
-        parts = []
-        for monomial, coefficient in e.ordered:
-            factors = [gathered(coefficient, {})]
-            for atom, n in monomial:
-                inner = rebuilt(atom, self._rooted)
-                if isinstance(atom, Applied) and atom.function == "tan":
-                    inner = apply("sin", *atom.arguments) / apply("cos", *atom.arguments)
-                half = isinstance(atom, Group) and n.denominator == 2
-                factors.append(power(self.root(inner), 2 * n) if half else power(inner, n))
-            parts.append(product(factors))
-        return total(parts)
+        return with_powers(e, self._of_power)
+
+    def _of_power(self, atom: Atom, n: Rational) -> Expr:
+        inner = rebuilt(atom, self._rooted)
+        if isinstance(atom, Applied) and atom.function == "tan":
+            inner = apply("sin", *atom.arguments) / apply("cos", *atom.arguments)
+        half = isinstance(atom, Group) and n.denominator == 2
+        return power(self.root(inner), 2 * n) if half else power(inner, n)
 
 
 def isolated(e: Expr, name: str, branch: Branch) -> Iterator[Expr]:

@@ -11,10 +11,11 @@ from contextlib import suppress
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.atoms import Applied, Group
-from rigidcli.symbolic.algebra.calculus import MAX_STEPS, substitute
-from rigidcli.symbolic.algebra.expressions import Expr, gathered, product, symbol, total
+from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group
+from rigidcli.symbolic.algebra.calculus import MAX_STEPS, substitute, with_powers
+from rigidcli.symbolic.algebra.expressions import Expr, product, symbol
 from rigidcli.symbolic.algebra.fractions import factors
+from rigidcli.symbolic.algebra.roots import Rational
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
 
 
@@ -32,17 +33,14 @@ def for_positive_symbols(e: Expr, others: Collection[str] = ()) -> tuple[Expr, l
 
 def _in_factors(e: Expr) -> Expr:
     """The expression with the sums under fractional powers in factors, as far as these are found."""
-    parts = []
-    for monomial, coefficient in e.terms.items():
-        roots = {}
-        for atom, n in monomial:
-            if isinstance(atom, Group) and atom.plain and n.denominator > 1:
-                with suppress(ExpressionError):
-                    found = factors(atom.inner, Allowance(MAX_STEPS))
-                    roots[atom] = product(factor**k for factor, k in found) ** n
-        rest = gathered(coefficient, {atom: n for atom, n in monomial if atom not in roots})
-        parts.append(product([rest, *roots.values()]))
-    return total(parts)
+
+    def factored(atom: Atom, n: Rational) -> Expr | None:
+        if isinstance(atom, Group) and atom.plain and n.denominator > 1:
+            with suppress(ExpressionError):
+                return product(factor**k for factor, k in factors(atom.inner, Allowance(MAX_STEPS))) ** n
+        return None
+
+    return with_powers(e, factored)
 
 
 def _under_roots(e: Expr) -> set[str]:

@@ -9,23 +9,12 @@ from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.expressions import PI, Expr, number, power, product, symbol, total
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.roots import MAX_BITS, bounded
-from rigidcli.symbolic.language.tree import (
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-)
+from rigidcli.symbolic.language import tree
 
 _NOTHING: Mapping[str, Expr] = {}
 
 
-def from_tree(node: Node, values: Mapping[str, Expr] = _NOTHING) -> Expr:
+def from_tree(node: tree.Node, values: Mapping[str, Expr] = _NOTHING) -> Expr:
     """The expression of a tree; names without a value become symbols.
 
     Decimal numbers are the fractions that they spell.
@@ -34,23 +23,23 @@ def from_tree(node: Node, values: Mapping[str, Expr] = _NOTHING) -> Expr:
         ExpressionError: it has no real value, or is too large.
     """
     match node:
-        case Name(name):
+        case tree.Name(name):
             return values[name] if name in values else symbol(name)
-        case Number(text, value):
+        case tree.Number(text, value):
             return number(_spelled(text, value))
-        case Constant():
+        case tree.Constant():
             return PI
-        case Negative(operand):
+        case tree.Negative(operand):
             return -from_tree(operand, values)
-        case Sum(terms):
+        case tree.Sum(terms):
             return total([from_tree(term, values) for term in terms])
-        case Product(factors):
+        case tree.Product(factors):
             return product([from_tree(factor, values) for factor in factors])
-        case Reciprocal(operand):
+        case tree.Reciprocal(operand):
             return power(from_tree(operand, values), -1)
-        case Power(base, exponent):
+        case tree.Power(base, exponent):
             return from_tree(base, values) ** from_tree(exponent, values)
-        case Call(function, arguments):
+        case tree.Call(function, arguments):
             return apply(function, *[from_tree(argument, values) for argument in arguments])
 
 

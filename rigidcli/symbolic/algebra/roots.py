@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Collection
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -33,6 +35,14 @@ def bounded(value: Rational) -> Rational:
 def magnitude(value: Rational) -> Rational:
     """The number without its sign."""
     return value if value >= 0 else -value
+
+
+def content(values: Collection[Rational]) -> Fraction:
+    """The positive number by which some numbers are to be divided for integers without a common divisor."""
+    return Fraction(
+        math.gcd(*(value.numerator for value in values)),
+        bounded(math.lcm(*(value.denominator for value in values))),
+    )
 
 
 def surd(base: Rational, exponent: int) -> Rational:

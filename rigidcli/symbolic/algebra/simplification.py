@@ -10,7 +10,7 @@ from functools import lru_cache
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Atom, Group, Monomial, Pi, Surd, Symbol
-from rigidcli.symbolic.algebra.calculus import expand, mapped, rebuilt
+from rigidcli.symbolic.algebra.calculus import expand, mapped, rebuilt, with_powers
 from rigidcli.symbolic.algebra.expressions import Expr, factored, gathered, product, total
 from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.roots import Rational
@@ -146,16 +146,13 @@ def _reduced(e: Expr, allowance: Allowance) -> Expr:
 def _roots_above(e: Expr) -> Expr:
     """Roots of products only above the fraction bar: k/sqrt(k*m) is sqrt(k*m)/m."""
 
-    def moved(monomial: Monomial, coefficient: Rational) -> Expr:
-        below = {
-            a: a.inner ** math.floor(n) for a, n in monomial if isinstance(a, Group) and not a.plain and n < 0
-        }
-        if not below:
-            return Expr({monomial: coefficient})
-        above = gathered(coefficient, {a: n - math.floor(n) if a in below else n for a, n in monomial})
-        return product([above, *below.values()])
+    def moved(atom: Atom, n: Rational) -> Expr | None:
+        if not isinstance(atom, Group) or atom.plain or n > 0:
+            return None
+        whole = math.floor(n)
+        return product([gathered(1, {atom: n - whole}), atom.inner**whole])
 
-    return total(moved(monomial, coefficient) for monomial, coefficient in e.terms.items())
+    return with_powers(e, moved)
 
 
 def _with_factors(e: Expr) -> Expr:

@@ -19,44 +19,33 @@ from rigidcli.symbolic.algebra.atoms import (
     key_of_atom,
 )
 from rigidcli.symbolic.algebra.roots import Rational, magnitude
+from rigidcli.symbolic.language import tree
 from rigidcli.symbolic.language.text import text
-from rigidcli.symbolic.language.tree import (
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-)
 
 
-def to_tree(e: Terms) -> Node:
+def to_tree(e: Terms) -> tree.Node:
     """The tree of an expression: positive terms first, denominators gathered in one."""
     if not e.terms:
         return _number(0)
     terms = [_term(monomial, coefficient) for monomial, coefficient in e.ordered]
     for place, term in enumerate(terms):
-        if not isinstance(term, Negative):
+        if not isinstance(term, tree.Negative):
             terms.insert(0, terms.pop(place))
             break
-    flat = [inner for term in terms for inner in (term.terms if isinstance(term, Sum) else [term])]
-    return flat[0] if len(flat) == 1 else Sum(tuple(flat))
+    flat = [inner for term in terms for inner in (term.terms if isinstance(term, tree.Sum) else [term])]
+    return flat[0] if len(flat) == 1 else tree.Sum(tuple(flat))
 
 
-def _number(value: int) -> Number:
+def _number(value: int) -> tree.Number:
     try:
         near = float(value)
     except OverflowError:
         near = math.inf
-    return Number(str(value), near)
+    return tree.Number(str(value), near)
 
 
 @lru_cache(4096)
-def _term(monomial: Monomial, coefficient: Rational) -> Node:
+def _term(monomial: Monomial, coefficient: Rational) -> tree.Node:
     """A term; what divides a sum is written inside it where that is shorter."""
     best = _written(monomial, coefficient)
     for way in _moved_inside(monomial):
@@ -111,11 +100,11 @@ def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial
     return tuple(sorted(((atom, n) for atom, n in exponents.items() if n), key=key_of_atom))
 
 
-def _written(monomial: Monomial, coefficient: Rational) -> Node:
+def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
     """A term with its factors as they are."""
     monomial = _under_one_root(monomial)
-    above: list[Node] = []
-    below: list[Node] = []
+    above: list[tree.Node] = []
+    below: list[tree.Node] = []
     negative = coefficient < 0
     surds: dict[Rational, int] = {}
     turned = _turned(monomial) if negative else None
@@ -141,9 +130,9 @@ def _written(monomial: Monomial, coefficient: Rational) -> Node:
     if denominator != 1:
         below.insert(0, _number(denominator))
     if below:
-        above.append(Reciprocal(_product(below)))
+        above.append(tree.Reciprocal(_product(below)))
     term = _product(above)
-    return Negative(term) if negative else term
+    return tree.Negative(term) if negative else term
 
 
 def _under_one_root(monomial: Monomial) -> Monomial:
@@ -187,33 +176,33 @@ def _turned(monomial: Monomial) -> Atom | None:
     return next((atom for atom, n in mixed.items() if n > 0), next(iter(mixed), None))
 
 
-def _product(factors: Iterable[Node]) -> Node:
+def _product(factors: Iterable[tree.Node]) -> tree.Node:
     factors = tuple(factors)
-    return factors[0] if len(factors) == 1 else Product(factors)
+    return factors[0] if len(factors) == 1 else tree.Product(factors)
 
 
-def _atom(atom: Atom) -> Node:
+def _atom(atom: Atom) -> tree.Node:
     match atom:
         case Symbol(name=name):
-            return Name(name)
+            return tree.Name(name)
         case Surd(value=value):
             return _number(value)
         case Group(inner=inner):
             return to_tree(inner)
         case Applied(function="pow", arguments=(base, exponent)):
-            return Power(to_tree(base), to_tree(exponent))
+            return tree.Power(to_tree(base), to_tree(exponent))
         case Applied(function=function, arguments=arguments):
-            return Call(function, tuple(to_tree(argument) for argument in arguments))
+            return tree.Call(function, tuple(to_tree(argument) for argument in arguments))
         case Pi():
-            return Constant("pi")
+            return tree.Constant("pi")
         case _:
             raise AssertionError(atom)
 
 
-def _power(base: Node, exponent: Rational) -> Node:
+def _power(base: tree.Node, exponent: Rational) -> tree.Node:
     """A positive power."""
     if exponent == 1:
         return base
     if exponent == Fraction(1, 2):
-        return Call("sqrt", (base,))
-    return Power(base, _term((), exponent))
+        return tree.Call("sqrt", (base,))
+    return tree.Power(base, _term((), exponent))

@@ -12,7 +12,7 @@ from typing import TypeAlias
 
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Group, Monomial, Symbol
-from rigidcli.symbolic.algebra.calculus import MAX_STEPS, multiplied, substitute
+from rigidcli.symbolic.algebra.calculus import MAX_STEPS, substitute
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, gathered, number, product, symbol, total
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
@@ -57,7 +57,9 @@ def _opened(e: Expr, allowance: Allowance) -> Expr:
             for _ in range(times):
                 allowance.spend(len(part.terms) * len(factor.terms))
                 part = total(
-                    multiplied(a, b, c * d) for a, c in part.terms.items() for b, d in factor.terms.items()
+                    Expr({a: c}) * Expr({b: d})
+                    for a, c in part.terms.items()
+                    for b, d in factor.terms.items()
                 )
         opened.append(part)
     return total(opened)

@@ -8,21 +8,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.language.tree import (
-    CONSTANTS,
-    FUNCTIONS,
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-    UnknownFunction,
-)
+from rigidcli.symbolic.language import tree
 
 if TYPE_CHECKING:
     import numpy as np
@@ -41,29 +27,29 @@ class Operations(NamedTuple):
     call: Callable[[str, list[Any]], Any]
 
 
-def value(node: Node, by: Operations) -> Any:
+def value(node: tree.Node, by: Operations) -> Any:
     """The value of a tree by these operations, from left to right."""
     total: Any
     match node:
-        case Name(name):
+        case tree.Name(name):
             return by.name(name)
-        case Number(_, number):
+        case tree.Number(_, number):
             return by.number(number)
-        case Constant(name):
-            return by.number(CONSTANTS[name])
-        case Negative(operand):
+        case tree.Constant(name):
+            return by.number(tree.CONSTANTS[name])
+        case tree.Negative(operand):
             return by.negative(value(operand, by))
-        case Power(base, exponent):
+        case tree.Power(base, exponent):
             return by.power(value(base, by), value(exponent, by))
-        case Call(function, arguments):
+        case tree.Call(function, arguments):
             return by.call(function, [value(argument, by) for argument in arguments])
-        case Sum(operands):
+        case tree.Sum(operands):
             total, signs = 0.0, "+-"
-        case Product(operands):
+        case tree.Product(operands):
             total, signs = 1.0, "*/"
-        case Reciprocal():
+        case tree.Reciprocal():
             total, signs, operands = 1.0, "*/", (node,)
-    inverse = Negative if signs == "+-" else Reciprocal
+    inverse = tree.Negative if signs == "+-" else tree.Reciprocal
     for operand in operands:
         sign, inner = (signs[1], operand.operand) if isinstance(operand, inverse) else (signs[0], operand)
         total = by.joined(total, sign, value(inner, by))
@@ -73,7 +59,7 @@ def value(node: Node, by: Operations) -> Any:
 _SIGNS = {"+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv}
 
 
-def real(node: Node, values: Mapping[str, float]) -> float:
+def real(node: tree.Node, values: Mapping[str, float]) -> float:
     """The value of a tree, a finite number.
 
     Raises:
@@ -129,7 +115,7 @@ def call(function: str, arguments: list[float]) -> float:
     """The value of a function; ExpressionError where there is none."""
     require_formula(function)
     try:
-        return finite(FUNCTIONS[function].real(*arguments))
+        return finite(tree.FUNCTIONS[function].real(*arguments))
     except OverflowError:
         raise ExpressionError(f"the value of `{function}` is too large") from None
     except ValueError:
@@ -139,17 +125,17 @@ def call(function: str, arguments: list[float]) -> float:
 
 def require_formula(function: str) -> None:
     """Raise ExpressionError for an unknown function."""
-    if isinstance(function, UnknownFunction):
+    if isinstance(function, tree.UnknownFunction):
         raise ExpressionError(f"`{function.base}` has no formula, and so no value")
 
 
-def array(node: Node, values: Mapping[str, float | NDArray[np.float64]]) -> NDArray[np.float64]:
+def array(node: tree.Node, values: Mapping[str, float | NDArray[np.float64]]) -> NDArray[np.float64]:
     """The values of a tree, element by element; infinite or NaN where there is none."""
     import numpy as np
 
     def called(function: str, arguments: list[Any]) -> Any:
         require_formula(function)
-        return getattr(np, FUNCTIONS[function].numpy)(*arguments)
+        return getattr(np, tree.FUNCTIONS[function].numpy)(*arguments)
 
     by = Operations(
         lambda name: np.asarray(values[name], dtype=np.float64),

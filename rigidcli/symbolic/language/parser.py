@@ -18,25 +18,10 @@ import re
 from collections.abc import Mapping
 
 from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.language import tree
 from rigidcli.symbolic.language.tokens import Token, tokenize
-from rigidcli.symbolic.language.tree import (
-    ALIASES,
-    CONSTANTS,
-    FUNCTIONS,
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-    UnknownFunction,
-)
 
-_NONE: Mapping[str, UnknownFunction] = {}
+_NONE: Mapping[str, tree.UnknownFunction] = {}
 """The functions of a text in which none can be declared."""
 
 MAX_DEPTH = 100
@@ -50,7 +35,9 @@ _SHOWN_READING = 60
 """The most characters of a reading of an unclear quotient that a message proposes."""
 
 
-def read(source: str, functions: Mapping[str, UnknownFunction] = _NONE) -> tuple[Node, frozenset[str]]:
+def read(
+    source: str, functions: Mapping[str, tree.UnknownFunction] = _NONE
+) -> tuple[tree.Node, frozenset[str]]:
     """The tree of a text, and the names in it; it may call `functions` without a formula, too.
 
     Raises:
@@ -65,7 +52,7 @@ class _Reader:
 
     __slots__ = ("depth", "functions", "index", "names", "token", "tokens")
 
-    def __init__(self, source: str, functions: Mapping[str, UnknownFunction]) -> None:
+    def __init__(self, source: str, functions: Mapping[str, tree.UnknownFunction]) -> None:
         self.functions = functions
         self.tokens = tokenize(source)
         self.index = 0
@@ -84,7 +71,7 @@ class _Reader:
             raise ExpressionError(f"nested deeper than {MAX_DEPTH} levels", column=self.token.column)
         self.advance()
 
-    def whole(self) -> Node:
+    def whole(self) -> tree.Node:
         if self.token.kind == "end":
             raise ExpressionError("the expression is empty", column=1)
         node = self.sum()
@@ -92,7 +79,7 @@ class _Reader:
             raise self.misplaced()
         return node
 
-    def sum(self) -> Node:
+    def sum(self) -> tree.Node:
         first = self.product()
         if self.token.text not in ("+", "-"):
             return first
@@ -100,38 +87,38 @@ class _Reader:
         while (sign := self.token.text) in ("+", "-"):
             self.advance()
             term = self.product()
-            terms.append(term if sign == "+" else Negative(term))
-        return Sum(tuple(terms))
+            terms.append(term if sign == "+" else tree.Negative(term))
+        return tree.Sum(tuple(terms))
 
-    def product(self) -> Node:
+    def product(self) -> tree.Node:
         factors = [self.factor()]
         while True:
             operator = self.token.text
             if operator in ("*", "/"):
                 self.advance()
                 factor = self.factor()
-                factors.append(factor if operator == "*" else Reciprocal(factor))
+                factors.append(factor if operator == "*" else tree.Reciprocal(factor))
             elif self.token.kind in ("name", "root") or operator == "(":
                 if operator.startswith("_") and self.token.touches:  # the digits of 1_000
                     raise self.misplaced()
-                if isinstance(factors[-1], Reciprocal):
+                if isinstance(factors[-1], tree.Reciprocal):
                     raise self.unclear_quotient(factors)
                 factors.append(self.factor())
             else:
-                return factors[0] if len(factors) == 1 else Product(tuple(factors))
+                return factors[0] if len(factors) == 1 else tree.Product(tuple(factors))
 
-    def factor(self) -> Node:
+    def factor(self) -> tree.Node:
         sign = self.token.text
         if sign in ("-", "+"):
             self.descend()
             operand = self.factor()
             self.depth -= 1
-            return operand if sign == "+" else Negative(operand)
+            return operand if sign == "+" else tree.Negative(operand)
         base = self.atom()
         if self.token.kind == "superscript":
             digits = self.token.text.removeprefix("-")
-            raised = Number(digits, float(digits))
-            base = Power(base, raised if digits == self.token.text else Negative(raised))
+            raised = tree.Number(digits, float(digits))
+            base = tree.Power(base, raised if digits == self.token.text else tree.Negative(raised))
             self.advance()
             if self.token.text == "**" or self.token.kind == "superscript":
                 raise self.misplaced("group powers of powers with parentheses")
@@ -140,16 +127,16 @@ class _Reader:
         self.descend()
         exponent = self.factor()
         self.depth -= 1
-        return Power(base, exponent)
+        return tree.Power(base, exponent)
 
-    def atom(self) -> Node:
+    def atom(self) -> tree.Node:
         token = self.token
         if token.kind == "number":
             self.advance()
-            return Number(token.text, float(token.text))
+            return tree.Number(token.text, float(token.text))
         if token.kind == "name":
             self.advance()
-            is_function = token.text in FUNCTIONS or token.text in ALIASES
+            is_function = token.text in tree.FUNCTIONS or token.text in tree.ALIASES
             return self.call(token) if is_function else self.named(token)
         if token.kind == "root":
             return self.root()
@@ -161,7 +148,7 @@ class _Reader:
         self.depth -= 1
         return node
 
-    def named(self, token: Token) -> Node:
+    def named(self, token: Token) -> tree.Node:
         """A constant or a symbol, which has been passed already."""
         name = token.text
         if self.token.text == "(" and self.token.touches:
@@ -171,12 +158,12 @@ class _Reader:
                 hint = f"what depends on the time stands without it: write `{name[:_SHOWN]}`"
                 raise ExpressionError(f"`{name[:_SHOWN]}` is not a function", column=token.column, hint=hint)
             raise _no_function(token, self.functions is not _NONE)
-        if name in CONSTANTS:
-            return Constant(name)
+        if name in tree.CONSTANTS:
+            return tree.Constant(name)
         self.names.add(name)
-        return Name(name)
+        return tree.Name(name)
 
-    def root(self) -> Call:
+    def root(self) -> tree.Call:
         """The root of the number, name, function or parenthesis that follows its sign."""
         sign = self.token
         self.descend()
@@ -188,9 +175,9 @@ class _Reader:
             raise ExpressionError(
                 "it is not clear where the root ends", column=sign.column, hint="write `sqrt(...)`"
             )
-        return Call("sqrt", (operand,))
+        return tree.Call("sqrt", (operand,))
 
-    def call(self, function: Token) -> Call:
+    def call(self, function: Token) -> tree.Call:
         """A function, whose name has been passed already, and its arguments."""
         name, opening = function.text, self.token
         if opening.text != "(":
@@ -201,7 +188,7 @@ class _Reader:
                 hint=f"write `{name}(...)`{', and a power of it behind that' if is_raised else ''}",
             )
         self.descend()
-        arguments: list[Node] = []
+        arguments: list[tree.Node] = []
         if self.token.text != ")":
             arguments.append(self.sum())
             while self.token.text == ",":
@@ -209,14 +196,14 @@ class _Reader:
                 arguments.append(self.sum())
         self.close(opening)
         self.depth -= 1
-        name = self.functions.get(name, ALIASES.get(name, name))
-        arity = len(name.parameters) if isinstance(name, UnknownFunction) else FUNCTIONS[name].arity
+        name = self.functions.get(name, tree.ALIASES.get(name, name))
+        arity = len(name.parameters) if isinstance(name, tree.UnknownFunction) else tree.FUNCTIONS[name].arity
         if len(arguments) != arity:
             raise ExpressionError(
                 f"`{function.text}` takes {arity} argument{'s' if arity > 1 else ''}, not {len(arguments)}",
                 column=function.column,
             )
-        return Call(name, tuple(arguments))
+        return tree.Call(name, tuple(arguments))
 
     def close(self, opening: Token) -> None:
         """Pass the parenthesis that ends what `opening` began."""
@@ -226,19 +213,19 @@ class _Reader:
             raise self.misplaced()
         self.advance()
 
-    def unclear_quotient(self, factors: list[Node]) -> ExpressionError:
+    def unclear_quotient(self, factors: list[tree.Node]) -> ExpressionError:
         """What is wrong with these factors, of which the last is a divisor, before one without a sign."""
         # Only needed here: documents without mistakes are read sooner.
         from rigidcli.symbolic.language.text import text
 
         column = self.token.column
         *above, divisor = factors
-        assert isinstance(divisor, Reciprocal)
+        assert isinstance(divisor, tree.Reciprocal)
         factor = self.factor()
-        kept = above if above != [Number("1", 1.0)] else []
+        kept = above if above != [tree.Number("1", 1.0)] else []
         readings = [
-            text(Product((*above, Reciprocal(Product((divisor.operand, factor)))))),
-            text(Product((*kept, factor, divisor))),
+            text(tree.Product((*above, tree.Reciprocal(tree.Product((divisor.operand, factor)))))),
+            text(tree.Product((*kept, factor, divisor))),
         ]
         if max(map(len, readings)) > _SHOWN_READING:
             readings = ["a/(b*c)", "a*c/b"]
@@ -272,11 +259,11 @@ class _Reader:
 
 def _no_function(token: Token, may_be_declared: bool) -> ExpressionError:
     name = token.text[:_SHOWN]
-    near = difflib.get_close_matches(name.lower(), FUNCTIONS, n=1)
+    near = difflib.get_close_matches(name.lower(), tree.FUNCTIONS, n=1)
     if near:
         hint = f"did you mean `{near[0]}`? A product is written `{name}*(...)`"
     else:
-        hint = f"a product is written `{name}*(...)`; the functions are {' '.join(FUNCTIONS)}"
+        hint = f"a product is written `{name}*(...)`; the functions are {' '.join(tree.FUNCTIONS)}"
     if may_be_declared and not near:
         slope = re.fullmatch(r"d(\w+?)(_d\w+)+", name)
         declared = f"`functions: {{{slope[1] if slope else name}: [x]}}`"

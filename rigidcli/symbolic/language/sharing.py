@@ -8,41 +8,29 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.language import tree
 from rigidcli.symbolic.language.elimination import Step
-from rigidcli.symbolic.language.tree import (
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-    rebuilt,
-)
 
 
 class Formulas(NamedTuple):
     """Trees to be worked out: `steps` one after the other, each known to those that follow, and `values`."""
 
     steps: tuple[Step, ...]
-    values: tuple[Node, ...]
+    values: tuple[tree.Node, ...]
 
     @property
-    def trees(self) -> tuple[Node, ...]:
+    def trees(self) -> tuple[tree.Node, ...]:
         """All trees of the steps and values."""
         return (*(value for _, value in self.steps), *self.values)
 
     @property
     def names(self) -> frozenset[str]:
         """The names in the trees, and those of the steps."""
-        found = (node.name for node in nodes(self.trees) if isinstance(node, Name))
+        found = (node.name for node in nodes(self.trees) if isinstance(node, tree.Name))
         return frozenset(found) | {name for name, _ in self.steps}
 
 
-def shared(steps: Sequence[Step], values: Sequence[Node]) -> Formulas:
+def shared(steps: Sequence[Step], values: Sequence[tree.Node]) -> Formulas:
     """The same values, in which nothing but names and numbers stands twice; steps without use are left out.
 
     Names of new steps begin with `.s`.
@@ -51,19 +39,19 @@ def shared(steps: Sequence[Step], values: Sequence[Node]) -> Formulas:
         ExpressionError: a number is too large for a float.
     """
     kept = _needed(steps, values)
-    uses: Counter[Node] = Counter()
-    for tree in (*(value for _, value in kept), *values):
-        _count(tree, uses)
+    uses: Counter[tree.Node] = Counter()
+    for root in (*(value for _, value in kept), *values):
+        _count(root, uses)
     made: list[Step] = []
-    names: dict[Node, Name] = {}
+    names: dict[tree.Node, tree.Name] = {}
 
-    def write(node: Node) -> Node:
+    def write(node: tree.Node) -> tree.Node:
         if node in names:
             return names[node]
-        changed = rebuilt(node, write)
+        changed = tree.rebuilt(node, write)
         if uses[node] < 2:
             return changed
-        names[node] = Name(f".s{len(names) + 1}")
+        names[node] = tree.Name(f".s{len(names) + 1}")
         made.append((names[node].name, changed))
         return names[node]
 
@@ -74,49 +62,49 @@ def shared(steps: Sequence[Step], values: Sequence[Node]) -> Formulas:
     return Formulas(tuple(made), written)
 
 
-def _needed(steps: Sequence[Step], values: Iterable[Node]) -> list[Step]:
+def _needed(steps: Sequence[Step], values: Iterable[tree.Node]) -> list[Step]:
     """The steps that the values need."""
-    needed = {node.name for node in nodes(values) if isinstance(node, Name)}
+    needed = {node.name for node in nodes(values) if isinstance(node, tree.Name)}
     kept: list[Step] = []
     for name, value in reversed(steps):
         if name in needed:
             kept.insert(0, (name, value))
-            needed |= {node.name for node in nodes([value]) if isinstance(node, Name)}
+            needed |= {node.name for node in nodes([value]) if isinstance(node, tree.Name)}
     return kept
 
 
-def _count(node: Node, uses: Counter[Node]) -> None:
+def _count(node: tree.Node, uses: Counter[tree.Node]) -> None:
     """Count in how many places a tree stands, and each of its parts in how many different ones.
 
     A sign or a division is no part of its own, and neither is what is made of numbers alone.
     """
     match node:
-        case Number(text, value) if not math.isfinite(value):
+        case tree.Number(text, value) if not math.isfinite(value):
             raise ExpressionError(f"the number {text[:20]}... is too large")
-        case Negative(operand) | Reciprocal(operand):
+        case tree.Negative(operand) | tree.Reciprocal(operand):
             _count(operand, uses)
-        case Sum() | Product() | Power() | Call():
-            if not any(isinstance(part, Name) for part in nodes([node])):
+        case tree.Sum() | tree.Product() | tree.Power() | tree.Call():
+            if not any(isinstance(part, tree.Name) for part in nodes([node])):
                 return
             uses[node] += 1
             for operand in operands(node) if uses[node] == 1 else ():
                 _count(operand, uses)
 
 
-def operands(node: Node) -> tuple[Node, ...]:
+def operands(node: tree.Node) -> tuple[tree.Node, ...]:
     """The trees that a tree is made of."""
     match node:
-        case Negative(operand) | Reciprocal(operand):
+        case tree.Negative(operand) | tree.Reciprocal(operand):
             return (operand,)
-        case Sum(several) | Product(several) | Call(_, several):
+        case tree.Sum(several) | tree.Product(several) | tree.Call(_, several):
             return several
-        case Power(base, exponent):
+        case tree.Power(base, exponent):
             return (base, exponent)
-        case Name() | Number() | Constant():
+        case tree.Name() | tree.Number() | tree.Constant():
             return ()
 
 
-def nodes(trees: Iterable[Node]) -> Iterable[Node]:
+def nodes(trees: Iterable[tree.Node]) -> Iterable[tree.Node]:
     """The trees, and all parts of them."""
     pending = list(trees)
     while pending:

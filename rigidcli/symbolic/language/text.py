@@ -17,23 +17,11 @@ from enum import IntEnum
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
+from rigidcli.symbolic.language import tree
 from rigidcli.symbolic.language.latex_names import latex_name
-from rigidcli.symbolic.language.tree import (
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-    UnknownFunction,
-)
 
 
-def text(node: Node, power: str = "**") -> str:
+def text(node: tree.Node, power: str = "**") -> str:
     """A tree in the expression language: `parser.read` reads it back as a tree with the same value.
 
     Operations keep their order, so that the values agree to the last bit. There are no parentheses that
@@ -43,12 +31,12 @@ def text(node: Node, power: str = "**") -> str:
     return _folded(node, partial(_plain, times="*", power=power))
 
 
-def reading(node: Node) -> str:
+def reading(node: tree.Node) -> str:
     """A tree as a person would write it: `M a^2/12`, `x/(2 m)`, `a (b + c)`, `10*2^(1/3)`."""
     return _folded(node, partial(_plain, times=" ", power="^"))
 
 
-def latex(node: Node) -> str:
+def latex(node: tree.Node) -> str:
     r"""A tree as LaTeX for math mode; it needs the package amsmath.
 
     A function of a single name or number goes without parentheses, at the end of its product:
@@ -77,11 +65,11 @@ class _Piece(NamedTuple):
     """Whether it ends in what a further factor would seem to belong to: a divisor, a bare argument."""
 
 
-_Writing: TypeAlias = Generator[Node, _Piece, _Piece]
+_Writing: TypeAlias = Generator[tree.Node, _Piece, _Piece]
 """The writing of a node: it yields each of its operands, is sent the written one, and returns its own."""
 
 
-def _folded(root: Node, write: Callable[[Node], _Writing]) -> str:
+def _folded(root: tree.Node, write: Callable[[tree.Node], _Writing]) -> str:
     """The text of the root, written by `write` from its written operands, as these are from theirs."""
     pending = [write(root)]
     done: Any = None
@@ -95,7 +83,7 @@ def _folded(root: Node, write: Callable[[Node], _Writing]) -> str:
     return _signed(done)
 
 
-def _each(operands: Iterable[Node]) -> Generator[Node, _Piece, list[_Piece]]:
+def _each(operands: Iterable[tree.Node]) -> Generator[tree.Node, _Piece, list[_Piece]]:
     """All operands, one after the other."""
     written: list[_Piece] = []
     for operand in operands:
@@ -127,37 +115,37 @@ def _sum(terms: Sequence[_Piece]) -> _Piece:
     return _Piece(" ".join(written), _Strength.SUM)
 
 
-def _plain(node: Node, *, times: str, power: str) -> _Writing:
+def _plain(node: tree.Node, *, times: str, power: str) -> _Writing:
     """A node in one line of plain text."""
     match node:
-        case Name(word) | Number(word, _) | Constant(word):
+        case tree.Name(word) | tree.Number(word, _) | tree.Constant(word):
             return _Piece(word, _Strength.ATOM)
-        case Negative(operand):
+        case tree.Negative(operand):
             piece = yield operand
             return piece._replace(negative=not piece.negative)
-        case Sum(terms):
+        case tree.Sum(terms):
             return _sum((yield from _each(terms)))
-        case Reciprocal():
+        case tree.Reciprocal():
             return (yield from _line([node], times))
-        case Product(factors):
+        case tree.Product(factors):
             return (yield from _line(factors, times))
-        case Power():
+        case tree.Power():
             base, exponent = yield from _each((node.base, node.exponent))
             # Powers group from the right: a**b**c is a**(b**c).
             word = f"{_whole(base, _Strength.ATOM)}{power}{_whole(exponent, _Strength.POWER)}"
             return _Piece(word, _Strength.POWER)
-        case Call(function, arguments):
+        case tree.Call(function, arguments):
             parts = yield from _each(arguments)
             return _Piece(f"{function}({', '.join(map(_signed, parts))})", _Strength.ATOM)
 
 
-def _line(factors: Sequence[Node], times: str) -> _Writing:
+def _line(factors: Sequence[tree.Node], times: str) -> _Writing:
     """A product from left to right, its reciprocals as divisions."""
     written, negative, is_open = "", False, False
     for factor in factors:
-        part = yield factor.operand if isinstance(factor, Reciprocal) else factor
+        part = yield factor.operand if isinstance(factor, tree.Reciprocal) else factor
         negative ^= part.negative
-        if isinstance(factor, Reciprocal):
+        if isinstance(factor, tree.Reciprocal):
             written = f"{written or '1'}/{_within(part, _Strength.POWER)}"
             is_open = True
         elif written:
@@ -195,39 +183,41 @@ _WORD_AT_START = re.compile(r"(?:\\d?dot\{)?\\mathrm\{\w{2,}\}")
 _SMALL_FRACTION = re.compile(r"(-?)\\frac\{(\w+)\}\{(\w+)\}")
 
 
-def _latex(node: Node) -> _Writing:
+def _latex(node: tree.Node) -> _Writing:
     """A node as LaTeX, but with plain parentheses."""
     match node:
-        case Number(word, _):
+        case tree.Number(word, _):
             return _latex_number(word)
-        case Constant(name) | Name(name):
+        case tree.Constant(name) | tree.Name(name):
             return _Piece(latex_name(name), _Strength.ATOM)
-        case Negative() | Product() | Reciprocal():
+        case tree.Negative() | tree.Product() | tree.Reciprocal():
             over, under, negative = _fraction(node)
             parts = yield from _each([*over, *under])
             negative ^= sum(part.negative for part in parts) % 2 == 1
             return _latex_fraction(parts[: len(over)], parts[len(over) :])._replace(negative=negative)
-        case Sum(terms):
+        case tree.Sum(terms):
             return _sum((yield from _each(terms)))
-        case Power(Call(function, (argument,)), Number(digits, _)) if _is_raised(function, digits):
+        case tree.Power(tree.Call(function, (argument,)), tree.Number(digits, _)) if _is_raised(
+            function, digits
+        ):
             return _latex_call(f"{_LATEX_FUNCTIONS[function]}^{{{digits}}}", [(yield argument)])
-        case Power():
+        case tree.Power():
             base, exponent = yield from _each((node.base, node.exponent))
             # A fraction in small type is hard to read.
             small = _SMALL_FRACTION.fullmatch(_signed(exponent))
             raised = "{}{}/{}".format(*small.groups()) if small else _signed(exponent)
             return _Piece(f"{_whole(base, _Strength.ATOM)}^{{{raised}}}", _Strength.POWER)
-        case Call(UnknownFunction() as function, arguments):
+        case tree.Call(tree.UnknownFunction() as function, arguments):
             written = ", ".join(map(_signed, (yield from _each(arguments))))
             return _Piece(f"{_latex_unknown(function)}({written})", _Strength.POWER)
-        case Call(function, arguments) if function in _LATEX_SHAPES:
+        case tree.Call(function, arguments) if function in _LATEX_SHAPES:
             shape, strength = _LATEX_SHAPES[function]
             return _Piece(shape.format(_signed((yield arguments[0]))), strength)
-        case Call(function, arguments):
+        case tree.Call(function, arguments):
             return _latex_call(_LATEX_FUNCTIONS[function], (yield from _each(arguments)))
 
 
-def _latex_unknown(function: UnknownFunction) -> str:
+def _latex_unknown(function: tree.UnknownFunction) -> str:
     """The name of an unknown function: with primes if it is one of one parameter, else with fractions."""
     name, order = latex_name(function.base), len(function.by)
     if len(function.parameters) == 1 or not order:
@@ -244,24 +234,26 @@ def _latex_number(word: str) -> _Piece:
     return _Piece(rf"{digits} \times 10^{{{int(exponent)}}}", _Strength.PRODUCT)
 
 
-def _fraction(node: Node) -> tuple[list[Node], list[Node], bool]:
+def _fraction(node: tree.Node) -> tuple[list[tree.Node], list[tree.Node], bool]:
     """The factors of the numerator and of the denominator, and whether minus stands before them.
 
     A fraction in the denominator stays one.
     """
-    over: list[Node] = []
-    under: list[Node] = []
+    over: list[tree.Node] = []
+    under: list[tree.Node] = []
     negative = False
     pending = [(node, over)]
     while pending:
         factor, side = pending.pop()
         match factor:
-            case Negative(operand):
+            case tree.Negative(operand):
                 negative = not negative
                 pending.append((operand, side))
-            case Product(factors) if side is over or not any(isinstance(f, Reciprocal) for f in factors):
+            case tree.Product(factors) if side is over or not any(
+                isinstance(f, tree.Reciprocal) for f in factors
+            ):
                 pending.extend((inner, side) for inner in reversed(factors))
-            case Reciprocal(operand) if side is over:
+            case tree.Reciprocal(operand) if side is over:
                 pending.append((operand, under))
             case _:
                 side.append(factor)

@@ -12,7 +12,7 @@ from typing import cast
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group
-from rigidcli.symbolic.algebra.calculus import derivative, rebuilt, substitute
+from rigidcli.symbolic.algebra.calculus import derivative, rebuilt, substitute, with_powers
 from rigidcli.symbolic.algebra.expressions import (
     ONE,
     Expr,
@@ -20,9 +20,7 @@ from rigidcli.symbolic.algebra.expressions import (
     atomic,
     gathered,
     power,
-    product,
     symbol,
-    total,
 )
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.isolation import Branch, isolated
@@ -97,16 +95,13 @@ def _heights(e: Expr, u: Expr, names: Sequence[str]) -> Iterator[Expr]:
 
 def _with_signs(e: Expr, sign: Callable[[Expr], Number]) -> Expr:
     """The function with something else in place of the sign of each u."""
-    parts = []
-    for monomial, coefficient in e.ordered:
-        factors = [gathered(coefficient, {})]
-        for atom, n in monomial:
-            u = _step(atom, n)
-            if u is None:
-                factors.append(power(rebuilt(atom, lambda inner: _with_signs(inner, sign)), n))
-            elif isinstance(atom, Applied):
-                factors.append(power(sign(u) * (u if atom.function == "abs" else ONE), n))
-            else:
-                factors += [power(atomic(atom) / u**2, n), power(sign(u) * u, 2 * n)]
-        parts.append(product(factors))
-    return total(parts)
+
+    def changed(atom: Atom, n: Rational) -> Expr:
+        u = _step(atom, n)
+        if u is None:
+            return power(rebuilt(atom, lambda inner: _with_signs(inner, sign)), n)
+        if isinstance(atom, Applied):
+            return power(sign(u) * (u if atom.function == "abs" else ONE), n)
+        return power(atomic(atom) / u**2, n) * power(sign(u) * u, 2 * n)
+
+    return with_powers(e, changed)

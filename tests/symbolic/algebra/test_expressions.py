@@ -26,20 +26,13 @@ from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.parser import read
 from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import Name, Node, Product, Sum, rebuilt
-from tests.symbolic.trees import CONTEXT, POINTS, TREES, NoValueError, value
+from tests.symbolic.trees import CONTEXT, POINTS, TREES, NoValueError, value, written
+from tests.symbolic.trees import expression as expr
 
 a, b, c, m, x, y = map(symbol, "abcmxy")
 HALF = Fraction(1, 2)
 
 thorough = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
-
-
-def expr(source: str) -> Expr:
-    return from_tree(read(source)[0])
-
-
-def written(e: Expr) -> str:
-    return text(to_tree(e))
 
 
 def _require_bound(error: ExpressionError) -> None:

@@ -14,20 +14,9 @@ from hypothesis import strategies as st
 
 from rigidcli.core.integrate import integrate
 from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.symbolic.language import tree
 from rigidcli.symbolic.language.code import function
 from rigidcli.symbolic.language.expression import FUNCTIONS, Expression, parse
-from rigidcli.symbolic.language.tree import (
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-)
 from tests.symbolic.trees import number as written
 from tests.symbolic.trees import trees
 
@@ -44,52 +33,52 @@ VALUES = st.one_of(
 )
 
 
-def number(value: float) -> Number:
-    return Number(repr(value), value)
+def number(value: float) -> tree.Number:
+    return tree.Number(repr(value), value)
 
 
-LEAVES: st.SearchStrategy[Node] = st.one_of(
-    st.sampled_from(sorted(NAMES)).map(Name),
+LEAVES: st.SearchStrategy[tree.Node] = st.one_of(
+    st.sampled_from(sorted(NAMES)).map(tree.Name),
     st.floats(0, 5).map(number),
-    st.just(Constant("pi")),
+    st.just(tree.Constant("pi")),
 )
 
 
-def pairs(nodes: st.SearchStrategy[Node]) -> st.SearchStrategy[tuple[Node, ...]]:
+def pairs(nodes: st.SearchStrategy[tree.Node]) -> st.SearchStrategy[tuple[tree.Node, ...]]:
     return st.lists(nodes, min_size=2, max_size=4).map(tuple)
 
 
-def tame(nodes: st.SearchStrategy[Node]) -> st.SearchStrategy[Node]:
+def tame(nodes: st.SearchStrategy[tree.Node]) -> st.SearchStrategy[tree.Node]:
     """Positive values and no cancellation: rounding errors stay such."""
-    near = nodes.map(lambda node: Sum((number(1.0), node)))
+    near = nodes.map(lambda node: tree.Sum((number(1.0), node)))
     unary = ["sqrt", "tanh", "atan", "asinh"]
     return st.one_of(
-        pairs(nodes).map(Sum),
-        st.tuples(nodes, near.map(Reciprocal)).map(Product),
-        st.builds(Power, nodes, st.integers(-3, 3).map(float).map(number)),
-        st.builds(Power, nodes, st.sampled_from([0.5, 1.5, -0.25]).map(number)),
-        st.builds(lambda name, node: Call(name, (node,)), st.sampled_from(unary), nodes),
-        near.map(lambda node: Call("log", (node,))),
-        st.tuples(nodes, near).map(lambda both: Call("atan2", both)),
+        pairs(nodes).map(tree.Sum),
+        st.tuples(nodes, near.map(tree.Reciprocal)).map(tree.Product),
+        st.builds(tree.Power, nodes, st.integers(-3, 3).map(float).map(number)),
+        st.builds(tree.Power, nodes, st.sampled_from([0.5, 1.5, -0.25]).map(number)),
+        st.builds(lambda name, node: tree.Call(name, (node,)), st.sampled_from(unary), nodes),
+        near.map(lambda node: tree.Call("log", (node,))),
+        st.tuples(nodes, near).map(lambda both: tree.Call("atan2", both)),
     )
 
 
 FRACTIONS = st.sampled_from(["0.5", "1.5", "2.25", "17.0", "40.0"]).map(written)
-WILD = trees(LEAVES, st.one_of(FRACTIONS, FRACTIONS.map(Negative)))
+WILD = trees(LEAVES, st.one_of(FRACTIONS, FRACTIONS.map(tree.Negative)))
 """Operations whose code does literally what evaluation does: no small integer powers."""
 
-POSITIVE: st.SearchStrategy[Node] = st.one_of(
-    st.sampled_from(["t", "x", "y", "k", "one"]).map(Name), st.floats(0.25, 4).map(number)
+POSITIVE: st.SearchStrategy[tree.Node] = st.one_of(
+    st.sampled_from(["t", "x", "y", "k", "one"]).map(tree.Name), st.floats(0.25, 4).map(number)
 )
 TAME = st.recursive(POSITIVE, tame, max_leaves=8)
 TAME_VALUES = st.floats(0.25, 4)
 
 
-def expression(node: Node) -> Expression:
+def expression(node: tree.Node) -> Expression:
     return Expression("", node, NAMES)
 
 
-def by_evaluation(node: Node, point: Mapping[str, float]) -> float | str:
+def by_evaluation(node: tree.Node, point: Mapping[str, float]) -> float | str:
     """The value, or why there is none."""
     try:
         return expression(node).evaluate({**CONSTANTS, **point})
@@ -97,7 +86,7 @@ def by_evaluation(node: Node, point: Mapping[str, float]) -> float | str:
         return error.message
 
 
-def by_code(node: Node, point: Sequence[float]) -> float | str:
+def by_code(node: tree.Node, point: Sequence[float]) -> float | str:
     try:
         value = function([node], ARGUMENTS, CONSTANTS)(math)(*point)[0]
     except (ArithmeticError, ValueError) as error:
@@ -110,7 +99,7 @@ def by_code(node: Node, point: Sequence[float]) -> float | str:
 
 @many
 @given(WILD, VALUES, VALUES, VALUES)
-def test_code_does_what_evaluation_does(node: Node, t: float, x: float, y: float) -> None:
+def test_code_does_what_evaluation_does(node: tree.Node, t: float, x: float, y: float) -> None:
     expected = by_evaluation(node, {"t": t, "x": x, "y": y})
     found = by_code(node, (t, x, y))
     if isinstance(expected, float):
@@ -121,7 +110,7 @@ def test_code_does_what_evaluation_does(node: Node, t: float, x: float, y: float
 
 @many
 @given(st.lists(TAME, min_size=1, max_size=4), TAME_VALUES, TAME_VALUES, TAME_VALUES)
-def test_code_agrees_for_floats_and_arrays(nodes: list[Node], t: float, x: float, y: float) -> None:
+def test_code_agrees_for_floats_and_arrays(nodes: list[tree.Node], t: float, x: float, y: float) -> None:
     expected = [by_evaluation(node, {"t": t, "x": x, "y": y}) for node in nodes]
     if all(isinstance(value, float) for value in expected):
         flow = function([expression(node) for node in nodes], ARGUMENTS, CONSTANTS)
@@ -134,7 +123,7 @@ def test_code_agrees_for_floats_and_arrays(nodes: list[Node], t: float, x: float
 
 @few
 @given(TAME, TAME_VALUES, TAME_VALUES, TAME_VALUES)
-def test_code_agrees_for_taylor_series(node: Node, t: float, x: float, y: float) -> None:
+def test_code_agrees_for_taylor_series(node: tree.Node, t: float, x: float, y: float) -> None:
     heyoka = pytest.importorskip("heyoka", reason="the extra `taylor` is not installed")
     expected = by_evaluation(node, {"t": t, "x": x, "y": y})
     if isinstance(expected, float):
@@ -206,7 +195,7 @@ def test_arguments_come_in_the_order_that_was_asked_for() -> None:
     "name", ["__import__", "lambda", "None", "import os", "x); import os; (x", "f", "v0", "é", "\n", "'"]
 )
 def test_no_name_gets_into_the_code(name: str) -> None:
-    node = Sum((Name(name), Number("); import os; (", 1.0), Name("c")))
+    node = tree.Sum((tree.Name(name), tree.Number("); import os; (", 1.0), tree.Name("c")))
     made = function([node], [name], {"c": 2.0})(math)
     assert made(3.0) == (6.0,)
     code = made.__code__
@@ -307,7 +296,7 @@ def test_heyoka_has_every_function_that_is_said_to_be_there() -> None:
     heyoka = pytest.importorskip("heyoka", reason="the extra `taylor` is not installed")
     x = heyoka.make_vars("x", "y")
     for name, known in FUNCTIONS.items():
-        flow = function([Call(name, (Name("x"), Name("y"))[: known.arity])], ["x", "y"], {})
+        flow = function([tree.Call(name, (tree.Name("x"), tree.Name("y"))[: known.arity])], ["x", "y"], {})
         if known.heyoka is None:
             with pytest.raises(ComputationError, match=re.escape(f"`{name}` has no Taylor series")):
                 flow(heyoka)

@@ -15,21 +15,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.language import tree
 from rigidcli.symbolic.language.evaluation import real
 from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, parse
 from rigidcli.symbolic.language.text import reading, text
-from rigidcli.symbolic.language.tree import (
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-)
 from tests.symbolic.trees import number, trees
 
 
@@ -151,11 +140,13 @@ def test_every_function_agrees_with_math_and_numpy(name: str) -> None:
 
 
 def test_the_tree() -> None:
-    assert parse("a - b").root == Sum((Name("a"), Negative(Name("b"))))
-    assert parse("2*a/b").root == Product((Number("2", 2.0), Name("a"), Reciprocal(Name("b"))))
-    assert parse("-x^2").root == Negative(Power(Name("x"), Number("2", 2.0)))
-    assert parse("atan2(y, pi)").root == Call("atan2", (Name("y"), Constant("pi")))
-    assert parse("(a + b) + c").root == Sum((Sum((Name("a"), Name("b"))), Name("c")))
+    assert parse("a - b").root == tree.Sum((tree.Name("a"), tree.Negative(tree.Name("b"))))
+    assert parse("2*a/b").root == tree.Product(
+        (tree.Number("2", 2.0), tree.Name("a"), tree.Reciprocal(tree.Name("b")))
+    )
+    assert parse("-x^2").root == tree.Negative(tree.Power(tree.Name("x"), tree.Number("2", 2.0)))
+    assert parse("atan2(y, pi)").root == tree.Call("atan2", (tree.Name("y"), tree.Constant("pi")))
+    assert parse("(a + b) + c").root == tree.Sum((tree.Sum((tree.Name("a"), tree.Name("b"))), tree.Name("c")))
 
 
 def test_an_expression_is_a_value() -> None:
@@ -453,10 +444,10 @@ def test_soup_is_an_expression_or_an_expression_error(source: str) -> None:
 
 
 NAMED = {"x": 0.75, "y": -1.25, "m_1": 3.0}
-LEAVES: st.SearchStrategy[Node] = st.one_of(
-    st.sampled_from(sorted(NAMED)).map(Name),
+LEAVES: st.SearchStrategy[tree.Node] = st.one_of(
+    st.sampled_from(sorted(NAMED)).map(tree.Name),
     st.sampled_from(["0.0", "1.0", "2.0", "3.0", ".5", "2.5", "1e-3", "40.0"]).map(number),
-    st.just(Constant("pi")),
+    st.just(tree.Constant("pi")),
 )
 
 
@@ -472,8 +463,8 @@ def by_python(written: str, **values: float) -> float | None:
 
 @settings(max_examples=300, deadline=None)
 @given(trees(LEAVES))
-def test_random_trees_have_the_value_python_gives_them(tree: Node) -> None:
-    written = text(tree)
+def test_random_trees_have_the_value_python_gives_them(node: tree.Node) -> None:
+    written = text(node)
     expected = by_python(written)
     if expected is None:
         with pytest.raises(ExpressionError):
@@ -484,8 +475,8 @@ def test_random_trees_have_the_value_python_gives_them(tree: Node) -> None:
 
 @settings(max_examples=200, deadline=None)
 @given(trees(LEAVES), st.lists(st.floats(-10, 10), min_size=1, max_size=4))
-def test_arrays_agree_with_floats(tree: Node, numbers: list[float]) -> None:
-    expression = parse(f"x + ({text(tree)})")
+def test_arrays_agree_with_floats(node: tree.Node, numbers: list[float]) -> None:
+    expression = parse(f"x + ({text(node)})")
     is_arithmetic = "**" not in expression.text and not any(name in expression.text for name in FUNCTIONS)
     results = expression.evaluate({**NAMED, "x": np.array(numbers)})
     assert isinstance(results, np.ndarray)

@@ -96,34 +96,23 @@ def test_closed_inverses(name: str, sign: int) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lagrangian", "count"),
-    [("m*xdot^3/3 - x", 2), ("m*sinh(xdot) - x", 2), ("m/xdot - x", 2), ("m*xdot^5 + x*xdot", 2)],
-)
-def test_all_real_branches_are_listed(lagrangian: str, count: int) -> None:
-    found = transformed(lagrangian, ["x"])
-    assert len(found) == count
-    for velocity in (0.7, -0.7):
-        point = {"x": 0.5, "m": 1.3, "xdot": velocity}
-        here = {**point, "p_x": real(to_tree(derivative(expression(lagrangian), "xdot")), point)}
-        inside = [b for b in found if all(real(to_tree(e), here) > 0 for e in b.conditions)]
-        right = [b for b in inside if real(to_tree(b.velocities[0]), here) == pytest.approx(velocity)]
-        assert len(right) == 1
-        judge(lagrangian, ["x"], right[0], point)
-
-
-@pytest.mark.parametrize(
-    ("lagrangian", "velocities"),
+    ("lagrangian", "count", "velocities"),
     [
-        ("xdot^4/12 - xdot^2/2 + x*xdot", [-2.5, -1.9, -1.2, -0.6, 0.3, 1.1, 1.8, 3.0]),
-        ("m*(xdot + x)^4 - k*(xdot + x)^2", [-3.0, -1.5, -0.7, -0.3, 0.4, 2.0]),
-        ("m*xdot^4/4 + k*xdot^2/2 + x*xdot^3/3", [-2.0, -0.5, 0.5, 2.0]),
-        ("xdot^3/3 + x*xdot^2/2 - x", [-3.0, -0.9, 0.2, 2.0]),
-        ("-m*cos(k*xdot + x)", [-1.2, 0.3, 1.1, 2.0]),
-        ("m*sin(xdot)", [-1.2, -0.3, 0.3, 1.1, 2.5]),
+        ("m*xdot^3/3 - x", 2, [0.7, -0.7]),
+        ("m*sinh(xdot) - x", 2, [0.7, -0.7]),
+        ("m/xdot - x", 2, [0.7, -0.7]),
+        ("m*xdot^5 + x*xdot", 2, [0.7, -0.7]),
+        ("xdot^4/12 - xdot^2/2 + x*xdot", 5, [-2.5, -1.9, -1.2, -0.6, 0.3, 1.1, 1.8, 3.0]),
+        ("m*(xdot + x)^4 - k*(xdot + x)^2", 5, [-3.0, -1.5, -0.7, -0.3, 0.4, 2.0]),
+        ("m*xdot^4/4 + k*xdot^2/2 + x*xdot^3/3", 1, [-2.0, -0.5, 0.5, 2.0]),
+        ("xdot^3/3 + x*xdot^2/2 - x", 2, [-3.0, -0.9, 0.2, 2.0]),
+        ("-m*cos(k*xdot + x)", 2, [-1.2, 0.3, 1.1, 2.0]),
+        ("m*sin(xdot)", 2, [-1.2, -0.3, 0.3, 1.1, 2.5]),
     ],
 )
-def test_every_velocity_is_on_one_branch(lagrangian: str, velocities: list[float]) -> None:
+def test_every_velocity_is_on_one_branch(lagrangian: str, count: int, velocities: list[float]) -> None:
     found = transformed(lagrangian, ["x"])
+    assert len(found) == count
     for velocity in velocities:
         point = {"x": 0.5, "m": 1.3, "k": 1.1, "xdot": velocity}
         here = {**point, "p_x": real(to_tree(derivative(expression(lagrangian), "xdot")), point)}
