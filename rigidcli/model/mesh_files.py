@@ -67,7 +67,9 @@ def reader(path: Path) -> Read:
     made = READERS.get(path.suffix.lower())
     if made is None:
         endings = ", ".join(f"`{ending}`" for ending in READERS)
-        raise ValueProblem(f"{path}: expected the name of a mesh, which ends in one of {endings}")
+        raise ValueProblem(
+            f"{path}: expected the name of a mesh, which ends in one of {endings}", hint="save it as STL"
+        )
     return made(path)
 
 
@@ -203,8 +205,20 @@ def _whole(path: Path) -> Read:
     return lambda: (vertices[faces[at : at + BLOCK_TRIANGLES]].transpose(1, 2, 0) for at in starts)
 
 
+def _scene(path: Path) -> Read:
+    from rigidcli.model.mesh_gltf import gltf
+
+    with _opened(path, MOST_BYTES_AT_ONCE):
+        blocks = gltf(path).transpose(1, 2, 0)
+    starts = range(0, blocks.shape[2], BLOCK_TRIANGLES)
+    return lambda: (blocks[:, :, at : at + BLOCK_TRIANGLES] for at in starts)
+
+
 WHOLE = {".obj": mesh_formats.obj, ".ply": mesh_ply.ply, ".off": mesh_formats.off}
 """The readers of formats in which vertices and faces stand apart, by the ending of the file's name."""
 
-READERS: dict[str, Callable[[Path], Read]] = {".stl": _stl, **dict.fromkeys(WHOLE, _whole)}
+OWN: dict[str, Callable[[Path], Read]] = {".stl": _stl, **dict.fromkeys(WHOLE, _whole)}
+"""What reads a mesh without another library, by the ending of the file's name."""
+
+READERS = OWN | dict.fromkeys((".glb", ".gltf"), _scene)
 """What reads a mesh, by the ending of the file's name."""

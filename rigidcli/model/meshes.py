@@ -53,7 +53,7 @@ def _read_path(raw: object, info: ValidationInfo) -> pathlib.Path:
 
 
 class Mesh(Form):
-    """What is inside a closed surface of triangles from a file, .stl, .obj, .ply or .off; or a thin shell."""
+    """What is inside a closed surface of triangles from a file, .stl, .obj, .ply, .off or .glb; or a thin shell."""
 
     UNIT: ClassVar = "kg/m^3"
 
@@ -66,7 +66,10 @@ class Mesh(Form):
         pathlib.Path,
         ReadBy(
             _read_path,
-            {"type": "string", "description": "An .stl, .obj, .ply or .off file, beside the document"},
+            {
+                "type": "string",
+                "description": "An .stl, .obj, .ply, .off, .glb or .gltf file, beside the document",
+            },
         ),
     ]
     scale: Length | None = Field(

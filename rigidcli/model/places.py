@@ -22,6 +22,8 @@ LONGEST_LINE = 2000
 
 BODY_FILES = {
     ".csv": "points",
+    ".glb": "mesh",
+    ".gltf": "mesh",
     ".npy": "points",
     ".obj": "mesh",
     ".off": "mesh",
@@ -30,6 +32,25 @@ BODY_FILES = {
     ".xyz": "points",
 }
 """The key under which a document names a body that is a file, by the ending of the file's name."""
+
+NOT_READ = frozenset(
+    [
+        ".3ds",
+        ".3mf",
+        ".amf",
+        ".blend",
+        ".dae",
+        ".fbx",
+        ".iges",
+        ".igs",
+        ".step",
+        ".stp",
+        ".vtk",
+        ".wrl",
+        ".x3d",
+    ]
+)
+"""The endings of meshes and solids of other programs: who gives them is told so, and not that they are no text."""
 
 COMPLETION = {"body": "body.density=7850"}
 """The setting that is an example of what a section lacks, where that is not the missing key itself."""
