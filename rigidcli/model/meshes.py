@@ -53,7 +53,7 @@ def _read_path(raw: object, info: ValidationInfo) -> pathlib.Path:
 
 
 class Mesh(Form):
-    """What is inside a closed surface of triangles from a file, .stl, .obj, .ply, .off or .glb; or a thin shell."""
+    """What is inside a closed surface of triangles from a file, such as .stl or .obj; or a thin shell."""
 
     UNIT: ClassVar = "kg/m^3"
 
@@ -68,7 +68,7 @@ class Mesh(Form):
             _read_path,
             {
                 "type": "string",
-                "description": "An .stl, .obj, .ply, .off, .glb or .gltf file, beside the document",
+                "description": "An .stl, .obj, .ply, .off or .glb file, beside the document",
             },
         ),
     ]
