@@ -14,8 +14,8 @@ from rigidcli.grading.judge import Item, judge, same_for_all
 from rigidcli.grading.judgement import Judgement, from_bytes, to_bytes
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.roster import Paper
-from rigidcli.grading.sandbox import LIMITS, Limits
 from rigidcli.grading.workers import Ended, each, usable_cores
+from rigidcli.sandbox import LIMITS, Limits
 
 
 def run(

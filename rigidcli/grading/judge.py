@@ -17,7 +17,7 @@ from rigidcli.grading.files import beside, is_contested, safe_name
 from rigidcli.grading.judgement import Sheet, judged
 from rigidcli.grading.kinds.base import Kind
 from rigidcli.grading.outcome import MISSING, Finding, Outcome, Unreadable, earning, review
-from rigidcli.grading.sandbox import ForbiddenError, LateError, timed
+from rigidcli.sandbox import ForbiddenError, LateError, timed
 
 SECONDS = 2.0
 """Of the processor, that one answer may take: it must not use up those of the others."""

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
 
 from rigidcli.errors import ComputationError
-from rigidcli.grading.sandbox import Limits, confine, start_clock, stop_clock
+from rigidcli.sandbox import Limits, confine, start_clock, stop_clock
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection

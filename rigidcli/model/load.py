@@ -21,7 +21,7 @@ from rigidcli.errors import DocumentError, Path, Problem, ValueProblem, shown
 from rigidcli.model.document import Document
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_parameters
-from rigidcli.model.places import BodyPlaces, Places, body_form
+from rigidcli.model.places import BODY_FILES, NOT_READ, BodyPlaces, Places, body_form
 from rigidcli.model.settings import Change, apply, split_setting
 from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
 from rigidcli.model.words import with_colon
@@ -47,6 +47,9 @@ _TYPES = {
 }
 """What pydantic's complaints about a type or a bound expect, in the words of a document."""
 
+
+CONVERT = "save it as STL in the program that made it, or in one that converts meshes"
+"""What to do about a mesh or solid of which the format is not read."""
 
 _FLAT = {
     "inertia": "principal moments are written `moments: [1, 2, 3]`, a tensor by its rows",
@@ -165,6 +168,11 @@ class Draft:
 def read_text(name: str, source: str) -> str:
     """The text of a regular file, a pipe or standard input, bounded. Raises DocumentError."""
     hint = None
+    ending = pathlib.PurePath(name).suffix.lower()
+    if ending in NOT_READ:
+        meshes = ", ".join(each for each, form in BODY_FILES.items() if form == "mesh")
+        told = Problem(source, f"{ending} is not read, expected a mesh as {meshes}", hint=CONVERT)
+        raise DocumentError([told])
     try:
         if name == STDIN:
             if sys.stdin is None:

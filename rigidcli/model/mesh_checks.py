@@ -51,6 +51,20 @@ class Checked:
     components: int | None
     is_inward: bool
 
+    def windings(self, points: Floats) -> NDArray[np.intp] | None:
+        """`inside.windings` of the surface round points (n, 3) in the unit of the file."""
+        return inside.windings(self.read, self.surface.box, points)
+
+    def triangles(self, numbers: NDArray[np.intp]) -> Floats:
+        """The triangles (k, 3, 3) of these numbers, ascending, in the unit of the file."""
+        return surfaces.chosen(self.read, numbers)
+
+    def faces(self, most: int, cells: int) -> Floats:
+        """The triangles (k, 3, 3), in the unit of the file; simplified where there are more than `most`."""
+        if self.surface.triangles > most:
+            return surfaces.simplified(self.read, self.surface.box, cells)
+        return self.triangles(np.arange(self.surface.triangles))
+
 
 def checked(path: pathlib.Path, *, thin: bool, mend: bool) -> Checked:
     """The surface in a file, which is read once for any number of documents.

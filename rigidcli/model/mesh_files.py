@@ -12,7 +12,7 @@ import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import BufferedReader
-from itertools import chain, cycle
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +22,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.edges import Read
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.model import mesh_formats, mesh_ply
-from rigidcli.model.mesh_text import NUMERAL
+from rigidcli.model.mesh_text import NUMERAL, parsed, words_of
 
 BLOCK_TRIANGLES = 8_000
 """The most triangles of a block, 0.6 MB; not a power of two, which would put rows on the same cache lines."""
@@ -51,6 +51,9 @@ PATTERN = b"facet normal 0 0 0 outer loop vertex 0 0 0 vertex 0 0 0 vertex 0 0 0
 NUMBERS = [place for place, word in enumerate(PATTERN) if word == b"0"][3:]
 """The places of the coordinates. The normal before them may be anything: it follows from the vertices."""
 
+KEYWORDS = {place: word for place, word in enumerate(PATTERN) if word != b"0"}
+"""The words of a facet that are no numbers, by their places."""
+
 _SOLID = re.compile(rb"^[ \t]*(?:end)?solid\b.*$", re.MULTILINE)
 """The lines that begin and end a body in an STL file of text: they hold any name."""
 
@@ -64,7 +67,9 @@ def reader(path: Path) -> Read:
     made = READERS.get(path.suffix.lower())
     if made is None:
         endings = ", ".join(f"`{ending}`" for ending in READERS)
-        raise ValueProblem(f"{path}: expected the name of a mesh, which ends in one of {endings}")
+        raise ValueProblem(
+            f"{path}: expected the name of a mesh, which ends in one of {endings}", hint="save it as STL"
+        )
     return made(path)
 
 
@@ -150,18 +155,28 @@ def _text(file: BufferedReader, path: Path) -> Iterator[Floats]:
 
 def _whole_facets(text: bytes, line: int, path: Path) -> Iterator[Floats]:
     """The triangles of a text of whole facets, in small letters, which begins in this line."""
-    words = _SOLID.sub(b"", text).split()
-    triangles, rest = divmod(len(words), len(PATTERN))
-    columns = [words[place :: len(PATTERN)] for place in range(len(PATTERN))]
-    numbers = [columns[place] for place in NUMBERS]
-    fits = not rest and all(
-        column == [word] * triangles for column, word in zip(columns, PATTERN, strict=True) if word != b"0"
-    )
-    if not fits or not all(map(NUMERAL.fullmatch, chain(*numbers))):
+    facets = _SOLID.sub(b"", text) if b"solid" in text else text  # to search for lines takes long
+    characters = np.frombuffer(facets, dtype=np.uint8)
+    begins, ends = words_of(characters)
+    if len(begins) % len(PATTERN):
         raise _misread(text, line, path)
-    values = np.array([list(map(float, column)) for column in numbers]).reshape(3, 3, triangles)
-    for start in range(0, triangles, BLOCK_TRIANGLES):
-        yield values[:, :, start : start + BLOCK_TRIANGLES]
+    begins, ends = (places.reshape(-1, len(PATTERN)) for places in (begins, ends))
+    for place, word in KEYWORDS.items():
+        at = begins[:, place, None] + np.arange(len(word))
+        # A place beyond the end of the text is in a word that is too short.
+        is_same = (characters.take(at, mode="clip") == np.frombuffer(word, dtype=np.uint8)).all(axis=1)
+        if not (is_same & (ends[:, place] - begins[:, place] == len(word))).all():
+            raise _misread(text, line, path)
+    changes = np.zeros(len(characters) + 1, dtype=np.bool_)
+    changes[begins[:, NUMBERS]] = changes[ends[:, NUMBERS]] = True
+    is_number = np.logical_xor.accumulate(changes[:-1])
+    numbers = np.where(is_number, characters, np.uint8(ord(" "))).tobytes()
+    values = parsed(numbers, begins[:, NUMBERS].size)
+    if values is None:
+        raise _misread(text, line, path)
+    triangles = values.reshape(-1, 3, 3).transpose(1, 2, 0)
+    for start in range(0, len(begins), BLOCK_TRIANGLES):
+        yield triangles[:, :, start : start + BLOCK_TRIANGLES]
 
 
 def _misread(text: bytes, line: int, path: Path) -> ValueProblem:
@@ -190,8 +205,20 @@ def _whole(path: Path) -> Read:
     return lambda: (vertices[faces[at : at + BLOCK_TRIANGLES]].transpose(1, 2, 0) for at in starts)
 
 
+def _scene(path: Path) -> Read:
+    from rigidcli.model.mesh_gltf import gltf
+
+    with _opened(path, MOST_BYTES_AT_ONCE):
+        blocks = gltf(path).transpose(1, 2, 0)
+    starts = range(0, blocks.shape[2], BLOCK_TRIANGLES)
+    return lambda: (blocks[:, :, at : at + BLOCK_TRIANGLES] for at in starts)
+
+
 WHOLE = {".obj": mesh_formats.obj, ".ply": mesh_ply.ply, ".off": mesh_formats.off}
 """The readers of formats in which vertices and faces stand apart, by the ending of the file's name."""
 
-READERS: dict[str, Callable[[Path], Read]] = {".stl": _stl, **dict.fromkeys(WHOLE, _whole)}
+OWN: dict[str, Callable[[Path], Read]] = {".stl": _stl, **dict.fromkeys(WHOLE, _whole)}
+"""What reads a mesh without another library, by the ending of the file's name."""
+
+READERS = OWN | dict.fromkeys((".glb", ".gltf"), _scene)
 """What reads a mesh, by the ending of the file's name."""

@@ -18,7 +18,7 @@ from rigidcli.errors import ValueProblem, shown
 NUMERAL = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 """A number as meshes of text have it."""
 
-_NUMERALS = b"0123456789+-.eE \t\r\n"
+_NUMERALS = b"0123456789+-.eE \t\r\n\v\f"
 """What numbers and the blanks between them consist of."""
 
 MOST_LINES = 1_500_000
@@ -31,6 +31,8 @@ SMALLER = "simplify the mesh, or save it as binary STL"
 """What to do about a file that would take too long to be read."""
 
 Numbers: TypeAlias = NDArray[np.intp]
+
+Characters: TypeAlias = NDArray[np.uint8]
 
 
 class Rows(NamedTuple):
@@ -56,18 +58,34 @@ def require_few(count: int, most: int, what: str, path: Path) -> None:
 def read_rows(lines: Sequence[bytes], numbers: Sequence[int], path: Path) -> Rows:
     """The numbers that lines of text, of these numbers in the file, consist of. Raises ValueProblem."""
     text = b"\n".join(lines)
-    is_blank = np.frombuffer(b" " + text, dtype=np.uint8) <= ord(" ")
-    begins = np.flatnonzero(is_blank[:-1] & ~is_blank[1:])
+    begins, _ = words_of(np.frombuffer(text, dtype=np.uint8))
     require_few(len(begins), MOST_NUMBERS, "numbers", path)
-    values = np.empty(0)
-    with warnings.catch_warnings(), suppress(ValueError):
-        warnings.simplefilter("ignore")  # older versions of numpy warn, and end there
-        values = np.fromstring(text, sep=" ") if begins.size else values
-    if text.translate(None, _NUMERALS) or len(values) != len(begins):
+    values = parsed(text, len(begins))
+    if values is None:
         _refuse_word(lines, numbers, path)
     newlines = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
     lengths = np.bincount(np.searchsorted(newlines, begins), minlength=len(lines))
     return Rows(values, np.cumsum(lengths) - lengths, lengths)
+
+
+def words_of(text: Characters) -> tuple[Numbers, Numbers]:
+    """Where the words of a text begin, and where they end."""
+    # A blank before and after the text, so that every word has both.
+    is_blank = np.ones(len(text) + 2, dtype=np.bool_)
+    is_blank[1:-1] = (text == ord(" ")) | ((ord("\t") <= text) & (text <= ord("\r")))
+    changes = np.flatnonzero(is_blank[1:] != is_blank[:-1])
+    return changes[::2], changes[1::2]
+
+
+def parsed(text: bytes, count: int) -> Floats | None:
+    """The numbers that a text of `count` words consists of; None where a word is no number."""
+    if text.translate(None, _NUMERALS):
+        return None
+    with warnings.catch_warnings(), suppress(ValueError, DeprecationWarning):
+        warnings.simplefilter("error", DeprecationWarning)  # of older versions of numpy, which end there
+        values = np.fromstring(text, sep=" ") if count else np.empty(0)
+        return values if len(values) == count else None
+    return None
 
 
 def _refuse_word(lines: Sequence[bytes], numbers: Sequence[int], path: Path) -> NoReturn:

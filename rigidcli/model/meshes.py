@@ -6,20 +6,22 @@ import pathlib
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, ValidationInfo, model_validator
 
-from rigidcli.core import inside, mass_properties, solids, surfaces, tensor
+from rigidcli.core import mass_properties, solids, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ComputationError, ValueProblem, at, shown
 from rigidcli.model import units
 from rigidcli.model.base import Length, Mass, Quantity, ReadBy, environment
 from rigidcli.model.density import Density
 from rigidcli.model.environment import Formula
-from rigidcli.model.mesh_checks import Checked, checked
 from rigidcli.model.shape import Bounds, Form
+
+if TYPE_CHECKING:
+    from rigidcli.model.mesh_checks import Checked
 
 LARGE = 10.0
 """A mesh without a `scale` that is larger than this (m) has probably millimetres for its unit."""
@@ -51,7 +53,7 @@ def _read_path(raw: object, info: ValidationInfo) -> pathlib.Path:
 
 
 class Mesh(Form):
-    """What is inside a closed surface of triangles from a file, .stl, .obj, .ply or .off; or a thin shell."""
+    """What is inside a closed surface of triangles from a file, such as .stl or .obj; or a thin shell."""
 
     UNIT: ClassVar = "kg/m^3"
 
@@ -64,7 +66,10 @@ class Mesh(Form):
         pathlib.Path,
         ReadBy(
             _read_path,
-            {"type": "string", "description": "An .stl, .obj, .ply or .off file, beside the document"},
+            {
+                "type": "string",
+                "description": "An .stl, .obj, .ply, .off or .glb file, beside the document",
+            },
         ),
     ]
     scale: Length | None = Field(
@@ -100,6 +105,8 @@ class Mesh(Form):
     @cached_property
     def checked(self) -> Checked:
         """What the file holds. Raises ValueProblem, with its path, for what encloses no body."""
+        from rigidcli.model.mesh_checks import checked  # with all that reads meshes
+
         with at("mesh"):
             return checked(self.mesh, thin=self.shell, mend=self.repair == "holes")
 
@@ -116,7 +123,7 @@ class Mesh(Form):
         counts: Mask = np.ones(len(points), dtype=bool)
         step, found = 1, None
         while found is None and step < THINNEST:
-            found = inside.windings(self.checked.read, self.checked.surface.box, points[::step])
+            found = self.checked.windings(points[::step])
             if found is not None:
                 counts[::step] = found != 0
             step *= 4
@@ -126,7 +133,7 @@ class Mesh(Form):
         """Points inside (3 by n; m, axes of the file), near the middles and corners of triangles."""
         surface = self.checked.surface
         numbers = np.arange(0, surface.triangles, -(-surface.triangles // SAMPLED))
-        corners = surfaces.chosen(self.checked.read, numbers)
+        corners = self.checked.triangles(numbers)
         middles = corners.mean(axis=1, keepdims=True)
         normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
         normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
@@ -138,10 +145,7 @@ class Mesh(Form):
 
     def faces(self, most: int, cells: int) -> Floats:
         """The triangles (k, 3, 3; m, axes of the file); simplified where there are more than `most`."""
-        surface, read = self.checked.surface, self.checked.read
-        if surface.triangles > most:
-            return surfaces.simplified(read, surface.box, cells) * self.unit
-        return surfaces.chosen(read, np.arange(surface.triangles)) * self.unit
+        return self.checked.faces(most, cells) * self.unit
 
     @property
     def unit(self) -> float:

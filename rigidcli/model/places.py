@@ -22,6 +22,8 @@ LONGEST_LINE = 2000
 
 BODY_FILES = {
     ".csv": "points",
+    ".glb": "mesh",
+    ".gltf": "mesh",
     ".npy": "points",
     ".obj": "mesh",
     ".off": "mesh",
@@ -30,6 +32,9 @@ BODY_FILES = {
     ".xyz": "points",
 }
 """The key under which a document names a body that is a file, by the ending of the file's name."""
+
+NOT_READ = {".3ds", ".3mf", ".amf", ".blend", ".dae", ".fbx", ".iges", ".igs", ".step", ".stp", ".wrl"}
+"""The endings of meshes and solids that are not read: who gives one is told so."""
 
 COMPLETION = {"body": "body.density=7850"}
 """The setting that is an example of what a section lacks, where that is not the missing key itself."""

@@ -94,6 +94,33 @@ def test_numbers_load_nothing_of_pictures_and_replays() -> None:
     assert not {name for name in ours if name.startswith("rigidcli.render") or name.endswith(".scene")}
 
 
+def test_what_reads_meshes_molecules_and_robots_is_loaded_for_them_alone() -> None:
+    script = """
+import sys, rigidcli
+for path in sys.argv[1:]:
+    rigidcli.axes(path)
+    print(*(name for name in sys.modules if name.startswith("rigidcli.") or name == "pyexpat"))
+"""
+    files = ["cube_corner", "water", "earth_shells", "benzene", "bracket"]
+    done = subprocess.run(
+        [sys.executable, "-c", script, *(f"configs/{name}.yaml" for name in files)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    parts = {
+        *(f"rigidcli.core.{name}" for name in ("edges", "inside", "solid_sums", "surfaces")),
+        *(f"rigidcli.model.{name}" for name in ("mesh_checks", "mesh_files", "molecules", "robots.elements")),
+        "pyexpat",
+    }
+    shapes, *_, earth, benzene, bracket = (parts & set(line.split()) for line in done.stdout.splitlines())
+    assert shapes == earth == set()
+    assert benzene == {"rigidcli.model.molecules"}
+    assert {"rigidcli.core.inside", "rigidcli.model.mesh_files"} <= bracket
+    assert not {"pyexpat", "rigidcli.core.solid_sums"} & bracket
+
+
 def test_the_package_itself_loads_nothing() -> None:
     script = "import sys, rigidcli; print(*{name.partition('.')[0] for name in sys.modules})"
     done = subprocess.run(

@@ -35,7 +35,7 @@ from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.outcome import Outcome, correct
 from rigidcli.grading.question import Question
 from rigidcli.grading.roster import Paper, papers
-from rigidcli.grading.sandbox import Limits
+from rigidcli.sandbox import Limits
 from tests.grading.asking import Same
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="there are no such files and limits")
@@ -616,7 +616,7 @@ def test_processes_end_when_the_one_is_gone_that_started_them() -> None:
 import sys, time
 sys.path.insert(0, {str(Path(__file__).parents[2])!r})
 from rigidcli.grading import workers
-from rigidcli.grading.sandbox import Limits
+from rigidcli.sandbox import Limits
 list(workers.each(lambda task: time.sleep(1.5) or b"", range(3), 1, Limits(), lambda fraction: None))
 """
     with subprocess.Popen([sys.executable, "-c", script], start_new_session=True) as process:

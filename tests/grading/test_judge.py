@@ -18,7 +18,7 @@ from rigidcli.grading.judge import Item, judge
 from rigidcli.grading.judgement import Judged, Judgement, Sheet, from_bytes, to_bytes
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
-from rigidcli.grading.sandbox import ForbiddenError
+from rigidcli.sandbox import ForbiddenError
 from tests.grading.asking import Same
 
 FAILURES = {

@@ -204,8 +204,13 @@ def mesh(name: str, folder: Path, scale: Sequence[Any], frame: Body) -> Body | N
     """A mesh of density 1 in a frame, from a file below the folder of the robot.
 
     `package://` and the like stand for that folder, or for what is above the next name. None where there is
-    no such file, or a very large one, and where the scales along x, y and z differ.
+    no such file, or a very large one, where another library would have to read it, once for each link,
+    and where the scales along x, y and z differ.
     """
+    from rigidcli.model.mesh_files import OWN
+
+    if Path(name).suffix.lower() not in OWN:
+        return None
     rest = re.sub(r"^\w+://", "", name)
     for guess in (rest, rest.partition("/")[2]):
         path = folder / guess
