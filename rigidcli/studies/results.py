@@ -436,6 +436,36 @@ HAMILTON = (
 )
 """The results of `hamilton`; those of `transform` and `orbit` need these sections in the document."""
 
+ENSEMBLE = (
+    Field("start", None, "start", means="of an ensemble: the place of the start, counted from 0"),
+    Field("starts", None, "starts", means="of an ensemble: how many starts there are"),
+    *(
+        Field(
+            key,
+            None,
+            title,
+            unit="",
+            means=f"of an ensemble: {words} of a variable over the starts, at a time",
+        )
+        for key, title, words in (
+            ("mean", "mean", "the mean"),
+            ("deviation", "std", "the standard deviation (divided by their number)"),
+            ("least", "min", "the least value"),
+            ("most", "max", "the largest value"),
+        )
+    ),
+)
+"""What `euler` and `hamilton` tell where a document has several starts; the last four are in tables alone."""
+
+VOLUME = Field(
+    "volume",
+    None,
+    "volume",
+    means="of an ensemble of orbits: the root of the determinant of the covariance of coordinates and "
+    "momenta; a linear flow without friction conserves it (Liouville)",
+)
+"""What `hamilton` tells besides of an ensemble."""
+
 ROW = {
     "euler": (
         *("angular_momentum", "kinetic_energy", "motion", "period", "flip_interval", "turns_per_flip"),
@@ -473,8 +503,8 @@ RESULTS: dict[str, tuple[Field, ...]] = {
         ),
         Field("tide.perturbers", None, means="the rate that each perturber causes"),
     ),
-    "euler": _with_columns("euler", EULER),
-    "hamilton": _with_columns("hamilton", HAMILTON),
+    "euler": (*_with_columns("euler", EULER), *ENSEMBLE),
+    "hamilton": (*_with_columns("hamilton", HAMILTON), *ENSEMBLE, VOLUME),
 }
 """The results of each study, by the name of its command."""
 
