@@ -15,12 +15,14 @@ import typer
 import rigidcli
 from rigidcli.cli.computing import NoHeader, OutputPath, Quiet, listed
 from rigidcli.cli.output import Failures, Folder, Output, complain, progress, tell_notes
+from rigidcli.cli.sweeps import Jobs, named_hands
 from rigidcli.errors import UsageError
 from rigidcli.grading import Feedback
 from rigidcli.render import Look
 
 if TYPE_CHECKING:
     from rigidcli.grading.assignment import Prepared
+    from rigidcli.grading.batch import Elsewhere
     from rigidcli.grading.judgement import Judgement
     from rigidcli.grading.reports import Style
     from rigidcli.model.document import Document
@@ -71,10 +73,7 @@ def check(
     feedback: Annotated[
         Feedback, typer.Option("--feedback", help="How much is told; reference values only by full.")
     ] = Feedback.hint,
-    jobs: Annotated[
-        int | None,
-        typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Files judged at a time."),
-    ] = None,
+    jobs: Jobs = None,
     items: Annotated[
         bool, typer.Option("--items", help="What the class made of each question, instead of each student.")
     ] = False,
@@ -126,6 +125,7 @@ def check(
         raise typer.BadParameter("--steps shows the keys: it is for table and html with --feedback full")
     if column is not None and canvas is None:
         raise typer.BadParameter("--column is for --canvas")
+    hands = named_hands(jobs)
     failures = Failures()
     with failures.of(assignment), _target(format, output, feedback) as target:
         from rigidcli.grading import batch, files
@@ -163,7 +163,8 @@ def check(
             with progress() as show:
                 # On a terminal, the results themselves show the progress.
                 seen = (lambda fraction: None) if width else show
-                judgements = batch.run(prepared.items, papers, jobs, seen)
+                here, elsewhere = (None, _cluster(hands)) if isinstance(hands, str) else (hands, None)
+                judgements = batch.run(prepared.items, papers, here, seen, elsewhere=elsewhere)
                 others = [files.safe_name(str(file)) for file in found.others]
                 judged = _noted(judgements, others, prepared.source, failures, remarks, target)
                 for piece in view(judged, style):
@@ -190,6 +191,14 @@ def _target(format: CheckFormat, path: str | None, feedback: Feedback) -> Output
         hint = f"`--feedback verdict` tells them more; `-o {place}.html` writes the class on one page"
         raise UsageError("`--feedback none` leaves nothing to say on the pages of students", hint=hint)
     return Folder(str(path))
+
+
+def _cluster(address: str) -> "Elsewhere":
+    """What has answer files judged by the workers of the cluster at an address."""
+    from rigidcli.cli.plan import ordered
+    from rigidcli.grading.afar import everywhere
+
+    return partial(everywhere, partial(ordered, jobs=address))
 
 
 class _Remarks:

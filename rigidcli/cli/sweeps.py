@@ -57,13 +57,20 @@ def hands(text: str | None, total: int, alone: bool) -> int | str:
 
     Where only this process has the standard input, it works `alone`.
     """
-    from rigidcli.cli.plan import read_jobs, usable_cores
+    from rigidcli.cli.plan import usable_cores
+
+    given = named_hands(text)
+    return 1 if alone else given or (usable_cores() if total >= MANY else 1)
+
+
+def named_hands(text: str | None) -> int | str | None:
+    """What stands after `--jobs`: so many processes, or the address of a cluster. Raises BadParameter."""
+    from rigidcli.cli.plan import read_jobs
 
     try:
-        given = read_jobs(text)
+        return read_jobs(text)
     except UsageError as error:
         raise typer.BadParameter(f"{error.message} ({error.hint})", param_hint="'--jobs'") from None
-    return 1 if alone else given or (usable_cores() if total >= MANY else 1)
 
 
 MOST_SHOWN = 100_000

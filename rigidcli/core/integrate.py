@@ -31,7 +31,7 @@ TRIAL = 512
 """Steps after which `auto` estimates how many are left."""
 
 WORTH_COMPILING = 150_000
-"""Steps left times variables, beyond which heyoka saves more than it takes to start: about 1 s."""
+"""Steps left times variables, of all starts, beyond which heyoka saves more than it takes to start."""
 
 CHEAPER: dict[Engine, float] = {"runge-kutta": 1e5, "taylor": 1e8, "symplectic": 1e7}
 """How many times a tolerance must be as large so that the same solution takes a third of the time."""
@@ -53,6 +53,7 @@ def integrate(
     most_steps: int | None = None,
     like: Solution | None = None,
     roundings: Flow | None = None,
+    starts: int = 1,
 ) -> Solution:
     """Solve y' = f(t, y), y(t0) = `start` (n), over the span (t0, t1), where t1 may come before t0.
 
@@ -64,7 +65,8 @@ def integrate(
     flow, and will pay. This depends on numbers of steps alone, never on the clock, so
     that the same problem has the same result. `progress` is given the fraction done, a few times a second.
     With another solution of the problem that it is `like`, its engine is taken, and its sizes of variables.
-    `roundings` are the rounding errors of the flow, in units of those of one operation.
+    `roundings` are the rounding errors of the flow, in units of those of one operation. The same flow is to
+    be solved from so many `starts`, which are taken to need as many steps: it is compiled once for all.
 
     Raises:
         Stopped: the solution, called `name` in the message, does not reach t1.
@@ -113,7 +115,7 @@ def integrate(
         if len(times) > trial:
             left = len(states) * ((t1 - t) / (t - t0))
             trial = math.inf
-            if left > WORTH_COMPILING:
+            if starts * left > WORTH_COMPILING:
                 # Of what heyoka cannot solve, the steps at hand tell more.
                 with suppress(ComputationError):
                     return compiled()

@@ -79,7 +79,8 @@ def solve(
         ComputationError: heyoka is not installed, does not load, or cannot express the flow.
     """
     t0, t1 = span
-    integrator = _integrator(flow, tuple(scales.tolist()), max(tolerance * MARGIN, ROUNDING), name)
+    integrator = _integrator(flow, len(scales), max(tolerance * MARGIN, ROUNDING), name)
+    integrator.pars[:] = [*scales, *(1 / scales)]
     integrator.time, integrator.state[:] = t0, start / scales
     most = min(most, MOST_NUMBERS // (len(scales) * (integrator.order + 1)))
     at_once = 1 << max(1, ROUND // len(scales)).bit_length() - 1
@@ -128,18 +129,23 @@ def scales_of(seen: Floats, blocks: Sequence[int]) -> Floats:
 
 
 @lru_cache(maxsize=2)
-def _integrator(flow: Flow, units: Sequence[float], tolerance: float, name: str) -> Any:
-    """heyoka's integrator of the variables in `units`, which takes as long to make as to use."""
+def _integrator(flow: Flow, size: int, tolerance: float, name: str) -> Any:
+    """heyoka's integrator of so many variables, which takes as long to make as to use.
+
+    The units of the variables, and what they are divided by, are its parameters, so that it is made once for
+    all starts of an ensemble.
+    """
     heyoka = _loaded()
-    variables = [heyoka.expression(f"v{i}") for i in range(len(units))]
+    variables = [heyoka.expression(f"v{i}") for i in range(size)]
+    units = [heyoka.par[i] for i in range(2 * size)]
     try:
-        slopes = flow(heyoka)(heyoka.time, *(unit * v for unit, v in zip(units, variables, strict=True)))
+        slopes = flow(heyoka)(heyoka.time, *(unit * v for unit, v in zip(units, variables, strict=False)))
         return heyoka.taylor_adaptive(
             [
-                (variable, heyoka.expression(1 / unit) * slope)
-                for variable, unit, slope in zip(variables, units, slopes, strict=True)
+                (variable, unit * slope)
+                for variable, unit, slope in zip(variables, units[size:], slopes, strict=True)
             ],
-            [0.0] * len(units),
+            [0.0] * size,
             tol=tolerance,
             # It compiles several times faster, at the price of slower steps.
             compact_mode=True,

@@ -8,30 +8,42 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import islice
 from pathlib import Path
+from typing import TypeAlias
 
 from rigidcli.grading.files import read_file, safe_name
 from rigidcli.grading.judge import Item, judge, same_for_all
 from rigidcli.grading.judgement import Judgement, from_bytes, to_bytes
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.roster import Paper
-from rigidcli.grading.workers import Ended, each, usable_cores
+from rigidcli.grading.workers import Ended, Result, each, usable_cores
 from rigidcli.sandbox import LIMITS, Limits
+
+Progress: TypeAlias = Callable[[float], None]
+"""What is told the share that is done."""
+
+Elsewhere: TypeAlias = Callable[[Mapping[str, Item], Sequence[Path], Limits, Progress], Iterator[Result]]
+"""What comes of each of some files, in that order, where other machines judge them."""
 
 
 def run(
     items: Mapping[str, Item],
     papers: Sequence[Paper],
     jobs: int | None = None,
-    progress: Callable[[float], None] = lambda fraction: None,
+    progress: Progress = lambda fraction: None,
     limits: Limits = LIMITS,
+    elsewhere: Elsewhere | None = None,
 ) -> Iterator[Judgement]:
     """Judge what was handed in, in that order, whatever is done first; `jobs` at a time, or as many as pay.
 
-    `progress` is told the share that is done. Raises ComputationError where no process can be started.
+    `progress` is told the share that is done. Files are judged here, unless that is done `elsewhere`. Raises
+    ComputationError where no process can be started.
     """
-    _warm_up(items)
     files = [paper.file for paper in papers if paper.file is not None and paper.outcome is None]
-    results = each(partial(judge_file, dict(items)), files, jobs or usable_cores(), limits, progress)
+    if elsewhere is not None:
+        results = elsewhere(items, files, limits, progress)
+    else:
+        warm_up(items)
+        results = each(partial(judge_file, dict(items)), files, jobs or usable_cores(), limits, progress)
     for paper in papers:
         result = paper.outcome or next(results)
         if isinstance(result, Ended):
@@ -54,7 +66,7 @@ EXAMPLES = 2
 """Answers to a question that are judged beforehand."""
 
 
-def _warm_up(items: Mapping[str, Item]) -> None:
+def warm_up(items: Mapping[str, Item]) -> None:
     """Judge an answer or two to each question, so that what loads then does so once, not in each fork."""
     for item in items.values():
         # What is wrong with a key is told by its own test.

@@ -158,7 +158,7 @@ def beside(name: Tree, answers: Path) -> Path:
         raise Unreadable("path_outside", message, place="file")
     if answers.is_dir():
         return answers / wanted
-    names = _names_in(answers.parent)
+    names = names_in(answers.parent)
     student = _student(answers.name)
     if _owner(wanted, answers, names) not in ("", student):
         raise Unreadable("not_allowed", "this file is another student's", place=shown(name))
@@ -171,7 +171,8 @@ def beside(name: Tree, answers: Path) -> Path:
     return answers.parent / wanted
 
 
-def _names_in(folder: Path) -> list[str]:
+def names_in(folder: Path) -> list[str]:
+    """The names of what lies in a folder, as far as it can be read, in any order."""
     try:
         with os.scandir(folder) as entries:
             return [entry.name for entry in islice(entries, MOST_FILES)]
@@ -198,7 +199,7 @@ def _owner(name: str, answers: Path, names: Sequence[str]) -> str:
 
 def is_contested(file: Path, answers: Path) -> bool:
     """Whether the answer file of another student names a file that is nobody's by its name."""
-    names = _names_in(answers.parent)
+    names = names_in(answers.parent)
     if _owner(file.name, answers, names):
         return False
     named = re.compile(rf"(?<![\w.-]){re.escape(file.name)}(?![\w.-])")

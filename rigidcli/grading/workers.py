@@ -66,7 +66,8 @@ _EXITS = {64: _NO_MEMORY, 65: _TOO_MUCH, 66: _STOPPED}
 
 _CODES = {ended: code for code, ended in _EXITS.items()}
 
-_Result: TypeAlias = bytes | Ended
+Result: TypeAlias = bytes | Ended
+"""What comes of work: what it hands over, or why that is nothing."""
 
 
 def usable_cores() -> int:
@@ -82,14 +83,14 @@ def each(
     jobs: int,
     limits: Limits,
     progress: Callable[[float], None],
-) -> Iterator[_Result]:
+) -> Iterator[Result]:
     """What `work` makes of each task, in the order of tasks, whatever is done first; `jobs` run at a time.
 
     One more process is there, which waits for its turn: to start one takes as long as some work does.
     `progress` is told the share that is done. Raises ComputationError where no process can be started.
     """
     running: list[_Running] = []
-    done: dict[int, _Result] = {}
+    done: dict[int, Result] = {}
     begun = finished = 0
     try:
         with _kept_shared():
@@ -136,7 +137,7 @@ class _Running:
     teller: Connection
     deadline: float = math.inf
     received: bytearray = field(default_factory=bytearray)
-    result: _Result = _LATE
+    result: Result = _LATE
 
     def release(self, limits: Limits) -> None:
         """Let the work begin, if it has not begun."""

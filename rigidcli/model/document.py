@@ -33,7 +33,7 @@ from rigidcli.symbolic.language.expression import Expression
 
 if TYPE_CHECKING:
     from rigidcli.model.bodies import Body
-    from rigidcli.model.ensembles import Ensemble
+    from rigidcli.model.ensembles import Ensemble, Shared
     from rigidcli.model.equilibrium import Equilibrium
     from rigidcli.model.motion import Motion
     from rigidcli.model.orbit import Orbit
@@ -224,10 +224,19 @@ class Document(Section):
             found = self.model_copy(update={"motion": motion.model_copy(update=sampling)})
             if motion.orientation is not self.motion.orientation:
                 found.__dict__.pop("physical", None)
-            return found
-        assert self.orbit is not None
-        orbit = self.orbit.at_start(place).model_copy(update=sampling)
-        return self.model_copy(update={"orbit": orbit})
+        else:
+            assert self.orbit is not None
+            orbit = self.orbit.at_start(place).model_copy(update=sampling)
+            found = self.model_copy(update={"orbit": orbit})
+        found.__dict__["shared"] = self.shared
+        return found
+
+    @cached_property
+    def shared(self) -> Shared:
+        """What this document has in common with those of all starts, where it is an ensemble or one of it."""
+        from rigidcli.model.ensembles import Shared
+
+        return Shared(1 if self.ensemble is None else len(self.ensemble))
 
     @cached_property
     def physical(self) -> Physical:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 import orjson
@@ -19,6 +19,8 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.model.base import environment
 from rigidcli.model.points import opened
+
+_T = TypeVar("_T")
 
 MOST_STARTS = 1_000_000
 """The most starts of an ensemble: as many rows with seven numbers take 56 MB."""
@@ -44,6 +46,21 @@ class Ensemble:
     def of(self, place: int, names: Sequence[str]) -> tuple[float, ...]:
         """The values of these quantities at one start."""
         return tuple(float(self.values[place, self.names.index(name)]) for name in names)
+
+
+@dataclass(slots=True, eq=False)
+class Shared:
+    """What the documents of all `starts` of an ensemble have in common, and what is worked out of it once."""
+
+    starts: int
+    _kept: dict[str, Any] = field(default_factory=dict)
+
+    def once(self, name: str, make: Callable[[], _T]) -> _T:
+        """What `make` makes, which depends on no start; it is made for the first one that asks for it."""
+        if name not in self._kept:
+            self._kept[name] = make()
+        made: _T = self._kept[name]
+        return made
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -16,6 +16,7 @@ from rigidcli.model.motion import Motion
 from rigidcli.model.orbit import Orbit
 from rigidcli.report import Column, Field, Report, Table, single_cells
 from rigidcli.studies.pictures import ANY
+from rigidcli.studies.results import told
 
 Form: TypeAlias = Literal["rows", "starts", "few"]
 """How an ensemble is told: rows of all samples that begin with the start, a report of each start with all
@@ -92,7 +93,7 @@ def reports(
             yield place, error
             continue
         if form == "starts":
-            yield place, replace(found, fields=(Field("start", place), *found.fields))
+            yield place, replace(found, fields=(told("euler", "start", place, title=""), *found.fields))
         else:
             yield place, in_rows(found, place)
 
@@ -176,14 +177,14 @@ def _summary(found: Iterator[Report]) -> Report:
             (
                 Column("t", times, ("t",), "s", ("t",)),
                 *(
-                    Column(key, values[:, place], (title,), column.unit)
-                    for (key, values), title in zip(rows.items(), _TITLES, strict=True)
+                    Column(key, values[:, place], (told("euler", key, None).title,), column.unit)
+                    for key, values in rows.items()
                 ),
             ),
         )
         for place, column in enumerate(columns[1:])
     )
-    fields = [Field("starts", moments.count, "starts")]
+    fields = [told("euler", "starts", moments.count)]
     if np.isfinite(digits):
         fields.append(Field("trusted_digits", digits, "trusted digits, the least of all"))
     if (volume := _volume(first, columns, moments)) is not None:
@@ -191,10 +192,6 @@ def _summary(found: Iterator[Report]) -> Report:
     return replace(
         first, fields=tuple(fields), tables=tables, notes=tuple(notes), steps=(), pictures=(), scene=None
     )
-
-
-_TITLES = ("mean", "std", "min", "max")
-"""What is told of each variable; std is the standard deviation, with the number of starts as its divisor."""
 
 
 def _variables(report: Report) -> list[Column]:
@@ -230,9 +227,11 @@ def _volume(report: Report, columns: list[Column], moments: _Moments) -> Callabl
     def table(times: Floats) -> Table:
         return Table(
             "",
-            "spread in phase space: the root of the determinant of the covariance, which a flow that is "
-            "linear conserves (Liouville), and which grows where folds and filaments form",
-            (Column("t", times, ("t",), "s", ("t",)), Column("volume", root, ("volume",))),
+            "spread in phase space: the root of the determinant of the covariance",
+            (
+                Column("t", times, ("t",), "s", ("t",)),
+                Column("volume", root, (told("hamilton", "volume", None).title,)),
+            ),
         )
 
     return table
@@ -253,6 +252,6 @@ def whole(document: Document, run: Callable[[Document], Report], together: Toget
         replace(column, values=np.concatenate([table.columns[place].values for table in tables]))
         for place, column in enumerate(tables[0].columns)
     )
-    fields = (Field("starts", len(document.ensemble), "starts"),)
+    fields = (told("euler", "starts", len(document.ensemble)),)
     notes = tuple(dict.fromkeys(note for part in parts for note in part.notes))
     return replace(first, fields=fields, notes=notes, tables=(replace(tables[0], columns=columns),))

@@ -168,7 +168,7 @@ def test_every_result_of_every_config_is_explained(path: Path, program: Program)
         if outcome.code:
             continue
         known = {field.key for field in tables.results()[command]}
-        for key, value in json.loads(outcome.out).items():
+        for key, value in json.loads(outcome.out.splitlines()[0]).items():
             inner = {f"{key}.{name}" for name in value} if isinstance(value, dict) else {key}
             assert key in ("schema", "name", "source", "units") or key in known or inner <= known, key
 

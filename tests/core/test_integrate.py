@@ -753,6 +753,19 @@ def test_auto_changes_to_taylor_when_much_is_left(monkeypatch: pytest.MonkeyPatc
     assert long.at(array_of(1000.0))[0] == pytest.approx([math.cos(1000), -math.sin(1000)], abs=1e-12)
 
 
+def test_many_starts_share_what_is_compiled(monkeypatch: pytest.MonkeyPatch) -> None:
+    pytest.importorskip("heyoka", reason="the extra `taylor` is not installed")
+    taylor._integrator.cache_clear()
+    flow, span = pendulum, (0.0, 2000.0)
+    for size in (1.0, 1e-3, 1e-6):
+        found = integrate.integrate(flow, array_of(size, 0), span, starts=100)
+        assert found.method == "Taylor (heyoka)"
+        alone = plain(flow, array_of(size, 0), span)
+        assert alone.method != found.method
+        assert found.at(np.array([2000.0])) == pytest.approx(alone.at(np.array([2000.0])), abs=1e-8 * size)
+    assert taylor._integrator.cache_info().misses == 1
+
+
 def test_auto_stays_where_heyoka_has_no_words(monkeypatch: pytest.MonkeyPatch) -> None:
     eager(monkeypatch)
 

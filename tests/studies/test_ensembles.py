@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import json
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import rigidcli
 from rigidcli.core import freebodies, freebody
+from rigidcli.core import integrate as core_integrate
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.rotation import turned
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import RigidError
+from rigidcli.model.document import Document
+from rigidcli.report import Report
+from rigidcli.studies.ensembles import reports, summaries
+from rigidcli.studies.hamilton import derivation
 
 ULPS = 16 * np.finfo(np.float64).eps
 """What a motion worked in arrays may differ by from the same motion alone, in units of the largest."""
@@ -157,3 +165,47 @@ def test_orbits_of_an_ensemble_are_those_of_its_starts() -> None:
         rows = slice(4 * place, 4 * place + 4)
         assert found["q"]["x"][rows].tolist() == alone["q"]["x"].tolist()
         assert found["p"]["p_x"][rows].tolist() == alone["p"]["p_x"].tolist()
+
+
+PENDULUM = {"coordinates": ["x"], "lagrangian": "xdot**2/2 + cos(x)"}
+SWARM = [{"x": 2.9 + x, "p_x": p} for x in (-0.03, 0.01, 0.02) for p in (-0.02, 0, 0.03)]
+
+
+def test_the_summary_of_orbits_is_that_of_an_independent_integration() -> None:
+    times = np.linspace(0, 20, 6)
+    follow = partial(solve_ivp, method="DOP853", t_eval=times, rtol=1e-11, atol=1e-13)
+    starts = [list(start.values()) for start in SWARM]
+    paths = np.array([follow(lambda t, y: [y[1], -np.sin(y[0])], (0, 20), start).y for start in starts])
+    orbit = {"initial": SWARM, "duration": 20, "samples": len(times)}
+    document = rigidcli.loads(json.dumps({"system": PENDULUM, "orbit": orbit}))
+    parts = [report for _, report in reports(document, rigidcli.hamilton, "few", range(len(SWARM)))]
+    (summary,) = summaries(part for part in parts if isinstance(part, Report))
+    *_, volume = summary.tables
+    assert volume.columns[1].values == pytest.approx(
+        [np.sqrt(np.linalg.det(np.cov(paths[:, :, k].T, bias=True))) for k in range(len(times))], rel=1e-6
+    )
+    for table, values in zip(summary.tables, (paths[:, 0], paths[:, 1]), strict=False):
+        found = np.array([column.values for column in table.columns[1:]])
+        expected = [values.mean(axis=0), values.std(axis=0), values.min(axis=0), values.max(axis=0)]
+        assert found == pytest.approx(np.array(expected), abs=1e-8)
+
+
+def test_the_equations_are_derived_and_compiled_once_for_all_starts(monkeypatch: pytest.MonkeyPatch) -> None:
+    derived, flows = [], set()
+    derive, integrate = derivation.derive, core_integrate.integrate
+
+    def counted(document: Document) -> derivation.Derivation:
+        derived.append(document)
+        return derive(document)
+
+    def noted(flow: Any, *arguments: Any, **options: Any) -> Any:
+        flows.add(flow)
+        assert options["starts"] == len(SWARM)
+        return integrate(flow, *arguments, **options)
+
+    monkeypatch.setattr("rigidcli.studies.hamilton.findings.derive", counted)
+    monkeypatch.setattr(core_integrate, "integrate", noted)
+    rigidcli.hamilton({"system": PENDULUM, "orbit": {"initial": SWARM, "duration": 1, "samples": 2}})
+    driven = {"omega": [[1, 2, 3], [1, 0, 1e-3]] * 4 + [[0, 0, 1]], "torque": {"body": ["-w1", 0, "sin(t)"]}}
+    rigidcli.euler({"body": BODY, "motion": {**driven, "duration": 1, "samples": 2}})
+    assert (len(derived), len(flows)) == (1, 2)

@@ -113,7 +113,7 @@ def follow(
     from rigidcli.studies.euler.driven import driven_trajectory
 
     try:
-        return driven_trajectory(problem, engine, progress, max_steps)
+        return driven_trajectory(problem, engine, progress, max_steps, document.shared.starts)
     except ValueProblem as wrong:
         raise document.refusal(
             wrong.message, ".".join(map(str, ("motion", *wrong.path))), hint=wrong.hint

@@ -47,7 +47,8 @@ class _Equations:
     torque: list[Node]
     state: Floats
     engine: integrate.Engine
-    max_steps: int | None
+    max_steps: int | None = None
+    starts: int = 1
 
     @cached_property
     def right_side(self) -> integrate.Flow:
@@ -110,6 +111,7 @@ class _Equations:
             name="the motion",
             most_steps=self.max_steps,
             like=like,
+            starts=self.starts,
         )
 
     def _balance(self, solution: integrate.Solution) -> BalanceErrors:
@@ -128,13 +130,14 @@ def driven_trajectory(
     engine: integrate.Engine,
     progress: Callable[[float], None] | None,
     max_steps: int | None = None,
+    starts: int = 1,
 ) -> Trajectory:
-    """The trajectory of a body that a torque drives.
+    """The trajectory of a body that a torque drives, one of so many `starts`.
 
     Raises ComputationError where it ends early or cannot begin, and ValueProblem, with the path in
     `motion`, for a torque that cannot be: one that is too large, or about a line without a moment.
     """
-    equations = replace(_along_principal_axes(problem, engine), max_steps=max_steps)
+    equations = replace(_along_principal_axes(problem, engine), max_steps=max_steps, starts=starts)
     solution, places, balance, narrow = equations.followed(progress)
     omega, orientation = equations.along_document(solution.at(problem.times))
     error, _ = estimated_error(
@@ -205,7 +208,7 @@ def _along_principal_axes(problem: InitialValueProblem, engine: integrate.Engine
                 hint="give a torque across the line, or the body some thickness",
             )
         torque[line] = ZERO
-    return _Equations(problem, moments, axes, torque, state, engine, None)
+    return _Equations(problem, moments, axes, torque, state, engine)
 
 
 def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> bool:

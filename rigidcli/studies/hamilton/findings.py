@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rigidcli.model.document import Document
@@ -50,7 +51,7 @@ def find(
     max_steps: int | None,
 ) -> Found:
     """Derive, search and follow what a document asks for; what it does not ask is not imported."""
-    derivation = derive(document)
+    derivation = document.shared.once("derivation", lambda: derive(document))
     branches, orbit, transform, small, initial = derivation.branches, None, None, None, None
     intervals = _intervals(document, derivation)
     if document.equilibrium is not None:
@@ -67,7 +68,8 @@ def find(
         require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
         derivation, initial = initial_state(document, document.orbit, derivation)
         searched = _searched(derivation, invariants)
-        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, max_steps)
+        starts = document.shared.starts
+        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, max_steps, starts)
     if document.transform is not None:
         from rigidcli.studies.hamilton.transform import transformed
 
@@ -89,6 +91,7 @@ def _intervals(document: Document, derivation: Derivation) -> list[Interval]:
     return found if 1 < len(found) <= MOST_BRANCHES else []
 
 
+@lru_cache(maxsize=1)
 def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
     """Conserved quantities besides H and the momenta of cyclic coordinates; None if not searched for."""
     hamiltonian = derivation.hamiltonian

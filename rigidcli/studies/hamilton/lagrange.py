@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from itertools import islice
 
 import numpy as np
@@ -37,6 +38,7 @@ def fields(derivation: Derivation) -> list[Field]:
     ]
 
 
+@lru_cache(maxsize=1)
 def residual(derivation: Derivation) -> float | None:
     """How far Lagrange's equations are from Hamilton's at random points, in units of their largest terms.
 

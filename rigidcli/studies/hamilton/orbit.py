@@ -70,8 +70,9 @@ def solve_orbit(
     invariants: Sequence[Expr],
     progress: Callable[[float], None] | None,
     max_steps: int | None = None,
+    starts: int = 1,
 ) -> OrbitSolution:
-    """The orbit that a document asks for; also of the `invariants` the drift is told.
+    """The orbit that a document asks for, one of so many `starts`; the drift of `invariants` is told, too.
 
     Raises ComputationError where the orbit ends early, or needs more than `max_steps`, or too much memory.
     """
@@ -80,7 +81,12 @@ def solve_orbit(
     memory.require(len(times), 2 + len(motion.start))
     tolerance = orbit.tolerance or DEFAULT_TOLERANCE
     follow = partial(
-        integrate.integrate, motion.flow, roundings=motion.roundings, name="the orbit", most_steps=max_steps
+        integrate.integrate,
+        motion.flow,
+        roundings=motion.roundings,
+        name="the orbit",
+        most_steps=max_steps,
+        starts=starts,
     )
     step = partial(follow, tolerance=tolerance, engine=orbit.method, progress=progress)
     span = (0.0, float(times[-1]))

@@ -15,6 +15,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from types import ModuleType
 from typing import Any, TypeAlias
 
@@ -29,6 +30,9 @@ MOST_MULTIPLIED = 16
 
 DEEPEST = 20
 """The most operations that stand inside each other."""
+
+KEPT = 64
+"""Flows that are kept, as the same equations may be followed from many starts."""
 
 _VARIABLE = re.compile(r"\bs\d+\b")
 """A variable that holds the value of an operation."""
@@ -69,11 +73,20 @@ def function(
         writer.values[name] = writer.write(node)
     roots = [writer.write(e.root if isinstance(e, Expression) else e) for e in expressions]
     result = f"return ({''.join(f'{_text(root)}, ' for root in roots)})"
-    code = compile("\n ".join([head, *_nested(writer.known, result)]), "<expressions>", "exec")
+    return _flow("\n ".join([head, *_nested(writer.known, result)]), frozenset(writer.functions))
+
+
+@lru_cache(maxsize=KEPT)
+def _flow(text: str, functions: frozenset[str]) -> Flow:
+    """The flow of this text, which uses these `functions`.
+
+    It is the same one for the same text, so that what is compiled of it serves all starts of an ensemble.
+    """
+    code = compile(text, "<expressions>", "exec")
 
     def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
         names: dict[str, Any] = {"__builtins__": {}}
-        names |= {name: _operation(name, module) for name in sorted(writer.functions)}
+        names |= {name: _operation(name, module) for name in sorted(functions)}
         exec(code, names)  # noqa: S102 - written above, from numbers and the names v0, s0 and so on
         made: Callable[..., tuple[Any, ...]] = names["f"]
         return made
