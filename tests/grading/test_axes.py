@@ -37,7 +37,7 @@ from rigidcli.model.document import Document
 from rigidcli.model.load import load
 from rigidcli.report import Report
 from rigidcli.studies import axes as study
-from tests.grading.asking import Asking, judged_alone
+from tests.grading.asking import Asking, answers, cases, judged_alone
 from tests.grading.asking import rows as typed_rows
 
 Floats = NDArray[np.float64]
@@ -587,18 +587,11 @@ def test_wrong_moments_in_symbols(masses: Key, moments: str, expected: str, shar
     assert codes(outcome(masses, units)) == {"number_for_symbol"}
 
 
-@pytest.mark.parametrize(
-    "nothing",
-    [
-        "abs(a-3)+a-3",
-        "abs(a-1/1000)-a+1/1000",
-        "exp(-1e6*(a-0.123)^2)",
-        "log(1+exp(1000*(a-20)))",
-        "(a/9)^200*m",
-        "1e-12/((a-0.9)^2+1e-12)",
-        "1e-9*a^9",
-    ],
-)
+@cases("""
+    nothing
+    abs(a-3)+a-3  abs(a-1/1000)-a+1/1000  exp(-1e6*(a-0.123)^2)  log(1+exp(1000*(a-20)))  (a/9)^200*m
+      1e-12/((a-0.9)^2+1e-12)  1e-9*a^9
+    """)
 def test_what_vanishes_for_some_values_only_is_not_right(masses: Key, nothing: str) -> None:
     answer = symbolic([f"5*m*a^2 + {nothing}", "7*m*a^2", "10*m*a^2"], MASSES_ROWS)
     judged = outcome(masses, answer)
@@ -825,26 +818,21 @@ def test_pairs_are_a_key_too(key: str, answer: str) -> None:
         assert outcome(key_of(form), typed(answer)).verdict == "correct"
 
 
-@pytest.mark.parametrize(
-    "key",
-    [
-        "12345",
-        {},
-        {"tensor": "12345"},
-        {"tensor": [["12345", "0"], ["0", "12345"]]},
-        {"tensor": [["12345", "1", "0"], ["0", "12345", "0"], ["0", "0", "12345"]]},
-        {"tensor": [["12345", "0", "0"], ["0", "1", "0"], ["0", "0", "1"]]},
-        {"tensor": [["0", "0", "0"], ["0", "0", "0"], ["0", "0", "0"]]},
-        {"tensor": [["1e300", "0", "0"], ["0", "1e300", "0"], ["0", "0", "1e300"]]},
-        {"tensor": [["12345x", "0", "0"], ["0", "1", "0"], ["0", "0", "1"]]},
-        {"Ixx": "12345", "Iyy": "12345"},
-        RIGHT[:2],
-        [*RIGHT[:2], dict(RIGHT[0], moment="12345")],
-        [*RIGHT[:2], {"moment": "12345", "axis": ["0.5", "0.5", "0.7"]}],
-        [*RIGHT[:2], {"moment": "12345", "axis": ["0", "0.01", "1"]}],
-        [*RIGHT[:2], {"moment": "12345", "axis": ["0", "0", "0"]}],
-        [*RIGHT[:2], {"moment": "12345 m", "axis": ["0", "0", "1"]}],
-    ],
+@answers(
+    """
+    key
+    12345  {}  {tensor: 12345}  {tensor: [[12345, 0], [0, 12345]]}
+      {tensor: [[12345, 1, 0], [0, 12345, 0], [0, 0, 12345]]}
+      {tensor: [[12345, 0, 0], [0, 1, 0], [0, 0, 1]]}  {tensor: [[0, 0, 0], [0, 0, 0], [0, 0, 0]]}
+      {tensor: [[1e300, 0, 0], [0, 1e300, 0], [0, 0, 1e300]]}
+      {tensor: [[12345x, 0, 0], [0, 1, 0], [0, 0, 1]]}  {Ixx: 12345, Iyy: 12345}
+    """,
+    RIGHT[:2],
+    [*RIGHT[:2], dict(RIGHT[0], moment="12345")],
+    [*RIGHT[:2], {"moment": "12345", "axis": ["0.5", "0.5", "0.7"]}],
+    [*RIGHT[:2], {"moment": "12345", "axis": ["0", "0.01", "1"]}],
+    [*RIGHT[:2], {"moment": "12345", "axis": ["0", "0", "0"]}],
+    [*RIGHT[:2], {"moment": "12345 m", "axis": ["0", "0", "1"]}],
 )
 def test_a_bad_key_is_refused_without_being_told(key: Tree) -> None:
     with pytest.raises(ValueProblem) as refused:
@@ -996,26 +984,22 @@ def test_moments_that_are_near_in_a_chain() -> None:
 # --- what is no answer
 
 
-@pytest.mark.parametrize(
-    ("answer", "code"),
-    [
-        ("5", "wrong_shape"),
-        ({"moments": ["1"]}, "wrong_shape"),
-        ({"moments": ["1", "3"], "axes": [["1", "0", "0"]]}, "wrong_shape"),
-        ([["1", "0", "0"]], "wrong_shape"),
-        ([{"moment": "1"}], "wrong_shape"),
-        ([{"moment": "1", "axis": ["1", "0", "0"], "more": "1"}], "wrong_shape"),
-        (changed(0, axis=["1", "0"]), "wrong_shape"),
-        (changed(0, axis="x"), "wrong_shape"),
-        (changed(0, axis=None), "wrong_shape"),
-        (RIGHT * 3, "wrong_shape"),
-        (changed(0, moment=None), "not_a_number"),
-        (changed(0, moment="a"), "not_a_number"),
-        (changed(0, moment=".inf"), "not_a_finite_number"),
-        (changed(0, axis=["1", "nan", "0"]), "not_a_finite_number"),
-        (changed(0, moment="1 kg m"), "unit_incompatible"),
-        (changed(0, axis=["1 m", "0", "0"]), "unit_incompatible"),
-    ],
+@answers(
+    """
+    code | answer
+    wrong_shape | 5  {moments: [1]}  {moments: [1, 3], axes: [[1, 0, 0]]}  [[1, 0, 0]]  [{moment: 1}]
+      [{moment: 1, axis: [1, 0, 0], more: 1}]
+    """,
+    ("wrong_shape", changed(0, axis=["1", "0"])),
+    ("wrong_shape", changed(0, axis="x")),
+    ("wrong_shape", changed(0, axis=None)),
+    ("wrong_shape", RIGHT * 3),
+    ("not_a_number", changed(0, moment=None)),
+    ("not_a_number", changed(0, moment="a")),
+    ("not_a_finite_number", changed(0, moment=".inf")),
+    ("not_a_finite_number", changed(0, axis=["1", "nan", "0"])),
+    ("unit_incompatible", changed(0, moment="1 kg m")),
+    ("unit_incompatible", changed(0, axis=["1 m", "0", "0"])),
 )
 def test_what_is_no_list_of_pairs(answer: Tree, code: str) -> None:
     assert codes(Asking("axes").judged(key_of(PLATE), answer)) == {code}

@@ -9,7 +9,7 @@ import pytest
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.arrays.reference import Reference as Key
 from rigidcli.grading.kinds import KINDS
-from tests.grading.asking import Asking, codes, rows
+from tests.grading.asking import Asking, answers, codes, rows
 
 asking = Asking("matrix")
 literal, judged = asking.literal, asking.judged
@@ -100,17 +100,11 @@ def test_numbers_stand_for_parameters_that_have_values() -> None:
     assert (outcome.verdict, codes(outcome)) == ("incorrect", ["number_for_symbol"])
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        [["0", "m"], ["-k", "0"]],
-        [["0", "1/m"], ["-4*m", "0"]],
-        [["0", "1/m"], ["-k*m", "0"]],
-        [["0", "1/m^2"], ["-k", "0"]],
-        [["0", "1/m"], ["-k", "m - 1"]],
-        [["1/m", "0"], ["0", "-k"]],
-    ],
-)
+@answers("""
+    answer
+    [[0, m], [-k, 0]]  [[0, 1/m], [-4*m, 0]]  [[0, 1/m], [-k*m, 0]]  [[0, 1/m^2], [-k, 0]]
+      [[0, 1/m], [-k, m - 1]]  [[1/m, 0], [0, -k]]
+    """)
 def test_what_is_right_for_the_given_values_only_is_wrong(answer: list[list[str]]) -> None:
     """With m = 1 and k = 4 some of these have the right values."""
     assert judged(computed(SPRING), answer).verdict in ("partial", "incorrect")

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.arrays.reference import Reference as Key
 from rigidcli.grading.kinds import KINDS
-from tests.grading.asking import Asking, codes, tolerance
+from tests.grading.asking import Asking, answers, codes, tolerance
 
 Floats = NDArray[np.float64]
 
@@ -120,24 +120,17 @@ def test_the_best_assignment_is_found() -> None:
     assert judged(key, ["9.952", "9.952"]).verdict == "partial"
 
 
-@pytest.mark.parametrize(
-    ("answer", "code"),
-    [
-        (["2", "11"], "multiplicity"),
-        (["11", "2"], "multiplicity"),
-        (["2", "11", "11", "11"], "multiplicity"),
-        (["2", "2", "11"], "multiplicity"),
-        (["2"], "wrong_shape"),
-        (["2", "11", "11", "5"], "wrong_shape"),
-        (["-2", "11", "11"], "not_physical"),
-        (["-2", "-11", "-11"], "not_physical"),
-        (["2", "5", "11"], "triangle_inequality"),
-        (["0.2", "1.1", "1.1"], "power_of_ten"),
-        (["7", "38.5", "38.5"], "constant_factor"),
-        (["3", "11", "11"], "component_wrong"),
-        (["7", "8", "9"], "outside_tolerance"),
-    ],
-)
+@answers("""
+    code | answer
+    multiplicity | [2, 11]  [11, 2]  [2, 11, 11, 11]  [2, 2, 11]
+    wrong_shape | [2]  [2, 11, 11, 5]
+    not_physical | [-2, 11, 11]  [-2, -11, -11]
+    triangle_inequality | [2, 5, 11]
+    power_of_ten | [0.2, 1.1, 1.1]
+    constant_factor | [7, 38.5, 38.5]
+    component_wrong | [3, 11, 11]
+    outside_tolerance | [7, 8, 9]
+    """)
 def test_a_cube_about_its_corner(answer: list[str], code: str) -> None:
     outcome = judged(literal(["2", "11", "11"]), answer)
     assert codes(outcome) == [code]

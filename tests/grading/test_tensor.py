@@ -18,7 +18,7 @@ from rigidcli.errors import ValueProblem
 from rigidcli.grading.arrays.reference import Reference as Key
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.mistakes import DECISIVE, variants
-from tests.grading.asking import Asking, codes, rows
+from tests.grading.asking import Asking, answers, codes, rows
 
 Floats = NDArray[np.float64]
 
@@ -361,19 +361,15 @@ def test_numbers_for_symbols_of_a_question() -> None:
 # --- what cannot be read
 
 
-@pytest.mark.parametrize(
-    ("answer", "code"),
-    [
-        ("8", "wrong_shape"),
-        (rows([[8, 3], [3, 8]]), "wrong_shape"),
-        (["8", "8", "8"], "wrong_shape"),
-        ([["8", "3", "3"], ["3", "8"], ["3", "3", "8"]], "wrong_shape"),
-        ({"Ixx": "8", "Iyy": "8", "Izz": "8"}, "wrong_shape"),
-        ({"Ixx": "8", "Iyy": "8", "Izz": "8", "Ixy": "-3", "Ixz": "-3", "Iyw": "-3"}, "wrong_shape"),
-        ({"Ixx": "8", "ixx": "8"}, "duplicate_key"),
-        ([["8", "3", "3"], ["3", "8", "3"], ["3", "3", {}]], "wrong_shape"),
-        ([["8", "3", "3"], ["3", "8", "3"], ["3", "3", "inf"]], "not_a_finite_number"),
-    ],
+@answers(
+    """
+    code | answer
+    wrong_shape | 8  [8, 8, 8]  [[8, 3, 3], [3, 8], [3, 3, 8]]  {Ixx: 8, Iyy: 8, Izz: 8}
+      {Ixx: 8, Iyy: 8, Izz: 8, Ixy: -3, Ixz: -3, Iyw: -3}  [[8, 3, 3], [3, 8, 3], [3, 3, {}]]
+    duplicate_key | {Ixx: 8, ixx: 8}
+    not_a_finite_number | [[8, 3, 3], [3, 8, 3], [3, 3, inf]]
+    """,
+    ("wrong_shape", rows([[8, 3], [3, 8]])),
 )
 def test_what_cannot_be_read(answer: Any, code: str) -> None:
     outcome = judged(literal(CUBE), answer)

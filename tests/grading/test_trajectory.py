@@ -32,7 +32,7 @@ from rigidcli.grading.trajectories.tables import MOST_CHARACTERS, read_columns
 from rigidcli.model.load import loads
 from rigidcli.studies import euler, hamilton
 from tests.conftest import ROOT
-from tests.grading.asking import codes, judged_alone
+from tests.grading.asking import answers, codes, judged_alone
 
 Floats = NDArray[np.float64]
 Columns = Mapping[str, Floats]
@@ -922,22 +922,15 @@ def test_tables_that_cannot_be_read(text: str, code: str) -> None:
     assert refused(OSCILLATOR, {"csv": text}) == code
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        "orbit.csv",
-        ["orbit.csv"],
-        {},
-        {"file": "a.csv", "csv": "t,x"},
-        {"path": "a.csv"},
-        {"csv": None},
-        {"csv": ["t,x"]},
-        {"csv": {"t": "0"}},
-        {"file": None},
-        {"file": ["a.csv"]},
-        {"file": ""},
-        {"file": "  "},
-    ],
+@answers(
+    """
+    answer
+    orbit.csv  [orbit.csv]  {}  {file: a.csv, csv: 't,x'}  {path: a.csv}  {csv: ['t,x']}  {csv: {t: 0}}
+      {file: [a.csv]}  {file: ''}
+    """,
+    {"csv": None},
+    {"file": None},
+    {"file": "  "},
 )
 def test_answers_of_another_form(answer: object) -> None:
     assert refused(OSCILLATOR, answer) == "wrong_shape"

@@ -16,7 +16,7 @@ from rigidcli.errors import ValueProblem
 from rigidcli.grading.arrays.reference import Reference as Key
 from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds import KINDS
-from tests.grading.asking import Asking, codes, tolerance
+from tests.grading.asking import Asking, answers, codes, tolerance
 
 many = settings(max_examples=120, deadline=None)
 
@@ -68,18 +68,11 @@ def test_right_in_any_spelling(
     assert judged(key, answer).verdict == "correct"
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        ["1 cm", "-20 mm", "0 m"],
-        ["1", "-2", "0"],
-        ["0.00001 km", "-2e-2 m", "0"],
-        ["1/100 m", "-sqrt(4)", "sin(0)"],
-        ["1e-2 m", "\N{MINUS SIGN}2", "-0.0"],
-        ["1", "-2", "3e-7"],
-        ["1", "-2", "3e-9 m"],
-    ],
-)
+@answers("""
+    answer
+    [1 cm, -20 mm, 0 m]  [1, -2, 0]  [0.00001 km, -2e-2 m, 0]  [1/100 m, -sqrt(4), sin(0)]
+      [1e-2 m, −2, -0.0]  [1, -2, 3e-7]  [1, -2, 3e-9 m]
+    """)
 def test_units_and_noise(answer: list[str]) -> None:
     assert judged(literal(["1 cm", "-2 cm", "0 cm"]), answer).verdict == "correct"
 
@@ -95,51 +88,26 @@ def test_a_unit_of_another_dimension_cannot_be_read() -> None:
 FORCE = ["1 cm", "-2 cm", "0 cm"]
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        "[1, -2, 0] cm",
-        "[1, -2, 0]",
-        " [ 0.01, -0.02, 0 ] m ",
-        "r = [1, -2, 0] cm",
-        "(1, -2, 0) cm",
-        "{x: 1, y: -2, z: 0} cm",
-        "[1 cm, -20 mm, 0]",
-        "[2/2, -sqrt(4), 0] cm",
-        "[1e-2, -2 x 10^-2, 0] m",
-        {"x": "1", "y": "-2", "z": "0"},
-        {"z": "0", "Y": "-20 mm", "x": "1 cm"},
-        {"r_x": "1", "r_y": "-2", "r_z": "0"},
-        {"r1": "1", "r2": "-2", "r3": "0"},
-    ],
-)
+@answers("""
+    answer
+    '[1, -2, 0] cm'  '[1, -2, 0]'  ' [ 0.01, -0.02, 0 ] m '  r = [1, -2, 0] cm  (1, -2, 0) cm
+      '{x: 1, y: -2, z: 0} cm'  '[1 cm, -20 mm, 0]'  '[2/2, -sqrt(4), 0] cm'  '[1e-2, -2 x 10^-2, 0] m'
+      {x: 1, y: -2, z: 0}  {z: 0, Y: -20 mm, x: 1 cm}  {r_x: 1, r_y: -2, r_z: 0}  {r1: 1, r2: -2, r3: 0}
+    """)
 def test_one_unit_behind_all_and_names_of_components(answer: Any) -> None:
     for key in (literal(FORCE), literal("[1, -2, 0] cm"), literal({"x": "1 cm", "y": "-2", "z": "0"})):
         assert judged(key, answer).verdict == "correct"
 
 
-@pytest.mark.parametrize(
-    ("answer", "code"),
-    [
-        ("[1, -2, 0] kg", "unit_incompatible"),
-        ("[1 cm, -2, 0] cm", "unit_incompatible"),
-        ("[1, -2] cm", "wrong_shape"),
-        ("[1, -2, 0", "wrong_shape"),
-        ("[1, -2, 0]] cm", "parse_error"),
-        ("[[1, -2, 0] cm", "parse_error"),
-        ("[[1, -2, 0]] cm", "wrong_shape"),
-        ("[&a 1, *a, 0] cm", "parse_error"),
-        ("(1, -2, 0) + (0, 0, 0)", "not_a_number"),
-        ("1, -2, 0 cm", "wrong_shape"),
-        ({"x": "1", "y": "-2"}, "wrong_shape"),
-        ({"x": "1", "X": "-2", "z": "0"}, "duplicate_key"),
-        ({"x": "1", "y": "-2", "w": "0"}, "wrong_shape"),
-        ({"x": "1", "1": "-2", "z": "0"}, "duplicate_key"),
-        ({"vx": "1", "wy": "-2", "vz": "0"}, "wrong_shape"),
-        ({"": "1", "y": "-2", "z": "0"}, "wrong_shape"),
-        ({}, "wrong_shape"),
-    ],
-)
+@answers("""
+    code | answer
+    unit_incompatible | '[1, -2, 0] kg'  '[1 cm, -2, 0] cm'
+    wrong_shape | '[1, -2] cm'  '[1, -2, 0'  '[[1, -2, 0]] cm'  1, -2, 0 cm  {x: 1, y: -2}
+      {x: 1, y: -2, w: 0}  {vx: 1, wy: -2, vz: 0}  {'': 1, y: -2, z: 0}  {}
+    parse_error | '[1, -2, 0]] cm'  '[[1, -2, 0] cm'  '[&a 1, *a, 0] cm'
+    not_a_number | (1, -2, 0) + (0, 0, 0)
+    duplicate_key | {x: 1, X: -2, z: 0}  {x: 1, 1: -2, z: 0}
+    """)
 def test_what_is_no_list_of_three(answer: Any, code: str) -> None:
     outcome = judged(literal(FORCE), answer)
     assert outcome.verdict == "invalid"
@@ -361,23 +329,16 @@ def test_symbols_of_a_question() -> None:
 # --- what cannot be read
 
 
-@pytest.mark.parametrize(
-    ("answer", "code"),
-    [
-        ("1, 2, 3", "wrong_shape"),
-        (["1", "2"], "wrong_shape"),
-        ([], "wrong_shape"),
-        ({"x": "1"}, "wrong_shape"),
-        (["1", "2", None], "not_a_number"),
-        (["1", "2", ["3"]], "wrong_shape"),
-        (["1", "2 +- 0.1", "3"], "not_a_number"),
-        (["1", "2", "three"], "not_a_number"),
-        (["1", "2", "nan"], "not_a_finite_number"),
-        (["1", "2", "1e999"], "not_a_finite_number"),
-        (["1", "2", "9**9**9**9"], None),
-        (["1", "2", "3" * 500], "too_large"),
-        (["1", "2", "__import__('os').system('id')"], "not_a_number"),
-    ],
+@answers(
+    """
+    code | answer
+    wrong_shape | 1, 2, 3  [1, 2]  []  {x: 1}  [1, 2, [3]]
+    not_a_number | [1, 2 +- 0.1, 3]  [1, 2, three]  [1, 2, __import__('os').system('id')]
+    not_a_finite_number | [1, 2, nan]  [1, 2, 1e999]
+    """,
+    ("not_a_number", ["1", "2", None]),
+    (None, ["1", "2", "9**9**9**9"]),
+    ("too_large", ["1", "2", "3" * 500]),
 )
 def test_what_cannot_be_read(answer: Any, code: str | None) -> None:
     outcome = judged(literal(["1", "2", "3"]), answer)
