@@ -16,6 +16,7 @@ from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.kinds.base import Kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.question import Question
+from rigidcli.grading.selftest import REMARKS
 from rigidcli.model.syntax import read_tree
 
 
@@ -79,6 +80,19 @@ def judged_alone(kind: str, key: Any, answer: Any, folder: Path = Path()) -> Out
 def codes(outcome: Outcome) -> list[str]:
     """The codes of what was found."""
     return [finding.code for finding in outcome.findings]
+
+
+def require_examples(kind: str, key: Any, *, alone: bool = True) -> set[str | None]:
+    """The codes of the examples of a key: each is judged as it was made, and where `alone`, nothing more."""
+    seen = set[str | None]()
+    for example in KINDS[kind].examples(key):
+        outcome = judged_alone(kind, key, example.answer)
+        found = codes(outcome)
+        assert (outcome.verdict == "correct") == (example.code in (None, *REMARKS)), example
+        assert example.code is None or example.code in found, example
+        assert len(found) <= 1 or not alone, (example, found)
+        seen.add(example.code)
+    return seen
 
 
 def rows(values: Any) -> list[list[str]]:

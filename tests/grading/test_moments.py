@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.arrays.reference import Reference as Key
 from rigidcli.grading.kinds import KINDS
-from tests.grading.asking import Asking, answers, codes, tolerance
+from tests.grading.asking import Asking, answers, codes, require_examples, tolerance
 
 Floats = NDArray[np.float64]
 
@@ -286,11 +286,4 @@ def test_hugely_different_sizes(values: list[float], data: st.DataObject) -> Non
     ],
 )
 def test_examples(text: str, least: int, order: str) -> None:
-    key = computed(text, order=order)
-    seen = set()
-    for example in KINDS["moments"].examples(key):
-        outcome = judged(key, example.answer)
-        assert (outcome.verdict == "correct") == (example.code is None), example
-        assert example.code is None or codes(outcome) == [example.code], example
-        seen.add(example.code)
-    assert len(seen - {None}) >= least
+    assert len(require_examples("moments", computed(text, order=order)) - {None}) >= least

@@ -13,10 +13,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.arrays.reference import Reference as Key
 from rigidcli.grading.feedback import sentence
-from rigidcli.grading.kinds import KINDS
-from tests.grading.asking import Asking, answers, codes, tolerance
+from tests.grading.asking import Asking, answers, codes, require_examples, tolerance
 
 many = settings(max_examples=120, deadline=None)
 
@@ -167,36 +165,31 @@ def test_directions_are_right_within_the_angle(sizes: list[float], roll: float, 
         )
 
 
-@pytest.mark.parametrize(
-    ("direction", "answer", "code"),
-    [
-        ("exact", [-1, -2, -3], "opposite_direction"),
-        ("sense", [-2, -4, -6], "opposite_direction"),
-        ("exact", [3, 1, 2], "components_permuted"),
-        ("sense", [9, 3, 6], "components_permuted"),
-        ("sign_free", [-3, -1, -2], "components_permuted"),
-        ("parallel", [-6, -2, -4], "components_permuted"),
-        ("exact", [1, 2, -3], "sign_error"),
-        ("exact", [-1, -2, 3], "sign_error"),
-        ("sign_free", [1, 2, -3], "sign_error"),
-        ("sense", [10, 20, -30], "sign_error"),
-        ("exact", [0.01, 0.02, 0.03], "power_of_ten"),
-        ("sign_free", [-100, -200, -300], "power_of_ten"),
-        ("exact", [1.7, 3.4, 5.1], "constant_factor"),
-        ("exact", [-2, -4, -6], "constant_factor"),
-        ("exact", [math.degrees(1), math.degrees(2), math.degrees(3)], "degrees_radians"),
-        ("exact", [2 * math.pi, 4 * math.pi, 6 * math.pi], "frequency_vs_angular_frequency"),
-        ("exact", [0, 0, 0], "zero_vector"),
-        ("parallel", [0, 0, 0], "zero_vector"),
-        ("exact", [1, 2, 4], "component_wrong"),
-        ("exact", [7, 5, 4], "outside_tolerance"),
-        ("sense", [7, 5, 4], "outside_tolerance"),
-        ("exact", [1.003, 2.005, 3.009], "outside_tolerance"),
-    ],
-)
-def test_named_mistakes(direction: str, answer: list[float], code: str) -> None:
+@answers("""
+    direction | code | answer
+    exact | opposite_direction | [-1, -2, -3]
+    sense | opposite_direction | [-2, -4, -6]
+    exact | components_permuted | [3, 1, 2]
+    sense | components_permuted | [9, 3, 6]
+    sign_free | components_permuted | [-3, -1, -2]
+    parallel | components_permuted | [-6, -2, -4]
+    exact | sign_error | [1, 2, -3]  [-1, -2, 3]
+    sign_free | sign_error | [1, 2, -3]
+    sense | sign_error | [10, 20, -30]
+    exact | power_of_ten | [0.01, 0.02, 0.03]
+    sign_free | power_of_ten | [-100, -200, -300]
+    exact | constant_factor | [1.7, 3.4, 5.1]  [-2, -4, -6]
+    exact | degrees_radians | [180/pi, 360/pi, 540/pi]
+    exact | frequency_vs_angular_frequency | [2*pi, 4*pi, 6*pi]
+    exact | zero_vector | [0, 0, 0]
+    parallel | zero_vector | [0, 0, 0]
+    exact | component_wrong | [1, 2, 4]
+    exact | outside_tolerance | [7, 5, 4]  [1.003, 2.005, 3.009]
+    sense | outside_tolerance | [7, 5, 4]
+    """)
+def test_named_mistakes(direction: str, code: str, answer: list[str]) -> None:
     key = literal(["1 rad/s", "2 rad/s", "3 rad/s"], direction=direction)
-    outcome = judged(key, typed(answer))
+    outcome = judged(key, answer)
     assert codes(outcome) == [code]
     assert outcome.verdict != "correct"
     if code == "sign_error":
@@ -391,21 +384,10 @@ KEYS = [
 ]
 
 
-def require_examples(key: Key) -> set[str | None]:
-    """Every example is judged as what it was made to be; the codes that there are."""
-    seen = set()
-    for example in KINDS["vector"].examples(key):
-        outcome = judged(key, example.answer)
-        assert (outcome.verdict == "correct") == (example.code is None), example
-        assert example.code is None or codes(outcome) == [example.code], example
-        seen.add(example.code)
-    return seen
-
-
 @pytest.mark.parametrize("direction", ["exact", "sense", "sign_free", "parallel"])
 @pytest.mark.parametrize(("text", "ask", "unit"), KEYS)
 def test_examples(text: str, ask: str, unit: str, direction: str) -> None:
-    seen = require_examples(computed(text, ask, unit, direction=direction))
+    seen = require_examples("vector", computed(text, ask, unit, direction=direction))
     assert seen >= {None, "components_permuted"}
     assert ("opposite_direction" in seen) == (direction in ("exact", "sense"))
 
@@ -416,7 +398,7 @@ def test_examples(text: str, ask: str, unit: str, direction: str) -> None:
     [["1 cm", "-20 mm", "5"], ["30 rpm", "1 rad/s", "0"], ["-3"], ["0", "0", "7 kg m^2"], ["1/3", "2*pi"]],
 )
 def test_examples_of_literal_keys(answer: list[str], direction: str) -> None:
-    assert None in require_examples(literal(answer, direction=direction))
+    assert None in require_examples("vector", literal(answer, direction=direction))
 
 
 def test_the_answer_is_told_in_the_unit_of_the_key() -> None:
