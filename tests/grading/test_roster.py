@@ -161,6 +161,7 @@ def test_nobody_is_in_an_empty_list() -> None:
 def folder(tmp_path: Path) -> Path:
     for name in [
         *("ada.yaml", "ada_l.yaml", "bob.yaml", "ada_orbit.csv", "ada_l_orbit.csv", "bob.csv", "orbit.csv"),
+        *("adages.csv", "ada-orbit.csv", "run_4711_2_orbit.csv"),
         *("doejane_4711_98_hw.yaml", "doejane_4711_99_orbit.csv", "doejane_4711_100_orbit.csv"),
         *("doejane_4711_101_run-1.csv", "doejane_4711_102_run-2.csv", "doejane_LATE_4711_103_my x-3.csv"),
         *("roe_12_90_hw.yaml", "roe_12_91_orbit.csv", "eve_13_92_other.csv"),
@@ -176,6 +177,8 @@ def folder(tmp_path: Path) -> Path:
     ada.yaml | ada_orbit.csv | ada_orbit.csv  ./ada_orbit.csv
     ada_l.yaml | ada_l_orbit.csv | ada_l_orbit.csv
     bob.yaml | orbit.csv | orbit.csv
+    bob.yaml | adages.csv | adages.csv
+    bob.yaml | run_4711_2_orbit.csv | run_4711_2_orbit.csv
     doejane_4711_98_hw.yaml | doejane_4711_99_orbit.csv | doejane_4711_99_orbit.csv
     doejane_4711_98_hw.yaml | doejane_4711_101_run-1.csv | run-1.csv
     doejane_4711_98_hw.yaml | doejane_4711_102_run-2.csv | run.csv
@@ -198,7 +201,8 @@ def test_a_file_that_was_handed_in_again_is_the_last(folder: Path) -> None:
 @cases(
     """
     answers | code | name
-    bob.yaml | not_allowed | ada_orbit.csv  ADA_orbit.csv  ada.yaml  roe_12_91_orbit.csv
+    bob.yaml | not_allowed | ada_orbit.csv  ADA_orbit.csv  Ada-orbit.csv  ada.yaml
+    roe_12_91_orbit.csv
     ada.yaml | not_allowed | ada_l_orbit.csv
     ada_l.yaml | not_allowed | ada_orbit.csv
     doejane_4711_98_hw.yaml | not_allowed | roe_12_91_orbit.csv  eve_13_92_other.csv
@@ -206,6 +210,7 @@ def test_a_file_that_was_handed_in_again_is_the_last(folder: Path) -> None:
     ada.yaml | path_outside | ../x  ..  sub/x.csv  C:x.csv
     ada.yaml | missing_file | nowhere.csv
     """,
+    (f"Max_7_{MOODLE}_hw.yaml", "not_allowed", f"Moe_8_{MOODLE}_orbit.csv"),
     ("doejane_4711_98_hw.yaml", "not_allowed", f"Moe_8_{MOODLE}_orbit.csv"),
     ("ada.yaml", "path_outside", "x\0.csv"),
     ("ada.yaml", "wrong_shape", ""),

@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from rigidcli.errors import ValueProblem
 from rigidcli.grading.arrays.reference import Reference as Key
 from rigidcli.grading.mistakes import DECISIVE, variants
 from tests.grading.asking import Asking, answers, codes, require_examples, rows
@@ -80,17 +79,6 @@ def test_a_key_by_names() -> None:
 
 
 # --- wrong answers
-
-
-@many
-@given(POINTS, POINTS)
-def test_the_tensor_of_another_body_is_never_right(
-    points: list[tuple[float, ...]], others: list[tuple[float, ...]]
-) -> None:
-    one, other = about(points, (0, 0, 0)), about(others, (0, 0, 0))
-    assume(np.abs(one - other).max() >= 1)  # all entries are whole numbers
-    outcome = judged(literal(rows(one), tolerance={"relative": 1e-6}), rows(other))
-    assert outcome.verdict != "correct"
 
 
 # --- mistakes, worked out by hand
@@ -244,12 +232,6 @@ def test_a_small_wrong_entry_is_no_other_frame() -> None:
     assert codes(judged(key, wrong)) == ["component_wrong"]
 
 
-def test_zeros_earn_nothing() -> None:
-    key = literal(rows(np.diag([2.0, 3, 4])))
-    outcome = judged(key, rows(np.diag([2.5, 3.5, 4.7])))
-    assert (outcome.verdict, outcome.share, codes(outcome)) == ("incorrect", 0.0, ["outside_tolerance"])
-
-
 # --- the other sign of products
 
 PLUS = [("tensor", "inertia.tensor"), ("matrix", "inertia.tensor"), ("tensor", "inertia.tensor_com")]
@@ -358,33 +340,9 @@ def test_numbers_for_symbols_of_a_question() -> None:
 # --- what cannot be read
 
 
-@answers(
-    """
-    code | answer
-    wrong_shape | 8  [8, 8, 8]  [[8, 3, 3], [3, 8], [3, 3, 8]]  {Ixx: 8, Iyy: 8, Izz: 8}
-      {Ixx: 8, Iyy: 8, Izz: 8, Ixy: -3, Ixz: -3, Iyw: -3}  [[8, 3, 3], [3, 8, 3], [3, 3, {}]]
-    duplicate_key | {Ixx: 8, ixx: 8}
-    not_a_finite_number | [[8, 3, 3], [3, 8, 3], [3, 3, inf]]
-    """,
-    ("wrong_shape", rows([[8, 3], [3, 8]])),
-)
-def test_what_cannot_be_read(answer: Any, code: str) -> None:
-    outcome = judged(literal(CUBE), answer)
-    assert (outcome.verdict, outcome.share, codes(outcome)) == ("invalid", 0.0, [code])
-
-
 def test_missing_names_are_told() -> None:
     outcome = judged(literal(CUBE), {"Ixx": "8", "Iyy": "8", "Izz": "8", "Iyx": "3"})
     assert outcome.findings[0].detail == "Ixz, Iyz missing"
-
-
-@pytest.mark.parametrize(
-    "answer", [rows([[17.25, 1, 0], [0, 2, 0], [0, 0, 3]]), rows(np.eye(2) * 17.25), ["17.25"], "17.25"]
-)
-def test_bad_keys_are_refused_without_being_told(answer: Any) -> None:
-    with pytest.raises(ValueProblem) as refusal:
-        literal(answer)
-    assert "17.25" not in str(refusal.value)
 
 
 # --- examples

@@ -1008,31 +1008,6 @@ def test_a_file_is_found_as_canvas_and_moodle_name_it(
     assert refused(OSCILLATOR, {"file": "orbit.csv"}, tmp_path / answer) == outcome
 
 
-@cases("""
-    answer | is_own | named
-    ada.yaml | yes | ada_orbit.csv
-    bob.yaml | yes | adages.csv  run_4711_2_orbit.csv
-    ann-marie.yaml | yes | ann-marie.csv
-    doejane_4711_98764_answers.yaml | yes | doejane_4711_98765_orbit.csv
-    bob.yaml | no | ada_orbit.csv  Ada-orbit.csv  ada.yaml  doejane_4711_98765_orbit.csv
-    ann.yaml | no | ann-marie.csv
-    roerick_12_98764_answers.yaml | no | doejane_4711_98765_orbit.csv
-    Rick Roe_12_assignsubmission_file_a.yaml | no | Jane Roe_1_assignsubmission_file_orbit.csv
-    """)
-def test_the_file_of_another_student_is_no_answer(
-    tmp_path: Path, answer: str, is_own: str, named: str
-) -> None:
-    students = ("ada.yaml", "bob.yaml", "ann.yaml", "ann-marie.yaml", "doejane_4711_98764_answers.yaml")
-    for name in {*students, answer, named}:
-        (tmp_path / name).write_text(table(oscillator())["csv"], encoding="utf-8")
-    if is_own == "yes":
-        assert answered(OSCILLATOR, {"file": named}, tmp_path / answer).verdict == "correct"
-    else:
-        with pytest.raises(Unreadable, match="another student's") as refusal:
-            answered(OSCILLATOR, {"file": named}, tmp_path / answer)
-        assert refusal.value.finding.code == "not_allowed"
-
-
 ELSEWHERE = (
     r"../orbit.csv /etc/passwd sub/orbit.csv .. . ..\orbit.csv C:orbit.csv C:\orbit.csv orbit.csv:stream"
 )
