@@ -21,8 +21,6 @@ Floats = NDArray[np.float64]
 
 many = settings(max_examples=120, deadline=None)
 
-DEFAULT = 1e-3
-TOLERANCES = st.sampled_from([None, 1e-6, 0.02])
 SCALES = st.sampled_from([1e-47, 1.0, 12.5, 1e37])
 
 

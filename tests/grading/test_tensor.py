@@ -20,7 +20,6 @@ from tests.grading.asking import Asking, answers, codes, require_examples, rows
 
 Floats = NDArray[np.float64]
 
-many = settings(max_examples=60, deadline=None)
 
 NAMES = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
 COORDINATES = st.integers(-4, 4).map(float)
