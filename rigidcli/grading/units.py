@@ -35,10 +35,7 @@ SPELLINGS = {
 
 PRODUCTS = {
     pair.replace(" ", ""): pair
-    for pair in (
-        *("N m", "kN m", "N cm", "N mm", "N s", "J s"),
-        *("kg m", "kg cm", "kg mm", "g cm", "g mm"),
-    )
+    for pair in (*("N m", "kN m", "N cm", "N mm", "N s", "J s"), *("kg m", "kg cm", "kg mm", "g cm", "g mm"))
 }
 """Two units that homework runs together; a power belongs to the second, as in `kgm^2`."""
 

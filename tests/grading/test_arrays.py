@@ -245,12 +245,7 @@ def test_bad_keys_are_refused_without_being_told(kind: str, options: str, answer
 
 # --- symbols
 
-VANISHING = [
-    "abs(a - 3) + a - 3",
-    "exp(-1e6*(a - 0.9)^2)",
-    "log(1 + exp(1e3*(a - 20)))",
-    "sign(a - 1e7) + 1",
-]
+VANISHING = ["abs(a - 3) + a - 3", "exp(-1e6*(a - 0.9)^2)", "log(1 + exp(1e3*(a - 20)))", "sign(a - 1e7) + 1"]
 """What is nothing, or next to it, at most values of a symbol."""
 
 

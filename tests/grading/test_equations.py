@@ -441,8 +441,7 @@ def test_any_text_has_an_outcome(answer: list[str]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("changes", "share"),
-    [({0}, 2 / 3), ({1}, 2 / 3), ({0, 2}, 1 / 3), ({0, 1, 2}, 0.0)],
+    ("changes", "share"), [({0}, 2 / 3), ({1}, 2 / 3), ({0, 2}, 1 / 3), ({0, 1, 2}, 0.0)]
 )
 def test_signs_of_eulers_equations(changes: set[int], share: float) -> None:
     answer = {
@@ -759,13 +758,7 @@ def test_examples_are_judged_as_they_were_made(name: str) -> None:
 
 # --- attacks
 
-FLAT = (
-    "({0})^2",
-    "({0})^3",
-    "sin(0.01*({0}))",
-    "sinh(1e3*({0}))",
-    "log(1 + ({0})^2)",
-)
+FLAT = ("({0})^2", "({0})^3", "sin(0.01*({0}))", "sinh(1e3*({0}))", "log(1 + ({0})^2)")
 """Functions that are zero with their argument, some of them elsewhere, too."""
 
 BUMPS = (

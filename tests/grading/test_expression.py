@@ -32,15 +32,7 @@ from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import Node
 from tests.conftest import ROOT
 from tests.grading.asking import Asking, cases, require_examples
-from tests.grading.rewriting import (
-    EXPRESSIONS,
-    POSITIVE,
-    REAL,
-    attacked,
-    in_fractions,
-    mistaken,
-    rewritten,
-)
+from tests.grading.rewriting import EXPRESSIONS, POSITIVE, REAL, attacked, in_fractions, mistaken, rewritten
 from tests.symbolic.trees import NoValueError, value
 
 generated = settings(
@@ -213,11 +205,7 @@ def test_what_is_nearly_nothing_is_not_overlooked(name: str, constant: str, data
 
 
 PENDULUM = "p_theta^2/(2*m*l^2) - m*g*l*cos(theta)"
-OF_PENDULUM = {
-    "coordinates": ["theta"],
-    "momenta": ["p_theta"],
-    "symbols": dict.fromkeys("mgl", "positive"),
-}
+OF_PENDULUM = {"coordinates": ["theta"], "momenta": ["p_theta"], "symbols": dict.fromkeys("mgl", "positive")}
 
 
 @cases("""

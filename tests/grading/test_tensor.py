@@ -161,9 +161,7 @@ def test_a_mistake_that_changes_nothing_is_not_named() -> None:
     key = computed("{body: {shape: cube, side: 1, mass: 12}}")
     assert decisive(key) == set()
     key = computed("{body: {shape: box, size: [1, 2, 3], mass: 12}, about: [0, 0, 5]}")
-    assert decisive(key) == {
-        *("axes_permuted", "parallel_axis_missing", "parallel_axis_sign"),
-    }
+    assert decisive(key) == {*("axes_permuted", "parallel_axis_missing", "parallel_axis_sign")}
 
 
 def test_two_mistakes_that_explain_an_answer_are_not_named() -> None:

@@ -97,11 +97,7 @@ OSCILLATOR = formulas(10, {"x": "1.5*cos(2*t + 0.3)", "p": "-3*sin(2*t + 0.3)"})
 
 
 def oscillator(t: Floats = T, rate: float = 2.0, size: float = 1.5, phase: float = 0.3) -> dict[str, Floats]:
-    return {
-        "t": t,
-        "x": size * np.cos(rate * t + phase),
-        "p": -rate * size * np.sin(rate * t + phase),
-    }
+    return {"t": t, "x": size * np.cos(rate * t + phase), "p": -rate * size * np.sin(rate * t + phase)}
 
 
 DAMPED = formulas(10, {"x": "exp(-t/5)*cos(3*t)", "v": "-exp(-t/5)*(cos(3*t)/5 + 3*sin(3*t))"})
