@@ -140,12 +140,14 @@ MISTAKES = (
         dict.fromkeys(("number", *ARRAYS), times("unit_conversion")),
         {"number": scalars.converted_twice("unit_conversion")},
     ),
-    Mistake("too_few_sig_figs", "has too few significant figures", fits={"number": scalars.with_few_figures}),
+    Mistake(
+        "too_few_sig_figs", "has too few significant figures", fits={"number": scalars.rounded(too_few=True)}
+    ),
     Mistake(
         "precision_insufficient",
         "agrees with the expected answer, but has too few digits",
         fits={
-            "number": scalars.rounded,
+            "number": scalars.rounded(too_few=False),
             "trajectory": trajectories.rounded,
             **dict.fromkeys(ARRAYS, arrays.rounded),
         },
