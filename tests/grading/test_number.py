@@ -27,6 +27,7 @@ from rigidcli.grading.scalars import Key
 from rigidcli.grading.units import read_unit
 from rigidcli.model import units
 from rigidcli.model.load import load
+from rigidcli.model.syntax import read_tree
 from rigidcli.report import Field, Report
 from rigidcli.studies import precess
 from tests.grading.asking import Asking, answers, cases, require_examples
@@ -195,24 +196,6 @@ def test_what_is_no_number_is_invalid_and_told_why(text: str, code: str, hint: s
 def test_spellings_of_homework(key: str, answer: str) -> None:
     assert told(literal(key, tolerance={"relative": 1e-12}), answer) == "correct"
     assert told(literal(key), key) == "correct"
-
-
-@cases("""
-    key | answer
-    1e-17 | 0  cos(pi/2)
-    0 | 1e-17  sin(3.14159265358979)  1 - 0.9 - 0.1000000000000001
-    cos(pi/2) | 6.123e-17
-    0.025 kg m^2 | 2.5 x 10² kg m^2  2.5 x 10-2 kg m^2
-    20.8 rad/s | omega = omega
-    """)
-def test_what_only_looks_like_it_is_wrong(key: str, answer: str) -> None:
-    assert told(literal(key), answer) != "correct"
-
-
-def test_lists_and_mappings_are_no_numbers() -> None:
-    for answer in ([], ["20.8"], {"value": "20.8", "unit": "rad/s"}):
-        assert told(literal("20.8"), answer) == "wrong_shape"
-    assert told(literal("20.8"), None) == "not_a_number"
 
 
 def test_a_key_has_no_uncertainty() -> None:
@@ -401,12 +384,6 @@ def test_an_absolute_tolerance_is_in_si_units(
     assert (told(key, answer) == "correct") == (ratio < 1)
 
 
-def test_without_a_tolerance_a_thousandth_is_allowed() -> None:
-    key = literal("20 m")
-    assert told(key, "20.02 m") == told(key, "19.98 m") == told(key, "1998 cm") == "correct"
-    assert told(key, "20.03 m") == told(key, "19.97 m") == "outside_tolerance"
-
-
 def rounded(value: Decimal, n: int, how: str) -> Decimal:
     """To n significant figures, by the arithmetic of decimals."""
     return value.quantize(Decimal(1).scaleb(value.adjusted() + 1 - n), how)
@@ -542,6 +519,62 @@ def test_an_angular_velocity(answer: str, expected: str) -> None:
     assert told(literal(OMEGA, kind="quantity", unit="required", **figures(3)), answer) == expected
 
 
+@answers(
+    """
+    key | options | expected | answer
+    20 m | {} | correct | 20.02 m  19.98 m  1998 cm
+    20 m | {} | outside_tolerance | 20.03 m  19.97 m
+    # At a fifth, a factor of 3 is also one of 3.6 (km/h), of 2.54 (inches), of pi ...
+    10 m/s | {tolerance: 0.2} | outside_tolerance | 31 m/s
+    # ... and 0.5 is half of 0.75 but for a factor of 2/3, or its first digit.
+    0.75 m | {tolerance: 1e-3} | outside_tolerance | 1 m
+    # A number without a unit is in that of the key.
+    1800 rpm | {} | correct | 1800  188.496 rad/s  1800 rpm
+    1800 rpm | {} | unit_conversion | 188.496
+    1800 rpm | {} | sign_error | -1800
+    1800 rpm | {unit: required} | unit_missing | 1800
+    20.8 | {} | wrong_shape | []  [20.8]  {value: 20.8, unit: rad/s}
+    # Zero is zero in any unit, and what is not zero is not.
+    0 m | {} | correct | 0  0 m  0.0 cm  -0 m  1-1 m  0e5
+    0 m | {} | outside_tolerance | 1e-9 m
+    0 m | {unit: required} | unit_missing | 1e-9
+    0 m | {tolerance: {absolute: 1e-6}} | correct | 1e-9 m
+    1e-160 m | {} | outside_tolerance | 0 m
+    1e-17 rad | {} | outside_tolerance | 0 rad
+    1e-17 | {} | outside_tolerance | 0  cos(pi/2)
+    0 | {} | outside_tolerance | 1e-17  sin(3.14159265358979)  1 - 0.9 - 0.1000000000000001
+    cos(pi/2) | {} | outside_tolerance | 6.123e-17
+    0.025 kg m^2 | {} | power_of_ten | 2.5 x 10² kg m^2
+    20.8 rad/s | {} | not_a_number | omega = omega
+    # A period does not widen a relative tolerance.
+    1 rad | {modulo: 2*pi} | correct | 1.0009  7.2832
+    1 rad | {modulo: 2*pi} | outside_tolerance | 1e300  1.002
+    0 rad | {modulo: 2*pi} | correct | 6.283
+    180 deg | {modulo: 360 deg} | correct | -180 deg
+    180 deg | {} | sign_error | -180 deg
+    """,
+    ("20.8", "{}", "not_a_number", None),
+)
+def test_what_is_told_of_a_number(key: str, options: str, expected: str, answer: Any) -> None:
+    assert told(literal(key, **read_tree(options, "")), answer) == expected
+
+
+def test_what_only_looks_like_it_is_wrong() -> None:
+    for answer in ("1e4", "12345.6", "1e7", "100"):
+        assert told(literal("1 rad", modulo="2*pi"), answer) != "correct"
+    assert told(literal("0.025 kg m^2"), "2.5 x 10-2 kg m^2") != "correct"
+
+
+def test_units_of_results() -> None:
+    for kind in ("number", "quantity"):
+        assert told(computed(188.4955592, "rad/s", kind=kind), "188.496") == "correct"
+    assert told(computed(188.4955592, "rad/s", unit="required"), "188.496") == "unit_missing"
+    for answer in ("0", "0 m", "0.0 cm", "-0 m", "1-1 m", "0e5"):
+        assert told(computed(0.0, "m"), answer) == "correct"
+    assert told(computed(1e-17, "rad"), "0 rad") == "correct"  # an angle has a scale of its own
+    assert told(computed(1e-17, "m"), "0 m") == told(computed(1e-6, "rad"), "0 rad") == "outside_tolerance"
+
+
 @cases("""
     key | expected | answer
     10 m/s | unit_conversion | 36 m/s  2.7778 m/s
@@ -585,24 +618,6 @@ def test_other_units_and_mistakes(key: str, answer: str, expected: str) -> None:
     assert told(literal(key), answer) == expected
 
 
-def test_two_mistakes_that_look_alike_are_not_named() -> None:
-    # At a fifth, a factor of 3 is also one of 3.6 (km/h), of 2.54 (inches), of pi ...
-    assert told(literal("10 m/s", tolerance={"relative": 0.2}), "31 m/s") == "outside_tolerance"
-    # ... and 0.5 is half of 0.75 but for a factor of 2/3, or its first digit.
-    assert told(literal("0.75 m", tolerance={"relative": 1e-3}), "1 m") == "outside_tolerance"
-
-
-def test_a_number_without_a_unit_is_in_that_of_the_key() -> None:
-    key = literal("1800 rpm")
-    assert told(key, "1800") == told(key, "188.496 rad/s") == told(key, "1800 rpm") == "correct"
-    assert told(key, "188.496") == "unit_conversion"
-    assert told(key, "-1800") == "sign_error"
-    assert told(literal("1800 rpm", unit="required"), "1800") == "unit_missing"
-    for kind in ("number", "quantity"):
-        assert told(computed(188.4955592, "rad/s", kind=kind), "188.496") == "correct"
-    assert told(computed(188.4955592, "rad/s", unit="required"), "188.496") == "unit_missing"
-
-
 def test_numbers_without_a_unit_are_in_that_of_the_report() -> None:
     path = ("precess", "tide", "rate_arcsec_per_year")
     key = computed(-50.3, "arcsec/yr", path, unit="optional", tolerance={"absolute": 0.1})
@@ -625,22 +640,6 @@ def test_numbers_without_a_unit_are_in_that_of_the_report() -> None:
 )
 def test_the_sense_of_a_precession(path: tuple[str, ...], expected: str) -> None:
     assert told(computed(-2.5, "rad/s", path), "2.5 rad/s") == expected
-
-
-@pytest.mark.parametrize("answer", ["0", "0 m", "0.0 cm", "-0 m", "1-1 m", "0e5"])
-def test_zero_is_zero_in_any_unit(answer: str) -> None:
-    assert told(literal("0 m"), answer) == "correct"
-    assert told(computed(0.0, "m"), answer) == "correct"
-
-
-def test_what_is_not_zero_is_not() -> None:
-    assert told(literal("0 m"), "1e-9 m") == "outside_tolerance"
-    assert told(literal("0 m", unit="required"), "1e-9") == "unit_missing"
-    assert told(literal("0 m", tolerance={"absolute": 1e-6}), "1e-9 m") == "correct"
-    assert told(literal("1e-160 m"), "0 m") == "outside_tolerance"
-    assert told(computed(1e-17, "rad"), "0 rad") == "correct"  # an angle has a scale of its own
-    assert told(literal("1e-17 rad"), "0 rad") == told(computed(1e-17, "m"), "0 m") == "outside_tolerance"
-    assert told(computed(1e-6, "rad"), "0 rad") == "outside_tolerance"
 
 
 RING = [[1, math.cos(2 * math.pi * k / 7), math.sin(2 * math.pi * k / 7), 0] for k in range(7)]
@@ -708,17 +707,6 @@ def test_equal_modulo_a_period(
     assert told(key, typed(angle + turns * period)) == "correct"
     if abs(off) > 1e-3:
         assert told(key, typed(angle + (turns + off) * period)) != "correct"
-
-
-def test_a_period_does_not_widen_a_relative_tolerance() -> None:
-    key = literal("1 rad", modulo="2*pi")
-    assert told(key, "1.0009") == "correct"
-    assert told(key, f"{1 + 2 * math.pi:.4f}") == "correct"
-    for answer in ("1e4", "12345.6", "1e7", "1e300", "100", "1.002"):
-        assert told(key, answer) != "correct"
-    assert told(literal("0 rad", modulo="2*pi"), "6.283") == "correct"
-    assert told(literal("180 deg", modulo="360 deg"), "-180 deg") == "correct"
-    assert told(literal("180 deg"), "-180 deg") == "sign_error"
 
 
 @pytest.mark.parametrize("modulo", ["0", "-1 rad", "360 kg", "x", "1/0"])
