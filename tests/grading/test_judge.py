@@ -159,7 +159,13 @@ def test_answers_that_differ_in_blanks_and_last_digits_are_told_as_one() -> None
     assert judged("answers: {b: x1 + 3}")["b"].answer != judged("answers: {b: x2 + 3}")["b"].answer
 
 
-@given(st.recursive(st.text() | st.none(), lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner)))
+@given(
+    st.recursive(
+        st.text() | st.none(),
+        lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(), inner, max_size=4),
+        max_leaves=12,
+    )
+)
 @settings(max_examples=50, deadline=None)
 def test_what_is_told_of_an_answer_is_short(answer: Tree) -> None:
     import json
