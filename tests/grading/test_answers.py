@@ -182,22 +182,20 @@ def test_what_an_answer_is_read_as(answer: Tree, told: str) -> None:
     assert found.startswith(told)
 
 
-@pytest.mark.parametrize(
-    ("answer", "code", "place"),
-    [
-        ("20,8 rad/s", "not_a_number", ""),
-        ("5 metres per parsec", "unit_incompatible", ""),
-        ("9**9**9**9", "not_a_finite_number", ""),
-        ("((((", "parse_error", ""),
-        (["1", "2 +"], "not_a_number", "entry 2"),
-        ([["1", "2"], ["3"]], "wrong_shape", ""),
-        ([["1", "2"], ["3", "4 +"]], "not_a_number", "row 2"),
-        ({"file": "nowhere.csv"}, "missing_file", "`nowhere.csv`"),
-        ({"file": "/etc/passwd"}, "path_outside", "file"),
-        ({"xdot": "p_x/"}, "parse_error", "xdot"),
-    ],
-)
-def test_what_is_read_as_nothing(answer: Tree, code: str, place: str) -> None:
+@answers("""
+    code | place | answer
+    not_a_number |  | 20,8 rad/s
+    unit_incompatible |  | 5 metres per parsec
+    not_a_finite_number |  | 9**9**9**9
+    parse_error |  | ((((
+    not_a_number | entry 2 | [1, 2 +]
+    wrong_shape |  | [[1, 2], [3]]
+    not_a_number | row 2 | [[1, 2], [3, 4 +]]
+    missing_file | `nowhere.csv` | {file: nowhere.csv}
+    path_outside | file | {file: /etc/passwd}
+    parse_error | xdot | {xdot: p_x/}
+    """)
+def test_what_is_read_as_nothing(code: str, place: str, answer: Tree) -> None:
     found = described(answer, Path("x.yaml"))
     assert isinstance(found, Unreadable)
     assert (found.finding.code, found.finding.place) == (code, place)

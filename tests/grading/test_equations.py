@@ -524,27 +524,16 @@ def test_a_wrong_sign_of_the_lorentz_force_is_none_of_hamiltons_equations(answer
     assert codes(judged(of_document("magnetic_particle"), answer)) == ["sign_error"]
 
 
-@pytest.mark.parametrize(
-    ("name", "answer", "missing"),
-    [
-        ("notes_spring", ["xddot = -k*x"], "without `m`"),
-        ("notes_spring", ["xdot = p_x", "p_xdot = -k*x"], "without `m`"),
-        ("notes_spring", [SPRING[0], "p_xdot = -4*x"], "without `k`"),
-        ("notes_spring", ["xddot = -4*x"], "without `m`, `k`"),
-        # The mass is not there, nor is it in the right equations.
-        (
-            "spherical_pendulum",
-            [
-                "thetaddot = sin(theta)*cos(theta)*phidot^2 - 9.81/l*sin(theta)",
-                "sin(theta)*phiddot + 2*cos(theta)*thetadot*phidot = 0",
-            ],
-            "without `g`",
-        ),
-    ],
-)
-def test_a_number_tells_the_symbol_in_whose_place_it_stands(
-    name: str, answer: list[str], missing: str
-) -> None:
+@answers("""
+    name | missing | answer
+    notes_spring | without `m` | [xddot = -k*x]  [xdot = p_x, p_xdot = -k*x]
+    notes_spring | without `k` | [xdot = p_x/m, p_xdot = -4*x]
+    notes_spring | without `m`, `k` | [xddot = -4*x]
+    # The mass is not there, nor is it in the right equations.
+    spherical_pendulum | without `g` |
+    {thetaddot: sin(2*theta)/2*phidot^2 - 9.81/l*sin(theta), sin(theta)*phiddot: -2*cos(theta)*thetadot*phidot}
+    """)
+def test_a_number_tells_the_symbol_in_whose_place_it_stands(name: str, missing: str, answer: Any) -> None:
     (finding,) = judged(of_document(name), answer).findings
     assert finding.code == "number_for_symbol"
     assert sentence(finding).endswith(f"; {missing}")

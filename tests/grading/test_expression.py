@@ -297,21 +297,12 @@ system: {coordinates: [x], kinetic: m*xdot^2/2, potential: k*x^2/2}
 H = "p_x^2/(2*m) + k*x^2/2"
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        H,
-        "H = p_x^2/(2*m) + k*x^2/2",
-        "p_x^2/(2*m) + m*w^2*x^2/2",
-        "(px^2 + (m*w*x)^2)/2/m",
-        "w*(p^2/(m*w) + m*w*x^2)/2",
-        "0.5*p_x*p_x/m + 0.5*k*x*x",
-        f"{H} + 3",
-        f"{H} - k/m",
-        f"{H} + w",
-        f"{H} + xdot - xdot",
-    ],
-)
+@cases("""
+    answer
+    p_x^2/(2*m) + k*x^2/2  H = p_x^2/(2*m) + k*x^2/2  p_x^2/(2*m) + m*w^2*x^2/2  (px^2 + (m*w*x)^2)/2/m
+    w*(p^2/(m*w) + m*w*x^2)/2  0.5*p_x*p_x/m + 0.5*k*x*x  p_x^2/(2*m) + k*x^2/2 + 3
+    p_x^2/(2*m) + k*x^2/2 - k/m  p_x^2/(2*m) + k*x^2/2 + w  p_x^2/(2*m) + k*x^2/2 + xdot - xdot
+    """)
 def test_the_hamiltonian_of_a_spring(answer: str) -> None:
     assert is_right(of(SPRING, "hamilton.hamiltonian"), answer)
 
