@@ -104,10 +104,6 @@ def _key(line: str) -> tuple[str, str] | None:
     )
 
 
-def _indentation(line: str) -> int:
-    return len(line) - len(line.lstrip(" "))
-
-
 @dataclass(frozen=True, slots=True)
 class _Lines:
     """Lines of a file, of which the first has the key `name`; `first` is its number."""
@@ -123,7 +119,7 @@ class _Lines:
     def entries(self) -> Iterator[_Lines]:
         """The entries of the mapping below the first line, if there is nothing but the key in it."""
         keys = [(place, key[0]) for place, line in enumerate(self.lines) if (key := _key(line))]
-        depths = {place: _indentation(self.lines[place]) for place, _ in keys}
+        depths = {place: len(line) - len(line.lstrip(" ")) for place, line in enumerate(self.lines)}
         depth = next((depths[place] for place, _ in keys if depths[place]), 0)
         if _key(self.lines[0]) == (self.name, ""):
             yield from self._cut([each for each in keys if 0 < depths[each[0]] <= depth])

@@ -238,7 +238,10 @@ def _item(asked: Asked, name: str) -> Item:
     for place, other in enumerate(question.accept):
         also = replace(asked, value=other.answer, unit="", path=(), report=None, second=None)
         accepted.append(Accepted(_key(kind, also, "accept", place, "answer"), other.credit, other.message))
-    return Item(kind, key, question.points, _in_words(kind.typed(key)), question.credit, tuple(accepted))
+    typed = kind.typed(key)
+    words = "" if typed is None else _flow(typed)
+    told = words if len(words) <= LONGEST_KEY else ""
+    return Item(kind, key, question.points, told, question.credit, tuple(accepted))
 
 
 def _key(kind: Kind, asked: Asked, *place: str | int) -> Any:
@@ -256,13 +259,8 @@ def _key(kind: Kind, asked: Asked, *place: str | int) -> Any:
         raise ValueProblem(told if found.place else f"the key {told}", path=place) from None
 
 
-def _in_words(typed: Tree | None) -> str:
-    """A key as it would be typed, if that is short."""
-    text = "" if typed is None else _flow(typed)
-    return text if len(text) <= LONGEST_KEY else ""
-
-
 def _flow(answer: Tree) -> str:
+    """A key as it would be typed, in one line."""
     if isinstance(answer, dict):
         return f"{{{', '.join(f'{key}: {_flow(value)}' for key, value in answer.items())}}}"
     if isinstance(answer, list):
@@ -293,7 +291,8 @@ def _computed(question: Question, ask: str, library: _Library) -> tuple[Asked, s
         )
     document, report = library.document(question.document), library.report(question.document, study)
     value = _found(report.tree(), way)
-    unit = _unit(report, ".".join(way))
+    keys = [".".join(way[:count]) for count in range(1, len(way) + 1)]
+    unit = next((field.unit for field in report.fields if field.key in keys), "")
     name = question.kind or kind_of(path, value, unit)
     if name is None:
         hint = _known("", value) if isinstance(value, Mapping) else None
@@ -304,13 +303,6 @@ def _computed(question: Question, ask: str, library: _Library) -> tuple[Asked, s
         report, second = library.dense(question.document, study)
         return Asked(question, _trajectory(report), unit, path, document, report, second), name
     return Asked(question, value, unit, path, document, report), name
-
-
-def _unit(report: Report, key: str) -> str:
-    """The unit of the result that has this key, or that this is a part of."""
-    return next(
-        (entry.unit for entry in report.fields if entry.key and f"{key}.".startswith(f"{entry.key}.")), ""
-    )
 
 
 def _known(name: str, names: Iterable[str]) -> str:

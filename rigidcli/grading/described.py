@@ -47,7 +47,9 @@ def describe(answer: Tree, path: Path) -> str:
         return f"a list of {len(answer)}, each {_several(each)}" if answer else "an empty list"
     if isinstance(answer, dict):
         if answer and answer.keys() <= {"file", "csv"}:
-            return _table(answer["csv"] if "csv" in answer else read_beside(answer["file"], path))
+            text = answer["csv"] if "csv" in answer else read_beside(answer["file"], path)
+            head, *rows = [line for line in str(text).splitlines() if line.strip()] or [""]
+            return f"a table with {len(rows)} rows of {_listed(head.split(',')) if head else 'nothing'}"
         each = [_inside(name, entry, path) for name, entry in answer.items()]
         return f"{_listed(answer)}: each {_several(each)}" if answer else "an empty mapping"
     return _text(answer or "")
@@ -107,11 +109,6 @@ def _formula(text: str, otherwise: Unreadable) -> str:
     if not names:
         raise otherwise
     return f"an {'equation' if '=' in text else 'expression'} in {_listed(sorted(names))}"
-
-
-def _table(text: Tree) -> str:
-    lines = [line for line in str(text).splitlines() if line.strip()]
-    return f"a table with {len(lines[1:])} rows of {_listed(lines[0].split(',')) if lines else 'nothing'}"
 
 
 def _listed(names: Iterable[str]) -> str:

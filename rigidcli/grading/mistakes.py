@@ -60,6 +60,13 @@ class Mistake:
 VECTOR, MOMENTS, MATRIX, TENSOR = ARRAYS = ("vector", "moments", "matrix", "tensor")
 """The kinds of many numbers."""
 
+
+def _of_tensor(code: str, says: str) -> Mistake:
+    """A mistake on the way to an inertia tensor, which is seen in its moments and axes as well."""
+    entries = dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out(code))
+    return Mistake(code, says, {"axes": principal.worked_out(code), **entries}, level=DECISIVE)
+
+
 MISTAKES = (
     Mistake(
         "wrong_unit_right_number",
@@ -133,12 +140,14 @@ MISTAKES = (
         dict.fromkeys(("number", *ARRAYS), times("unit_conversion")),
         {"number": scalars.converted_twice("unit_conversion")},
     ),
-    Mistake("too_few_sig_figs", "has too few significant figures", fits={"number": scalars.with_few_figures}),
+    Mistake(
+        "too_few_sig_figs", "has too few significant figures", fits={"number": scalars.rounded(too_few=True)}
+    ),
     Mistake(
         "precision_insufficient",
         "agrees with the expected answer, but has too few digits",
         fits={
-            "number": scalars.rounded,
+            "number": scalars.rounded(too_few=False),
             "trajectory": trajectories.rounded,
             **dict.fromkeys(ARRAYS, arrays.rounded),
         },
@@ -165,59 +174,15 @@ MISTAKES = (
         level=DECISIVE,
     ),
     Mistake("opposite_direction", "points the opposite way", {VECTOR: arrays.opposite}, level=DECISIVE),
-    Mistake(
-        "axes_permuted",
-        "the coordinate axes are in another order",
-        {
-            "axes": principal.worked_out("axes_permuted"),
-            **dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out("axes_permuted")),
-        },
-        level=DECISIVE,
+    _of_tensor("axes_permuted", "the coordinate axes are in another order"),
+    _of_tensor("products_of_inertia_sign", "the products of inertia have the wrong sign"),
+    _of_tensor("products_of_inertia_missing", "the products of inertia are missing"),
+    _of_tensor(
+        "parallel_axis_missing", "this is about the centre of mass: the parallel-axis theorem is not applied"
     ),
-    Mistake(
-        "products_of_inertia_sign",
-        "the products of inertia have the wrong sign",
-        {
-            "axes": principal.worked_out("products_of_inertia_sign"),
-            **dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out("products_of_inertia_sign")),
-        },
-        level=DECISIVE,
-    ),
-    Mistake(
-        "products_of_inertia_missing",
-        "the products of inertia are missing",
-        {
-            "axes": principal.worked_out("products_of_inertia_missing"),
-            **dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out("products_of_inertia_missing")),
-        },
-        level=DECISIVE,
-    ),
-    Mistake(
-        "parallel_axis_missing",
-        "this is about the centre of mass: the parallel-axis theorem is not applied",
-        {
-            "axes": principal.worked_out("parallel_axis_missing"),
-            **dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out("parallel_axis_missing")),
-        },
-        level=DECISIVE,
-    ),
-    Mistake(
-        "parallel_axis_sign",
-        "the parallel-axis theorem is applied with the wrong sign",
-        {
-            "axes": principal.worked_out("parallel_axis_sign"),
-            **dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out("parallel_axis_sign")),
-        },
-        level=DECISIVE,
-    ),
-    Mistake(
-        "parallel_axis_off_diagonal_missing",
-        "the parallel-axis theorem is applied to the diagonal only",
-        {
-            "axes": principal.worked_out("parallel_axis_off_diagonal_missing"),
-            **dict.fromkeys((TENSOR, MOMENTS), arrays.worked_out("parallel_axis_off_diagonal_missing")),
-        },
-        level=DECISIVE,
+    _of_tensor("parallel_axis_sign", "the parallel-axis theorem is applied with the wrong sign"),
+    _of_tensor(
+        "parallel_axis_off_diagonal_missing", "the parallel-axis theorem is applied to the diagonal only"
     ),
     Mistake(
         "other_frame",

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 import re
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, overload
 
@@ -25,7 +26,7 @@ from rigidcli.grading.units import read_unit, scale_in, with_hint
 from rigidcli.model.units import DIMENSIONLESS, Unit
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, Expression, parse
+from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, parse
 
 LONGEST = 400
 """Characters of a number."""
@@ -173,18 +174,13 @@ def _expression(text: str, answer: str, place: str) -> float:
         raise Unreadable("not_a_number", f"read {shown(answer)}: {name} has no value", place=place)
     try:
         value = _finite(expression.evaluate({}), place)
-        return 0.0 if abs(value) < ROUNDING and _vanishes(expression) else value
     except ExpressionError as error:
         message = f"read {shown(answer)}: {error.message}"
         raise Unreadable("not_a_finite_number", message, place=place) from None
-
-
-def _vanishes(expression: Expression) -> bool:
-    """Whether it is proved that an expression without names is zero, as `cos(pi/2)` is and no float tells."""
-    try:
-        return is_zero(from_tree(expression.root))
-    except ExpressionError:
-        return False
+    # It is proved that `cos(pi/2)` is zero, which no float tells.
+    with suppress(ExpressionError):
+        return 0.0 if abs(value) < ROUNDING and is_zero(from_tree(expression.root)) else value
+    return value
 
 
 def _finite(value: float, place: str) -> float:

@@ -9,7 +9,6 @@ from pydantic import ConfigDict, Field, ValidationInfo
 
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.model.base import Alternative, AsList, Quantity, ReadBy, Section, Title
-from rigidcli.model.environment import Environment
 from rigidcli.model.units import ANGLE, DIMENSIONLESS
 
 Positive = Annotated[float, Quantity(DIMENSIONLESS, "positive")]
@@ -49,14 +48,13 @@ class Tolerance(Section):
     conserved: Positive | None = None
 
 
-def _relative(raw: object, env: Environment) -> Tolerance:
-    return Tolerance.model_validate({"relative": raw}, context=env)
-
-
 AnyTolerance = Annotated[
     Tolerance,
     Alternative(
-        int | float | Decimal, _relative, otherwise=Tolerance, schema={"type": "number", "minimum": 0}
+        int | float | Decimal,
+        lambda raw, env: Tolerance.model_validate({"relative": raw}, context=env),
+        otherwise=Tolerance,
+        schema={"type": "number", "minimum": 0},
     ),
 ]
 """A tolerance; a number alone is a relative one."""

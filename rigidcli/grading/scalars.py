@@ -222,23 +222,13 @@ def converted_twice(code: str) -> Callable[[Key, Scalar], Iterator[Key]]:
     return fits
 
 
-def rounded(key: Key, answer: Scalar) -> Iterator[Key]:
-    """The key of the reference rounded to the digits of the answer, if these are as many as are asked for."""
-    if not _has_few_figures(key, answer):
-        yield from _rounded(key, answer)
+def rounded(*, too_few: bool) -> Callable[[Key, Scalar], Iterator[Key]]:
+    """What makes the key rounded to the digits of the answer, if these are `too_few`, or as many as asked."""
 
+    def fits(key: Key, answer: Scalar) -> Iterator[Key]:
+        number = answer.written
+        few = key.figures is not None and number.figures < key.figures
+        if few == too_few and abs(key.gap(number.value, answer.scale)) <= number.half_a_digit * (1 + NOISE):
+            yield replace(key, reference=number.value * answer.scale)
 
-def with_few_figures(key: Key, answer: Scalar) -> Iterator[Key]:
-    """The key of the reference rounded to the digits of the answer, if these are fewer than are asked for."""
-    if _has_few_figures(key, answer):
-        yield from _rounded(key, answer)
-
-
-def _has_few_figures(key: Key, answer: Scalar) -> bool:
-    return key.figures is not None and answer.written.figures < key.figures
-
-
-def _rounded(key: Key, answer: Scalar) -> Iterator[Key]:
-    number = answer.written
-    if abs(key.gap(number.value, answer.scale)) <= number.half_a_digit * (1 + NOISE):
-        yield replace(key, reference=number.value * answer.scale)
+    return fits

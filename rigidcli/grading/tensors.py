@@ -54,17 +54,13 @@ def mistaken_tensors(asked: Asked, values: Floats, key: Reference) -> Iterator[t
     if asked.document.frame is not None:
         axes = worked(computed(asked.document.physical.axes), key.points)
         unturned = np.array([rotate(*each) for each in zip(values, axes, strict=True)])
-        if not any(_same(key, unturned, each) for each in permuted):
+        # A turn that only exchanges axes is told as that.
+        largest = np.abs(values).max(axis=(1, 2), keepdims=True)
+        if not any((np.abs(unturned - each) <= margin(largest, key.tolerance)).all() for each in permuted):
             yield "other_frame", unturned
     report = asked.report.tree() if asked.report is not None else {}
     if all(report.get(name) is not None for name in NEEDED):
         yield from _shifted(report, key, about_com=asked.path[-1] == "tensor_com")
-
-
-def _same(key: Reference, one: Floats, other: Floats) -> bool:
-    """Whether two tensors (k by 3 by 3) differ by no more than the tolerance for the largest entry."""
-    largest = np.abs(other).max(axis=(1, 2), keepdims=True)
-    return bool((np.abs(one - other) <= margin(largest, key.tolerance)).all())
 
 
 def _shifted(report: Mapping[str, Any], key: Reference, *, about_com: bool) -> Iterator[tuple[str, Floats]]:

@@ -35,10 +35,7 @@ SPELLINGS = {
 
 PRODUCTS = {
     pair.replace(" ", ""): pair
-    for pair in (
-        *("N m", "kN m", "N cm", "N mm", "N s", "J s"),
-        *("kg m", "kg cm", "kg mm", "g cm", "g mm"),
-    )
+    for pair in (*("N m", "kN m", "N cm", "N mm", "N s", "J s"), *("kg m", "kg cm", "kg mm", "g cm", "g mm"))
 }
 """Two units that homework runs together; a power belongs to the second, as in `kgm^2`."""
 
@@ -77,7 +74,10 @@ def read_unit(text: str, expected: Unit | None = None, place: str = "") -> Unit:
             message = f"read {shown(text)}: a product is written with `*`"
             raise Unreadable("not_a_number", message, place=place)
         if unit is None:
-            hint = ": units stand apart, as in `kg m^2`" if _runs_together(name, known) else ""
+            # A name may be those of two units, the first of them one that begins a product.
+            first = [pair.split()[0] for pair in PRODUCTS.values()]
+            rest = (name.removeprefix(each) for each in first if name.startswith(each))
+            hint = ": units stand apart, as in `kg m^2`" if any(_meant(each, known) for each in rest) else ""
             raise Unreadable("unit_incompatible", f"unknown unit {shown(name)}{hint}", place=place)
         return unit
 
@@ -119,12 +119,6 @@ def _meant(name: str, known: frozenset[str]) -> str | None:
     return (
         SPELLINGS.get(name) or SPELLINGS.get(small) or (small if len(name) > 2 and small in known else None)
     )
-
-
-def _runs_together(name: str, known: frozenset[str]) -> bool:
-    """Whether a name is those of two units, the first of them one that begins a product."""
-    begins = (pair.split()[0] for pair in PRODUCTS.values())
-    return any(name.startswith(first) and _meant(name.removeprefix(first), known) for first in begins)
 
 
 def scale_in(unit: Unit, expected: Dimension) -> float:

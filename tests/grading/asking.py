@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import pytest
 
 import rigidcli
 from rigidcli.grading.asked import Asked, Tree
@@ -13,6 +16,8 @@ from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.kinds.base import Kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.question import Question
+from rigidcli.grading.selftest import REMARKS
+from rigidcli.model.syntax import read_tree
 
 
 class Same(Kind):
@@ -77,6 +82,19 @@ def codes(outcome: Outcome) -> list[str]:
     return [finding.code for finding in outcome.findings]
 
 
+def require_examples(kind: str, key: Any, *, alone: bool = True) -> set[str | None]:
+    """The codes of the examples of a key: each is judged as it was made, and where `alone`, nothing more."""
+    seen = set[str | None]()
+    for example in KINDS[kind].examples(key):
+        outcome = judged_alone(kind, key, example.answer)
+        found = codes(outcome)
+        assert (outcome.verdict == "correct") == (example.code in (None, *REMARKS)), example
+        assert example.code is None or example.code in found, example
+        assert len(found) <= 1 or not alone, (example, found)
+        seen.add(example.code)
+    return seen
+
+
 def rows(values: Any) -> list[list[str]]:
     """A table of numbers, as typed with all digits."""
     return [[repr(float(value)) for value in row] for row in values]
@@ -85,3 +103,26 @@ def rows(values: Any) -> list[list[str]]:
 def tolerance(relative: float | None) -> dict[str, Any]:
     """The option of a question for a relative tolerance; none for the default."""
     return {} if relative is None else {"tolerance": {"relative": relative}}
+
+
+def cases(table: str, *more: Any, read: Callable[[str], Any] = str) -> pytest.MarkDecorator:
+    """The cases of a test, from a table: a line of names, then lines of cells, with bars between them.
+
+    The last cell of a line holds several values, two blanks or more apart: each is a case with the others. A
+    line without a bar goes on with the one before, and one that begins with `#` says what follows. In `more`
+    are cases that no line can hold.
+    """
+    head, *lines = (line.strip() for line in table.strip().splitlines())
+    names, found, first = head.split(" | "), list[Any](), tuple[str, ...]()
+    for line in lines:
+        if not line.startswith("# "):
+            *others, last = re.split(r"\s\|(?:\s|$)", line)
+            first = tuple(map(str.strip, others)) or first
+            values = [read(value) for value in re.split(r"\s{2,}", last.strip()) if value]
+            found += [(*first, value) for value in values] if len(names) > 1 else values
+    return pytest.mark.parametrize(names if len(names) > 1 else head, [*found, *more])
+
+
+def answers(table: str, *more: Any) -> pytest.MarkDecorator:
+    """The same where the last cells are answers as they stand in a file: read, and not worked out."""
+    return cases(table, *more, read=lambda text: read_tree(text, "", typed=True))

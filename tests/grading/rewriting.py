@@ -292,8 +292,7 @@ def changed(rules: Sequence[Rule], most: int) -> Callable[[st.DrawFn, Node], Nod
 # --- expressions with a value almost everywhere
 
 _LEAVES = st.one_of(
-    st.sampled_from(POSITIVE + REAL).map(Name),
-    st.sampled_from([1.0, 2.0, 3.0, 0.5, 1.5, 9.81]).map(number),
+    st.sampled_from(POSITIVE + REAL).map(Name), st.sampled_from([1.0, 2.0, 3.0, 0.5, 1.5, 9.81]).map(number)
 )
 
 

@@ -12,6 +12,7 @@ from rigidcli.grading.answers import MOST_ANSWERS, read_answers
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.described import described
 from rigidcli.grading.outcome import Unreadable
+from tests.grading.asking import answers, cases
 
 KNOWN = ("a", "b", "c")
 
@@ -25,29 +26,20 @@ def read(text: str) -> dict[str, Tree]:
     }
 
 
-@pytest.mark.parametrize(
-    ("line", "code", "cure"),
-    [
-        ("omega: 20.8 rad/s", "parse_error", "a text with a colon and a blank in it stands in quotes"),
-        ("[1, 2", "parse_error", "close the bracket"),
-        ("[[1, 2], [3, 4]", "parse_error", "close the bracket"),
-        ("{xdot: p_x/m", "parse_error", "close the bracket"),
-        ("[1, 2]]", "parse_error", "write the answer in quotes"),
-        ('"p_x"/2', "parse_error", "quotation marks stand round the whole answer"),
-        ("'it's'", "parse_error", "quotation marks stand round the whole answer"),
-        ('"no end', "parse_error", "quotation marks stand round the whole answer"),
-        ('"\\omega"', "parse_error", "quotation marks"),
-        ("- k*x", "parse_error", "write the answer in quotes"),
-        ("@x", "parse_error", "write the answer in quotes"),
-        ("`x`", "parse_error", "write the answer in quotes"),
-        ("% 3", "parse_error", "write the answer in quotes"),
-        ("|T|", "parse_error", "write the answer in quotes"),
-        ("*x", "not_allowed", "or quote the text"),
-        ("&x 1", "not_allowed", "or quote the text"),
-        ("!x 1", "not_allowed", "leave out tags"),
-        ("[" * 60, "too_deep", "nested"),
-        ("\x00", "parse_error", "control characters"),
-    ],
+@cases(
+    """
+    code | cure | line
+    parse_error | a text with a colon and a blank in it stands in quotes | omega: 20.8 rad/s
+    parse_error | close the bracket | [1, 2  [[1, 2], [3, 4]  {xdot: p_x/m
+    parse_error | write the answer in quotes | [1, 2]]  - k*x  @x  `x`  % 3
+    parse_error | quotation marks stand round the whole answer | "p_x"/2  'it's'  "no end
+    not_allowed | or quote the text | *x  &x 1
+    not_allowed | leave out tags | !x 1
+    """,
+    ("parse_error", "quotation marks", '"\\omega"'),
+    ("parse_error", "write the answer in quotes", "|T|"),
+    ("too_deep", "nested", "[" * 60),
+    ("parse_error", "control characters", "\x00"),
 )
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_one_line_that_is_no_yaml_costs_one_answer(line: str, code: str, cure: str, end: str) -> None:
@@ -164,25 +156,25 @@ def test_any_line_may_be_broken_in_any_way() -> None:
         }, lines
 
 
-@pytest.mark.parametrize(
-    ("answer", "told"),
-    [
-        ("20.8 rad/s", "a number with the unit `rad/s`"),
-        ("2*pi/3", "a number"),
-        ("[1, 2, 3] cm", "a list of 3 with the unit `cm`"),
-        (["1", "2", "1/2"], "a list of 3, each a number"),
-        ([["1", "0"], ["0", "1"]], "2 rows of 2, each a number"),
-        ({"Ixx": "1", "Iyy": "2 kg m^2"}, "`Ixx`, `Iyy`: each a number or a number with the unit `kg m^2`"),
-        ([{"moment": "5", "axis": ["0", "1", "1"]}], "1 pairs of a moment and an axis"),
-        ("p_x^2/(2*m) + k*x^2/2", "an expression in `k`, `m`, `p_x`, `x`"),
-        (["xdot = p_x/m"], "a list of 1, each an equation in `m`, `p_x`, `xdot`"),
-        ({"xdot": "p_x/m", "p_xdot": "-k*x"}, "`xdot`, `p_xdot`: each an expression in"),
-        ({"csv": "t,x\n0,1\n1,2\n"}, "a table with 2 rows of `t`, `x`"),
-        ("the longest one", "the text `the longest one`"),
-        (None, "no answer"),
-        ([], "an empty list"),
-        ({}, "an empty mapping"),
-    ],
+@answers(
+    """
+    told | answer
+    a number with the unit `rad/s` | 20.8 rad/s
+    a number | 2*pi/3
+    a list of 3 with the unit `cm` | '[1, 2, 3] cm'
+    a list of 3, each a number | [1, 2, 1/2]
+    2 rows of 2, each a number | [[1, 0], [0, 1]]
+    `Ixx`, `Iyy`: each a number or a number with the unit `kg m^2` | {Ixx: 1, Iyy: 2 kg m^2}
+    1 pairs of a moment and an axis | [{moment: 5, axis: [0, 1, 1]}]
+    an expression in `k`, `m`, `p_x`, `x` | p_x^2/(2*m) + k*x^2/2
+    a list of 1, each an equation in `m`, `p_x`, `xdot` | [xdot = p_x/m]
+    `xdot`, `p_xdot`: each an expression in | {xdot: p_x/m, p_xdot: -k*x}
+    the text `the longest one` | the longest one
+    an empty list | []
+    an empty mapping | {}
+    """,
+    ("a table with 2 rows of `t`, `x`", {"csv": "t,x\n0,1\n1,2\n"}),
+    ("no answer", None),
 )
 def test_what_an_answer_is_read_as(answer: Tree, told: str) -> None:
     found = described(answer, Path("x.yaml"))
@@ -190,22 +182,20 @@ def test_what_an_answer_is_read_as(answer: Tree, told: str) -> None:
     assert found.startswith(told)
 
 
-@pytest.mark.parametrize(
-    ("answer", "code", "place"),
-    [
-        ("20,8 rad/s", "not_a_number", ""),
-        ("5 metres per parsec", "unit_incompatible", ""),
-        ("9**9**9**9", "not_a_finite_number", ""),
-        ("((((", "parse_error", ""),
-        (["1", "2 +"], "not_a_number", "entry 2"),
-        ([["1", "2"], ["3"]], "wrong_shape", ""),
-        ([["1", "2"], ["3", "4 +"]], "not_a_number", "row 2"),
-        ({"file": "nowhere.csv"}, "missing_file", "`nowhere.csv`"),
-        ({"file": "/etc/passwd"}, "path_outside", "file"),
-        ({"xdot": "p_x/"}, "parse_error", "xdot"),
-    ],
-)
-def test_what_is_read_as_nothing(answer: Tree, code: str, place: str) -> None:
+@answers("""
+    code | place | answer
+    not_a_number |  | 20,8 rad/s
+    unit_incompatible |  | 5 metres per parsec
+    not_a_finite_number |  | 9**9**9**9
+    parse_error |  | ((((
+    not_a_number | entry 2 | [1, 2 +]
+    wrong_shape |  | [[1, 2], [3]]
+    not_a_number | row 2 | [[1, 2], [3, 4 +]]
+    missing_file | `nowhere.csv` | {file: nowhere.csv}
+    path_outside | file | {file: /etc/passwd}
+    parse_error | xdot | {xdot: p_x/}
+    """)
+def test_what_is_read_as_nothing(code: str, place: str, answer: Tree) -> None:
     found = described(answer, Path("x.yaml"))
     assert isinstance(found, Unreadable)
     assert (found.finding.code, found.finding.place) == (code, place)

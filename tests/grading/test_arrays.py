@@ -17,10 +17,12 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.question import Question
-from tests.grading.asking import Asking, codes, tolerance
+from rigidcli.model.syntax import read_tree
+from tests.grading.asking import Asking, answers, codes, require_examples, tolerance
 
 Floats = NDArray[np.float64]
 
@@ -156,17 +158,14 @@ def test_wrong_is_never_right(
 
 
 @pytest.mark.parametrize("kind", sorted(SHAPES))
-@pytest.mark.parametrize("size", [1e-300, 1e-160, 1.0, 1e300])
-def test_examples_of_any_size(kind: str, size: float) -> None:
+@pytest.mark.parametrize(
+    ("size", "unit"),
+    [(1e-300, ""), (1e-160, " kg m^2"), (1.0, ""), (1.0, " kg m^2"), (1.0, " rad/s"), (1e300, " rad/s")],
+)
+def test_examples_of_any_size(kind: str, size: float, unit: str) -> None:
     values = filled(kind, [1.0, -2.0, 3.5, 0.5, 4.0, -1.5, 0.25, 6.0, 7.0]) * size
-    for unit in ("", " kg m^2", " rad/s"):
-        key = Asking(kind).literal(tree(values, f"{{!r}}{unit}".format))
-        examples = list(KINDS[kind].examples(key))
-        assert examples[0].code is None
-        for example in examples:
-            outcome = Asking(kind).judged(key, example.answer)
-            assert (outcome.verdict == "correct") == (example.code is None), example
-            assert example.code is None or outcome.findings[0].code == example.code, example
+    key = Asking(kind).literal(tree(values, f"{{!r}}{unit}".format))
+    assert None in require_examples(kind, key, alone=False)
 
 
 def test_points_follow_from_the_key_and_the_name_of_the_question() -> None:
@@ -181,14 +180,74 @@ def test_points_follow_from_the_key_and_the_name_of_the_question() -> None:
     assert kind.read_key(replace(asked, value=["k*m", "2*k"])).points != points
 
 
+@answers("""
+    kind | key | answer
+    vector | [0, 0, 4] | [0, 0, 17]
+    tensor | [[2, 0, 0], [0, 3, 0], [0, 0, 4]] | [[2.5, 0, 0], [0, 3.5, 0], [0, 0, 4.7]]
+    """)
+def test_zeros_earn_nothing(kind: str, key: str, answer: Any) -> None:
+    outcome = Asking(kind).judged(Asking(kind).literal(read_tree(key, "", typed=True)), answer)
+    assert (outcome.verdict, outcome.share, codes(outcome)) == ("incorrect", 0.0, ["outside_tolerance"])
+
+
+# --- what cannot be read
+
+RIGHT = {
+    "vector": ["1 cm", "-2 cm", "0 cm"],
+    "moments": ["2", "11", "11"],
+    "matrix": [["1", "2", "0"], ["-3", "4", "5"], ["6", "7", "9"]],
+    "tensor": [["8", "-3", "-3"], ["-3", "8", "-3"], ["-3", "-3", "8"]],
+}
+
+
+@answers(
+    """
+    kind | code | answer
+    vector | unit_incompatible | '[1, -2, 0] kg'  '[1 cm, -2, 0] cm'
+    vector | wrong_shape | '[1, -2] cm'  '[1, -2, 0'  '[[1, -2, 0]] cm'  1, -2, 0 cm  [1, 2]  []  [1, 2, [3]]
+    {x: 1}  {x: 1, y: -2}  {x: 1, y: -2, w: 0}  {vx: 1, wy: -2, vz: 0}  {'': 1, y: -2, z: 0}  {}
+    vector | parse_error | '[1, -2, 0]] cm'  '[[1, -2, 0] cm'  '[&a 1, *a, 0] cm'
+    vector | not_a_number | (1, -2, 0) + (0, 0, 0)  [1, 2 +- 0.1, 3]  [1, 2, three]  [1, 2, null]
+    [1, 2, __import__('os').system('id')]
+    vector | not_a_finite_number | [1, 2, nan]  [1, 2, 1e999]  [1, 2, 9**9**9**9]
+    vector | duplicate_key | {x: 1, X: -2, z: 0}  {x: 1, 1: -2, z: 0}
+    moments | wrong_shape | 2, 11, 11  []
+    moments | not_a_number | [2, 11, null]
+    moments | unit_incompatible | [2, 11, 11 m]
+    matrix | wrong_shape | 1  []  [[]]  [1]  [[1, 2], 3]  [[1, 2], [3]]  {a: 1}
+    tensor | wrong_shape | 8  [[8, 3], [3, 8]]  [8, 8, 8]  [[8, 3, 3], [3, 8], [3, 3, 8]]
+    [[8, 3, 3], [3, 8, 3], [3, 3, {}]]  {Ixx: 8, Iyy: 8, Izz: 8}
+    {Ixx: 8, Iyy: 8, Izz: 8, Ixy: -3, Ixz: -3, Iyw: -3}
+    tensor | duplicate_key | {Ixx: 8, ixx: 8}
+    tensor | not_a_finite_number | [[8, 3, 3], [3, 8, 3], [3, 3, inf]]
+    """,
+    ("vector", "too_large", ["1", "2", "3" * 500]),
+    ("moments", "wrong_shape", ["1"] * 101),
+    ("matrix", "too_large", [["1"] * 101] * 100),
+)
+def test_what_cannot_be_read(kind: str, code: str, answer: Any) -> None:
+    outcome = Asking(kind).judged(Asking(kind).literal(RIGHT[kind]), answer)
+    assert (outcome.verdict, outcome.share, codes(outcome)[0]) == ("invalid", 0.0, code)
+
+
+@answers("""
+    kind | options | answer
+    vector | {} | 17.25  [17.25, [2]]  [[17.25]]  []  [17.25 kg, 2 m]  [m*17.25, 2]
+    vector | {direction: parallel} | [0, 0]
+    vector | {tolerance: {significant_figures: 3, figures: strict}} | [17.25, 2]
+    vector | {symbols: {m: real}} | [sqrt(-17.25 - m^2), 2]
+    matrix | {} | 17.25  [17.25]  [[17.25], [1, 2]]  [[17.25, x]]  [[]]  []
+    tensor | {} | 17.25  [17.25]  [[17.25, 0], [0, 17.25]]  [[17.25, 1, 0], [0, 2, 0], [0, 0, 3]]
+    """)
+def test_bad_keys_are_refused_without_being_told(kind: str, options: str, answer: Any) -> None:
+    with pytest.raises(ValueProblem) as refusal:
+        Asking(kind).literal(answer, **read_tree(options, ""))
+    assert "17.25" not in str(refusal.value)
+
+
 # --- symbols
 
-VANISHING = [
-    "abs(a - 3) + a - 3",
-    "exp(-1e6*(a - 0.9)^2)",
-    "log(1 + exp(1e3*(a - 20)))",
-    "sign(a - 1e7) + 1",
-]
+VANISHING = ["abs(a - 3) + a - 3", "exp(-1e6*(a - 0.9)^2)", "log(1 + exp(1e3*(a - 20)))", "sign(a - 1e7) + 1"]
 """What is nothing, or next to it, at most values of a symbol."""
 
 

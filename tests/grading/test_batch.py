@@ -445,8 +445,7 @@ ATTEMPTS: list[Callable[[Path], Any]] = [
 
 def test_nothing_is_written_started_or_reached(tmp_path: Path) -> None:
     found = fates(
-        tmp_path,
-        {f"attempt{k}": certain(partial(attempt, tmp_path)) for k, attempt in enumerate(ATTEMPTS)},
+        tmp_path, {f"attempt{k}": certain(partial(attempt, tmp_path)) for k, attempt in enumerate(ATTEMPTS)}
     )
     for name, judgement in found.items():
         assert (name, codes(judgement)) == (name, {"not_allowed"})
@@ -686,9 +685,7 @@ def real_items() -> dict[str, Item]:
             "coordinates": ["x"],
             "momenta": ["p_x"],
         },
-        "trajectory": {
-            "answer": {"t": ["0", "1", "0.1"], "columns": {"x": "cos(t)"}},
-        },
+        "trajectory": {"answer": {"t": ["0", "1", "0.1"], "columns": {"x": "cos(t)"}}},
         "choice": {"answer": "prolate"},
     }
     assert questions.keys() == KINDS.keys()

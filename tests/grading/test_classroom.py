@@ -19,6 +19,7 @@ from rigidcli.grading.reports import Style
 from rigidcli.grading.reports.classroom import BINS, file_name, one_page, pages
 from rigidcli.grading.reports.sheet import Course
 from rigidcli.render.web.page import page
+from tests.grading.asking import cases
 from tests.grading.test_reports import HOSTILE, SECRET, classes, few, require_harmless
 
 SAYS = sentences()
@@ -191,17 +192,17 @@ def test_names_of_files_are_words_and_never_twice_the_same(students: list[str]) 
     assert all(re.fullmatch(r"[\w-]+\.html", name) for name in names)
 
 
-@pytest.mark.parametrize(
-    ("student", "name"),
-    [
-        ("Ada Lovelace", "Ada-Lovelace.html"),
-        ("doe_4711", "doe_4711.html"),
-        ("a@b.org", "a-b-org.html"),
-        ("王小明", "王小明.html"),
-        ("../../etc/passwd", "etc-passwd.html"),
-        ("...", "student.html"),
-        ("x" * 400, "x" * 50 + ".html"),
-    ],
+@cases(
+    """
+    name | student
+    Ada-Lovelace.html | Ada Lovelace
+    doe_4711.html | doe_4711
+    a-b-org.html | a@b.org
+    王小明.html | 王小明
+    etc-passwd.html | ../../etc/passwd
+    student.html | ...
+    """,
+    ("x" * 50 + ".html", "x" * 400),
 )
 def test_names_of_files_tell_the_student(student: str, name: str) -> None:
     assert file_name(student, set()) == name

@@ -31,16 +31,8 @@ from rigidcli.symbolic.language.parser import read as parse
 from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import Node
 from tests.conftest import ROOT
-from tests.grading.asking import Asking
-from tests.grading.rewriting import (
-    EXPRESSIONS,
-    POSITIVE,
-    REAL,
-    attacked,
-    in_fractions,
-    mistaken,
-    rewritten,
-)
+from tests.grading.asking import Asking, cases, require_examples
+from tests.grading.rewriting import EXPRESSIONS, POSITIVE, REAL, attacked, in_fractions, mistaken, rewritten
 from tests.symbolic.trees import NoValueError, value
 
 generated = settings(
@@ -213,32 +205,18 @@ def test_what_is_nearly_nothing_is_not_overlooked(name: str, constant: str, data
 
 
 PENDULUM = "p_theta^2/(2*m*l^2) - m*g*l*cos(theta)"
-OF_PENDULUM = {
-    "coordinates": ["theta"],
-    "momenta": ["p_theta"],
-    "symbols": dict.fromkeys("mgl", "positive"),
-}
+OF_PENDULUM = {"coordinates": ["theta"], "momenta": ["p_theta"], "symbols": dict.fromkeys("mgl", "positive")}
 
 
-@pytest.mark.parametrize(
-    ("nothing", "verdict"),
-    [
-        ("m*g*l*log(1 + exp(1e5*theta))", "incorrect"),
-        ("abs(theta - 60) + theta - 60", "incorrect"),
-        ("exp(-1e6*(theta - 0.123)^2)", "incorrect"),
-        ("m*g*l*sin(1e8*theta)*1e-12", "incorrect"),
-        ("1e-30*theta", "incorrect"),
-        ("1.00e-12*theta", "incorrect"),
-        ("theta - atan(tan(theta))", "incorrect"),
-        ("m*g*l*(theta + exp(1e300))/exp(1e300) - m*g*l", "invalid"),
-        ("abs(theta - 1e9) + theta - 1e9", "review"),
-        ("0*log(1e9 - theta)", "review"),
-        ("0", "correct"),
-        ("l - sqrt(l)^2", "correct"),
-        ("theta - exp(log(theta))", "incorrect"),
-        ("m*g*(theta - sqrt(theta)^2)", "incorrect"),
-    ],
-)
+@cases("""
+    verdict | nothing
+    incorrect | m*g*l*log(1 + exp(1e5*theta))  abs(theta - 60) + theta - 60  exp(-1e6*(theta - 0.123)^2)
+      m*g*l*sin(1e8*theta)*1e-12  1e-30*theta  1.00e-12*theta  theta - atan(tan(theta))
+      theta - exp(log(theta))  m*g*(theta - sqrt(theta)^2)
+    invalid | m*g*l*(theta + exp(1e300))/exp(1e300) - m*g*l
+    review | abs(theta - 1e9) + theta - 1e9  0*log(1e9 - theta)
+    correct | 0  l - sqrt(l)^2
+    """)
 @pytest.mark.parametrize("constant", ["allowed", "forbidden"])
 def test_nothing_may_be_added_to_a_pendulum(nothing: str, verdict: str, constant: str) -> None:
     key = literal(PENDULUM, constant=constant, **OF_PENDULUM)
@@ -267,16 +245,8 @@ ASKED = set(product(CONFIGS, ["hamiltonian", "lagrangian", "energy", "dH_dt"]))
 @pytest.mark.parametrize(("name", "ask"), sorted(ASKED - {("relativistic_oscillator", "energy")}))
 def test_a_key_proves_itself(name: str, ask: str) -> None:
     key = pickle.loads(pickle.dumps(of_config(name, f"hamilton.{ask}")))
-    made = list(KINDS["expression"].examples(key))
-    assert [example.what for example in made][:1] == ["the key"]
-    assert ask == "dH_dt" or {example.code for example in made} >= {None, "sign_error", "constant_factor"}
-    for example in made:
-        found = outcome(key, example.answer)
-        if example.code is None:
-            assert found.verdict == "correct", example
-        else:
-            assert found.verdict == "incorrect", example
-            assert [finding.code for finding in found.findings] == [example.code], example
+    seen = require_examples("expression", key)
+    assert ask == "dH_dt" or seen >= {None, "sign_error", "constant_factor"}
 
 
 DOUBLE_PENDULUM = (
@@ -327,55 +297,31 @@ system: {coordinates: [x], kinetic: m*xdot^2/2, potential: k*x^2/2}
 H = "p_x^2/(2*m) + k*x^2/2"
 
 
-@pytest.mark.parametrize(
-    "answer",
-    [
-        H,
-        "H = p_x^2/(2*m) + k*x^2/2",
-        "p_x^2/(2*m) + m*w^2*x^2/2",
-        "(px^2 + (m*w*x)^2)/2/m",
-        "w*(p^2/(m*w) + m*w*x^2)/2",
-        "0.5*p_x*p_x/m + 0.5*k*x*x",
-        f"{H} + 3",
-        f"{H} - k/m",
-        f"{H} + w",
-        f"{H} + xdot - xdot",
-    ],
-)
+@cases("""
+    answer
+    p_x^2/(2*m) + k*x^2/2  H = p_x^2/(2*m) + k*x^2/2  p_x^2/(2*m) + m*w^2*x^2/2  (px^2 + (m*w*x)^2)/2/m
+    w*(p^2/(m*w) + m*w*x^2)/2  0.5*p_x*p_x/m + 0.5*k*x*x  p_x^2/(2*m) + k*x^2/2 + 3
+    p_x^2/(2*m) + k*x^2/2 - k/m  p_x^2/(2*m) + k*x^2/2 + w  p_x^2/(2*m) + k*x^2/2 + xdot - xdot
+    """)
 def test_the_hamiltonian_of_a_spring(answer: str) -> None:
     assert is_right(of(SPRING, "hamilton.hamiltonian"), answer)
 
 
-@pytest.mark.parametrize(
-    ("answer", "code"),
-    [
-        ("-p_x^2/(2*m) - k*x^2/2", "sign_error"),
-        ("p_x^2/(2*m) - k*x^2/2", "lagrangian_or_potential_sign"),
-        ("p_x^2/m + k*x^2/2", "kinetic_factor"),
-        ("p_x^2/(4*m) + k*x^2/2", "kinetic_factor"),
-        ("p_x^2/(2*m) + k*x^2", "potential_wrong"),
-        ("p_x^2/(2*m) + k*x/2", "dimension_mismatch"),
-        ("p_x^2/(2*m)", "potential_wrong"),
-        ("p_x^2/(2*m) + m*w*x^2/2", "dimension_mismatch"),
-        ("m*p_x^2/2 + k*x^2/2", "dimension_mismatch"),
-        ("p_x/(2*m) + k*x^2/2", "dimension_mismatch"),
-        ("k*x^2/2", "kinetic_term_wrong"),
-        ("3*p_x^2/m + k*x^2/2", "kinetic_term_wrong"),
-        ("p_x^2/(2*m) + k*x^2/2 + w*x*p_x", "kinetic_term_wrong"),
-        ("p_x^2/(2*m) + k*x^2/2 + x*p_x", "dimension_mismatch"),
-        ("p_x^2/m + k*x^2", "constant_factor"),
-        ("p_x^2/4 + k*x^2/2", "number_for_symbol"),
-        ("p_x^2/4 + 4*x^2", "number_for_symbol"),
-        ("m*xdot^2/2 + k*x^2/2", "velocity_in_hamiltonian"),
-        ("p_x*xdot - m*xdot^2/2 + k*x^2/2", "velocity_in_hamiltonian"),
-        ("p_x^2/(2*k) + m*x^3", "dimension_mismatch"),
-        ("p_x^2/m + k*x^3", "dimension_mismatch"),
-        ("p_x^2*(m + k) + k/m", "dimension_mismatch"),
-        ("x^2*p_x^2", "outside_tolerance"),
-        ("0", "outside_tolerance"),
-        ("1/0", "outside_tolerance"),
-    ],
-)
+@cases("""
+    code | answer
+    sign_error | -p_x^2/(2*m) - k*x^2/2
+    lagrangian_or_potential_sign | p_x^2/(2*m) - k*x^2/2
+    kinetic_factor | p_x^2/m + k*x^2/2  p_x^2/(4*m) + k*x^2/2
+    potential_wrong | p_x^2/(2*m) + k*x^2  p_x^2/(2*m)
+    dimension_mismatch | p_x^2/(2*m) + k*x/2  p_x^2/(2*m) + m*w*x^2/2  m*p_x^2/2 + k*x^2/2
+      p_x/(2*m) + k*x^2/2  p_x^2/(2*m) + k*x^2/2 + x*p_x  p_x^2/(2*k) + m*x^3  p_x^2/m + k*x^3
+      p_x^2*(m + k) + k/m
+    kinetic_term_wrong | k*x^2/2  3*p_x^2/m + k*x^2/2  p_x^2/(2*m) + k*x^2/2 + w*x*p_x
+    constant_factor | p_x^2/m + k*x^2
+    number_for_symbol | p_x^2/4 + k*x^2/2  p_x^2/4 + 4*x^2
+    velocity_in_hamiltonian | m*xdot^2/2 + k*x^2/2  p_x*xdot - m*xdot^2/2 + k*x^2/2
+    outside_tolerance | x^2*p_x^2  0  1/0
+    """)
 def test_mistakes_in_the_hamiltonian_of_a_spring(answer: str, code: str) -> None:
     found = outcome(of(SPRING, "hamilton.hamiltonian"), answer)
     assert found.verdict == "incorrect"
@@ -480,22 +426,16 @@ def test_numbers_for_symbols_without_values() -> None:
         assert "number_for_symbol" not in codes(key, answer), answer
 
 
-@pytest.mark.parametrize(
-    ("key", "answer", "code"),
-    [
-        ("sqrt(k/m)", "2", "number_for_symbol"),
-        ("sqrt(k/m)", "sqrt(4/m)", "number_for_symbol"),
-        ("sqrt(k/m)", "2*pi*sqrt(k/m)", "frequency_vs_angular_frequency"),
-        ("sqrt(k/m)", "sqrt(k/m)/(2*pi)", "frequency_vs_angular_frequency"),
-        ("sqrt(k/m)", "pi*sqrt(k/m)", "constant_factor"),
-        ("sqrt(k/m)", "6.283*sqrt(k/m)", "constant_factor"),
-        ("sqrt(k/m)", "-2", "outside_tolerance"),
-        ("sqrt(k/m)", "k", "outside_tolerance"),
-        ("m*k", "3*k^2", "outside_tolerance"),
-        ("sqrt(c^2 + m^2)", "c", "outside_tolerance"),
-        ("c*sqrt(m^2 + k^2/c^2) - c*m", "0.5*k^2/m", "outside_tolerance"),
-    ],
-)
+@cases("""
+    key | code | answer
+    sqrt(k/m) | number_for_symbol | 2  sqrt(4/m)
+    sqrt(k/m) | frequency_vs_angular_frequency | 2*pi*sqrt(k/m)  sqrt(k/m)/(2*pi)
+    sqrt(k/m) | constant_factor | pi*sqrt(k/m)  6.283*sqrt(k/m)
+    sqrt(k/m) | outside_tolerance | -2  k
+    m*k | outside_tolerance | 3*k^2
+    sqrt(c^2 + m^2) | outside_tolerance | c
+    c*sqrt(m^2 + k^2/c^2) - c*m | outside_tolerance | 0.5*k^2/m
+    """)
 def test_a_lone_expression(key: str, answer: str, code: str) -> None:
     symbols = dict.fromkeys(["k", "m", "c"], "positive")
     assert codes(literal(key, symbols=symbols), answer) == [code]
@@ -686,21 +626,18 @@ def test_domains_decide() -> None:
     assert is_right(literal("sin(θ)*cos(θ)", symbols={"θ": "real"}), "sin(2*theta)/2")
 
 
-@pytest.mark.parametrize(
-    ("key", "answer", "verdict"),
-    [
-        ("k*x**2/2", "k*x*abs(x)/2", "incorrect"),
-        ("k*x**2/2", "abs(k)*x**2/2", "review"),
-        ("k*r**2/2", "k*r*abs(r)/2", "review"),
-        ("x_1*q2", "sqrt(x_1^2*q2^2)", "incorrect"),
-        ("p*thetadot", "abs(p)*thetadot", "incorrect"),
-        ("sqrt(k/m)", "sqrt(k)/sqrt(m)", "correct"),
-        ("sqrt(k/m)", "k/sqrt(k*m)", "correct"),
-        ("log(a/b)", "log(a) - log(b)", "correct"),
-        ("m*sqrt(a)", "sqrt(m^2*a)", "review"),
-        ("sqrt(p^2 + m^2)", "m*sqrt(1 + p^2/m^2)", "review"),
-    ],
-)
+@cases("""
+    key | verdict | answer
+    k*x**2/2 | incorrect | k*x*abs(x)/2
+    k*x**2/2 | review | abs(k)*x**2/2
+    k*r**2/2 | review | k*r*abs(r)/2
+    x_1*q2 | incorrect | sqrt(x_1^2*q2^2)
+    p*thetadot | incorrect | abs(p)*thetadot
+    sqrt(k/m) | correct | sqrt(k)/sqrt(m)  k/sqrt(k*m)
+    log(a/b) | correct | log(a) - log(b)
+    m*sqrt(a) | review | sqrt(m^2*a)
+    sqrt(p^2 + m^2) | review | m*sqrt(1 + p^2/m^2)
+    """)
 def test_a_name_that_is_not_listed_may_be_negative(key: str, answer: str, verdict: str) -> None:
     found = outcome(literal(key), answer)
     assert found.verdict == verdict
@@ -709,29 +646,21 @@ def test_a_name_that_is_not_listed_may_be_negative(key: str, answer: str, verdic
         assert "`symbols`" in found.findings[0].detail
 
 
-@pytest.mark.parametrize(
-    ("answer", "verdict"),
-    [
-        ("p_x^2/4 + 4*x^2", "correct"),
-        ("p_x^2/(2*m) + 4*x^2", "correct"),
-        ("p_x^2/4 + k*x^2/2", "correct"),
-        ("p_x^2/4 + m*w^2*x^2/2 + 3", "correct"),
-        ("p_x^2/4.00 + 4*x^2", "correct"),
-        ("H(x, p) = (p/2)^2 + (w*x)^2", "correct"),
-        (H, "correct"),
-        ("p_x^2/4 + 5*x^2", "incorrect"),
-        ("p_x^2/4 + 4.2*x^2", "incorrect"),
-        ("p_x^2/4 + 4*x^2 + 1e-9*x", "incorrect"),
-        ("p_x^2/4 - 4*x^2", "incorrect"),
-    ],
+@cases(
+    """
+    verdict | answer
+    correct | p_x^2/4 + 4*x^2  p_x^2/(2*m) + 4*x^2  p_x^2/4 + k*x^2/2  p_x^2/4 + m*w^2*x^2/2 + 3
+      p_x^2/4.00 + 4*x^2  H(x, p) = (p/2)^2 + (w*x)^2
+    incorrect | p_x^2/4 + 5*x^2  p_x^2/4 + 4.2*x^2  p_x^2/4 + 4*x^2 + 1e-9*x  p_x^2/4 - 4*x^2
+    """,
+    ("correct", H),
 )
 def test_numbers_may_be_allowed_for_symbols(answer: str, verdict: str) -> None:
     key = of(SPRING, "hamilton.hamiltonian", numbers="allowed")
     assert outcome(key, answer).verdict == verdict
     if "4" in answer and verdict == "correct" and "w" not in answer:
         assert not is_right(of(SPRING, "hamilton.hamiltonian"), answer)
-    for example in KINDS["expression"].examples(key):
-        assert (outcome(key, example.answer).verdict == "correct") == (example.code is None)
+    require_examples("expression", key)
 
 
 def test_points_follow_from_the_name_of_the_question() -> None:

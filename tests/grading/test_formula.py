@@ -24,6 +24,7 @@ from rigidcli.grading.expressions.mistakes import factor
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.symbolic.language import parser
 from rigidcli.symbolic.language.text import text
+from tests.grading.asking import cases
 
 NAMES = Vocabulary(
     {"m": "positive", "k": "positive", "c": "positive", "x": "real", "theta": "real", "p_x": "real"},
@@ -49,62 +50,51 @@ def same(key: str, answer: str, *, relative: float | None = None, constant: bool
 # --- reading
 
 
-@pytest.mark.parametrize(
-    ("typed", "meant"),
-    [
-        ("m*x^2", "m*x**2"),
-        ("  m * x**2 ", "m*x**2"),
-        ("px^2/(2*m)", "p_x**2/(2*m)"),
-        ("H = m*x", "m*x"),
-        ("p_x=m*x", "m*x"),
-        ("\N{LATIN SMALL LETTER X WITH DOT ABOVE} = p_x/m", "p_x/m"),
-        ("x\N{COMBINING DOT ABOVE} = p_x/m", "p_x/m"),
-        ("H(x, p_x) = p_x^2/(2*m)", "p_x**2/(2*m)"),
-        ("H (x,p\N{COMBINING DOT ABOVE} , θ)= x", "x"),
-        ("x' = p_x/m", "p_x/m"),
-        ("m*x'", "m*xdot"),
-        ("m*x''*x’ + θ″", "m*xddot*xdot + thetaddot"),
-        ("cos(θ) − 1", "cos(theta) - 1"),
-        ("m·x", "m*x"),
-        ("m x", "m*x"),
-        ("2x", "2*x"),
-        ("½ m x²", "0.5*m*x**2"),
-        ("m*w^2*T", "m*w**2*T"),
-        ("2", "2"),
-    ],
+@cases(
+    """
+    meant | typed
+    m*x**2 | m*x^2
+    p_x**2/(2*m) | px^2/(2*m)  H(x, p_x) = p_x^2/(2*m)
+    m*x | H = m*x  p_x=m*x  m·x  m x
+    p_x/m | ẋ = p_x/m  ẋ = p_x/m  x' = p_x/m
+    x | H (x,ṗ , θ)= x
+    m*xdot | m*x'
+    m*xddot*xdot + thetaddot | m*x''*x’ + θ″
+    cos(theta) - 1 | cos(θ) − 1
+    2*x | 2x
+    0.5*m*x**2 | ½ m x²
+    m*w**2*T | m*w^2*T
+    2 | 2
+    """,
+    ("m*x**2", "  m * x**2 "),
 )
 def test_what_is_read(typed: str, meant: str) -> None:
     assert text(read(typed, MOVING)) == meant
 
 
-@pytest.mark.parametrize(
-    ("typed", "code", "words"),
-    [
-        ("m*z", "unknown_symbol", "`z`"),
-        ("m*Theta", "unknown_symbol", "did you mean `theta`?"),
-        ("x 2", "parse_error", "column 3"),
-        ("1/2 m", "parse_error", "`1/(2*m)` or `m/2`"),
-        ("m*(x", "parse_error", "column 3"),
-        ("m = x = 2", "parse_error", "="),
-        ("m == x", "parse_error", "="),
-        ("m'", "unknown_symbol", "mdot"),
-        ("H(x+1) = x", "parse_error", "="),
-        ("m*\N{LATIN SMALL LETTER X WITH DOT ABOVE}", "parse_error", "a time derivative is spelled `xdot`"),
-        ("m*x\N{COMBINING DOT ABOVE}", "parse_error", "a time derivative is spelled `xdot`"),
-        ("θ\N{COMBINING DIAERESIS}", "parse_error", "a second one `xddot`"),
-        ("m*", "parse_error", "column 3"),
-        ("   ", "parse_error", "empty"),
-        ("x\x1b[31m", "parse_error", "U+001B"),
-        ("(" * 101 + "x" + ")" * 101, "too_deep", "100"),
-        ("x+" * 10_000 + "x", "too_large", "20001"),
-        ("1" * 401, "too_large", "400"),
-        ("1e99999", "too_large", "power of ten"),
-        ("__import__('os')", "parse_error", "'"),
-        ("x.__class__", "parse_error", "."),
-        ("lambda x: x", "parse_error", ""),
-        ("import os", "unknown_symbol", ""),
-        ("eval(x)", "parse_error", "`eval` is not a function"),
-    ],
+@cases(
+    """
+    code | words | typed
+    unknown_symbol | `z` | m*z
+    unknown_symbol | did you mean `theta`? | m*Theta
+    parse_error | column 3 | x 2  m*(x  m*
+    parse_error | `1/(2*m)` or `m/2` | 1/2 m
+    parse_error | = | m = x = 2  m == x  H(x+1) = x
+    unknown_symbol | mdot | m'
+    parse_error | a time derivative is spelled `xdot` | m*ẋ  m*ẋ
+    parse_error | a second one `xddot` | θ̈
+    too_large | power of ten | 1e99999
+    parse_error | ' | __import__('os')
+    parse_error | . | x.__class__
+    parse_error | `eval` is not a function | eval(x)
+    """,
+    ("parse_error", "empty", "   "),
+    ("parse_error", "U+001B", "x\x1b[31m"),
+    ("too_deep", "100", "(" * 101 + "x" + ")" * 101),
+    ("too_large", "20001", "x+" * 10_000 + "x"),
+    ("too_large", "400", "1" * 401),
+    ("parse_error", "", "lambda x: x"),
+    ("unknown_symbol", "", "import os"),
 )
 def test_what_is_refused(typed: str, code: str, words: str) -> None:
     with pytest.raises(Unreadable) as refused:

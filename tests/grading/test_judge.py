@@ -19,7 +19,7 @@ from rigidcli.grading.judgement import Judged, Judgement, Sheet, from_bytes, to_
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.sandbox import ForbiddenError
-from tests.grading.asking import Same
+from tests.grading.asking import Same, cases
 
 FAILURES = {
     "unreadable": Unreadable("not_a_number", "read `unreadable`", place="entry 1"),
@@ -98,27 +98,24 @@ def test_a_file_without_a_mapping_of_answers(text: str) -> None:
     assert refused(text) == "wrong_shape"
 
 
-@pytest.mark.parametrize(
-    ("code", "text"),
-    [
-        ("not_allowed", "a: &x [1]\nanswers: {b: *x}"),
-        ("not_allowed", "answers: {b: &x 42}"),
-        ("not_allowed", "answers: {<<: {b: 42}}"),
-        ("not_allowed", "answers: {b: !!python/object/apply:os.system ['true']}"),
-        ("not_allowed", "answers: {b: !!str 42}"),
-        ("duplicate_key", "answers: {b: 42, b: 42}"),
-        ("duplicate_key", "answers: {b: 42}\nanswers: {b: 42}"),
-        ("too_deep", "answers: {b: " + "[" * 51 + "]" * 51 + "}"),
-        ("too_deep", "[" * 100_000),
-        ("too_deep", "- " * 100_000),
-        ("parse_error", "? " * 100_000),
-        ("parse_error", "answers: {b: 42"),
-        ("parse_error", "answers: {b: 42}\n---\nanswers: {b: 42}"),
-        ("parse_error", "answers: {[1]: 42}"),
-        ("parse_error", "answers: {b: '\x00'}"),
-        ("parse_error", "\tanswers: {}"),
-        ("parse_error", '{"answers": {"b": "\\ud800"}}'),
-    ],
+@cases(
+    """
+    code | text
+    not_allowed | answers: {b: &x 42}  answers: {<<: {b: 42}}
+      answers: {b: !!python/object/apply:os.system ['true']}  answers: {b: !!str 42}
+    duplicate_key | answers: {b: 42, b: 42}
+    parse_error | answers: {b: 42  answers: {[1]: 42}
+    """,
+    ("not_allowed", "a: &x [1]\nanswers: {b: *x}"),
+    ("duplicate_key", "answers: {b: 42}\nanswers: {b: 42}"),
+    ("too_deep", "answers: {b: " + "[" * 51 + "]" * 51 + "}"),
+    ("too_deep", "[" * 100_000),
+    ("too_deep", "- " * 100_000),
+    ("parse_error", "? " * 100_000),
+    ("parse_error", "answers: {b: 42}\n---\nanswers: {b: 42}"),
+    ("parse_error", "answers: {b: '\x00'}"),
+    ("parse_error", "\tanswers: {}"),
+    ("parse_error", '{"answers": {"b": "\\ud800"}}'),
 )
 def test_files_that_are_refused(code: str, text: str) -> None:
     assert refused(text) == code
@@ -162,7 +159,13 @@ def test_answers_that_differ_in_blanks_and_last_digits_are_told_as_one() -> None
     assert judged("answers: {b: x1 + 3}")["b"].answer != judged("answers: {b: x2 + 3}")["b"].answer
 
 
-@given(st.recursive(st.text() | st.none(), lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner)))
+@given(
+    st.recursive(
+        st.text() | st.none(),
+        lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(), inner, max_size=4),
+        max_leaves=12,
+    )
+)
 @settings(max_examples=50, deadline=None)
 def test_what_is_told_of_an_answer_is_short(answer: Tree) -> None:
     import json

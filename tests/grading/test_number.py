@@ -7,7 +7,6 @@ import pickle
 import re
 import time
 from decimal import ROUND_HALF_DOWN, ROUND_HALF_UP, Decimal
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -22,17 +21,18 @@ from rigidcli.grading.codes import CODES
 from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds.number import Number
 from rigidcli.grading.numbers import read_number, read_written
-from rigidcli.grading.outcome import Outcome, Unreadable
+from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Question, Tolerance
 from rigidcli.grading.scalars import Key
 from rigidcli.grading.units import read_unit
 from rigidcli.model import units
 from rigidcli.model.load import load
+from rigidcli.model.syntax import read_tree
 from rigidcli.report import Field, Report
 from rigidcli.studies import precess
-from tests.grading.asking import Asking
+from tests.grading.asking import Asking, answers, cases, require_examples
 
-HERE = Path()
+judged = Asking("number").judged
 
 many = settings(max_examples=100, deadline=None)
 some = settings(max_examples=60, deadline=None)  # where each example judges dozens of answers
@@ -49,13 +49,6 @@ def computed(value: object, si: str = "", path: tuple[str, ...] = (), **options:
     question = Question.model_validate({"ask": ".".join(path) or "x", **options})
     report = Report("test/1", "", "", "", (Field(".".join(path[1:]), value),))
     return NUMBER.read_key(Asked(question, value, si, path, report=report))
-
-
-def judged(key: Key, answer: Any) -> Outcome:
-    try:
-        return NUMBER.judge(key, NUMBER.read_answer(key, answer, HERE))
-    except Unreadable as unreadable:
-        return unreadable.outcome
 
 
 def told(key: Key, answer: Any) -> str:
@@ -139,47 +132,39 @@ def test_figures_are_counted(text: str, figures: int, least: int, ambiguous: boo
     assert (written.figures, written.least_figures, written.ambiguous) == (figures, least, ambiguous)
 
 
-@pytest.mark.parametrize(
-    ("text", "code", "hint"),
-    [
-        ("", "not_a_number", "empty"),
-        ("twenty", "not_a_number", "`twenty` has no value"),
-        ("20,8", "not_a_number", "decimal sign is a point"),
-        ("20,8 rad/s", "not_a_number", "decimal sign is a point"),
-        ("1_000", "not_a_number", "nothing stands between digits"),
-        ("1 000 m", "not_a_number", "no blank stands between digits"),
-        ("０.５", "not_a_number", "FULLWIDTH"),
-        ("0x10", "not_a_number", "decimal digits"),
-        ("2*omega = 20.8 rad/s", "not_a_number", "one side of an equation"),
-        ("omega == 20.8 rad/s", "not_a_number", "one side of an equation"),
-        ("omega = T = 20.8 rad/s", "not_a_number", "one side of an equation"),
-        ("20.8 ± 0.1", "not_a_number", "an uncertainty is not read"),
-        ("20.8+-0.1 kg m^2", "not_a_number", "an uncertainty is not read"),
-        ("20.8 +− 0.1", "not_a_number", "an uncertainty is not read"),
-        ("20.8 -+ 0.1", "not_a_number", "an uncertainty is not read"),
-        ("20.8 +/- 0.1 kg m^2", "not_a_number", "an uncertainty is not read"),
-        ("20.8 kg m^2 ± 1 %", "not_a_number", "an uncertainty is not read"),
-        ("(20.8 +- 0.1) kg m^2", "not_a_number", "an uncertainty is not read"),
-        ("20 /t", "not_a_number", "`t` has no value"),
-        ("(" * 200, "not_a_number", "nested"),
-        ("true", "not_a_number", "`true` has no value"),
-        ("inf", "not_a_finite_number", ""),
-        ("-.nan", "not_a_finite_number", ""),
-        ("NaN kg m^2", "not_a_finite_number", ""),
-        ("inf kg m^2", "not_a_finite_number", ""),
-        ("-∞", "not_a_finite_number", ""),
-        ("1e400", "not_a_finite_number", "range"),
-        ("1e999999999", "not_a_finite_number", "range"),
-        ("1e-400", "not_a_finite_number", "too small"),
-        ("1/0", "not_a_finite_number", "division by zero"),
-        ("10**10**10", "not_a_finite_number", "too large"),
-        ("sqrt(-1)", "not_a_finite_number", "real value"),
-        ("1" * 401, "too_large", "401 characters"),
-        ("20 cubits", "unit_incompatible", "unknown unit `cubits`"),
-        ("20 kgms", "unit_incompatible", "unknown unit `kgms`: units stand apart"),
-        ("20 kg m^99", "unit_incompatible", "out of bounds"),
-        ("20 kg + 1 g", "unit_incompatible", "unexpected `+`"),
-    ],
+@cases(
+    """
+    code | hint | text
+    not_a_number | `twenty` has no value | twenty
+    not_a_number | decimal sign is a point | 20,8  20,8 rad/s
+    not_a_number | nothing stands between digits | 1_000
+    not_a_number | no blank stands between digits | 1 000 m
+    not_a_number | FULLWIDTH | ０.５
+    not_a_number | decimal digits | 0x10
+    not_a_number | one side of an equation | 2*omega = 20.8 rad/s  omega == 20.8 rad/s
+      omega = T = 20.8 rad/s
+    not_a_number | an uncertainty is not read | 20.8 ± 0.1  20.8+-0.1 kg m^2  20.8 +− 0.1  20.8 -+ 0.1
+      20.8 +/- 0.1 kg m^2  20.8 kg m^2 ± 1 %  (20.8 +- 0.1) kg m^2
+    not_a_number | `t` has no value | 20 /t
+    not_a_number | `true` has no value | true
+    not_a_finite_number | range | 1e400  1e999999999
+    not_a_finite_number | too small | 1e-400
+    not_a_finite_number | division by zero | 1/0
+    not_a_finite_number | too large | 10**10**10
+    not_a_finite_number | real value | sqrt(-1)
+    unit_incompatible | unknown unit `cubits` | 20 cubits
+    unit_incompatible | unknown unit `kgms`: units stand apart | 20 kgms
+    unit_incompatible | out of bounds | 20 kg m^99
+    unit_incompatible | unexpected `+` | 20 kg + 1 g
+    """,
+    ("not_a_number", "empty", ""),
+    ("not_a_number", "nested", "(" * 200),
+    ("not_a_finite_number", "", "inf"),
+    ("not_a_finite_number", "", "-.nan"),
+    ("not_a_finite_number", "", "NaN kg m^2"),
+    ("not_a_finite_number", "", "inf kg m^2"),
+    ("not_a_finite_number", "", "-∞"),
+    ("too_large", "401 characters", "1" * 401),
 )
 def test_what_is_no_number_is_invalid_and_told_why(text: str, code: str, hint: str) -> None:
     outcome = judged(literal("3 kg m^2"), text)
@@ -189,64 +174,28 @@ def test_what_is_no_number_is_invalid_and_told_why(text: str, code: str, hint: s
     assert hint in finding.detail
 
 
-@pytest.mark.parametrize(
-    ("key", "answer"),
-    [
-        ("20.8 rad/s", "omega = 20.8 rad/s"),
-        ("20.8 rad/s", "ω=20.8 rad/s"),
-        ("20.8 rad/s", "omega_1 = 20.8"),
-        ("20.8 rad/s", "  phi_dot  =  20.8 1/s"),
-        ("0.025 kg m^2", "2.5 x 10^-2 kg m^2"),
-        ("0.025 kg m^2", "2.5 x 10⁻² kg m²"),
-        ("0.025 kg m^2", "2.5·10⁻² kg·m²"),
-        ("0.025 kg m^2", "I_zz = 2.5 × 10⁻²kg.m²"),
-        ("0.025 kg m^2", "0.025 kg.m^2"),
-        ("0.025 kg m^2", "0.025 kg·m^2"),
-        ("0.025 kg m^2", "0.025 kg-m^2"),
-        ("2.5e12 m", "2.5 x 10¹² m"),
-        ("3 N m", "3 N-m"),
-        ("3 N m", "3 N·m"),
-        ("3 N m", "3 N.m"),
-        ("0.05 m", "5cm"),
-        ("0.5", "1/2"),
-        ("omega = 0.5 rad/s", "1/2 rad/s"),
-        ("2*pi rad", "2*π rad"),
-        ("0", "cos(pi/2)"),
-        ("cos(pi/2)", "0"),
-        ("cos(pi/2) m", "0 m"),
-        ("1 - 0.9 - 0.1", "0"),
-        ("0", "sin(pi)"),
-        ("0", "sqrt(2)^2 - 2"),
-        ("0", "1 - 0.9 - 0.1"),
-    ],
+@cases(
+    """
+    key | answer
+    20.8 rad/s | omega = 20.8 rad/s  ω=20.8 rad/s  omega_1 = 20.8
+    0.025 kg m^2 | 2.5 x 10^-2 kg m^2  2.5 x 10⁻² kg m²  2.5·10⁻² kg·m²  I_zz = 2.5 × 10⁻²kg.m²
+      0.025 kg.m^2  0.025 kg·m^2  0.025 kg-m^2
+    2.5e12 m | 2.5 x 10¹² m
+    3 N m | 3 N-m  3 N·m  3 N.m
+    0.05 m | 5cm
+    0.5 | 1/2
+    omega = 0.5 rad/s | 1/2 rad/s
+    2*pi rad | 2*π rad
+    0 | cos(pi/2)  sin(pi)  sqrt(2)^2 - 2  1 - 0.9 - 0.1
+    cos(pi/2) | 0
+    cos(pi/2) m | 0 m
+    1 - 0.9 - 0.1 | 0
+    """,
+    ("20.8 rad/s", "  phi_dot  =  20.8 1/s"),
 )
 def test_spellings_of_homework(key: str, answer: str) -> None:
     assert told(literal(key, tolerance={"relative": 1e-12}), answer) == "correct"
     assert told(literal(key), key) == "correct"
-
-
-@pytest.mark.parametrize(
-    ("key", "answer"),
-    [
-        ("1e-17", "0"),
-        ("1e-17", "cos(pi/2)"),
-        ("0", "1e-17"),
-        ("0", "sin(3.14159265358979)"),
-        ("0", "1 - 0.9 - 0.1000000000000001"),
-        ("cos(pi/2)", "6.123e-17"),
-        ("0.025 kg m^2", "2.5 x 10² kg m^2"),
-        ("0.025 kg m^2", "2.5 x 10-2 kg m^2"),
-        ("20.8 rad/s", "omega = omega"),
-    ],
-)
-def test_what_only_looks_like_it_is_wrong(key: str, answer: str) -> None:
-    assert told(literal(key), answer) != "correct"
-
-
-def test_lists_and_mappings_are_no_numbers() -> None:
-    for answer in ([], ["20.8"], {"value": "20.8", "unit": "rad/s"}):
-        assert told(literal("20.8"), answer) == "wrong_shape"
-    assert told(literal("20.8"), None) == "not_a_number"
 
 
 def test_a_key_has_no_uncertainty() -> None:
@@ -292,33 +241,25 @@ def test_numbers_and_units_of_any_size_are_judged(
         assert told(key, f"{reference:.16e} m") in ("correct", "wrong_shape")
 
 
-@pytest.mark.parametrize(
-    ("text", "same"),
-    [
-        ("rad/sec", "rad/s"),
-        ("rads/s", "rad/s"),
-        ("RPM", "rpm"),
-        ("Radians/Second", "rad/s"),
-        ("m/s2", "m/s^2"),
-        ("kg m-3", "kg/m^3"),
-        ("kg·m²", "kg m^2"),
-        ("m s⁻²", "m/s^2"),
-        ("Kg m2", "kg m^2"),
-        ("Nm", "N m"),
-        ("Nm/rad", "N m/rad"),
-        ("Nm^2/kg^2", "N m^2/kg^2"),
-        ("kgm^2", "kg m^2"),
-        ("kgm²/s", "kg m^2/s"),
-        ("kgm2", "kg m^2"),
-        ("gcm**2", "g cm^2"),
-        ("J/kgm^2", "J/(kg m^2)"),
-        ("1/Nm", "1/(N m)"),
-        ("μm", "um"),
-        ("sec²", "s^2"),
-        ("Newtons", "N"),
-        ("hz", "Hz"),
-    ],
-)
+@cases("""
+    same | text
+    rad/s | rad/sec  rads/s  Radians/Second
+    rpm | RPM
+    m/s^2 | m/s2  m s⁻²
+    kg/m^3 | kg m-3
+    kg m^2 | kg·m²  Kg m2  kgm^2  kgm2
+    N m | Nm
+    N m/rad | Nm/rad
+    N m^2/kg^2 | Nm^2/kg^2
+    kg m^2/s | kgm²/s
+    g cm^2 | gcm**2
+    J/(kg m^2) | J/kgm^2
+    1/(N m) | 1/Nm
+    um | μm
+    s^2 | sec²
+    N | Newtons
+    Hz | hz
+    """)
 def test_units_of_homework(text: str, same: str) -> None:
     one, other = read_unit(text), units.parse_unit(same)
     assert (one.factor, one.pi_power, one.dimension) == (other.factor, other.pi_power, other.dimension)
@@ -443,12 +384,6 @@ def test_an_absolute_tolerance_is_in_si_units(
     assert (told(key, answer) == "correct") == (ratio < 1)
 
 
-def test_without_a_tolerance_a_thousandth_is_allowed() -> None:
-    key = literal("20 m")
-    assert told(key, "20.02 m") == told(key, "19.98 m") == told(key, "1998 cm") == "correct"
-    assert told(key, "20.03 m") == told(key, "19.97 m") == "outside_tolerance"
-
-
 def rounded(value: Decimal, n: int, how: str) -> Decimal:
     """To n significant figures, by the arithmetic of decimals."""
     return value.quantize(Decimal(1).scaleb(value.adjusted() + 1 - n), how)
@@ -493,7 +428,7 @@ def test_figures_count_in_the_unit_that_is_typed(value: Decimal, n: int, unit: s
                 assert told(key, f"{wrong:e} {unit}") != "correct"
 
 
-@many
+@some
 @given(decimals(), st.integers(1, 3), st.integers(1, 3))
 def test_how_many_figures_are_written(value: Decimal, n: int, more: int) -> None:
     exact = rounded(value, n, ROUND_HALF_UP)
@@ -565,134 +500,122 @@ def test_an_expression_has_no_figures() -> None:
 OMEGA = "20.8 rad/s"
 
 
-@pytest.mark.parametrize(
-    ("answer", "expected"),
-    [
-        ("20.8 rad/s", "correct"),
-        ("20.8rad/s", "correct"),
-        ("20.8 1/s", "correct"),
-        ("198.6 rpm", "correct"),
-        ("3.31 rev/s", "correct"),
-        ("1192 deg/s", "correct"),
-        ("20.8", "unit_missing"),
-        ("7", "unit_missing"),
-        ("0", "unit_missing"),
-        ("20.8 rpm", "wrong_unit_right_number"),
-        ("20.8 Hz", "wrong_unit_right_number"),
-        ("20.8 deg/s", "wrong_unit_right_number"),
-        ("3.31 Hz", "frequency_vs_angular_frequency"),
-        ("3.31 rad/s", "frequency_vs_angular_frequency"),
-        ("131 rad/s", "frequency_vs_angular_frequency"),
-        ("5 Hz", "unit_incompatible"),
-        ("20.8 rad", "unit_incompatible"),
-        ("20.8 kg", "unit_incompatible"),
-        ("20.8 rad/s^2", "unit_incompatible"),
-        ("-20.8 rad/s", "sign_error"),
-        ("-199 rpm", "sign_error"),
-        ("208 rad/s", "power_of_ten"),
-        ("0.0208 rad/s", "power_of_ten"),
-        ("20.8 krad/s", "wrong_unit_right_number"),
-        ("1192 rad/s", "degrees_radians"),
-        ("0.363 rad/s", "degrees_radians"),
-        ("199 rad/s", "unit_conversion"),
-        ("2.18 rpm", "unit_conversion"),
-        ("1250 rad/s", "unit_conversion"),
-        ("10.4 rad/s", "constant_factor"),
-        ("41.6 rad/s", "constant_factor"),
-        ("99.3 rpm", "constant_factor"),
-        ("14.7 rad/s", "constant_factor"),
-        ("21 rad/s", "precision_insufficient"),
-        ("200 rpm", "outside_tolerance"),
-        ("25.1 rad/s", "outside_tolerance"),
-        ("0 rad/s", "outside_tolerance"),
-    ],
-)
+@cases("""
+    expected | answer
+    correct | 20.8 rad/s  20.8rad/s  20.8 1/s  198.6 rpm  3.31 rev/s  1192 deg/s
+    unit_missing | 20.8  7  0
+    wrong_unit_right_number | 20.8 rpm  20.8 Hz  20.8 deg/s  20.8 krad/s
+    frequency_vs_angular_frequency | 3.31 Hz  3.31 rad/s  131 rad/s
+    unit_incompatible | 5 Hz  20.8 rad  20.8 kg  20.8 rad/s^2
+    sign_error | -20.8 rad/s  -199 rpm
+    power_of_ten | 208 rad/s  0.0208 rad/s
+    degrees_radians | 1192 rad/s  0.363 rad/s
+    unit_conversion | 199 rad/s  2.18 rpm  1250 rad/s
+    constant_factor | 10.4 rad/s  41.6 rad/s  99.3 rpm  14.7 rad/s
+    precision_insufficient | 21 rad/s
+    outside_tolerance | 200 rpm  25.1 rad/s  0 rad/s
+    """)
 def test_an_angular_velocity(answer: str, expected: str) -> None:
     assert told(literal(OMEGA, kind="quantity", unit="required", **figures(3)), answer) == expected
 
 
-@pytest.mark.parametrize(
-    ("key", "answer", "expected"),
-    [
-        ("10 m/s", "36 m/s", "unit_conversion"),
-        ("10 m/s", "2.7778 m/s", "unit_conversion"),
-        ("10 m/s", "36 km/h", "correct"),
-        ("10 m/s", "10 km/h", "wrong_unit_right_number"),
-        ("90 s", "5400 s", "unit_conversion"),
-        ("90 s", "1.5 s", "unit_conversion"),
-        ("90 s", "0.025 s", "unit_conversion"),
-        ("90 s", "1.5 min", "correct"),
-        ("90 s", "14.324 s", "frequency_vs_angular_frequency"),
-        ("5 m", "12.7 m", "unit_conversion"),
-        ("5 m", "1.524 m", "unit_conversion"),
-        ("5 m", "500 m", "power_of_ten"),
-        ("5 m", "0.05 m", "power_of_ten"),
-        ("5 m", "500 cm", "correct"),
-        ("5 cm", "5 m", "wrong_unit_right_number"),
-        ("5 cm", "0.05 m", "correct"),
-        ("5 cm", "0.05 cm", "power_of_ten"),
-        ("5 cm", "5", "correct"),
-        ("5 cm", "0.05", "power_of_ten"),
-        ("2 m^2", "12.9032 m^2", "unit_conversion"),
-        ("7 kg", "15.4324 kg", "unit_conversion"),
-        ("7 kg", "7 lb", "wrong_unit_right_number"),
-        ("1800 rpm", "188.496 rad/s", "correct"),
-        ("1800 rpm", "1800 rad/s", "wrong_unit_right_number"),
-        ("1800 rpm", "30 Hz", "frequency_vs_angular_frequency"),
-        ("30 deg", "0.523599", "degrees_radians"),
-        ("30 deg", "30", "correct"),
-        ("30 deg", "30 rad", "wrong_unit_right_number"),
-        ("30 deg", "1718.873 rad", "degrees_radians"),
-        ("30 deg/s", "1718.873 rad/s", "degrees_radians"),
-        ("0.523599 rad", "0.00913852 deg", "degrees_radians"),
-        ("30 deg", "pi/6", "degrees_radians"),
-        ("30 deg", "pi/6 rad", "correct"),
-        ("30 deg", "30°", "correct"),
-        ("0.523599 rad", "30 deg", "correct"),
-        ("0.523599 rad", "30", "degrees_radians"),
-        ("0.523599 rad", "30 rad", "degrees_radians"),
-        ("0.523599 rad", "0.0091385 rad", "degrees_radians"),
-        ("3.3 Hz", "3.3 1/s", "correct"),
-        ("3.3 Hz", "3.3 rev/s", "correct"),
-        ("3.3 Hz", "198 rpm", "correct"),
-        ("3.3 Hz", "3.3 rad/s", "wrong_unit_right_number"),
-        ("3.3 Hz", "20.7345 rad/s", "frequency_vs_angular_frequency"),
-        ("3.3 Hz", "20.7345 Hz", "frequency_vs_angular_frequency"),
-        ("0.25", "25 %", "correct"),
-        ("0.25", "25%", "correct"),
-        ("0.25", "1/4", "correct"),
-        ("0.25", "25", "power_of_ten"),
-        ("0.25", "0.25 rad", "correct"),
-        ("0.25", "0.25 m", "unit_incompatible"),
-        ("0.25", "0.9", "unit_conversion"),
-        ("25 %", "25", "correct"),
-        ("25 %", "1/4", "power_of_ten"),
-        ("2 N m", "2 J", "correct"),
-        ("2 N m", "2 Nm", "correct"),
-        ("2 N m", "2 N", "unit_incompatible"),
-        ("2 N m", "19.6133 N m", "unit_conversion"),
-    ],
-)
-def test_other_units_and_mistakes(key: str, answer: str, expected: str) -> None:
-    assert told(literal(key), answer) == expected
-
-
-def test_two_mistakes_that_look_alike_are_not_named() -> None:
+@answers(
+    """
+    key | options | expected | answer
+    20 m | {} | correct | 20.02 m  19.98 m  1998 cm
+    20 m | {} | outside_tolerance | 20.03 m  19.97 m
     # At a fifth, a factor of 3 is also one of 3.6 (km/h), of 2.54 (inches), of pi ...
-    assert told(literal("10 m/s", tolerance={"relative": 0.2}), "31 m/s") == "outside_tolerance"
+    10 m/s | {tolerance: 0.2} | outside_tolerance | 31 m/s
     # ... and 0.5 is half of 0.75 but for a factor of 2/3, or its first digit.
-    assert told(literal("0.75 m", tolerance={"relative": 1e-3}), "1 m") == "outside_tolerance"
+    0.75 m | {tolerance: 1e-3} | outside_tolerance | 1 m
+    # A number without a unit is in that of the key.
+    1800 rpm | {} | correct | 1800  188.496 rad/s  1800 rpm
+    1800 rpm | {} | unit_conversion | 188.496
+    1800 rpm | {} | sign_error | -1800
+    1800 rpm | {unit: required} | unit_missing | 1800
+    20.8 | {} | wrong_shape | []  [20.8]  {value: 20.8, unit: rad/s}
+    # Zero is zero in any unit, and what is not zero is not.
+    0 m | {} | correct | 0  0 m  0.0 cm  -0 m  1-1 m  0e5
+    0 m | {} | outside_tolerance | 1e-9 m
+    0 m | {unit: required} | unit_missing | 1e-9
+    0 m | {tolerance: {absolute: 1e-6}} | correct | 1e-9 m
+    1e-160 m | {} | outside_tolerance | 0 m
+    1e-17 rad | {} | outside_tolerance | 0 rad
+    1e-17 | {} | outside_tolerance | 0  cos(pi/2)
+    0 | {} | outside_tolerance | 1e-17  sin(3.14159265358979)  1 - 0.9 - 0.1000000000000001
+    cos(pi/2) | {} | outside_tolerance | 6.123e-17
+    0.025 kg m^2 | {} | power_of_ten | 2.5 x 10² kg m^2
+    20.8 rad/s | {} | not_a_number | omega = omega
+    # A period does not widen a relative tolerance.
+    1 rad | {modulo: 2*pi} | correct | 1.0009  7.2832
+    1 rad | {modulo: 2*pi} | outside_tolerance | 1e300  1.002
+    0 rad | {modulo: 2*pi} | correct | 6.283
+    180 deg | {modulo: 360 deg} | correct | -180 deg
+    180 deg | {} | sign_error | -180 deg
+    """,
+    ("20.8", "{}", "not_a_number", None),
+)
+def test_what_is_told_of_a_number(key: str, options: str, expected: str, answer: Any) -> None:
+    assert told(literal(key, **read_tree(options, "")), answer) == expected
 
 
-def test_a_number_without_a_unit_is_in_that_of_the_key() -> None:
-    key = literal("1800 rpm")
-    assert told(key, "1800") == told(key, "188.496 rad/s") == told(key, "1800 rpm") == "correct"
-    assert told(key, "188.496") == "unit_conversion"
-    assert told(key, "-1800") == "sign_error"
-    assert told(literal("1800 rpm", unit="required"), "1800") == "unit_missing"
+def test_what_only_looks_like_it_is_wrong() -> None:
+    for answer in ("1e4", "12345.6", "1e7", "100"):
+        assert told(literal("1 rad", modulo="2*pi"), answer) != "correct"
+    assert told(literal("0.025 kg m^2"), "2.5 x 10-2 kg m^2") != "correct"
+
+
+def test_units_of_results() -> None:
     for kind in ("number", "quantity"):
         assert told(computed(188.4955592, "rad/s", kind=kind), "188.496") == "correct"
     assert told(computed(188.4955592, "rad/s", unit="required"), "188.496") == "unit_missing"
+    for answer in ("0", "0 m", "0.0 cm", "-0 m", "1-1 m", "0e5"):
+        assert told(computed(0.0, "m"), answer) == "correct"
+    assert told(computed(1e-17, "rad"), "0 rad") == "correct"  # an angle has a scale of its own
+    assert told(computed(1e-17, "m"), "0 m") == told(computed(1e-6, "rad"), "0 rad") == "outside_tolerance"
+
+
+@cases("""
+    key | expected | answer
+    10 m/s | unit_conversion | 36 m/s  2.7778 m/s
+    10 m/s | correct | 36 km/h
+    10 m/s | wrong_unit_right_number | 10 km/h
+    90 s | unit_conversion | 5400 s  1.5 s  0.025 s
+    90 s | correct | 1.5 min
+    90 s | frequency_vs_angular_frequency | 14.324 s
+    5 m | unit_conversion | 12.7 m  1.524 m
+    5 m | power_of_ten | 500 m  0.05 m
+    5 m | correct | 500 cm
+    5 cm | wrong_unit_right_number | 5 m
+    5 cm | correct | 0.05 m  5
+    5 cm | power_of_ten | 0.05 cm  0.05
+    2 m^2 | unit_conversion | 12.9032 m^2
+    7 kg | unit_conversion | 15.4324 kg
+    7 kg | wrong_unit_right_number | 7 lb
+    1800 rpm | correct | 188.496 rad/s
+    1800 rpm | wrong_unit_right_number | 1800 rad/s
+    1800 rpm | frequency_vs_angular_frequency | 30 Hz
+    30 deg | degrees_radians | 0.523599  1718.873 rad  pi/6
+    30 deg | correct | 30  pi/6 rad  30°
+    30 deg | wrong_unit_right_number | 30 rad
+    30 deg/s | degrees_radians | 1718.873 rad/s
+    0.523599 rad | degrees_radians | 0.00913852 deg  30  30 rad  0.0091385 rad
+    0.523599 rad | correct | 30 deg
+    3.3 Hz | correct | 3.3 1/s  3.3 rev/s  198 rpm
+    3.3 Hz | wrong_unit_right_number | 3.3 rad/s
+    3.3 Hz | frequency_vs_angular_frequency | 20.7345 rad/s  20.7345 Hz
+    0.25 | correct | 25 %  25%  1/4  0.25 rad
+    0.25 | power_of_ten | 25
+    0.25 | unit_incompatible | 0.25 m
+    0.25 | unit_conversion | 0.9
+    25 % | correct | 25
+    25 % | power_of_ten | 1/4
+    2 N m | correct | 2 J  2 Nm
+    2 N m | unit_incompatible | 2 N
+    2 N m | unit_conversion | 19.6133 N m
+    """)
+def test_other_units_and_mistakes(key: str, answer: str, expected: str) -> None:
+    assert told(literal(key), answer) == expected
 
 
 def test_numbers_without_a_unit_are_in_that_of_the_report() -> None:
@@ -719,22 +642,6 @@ def test_the_sense_of_a_precession(path: tuple[str, ...], expected: str) -> None
     assert told(computed(-2.5, "rad/s", path), "2.5 rad/s") == expected
 
 
-@pytest.mark.parametrize("answer", ["0", "0 m", "0.0 cm", "-0 m", "1-1 m", "0e5"])
-def test_zero_is_zero_in_any_unit(answer: str) -> None:
-    assert told(literal("0 m"), answer) == "correct"
-    assert told(computed(0.0, "m"), answer) == "correct"
-
-
-def test_what_is_not_zero_is_not() -> None:
-    assert told(literal("0 m"), "1e-9 m") == "outside_tolerance"
-    assert told(literal("0 m", unit="required"), "1e-9") == "unit_missing"
-    assert told(literal("0 m", tolerance={"absolute": 1e-6}), "1e-9 m") == "correct"
-    assert told(literal("1e-160 m"), "0 m") == "outside_tolerance"
-    assert told(computed(1e-17, "rad"), "0 rad") == "correct"  # an angle has a scale of its own
-    assert told(literal("1e-17 rad"), "0 rad") == told(computed(1e-17, "m"), "0 m") == "outside_tolerance"
-    assert told(computed(1e-6, "rad"), "0 rad") == "outside_tolerance"
-
-
 RING = [[1, math.cos(2 * math.pi * k / 7), math.sin(2 * math.pi * k / 7), 0] for k in range(7)]
 """Seven equal masses on a ring: by symmetry, its products of inertia are zero."""
 
@@ -759,8 +666,7 @@ def test_a_key_that_is_rounding_noise_is_zero(text: str, ask: str, si: str) -> N
         assert told(key, answer) == "correct"
     for answer in ("1e-3", "-0.1", "1", f"1e-6 {si}"):
         assert told(key, answer) not in ("correct", "power_of_ten", "sign_error", "constant_factor")
-    for made in NUMBER.examples(key):
-        assert told(key, made.answer) == (made.code or "correct"), made
+    require_examples("number", key)
 
 
 def test_a_small_entry_that_is_no_noise_is_not_zero() -> None:
@@ -803,17 +709,6 @@ def test_equal_modulo_a_period(
         assert told(key, typed(angle + (turns + off) * period)) != "correct"
 
 
-def test_a_period_does_not_widen_a_relative_tolerance() -> None:
-    key = literal("1 rad", modulo="2*pi")
-    assert told(key, "1.0009") == "correct"
-    assert told(key, f"{1 + 2 * math.pi:.4f}") == "correct"
-    for answer in ("1e4", "12345.6", "1e7", "1e300", "100", "1.002"):
-        assert told(key, answer) != "correct"
-    assert told(literal("0 rad", modulo="2*pi"), "6.283") == "correct"
-    assert told(literal("180 deg", modulo="360 deg"), "-180 deg") == "correct"
-    assert told(literal("180 deg"), "-180 deg") == "sign_error"
-
-
 @pytest.mark.parametrize("modulo", ["0", "-1 rad", "360 kg", "x", "1/0"])
 def test_a_period_is_an_amount_of_what_is_asked(modulo: str) -> None:
     with pytest.raises(ValueProblem) as caught:
@@ -824,18 +719,18 @@ def test_a_period_is_an_amount_of_what_is_asked(modulo: str) -> None:
 # --- keys
 
 
-@pytest.mark.parametrize(
-    ("answer", "options"),
-    [
-        ("20.8791 rad/s", {"kind": "number"}),
-        ("20.8791", {"kind": "quantity"}),
-        ("20.8791", figures(3) | {"tolerance": {"figures": "written"}}),
-        ("20.8791 warp", {}),
-        ("20,8791", {}),
-        ("20.8791e999", {}),
-        ("20.8791*x", {}),
-        ("1e-300 um^12", {}),
-    ],
+@answers(
+    """
+    answer | options
+    20.8791 rad/s | {kind: number}
+    20.8791 | {kind: quantity}
+    20.8791 warp | {}
+    20,8791 | {}
+    20.8791e999 | {}
+    20.8791*x | {}
+    1e-300 um^12 | {}
+    """,
+    ("20.8791", figures(3) | {"tolerance": {"figures": "written"}}),
 )
 def test_a_bad_key_is_refused_without_its_value(answer: str, options: dict[str, Any]) -> None:
     with pytest.raises(ValueProblem) as caught:
@@ -879,7 +774,7 @@ def test_a_key_passes_through_a_pipe() -> None:
 # --- what a student is told
 
 
-@many
+@some
 @given(decimals(), decimals(), decimals(), st.sampled_from(["", " m", " cm", " kg", "foo"]))
 def test_nothing_told_hangs_on_the_reference(one: Decimal, two: Decimal, answer: Decimal, unit: str) -> None:
     outcomes = [judged(literal(f"{value:e} m"), f"{answer:f}{unit}") for value in (one, two)]
@@ -922,23 +817,19 @@ KEYS = [
 @pytest.mark.parametrize(("answer", "options"), KEYS)
 def test_examples_are_judged_as_they_were_made(answer: str, options: dict[str, Any]) -> None:
     key = literal(answer, **options)
-    examples = list(NUMBER.examples(key))
-    for made in examples:
-        assert told(key, made.answer) == (made.code or "correct"), made
-    assert examples[0].code is None
-    codes = {made.code for made in examples}
+    codes = require_examples("number", key)
+    assert None in codes
     assert "unit_incompatible" in codes
     if float(re.split("[ /]", answer)[0].replace("sqrt(2)", "1")):
         assert {"sign_error", "power_of_ten"} <= codes
     assert ("unit_missing" in codes) == (key.required and key.reference != 0)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=10, deadline=None)
 @given(decimals(), st.sampled_from(sorted(SCALES)), st.sampled_from([{}, figures(2), figures(4, "written")]))
 def test_examples_of_any_key(value: Decimal, unit: str, options: dict[str, Any]) -> None:
     key = literal(f"{value:e} {unit}".strip(), **options)
-    for made in NUMBER.examples(key):
-        assert told(key, made.answer) == (made.code or "correct"), made
+    require_examples("number", key)
 
 
 # --- tolerances

@@ -17,7 +17,7 @@ from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, review, wrong
 from rigidcli.grading.selftest import trials
 from tests.conftest import ROOT
-from tests.grading.asking import Same, codes
+from tests.grading.asking import Same, cases, codes
 
 STUDIES = {name: getattr(rigidcli, name) for name in rigidcli.STUDIES}
 
@@ -149,23 +149,20 @@ def test_accepted_answers_are_in_the_selftest(tmp_path: Path, accepted: str, pas
     assert done[-1].example.code == "accepted"
 
 
-@pytest.mark.parametrize(
-    ("question", "said"),
-    [
-        (
-            "{answer: 1, kind: number, credit: {unit_mising: 0.5}}",
-            "a.credit.unit_mising: there is no such code",
-        ),
-        ("{answer: 1, kind: number, credit: {unit_mising: 0.5}}", "did you mean `unit_missing`?"),
-        ("{answer: 1, kind: number, credit: {unit_missing: 2}}", "a.credit.unit_missing"),
-        ("{answer: 1, kind: number, credit: half}", "a.credit"),
-        ("{answer: 1, kind: number, accept: [{answer: 2}, {answer: 73737 +}]}", "a.accept.1.answer: "),
-        ("{answer: 1, kind: number, accept: [{credit: 1}]}", "a.accept.0.answer: missing"),
-        ("{answer: 1, kind: number, accept: [{answer: 2, credit: 3}]}", "a.accept.0.credit"),
-        ("{answer: 1, kind: number, accept: 73737}", "a.accept"),
-        ("{answer: 1, kind: number, accept: [73737]}", "a.accept.0"),
-        ("{answer: 1, kind: number, accept: [{anser: 73737}]}", "a.accept.0.anser: unknown key"),
-    ],
+@cases(
+    """
+    said | question
+    a.credit.unit_mising: there is no such code | {answer: 1, kind: number, credit: {unit_mising: 0.5}}
+    did you mean `unit_missing`? | {answer: 1, kind: number, credit: {unit_mising: 0.5}}
+    a.credit.unit_missing | {answer: 1, kind: number, credit: {unit_missing: 2}}
+    a.credit | {answer: 1, kind: number, credit: half}
+    a.accept.0.answer: missing | {answer: 1, kind: number, accept: [{credit: 1}]}
+    a.accept.0.credit | {answer: 1, kind: number, accept: [{answer: 2, credit: 3}]}
+    a.accept | {answer: 1, kind: number, accept: 73737}
+    a.accept.0 | {answer: 1, kind: number, accept: [73737]}
+    a.accept.0.anser: unknown key | {answer: 1, kind: number, accept: [{anser: 73737}]}
+    """,
+    ("a.accept.1.answer: ", "{answer: 1, kind: number, accept: [{answer: 2}, {answer: 73737 +}]}"),
 )
 def test_what_is_wrong_with_credit_and_accept(tmp_path: Path, question: str, said: str) -> None:
     with pytest.raises(DocumentError) as refused:

@@ -41,9 +41,7 @@ def student(name: str, *questions: Judged) -> Judgement:
 
 
 AMY = student(
-    "amy",
-    Judged("a", "correct", 3.0, 3.0),
-    Judged("b", "correct", 2.0, 2.0, (Finding("second_order_form"),)),
+    "amy", Judged("a", "correct", 3.0, 3.0), Judged("b", "correct", 2.0, 2.0, (Finding("second_order_form"),))
 )
 BOB = student(
     "bob", Judged("a", "incorrect", 0.0, 3.0, (WRONG,), "-3"), Judged("b", "partial", 0.5, 2.0, UNLIKE)

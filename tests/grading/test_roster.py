@@ -11,6 +11,7 @@ from rigidcli.errors import DocumentError
 from rigidcli.grading.files import DEEPEST, beside, gather, is_contested, read_beside
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.roster import Roster, papers, read_roster, students_of
+from tests.grading.asking import cases
 
 MOODLE = "assignsubmission_file"
 
@@ -160,6 +161,7 @@ def test_nobody_is_in_an_empty_list() -> None:
 def folder(tmp_path: Path) -> Path:
     for name in [
         *("ada.yaml", "ada_l.yaml", "bob.yaml", "ada_orbit.csv", "ada_l_orbit.csv", "bob.csv", "orbit.csv"),
+        *("adages.csv", "ada-orbit.csv", "run_4711_2_orbit.csv"),
         *("doejane_4711_98_hw.yaml", "doejane_4711_99_orbit.csv", "doejane_4711_100_orbit.csv"),
         *("doejane_4711_101_run-1.csv", "doejane_4711_102_run-2.csv", "doejane_LATE_4711_103_my x-3.csv"),
         *("roe_12_90_hw.yaml", "roe_12_91_orbit.csv", "eve_13_92_other.csv"),
@@ -169,19 +171,20 @@ def folder(tmp_path: Path) -> Path:
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    ("answers", "name", "read"),
-    [
-        ("ada.yaml", "ada_orbit.csv", "ada_orbit.csv"),
-        ("ada.yaml", "./ada_orbit.csv", "ada_orbit.csv"),
-        ("ada_l.yaml", "ada_l_orbit.csv", "ada_l_orbit.csv"),
-        ("bob.yaml", "orbit.csv", "orbit.csv"),
-        ("doejane_4711_98_hw.yaml", "doejane_4711_99_orbit.csv", "doejane_4711_99_orbit.csv"),
-        ("doejane_4711_98_hw.yaml", "run-1.csv", "doejane_4711_101_run-1.csv"),
-        ("doejane_4711_98_hw.yaml", "run.csv", "doejane_4711_102_run-2.csv"),
-        ("doejane_4711_98_hw.yaml", "my x.csv", "doejane_LATE_4711_103_my x-3.csv"),
-        (f"Max_7_{MOODLE}_hw.yaml", f"Max_7_{MOODLE}_orbit.csv", f"Max_7_{MOODLE}_orbit.csv"),
-    ],
+@cases(
+    """
+    answers | read | name
+    ada.yaml | ada_orbit.csv | ada_orbit.csv  ./ada_orbit.csv
+    ada_l.yaml | ada_l_orbit.csv | ada_l_orbit.csv
+    bob.yaml | orbit.csv | orbit.csv
+    bob.yaml | adages.csv | adages.csv
+    bob.yaml | run_4711_2_orbit.csv | run_4711_2_orbit.csv
+    doejane_4711_98_hw.yaml | doejane_4711_99_orbit.csv | doejane_4711_99_orbit.csv
+    doejane_4711_98_hw.yaml | doejane_4711_101_run-1.csv | run-1.csv
+    doejane_4711_98_hw.yaml | doejane_4711_102_run-2.csv | run.csv
+    doejane_4711_98_hw.yaml | doejane_LATE_4711_103_my x-3.csv | my x.csv
+    """,
+    (f"Max_7_{MOODLE}_hw.yaml", f"Max_7_{MOODLE}_orbit.csv", f"Max_7_{MOODLE}_orbit.csv"),
 )
 def test_a_file_beside_is_found_by_the_name_that_a_student_gave_it(
     folder: Path, answers: str, name: str, read: str
@@ -195,27 +198,22 @@ def test_a_file_that_was_handed_in_again_is_the_last(folder: Path) -> None:
     assert beside("orbit.csv", folder / f"Max_7_{MOODLE}_hw.yaml").name == f"Max_7_{MOODLE}_orbit.csv"
 
 
-@pytest.mark.parametrize(
-    ("answers", "name", "code"),
-    [
-        ("bob.yaml", "ada_orbit.csv", "not_allowed"),
-        ("bob.yaml", "ADA_orbit.csv", "not_allowed"),
-        ("bob.yaml", "ada.yaml", "not_allowed"),
-        ("ada.yaml", "ada_l_orbit.csv", "not_allowed"),
-        ("ada_l.yaml", "ada_orbit.csv", "not_allowed"),
-        ("bob.yaml", "roe_12_91_orbit.csv", "not_allowed"),
-        ("doejane_4711_98_hw.yaml", "roe_12_91_orbit.csv", "not_allowed"),
-        ("doejane_4711_98_hw.yaml", "eve_13_92_other.csv", "not_allowed"),
-        ("doejane_4711_98_hw.yaml", f"Moe_8_{MOODLE}_orbit.csv", "not_allowed"),
-        ("doejane_4711_98_hw.yaml", "other.csv", "missing_file"),
-        ("ada.yaml", "../x", "path_outside"),
-        ("ada.yaml", "..", "path_outside"),
-        ("ada.yaml", "sub/x.csv", "path_outside"),
-        ("ada.yaml", "C:x.csv", "path_outside"),
-        ("ada.yaml", "x\0.csv", "path_outside"),
-        ("ada.yaml", "nowhere.csv", "missing_file"),
-        ("ada.yaml", "", "wrong_shape"),
-    ],
+@cases(
+    """
+    answers | code | name
+    bob.yaml | not_allowed | ada_orbit.csv  ADA_orbit.csv  Ada-orbit.csv  ada.yaml
+    roe_12_91_orbit.csv
+    ada.yaml | not_allowed | ada_l_orbit.csv
+    ada_l.yaml | not_allowed | ada_orbit.csv
+    doejane_4711_98_hw.yaml | not_allowed | roe_12_91_orbit.csv  eve_13_92_other.csv
+    doejane_4711_98_hw.yaml | missing_file | other.csv
+    ada.yaml | path_outside | ../x  ..  sub/x.csv  C:x.csv
+    ada.yaml | missing_file | nowhere.csv
+    """,
+    (f"Max_7_{MOODLE}_hw.yaml", "not_allowed", f"Moe_8_{MOODLE}_orbit.csv"),
+    ("doejane_4711_98_hw.yaml", "not_allowed", f"Moe_8_{MOODLE}_orbit.csv"),
+    ("ada.yaml", "path_outside", "x\0.csv"),
+    ("ada.yaml", "wrong_shape", ""),
 )
 def test_a_file_of_another_student_or_elsewhere_is_refused(
     folder: Path, answers: str, name: str, code: str

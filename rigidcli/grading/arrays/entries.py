@@ -15,11 +15,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import DocumentError, ExpressionError, nearest, shown
 from rigidcli.grading.asked import Tree
-from rigidcli.grading.numbers import (
-    read_written,
-    scale_of,
-    unnamed,
-)
+from rigidcli.grading.numbers import read_written, scale_of, unnamed
 from rigidcli.grading.outcome import Finding, Unreadable
 from rigidcli.model.syntax import read_tree
 from rigidcli.model.units import Unit, split_quantity

@@ -28,9 +28,7 @@ from rigidcli.grading.arrays.entries import (
 from rigidcli.grading.arrays.reference import Reference
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.numbers import (
-    read_written,
-)
+from rigidcli.grading.numbers import read_written
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.units import read_unit
 from rigidcli.model.units import Unit, parse_unit

@@ -8,10 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from rigidcli.grading.arrays.reference import MOST_PLACES, Reference, Typed, exactly, listed
-from rigidcli.grading.numbers import (
-    NOISE,
-    ROUNDING,
-)
+from rigidcli.grading.numbers import NOISE, ROUNDING
 
 
 def worked_out(code: str) -> Callable[[Reference], Iterator[Reference]]:

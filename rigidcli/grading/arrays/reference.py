@@ -23,13 +23,7 @@ from rigidcli.grading.arrays.entries import (
 )
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.factors import factors
-from rigidcli.grading.numbers import (
-    NOISE,
-    ROUNDING,
-    margin,
-    margins,
-    narrowed,
-)
+from rigidcli.grading.numbers import NOISE, ROUNDING, margin, margins, narrowed
 from rigidcli.grading.question import Question, Tolerance
 from rigidcli.model.units import ANGLE, DIMENSIONLESS, Unit
 from rigidcli.symbolic.language.expression import Expression

@@ -160,12 +160,6 @@ class System:
     # --- what they determine
 
     @cached_property
-    def saying(self) -> list[Expr]:
-        """The equations that are true and say something."""
-        chosen = zip(self.equations, self.truths, self.trivial, strict=True)
-        return [e.exact for e, truth, trivial in chosen if truth == "true" and not trivial and e.exact]
-
-    @cached_property
     def solutions(self) -> list[Solution]:
         """What all equations determine, in each way to read them up to one in which they are complete."""
         chosen = zip(self.equations, self.trivial, strict=True)
@@ -209,7 +203,9 @@ class System:
         if names & motion.accelerations:
             beside = [name for name in beside if name in names or velocity(name) in names]
         needed = len(motion.functions) + len(beside)
-        rows = [_slopes(e, motion.jets) for e in self.saying]
+        chosen = zip(self.equations, self.truths, self.trivial, strict=True)
+        saying = [e.exact for e, truth, trivial in chosen if truth == "true" and not trivial and e.exact]
+        rows = [_slopes(e, motion.jets) for e in saying]
         found = _valued(rows, motion)
         reached = 0 if found is None else len(reduced(_matrix(found, motion.jets)))
         return min(reached, needed - 1) / needed

@@ -172,7 +172,10 @@ def _relative(tolerance: Tolerance, tree: Node) -> float | None:
     if tolerance == Tolerance():
         return None
     if not names_in(tree):
-        value = _value(tree)
+        try:
+            value = abs(evaluation.real(tree, {}))
+        except ExpressionError:
+            raise ValueProblem("the key has no value") from None
         return margin(value, tolerance) / value if value else None
     if tolerance.absolute is not None:
         raise ValueProblem(
@@ -181,14 +184,6 @@ def _relative(tolerance: Tolerance, tree: Node) -> float | None:
     figures = tolerance.significant_figures
     rounded = 0.0 if figures is None else 0.5 * 10.0 ** (1 - figures)
     return max(tolerance.relative or 0.0, rounded)
-
-
-def _value(tree: Node) -> float:
-    """The size of a number. Raises ValueProblem where there is none."""
-    try:
-        return abs(evaluation.real(tree, {}))
-    except ExpressionError:
-        raise ValueProblem("the key has no value") from None
 
 
 def _may_be_periodic(tree: Node, names: Names) -> bool:

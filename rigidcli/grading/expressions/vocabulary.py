@@ -21,6 +21,7 @@ from rigidcli.symbolic.language.tree import Node, bound, number
 
 if TYPE_CHECKING:
     from rigidcli.model.document import Document
+    from rigidcli.model.transform import Transform
 
 TIME = "t"
 
@@ -82,7 +83,8 @@ def names_of(asked: Asked, tree: Node) -> Names:
     values: dict[str, float] = {}
     domains: dict[str, Domain] = {}
     if document is not None:
-        values = _values(document)
+        known = {name: document.arithmetic.value(value) for name, value in document.values.items()}
+        values = {name: float(value) for name, value in known.items() if value is not None}
         domains |= {name: "positive" if values.get(name, 1) > 0 else "real" for name in document.definitions}
         if document.system is not None:
             coordinates = coordinates or document.system.coordinates
@@ -94,7 +96,9 @@ def names_of(asked: Asked, tree: Node) -> Names:
         for name, definition in ({} if document is None else document.definitions).items()
         if definition is not None and definition.names and name not in listed
     }
-    further = _new_variables(asked)
+    # Those of the transformation of a document, where its results are asked for.
+    transform = None if document is None or "transform" not in asked.path else document.transform
+    further = () if transform is None else transform.new_variables
     moving = (*coordinates, *momenta, *velocities, *further)
     told = document is not None or all(name in listed or name in moving for name in used)
     new = tuple(name for name in used if name not in (*domains, *listed, *moving, TIME))
@@ -108,7 +112,7 @@ def names_of(asked: Asked, tree: Node) -> Names:
         told,
         frozenset((*new, *(velocities if of_momenta else ()))),
     )
-    positive = _never_negative(asked, further, vocabulary) if further else frozenset()
+    positive = frozenset[str]() if transform is None else _never_negative(transform, vocabulary)
     unlisted = frozenset(name for name in new if document is None and not COORDINATE.fullmatch(name))
     positive |= _needed(tree, vocabulary, unlisted)
     return Names(
@@ -144,31 +148,19 @@ def _meant(document: Document, values: Mapping[str, float]) -> dict[str, Node]:
     return meant
 
 
-def _new_variables(asked: Asked) -> tuple[str, ...]:
-    """Those of the transformation of a document, where its results are asked for."""
-    transform = None if asked.document is None else asked.document.transform
-    return transform.new_variables if transform is not None and "transform" in asked.path else ()
-
-
-def _never_negative(asked: Asked, further: tuple[str, ...], vocabulary: Vocabulary) -> frozenset[str]:
+def _never_negative(transform: Transform, vocabulary: Vocabulary) -> frozenset[str]:
     """New variables that are not negative wherever the old and the new ones belong together, as an action."""
-    transform = None if asked.document is None else asked.document.transform
-    if transform is None:
-        return frozenset()
     points = draw(vocabulary, TRIED)
     known = {**(transform.old or {}), **(transform.new or {})}
     found = {name: points.at(expression.root) for name, expression in known.items()}
     has_values = np.all([each.known for each in found.values()], axis=0)
     if not has_values.any():
         return frozenset()
-    new = {name: found[name].value if transform.old is None else points.values[name] for name in further}
+    new = {
+        name: found[name].value if transform.old is None else points.values[name]
+        for name in transform.new_variables
+    }
     return frozenset(name for name, value in new.items() if np.all(value[has_values] >= 0))
-
-
-def _values(document: Document) -> dict[str, float]:
-    """The parameters that have a value, in SI units."""
-    found = {name: document.arithmetic.value(value) for name, value in document.values.items()}
-    return {name: float(value) for name, value in found.items() if value is not None}
 
 
 def _dimensions(asked: Asked, motion: tuple[tuple[str, str, str], ...]) -> dict[str, Dimension]:

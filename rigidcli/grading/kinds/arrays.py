@@ -291,16 +291,14 @@ class Matrix(Arrays):
         return rows(answer)
 
     def read_key(self, asked: Asked) -> Reference:
-        """The key of a question for a matrix. Raises ValueProblem."""
+        """The key of a question for a matrix; products of a tensor have the sign that is asked.
+
+        Raises ValueProblem.
+        """
         found = super().read_key(asked)
         if len(found.shape) != 2 or 0 in found.shape:
             raise ValueProblem("this is not a list of rows of equal length")
-        return _with_products(found)
-
-
-def _with_products(key: Reference) -> Reference:
-    """The key of a tensor that a document has, with products of inertia in the convention that is asked."""
-    if key.path[-1:] not in TENSORS or key.question.products == "minus":
-        return key
-    turned = key.times(OTHER_PRODUCTS)
-    return replace(turned, entries=times(key.entries, OTHER_PRODUCTS), numbers=1.0)
+        if found.path[-1:] in TENSORS and found.question.products == "plus":
+            entries = times(found.entries, OTHER_PRODUCTS)
+            found = replace(found.times(OTHER_PRODUCTS), entries=entries, numbers=1.0)
+        return found

@@ -83,7 +83,8 @@ class Equations(Kind):
         if best.missing and (wrongs or not system.is_open):
             problems.append(_missing(system))
         if problems:
-            if not wrongs and key.form == "first_order" and _is_right_in_any_form(key, answer):
+            any_form = System(replace(key, form="any"), answer)
+            if not wrongs and key.form == "first_order" and any(not s.missing for s in any_form.solutions):
                 return wrong(_with_reference(key, Finding("second_order_form")))
             first, *rest = problems
             return wrong(_with_reference(key, first), *rest, *remarks, share=system.share)
@@ -157,10 +158,6 @@ def _with_reference(key: Key, finding: Finding) -> Finding:
     """A finding with a set that is right."""
     told = ", ".join(f"{name} = {e}" for name, e in _told(key).items())
     return replace(finding, reference=f"right is, for example, {told}")
-
-
-def _is_right_in_any_form(key: Key, answer: Answer) -> bool:
-    return any(not each.missing for each in System(replace(key, form="any"), answer).solutions)
 
 
 def _missing(system: System) -> Finding:

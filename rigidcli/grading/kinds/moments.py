@@ -9,7 +9,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Array, Floats
+from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.arrays.entries import times, worked
 from rigidcli.grading.arrays.keys import computed
@@ -46,7 +46,13 @@ class Moments(Arrays):
         others = (replace(asked, name=f"{asked.name} {k}") for k in range(ELSEWHERE))
         if ordered and any((_order(super(Moments, self).read_key(o)) != order).any() for o in others):
             raise ValueProblem("the order of the moments depends on the symbols", path=("order",))
-        causes = ((code, np.array(list(map(moments_of, each)))) for code, each in _tensors(asked, found))
+        tensor = None if asked.report is None or asked.path[-1] != "moments" else asked.report.get("tensor")
+        tensors = (
+            iter(())
+            if tensor is None
+            else mistaken_tensors(asked, worked(computed(tensor), found.points), found)
+        )
+        causes = ((code, np.array(list(map(moments_of, each)))) for code, each in tensors)
         return replace(
             found.arranged(lambda array: array[:, order]),
             symmetry=frozenset() if ordered else ANY_ORDER,
@@ -108,11 +114,3 @@ class Moments(Arrays):
 def _order(key: Reference) -> Array:
     """The places of the moments (k, n) in ascending order at each point."""
     return np.argsort(key.values, axis=1, kind="stable")
-
-
-def _tensors(asked: Asked, key: Reference) -> Iterator[tuple[str, Floats]]:
-    """Codes with the tensors (k by 3 by 3) of which the moments are taken under them."""
-    if asked.report is None or asked.path[-1] != "moments" or asked.report.get("tensor") is None:
-        return
-    tensor = worked(computed(asked.report["tensor"]), key.points)
-    yield from mistaken_tensors(asked, tensor, key)

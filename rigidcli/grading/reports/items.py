@@ -87,7 +87,14 @@ def _tally(id: str, given: Sequence[Judged]) -> Tally:
     # What waits for a person, then what many have in common.
     ranked = sorted(alike.items(), key=lambda entry: (entry[0][1] != "review", -entry[1], entry[0]))
     answers = tuple(
-        Taken(printable(answer), count, verdict, codes, count >= least and _is_unexplained(answer, codes))
+        # Of a trajectory only the name of a file is known here, or the first rows: it looks like others.
+        Taken(
+            printable(answer),
+            count,
+            verdict,
+            codes,
+            count >= least and set(codes) <= UNNAMED and not answer.startswith(("{file:", "{csv:")),
+        )
         for (answer, verdict, codes), count in ranked
     )
     counts = {verdict: verdicts[verdict] for verdict in VERDICTS}
@@ -95,11 +102,6 @@ def _tally(id: str, given: Sequence[Judged]) -> Tally:
     most = sum(each.max_score for each in final)
     facility = sum(each.score for each in final) / most if most else None
     return Tally(printable(id), counts, any(answer.suspicious for answer in answers), answers, facility)
-
-
-def _is_unexplained(answer: str, codes: tuple[str, ...]) -> bool:
-    # Of a trajectory only the name of a file is known here, or the first rows: it looks like others.
-    return set(codes) <= UNNAMED and not answer.startswith(("{file:", "{csv:"))
 
 
 def table(tallies: Sequence[Tally], style: Style) -> Iterator[str]:

@@ -95,29 +95,24 @@ def changes(
     coded = feedback.reasons and any(question.feedback for each in old for question in each.questions)
     counts = [Counter(each.student for each in run) for run in runs]
     several = {student for count in counts for student in count if count[student] > 1}
-    was, now = ({_name(each, several): each for each in run} for run in runs)
+    # Those of one name in one run are told apart by their sources.
+    was, now = (
+        {printable(f"{s.student} ({s.source})" if s.student in several else s.student): s for s in run}
+        for run in runs
+    )
     found = {name: list(_of_student(name, was.get(name), now.get(name), coded)) for name in now | was}
     return tuple(chain.from_iterable(sorted(found.values(), key=lambda own: not any(map(_waits, own)))))
 
 
-def _name(student: Student, several: set[str]) -> str:
-    """The student, told apart by the source where one run has several answer files."""
-    name = f"{student.student} ({student.source})" if student.student in several else student.student
-    return printable(name)
-
-
 def _of_student(name: str, old: Student | None, new: Student | None, coded: bool) -> Iterator[Change]:
     if old is None or new is None:
-        yield Change(name, "", _whole(old), _whole(new))
+        marks = (None if s is None else Mark("", s.score, s.max_score) for s in (old, new))
+        yield Change(name, "", *marks)
         return
     was, now = ({printable(each.id): _mark(each, coded) for each in run.questions} for run in (old, new))
     for question in now | was:
         if was.get(question) != now.get(question):
             yield Change(name, question, was.get(question), now.get(question))
-
-
-def _whole(student: Student | None) -> Mark | None:
-    return None if student is None else Mark("", student.score, student.max_score)
 
 
 def _mark(question: Told, coded: bool) -> Mark:
