@@ -1,0 +1,62 @@
+"""Several values of one key of a document, which is then read once for all of them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from rigidcli.core.many import ALONE, Many, Parted, Unfit
+from rigidcli.errors import ValueProblem
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Several:
+    """The values of a key as they are written, one for each of some runs over the document."""
+
+    values: Sequence[object]
+
+    def read(self, read: Callable[[Any], Any], notes: list[str]) -> Many:
+        """The numbers that the function reads, which adds to the `notes`.
+
+        Raises Parted where some are refused or noted: those are for documents of their own.
+        """
+        return _each(read, [(value,) for value in self.values], notes)
+
+    def require_bare(self) -> None:
+        """Raise Unfit where some values are texts, which may have a dimension."""
+        if any(isinstance(value, str) for value in self.values):
+            raise Unfit
+
+
+def evaluated(evaluate: Callable[[Mapping[str, float]], float], values: Mapping[str, Any]) -> Any:
+    """A function of named floats, some of which may be many at once. Raises what it raises, or Parted."""
+    many = [name for name, value in values.items() if isinstance(value, Many)]
+    if not many:
+        return evaluate(values)
+    columns = zip(*(values[name].values.tolist() for name in many), strict=True)
+    return _each(lambda *row: evaluate({**values, **dict(zip(many, row, strict=True))}), list(columns), [])
+
+
+def _each(read: Callable[..., Any], rows: Sequence[Sequence[Any]], notes: list[str]) -> Many:
+    """The numbers that a function finds for each of the rows."""
+    numbers, known = [], len(notes)
+    for row in rows:
+        try:
+            number = read(*row)
+        except ValueProblem:
+            number = math.nan
+        if len(notes) > known:
+            number = math.nan
+            del notes[known:]
+        if not isinstance(number, float):
+            raise Unfit
+        numbers.append(number)
+    values = np.array(numbers)
+    missing = np.isnan(values)
+    if missing.any():
+        raise Parted(np.where(missing, ALONE, 0))
+    return Many(values)
