@@ -135,9 +135,11 @@ def _bounded(high: Any, low: Any, radius: Any) -> Pairs:
     """The result of an operation whose operands make it uncertain by `radius`, with its own error."""
     size = abs(high)
     radius = (radius + ERROR * size) * WIDER
-    # A zero has no error of its own: factors so small that they vanish are uncertain themselves.
-    radius = np.where((size > 0) & (size < LEAST), radius + LEAST, radius)
-    return Pairs(high, low, np.where(size < MOST, radius, np.inf))
+    if np.min(size) < LEAST or not np.max(size) < MOST:
+        # A zero has no error of its own: factors so small that they vanish are uncertain themselves.
+        radius = np.where((size > 0) & (size < LEAST), radius + LEAST, radius)
+        radius = np.where(size < MOST, radius, np.inf)
+    return Pairs(high, low, radius)
 
 
 def _parts(number: Any) -> tuple[Any, Any, Any]:

@@ -224,7 +224,7 @@ class Quantity(Reader):
     def read(self, raw: object, info: ValidationInfo) -> Scalar:
         """The SI value, of a size and sign that fit."""
         env = environment(info)
-        if isinstance(raw, Several):
+        if isinstance(raw, Several) and (self.dimension == units.ANGLE or not raw.are_bare):
             many: Any = raw.read(lambda one: self.read(one, info), env.notes)
             return many
         value: Scalar = env.read(raw, self.dimension)

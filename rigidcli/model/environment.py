@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
+from rigidcli.core.many import Unfit
 from rigidcli.errors import LONGEST_SHOWN, ExpressionError, ValueProblem, nearest, shown
 from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.several import Several, evaluated
@@ -83,8 +84,10 @@ class Environment:
         `dimension` is what a unit must fit; None fits all. Raises ValueProblem.
         """
         if isinstance(raw, Several):
+            if raw.are_bare:
+                return raw.numbers()
             if dimension is None:
-                raw.require_bare()
+                raise Unfit  # a parameter has the dimension of what is typed
             return raw.read(lambda one: self.read(one, dimension), self.notes)
         scalar = _number_or_text(raw, number_of(dimension))
         if not isinstance(scalar, str):

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.core.many import ALONE, Many, Parted, Unfit
+from rigidcli.core.many import ALONE, Many, Parted, Unfit, agreed
 from rigidcli.errors import ValueProblem
 
 
@@ -26,10 +26,16 @@ class Several:
         """
         return _each(read, [(value,) for value in self.values], notes)
 
-    def require_bare(self) -> None:
-        """Raise Unfit where some values are texts, which may have a dimension."""
-        if any(isinstance(value, str) for value in self.values):
-            raise Unfit
+    @property
+    def are_bare(self) -> bool:
+        """Whether all values are plain numbers, without a unit."""
+        return all(type(value) is float for value in self.values)
+
+    def numbers(self) -> Many:
+        """The values, which are plain numbers. Raises Parted where some are not finite."""
+        values = np.array(self.values, dtype=np.float64)
+        agreed(True, np.isfinite(values))
+        return Many(values)
 
 
 def evaluated(evaluate: Callable[[Mapping[str, float]], float], values: Mapping[str, Any]) -> Any:

@@ -179,11 +179,16 @@ class Sweep:
         """
         values, told = {}, []
         for key, texts in zip(self.keys, zip(*points, strict=True), strict=True):
-            values[split_setting(f"{key.name}=")[0]] = Several([_written(text) for text in texts])
-            numbers, units = zip(*(_told(text, False) for text in texts), strict=True)
-            names = list(dict.fromkeys(units))
-            common(np.array([names.index(unit) if type(n) is float else ALONE for n, unit in zip(numbers, units)]))
-            told.append((key.name, Many(np.array(numbers)), names[0]))
+            several = Several([_written(text) for text in texts])
+            values[split_setting(f"{key.name}=")[0]] = several
+            if several.are_bare:
+                told.append((key.name, several.numbers(), ""))
+                continue
+            pairs = [_told(text, False) for text in texts]
+            units = list(dict.fromkeys(unit for _, unit in pairs))
+            labels = [units.index(unit) if type(number) is float else ALONE for number, unit in pairs]
+            common(np.array(labels))
+            told.append((key.name, Many(np.array([number for number, _ in pairs])), units[0]))
         return values, told
 
 
