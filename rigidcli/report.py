@@ -293,12 +293,12 @@ class Report(Mapping[str, Value]):
         return len(self.tree())
 
 
-def count(report: Report) -> int:
-    """At how many points of a sweep the report is: 1, or as many as its values are at once."""
+def count(report: Report) -> int | None:
+    """At how many points of a sweep the report is at once; None for a report on one document."""
     from rigidcli.core.many import Many
 
     swept = report.swept[0].value if report.swept else None
-    return len(swept.values) if isinstance(swept, Many) else 1
+    return len(swept.values) if isinstance(swept, Many) else None
 
 
 def part(report: Report, points: slice | int) -> Report:
@@ -324,7 +324,7 @@ def part(report: Report, points: slice | int) -> Report:
 def each(report: Report) -> Iterator[Report]:
     """A report for each of its points."""
     points = count(report)
-    yield from (part(report, point) for point in range(points)) if points > 1 else [report]
+    yield from [report] if points is None else (part(report, point) for point in range(points))
 
 
 def single_cells(table: Table, names: Sequence[str] = ()) -> list[Column]:

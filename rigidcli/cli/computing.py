@@ -232,7 +232,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                             tell_notes(report.source, notes, quiet)
                             pictured.extend([report] if plot else [])
                             yield from [report] if format is Format.csv else each(report)
-                            points = count(report)
+                            points = count(report) or 1
                     for _ in range(points):
                         done()
             failures.end()

@@ -45,7 +45,7 @@ def together(
     """
     import numpy as np
 
-    from rigidcli.core.many import Unfit, grouped
+    from rigidcli.core.many import UnfitError, grouped
 
     points = [sweep.point(place) for place in places]
 
@@ -57,9 +57,11 @@ def together(
             with np.errstate(all="ignore"):
                 report = run(document)
         except RigidError as error:
-            raise Unfit from error
+            raise UnfitError from error
         units = {entry.key: entry.unit for entry in report.fields}
-        swept = [Field(name, many, unit=unit or units.get(name, ""), cells={name: ()}) for name, many, unit in told]
+        swept = [
+            Field(name, many, unit=unit or units.get(name, ""), cells={name: ()}) for name, many, unit in told
+        ]
         return replace(report, swept=tuple(swept))
 
     groups = list(grouped(np.arange(len(places)), work))

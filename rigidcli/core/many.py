@@ -3,23 +3,23 @@
 A `Many` has a float for each of some runs of the same formulas, and stands wherever one float does. Its
 results are those of the runs one by one, bit for bit: sums, products, quotients and square roots are rounded
 correctly by IEEE 754, and the functions are those of `math`, since the ones that numpy has for arrays may
-differ from them in the last bit. A branch is taken by all runs or by none: where they part, `Parted` says
-which of them go together, and `grouped` begins anew with each of these.
+differ from them in the last bit. A branch is taken by all runs or by none: where they part, a
+`PartedError` says which of them go together, and `grouped` begins anew with each of these.
 """
 
 from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterator
+from dataclasses import fields
 from itertools import repeat
 from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Scalar
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Floats
 
 ALONE = -1
 """The label of a run that has to be worked by itself."""
@@ -30,11 +30,11 @@ FEW = 8
 _Found = TypeVar("_Found")
 
 
-class Unfit(Exception):
+class UnfitError(Exception):
     """Something that takes one float, and cannot be done with many at once."""
 
 
-class Parted(Exception):
+class PartedError(Exception):
     """The runs take different ways: those with the same of the `labels` (n) go together, ALONE ones alone."""
 
     def __init__(self, labels: NDArray[np.int_]) -> None:
@@ -43,16 +43,19 @@ class Parted(Exception):
 
 
 def agreed(yes: Any, certain: Any = True) -> bool:
-    """The truth value that all runs have in common (each n). Raises Parted, also where one is not certain."""
+    """The truth value that all runs have in common (each n).
+
+    Raises PartedError where they have none, and where some are not `certain`.
+    """
     labels = np.where(certain, yes, ALONE)
     return bool(common(labels))
 
 
 def common(labels: Any) -> int:
-    """The label that all runs have in common. Raises Parted where there is none."""
+    """The label that all runs have in common. Raises PartedError where there is none."""
     first = int(labels.flat[0])
     if first == ALONE or (labels != first).any():
-        raise Parted(labels)
+        raise PartedError(labels)
     return first
 
 
@@ -61,26 +64,26 @@ def grouped(
 ) -> Iterator[tuple[NDArray[np.int_], _Found | None]]:
     """What `work` finds for groups of the `runs` (n), each run in one group; None for those to work alone.
 
-    Errors of `work`, other than Parted, are for those runs to tell that have them.
+    Errors of `work`, other than PartedError, are for those runs to tell that have them.
     """
     if len(runs) < FEW:
         yield runs, None
         return
     try:
         yield runs, work(runs)
-    except Parted as parted:
+    except PartedError as parted:
         for label in np.unique(parted.labels).tolist():
             group = runs[parted.labels == label]
             if label == ALONE:
                 yield group, None
             else:
                 yield from grouped(group, work)
-    except (Unfit, ArithmeticError):
+    except (UnfitError, ArithmeticError):
         yield runs, None
 
 
 def _unfit(*_: object) -> NoReturn:
-    raise Unfit
+    raise UnfitError
 
 
 def _compared(name: str) -> Callable[[Many, Any], bool]:
@@ -97,11 +100,11 @@ def _values(other: Any) -> Any:
         return other.values
     if isinstance(other, float | int):
         return other
-    raise Unfit
+    raise UnfitError
 
 
 class Many:
-    """A number in each of n runs: `values` (n); or a vector in each (n by k), of which entries can be taken."""
+    """A number in each of n runs: `values` (n); or a vector in each (n by k), whose entries can be taken."""
 
     __slots__ = ("values",)
 
@@ -142,20 +145,26 @@ class Many:
     def __abs__(self) -> Many:
         return Many(abs(self.values))
 
-    def __getitem__(self, index: int) -> Many:
-        return Many(self.values[:, index])
+    def __getitem__(self, index: int | tuple[int, ...]) -> Many:
+        return Many(np.moveaxis(self.values, 0, -1)[index])
 
     def __bool__(self) -> bool:
         return agreed(self.values != 0)
 
-    __eq__ = _compared("eq")  # type: ignore[assignment]
-    __ne__ = _compared("ne")  # type: ignore[assignment]
+    __eq__ = _compared("eq")
+    __ne__ = _compared("ne")
     __lt__ = _compared("lt")
     __le__ = _compared("le")
     __gt__ = _compared("gt")
     __ge__ = _compared("ge")
     __hash__ = None  # type: ignore[assignment]
-    __float__ = __int__ = __index__ = __array__ = __format__ = __iter__ = _unfit  # type: ignore[assignment]
+    __float__ = __int__ = __index__ = __format__ = _unfit
+    __array__ = __iter__ = __len__ = __matmul__ = __rmatmul__ = _unfit
+
+    def __getattr__(self, name: str) -> NoReturn:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        raise UnfitError
 
 
 def _quotient(dividend: Any, divisor: Any) -> Many:
@@ -185,28 +194,30 @@ def _sqrt(x: Any) -> Any:
     if not isinstance(x, Many):
         return math.sqrt(x)
     if x < 0:
-        raise Unfit
+        raise UnfitError
     return Many(np.sqrt(x.values))
 
 
 def _sign(x: Any) -> int | None:
-    return common(np.sign(x.values).astype(int) + 1) - 1 if isinstance(x, Many) else FLOAT.sign(x)
+    if not isinstance(x, Many):
+        return FLOAT.sign(x)
+    # Labels are not negative.
+    return common((x.values > 0).astype(int) - (x.values < 0) + 1) - 1
 
 
 class _Together(Arithmetic):
     """The arithmetic of floats, some of which are many at once."""
 
-    def array(self, values: object) -> Array:
+    def array(self, values: object) -> Any:
         """The numbers as an array; where some of a list are many at once, as many vectors."""
         entries = values if isinstance(values, list | tuple) else ()
         counts = [len(entry.values) for entry in entries if isinstance(entry, Many)]
         if not counts:
-            return super().array(values)
+            return FLOAT.array(values)
         columns = [
             entry.values if isinstance(entry, Many) else np.full(counts[0], float(entry)) for entry in entries
         ]
-        vectors: Any = Many(np.stack(columns, axis=1))
-        return vectors
+        return Many(np.stack(columns, axis=1))
 
 
 MANY = _Together(

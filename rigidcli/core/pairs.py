@@ -12,16 +12,14 @@ Softw. 49 (2023) 2 for the square root. None of theirs is above 15 * 2^-106.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from decimal import Decimal, localcontext
 from functools import lru_cache
 from typing import Any, TypeAlias
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats
 from rigidcli.core.high_precision import CONTEXT, NOISE, SPLITTER
-from rigidcli.core.many import Many, agreed, each
+from rigidcli.core.many import Many, agreed
 
 ERROR = 32 * 2.0**-106
 """The relative error of one operation, twice what is proved: room for the rounding of the bounds."""
@@ -59,11 +57,11 @@ class Pairs:
     def __neg__(self) -> Pairs:
         return Pairs(-self.high, -self.low, self.radius)
 
-    def __sub__(self, other: Any) -> Pairs:
-        return self + -other
+    def __sub__(self, other: Long) -> Pairs:
+        return self.__add__(-other)
 
-    def __rsub__(self, other: Any) -> Pairs:
-        return -self + other
+    def __rsub__(self, other: Long) -> Pairs:
+        return (-self).__add__(other)
 
     def __mul__(self, other: Any) -> Pairs:
         high, low, radius = _parts(other)
@@ -109,7 +107,7 @@ class Pairs:
         return Pairs(sign * self.high, sign * self.low, self.radius)
 
     def __bool__(self) -> bool:
-        return not self == 0
+        return self != 0
 
     def __gt__(self, other: Any) -> bool:
         value, radius = _difference(self, other)
@@ -210,7 +208,7 @@ def exactly(number: Any) -> Long:
 
 
 def rounded(number: Long) -> Any:
-    """The float nearest to a decimal, or those nearest to pairs. Raises Parted where these are uncertain."""
+    """The float nearest to a decimal, or many to pairs. Raises PartedError where some are uncertain."""
     if not isinstance(number, Pairs):
         return float(number)
     high, low = np.asarray(number.high), np.asarray(number.low)

@@ -23,7 +23,7 @@ from typing import Literal, TypeAlias
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.elliptic import complete_first, complete_third
 from rigidcli.core.high_precision import CONTEXT, NOISE, PI
-from rigidcli.core.many import MANY, Unfit
+from rigidcli.core.many import MANY, UnfitError
 from rigidcli.core.pairs import Long, Pairs, exactly, exceeds, rounded, settled, widened
 from rigidcli.errors import ComputationError
 
@@ -415,9 +415,7 @@ def _mean_rate(start: Start, lower: _Limit, upper: _Limit, complement: Long) -> 
     return _ZERO
 
 
-def _turning_points(
-    c0: Long, c1: Long, c2: Long, c3: Long, bottom: Long
-) -> tuple[Long, Long]:
+def _turning_points(c0: Long, c1: Long, c2: Long, c3: Long, bottom: Long) -> tuple[Long, Long]:
     """The roots low <= 0 <= high between which f = c0 + c1 x + c2 x^2 + c3 x^3 >= 0, for c0 >= 0, c3 >= 0.
 
     At `bottom`, below the roots, f is negative, concave and rising.
@@ -426,7 +424,7 @@ def _turning_points(
         other = _near_root(c1, c2, c3)
         return min(other, _ZERO), max(other, _ZERO)
     if isinstance(c0, Pairs) or isinstance(c1, Pairs) or isinstance(c2, Pairs):
-        raise Unfit
+        raise UnfitError
     low, last = bottom, 2 * bottom
     while low - last > -low * NOISE:
         # Newton's method goes up to the lowest root; this form of the step does not cancel for tiny roots.

@@ -225,7 +225,7 @@ class Quantity(Reader):
         """The SI value, of a size and sign that fit."""
         env = environment(info)
         if isinstance(raw, Several) and (self.dimension == units.ANGLE or not raw.are_bare):
-            many: Any = raw.read(lambda one: self.read(one, info), env.notes)
+            many: Scalar = raw.read(lambda one: self.read(one, info), env.notes)
             return many
         value: Scalar = env.read(raw, self.dimension)
         is_bare = self.dimension == units.ANGLE and isinstance(raw, int | float | Decimal)

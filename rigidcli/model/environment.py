@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
-from rigidcli.core.many import Unfit
+from rigidcli.core.many import UnfitError
 from rigidcli.errors import LONGEST_SHOWN, ExpressionError, ValueProblem, nearest, shown
 from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.several import Several, evaluated
@@ -87,7 +87,7 @@ class Environment:
             if raw.are_bare:
                 return raw.numbers()
             if dimension is None:
-                raise Unfit  # a parameter has the dimension of what is typed
+                raise UnfitError  # a parameter has the dimension of what is typed
             return raw.read(lambda one: self.read(one, dimension), self.notes)
         scalar = _number_or_text(raw, number_of(dimension))
         if not isinstance(scalar, str):

@@ -23,8 +23,8 @@ from rigidcli.model.document import Document
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_parameters
 from rigidcli.model.places import BodyPlaces, Places, body_form
-from rigidcli.model.several import Several
 from rigidcli.model.settings import SWEEP, Change, apply, split_setting
+from rigidcli.model.several import Several
 from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
 from rigidcli.model.words import with_colon
 
@@ -142,7 +142,7 @@ class Draft:
     def documents(self, swept: Sequence[str], values: Mapping[Path, Several]) -> Document:
         """One document for several values of keys, of which `swept` are the first: its numbers are many.
 
-        Raises as `load`, and Parted or Unfit where the values do not go together.
+        Raises as `load`, and PartedError or UnfitError where the values do not go together.
         """
         tree, changed = self._changed(swept, float)
         tree, _ = apply(tree, list(values.items()), self.source, SWEEP)

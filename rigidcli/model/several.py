@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.core.many import ALONE, Many, Parted, Unfit, agreed
+from rigidcli.core.many import ALONE, Many, PartedError, UnfitError, agreed
 from rigidcli.errors import ValueProblem
 
 
@@ -17,12 +17,12 @@ from rigidcli.errors import ValueProblem
 class Several:
     """The values of a key as they are written, one for each of some runs over the document."""
 
-    values: Sequence[object]
+    values: Sequence[Any]
 
-    def read(self, read: Callable[[Any], Any], notes: list[str]) -> Many:
+    def read(self, read: Callable[[Any], Any], notes: list[str]) -> Any:
         """The numbers that the function reads, which adds to the `notes`.
 
-        Raises Parted where some are refused or noted: those are for documents of their own.
+        Raises PartedError where some are refused or noted: those are for documents of their own.
         """
         return _each(read, [(value,) for value in self.values], notes)
 
@@ -32,14 +32,14 @@ class Several:
         return all(type(value) is float for value in self.values)
 
     def numbers(self) -> Many:
-        """The values, which are plain numbers. Raises Parted where some are not finite."""
+        """The values, which are plain numbers. Raises PartedError where some are not finite."""
         values = np.array(self.values, dtype=np.float64)
         agreed(True, np.isfinite(values))
         return Many(values)
 
 
 def evaluated(evaluate: Callable[[Mapping[str, float]], float], values: Mapping[str, Any]) -> Any:
-    """A function of named floats, some of which may be many at once. Raises what it raises, or Parted."""
+    """A function of named floats, some of which may be many. Raises what it raises, or PartedError."""
     many = [name for name, value in values.items() if isinstance(value, Many)]
     if not many:
         return evaluate(values)
@@ -59,10 +59,10 @@ def _each(read: Callable[..., Any], rows: Sequence[Sequence[Any]], notes: list[s
             number = math.nan
             del notes[known:]
         if not isinstance(number, float):
-            raise Unfit
+            raise UnfitError
         numbers.append(number)
     values = np.array(numbers)
     missing = np.isnan(values)
     if missing.any():
-        raise Parted(np.where(missing, ALONE, 0))
+        raise PartedError(np.where(missing, ALONE, 0))
     return Many(values)

@@ -22,8 +22,8 @@ from rigidcli.core.arithmetic import FLOAT
 from rigidcli.core.many import ALONE, Many, common
 from rigidcli.errors import DocumentError, Path, UsageError, ValueProblem, nearest, shown
 from rigidcli.model.environment import Environment
-from rigidcli.model.several import Several
 from rigidcli.model.settings import SWEEP, split_setting
+from rigidcli.model.several import Several
 from rigidcli.model.syntax import read_tree
 from rigidcli.model.units import parse_unit, split_quantity
 from rigidcli.symbolic.language.expression import parse
@@ -175,7 +175,7 @@ class Sweep:
     def together(self, points: Sequence[Point]) -> tuple[dict[Path, Several], list[tuple[str, Many, str]]]:
         """Several points at once: what a document has for its keys, and what results tell of each.
 
-        Raises Parted where some values are none of floats, or in other units; and DocumentError.
+        Raises PartedError where some values are none of floats, or in other units; and DocumentError.
         """
         values, told = {}, []
         for key, texts in zip(self.keys, zip(*points, strict=True), strict=True):
@@ -345,7 +345,7 @@ def _written(text: str) -> Any:
 
 
 _FLOAT = re.compile(r"[-+]?\d+\.\d*(e[-+]?\d+)?")
-"""A decimal that YAML reads as a float, as most values of a sweep are: its parser takes thirty times longer."""
+"""A decimal that is a float in YAML, too, as most values of a sweep are: its parser takes longer."""
 
 
 def _told(text: str, exact: bool) -> tuple[Any, str]:

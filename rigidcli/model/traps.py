@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic
-from rigidcli.core.many import Unfit
+from rigidcli.core.many import UnfitError
 from rigidcli.model.bodies import Composite
 from rigidcli.model.meshes import Mesh
 from rigidcli.model.several import Several
@@ -45,7 +45,7 @@ def traps(document: Document, tree: Mapping[str, Any]) -> Iterator[str]:
         bare = [abs(float(rate)) for rate in rates if not isinstance(rate, str | bool | list | type(None))]
         if max(bare, default=0.0) > FAST and _length(document, n) > LARGE:
             if len(rates) > len(several):
-                raise Unfit
+                raise UnfitError
             rate = max(bare)
             yield f"`{section}.{key}` has {rate:.6g} rad/s for a body over {LARGE:g} m; {rate:.6g} rpm meant?"
 

@@ -28,9 +28,9 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
             if report.swept:
                 # Rows at other values may lack a result: one header serves them all.
                 row = dict.fromkeys(written) | row
-            points = count(report)
-            columns = [_texts(value, points) for value in row.values()]
-            header, lines = list(row), iter(["".join(",".join(cells) + "\n" for cells in zip(*columns, strict=True))])
+            points = count(report) or 1
+            rows = zip(*(_texts(value, points) for value in row.values()), strict=True)
+            header, lines = list(row), iter(["".join(",".join(cells) + "\n" for cells in rows)])
         else:
             columns = single_cells(data, look.columns)
             # Whole numbers, the place of a start, are the same for many rows.
@@ -91,8 +91,6 @@ def _texts(value: Value, points: int) -> Iterable[str]:
 
 
 def _at(value: Value, place: tuple[int, ...]) -> Value:
-    if isinstance(value, Many) and place:
-        return Many(value.values[:, *place])
     return value if value is None or not place else value[place]
 
 

@@ -83,7 +83,7 @@ def _representable(field: Field) -> Field:
 
 
 def _many_representable(value: Many) -> Many:
-    """The numbers without signed zeros. Raises Parted where floats cannot hold some."""
+    """The numbers without signed zeros. Raises PartedError where floats cannot hold some."""
     sizes = np.abs(value.values)
     agreed(True, (np.isfinite(sizes) & ((sizes == 0) | (sizes >= TINY))).reshape(len(sizes), -1).all(axis=1))
     return Many(value.values + 0.0)
