@@ -17,6 +17,7 @@ from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require
 from rigidcli.cli.work import FOLLOW, Work, answers, require_memory, tasks
 from rigidcli.errors import UsageError, ValueProblem
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
+from rigidcli.report import count, each
 
 if TYPE_CHECKING:
     from rigidcli.render.units import Units
@@ -217,6 +218,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             is_seen = width is not None and format is not Format.table
             with counted(total) if apart and not is_seen else nullcontext(lambda: None) as done:
                 for answer in ordered(do, tasks(work, files, swept, failures, processes), processes):
+                    points = 1
                     with failures.of(answer.source):
                         target.protect(*answer.files)
                         tell_notes(answer.source, answer.notes, quiet)
@@ -229,8 +231,10 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                             notes = known[report.source].new(report.notes) if again else report.notes
                             tell_notes(report.source, notes, quiet)
                             pictured.extend([report] if plot else [])
-                            yield report
-                    done()
+                            yield from [report] if format is Format.csv else each(report)
+                            points = count(report) or 1
+                    for _ in range(points):
+                        done()
             failures.end()
 
         several = len(files) > 1 or any(map(is_robot, files))

@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
-from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +21,8 @@ from rigidcli.cli.work import AT_A_TIME, Task, answers
 from rigidcli.errors import UsageError
 from rigidcli.render import Look
 from rigidcli.render.parquet import Kinds, Rows, described, differ, joined, recast, require_library
+from rigidcli.report import count as points
+from rigidcli.report import each
 
 MANIFEST = "manifest.json"
 """The file that is written last: where it is, all parts are."""
@@ -30,7 +31,10 @@ PARTS = 1024
 """Parts of a table of up to some 1e7 rows: enough for as many processes."""
 
 MOST_TASKS = 2048
-"""The most tasks of a part, whose 65,536 rows are worked in a minute, and are lost when a worker is."""
+"""The most tasks of a part, whose 65,536 rows are worked in a minute, and are lost when a worker is.
+
+Tasks whose points are worked at once have more rows, and count as several.
+"""
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +125,7 @@ def _write(
     tell: Callable[[Written], None],
 ) -> bool:
     """Write all parts and the manifest; whether there are any rows."""
-    size = min(MOST_TASKS, max(1, count // (AT_A_TIME * PARTS)))
+    size = AT_A_TIME * min(MOST_TASKS, max(1, count // (AT_A_TIME * PARTS)))
     documents: dict[str, str | None] = {}
     files: list[dict[str, Any]] = []
     by_columns: dict[tuple[Any, ...], list[Path]] = {}
@@ -158,15 +162,19 @@ def _write(
 def _parts(
     folder: Path, tasks: Iterable[Task], size: int, documents: dict[str, str | None]
 ) -> Iterator[Part]:
-    """Parts of so many tasks; FILES are gathered on the way, with the texts of those that are swept."""
-    rest = iter(tasks)
-    number = 0
-    while some := list(islice(rest, size)):
-        for task in some:
-            for file in task.files:
-                documents.setdefault(file, None if task.draft is None else task.draft.places.text)
+    """Parts of so many rows, or of one task; FILES are gathered on the way, with the texts of swept ones."""
+    some: list[Task] = []
+    number = rows = 0
+    for task in tasks:
+        for file in task.files:
+            documents.setdefault(file, None if task.draft is None else task.draft.places.text)
+        some.append(task)
+        rows += len(task.places) or len(task.files)
+        if rows >= size:
+            yield Part(folder / f"part-{number:05}.parquet", some)
+            some, rows, number = [], 0, number + 1
+    if some:
         yield Part(folder / f"part-{number:05}.parquet", some)
-        number += 1
 
 
 def _written(part: Part, look: Look) -> Iterator[Written]:
@@ -179,11 +187,12 @@ def _written(part: Part, look: Look) -> Iterator[Written]:
         with Rows(part.path, look) as rows:
             for task in part.tasks:
                 for answer in answers(task):
-                    count += 1
+                    count += 1 if isinstance(answer.found, Failure) else points(answer.found) or 1
                     if isinstance(answer.found, Failure):
                         told.append(Told(answer.source, answer.notes, answer.found))
                         continue
-                    rows.add(answer.found)
+                    for report in each(answer.found):
+                        rows.add(report)
                     notes = answer.found.notes
                     if answer.found.swept:
                         notes = tuple(note for note in notes if note not in known)

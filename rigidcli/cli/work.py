@@ -6,11 +6,12 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from rigidcli.cli.output import Failure, Failures, failure
+from rigidcli.cli.together import AT_ONCE, go_together, together
 from rigidcli.errors import UNKNOWN, DocumentError, RigidError, UsageError
 from rigidcli.report import Field, Report
 
@@ -136,8 +137,10 @@ def tasks(
             for draft in work.drafts(file).each:
                 fitting = _fitting(draft, sweep, work.study)
                 draft = draft.absolute() if afar else draft
-                for begin in range(0, sweep.count, AT_A_TIME):
-                    places = range(begin, min(begin + AT_A_TIME, sweep.count))
+                at_once = go_together(draft, fitting, work.study, partial(_together, work, []))
+                size = AT_ONCE if at_once else AT_A_TIME
+                for begin in range(0, sweep.count, size):
+                    places = range(begin, min(begin + size, sweep.count))
                     yield Task(work, [file], None, draft, fitting, places)
 
 
@@ -185,8 +188,22 @@ def answers(task: Task, watch: Watch | None = None) -> Iterator[Answer]:
         for file, found in zip(task.files, read, strict=True):
             yield from _of_file(task.work, file, found, watch)
         return
-    for place in task.places:
-        yield _at_point(task, task.draft, task.sweep, place)
+    if len(task.places) <= AT_A_TIME:
+        yield from (_at_point(task, task.draft, task.sweep, place) for place in task.places)
+        return
+    files: list[Path] = []
+    for places, report in together(task.draft, task.sweep, task.places, partial(_together, task.work, files)):
+        if report is not None:
+            yield Answer(report.source, report, tuple(files))
+        else:
+            yield from (_at_point(task, task.draft, task.sweep, place) for place in places)
+
+
+def _together(work: Work, files: list[Path], document: Document) -> Report:
+    """The report on a document whose numbers are many; the `files` become those that it names."""
+    files[:] = document.files
+    with document.placing():
+        return work.report(document, None)
 
 
 def _at_point(task: Task, draft: Draft, sweep: Sweep, place: int) -> Answer:

@@ -19,7 +19,8 @@ from functools import lru_cache
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.high_precision import CONTEXT, LONG, NOISE, PI
+from rigidcli.core.high_precision import CONTEXT, LONG, PI
+from rigidcli.core.pairs import Long, exceeds, settled, widened
 
 NEGLIGIBLE = Decimal("1e-18")
 """Where 1 - k' is less than this, 1 - k^2 rounds to 1, and the elliptic functions are the circular ones."""
@@ -179,28 +180,30 @@ def argument(sn: Decimal, cn: Decimal, dn: Decimal) -> float:
     return float((s * carlson_rf(c, d, np.ones(1)))[0])
 
 
-def complete_first(complement: Decimal) -> Decimal:
+def complete_first(complement: Long) -> Long:
     """K, the complete integral of the first kind, infinite for k' = 0 (DLMF 19.8.5); within CONTEXT."""
     if not complement:
         return Decimal("inf")
-    a, g = Decimal(1), complement
-    while abs(a - g) > NOISE * a:
+    a, g, noise = Decimal(1), complement, settled(complement)
+    while exceeds(abs(a - g), noise * a):
         a, g = (a + g) / 2, (a * g).sqrt()
-    return PI / (a + g)
+    # The mean lies between the two.
+    return PI / widened(a + g, abs(a - g))
 
 
-def complete_third(complement: Decimal, p: Decimal) -> Decimal:
+def complete_third(complement: Long, p: Long) -> Long:
     """(p^2/3) R_J(0, k'^2, 1, p^2) / K for p > 0: the mean of p^2 sn^2/(1 - (1 - p^2) sn^2), 0 for k' = 0.
 
     From the means of DLMF 19.8.6: it is half the sum of their Q_n. Call within CONTEXT.
     """
     if not complement:
         return Decimal(0)
-    a, g, q, total = Decimal(1), complement, Decimal(1), Decimal(1)
-    while abs(a - g) > NOISE * a or abs(q) > NOISE:
+    a, g, q, total, noise = Decimal(1), complement, Decimal(1), Decimal(1), settled(complement)
+    while exceeds(abs(a - g), noise * a) or exceeds(abs(q), noise):
         square, product = p * p, a * g
         q *= (square - product) / (2 * (square + product))
         total += q
         p = (square + product) / (2 * p)
         a, g = (a + g) / 2, product.sqrt()
-    return total / 2
+    # The rest of the sum is less than the last term.
+    return widened(total, abs(q)) / 2

@@ -23,6 +23,8 @@ from typing import Literal, TypeAlias
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.elliptic import complete_first, complete_third
 from rigidcli.core.high_precision import CONTEXT, NOISE, PI
+from rigidcli.core.many import MANY, UnfitError
+from rigidcli.core.pairs import Long, Pairs, exactly, exceeds, rounded, settled, widened
 from rigidcli.errors import ComputationError
 
 ROUNDING = 4 * 2.0**-52
@@ -238,13 +240,13 @@ _SEPARATRIX = Decimal("1e-30")
 class Start:
     """a, beta, b - a u, u-dot but for its sign, and alpha - beta u of the source, 1 - u and 1 + u, at u0."""
 
-    a: Decimal
-    beta: Decimal
-    turning: Decimal
-    slope: Decimal
-    energy: Decimal
-    down: Decimal
-    up: Decimal
+    a: Long
+    beta: Long
+    turning: Long
+    slope: Long
+    energy: Long
+    down: Long
+    up: Long
 
 
 @dataclass(frozen=True, slots=True)
@@ -255,21 +257,21 @@ class Swing:
     top takes infinite time to rise upright.
     """
 
-    low: Decimal
-    high: Decimal
-    rise: Decimal
-    complement: Decimal
+    low: Long
+    high: Long
+    rise: Long
+    complement: Long
 
 
 @dataclass(frozen=True, slots=True)
 class _Limit:
     """A limit of the motion: x = u - u0, 1 - u, 1 + u, theta, phi-dot, and whether the last is zero."""
 
-    x: Decimal
-    down: Decimal
-    up: Decimal
+    x: Long
+    down: Long
+    up: Long
     theta: float
-    rate: Decimal
+    rate: Long
     resting: bool
 
 
@@ -292,10 +294,10 @@ def nutation(
     with localcontext(CONTEXT):
         down, up = _distances(tilt)
         square = down * up
-        a = Decimal(lambda3) * Decimal(spin) / Decimal(lambda1)
-        beta = 2 * Decimal(weight_moment) / Decimal(lambda1)
-        turning, slope = Decimal(precession) * square, Decimal(nutation) * square.sqrt()
-        energy = Decimal(nutation) ** 2 + Decimal(precession) * turning
+        a = exactly(lambda3) * exactly(spin) / exactly(lambda1)
+        beta = 2 * exactly(weight_moment) / exactly(lambda1)
+        turning, slope = exactly(precession) * square, exactly(nutation) * square.sqrt()
+        energy = exactly(nutation) ** 2 + exactly(precession) * turning
         start = Start(a, beta, turning, slope, energy, down, up)
         found = swing(start, 4 * Decimal(ROUNDING))
         if found.low == found.high:
@@ -303,7 +305,7 @@ def nutation(
         return _between(start, tilt, found)
 
 
-def swing(start: Start, slack: Decimal = _ZERO) -> Swing:
+def swing(start: Start, slack: Long = _ZERO) -> Swing:
     """The swing of u = cos(theta) about its initial value u0, to some 70 digits; within CONTEXT.
 
     u-dot^2 = f(u) = (1 - u^2)(alpha - beta u) - (b - a u)^2, and the cubic f has roots u1 <= u2 <= 1 <= u3.
@@ -327,12 +329,13 @@ def swing(start: Start, slack: Decimal = _ZERO) -> Swing:
     return Swing(low, high, rise, (gap / rise).sqrt())
 
 
-def _constant_tilt(tilt: float, rate: float | None, stiffness: Decimal) -> Nutation:
+def _constant_tilt(tilt: float, rate: float | None, stiffness: Long) -> Nutation:
     """The axis at rest, or in steady precession; `stiffness` is the squared rate of a small nutation."""
     if not rate:
         return Nutation(tilt, tilt, 0.0, rate, rate, None, None, rate, "none")
     period = 2 * PI / stiffness.sqrt()
-    return Nutation(tilt, tilt, 0.0, rate, rate, float(period), float(Decimal(rate) * period), rate, "steady")
+    advance = rounded(exactly(rate) * period)
+    return Nutation(tilt, tilt, 0.0, rate, rate, rounded(period), advance, rate, "steady")
 
 
 def _between(start: Start, tilt: float, swing: Swing) -> Nutation:
@@ -343,14 +346,16 @@ def _between(start: Start, tilt: float, swing: Swing) -> Nutation:
     if swing.complement:
         exact_mean = _mean_rate(start, lower, upper, swing.complement)
         exact_period = 4 * complete_first(swing.complement) / swing.rise.sqrt()
-        mean, period, advance = float(exact_mean), float(exact_period), float(exact_mean * exact_period)
+        mean, period, advance = (
+            rounded(each) for each in (exact_mean, exact_period, exact_mean * exact_period)
+        )
     kind: NutationKind = "looping" if (lower.rate > 0) != (upper.rate > 0) else "wavy"
     return Nutation(
         min(upper.theta, tilt),
         max(lower.theta, tilt),
         _amplitude(lower, upper),
-        float(upper.rate),
-        float(lower.rate),
+        rounded(upper.rate),
+        rounded(lower.rate),
         period,
         advance,
         mean,
@@ -358,7 +363,7 @@ def _between(start: Start, tilt: float, swing: Swing) -> Nutation:
     )
 
 
-def _limit(x: Decimal, start: Start, tilt: float, variation: Decimal) -> _Limit:
+def _limit(x: Long, start: Start, tilt: float, variation: Long) -> _Limit:
     """The limit at x, exactly vertical where it comes within rounding of that.
 
     phi-dot = (b - a u)/(1 - u^2). `variation` is that of b - a u between the limits.
@@ -368,7 +373,7 @@ def _limit(x: Decimal, start: Start, tilt: float, variation: Decimal) -> _Limit:
         return _Limit(x, _ZERO, _TWO, 0.0, start.a / 2, start.a == 0)
     if up <= _TOUCHING * (start.up + abs(x)):
         return _Limit(x, _TWO, _ZERO, math.pi, -start.a / 2, start.a == 0)
-    theta = tilt if x == 0 else 2 * math.atan2(float(down.sqrt()), float(up.sqrt()))
+    theta = tilt if x == 0 else 2 * MANY.atan2(rounded(down.sqrt()), rounded(up.sqrt()))
     turning = start.turning - start.a * x
     resting = abs(turning) <= Decimal(CUSP) * (abs(start.turning) + variation)
     return _Limit(x, down, up, theta, turning / (down * up), resting)
@@ -378,10 +383,10 @@ def _amplitude(lower: _Limit, upper: _Limit) -> float:
     """The angle between two limits, by the sine and cosine of its half."""
     sine = (upper.x - lower.x) / ((lower.down * upper.up).sqrt() + (lower.up * upper.down).sqrt())
     twice_cosine = (lower.up * upper.up).sqrt() + (lower.down * upper.down).sqrt()
-    return 2 * math.atan2(float(2 * sine), float(twice_cosine))
+    return 2 * MANY.atan2(rounded(2 * sine), rounded(twice_cosine))
 
 
-def _mean_rate(start: Start, lower: _Limit, upper: _Limit, complement: Decimal) -> Decimal:
+def _mean_rate(start: Start, lower: _Limit, upper: _Limit, complement: Long) -> Long:
     """The mean of phi-dot in time, by partial fractions ((b - a)/(1 - u) + (b + a)/(1 + u))/2.
 
     In u = u1 + (u2 - u1) sn^2 the mean of each lies between its values at the limits, at a
@@ -410,9 +415,7 @@ def _mean_rate(start: Start, lower: _Limit, upper: _Limit, complement: Decimal) 
     return _ZERO
 
 
-def _turning_points(
-    c0: Decimal, c1: Decimal, c2: Decimal, c3: Decimal, bottom: Decimal
-) -> tuple[Decimal, Decimal]:
+def _turning_points(c0: Long, c1: Long, c2: Long, c3: Long, bottom: Long) -> tuple[Long, Long]:
     """The roots low <= 0 <= high between which f = c0 + c1 x + c2 x^2 + c3 x^3 >= 0, for c0 >= 0, c3 >= 0.
 
     At `bottom`, below the roots, f is negative, concave and rising.
@@ -420,6 +423,8 @@ def _turning_points(
     if c0 == 0:
         other = _near_root(c1, c2, c3)
         return min(other, _ZERO), max(other, _ZERO)
+    if isinstance(c0, Pairs) or isinstance(c1, Pairs) or isinstance(c2, Pairs):
+        raise UnfitError
     low, last = bottom, 2 * bottom
     while low - last > -low * NOISE:
         # Newton's method goes up to the lowest root; this form of the step does not cancel for tiny roots.
@@ -430,7 +435,7 @@ def _turning_points(
     return low, _near_root(g0, (g0 - c1) / low if from_below else c2 + c3 * low, c3)
 
 
-def _near_root(g0: Decimal, g1: Decimal, g2: Decimal) -> Decimal:
+def _near_root(g0: Long, g1: Long, g2: Long) -> Long:
     """A root of g0 + g1 x + g2 x^2, g2 >= 0: the smaller positive one for g0 > 0, else the negative one.
 
     Neither form cancels.
@@ -439,19 +444,20 @@ def _near_root(g0: Decimal, g1: Decimal, g2: Decimal) -> Decimal:
     return 2 * g0 / (root - g1) if g1 <= 0 else -(g1 + root) / (2 * g2)
 
 
-def _distances(tilt: float) -> tuple[Decimal, Decimal]:
+def _distances(tilt: float) -> tuple[Long, Long]:
     """1 - cos(tilt) and 1 + cos(tilt), each to all digits; a tilt of pi but for its rounding is pi."""
     if abs(tilt - math.pi) <= ROUNDING:
         return _TWO, _ZERO
-    half = Decimal(tilt) / 2
+    half = exactly(tilt) / 2
     return 2 * _sine(half) ** 2, 2 * _sine(PI / 2 - half) ** 2
 
 
-def _sine(x: Decimal) -> Decimal:
+def _sine(x: Long) -> Long:
     """The sine of 0 <= x <= pi/2, by its series."""
-    term, total, last, power = x, x, _ZERO, 1
-    while total != last:
-        last, power = total, power + 2
-        term *= -x * x / (power * (power - 1))
-        total += term
-    return total
+    term, total, power = x, x, 1
+    while exceeds(abs(term), settled(x) * total):
+        power += 2
+        term = -term * x * x / (power * (power - 1))
+        total = total + term
+    # Terms of alternating signs: the rest is less than the last.
+    return widened(total, abs(term))

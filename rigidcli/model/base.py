@@ -29,6 +29,7 @@ from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import UNKNOWN, ValueProblem, nearest, shown
 from rigidcli.model import units
 from rigidcli.model.environment import Environment, number_of
+from rigidcli.model.several import Several
 from rigidcli.model.words import keys_called, with_colon
 
 SECTION = "x-section"
@@ -223,6 +224,9 @@ class Quantity(Reader):
     def read(self, raw: object, info: ValidationInfo) -> Scalar:
         """The SI value, of a size and sign that fit."""
         env = environment(info)
+        if isinstance(raw, Several) and (self.dimension == units.ANGLE or not raw.are_bare):
+            many: Scalar = raw.read(lambda one: self.read(one, info), env.notes)
+            return many
         value: Scalar = env.read(raw, self.dimension)
         is_bare = self.dimension == units.ANGLE and isinstance(raw, int | float | Decimal)
         if is_bare and abs(float(str(raw))) > FULL_TURN:

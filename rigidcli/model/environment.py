@@ -12,8 +12,10 @@ from functools import cached_property
 from typing import Any
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
+from rigidcli.core.many import UnfitError
 from rigidcli.errors import LONGEST_SHOWN, ExpressionError, ValueProblem, nearest, shown
 from rigidcli.model.dimensions import dimension_of
+from rigidcli.model.several import Several, evaluated
 from rigidcli.model.units import (
     Dimension,
     Unit,
@@ -81,6 +83,12 @@ class Environment:
 
         `dimension` is what a unit must fit; None fits all. Raises ValueProblem.
         """
+        if isinstance(raw, Several):
+            if raw.are_bare:
+                return raw.numbers()
+            if dimension is None:
+                raise UnfitError  # a parameter has the dimension of what is typed
+            return raw.read(lambda one: self.read(one, dimension), self.notes)
         scalar = _number_or_text(raw, number_of(dimension))
         if not isinstance(scalar, str):
             return _exact(parse(str(scalar)), {}) if self.arithmetic.exact else _finite(scalar)
@@ -220,7 +228,7 @@ class Environment:
         self._check_dimension(expression, dimension)
         if self.arithmetic.exact:
             return _exact(expression, self.parameters)
-        return expression.evaluate(self.parameters)
+        return evaluated(expression.evaluate, {name: self.parameters[name] for name in expression.names})
 
     def _without_value(self, names: frozenset[str]) -> frozenset[str]:
         """The parameters among `names` that lack the value that a number needs; each is noted as a fault."""

@@ -17,20 +17,19 @@ from typing import TypeAlias
 from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic
+from rigidcli.core.many import MANY
 from rigidcli.errors import DocumentError, Path, Problem, ValueProblem, shown
 from rigidcli.model.document import Document
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_parameters
 from rigidcli.model.places import BODY_FILES, NOT_READ, BodyPlaces, Places, body_form
-from rigidcli.model.settings import Change, apply, split_setting
+from rigidcli.model.settings import SWEEP, Change, apply, split_setting
+from rigidcli.model.several import Several
 from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
 from rigidcli.model.words import with_colon
 
 STDIN = "-"
 """The name of a file that stands for standard input."""
-
-SWEEP = "--sweep"
-"""The option that gives values one after the other."""
 
 _Decimal: TypeAlias = Callable[[str], object]
 """What makes a number of a decimal as it is typed."""
@@ -140,9 +139,18 @@ class Draft:
         if exact:
             # Read again, so that decimals are kept digit by digit.
             tree, _ = self._changed(swept, Decimal)
-        return _document(
-            tree, self.places.with_changes(changed, (*self.settings, *swept)), self.folder, exact
-        )
+        places = self.places.with_changes(changed, (*self.settings, *swept))
+        return _document(tree, places, self.folder, _arithmetic(exact))
+
+    def documents(self, swept: Sequence[str], values: Mapping[Path, Several]) -> Document:
+        """One document for several values of keys, of which `swept` are the first: its numbers are many.
+
+        Raises as `load`, and PartedError or UnfitError where the values do not go together.
+        """
+        tree, changed = self._changed(swept, float)
+        tree, _ = apply(tree, list(values.items()), self.source, SWEEP)
+        places = self.places.with_changes(changed, (*self.settings, *swept))
+        return _document(tree, places, self.folder, MANY)
 
     def is_exact(self, swept: Sequence[str]) -> bool:
         """Whether the document is worked exactly with these values swept. Raises as `load`."""
@@ -229,8 +237,11 @@ def _has_symbols(tree: object) -> bool:
     return isinstance(parameters, dict) and None in parameters.values()
 
 
-def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -> Document:
-    """The document of a tree, with its mass properties; DocumentError with all problems otherwise."""
+def _document(tree: object, places: Places, folder: pathlib.Path, wanted: Arithmetic) -> Document:
+    """The document of a tree, with its mass properties; DocumentError with all problems otherwise.
+
+    `wanted` is the kind of number of the results.
+    """
     if not isinstance(tree, dict):
         read = "an empty document" if tree is None else shown(tree)
         typed = tree if isinstance(tree, str) else ""
@@ -242,8 +253,8 @@ def _document(tree: object, places: Places, folder: pathlib.Path, exact: bool) -
         raise DocumentError([places.problem(problem)])
     positive: frozenset[str] = frozenset()
     while True:
-        arithmetic = _arithmetic(exact and not _is_symbolic(tree))
-        env = Environment(arithmetic, folder=folder, exact_results=exact)
+        arithmetic = FLOAT if wanted.exact and _is_symbolic(tree) else wanted
+        env = Environment(arithmetic, folder=folder, exact_results=wanted.exact)
         raw = tree.get("parameters")
         problems = read_parameters(env, raw, positive) if isinstance(raw, dict) else []
         document = None

@@ -8,6 +8,9 @@ from typing import Any, TypeAlias
 
 from rigidcli.errors import UNKNOWN, DocumentError, Path, Problem, UsageError, nearest, shown
 
+SWEEP = "--sweep"
+"""The option that gives values one after the other."""
+
 Change: TypeAlias = tuple[Path, object]
 """The path to a value, and what is to stand there."""
 

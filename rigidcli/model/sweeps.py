@@ -16,10 +16,14 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Any, Protocol, TypeAlias
 
+import numpy as np
+
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
+from rigidcli.core.many import ALONE, Many, common
+from rigidcli.errors import DocumentError, Path, UsageError, ValueProblem, nearest, shown
 from rigidcli.model.environment import Environment
-from rigidcli.model.settings import split_setting
+from rigidcli.model.settings import SWEEP, split_setting
+from rigidcli.model.several import Several
 from rigidcli.model.syntax import read_tree
 from rigidcli.model.units import parse_unit, split_quantity
 from rigidcli.symbolic.language.expression import parse
@@ -45,7 +49,7 @@ class Values(Protocol):
     def __getitem__(self, index: int, /) -> str: ...
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Range:
     """`count` values from `start` to `stop`, both included, all in the same `unit`.
 
@@ -65,17 +69,11 @@ class Range:
         return self.count
 
     def __getitem__(self, index: int) -> str:
-        if index in (0, self.count - 1):
-            value = self.stop if index else self.start
-        elif self.logarithmic:
-            share = Decimal(index) / (self.count - 1)
-            ratio = DIGITS.divide(_decimal(self.stop), _decimal(self.start))
-            growth = DIGITS.exp(DIGITS.multiply(DIGITS.ln(ratio), share))
-            value = Fraction(DIGITS.multiply(_decimal(self.start), growth))
-        else:
-            value = self.start + (self.stop - self.start) * Fraction(index, self.count - 1)
+        dividend, divisor = self._quotient(index)
         if not self.exact:
-            return f"{float(value)!r} {self.unit}".rstrip()
+            number = repr(dividend / divisor)
+            return f"{number} {self.unit}" if self.unit else number
+        value = Fraction(dividend, divisor)
         decimal = _decimal(value)
         if Fraction(decimal) == value:
             return f"{decimal} {self.unit}".rstrip()
@@ -85,6 +83,27 @@ class Range:
                 hint="choose another COUNT, or list the values",
             )
         return str(value)
+
+    def _quotient(self, index: int) -> tuple[int, int]:
+        """The value as a quotient of integers: that of two such is rounded once, also beyond 2^53."""
+        if index in (0, self.count - 1):
+            return (self.stop if index else self.start).as_integer_ratio()
+        if self.logarithmic:
+            growth = DIGITS.exp(DIGITS.multiply(self._logarithm, Decimal(index) / (self.count - 1)))
+            return DIGITS.multiply(_decimal(self.start), growth).as_integer_ratio()
+        first, step, divisor = self._steps
+        return first + step * index, divisor
+
+    @cached_property
+    def _steps(self) -> tuple[int, int, int]:
+        """The first value, the step from one to the next, and what both are to be divided by."""
+        step = (self.stop - self.start) / (self.count - 1)
+        divisor = math.lcm(self.start.denominator, step.denominator)
+        return int(self.start * divisor), int(step * divisor), divisor
+
+    @cached_property
+    def _logarithm(self) -> Decimal:
+        return DIGITS.ln(DIGITS.divide(_decimal(self.stop), _decimal(self.start)))
 
     def exactly(self) -> Range:
         """The same range for exact numbers. Raises UsageError where its values are rounded."""
@@ -151,9 +170,26 @@ class Sweep:
     def told(self, point: Point, exact: bool) -> Iterator[tuple[str, Any, str]]:
         """For each key its name, its value as results tell it, and the unit of that where one is typed."""
         for key, text in zip(self.keys, point, strict=True):
-            value = _told(text, exact)
-            quantity = None if value == text else split_quantity(text)
-            yield key.name, value, "" if quantity is None else parse_unit(quantity.unit).dimension.unit
+            yield key.name, *_told(text, exact)
+
+    def together(self, points: Sequence[Point]) -> tuple[dict[Path, Several], list[tuple[str, Many, str]]]:
+        """Several points at once: what a document has for its keys, and what results tell of each.
+
+        Raises PartedError where some values are none of floats, or in other units; and DocumentError.
+        """
+        values, told = {}, []
+        for key, texts in zip(self.keys, zip(*points, strict=True), strict=True):
+            several = Several([_written(text) for text in texts])
+            values[split_setting(f"{key.name}=")[0]] = several
+            if several.are_bare:
+                told.append((key.name, several.numbers(), ""))
+                continue
+            pairs = [_told(text, False) for text in texts]
+            units = list(dict.fromkeys(unit for _, unit in pairs))
+            labels = [units.index(unit) if type(number) is float else ALONE for number, unit in pairs]
+            common(np.array(labels))
+            told.append((key.name, Many(np.array([number for number, _ in pairs])), units[0]))
+        return values, told
 
 
 def read_sweep(texts: Sequence[str], paired: bool) -> Sweep:
@@ -173,7 +209,7 @@ def read_sweep(texts: Sequence[str], paired: bool) -> Sweep:
 
 
 def _read_key(text: str) -> Key:
-    path, values = split_setting(text, "--sweep", f"KEY={FORMS}", "top.spin=100:2000:20")
+    path, values = split_setting(text, SWEEP, f"KEY={FORMS}", "top.spin=100:2000:20")
     values = values.strip()
     name = ".".join(map(str, path))
     if values.startswith("@"):
@@ -303,11 +339,23 @@ def _cells(path: str, rows: Iterator[list[str]], place: int) -> Iterator[str]:
             yield value
 
 
-def _told(text: str, exact: bool) -> Any:
-    """A value as results tell it: a number or a quantity in SI units, and any other text as it is typed."""
+def _written(text: str) -> Any:
+    """What a document has for a value that is typed."""
+    return float(text) if _FLOAT.fullmatch(text) else read_tree(text, SWEEP)
+
+
+_FLOAT = re.compile(r"[-+]?\d+\.\d*(e[-+]?\d+)?")
+"""A decimal that is a float in YAML, too, as most values of a sweep are: its parser takes longer."""
+
+
+def _told(text: str, exact: bool) -> tuple[Any, str]:
+    """A value as results tell it, and the unit of that where one is typed.
+
+    A number or a quantity is told in SI units, any other text as it is typed.
+    """
     try:
         if not exact:
-            return Environment().read(float(text), None)
+            return Environment().read(float(text), None), ""
     except ValueError:
         pass
     arithmetic = FLOAT
@@ -316,6 +364,8 @@ def _told(text: str, exact: bool) -> Any:
 
         arithmetic = EXACT
     try:
-        return Environment(arithmetic).read(read_tree(text, "", Decimal if exact else float), None)
+        value = Environment(arithmetic).read(read_tree(text, "", Decimal if exact else float), None)
     except (DocumentError, ValueProblem):
-        return text
+        return text, ""
+    quantity = None if value == text else split_quantity(text)
+    return value, "" if quantity is None else parse_unit(quantity.unit).dimension.unit

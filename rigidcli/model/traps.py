@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic
+from rigidcli.core.many import UnfitError
 from rigidcli.model.bodies import Composite
 from rigidcli.model.meshes import Mesh
+from rigidcli.model.several import Several
 from rigidcli.model.shape import Form, Solid
 
 if TYPE_CHECKING:
@@ -38,9 +40,12 @@ def traps(document: Document, tree: Mapping[str, Any]) -> Iterator[str]:
         )
     for section, key in (("motion", "omega"), ("top", "spin")):
         typed = (tree.get(section) or {}).get(key)
-        rates = typed if isinstance(typed, list) else [typed]
+        several = typed if isinstance(typed, list) else [typed]
+        rates = [rate for one in several for rate in (one.values if isinstance(one, Several) else [one])]
         bare = [abs(float(rate)) for rate in rates if not isinstance(rate, str | bool | list | type(None))]
         if max(bare, default=0.0) > FAST and _length(document, n) > LARGE:
+            if len(rates) > len(several):
+                raise UnfitError
             rate = max(bare)
             yield f"`{section}.{key}` has {rate:.6g} rad/s for a body over {LARGE:g} m; {rate:.6g} rpm meant?"
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise
+from itertools import pairwise, repeat
 
 import numpy as np
 import orjson
 
 from rigidcli.core.arithmetic import Floats
+from rigidcli.core.many import Many
 from rigidcli.render import Look
 from rigidcli.render.values import plain
-from rigidcli.report import Column, Report, Value, single_cells
+from rigidcli.report import Column, Report, Value, count, single_cells
 
 ROWS = 50_000
 """Rows of a table that are written at a time, which bounds the memory that the text takes."""
@@ -27,7 +28,9 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
             if report.swept:
                 # Rows at other values may lack a result: one header serves them all.
                 row = dict.fromkeys(written) | row
-            header, lines = list(row), iter([",".join(map(_cell, row.values())) + "\n"])
+            points = count(report) or 1
+            rows = zip(*(_texts(value, points) for value in row.values()), strict=True)
+            header, lines = list(row), iter(["".join(",".join(cells) + "\n" for cells in rows)])
         else:
             columns = single_cells(data, look.columns)
             # Whole numbers, the place of a start, are the same for many rows.
@@ -78,6 +81,13 @@ def _by_start(start: Column, columns: Sequence[Column], name: str) -> Iterator[s
             continue
         block = np.column_stack([column.values[begin : begin + ROWS] for column in columns])
         yield "".join(_lines(block[first:last], f"{name}{places[first]},") for first, last in ends)
+
+
+def _texts(value: Value, points: int) -> Iterable[str]:
+    """The cells of a value at so many points of a sweep."""
+    if not isinstance(value, Many):
+        return repeat(_cell(value), points)
+    return orjson.dumps(value.values, option=orjson.OPT_SERIALIZE_NUMPY)[1:-1].decode().split(",")
 
 
 def _at(value: Value, place: tuple[int, ...]) -> Value:

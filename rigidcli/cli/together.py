@@ -1,0 +1,78 @@
+"""Points of a sweep that are worked at once: their numbers pass through the formulas as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from rigidcli.errors import RigidError
+from rigidcli.report import Field, Report, part
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from rigidcli.model.document import Document
+    from rigidcli.model.load import Draft
+    from rigidcli.model.sweeps import Sweep
+
+STUDIES = ("precess",)
+"""The studies whose formulas take arrays for numbers."""
+
+AT_ONCE = 4096
+"""Points that are worked at once: their arrays stay in the cache of a processor."""
+
+TRIED = 16
+"""Points of a sweep at which it is tried, before it begins, whether values go together."""
+
+
+def go_together(draft: Draft, sweep: Sweep, study: str, run: Callable[[Document], Report]) -> bool:
+    """Whether some points that lie far apart are worked at once."""
+    count = sweep.count
+    if study not in STUDIES or count <= TRIED or draft.is_exact(sweep.settings(sweep.point(0))):
+        return False
+    places = range(0, count, count // TRIED)
+    return any(report is not None for _, report in together(draft, sweep, places, run))
+
+
+def together(
+    draft: Draft, sweep: Sweep, places: range, run: Callable[[Document], Report]
+) -> Iterator[tuple[range, Report | None]]:
+    """Ranges of `places` of a sweep in their order, each with one report on all its points.
+
+    It is None where points are to be worked one by one, as those whose values are refused.
+    """
+    import numpy as np
+
+    from rigidcli.core.many import UnfitError, grouped
+
+    points = [sweep.point(place) for place in places]
+
+    def work(group: NDArray[np.int_]) -> Report:
+        own = [points[index] for index in group]
+        values, told = sweep.together(own)
+        try:
+            document = draft.documents(sweep.settings(own[0]), values)
+            with np.errstate(all="ignore"):
+                report = run(document)
+        except RigidError as error:
+            raise UnfitError from error
+        units = {entry.key: entry.unit for entry in report.fields}
+        swept = [
+            Field(name, many, unit=unit or units.get(name, ""), cells={name: ()}) for name, many, unit in told
+        ]
+        return replace(report, swept=tuple(swept))
+
+    groups = list(grouped(np.arange(len(places)), work))
+    owner, rank = np.empty(len(places), dtype=int), np.empty(len(places), dtype=int)
+    for index, (group, report) in enumerate(groups):
+        owner[group] = -1 if report is None else index
+        rank[group] = np.arange(len(group))
+    ends = [*(np.flatnonzero(np.diff(owner)) + 1).tolist(), len(places)]
+    begin = 0
+    for end in ends:
+        found = None if owner[begin] < 0 else groups[owner[begin]][1]
+        first = int(rank[begin])
+        yield places[begin:end], found and part(found, slice(first, first + end - begin))
+        begin = end
