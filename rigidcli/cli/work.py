@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
-from functools import cache
+from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-import rigidcli
 from rigidcli.cli.output import Failure, Failures, failure
 from rigidcli.errors import UNKNOWN, DocumentError, RigidError, UsageError
 from rigidcli.report import Field, Report
@@ -27,7 +25,7 @@ Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
 """What makes a context in which progress is told, as a share of the whole."""
 
 FOLLOW = ("euler", "hamilton")
-"""The studies that follow a motion, of which a document may have an ensemble of starts."""
+"""The studies that follow a motion, and tell how far they are; a document may have an ensemble of starts."""
 
 TASKS, MOST_BLOCKS = 64, 16
 """Tasks of a large ensemble, and the most blocks of starts of one: each task reads the document anew."""
@@ -62,8 +60,8 @@ class Work:
     def report(self, document: Document, watch: Watch | None) -> Report:
         """What the study finds, within the context in which it may tell its progress."""
         _require_fitting(document, self.study)
-        run = getattr(rigidcli, self.study)
-        if watch is None or not _tells_progress(self.study):
+        run = import_module(f"rigidcli.studies.{self.study}").run
+        if watch is None or self.study not in FOLLOW:
             report: Report = run(document, **self.options)
         else:
             with watch() as show:
@@ -72,11 +70,6 @@ class Work:
         if self.require is not None:
             self.require(report)
         return report
-
-
-@cache
-def _tells_progress(study: str) -> bool:
-    return "progress" in inspect.signature(getattr(rigidcli, study)).parameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -220,7 +213,7 @@ def _of_file(work: Work, file: str, found: Drafts | Failure, watch: Watch | None
     drafts, notes = found
     for draft in drafts:
         for answer in _of_document(work, file, draft.document, watch):
-            yield replace(answer, notes=notes)
+            yield replace(answer, notes=notes) if notes else answer
             notes = ()
 
 
