@@ -42,8 +42,8 @@ class Field:
     diagnostic: bool = False
     means: str = ""
 
-    def with_value(self, value: Value) -> Field:
-        """The field with a value; there are tens in a report, and `replace` takes thrice as long."""
+    def with_value(self, value: Value, words: str = "") -> Field:
+        """The field with a value, and words for it; `replace` takes thrice as long, for tens in a report."""
         return Field(
             self.key,
             value,
@@ -51,7 +51,7 @@ class Field:
             self.symbol,
             self.unit,
             self.cells,
-            self.words,
+            words or self.words,
             self.counts,
             self.diagnostic,
             self.means,

@@ -9,6 +9,7 @@ from importlib import resources, util
 from typing import get_args
 
 import pytest
+import typer
 
 import rigidcli
 from rigidcli import STUDIES
@@ -73,10 +74,12 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
         "pictures",
         "plan",
         "sweeps",
+        "together",
         "work",
     }
     assert _names("rigidcli.cli") - parts == set(app.COMMANDS)
-    assert len(app.app.registered_commands) == len(app.COMMANDS)
+    program = typer.main.get_command(app.app)
+    assert all(program.get_command(typer.Context(program), name) for name in app.COMMANDS)
     assert all(callable(getattr(rigidcli, name)) for name in rigidcli.__all__ if name in STUDIES)
 
 

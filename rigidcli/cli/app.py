@@ -4,17 +4,45 @@ from __future__ import annotations
 
 import sys
 from importlib import import_module
-from typing import Annotated, NoReturn
+from pathlib import Path
+from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperGroup
 
 from rigidcli import STUDIES, __version__
-from rigidcli.cli.help import Command, Commands
+from rigidcli.cli.help import Command
 from rigidcli.cli.output import LESS, complain
-from rigidcli.errors import ComputationError, Problem, printable
+from rigidcli.errors import ComputationError, Problem, printable, shown
 
 COMMANDS = (*STUDIES, "check", "validate", "explain", "schema", "new")
 """The commands: each is a function in a module of this package that has its name."""
+
+
+class Commands(TyperGroup):
+    """The commands, each loaded when it is asked for; one that is forgotten before a FILE is told."""
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """Their names."""
+        return list(COMMANDS)
+
+    def get_command(self, ctx: Any, name: str) -> Any:
+        """The command of this name; None where there is none."""
+        if name in COMMANDS and name not in self.commands:
+            alone = typer.Typer(add_completion=False, rich_markup_mode=None)
+            alone.command(cls=Command)(getattr(import_module(f"rigidcli.cli.{name}"), name))
+            self.add_command(typer.main.get_command(alone))
+        return super().get_command(ctx, name)
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
+        """The command that `args` begin with. Ends the program, with its usage, where there is none."""
+        if args and args[0] not in COMMANDS:
+            if Path(args[0]).exists():
+                ctx.fail(f"{shown(args[0])} is a file; a command stands before it: `rigidcli axes {args[0]}`")
+            for name in COMMANDS:  # one of which may have been meant
+                self.get_command(ctx, name)
+        return super().resolve_command(ctx, args)
+
 
 app = typer.Typer(
     name="rigidcli",
@@ -24,8 +52,6 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
-for _name in COMMANDS:
-    app.command(cls=Command)(getattr(import_module(f"rigidcli.cli.{_name}"), _name))
 
 
 def _show_version(asked: bool) -> None:

@@ -2,16 +2,30 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
-from typer.core import TyperArgument, TyperCommand, TyperGroup
+from typer.core import TyperArgument, TyperCommand, TyperOption
 
-from rigidcli.errors import shown
+
+class Option(TyperOption):
+    """An option that takes no time where it is not given: typer builds a validator of pydantic for each."""
+
+    def process_value(self, ctx: Any, value: Any) -> Any:
+        """The value, checked; a default is as it is."""
+        if self.required or not (value is None or value is self.default):
+            return super().process_value(ctx, value)
+        value = () if value is None and self.multiple else value
+        return value if self.callback is None else self.callback(ctx, self, value)
 
 
 class Command(TyperCommand):
     """A command whose help has usage and arguments as manual pages have."""
+
+    def __init__(self, *args: Any, **settings: Any) -> None:
+        super().__init__(*args, **settings)
+        for param in self.params:
+            if type(param) is TyperOption:
+                param.__class__ = Option
 
     def collect_usage_pieces(self, ctx: Any) -> list[str]:
         """What follows the command: options, then the arguments, in brackets those that may be left out."""
@@ -41,13 +55,3 @@ class Command(TyperCommand):
             for param in self.get_params(ctx)
             if isinstance(param, TyperArgument)
         ]
-
-
-class Commands(TyperGroup):
-    """The commands; one that is forgotten before a FILE is told."""
-
-    def resolve_command(self, ctx: Any, args: list[str]) -> Any:
-        """The command that `args` begin with. Ends the program, with its usage, where there is none."""
-        if args and args[0] not in self.commands and Path(args[0]).exists():
-            ctx.fail(f"{shown(args[0])} is a file; a command stands before it: `rigidcli axes {args[0]}`")
-        return super().resolve_command(ctx, args)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -28,7 +27,7 @@ Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
 """What makes a context in which progress is told, as a share of the whole."""
 
 FOLLOW = ("euler", "hamilton")
-"""The studies that follow a motion, of which a document may have an ensemble of starts."""
+"""The studies that follow a motion, and tell how far they are; a document may have an ensemble of starts."""
 
 TASKS, MOST_BLOCKS = 64, 16
 """Tasks of a large ensemble, and the most blocks of starts of one: each task reads the document anew."""
@@ -63,9 +62,9 @@ class Work:
     def report(self, document: Document, watch: Watch | None) -> Report:
         """What the study finds, within the context in which it may tell its progress."""
         _require_fitting(document, self.study)
-        run = _study(self.study)
-        if watch is None or not _tells_progress(self.study):
-            report = run(document, **self.options)
+        run = import_module(f"rigidcli.studies.{self.study}").run
+        if watch is None or self.study not in FOLLOW:
+            report: Report = run(document, **self.options)
         else:
             with watch() as show:
                 report = run(document, **self.options, progress=show)
@@ -73,16 +72,6 @@ class Work:
         if self.require is not None:
             self.require(report)
         return report
-
-
-def _study(name: str) -> Callable[..., Report]:
-    run: Callable[..., Report] = import_module(f"rigidcli.studies.{name}").run
-    return run
-
-
-@cache
-def _tells_progress(study: str) -> bool:
-    return "progress" in inspect.signature(_study(study)).parameters
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,7 +231,7 @@ def _of_file(work: Work, file: str, found: Drafts | Failure, watch: Watch | None
     drafts, notes = found
     for draft in drafts:
         for answer in _of_document(work, file, draft.document, watch):
-            yield replace(answer, notes=notes)
+            yield replace(answer, notes=notes) if notes else answer
             notes = ()
 
 

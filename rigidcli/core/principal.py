@@ -80,26 +80,30 @@ def diagonal_form(tensor: Array, axes: Array, solved: Any) -> tuple[Array, Array
     C. Van Loan, Matrix Computations, section 8.5. They end when each entry off the diagonal is below `solved`
     in units of the mean of its two moments, taken geometrically. A diagonal tensor is not touched.
     """
-    tensor, axes = tensor.copy(), axes.copy()
+    root = math.sqrt if tensor.dtype == np.float64 else np.sqrt
+    # Numbers one by one, because arrays as small as these take ten times as long. The entry (p, q) off the
+    # diagonal stands at the place of the third axis.
+    moments, rows = tensor.diagonal().tolist(), axes.tolist()
+    products = [tensor.item(1, 2), tensor.item(0, 2), tensor.item(0, 1)]
     for _ in range(SWEEPS):
-        if all(
-            abs(tensor[p]) <= solved * np.sqrt(abs(tensor[p[0], p[0]] * tensor[p[1], p[1]])) for p in PAIRS
-        ):
+        if all(abs(products[3 - p - q]) <= solved * root(abs(moments[p] * moments[q])) for p, q in PAIRS):
             break
         for p, q in PAIRS:
-            if tensor[p, q] != 0:
+            if (product := products[3 - p - q]) != 0:
                 # The turn in the plane (p, q) after which the entry (p, q) vanishes.
-                cotangent = (tensor[q, q] - tensor[p, p]) / (2 * tensor[p, q])
-                tangent = 1 / (abs(cotangent) + np.sqrt(cotangent * cotangent + 1))
+                cotangent = (moments[q] - moments[p]) / (2 * product)
+                tangent = 1 / (abs(cotangent) + root(cotangent * cotangent + 1))
                 tangent = tangent if cotangent >= 0 else -tangent
-                turn = np.array([[1, -tangent], [tangent, 1]]) / np.sqrt(tangent * tangent + 1)
-                plane, shift = [p, q], tangent * tensor[p, q]
-                diagonal = np.diag([tensor[p, p] - shift, tensor[q, q] + shift])
-                tensor[plane] = turn @ tensor[plane]
-                tensor[:, plane] = tensor[:, plane] @ turn.T
-                tensor[np.ix_(plane, plane)] = diagonal  # the same as it is now, without the rounding
-                axes[plane] = turn @ axes[plane]
-    return tensor.diagonal().copy(), axes
+                cosine = 1 / root(tangent * tangent + 1)
+                sine = tangent * cosine
+                moments[p], moments[q] = moments[p] - tangent * product, moments[q] + tangent * product
+                a, b = products[q], products[p]
+                products[q], products[p] = cosine * a - sine * b, sine * a + cosine * b
+                products[3 - p - q] = 0 * product
+                pairs = list(zip(rows[p], rows[q], strict=True))
+                rows[p] = [cosine * x - sine * y for x, y in pairs]
+                rows[q] = [sine * x + cosine * y for x, y in pairs]
+    return np.array(moments), np.array(rows)
 
 
 def _groups(values: Array) -> tuple[tuple[int, ...], ...]:
@@ -126,14 +130,15 @@ def canonical_axes(projectors: Sequence[Floats], groups: Sequence[Sequence[int]]
     axes = []
     for projector, group in zip(projectors, groups, strict=True):
         for _ in group:
-            nearness = projector.diagonal()
-            if not np.isfinite(nearness).all():
+            nearness = projector.diagonal().tolist()
+            if not all(map(math.isfinite, nearness)):
                 raise ComputationError("the principal axes cannot be told")
-            pivot = next(k for k in range(3) if nearness[k] >= max(nearness) - PIVOT_TIE)
-            axis = projector[:, pivot] / math.sqrt(projector[pivot, pivot])
+            nearest = max(nearness) - PIVOT_TIE
+            pivot = next(k for k in range(3) if nearness[k] >= nearest)
+            axis = projector[:, pivot] / math.sqrt(nearness[pivot])
             projector = projector - np.outer(axis, axis)
             axes.append(axis)
-    e1, e2, _ = axes
+    e1, e2, _ = (axis.tolist() for axis in axes)
     (a, b, c), (x, y, z) = e1, e2
     return np.array([e1, e2, [b * z - c * y, c * x - a * z, a * y - b * x]])  # np.cross takes longer
 

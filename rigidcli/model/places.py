@@ -65,6 +65,8 @@ class Places:
 
     def with_changes(self, changed: dict[Path, str], settings: Sequence[str]) -> Self:
         """The same places where values are `changed` by `settings`, which are texts `KEY=VALUE`."""
+        if not (changed or settings):
+            return self
         places = copy(self)
         places.changed = changed
         places.outside = "".join(f"# with {setting}\n" for setting in settings)

@@ -256,9 +256,11 @@ class Shape(Form):
 
     def mean_density(self, n: Arithmetic) -> Scalar:
         """The density as given, or as it follows from the mass."""
-        if self.density is None or isinstance(self.density, Formula):
+        if self.mass is not None:
+            return self.mass / self.geometry(n).measure
+        if isinstance(self.density, Formula):
             return (self.local(n).mass or 0) / self.geometry(n).measure
-        return self.density
+        return self.density or 0
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """Mass properties in the shape's own axes and from its natural origin."""

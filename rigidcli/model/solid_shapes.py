@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -22,7 +22,6 @@ from rigidcli.model.shape import (
     ORIGIN,
     Bounds,
     Geometry,
-    Lamina,
     Size2,
     Size3,
     Solid,
@@ -34,49 +33,59 @@ from rigidcli.model.thin_shapes import Annulus, Disk, HalfDisk, Plate
 
 
 class _Prism(Solid):
-    """What a flat shape fills when it is moved along z; origin half way, over that of the flat shape."""
+    """What a flat shape fills when it is moved along z; origin half way, over that of the flat shape.
+
+    It has the dimensions of that shape, its `SECTION`, whose formulas read them from it.
+    """
+
+    SECTION: ClassVar[Any]
 
     @abstractmethod
-    def swept(self) -> tuple[Lamina, Length]:
-        """The flat shape, and the height (m)."""
+    def swept(self) -> Length:
+        """The height (m)."""
 
     def check(self, n: Arithmetic) -> None:
-        self.swept()[0].check(n)
+        self.SECTION.check(self, n)
 
     def geometry(self, n: Arithmetic) -> Geometry:
-        section, height = self.swept()
-        area, centre, (xx, yy, _), (x, y, _) = section.geometry(n)
+        height = self.swept()
+        area, centre, (xx, yy, _), (x, y, _) = self.SECTION.geometry(self, n)
         bounds = x, y, (-height / 2, height / 2)
         return Geometry(area * height, centre, [xx, yy, height**2 / 12], bounds)
 
     def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
-        section, height = self.swept()
-        return [charts.prism(chart, height) for chart in section.maps(n)]
+        return [charts.prism(chart, self.swept()) for chart in self.SECTION.maps(self, n)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        section, height = self.swept()
-        return section.contains(x, y, z) & (abs(z) <= height / 2)
+        inside: Mask = self.SECTION.contains(self, x, y, z) & (abs(z) <= self.swept() / 2)
+        return inside
 
 
 class Box(_Prism):
     """A rectangular block; origin at its centre."""
 
+    SECTION: ClassVar = Plate
     ANCHORS: ClassVar = {"corner": lambda s: tuple(-side / 2 for side in s.size)}
     size: Size3
 
-    def swept(self) -> tuple[Lamina, Length]:
-        x, y, z = self.size
-        return Plate.model_construct(shape="plate", size=(x, y)), z
+    def swept(self) -> Length:
+        return self.size[2]
 
 
 class Cube(_Prism):
     """A cube; origin at its centre."""
 
+    SECTION: ClassVar = Plate
     ANCHORS: ClassVar = {"corner": lambda s: 3 * (-s.side / 2,)}
     side: Length
 
-    def swept(self) -> tuple[Lamina, Length]:
-        return Plate.model_construct(shape="plate", size=(self.side, self.side)), self.side
+    @property
+    def size(self) -> tuple[Length, Length]:
+        """The sides of its section (m)."""
+        return self.side, self.side
+
+    def swept(self) -> Length:
+        return self.side
 
     def geometry(self, n: Arithmetic) -> Geometry:
         return super().geometry(n)._replace(measure=self.side**3)  # rounded once
@@ -143,28 +152,27 @@ class Ellipsoid(Solid):
 class Cylinder(_Prism):
     """A circular cylinder along z; origin at its centre."""
 
+    SECTION: ClassVar = Disk
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
     radius: Length
     height: Length
 
-    def swept(self) -> tuple[Lamina, Length]:
-        return Disk.model_construct(shape="disk", radius=self.radius), self.height
+    def swept(self) -> Length:
+        return self.height
 
 
 class Tube(_Prism):
     """A cylinder along z with a coaxial hole; origin at its centre."""
 
+    SECTION: ClassVar = Annulus
     CONVEX: ClassVar = False
     ANCHORS: ClassVar = {"base": lambda s: (0, 0, -s.height / 2)}
     outer_radius: Length
     inner_radius: OptionalLength
     height: Length
 
-    def swept(self) -> tuple[Lamina, Length]:
-        ring = Annulus.model_construct(
-            shape="annulus", outer_radius=self.outer_radius, inner_radius=self.inner_radius
-        )
-        return ring, self.height
+    def swept(self) -> Length:
+        return self.height
 
 
 class EllipticCylinder(Solid):
@@ -190,11 +198,12 @@ class EllipticCylinder(Solid):
 class HalfCylinder(_Prism):
     """The half y >= 0 of a cylinder along z; origin at the centre of the flat face."""
 
+    SECTION: ClassVar = HalfDisk
     radius: Length
     height: Length
 
-    def swept(self) -> tuple[Lamina, Length]:
-        return HalfDisk.model_construct(shape="half_disk", radius=self.radius), self.height
+    def swept(self) -> Length:
+        return self.height
 
 
 class Cone(Solid):

@@ -97,15 +97,15 @@ class Plate(Lamina):
     size: Size2
 
     def geometry(self, n: Arithmetic) -> Geometry:
-        x, y = self.size
+        x, y = self.size[:2]  # a box, of which it is the section, has three sides
         bounds = (-x / 2, x / 2), (-y / 2, y / 2), (0, 0)
         return Geometry(x * y, ORIGIN, [x**2 / 12, y**2 / 12, 0], bounds)
 
     def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
-        return [charts.block(*self.size, None)]
+        return [charts.block(*self.size[:2], None)]
 
     def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
-        a, b = self.size
+        a, b = self.size[:2]
         return (abs(2 * x) <= a) & (abs(2 * y) <= b)
 
 

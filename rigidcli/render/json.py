@@ -18,14 +18,15 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         head: dict[str, Value] = {"schema": report.schema, "name": report.name, "source": report.source}
         if report.swept:
             head["swept"] = {entry.key: plain(entry.value) for entry in report.swept}
-        shown = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
-        body = head | plain(shown.tree()) | {"units": shown.units}
+        if look.columns:
+            report = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
+        body = head | plain(report.tree()) | {"units": report.units}
         yield orjson.dumps(body, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
 
 
 def _asked(table: Table, look: Look) -> Table:
-    """The quantities of a table of data of which some column is asked for, whole; all by default."""
-    if not table.data or not look.columns:
+    """The quantities of a table of data of which some column is asked for, whole."""
+    if not table.data:
         return table
     asked = (column for column in table.columns if set(column.cells) & set(look.columns))
     return replace(table, columns=tuple(asked))

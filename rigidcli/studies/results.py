@@ -51,7 +51,7 @@ RESULTS = {
 _BY_KEY = {(study, field.key): field for study, fields in RESULTS.items() for field in reversed(fields)}
 
 
-def told(study: str, key: str, value: Value, /, **changes: Any) -> Field:
-    """The result of a study with its value, and what else is different about it this time."""
-    field = _BY_KEY[study, key].with_value(value)
+def told(study: str, key: str, value: Value, /, words: str = "", **changes: Any) -> Field:
+    """The result of a study with its value, words for it, and what else is different about it this time."""
+    field = _BY_KEY[study, key].with_value(value, words)
     return replace(field, **changes) if changes else field
