@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -50,12 +51,14 @@ class Chart:
     """A shape, or a part of one, as the image of coordinates from 0 to 1; angles among them have a `Turn`.
 
     `place` takes one argument a coordinate, of an angle the pair of its cosine and its sine. `origin` (3, m)
-    is where the places are seen from, in the shape's own axes.
+    is where the places are seen from, in the shape's own axes. `slices` are further charts of the whole, each
+    with a coordinate on which x, y or z hangs alone.
     """
 
     coordinates: tuple[Turn | None, ...]
     place: Callable[..., Spot]
     origin: Any = (0, 0, 0)
+    slices: tuple[Chart, ...] = field(default=(), kw_only=True)
 
     @property
     def pieces(self) -> int:
@@ -73,6 +76,17 @@ class Chart:
         axes = [np.linspace(0, 1, count)] * len(self.coordinates)
         grids = np.meshgrid(np.arange(self.pieces), *axes, indexing="ij")
         return np.array([grid.ravel() for grid in grids], dtype=np.float64)
+
+    def rule(self, coordinate: int) -> tuple[Floats, Floats]:
+        """Nodes from 0 to 1 and weights along a coordinate, for the measure times products of two places.
+
+        These are polynomials of degree 5 at most, or such in the sine and cosine of an angle.
+        """
+        turn = self.coordinates[coordinate]
+        if turn is not None and _right_angles(turn) == 4:
+            return np.arange(8) / 8, np.full(8, 1 / 8)  # exact for harmonics below the eighth
+        nodes, weights = np.polynomial.legendre.leggauss(4 if turn is None else 16)
+        return (1 + nodes) / 2, weights / 2
 
     @property
     def _turns(self) -> Sequence[Turn]:
@@ -171,7 +185,8 @@ def prism(section: Chart, height: Scalar) -> Chart:
         flat = section.place(*rest)
         return flat._replace(z=height * (2 * w - 1) / 2, measure=flat.measure * height, r=None)
 
-    return replace(section, coordinates=(None, *section.coordinates), place=place)
+    slices = tuple(prism(own, height) for own in section.slices)
+    return replace(section, coordinates=(None, *section.coordinates), place=place, slices=slices)
 
 
 def ring(radius: Scalar, n: Arithmetic) -> Chart:
@@ -200,7 +215,22 @@ def sector(
         radius = rho if stretch == (1, 1) else None
         return Spot(a * rho * c, b * rho * s, 0, a * b * (outer - inner) * rho, radius, radius)
 
-    return Chart((Turn.quarters(quarters, n), None), place)
+    is_whole = quarters == 4 and inner == 0
+    return Chart(
+        (Turn.quarters(quarters, n), None), place, slices=_strips(outer, n, stretch) if is_whole else ()
+    )
+
+
+def _strips(radius: Any, n: Arithmetic, stretch: tuple[Scalar, Scalar] = (1, 1)) -> tuple[Chart, ...]:
+    """A disk in strips along y, by the angles at which they begin on x; and in strips along x."""
+
+    def place(alpha: tuple[Any, Any], v: Any, first: int) -> Spot:
+        c, s = alpha
+        sides = radius * c, radius * s * (2 * v - 1)
+        (x, y), (a, b) = (sides if first == 0 else sides[::-1]), stretch
+        return Spot(a * x, b * y, 0, 2 * a * b * radius**2 * s**2)
+
+    return tuple(Chart((Turn.quarters(2, n), None), partial(place, first=first)) for first in (0, 1))
 
 
 def tapered(start: Scalar, end: Scalar, height: Scalar, n: Arithmetic) -> Chart:
@@ -212,7 +242,15 @@ def tapered(start: Scalar, end: Scalar, height: Scalar, n: Arithmetic) -> Chart:
         rho = radius * v
         return Spot(rho * c, rho * s, height * u, height * radius * rho, rho)
 
-    return Chart((None, Turn.quarters(4, n), None), place)
+    def strip(unit: Chart, u: Any, *rest: Any) -> Spot:
+        radius, flat = start + (end - start) * u, unit.place(*rest)
+        return Spot(radius * flat.x, radius * flat.y, height * u, height * radius**2 * flat.measure)
+
+    strips = (
+        replace(unit, coordinates=(None, *unit.coordinates), place=partial(strip, unit))
+        for unit in _strips(1, n)
+    )
+    return Chart((None, Turn.quarters(4, n), None), place, slices=tuple(strips))
 
 
 def ball(
@@ -239,7 +277,16 @@ def ball(
             rho if known else None,
         )
 
-    return Chart((Turn.quarters(4, n), Turn.quarters(quarters, n), None), place)
+    def slice_across(first: int, alpha: tuple[Any, Any], phi: tuple[Any, Any], v: Any) -> Spot:
+        (cos, sin), (c, s) = alpha, phi
+        rho = outer * sin * v
+        unit = [outer * cos, rho * c, rho * s]
+        x, y, z = unit[-first:] + unit[:-first]
+        return Spot(a * x, b * y, h * z, a * b * h * outer**2 * sin**2 * rho)
+
+    turns = Turn.quarters(4, n), Turn.quarters(quarters, n)
+    slices = [Chart((Turn.quarters(2, n), turns[0], None), partial(slice_across, k)) for k in range(3)]
+    return Chart((*turns, None), place, slices=tuple(slices) if quarters == 2 and inner == 0 else ())
 
 
 def moved(chart: Chart, z: Scalar, side: int) -> Chart:
@@ -249,7 +296,7 @@ def moved(chart: Chart, z: Scalar, side: int) -> Chart:
         spot = chart.place(*units)
         return spot._replace(z=z + side * spot.z, r=None)
 
-    return replace(chart, place=place)
+    return replace(chart, place=place, slices=())
 
 
 def cap(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
@@ -295,7 +342,14 @@ def sphere(radius: Scalar, n: Arithmetic, quarters: int = 2) -> Chart:
         rho = radius * sin
         return Spot(rho * c, rho * s, radius * cos, radius * rho, rho, radius)
 
-    return Chart((Turn.quarters(4, n), Turn.quarters(quarters, n)), place)
+    def zone(first: int, *angles: tuple[Any, Any]) -> Spot:
+        spot = place(*angles)
+        x, y, z = ((spot.z, spot.x, spot.y), (spot.y, spot.z, spot.x))[first]
+        return Spot(x, y, z, spot.measure)
+
+    turns = Turn.quarters(4, n), Turn.quarters(quarters, n)
+    zones = tuple(Chart(turns, partial(zone, k)) for k in range(2 if quarters == 2 else 0))
+    return Chart(turns, place, slices=zones)
 
 
 def cone_surface(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
