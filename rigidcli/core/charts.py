@@ -31,6 +31,10 @@ class Turn(NamedTuple):
         return cls(count * n.pi / 2, (0, -1, 1)[count // 2], int(count == 1))
 
 
+class Barycentric(NamedTuple):
+    """One of the coordinates of a simplex, all from 0 and together at most 1."""
+
+
 class Spot(NamedTuple):
     """Where a point lies, seen from the origin of its chart (m), and the measure there.
 
@@ -55,7 +59,7 @@ class Chart:
     with a coordinate on which x, y or z hangs alone.
     """
 
-    coordinates: tuple[Turn | None, ...]
+    coordinates: tuple[Turn | Barycentric | None, ...]
     place: Callable[..., Spot]
     origin: Any = (0, 0, 0)
     slices: tuple[Chart, ...] = field(default=(), kw_only=True)
@@ -83,27 +87,27 @@ class Chart:
         These are polynomials of degree 5 at most, or such in the sine and cosine of an angle.
         """
         turn = self.coordinates[coordinate]
-        if turn is not None and _right_angles(turn) == 4:
+        if _right_angles(turn) == 4:
             return np.arange(8) / 8, np.full(8, 1 / 8)  # exact for harmonics below the eighth
         nodes, weights = np.polynomial.legendre.leggauss(4 if turn is None else 16)
         return (1 + nodes) / 2, weights / 2
 
     @property
     def _turns(self) -> Sequence[Turn]:
-        return [turn for turn in self.coordinates if turn is not None]
+        return [turn for turn in self.coordinates if isinstance(turn, Turn)]
 
     def cuts(self) -> list[Floats]:
         """Where panels begin and end in each coordinate: at half turns."""
         return [np.linspace(0, 1, 1 + math.ceil(_right_angles(turn) / 2)) for turn in self.coordinates]
 
 
-def _right_angles(turn: Turn | None) -> int:
+def _right_angles(turn: Turn | Barycentric | None) -> int:
     """How many right angles a coordinate goes over: at least one, also where it is no angle."""
-    return 1 if turn is None else math.ceil(2 * turn.end / math.pi - 1e-9)
+    return 1 if not isinstance(turn, Turn) else math.ceil(2 * turn.end / math.pi - 1e-9)
 
 
-def _argument(turn: Turn | None, unit: Floats) -> Any:
-    return unit if turn is None else (np.cos(turn.end * unit), np.sin(turn.end * unit))
+def _argument(turn: Turn | Barycentric | None, unit: Floats) -> Any:
+    return unit if not isinstance(turn, Turn) else (np.cos(turn.end * unit), np.sin(turn.end * unit))
 
 
 def _spread(spot: Spot, count: int) -> Spot:
@@ -155,13 +159,18 @@ def _in_simplex(vertices: Any, size: Any, units: Any) -> Spot:
 def simplices(vertices: Array, measures: Sequence[Scalar], n: Arithmetic) -> Sequence[Chart]:
     """Triangles or tetrahedra (n by k by 3, m) with these areas or volumes."""
     count = vertices.shape[1] - 1
-    origin, coordinates = vertices[0, 0], (None,) * count
+    origin = vertices[0, 0]
     offsets = vertices - origin
     if not n.exact:
-        return [Simplices(coordinates, Spot, origin, offsets)]
+        return [Simplices((None,) * count, Spot, origin, offsets)]
+
+    def place(own: Any, size: Any, *units: Any) -> Spot:
+        x, y, z = own[0] + sum(unit * (end - own[0]) for unit, end in zip(units, own[1:], strict=True))
+        return Spot(x, y, z, size)
+
     sizes = [measure * math.factorial(count) for measure in measures]
     return [
-        Chart(coordinates, lambda *units, v=own, size=size: _in_simplex(v, size, units), origin)
+        Chart((Barycentric(),) * count, partial(place, own, size), origin)
         for own, size in zip(offsets, sizes, strict=True)
     ]
 
