@@ -29,8 +29,8 @@ INNER = 0.1
 GOALS = (1e-4, 1e-6, 1e-9, 1e-12)
 """Relative errors that are aimed at one after the other, each with what the one before has told."""
 
-LAST = 0.3
-"""The part of all work after which no finer goal is tried."""
+LAST = 0.1
+"""The part of all work after which no finer goal is tried where there are kinks, jumps and peaks."""
 
 
 class Exhausted(Exception):  # noqa: N818 - an outcome, for those who ask for less then
@@ -73,7 +73,8 @@ def integral(integrands: Sequence[Integrand], rough: float, budget: Budget) -> I
         error = sum(each.error for each in found)
         if error <= GOALS[-1] * size or not size > 0:
             break
-        if error <= rough * size and budget.left < (1 - LAST) * budget.all:
+        last = LAST if any(integrand.cuts.active.any() for integrand in integrands) else 1.0
+        if error <= rough * size and budget.left < (1 - last) * budget.all:
             break
         share = goal * size / len(found)
         try:

@@ -1,4 +1,4 @@
-"""Integrals of exact expressions over coordinates from 0 to 1, over angles, and over simplices, term by term."""
+"""Integrals of exact expressions over coordinates from 0 to 1, over angles and simplices, term by term."""
 
 from __future__ import annotations
 

@@ -11,6 +11,7 @@ from rigidcli.core.charts import Turn
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group
 from rigidcli.symbolic.algebra.calculus import coefficients, mapped, rebuilt, substitute
 from rigidcli.symbolic.algebra.expressions import Expr, atomic, expr, factored, number
+from rigidcli.symbolic.algebra.functions import apply
 
 Span: TypeAlias = tuple[Expr, Expr] | tuple[Turn, Turn]
 """A part of a coordinate, from the one to the other; of an angle, by its turns from zero."""
@@ -79,17 +80,15 @@ def _signed(e: Expr, known: dict[Expr, int | None]) -> Expr:
 
     def change(atom: Atom) -> Expr | None:
         if isinstance(atom, Applied) and atom.function in ("abs", "sign"):
-            sign = 1 if factored(atom.arguments[0])[0] > 0 else -1
-            rest = []
+            content, _ = factored(atom.arguments[0])
+            moved, rest = number(content), expr(1)
+            sign = 1 if content > 0 else -1
             for factor, exponent in _factors(atom):
                 if factor in known:
-                    sign *= (known[factor] or 1) ** exponent
+                    moved, sign = moved * factor**exponent, sign * (known[factor] or 1) ** exponent
                 else:
-                    rest.append((factor, exponent))
-            argument = whole(atom.arguments[0])
-            if atom.function == "abs":
-                return sign * argument if not rest else None
-            return number(sign) if not rest else None
+                    rest *= factor**exponent
+            return sign * apply(atom.function, rest) * (moved if atom.function == "abs" else 1)
         return rebuilt(atom, whole) if isinstance(atom, Applied | Group) else None
 
     def whole(inner: Expr) -> Expr:
