@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +29,10 @@ class Turn(NamedTuple):
     def quarters(cls, count: int, n: Arithmetic) -> Turn:
         """A right angle (1), half a circle (2), or all of it (4)."""
         return cls(count * n.pi / 2, (0, -1, 1)[count // 2], int(count == 1))
+
+
+class Barycentric(NamedTuple):
+    """One of the coordinates of a simplex, all from 0 and together at most 1."""
 
 
 class Spot(NamedTuple):
@@ -50,12 +55,14 @@ class Chart:
     """A shape, or a part of one, as the image of coordinates from 0 to 1; angles among them have a `Turn`.
 
     `place` takes one argument a coordinate, of an angle the pair of its cosine and its sine. `origin` (3, m)
-    is where the places are seen from, in the shape's own axes.
+    is where the places are seen from, in the shape's own axes. `slices` are further charts of the whole, each
+    with a coordinate on which x, y or z hangs alone.
     """
 
-    coordinates: tuple[Turn | None, ...]
+    coordinates: tuple[Turn | Barycentric | None, ...]
     place: Callable[..., Spot]
     origin: Any = (0, 0, 0)
+    slices: tuple[Chart, ...] = field(default=(), kw_only=True)
 
     @property
     def pieces(self) -> int:
@@ -74,22 +81,33 @@ class Chart:
         grids = np.meshgrid(np.arange(self.pieces), *axes, indexing="ij")
         return np.array([grid.ravel() for grid in grids], dtype=np.float64)
 
+    def rule(self, coordinate: int) -> tuple[Floats, Floats]:
+        """Nodes from 0 to 1 and weights along a coordinate, for the measure times products of two places.
+
+        These are polynomials of degree 5 at most, or such in the sine and cosine of an angle.
+        """
+        turn = self.coordinates[coordinate]
+        if _right_angles(turn) == 4:
+            return np.arange(8) / 8, np.full(8, 1 / 8)  # exact for harmonics below the eighth
+        nodes, weights = np.polynomial.legendre.leggauss(4 if turn is None else 16)
+        return (1 + nodes) / 2, weights / 2
+
     @property
     def _turns(self) -> Sequence[Turn]:
-        return [turn for turn in self.coordinates if turn is not None]
+        return [turn for turn in self.coordinates if isinstance(turn, Turn)]
 
     def cuts(self) -> list[Floats]:
         """Where panels begin and end in each coordinate: at half turns."""
         return [np.linspace(0, 1, 1 + math.ceil(_right_angles(turn) / 2)) for turn in self.coordinates]
 
 
-def _right_angles(turn: Turn | None) -> int:
+def _right_angles(turn: Turn | Barycentric | None) -> int:
     """How many right angles a coordinate goes over: at least one, also where it is no angle."""
-    return 1 if turn is None else math.ceil(2 * turn.end / math.pi - 1e-9)
+    return 1 if not isinstance(turn, Turn) else math.ceil(2 * turn.end / math.pi - 1e-9)
 
 
-def _argument(turn: Turn | None, unit: Floats) -> Any:
-    return unit if turn is None else (np.cos(turn.end * unit), np.sin(turn.end * unit))
+def _argument(turn: Turn | Barycentric | None, unit: Floats) -> Any:
+    return unit if not isinstance(turn, Turn) else (np.cos(turn.end * unit), np.sin(turn.end * unit))
 
 
 def _spread(spot: Spot, count: int) -> Spot:
@@ -141,13 +159,18 @@ def _in_simplex(vertices: Any, size: Any, units: Any) -> Spot:
 def simplices(vertices: Array, measures: Sequence[Scalar], n: Arithmetic) -> Sequence[Chart]:
     """Triangles or tetrahedra (n by k by 3, m) with these areas or volumes."""
     count = vertices.shape[1] - 1
-    origin, coordinates = vertices[0, 0], (None,) * count
+    origin = vertices[0, 0]
     offsets = vertices - origin
     if not n.exact:
-        return [Simplices(coordinates, Spot, origin, offsets)]
+        return [Simplices((None,) * count, Spot, origin, offsets)]
+
+    def place(own: Any, size: Any, *units: Any) -> Spot:
+        x, y, z = own[0] + sum(unit * (end - own[0]) for unit, end in zip(units, own[1:], strict=True))
+        return Spot(x, y, z, size)
+
     sizes = [measure * math.factorial(count) for measure in measures]
     return [
-        Chart(coordinates, lambda *units, v=own, size=size: _in_simplex(v, size, units), origin)
+        Chart((Barycentric(),) * count, partial(place, own, size), origin)
         for own, size in zip(offsets, sizes, strict=True)
     ]
 
@@ -171,7 +194,8 @@ def prism(section: Chart, height: Scalar) -> Chart:
         flat = section.place(*rest)
         return flat._replace(z=height * (2 * w - 1) / 2, measure=flat.measure * height, r=None)
 
-    return replace(section, coordinates=(None, *section.coordinates), place=place)
+    slices = tuple(prism(own, height) for own in section.slices)
+    return replace(section, coordinates=(None, *section.coordinates), place=place, slices=slices)
 
 
 def ring(radius: Scalar, n: Arithmetic) -> Chart:
@@ -200,7 +224,22 @@ def sector(
         radius = rho if stretch == (1, 1) else None
         return Spot(a * rho * c, b * rho * s, 0, a * b * (outer - inner) * rho, radius, radius)
 
-    return Chart((Turn.quarters(quarters, n), None), place)
+    is_whole = quarters == 4 and inner == 0
+    return Chart(
+        (Turn.quarters(quarters, n), None), place, slices=_strips(outer, n, stretch) if is_whole else ()
+    )
+
+
+def _strips(radius: Any, n: Arithmetic, stretch: tuple[Scalar, Scalar] = (1, 1)) -> tuple[Chart, ...]:
+    """A disk in strips along y, by the angles at which they begin on x; and in strips along x."""
+
+    def place(alpha: tuple[Any, Any], v: Any, first: int) -> Spot:
+        c, s = alpha
+        sides = radius * c, radius * s * (2 * v - 1)
+        (x, y), (a, b) = (sides if first == 0 else sides[::-1]), stretch
+        return Spot(a * x, b * y, 0, 2 * a * b * radius**2 * s**2)
+
+    return tuple(Chart((Turn.quarters(2, n), None), partial(place, first=first)) for first in (0, 1))
 
 
 def tapered(start: Scalar, end: Scalar, height: Scalar, n: Arithmetic) -> Chart:
@@ -212,7 +251,15 @@ def tapered(start: Scalar, end: Scalar, height: Scalar, n: Arithmetic) -> Chart:
         rho = radius * v
         return Spot(rho * c, rho * s, height * u, height * radius * rho, rho)
 
-    return Chart((None, Turn.quarters(4, n), None), place)
+    def strip(unit: Chart, u: Any, *rest: Any) -> Spot:
+        radius, flat = start + (end - start) * u, unit.place(*rest)
+        return Spot(radius * flat.x, radius * flat.y, height * u, height * radius**2 * flat.measure)
+
+    strips = (
+        replace(unit, coordinates=(None, *unit.coordinates), place=partial(strip, unit))
+        for unit in _strips(1, n)
+    )
+    return Chart((None, Turn.quarters(4, n), None), place, slices=tuple(strips))
 
 
 def ball(
@@ -239,7 +286,16 @@ def ball(
             rho if known else None,
         )
 
-    return Chart((Turn.quarters(4, n), Turn.quarters(quarters, n), None), place)
+    def slice_across(first: int, alpha: tuple[Any, Any], phi: tuple[Any, Any], v: Any) -> Spot:
+        (cos, sin), (c, s) = alpha, phi
+        rho = outer * sin * v
+        unit = [outer * cos, rho * c, rho * s]
+        x, y, z = unit[-first:] + unit[:-first]
+        return Spot(a * x, b * y, h * z, a * b * h * outer**2 * sin**2 * rho)
+
+    turns = Turn.quarters(4, n), Turn.quarters(quarters, n)
+    slices = [Chart((Turn.quarters(2, n), turns[0], None), partial(slice_across, k)) for k in range(3)]
+    return Chart((*turns, None), place, slices=tuple(slices) if quarters == 2 and inner == 0 else ())
 
 
 def moved(chart: Chart, z: Scalar, side: int) -> Chart:
@@ -249,7 +305,7 @@ def moved(chart: Chart, z: Scalar, side: int) -> Chart:
         spot = chart.place(*units)
         return spot._replace(z=z + side * spot.z, r=None)
 
-    return replace(chart, place=place)
+    return replace(chart, place=place, slices=())
 
 
 def cap(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:
@@ -295,7 +351,14 @@ def sphere(radius: Scalar, n: Arithmetic, quarters: int = 2) -> Chart:
         rho = radius * sin
         return Spot(rho * c, rho * s, radius * cos, radius * rho, rho, radius)
 
-    return Chart((Turn.quarters(4, n), Turn.quarters(quarters, n)), place)
+    def zone(first: int, *angles: tuple[Any, Any]) -> Spot:
+        spot = place(*angles)
+        x, y, z = ((spot.z, spot.x, spot.y), (spot.y, spot.z, spot.x))[first]
+        return Spot(x, y, z, spot.measure)
+
+    turns = Turn.quarters(4, n), Turn.quarters(quarters, n)
+    zones = tuple(Chart(turns, partial(zone, k)) for k in range(2 if quarters == 2 else 0))
+    return Chart(turns, place, slices=zones)
 
 
 def cone_surface(radius: Scalar, height: Scalar, n: Arithmetic) -> Chart:

@@ -109,10 +109,11 @@ def lowest_points(f: Callable[[Floats], Floats], points: Floats) -> tuple[Floats
     return best, np.array(told)
 
 
-def special(f: Callable[[Array, Floats], Floats], count: int) -> tuple[Array, Floats]:
-    """Where functions on so many lines pass zero or turn back: the index of each line, the place from 0 to 1.
+def special(f: Callable[[Array, Floats], Floats], count: int) -> tuple[Array, Floats, Array, Floats]:
+    """Where functions on so many lines pass zero, and where they turn back.
 
-    `f` takes indices of lines and places on them, and gives the values there.
+    Of each comes the index of the line, and the place from 0 to 1. `f` takes indices of lines and places on
+    them, and gives the values there.
     """
     t = np.linspace(0, 1, SAMPLES)
     values = f(np.repeat(np.arange(count), SAMPLES), np.tile(t, count)).reshape(count, SAMPLES)
@@ -121,7 +122,7 @@ def special(f: Callable[[Array, Floats], Floats], count: int) -> tuple[Array, Fl
     steps = directions(values)
     over, at = np.argwhere(steps[:, 1:] * steps[:, :-1] < 0).T
     turned = lowest(lambda x: -steps[over, at] * f(over, x), t[at], t[at + 2])
-    return np.append(on, over), np.append(passed, turned)
+    return on, passed, over, turned
 
 
 def directions(values: Floats) -> Floats:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -41,12 +41,15 @@ class Density(Quantity):
         return super().read(raw, info) if formula.expression.names.isdisjoint(variables) else formula
 
 
-def places(spot: Spot, origin: Floats) -> Mapping[str, Floats]:
-    """What the variables of a density are at points (n) of a chart with this `origin`."""
+def places(spot: Spot, origin: Floats, names: Collection[str] = VARIABLES) -> Mapping[str, Floats]:
+    """What x, y, z, and variables of these names, are at points (n) of a chart with this `origin`."""
     x, y, z = (part + start for part, start in zip((spot.x, spot.y, spot.z), origin, strict=True))
-    s = np.hypot(x, y) if spot.s is None else spot.s
-    r = np.hypot(s, z) if spot.r is None else spot.r
-    return {"x": x, "y": y, "z": z, "r": r, "s": s}
+    known = {"x": x, "y": y, "z": z}
+    if "s" in names or "r" in names:
+        known["s"] = np.hypot(x, y) if spot.s is None else spot.s
+    if "r" in names:
+        known["r"] = np.hypot(known["s"], z) if spot.r is None else spot.r
+    return known
 
 
 def values(formula: Formula, at: Mapping[str, Floats]) -> Floats:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from rigidcli.model.density import PAIRS, symmetric
 from rigidcli.model.environment import Formula
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.expressions import Expr, expr, power
+from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.multiple_integrals import Coordinates
 from rigidcli.symbolic.algebra.reading import from_tree
 
@@ -33,7 +34,11 @@ def exact_properties(formula: Formula, charts: Sequence[Chart], n: Arithmetic) -
     sums = n.array(np.zeros(10, dtype=int))
     try:
         for chart in charts:
-            sums = sums + _sums(formula, chart, allowance, n)
+            found = (_sums(formula, each, allowance, n) for each in (chart, *chart.slices))
+            known = next((each for each in found if each is not None), None)
+            if known is None:
+                raise _no_closed_form()
+            sums = sums + known
         mass, first = sums[0], sums[1:4]
         if n.sign(mass) in (0, -1):
             raise ValueProblem("the density leaves no mass", path=("density",))
@@ -45,26 +50,44 @@ def exact_properties(formula: Formula, charts: Sequence[Chart], n: Arithmetic) -
     return MassProperties(n.tidy(n.array([mass]))[0], com, inertia)
 
 
-def _sums(formula: Formula, chart: Chart, allowance: Allowance, n: Arithmetic) -> Any:
-    """The integrals of the density, of it times x, y, z, and of it times their products (10)."""
-    coordinates = Coordinates(chart.coordinates)
-    spot = chart.place(*coordinates.symbols)
+class Placed(NamedTuple):
+    """A point of a shape in coordinates: its place (x, y, z), the density there, and the measure."""
+
+    place: Sequence[Expr]
+    density: Expr
+    measure: Expr
+
+
+def placed(formula: Formula, chart: Chart, symbols: Sequence[Any]) -> Placed:
+    """A density in the coordinates of a chart; those that are angles are pairs of a cosine and a sine.
+
+    Raises ExpressionError where it has no value, or is too large.
+    """
+    spot = chart.place(*symbols)
     place = [expr(part) + start for part, start in zip(spot[:3], chart.origin, strict=True)]
     s = _root(place[:2]) if spot.s is None else expr(spot.s)
     r = _root(place) if spot.r is None else expr(spot.r)
     known = dict(zip("xyzsr", (*place, s, r), strict=True))
     constants = {name: expr(value) for name, value in formula.constants.items()}
     density = from_tree(formula.expression.root, {**known, **constants})
-    weight = density * spot.measure
+    return Placed(place, density, expr(spot.measure))
+
+
+def _sums(formula: Formula, chart: Chart, allowance: Allowance, n: Arithmetic) -> Any:
+    """The integrals of the density, of it times x, y, z, and of it times their products (10); or None."""
+    coordinates = Coordinates(chart.coordinates, n)
+    place, density, measure = placed(formula, chart, coordinates.symbols)
+    weight = density * measure
     moments = [expr(1), *place, *(place[i] * place[j] for i, j in PAIRS)]
     found = [coordinates.integral(weight * moment, allowance) for moment in moments]
-    if None in found:
-        raise _no_closed_form()
-    return n.array(found)
+    return None if None in found else n.array(found)
 
 
 def _root(components: Sequence[Expr]) -> Expr:
-    return power(sum((part**2 for part in components), expr(0)), Fraction(1, 2))
+    moving = [part for part in components if not part.is_zero]
+    if len(moving) == 1:
+        return apply("abs", *moving)
+    return power(sum((part**2 for part in moving), expr(0)), Fraction(1, 2))
 
 
 def _no_closed_form() -> ComputationError:

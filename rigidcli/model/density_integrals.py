@@ -2,34 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from itertools import product
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
 from rigidcli.core import line_search, quadrature, tensor
-from rigidcli.core.arithmetic import Arithmetic, Floats
+from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
+from rigidcli.core.boxes import Boxes, joined
 from rigidcli.core.charts import Chart
+from rigidcli.core.cuts import Cuts, Narrow
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError, ValueProblem
-from rigidcli.model.density import PAIRS, VARIABLES, of_node, places, symmetric, values
+from rigidcli.model.density import PAIRS, of_node, places, symmetric, values
+from rigidcli.model.density_terms import Term, terms
 from rigidcli.model.environment import Formula
-from rigidcli.symbolic.language.tree import Name, Node, Power, Reciprocal, insides, names_in, rebuilt
+from rigidcli.symbolic.language.tree import Name, Node, names_in
 
 ROUGH = 1e-6
 """The relative error that integrals may have: densities that need more work for it are refused."""
 
-FINE = 1e-12
-"""The relative error that is tried for."""
-
 WORK = 2e9
 """Operations on numbers that are spent on a body: two to five seconds, as functions take their time."""
-
-RESERVED = 0.6
-"""The part of them that is left when an error of `ROUGH` is enough."""
 
 EACH_POINT = 300
 """The operations that one point costs besides those of the density, for ten moments."""
@@ -96,12 +95,10 @@ class Field:
 
     def __init__(self, formula: Formula, charts: Sequence[Chart], geometry: Any, unit: str) -> None:
         self.formula, self.charts, self.unit = formula, charts, unit
-        self.hangs_on = _hangs_on(formula.expression.root)
         self.about = np.array(geometry.centre, dtype=np.float64)
         second = np.array(geometry.second, dtype=np.float64)
         self.size = np.sqrt(3 * (second if second.ndim == 1 else second.diagonal()))
-        pieces = [chart.pieces for chart in charts]
-        self.first = np.cumsum([0, *pieces[:-1]])
+        self.names = names_in(formula.expression.root)
         self.budget = quadrature.Budget(WORK)
         self.least = -np.inf
 
@@ -114,13 +111,13 @@ class Field:
         """
         self.require_possible()
         try:
-            integrand = self._integrand()
-            found = self._sums(integrand, WORK)
+            found = self._sums()
             spread = np.sqrt(found.second.diagonal())
             if (spread < SPREAD * self.size).any():
                 self.about, self.size = found.com, 2 * spread
                 with suppress(quadrature.Exhausted, ComputationError):
-                    found = self._sums(integrand, WORK)
+                    self.budget = quadrature.Budget(WORK)
+                    found = self._sums()
         except quadrature.Exhausted:
             raise _too_sudden() from None
         mass, com, second, size, error = found
@@ -130,9 +127,9 @@ class Field:
         misplaced = tensor.misplaced(com) + error * float(np.linalg.norm(size))
         return MassProperties(mass, com, inertia, misplaced, integrated=error)
 
-    def _sums(self, integrand: quadrature.Integrand, work: float) -> Sums:
+    def _sums(self) -> Sums:
         """The integrals, with moments taken about the point `about` in units of `size`."""
-        found = integrand.integral(FINE, ROUGH, lambda: self.budget.left < work * RESERVED)
+        found = quadrature.integral(self._integrands(), ROUGH, self.budget)
         mass = float(found.values[0])
         if not mass > 0:
             raise ValueProblem(f"the density leaves no mass: {mass:.6g} kg", path=("density",))
@@ -151,56 +148,103 @@ class Field:
         """The lengths (3, m) in which moments are taken."""
         return np.where(self.size > 0, self.size, 1.0)
 
-    def _integrand(self) -> quadrature.Integrand:
-        """The density with its first and second moments, over the coordinates of all charts."""
+    def _integrands(self) -> list[quadrature.Integrand]:
+        """The terms of the density with their first and second moments, over each chart."""
+        parts = terms(self.formula.expression.root)
+        return [self._integrand(term, len(parts) == 1, chart) for term in parts for chart in self.charts]
+
+    def _integrand(self, term: Term, is_all: bool, chart: Chart) -> quadrature.Integrand:
+        """One term over one chart, in the coordinates on which it hangs.
+
+        Along the others the integrands are simple, and a rule with a few nodes is exact.
+        """
+        names = names_in(term.node)
+        chart = (
+            min(chart, *chart.slices, key=lambda each: self._moving(each, names).sum())
+            if chart.slices
+            else chart
+        )
+        moving = self._moving(chart, names)
+        still = np.flatnonzero(~moving).tolist()
+        rules = [chart.rule(k) for k in still]
+        nodes = np.array(list(product(*(own for own, _ in rules)))).T
+        weights = np.array([math.prod(each) for each in product(*(own for _, own in rules))])
+
+        def whole(points: Floats, nodes: Floats) -> Floats:
+            """Points in all coordinates (1 + d by n m), for those in some of them and m nodes."""
+            if not len(still):
+                return points
+            found = np.empty((1 + moving.size, points.shape[1], nodes.shape[1]))
+            found[np.append(0, 1 + np.flatnonzero(moving))] = points[:, :, None]
+            found[1 + np.array(still)] = nodes[:, None]
+            return found.reshape(len(found), -1)
 
         def moments(points: Floats) -> Floats:
-            density, known, measure = self._density(points)
-            offset = (np.array([known[name] for name in "xyz"]) - self.about[:, None]) / self.units[:, None]
-            weight = density * measure
-            first = weight * offset
-            return np.vstack([weight, first, *(first[i] * offset[j] for i, j in PAIRS)])
+            density, known, measure = self._density(chart, whole(points, nodes))
+            if not is_all:
+                density = of_node(term.node, self.formula, known)
+            found = np.empty((10, density.size))
+            offset = [(known[name] - self.about[k]) / self.units[k] for k, name in enumerate("xyz")]
+            np.multiply(density, measure, out=found[0])
+            for k in range(3):
+                np.multiply(found[0], offset[k], out=found[1 + k])
+            for k, (i, j) in enumerate(PAIRS):
+                np.multiply(found[1 + i], offset[j], out=found[4 + k])
+            return found.reshape(10, points.shape[1], -1) @ weights if len(still) else found
 
-        def narrow(node: Node, points: Floats) -> Floats:
-            return of_node(node, self.formula, self._located(points)[0])
+        def part(node: Node, points: Floats) -> Floats:
+            return of_node(node, self.formula, self._located(chart, whole(points, nodes[:, :1]))[0])
 
+        spot = chart.at(np.zeros((1 + moving.size, 1)))
+        simple = [Name(name) for name in "rs" if getattr(spot, name) is not None]
         length = len(self.formula.expression.text) / OPERATION_LENGTH
-        part = EACH_PLACE + length / max(1, len(self.hangs_on))
-        return quadrature.Integrand(
-            self.budget.spending(moments, EACH_POINT + length),
-            [self.budget.spending(partial(narrow, node), part) for node in self.hangs_on],
-            quadrature.joined(
-                quadrature.Cells.between(first + piece, chart.cuts())
-                for first, chart in zip(self.first, self.charts, strict=True)
-                for piece in range(chart.pieces)
-            ),
-        )
+        spending = self.budget.spending
+        cuts = [cut for cut, moves in zip(chart.cuts(), moving, strict=True) if moves]
+        narrow = [
+            Narrow(
+                spending(partial(part, each.core), EACH_PLACE),
+                spending(partial(part, each.argument), EACH_PLACE),
+                each.function,
+                each.steep,
+            )
+            for each in term.narrow
+            if each.core not in simple
+        ]
+        boxes = joined(Boxes.between(piece, cuts) for piece in range(chart.pieces))
+        each = (EACH_POINT + length) * len(weights)
+        return quadrature.Integrand(spending(moments, each), Cuts(narrow, boxes))
 
-    def _located(self, points: Floats) -> tuple[dict[str, Floats], Floats]:
-        """What the variables of the density are at points, and the measure there."""
-        names = (*VARIABLES, "measure")
-        found = np.empty((len(names), points.shape[1]))
-        which = np.searchsorted(self.first, points[0], side="right") - 1
-        for k in np.unique(which):
-            those = np.flatnonzero(which == k)
-            own = points[:, those]
-            own[0] -= self.first[k]
-            spot = self.charts[k].at(own)
-            known = places(spot, self.charts[k].origin)
-            found[:, those] = [*(known[name] for name in VARIABLES), spot.measure]
-        return dict(zip(VARIABLES, found, strict=False)), found[-1]
+    def _moving(self, chart: Chart, names: Collection[str]) -> Mask:
+        """The coordinates (d) of a chart on which variables of the density hang."""
+        depth = len(chart.coordinates)
+        found = np.zeros(depth, dtype=bool)
+        for start, other in ((0.2137, 0.7391), (0.3719, 0.8963)):
+            points = np.full((1 + depth, chart.pieces), start)
+            points[0] = np.arange(chart.pieces)
+            here = self._located(chart, points)[0]
+            for k in range(depth):
+                moved = points.copy()
+                moved[1 + k] = other
+                there = self._located(chart, moved)[0]
+                found[k] |= any((here[name] != there[name]).any() for name in here if name in names)
+        return found
 
-    def _density(self, points: Floats) -> tuple[Floats, dict[str, Floats], Floats]:
+    def _located(self, chart: Chart, points: Floats) -> tuple[Mapping[str, Floats], Floats]:
+        """What the variables of the density are at points of a chart, and the measure there."""
+        spot = chart.at(points)
+        return places(spot, chart.origin, self.names), spot.measure
+
+    def _density(self, chart: Chart, points: Floats) -> tuple[Floats, Mapping[str, Floats], Floats]:
         """The density at points, their places and the measure there; refused where it is no density."""
-        known, measure = self._located(points)
+        known, measure = self._located(chart, points)
         density = values(self.formula, known)
         bad = np.flatnonzero(~(np.isfinite(density) & (density >= self.least)))
         if bad.size:
             self._refuse(density[bad[0]], known, bad[0])
         return density, known, measure
 
-    def _signed(self, sign: int, points: Floats) -> Floats:
-        return sign * self._density(points)[0]
+    def _signed(self, chart: Chart, sign: int, points: Floats) -> Floats:
+        return sign * self._density(chart, points)[0]
 
     def _refuse(self, density: float, known: Mapping[str, Floats], index: int, but: str = "") -> NoReturn:
         """Raise ValueProblem for the density at one of the points."""
@@ -216,18 +260,17 @@ class Field:
         is narrower than the net may escape it; each point at which integrals are taken is looked at besides.
         """
         nets = [chart.net(NET) for chart in self.charts]
-        for net, first in zip(nets, self.first, strict=True):
-            net[0] += first
-        seen = [self._density(net)[0] for net in nets]
+        seen = [self._density(chart, net)[0] for chart, net in zip(self.charts, nets, strict=True)]
         self.least = -NEGATIVE * max(float(density.max()) for density in seen)
-        for net, density in zip(nets, seen, strict=True):
+        for chart, net, density in zip(self.charts, nets, seen, strict=True):
             order = np.argsort(density, kind="stable")
             for sign, watched in ((1, order[:WATCHED]), (-1, order[-WATCHED:])):
-                points, told = line_search.lowest_points(partial(self._signed, sign), net[:, watched])
+                signed = partial(self._signed, chart, sign)
+                points, told = line_search.lowest_points(signed, net[:, watched])
                 coarse, middle, fine = np.abs(told[[17, 34, 51]])
                 endless = (fine > ENDLESS * middle) & (middle > ENDLESS * coarse)
                 if sign < 0 and endless.any():
-                    known, _ = self._located(points)
+                    known, _ = self._located(chart, points)
                     self._refuse(np.inf, known, int(np.argmax(endless)), "without an upper bound")
 
 
@@ -236,18 +279,3 @@ def _too_sudden() -> ComputationError:
         f"the density changes too much, or too suddenly, for a relative error of {ROUGH:g}",
         hint="give the body in `parts`, so that the density is smooth in each of them",
     )
-
-
-def _hangs_on(root: Node) -> list[Node]:
-    """What a density may not be smooth for: see `tree.insides`; and distances, and what it is divided by."""
-    found = insides(root)
-
-    def walk(node: Node) -> Node:
-        if isinstance(node, Reciprocal):
-            found.add(node.operand.base if isinstance(node.operand, Power) else node.operand)
-        if node in (Name("r"), Name("s")):
-            found.add(node)
-        return rebuilt(node, walk)
-
-    walk(root)
-    return [node for node in sorted(found, key=repr) if not names_in(node).isdisjoint(VARIABLES)]

@@ -8,12 +8,15 @@ import numpy as np
 
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.core.charts import Barycentric, Chart, Turn
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.model.bodies import Composite
 from rigidcli.model.document import Document
+from rigidcli.model.environment import Formula
 from rigidcli.model.point_masses import PointMasses
 from rigidcli.model.shape import Form, Shape
 from rigidcli.report import Column, Field, Step, Table
+from rigidcli.studies.steps.writing import free_name
 
 MOST_POINTS = 20
 """The most point masses whose terms are listed: more fill a screen, and teach nothing more."""
@@ -69,6 +72,9 @@ def inertia_steps(document: Document, asked: Array) -> Iterator[Step]:
 def _shape(body: Form, n: Arithmetic) -> Iterator[Step]:
     """The integrals of a shape in its own axes, and its tensor where it is turned."""
     own = body.local(n)
+    density = getattr(body, "density", None)
+    if isinstance(density, Formula):
+        yield from _density(body, density, n)
     # I = M (tr C 1 - C) for the second moments M C, so that M C = (tr I / 2) 1 - I.
     second = n.tidy(own.tensor.trace() / 2 * n.array(np.eye(3, dtype=int)) - own.tensor)
     fields = [
@@ -99,6 +105,72 @@ def _shape(body: Form, n: Arithmetic) -> Iterator[Step]:
                 Field("", turned, "R I R^T", r"\mathbf{R I R}^\mathsf{T}", "kg m^2"),
             ),
         )
+
+
+COORDINATES = (("u", "v", "w"), ("phi", "theta", "psi"))
+"""Names of coordinates from 0 to 1, and of angles, in the working of integrals."""
+
+MOST_CHARTS = 3
+"""The most parts of a shape whose integrals are written out."""
+
+
+def _density(body: Form, density: Formula, n: Arithmetic) -> Iterator[Step]:
+    """The integrals of a density that varies: in exact mode the integrand in coordinates of the shape, too."""
+    own = body.local(n)
+    text = density.expression.text
+    mass = Field("", own.mass, "integral of dm", "M", "kg")
+    if not n.exact:
+        error = Field("", own.integrated, "error, relative to the mass")
+        yield Step("Integrals of the density", f"With dm = ({text}) dV, by quadrature.", (mass, error))
+        return
+    charts = body.maps(n) if isinstance(body, Shape) else ()
+    for chart in charts[:MOST_CHARTS]:
+        yield _in_coordinates(density, chart, n)
+    moments = (n.tidy(n.array([own.mass * part]))[0] for part in own.com)
+    yield Step(
+        "Integrals of the density",
+        "Over all of the body, from the origin of its own axes, term by term in these coordinates.",
+        (
+            mass,
+            *(Field("", of, f"integral of {a} dm", "", "kg m") for a, of in zip("xyz", moments, strict=True)),
+        ),
+    )
+
+
+def _in_coordinates(density: Formula, chart: Chart, n: Arithmetic) -> Step:
+    """The element of mass in the coordinates of a part of a shape."""
+    from rigidcli.model.density_exact import placed  # only exact densities need it
+
+    left, symbols, limits = [list(names) for names in COORDINATES], [], []
+    taken = set(density.constants)
+    for turn in chart.coordinates:
+        is_angle = isinstance(turn, Turn)
+        name = free_name([left[is_angle].pop(0)], frozenset(taken))
+        unknown = n.symbol(name, False)
+        symbols.append((n.cos(unknown), n.sin(unknown)) if is_angle else n.symbol(name, True))
+        limits.append((name, turn))
+    place, rho, measure = placed(density, chart, symbols)
+    element = n.tidy(n.array([rho * measure]))[0]
+    spans = [
+        Field("", turn.end, f"{name} from 0 to", "", "rad") if isinstance(turn, Turn) else name
+        for name, turn in limits
+    ]
+    units = ", ".join(span for span in spans if isinstance(span, str))
+    is_simplex = any(isinstance(turn, Barycentric) for turn in chart.coordinates)
+    ends = f"{units} from 0 to 1{', together at most 1' if is_simplex else ''}" if units else ""
+    return Step(
+        "Element of mass",
+        f"In coordinates of the shape, {ends or 'with an angle'}; dm is the density times the element of "
+        "volume, area or length.",
+        (
+            *(
+                Field("", part, axis, axis, "m")
+                for axis, part in zip("xyz", n.tidy(n.array(place)), strict=True)
+            ),
+            Field("", element, " ".join(["dm /", *(f"d{name}" for name, _ in limits)]), ""),
+            *(span for span in spans if isinstance(span, Field)),
+        ),
+    )
 
 
 def _parallel(part: MassProperties, point: Array, n: Arithmetic) -> Iterator[Field]:

@@ -1,0 +1,149 @@
+"""The terms of a density, by what each of them may do in a narrow part of a shape."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from rigidcli.model.density import VARIABLES
+from rigidcli.symbolic.language.tree import (
+    FUNCTIONS,
+    Call,
+    Name,
+    Negative,
+    Node,
+    Number,
+    Power,
+    Product,
+    Reciprocal,
+    Sum,
+    names_in,
+    rebuilt,
+)
+
+STEEP = {"exp": 8.0, "sinh": 8.0, "cosh": 8.0, "tanh": 2.0, "atan": 2.0, "asinh": 2.0}
+"""By how much the argument of a function varies before the function is narrow in a shape.
+
+Others have kinks or poles where their argument is zero."""
+
+MOST_TERMS = 24
+"""The most terms that are integrated one by one; more are taken together."""
+
+LOW_POWERS = range(17)
+"""Exponents of powers that have nothing narrow of their own."""
+
+
+class Narrow(NamedTuple):
+    """What a function does is narrow where its `core` passes zero or turns back; see `cuts.Narrow`."""
+
+    core: Node
+    argument: Node
+    function: Callable[[Any], Any] | None = None
+    steep: float = math.inf
+
+
+class Term(NamedTuple):
+    """A part of the density, and where it may have kinks, jumps and peaks."""
+
+    node: Node
+    narrow: tuple[Narrow, ...]
+
+
+def terms(root: Node) -> list[Term]:
+    """The terms of a density; those that hang on the same narrow things, or on none, are one."""
+    groups: dict[frozenset[Narrow], list[Node]] = {}
+    for node in root.terms if isinstance(root, Sum) else (root,):
+        groups.setdefault(frozenset(_narrow(node)), []).append(node)
+    if len(groups) > MOST_TERMS:
+        groups = {frozenset(_narrow(root)): [root]}
+    return [
+        Term(nodes[0] if len(nodes) == 1 else Sum(tuple(nodes)), tuple(sorted(narrow, key=repr)))
+        for narrow, nodes in groups.items()
+    ]
+
+
+def _narrow(root: Node) -> Iterator[Narrow]:
+    """What may be narrow in a tree: functions, divisors and high powers of what varies; and distances."""
+    found: list[Narrow] = []
+
+    def walk(node: Node) -> Node:
+        match node:
+            case Power(Name("r" | "s"), Number(_, exponent)) if exponent in LOW_POWERS and exponent % 2 == 0:
+                return node  # a polynomial in the places
+            case Call(function, arguments) if function not in ("sin", "cos"):
+                smooth = (
+                    (getattr(np, FUNCTIONS[function].numpy), STEEP[function]) if function in STEEP else ()
+                )
+                for argument in arguments:
+                    found.extend(_of(argument, function != "exp", *smooth))
+            case Reciprocal(Product(factors)):
+                for factor in factors:
+                    found.extend(_of(factor, False))
+            case Reciprocal(divisor):
+                found.extend(_of(divisor, False))
+            case Power(base, exponent) if not (isinstance(exponent, Number) and exponent.value in LOW_POWERS):
+                found.extend(_of(base, True))
+            case Name("r" | "s"):
+                found.append(Narrow(node, node))
+        return rebuilt(node, walk)
+
+    walk(root)
+    return iter(found)
+
+
+def _of(argument: Node, crosses: bool, *smooth: Any) -> Iterator[Narrow]:
+    """What is narrow for this argument; `crosses` if it may pass zero where it does not turn back."""
+    if not varies(argument):
+        return
+    for core in cores(argument, crosses):
+        yield Narrow(core, argument, *smooth)
+
+
+def varies(node: Node) -> bool:
+    """Whether a part of a density hangs on the place."""
+    return not names_in(node).isdisjoint(VARIABLES)
+
+
+def cores(node: Node, crosses: bool) -> Iterator[Node]:
+    """What passes zero where a part of a density passes zero or turns back, where that is simpler."""
+    match node:
+        case Negative(operand):
+            yield from cores(operand, crosses)
+        case Power(base, Number(_, exponent)) if exponent in LOW_POWERS:
+            yield from cores(base, crosses)
+        case Product(factors):
+            moving = [factor for factor in factors if varies(factor)]
+            for factor in moving:
+                yield from cores(factor, crosses)
+            if len(moving) > 1:
+                yield node
+        case Sum(summands):
+            moving = [summand for summand in summands if varies(summand)]
+            inner = _base(moving[0])
+            if len(moving) > 1 or inner is None:
+                yield node
+            else:
+                yield from cores(inner, crosses)
+                if crosses and len(moving) < len(summands):
+                    yield node
+        case Reciprocal(operand):
+            yield from cores(operand, crosses)
+        case _:
+            yield node
+
+
+def _base(node: Node) -> Node | None:
+    """What is raised to an even power in a term, apart from its constant factors."""
+    match node:
+        case Negative(operand):
+            return _base(operand)
+        case Power(base, Number(_, exponent)) if exponent in LOW_POWERS and exponent % 2 == 0:
+            return base
+        case Product(factors):
+            moving = [factor for factor in factors if varies(factor)]
+            return _base(moving[0]) if len(moving) == 1 else None
+        case _:
+            return None
