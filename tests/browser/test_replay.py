@@ -277,7 +277,7 @@ def test_it_works_in_the_output_of_a_notebook(browser: Browser, tmp_path: Path) 
     """Notebooks put the HTML of an output into their page, and make its scripts anew, so that they run."""
     file = tmp_path / "notebook.html"
     file.write_text("<!DOCTYPE html><div id=one></div><div id=two></div>", "utf-8")
-    browser.open_page(file)
+    browser.open_page(file, 640)
     shown = """
         const output = document.getElementById(arguments[0]);
         output.innerHTML = arguments[1];

@@ -170,6 +170,14 @@ def test_eulers_equations_hold_along_the_motion() -> None:
         assert right == pytest.approx(result["moments"][k] * slope[k], rel=1e-3)
 
 
+def test_eulers_equations_near_each_axis_have_the_rates_of_the_stability() -> None:
+    result = rigidcli.euler(BLOCK, steps=True)
+    step = next(step for step in result.steps if step.title == "Stability")
+    for number, row in enumerate(result["stability"], 1):
+        slope = evaluated(value(step, f"x'' about e{number}"), w=1.0, x=1.0)
+        assert slope == pytest.approx((-1 if row["stable"] else 1) * row["rate_per_spin"] ** 2, rel=1e-9)
+
+
 def test_the_steps_of_hamilton_show_the_results_themselves() -> None:
     result = rigidcli.hamilton(ROOT / "configs" / "kepler_polar.yaml", steps=True)
     titles = [step.title for step in result.steps]

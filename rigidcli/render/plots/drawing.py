@@ -37,7 +37,7 @@ GREY = "#7F7F7F"
 TICKS = 5
 """The most numbers along a direction of what is solid: more would run into each other."""
 
-BARE = 0.08
+BARE = 0.015
 """The part of a direction at either end that has no number: two directions meet there."""
 
 CONSTANT = 1e-9

@@ -39,7 +39,16 @@ def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -
         "Near a rotation w about axis i, a small component x along another obeys x'' = -w^2 (lambda_i - "
         "lambda_j) (lambda_i - lambda_k)/(lambda_j lambda_k) x: it oscillates about the axes of the least "
         "and of the greatest moment, and grows about the one between.",
-        (),
+        tuple(
+            filled(
+                f"-w^2*x*(lambda{i} - lambda{j})*(lambda{i} - lambda{k})/(lambda{j}*lambda{k})",
+                FLOAT,
+                f"x'' about e{i}",
+                **numbers,
+            )
+            for i, j, k in ((1, 2, 3), (2, 3, 1), (3, 1, 2))
+            if all(numbers.values())
+        ),
         (stability,),
     )
     told = {entry.key: replace(entry, key="") for entry in fields}

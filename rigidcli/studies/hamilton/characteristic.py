@@ -57,7 +57,7 @@ def of_oscillations(
     x = symbol(unknown)
     if is_free:
         equations = "M y'' + K y = 0"
-        way = "At the rate of a mode this determinant vanishes; motion grows where the square is negative."
+        way = "At the rate of a mode this determinant vanishes; where its square is negative, motion grows."
         rows = zip(motion.stiffness, motion.masses, strict=True)
         matrix = [[k - m * x**2 for k, m in zip(*row, strict=True)] for row in rows]
         title = f"det(K - {unknown}^2 M)"
