@@ -127,7 +127,7 @@ LEAVES = st.one_of(
     st.just(tree.Constant("pi")),
 )
 
-EXPONENTS = st.sampled_from(
+EXPONENTS: st.SearchStrategy[tree.Node] = st.sampled_from(
     [
         number("2"),
         number("3"),

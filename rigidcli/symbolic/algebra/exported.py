@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, Self
 
 from rigidcli.errors import ExpressionError
@@ -20,10 +19,8 @@ class Exported(Terms):
 
     __slots__ = ("decimal",)
 
-    def __init__(self, terms: Mapping[Monomial, Rational]) -> None:
-        """`terms` is in canonical form already."""
-        super().__init__(terms)
-        self.decimal = False
+    decimal: bool
+    """Whether it is written with decimals where its fractions have an end: 0.37 x."""
 
     def __str__(self) -> str:
         return text(self.tree())
@@ -38,7 +35,7 @@ class Exported(Terms):
         return in_decimals(to_tree(self)) if self.decimal else to_tree(self)
 
     def in_decimals(self) -> Self:
-        """The same expression, written with decimals where its fractions have an end: 0.37 x."""
+        """The same expression, written with decimals."""
         written = type(self)(self.terms)
         written.decimal = True
         return written

@@ -72,6 +72,7 @@ class Expr(Exported):
         """`terms` is in canonical form already; use `number`, `symbol` and the operators to make one."""
         super().__init__(terms)
         self._factored: tuple[Rational, Monomial] | None = None
+        self.decimal = False
 
     def __eq__(self, other: object) -> bool:
         if isinstance(other, Expr):
@@ -334,8 +335,8 @@ def _rooted(base: Expr, exponent: Fraction) -> Expr:
         if two_roots is not None:
             return power(two_roots, 2 * exponent)
         size = content(base.terms.values())
-        inner = scaled(base, 1 / size)
-        return product([_root_of_number(size, exponent), gathered(1, {_group(inner): exponent})])
+        inner = gathered(1, {_group(scaled(base, 1 / size)): exponent})
+        return product([_root_of_number(size, exponent), inner])
     ((monomial, factor),) = base.terms.items()
     positive = {atom: part for atom, part in monomial if is_positive(atom)}
     rest = tuple((atom, part) for atom, part in monomial if atom not in positive)
@@ -366,9 +367,8 @@ def _two_roots(e: Expr) -> Expr | None:
     if surds:
         return None
     sign = 1 if b.ordered[0][1] > 0 else -1
-    return power(number((a + coefficient) / 2), Fraction(1, 2)) + sign * power(
-        number((a - coefficient) / 2), Fraction(1, 2)
-    )
+    first, second = (_root_of_number((a + s) / 2, Fraction(1, 2)) for s in (coefficient, -coefficient))
+    return first + sign * second
 
 
 def _root_of_monomial(sign: int, monomial: Monomial, exponent: Fraction) -> Expr:

@@ -26,8 +26,7 @@ class Formulas(NamedTuple):
     @property
     def names(self) -> frozenset[str]:
         """The names in the trees, and those of the steps."""
-        found = (node.name for node in nodes(self.trees) if isinstance(node, tree.Name))
-        return frozenset(found) | {name for name, _ in self.steps}
+        return frozenset(name for name, _ in self.steps).union(*map(tree.names_in, self.trees))
 
 
 def shared(steps: Sequence[Step], values: Sequence[tree.Node]) -> Formulas:
@@ -64,12 +63,12 @@ def shared(steps: Sequence[Step], values: Sequence[tree.Node]) -> Formulas:
 
 def _needed(steps: Sequence[Step], values: Iterable[tree.Node]) -> list[Step]:
     """The steps that the values need."""
-    needed = {node.name for node in nodes(values) if isinstance(node, tree.Name)}
+    needed = set[str]().union(*map(tree.names_in, values))
     kept: list[Step] = []
     for name, value in reversed(steps):
         if name in needed:
             kept.insert(0, (name, value))
-            needed |= {node.name for node in nodes([value]) if isinstance(node, tree.Name)}
+            needed |= tree.names_in(value)
     return kept
 
 
@@ -84,30 +83,8 @@ def _count(node: tree.Node, uses: Counter[tree.Node]) -> None:
         case tree.Negative(operand) | tree.Reciprocal(operand):
             _count(operand, uses)
         case tree.Sum() | tree.Product() | tree.Power() | tree.Call():
-            if not any(isinstance(part, tree.Name) for part in nodes([node])):
+            if not tree.names_in(node):
                 return
             uses[node] += 1
-            for operand in operands(node) if uses[node] == 1 else ():
+            for operand in tree.operands(node) if uses[node] == 1 else ():
                 _count(operand, uses)
-
-
-def operands(node: tree.Node) -> tuple[tree.Node, ...]:
-    """The trees that a tree is made of."""
-    match node:
-        case tree.Negative(operand) | tree.Reciprocal(operand):
-            return (operand,)
-        case tree.Sum(several) | tree.Product(several) | tree.Call(_, several):
-            return several
-        case tree.Power(base, exponent):
-            return (base, exponent)
-        case tree.Name() | tree.Number() | tree.Constant():
-            return ()
-
-
-def nodes(trees: Iterable[tree.Node]) -> Iterable[tree.Node]:
-    """The trees, and all parts of them."""
-    pending = list(trees)
-    while pending:
-        node = pending.pop()
-        yield node
-        pending += operands(node)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import zlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
@@ -172,6 +172,33 @@ def rebuilt(node: Node, change: Callable[[Node], Node]) -> Node:
             return node
 
 
+def operands(node: Node) -> tuple[Node, ...]:
+    """The trees that a tree is made of."""
+    match node:
+        case Negative(operand) | Reciprocal(operand):
+            return (operand,)
+        case Sum(several) | Product(several) | Call(_, several):
+            return several
+        case Power(base, exponent):
+            return (base, exponent)
+        case Name() | Number() | Constant():
+            return ()
+
+
+def nodes(trees: Iterable[Node]) -> Iterator[Node]:
+    """The trees, and all parts of them."""
+    pending = list(trees)
+    while pending:
+        node = pending.pop()
+        yield node
+        pending += operands(node)
+
+
+def names_in(node: Node) -> set[str]:
+    """The names in a tree."""
+    return {part.name for part in nodes([node]) if isinstance(part, Name)}
+
+
 def insides(node: Node) -> set[Node]:
     """The arguments of functions in a tree, what it divides by, and the bases of powers above 16.
 
@@ -179,9 +206,8 @@ def insides(node: Node) -> set[Node]:
     Sines, cosines and low powers have nothing narrow of their own.
     """
     found: set[Node] = set()
-
-    def walk(node: Node) -> Node:
-        match node:
+    for part in nodes([node]):
+        match part:
             case Call(function, arguments) if function not in ("sin", "cos"):
                 found.update(arguments)
             case Reciprocal(Product(factors)):
@@ -190,27 +216,12 @@ def insides(node: Node) -> set[Node]:
                 found.add(_base(divisor))
             case Power(base, exponent) if not (isinstance(exponent, Number) and exponent.value in range(17)):
                 found.add(base)
-        return rebuilt(node, walk)
-
-    walk(node)
     return found
 
 
 def _base(node: Node) -> Node:
     """What a power is one of, or the node itself."""
     return node.base if isinstance(node, Power) else node
-
-
-def names_in(node: Node) -> set[str]:
-    """The names in a tree."""
-    found = {node.name} if isinstance(node, Name) else set()
-
-    def walk(inner: Node) -> Node:
-        found.update(names_in(inner))
-        return inner
-
-    rebuilt(node, walk)
-    return found
 
 
 def number(value: float) -> Node:

@@ -10,8 +10,8 @@ import pytest
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.language.expression import parse
-from rigidcli.symbolic.language.sharing import nodes, shared
-from rigidcli.symbolic.language.tree import Call, Name, Node, Power, Product, Sum
+from rigidcli.symbolic.language.sharing import shared
+from rigidcli.symbolic.language.tree import Call, Name, Node, Power, Product, Sum, nodes
 
 TEXTS = [
     "a*sin(x - y)^2 + b/(1 + cos(x - y)) - (x - y)^(2/3)",
