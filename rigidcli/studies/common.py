@@ -11,7 +11,7 @@ import numpy as np
 
 from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.model.document import Document
-from rigidcli.model.load import STDIN
+from rigidcli.model.texts import STDIN
 from rigidcli.report import NOISE, Field, Picture, Report, Step, Table, Value
 
 

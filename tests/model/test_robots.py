@@ -19,8 +19,8 @@ from scipy.spatial.transform import Rotation
 import rigidcli
 from rigidcli.errors import RigidError
 from rigidcli.model.document import Document
+from rigidcli.model.link_documents import LinkDocument, link_documents
 from rigidcli.model.robots import READERS, elements
-from rigidcli.model.robots.documents import LinkDocument, link_documents
 from rigidcli.studies.robots import remarks
 from rigidcli.studies.robots.geometry import forms_of
 from rigidcli.studies.robots.repair import repair

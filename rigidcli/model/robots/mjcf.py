@@ -11,7 +11,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from rigidcli.model.load import read_text
 from rigidcli.model.robots.elements import MAX_DEPTH, MAX_ELEMENTS, Element, read_elements
 from rigidcli.model.robots.geoms import Defaults, defaults, form
 from rigidcli.model.robots.links import (
@@ -27,6 +26,7 @@ from rigidcli.model.robots.links import (
     tensor,
 )
 from rigidcli.model.robots.orientation import Angles, frame_of, is_turned
+from rigidcli.model.texts import read_text
 
 ROOT = "mujoco"
 """The tag of the root."""
