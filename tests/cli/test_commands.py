@@ -36,7 +36,8 @@ CUBE = "body: {shape: cube, side: 1, mass: 12}\n"
 BAD = "body: {shape: cube, side: -1, mass: 12}\n"
 NOTED = f"parameters: {{k: 1}}\n{CUBE}"
 FORMATS = ["table", "json", "csv", "latex"]
-STARTERS = [path for path in ROOT.glob("rigidcli/starters/*.yaml") if path.stem not in [*SchemaKind]]
+# That of a mesh needs a file beside it.
+STARTERS = [path for path in ROOT.glob("rigidcli/starters/*.yaml") if path.stem not in [*SchemaKind, "mesh"]]
 DOCUMENTS = sorted([*ROOT.glob("configs/*.yaml"), *STARTERS])
 BODIES = [path for path in DOCUMENTS if "body" in read_tree(path.read_text(), path.name)]
 
