@@ -178,7 +178,7 @@ class RobotLink(Form):
 
     robot: FileName = Field(description="A robot in URDF, SDF or MJCF, beside the document")
     link: str | None = Field(
-        default=None, description="The name of the link; needed where several have a mass"
+        default=None, description="The name of one; needed where several have a mass"
     )
 
     @model_validator(mode="after")
