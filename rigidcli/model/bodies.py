@@ -177,9 +177,7 @@ class RobotLink(Form):
     """A link of a robot, with the mass and the tensor that its file says, in the frame of the link."""
 
     robot: FileName = Field(description="A robot in URDF, SDF or MJCF, beside the document")
-    link: str | None = Field(
-        default=None, description="The name of one; needed where several have a mass"
-    )
+    link: str | None = Field(default=None, description="The name of one; needed where several have a mass")
 
     @model_validator(mode="after")
     def _look(self) -> Self:

@@ -357,3 +357,11 @@ def test_a_link_that_no_body_is_is_told_with_its_place(
     outcome = program("inertia", "-", stdin=f"body: {{robot: '{path}'{rest}}}")
     assert (outcome.code, outcome.out) == (3, "")
     assert message.format(file=path) in outcome.err
+
+
+def test_notes_on_the_file_are_told_in_a_sweep_once(program: Program) -> None:
+    outcome = program(
+        "inertia", str(ROOT / "configs" / "arm.urdf"), "--sweep", "about=com,origin", "-f", "csv"
+    )
+    assert outcome.err.count("1 link has no mass: tool") == 1
+    assert len(outcome.out.splitlines()) == 7
