@@ -187,7 +187,10 @@ class RobotLink(Form):
             try:
                 self._part(FLOAT).local(FLOAT)
             except (ValidationError, ValueProblem) as error:
-                said = error.errors()[0]["ctx"]["error"] if isinstance(error, ValidationError) else error
+                said: object = error
+                if isinstance(error, ValidationError):
+                    complaint = error.errors()[0]
+                    said = complaint.get("ctx", {}).get("error", complaint["msg"])
                 message = f"{self.robot}:{link.line_of('inertia')}: link {link.name}: {said}"
                 raise ValueProblem(message, hint=getattr(said, "hint", None)) from None
         return self
