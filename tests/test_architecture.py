@@ -6,6 +6,7 @@ import importlib
 import inspect
 import pkgutil
 from importlib import resources, util
+from pathlib import Path
 from typing import get_args
 
 import pytest
@@ -102,10 +103,7 @@ def test_every_kind_of_answer_is_listed_and_every_mistake_is_of_a_kind() -> None
 
 
 def test_every_starter_is_a_kind() -> None:
-    files = {
-        entry.name.removesuffix(".yaml")
-        for entry in resources.files("rigidcli").joinpath("starters").iterdir()
-    }
+    files = {Path(entry.name).stem for entry in resources.files("rigidcli").joinpath("starters").iterdir()}
     assert files == set(Kind)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,7 +15,7 @@ from rigidcli.cli.output import Failure, Failures, Output, check_path, counted, 
 from rigidcli.cli.pictures import PlotKind, PlotPath, picture_kind, write_picture
 from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require_sweepable
 from rigidcli.cli.work import FOLLOW, Work, answers, require_memory, tasks
-from rigidcli.errors import UsageError, ValueProblem
+from rigidcli.errors import RigidError, UsageError, ValueProblem
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 from rigidcli.report import count, each
 
@@ -207,6 +207,10 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
 
         total = len(files) * (1 if swept is None else swept.count)
         processes = hands(jobs, total, alone=swept is None and "-" in files)
+        # The rows of a sweep are those of links; what is said of a file as a whole is not among them.
+        for file in filter(is_robot, files if swept is not None else ()):
+            with suppress(RigidError):  # which is told when the file is swept
+                tell_notes(file, work.drafts(file).notes, quiet)
 
         def reports() -> Iterator[Report]:
             from rigidcli.cli.plan import ordered

@@ -14,12 +14,16 @@ from rigidcli.errors import Problem, UsageError, shown
 
 
 class Kind(StrEnum):
-    """The starters; each is a file of that name in `rigidcli/starters`."""
+    """The starters; each is a file of that name in `rigidcli/starters`, mostly with the ending `.yaml`."""
 
     shape = "shape"
     points = "points"
     parts = "parts"
     tensor = "tensor"
+    density = "density"
+    mesh = "mesh"
+    molecule = "molecule"
+    robot = "robot"
     symbols = "symbols"
     motion = "motion"
     free = "free"
@@ -30,6 +34,10 @@ class Kind(StrEnum):
     oscillations = "oscillations"
     assignment = "assignment"
     answers = "answers"
+
+
+ENDINGS = {Kind.molecule: ".xyz", Kind.robot: ".urdf"}
+"""The endings of the starters that are no YAML."""
 
 
 def _require_kind(kind: str) -> str:
@@ -57,7 +65,7 @@ def new(
 ) -> None:
     """Print a commented file to start from.
 
-    A document of some kind, an assignment or an answer file.
+    A document of some kind, a robot, a molecule, an assignment or an answer file.
 
     Example: rigidcli new top -o top.yaml
     """
@@ -65,6 +73,6 @@ def new(
         hint = "`--force` overwrites it"
         complain(str(Problem(output, "this file is there already, and is not overwritten", hint=hint)))
         raise typer.Exit(UsageError.exit_code)
-    starter = resources.files("rigidcli").joinpath("starters", f"{kind}.yaml")
+    starter = resources.files("rigidcli").joinpath("starters", kind + ENDINGS.get(Kind(kind), ".yaml"))
     with Output(output) as target:
         target.write(starter.read_text(encoding="utf-8"))

@@ -28,9 +28,10 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
 
     Example: rigidcli validate cube.yaml homework.yaml arm.urdf
     """
-    from rigidcli.model.load import draft, loads, read_text
+    from rigidcli.model.load import draft, loads
     from rigidcli.model.places import body_form
     from rigidcli.model.robots import is_robot
+    from rigidcli.model.texts import read_text
 
     failures = Failures()
     files, _ = listed(files)
@@ -79,7 +80,7 @@ def _robot(
     text: str, source: str, folder: Path, failures: Failures, quiet: bool, options: dict[str, Any]
 ) -> list[str]:
     """How many links of a robot are valid; what is wrong with others is printed as errors."""
-    from rigidcli.model.robots.documents import link_documents
+    from rigidcli.model.link_documents import link_documents
     from rigidcli.studies.robots import remarks
     from rigidcli.studies.robots.repair import repair
 

@@ -23,10 +23,11 @@ from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.kinds.base import Kind
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import EVERYWHERE, Assignment, Question
-from rigidcli.model.load import STDIN, explain, load, read_text
+from rigidcli.model.load import explain, load
 from rigidcli.model.places import Places
 from rigidcli.model.sampling import DEFAULT_TOLERANCE
 from rigidcli.model.syntax import read_tree
+from rigidcli.model.texts import STDIN, read_text
 
 if TYPE_CHECKING:
     from rigidcli.model.document import Document

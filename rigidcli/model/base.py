@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pathlib
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
@@ -410,6 +411,16 @@ def not_one_of(raw: object, words: Sequence[str]) -> str:
     if near is not None:
         return f"read {shown(raw)} (did you mean {near}?)"
     return f"read {shown(raw)}, expected one of {', '.join(words)}"
+
+
+def _read_file(raw: object, info: ValidationInfo) -> pathlib.Path:
+    if not isinstance(raw, str):
+        raise ValueProblem(f"read {shown(raw)}, expected the name of a file, such as bracket.stl or arm.urdf")
+    return environment(info).file(raw)
+
+
+FileName: TypeAlias = Annotated[pathlib.Path, ReadBy(_read_file, {"type": "string"})]
+"""The path of a file that is named beside the document, which is taken note of."""
 
 
 def _read_point(raw: str, env: Environment) -> str:

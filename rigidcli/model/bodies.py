@@ -4,21 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from decimal import Decimal
 from functools import reduce
 from operator import add
-from typing import Annotated, Any, ClassVar, TypeAlias
+from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
-from pydantic import Field, ValidationInfo
+from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from rigidcli.core import mass_properties, tensor
-from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Scalar
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.model import holes
 from rigidcli.model.base import (
     Alternative,
     AsList,
     Choice,
+    FileName,
     Mass,
     MomentOfInertia,
     Point,
@@ -32,6 +34,7 @@ from rigidcli.model.base import (
 from rigidcli.model.environment import Environment
 from rigidcli.model.meshes import Mesh
 from rigidcli.model.point_masses import PointMasses
+from rigidcli.model.robots import one_link
 from rigidcli.model.shape import Form
 from rigidcli.model.shape_names import shape_called
 from rigidcli.model.shapes import SHAPES
@@ -170,10 +173,47 @@ class Composite(Form):
                 yield leaf.within(place, -1 if part.hole else 1, ("parts", index))
 
 
+class RobotLink(Form):
+    """A link of a robot, with the mass and the tensor that its file says, in the frame of the link."""
+
+    robot: FileName = Field(description="A robot in URDF, SDF or MJCF, beside the document")
+    link: str | None = Field(default=None, description="The name of one; needed where several have a mass")
+
+    @model_validator(mode="after")
+    def _look(self) -> Self:
+        """Raise ValueProblem, which names the file and the line, where there is no such link, or no body."""
+        with at("robot"):
+            link = one_link(self.robot, self.link, float)
+            try:
+                self._part(FLOAT).local(FLOAT)
+            except (ValidationError, ValueProblem) as error:
+                said: object = error
+                if isinstance(error, ValidationError):
+                    complaint = error.errors()[0]
+                    said = complaint.get("ctx", {}).get("error", complaint["msg"])
+                message = f"{self.robot}:{link.line_of('inertia')}: link {link.name}: {said}"
+                raise ValueProblem(message, hint=getattr(said, "hint", None)) from None
+        return self
+
+    def _part(self, n: Arithmetic) -> Form:
+        """The link as the one part of a composite."""
+        link = one_link(self.robot, self.link, Decimal if n.exact else float)
+        return Composite.model_validate({"parts": [link.body]}, context=Environment(n))
+
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
+        """The mass properties in the frame of the link."""
+        return self._part(arithmetic).local(arithmetic)
+
+    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
+        """Inertia about `point` (3, m, to within `error`), both in the frame of the link."""
+        return self._part(n).local_inertia_about(point, n, error)
+
+
 FORMS: dict[str, type[Form]] = {
     "points": PointMasses,
     "parts": Composite,
     "mesh": Mesh,
+    "robot": RobotLink,
     "inertia": KnownTensor,
     "moments": KnownTensor,
 }

@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 from rigidcli.errors import DocumentError, Problem
 from rigidcli.model.document import Document
-from rigidcli.model.load import Draft, draft, read_text
+from rigidcli.model.load import Draft, draft
 from rigidcli.model.robots import is_robot
+from rigidcli.model.texts import read_text
 
 
 class Drafts(NamedTuple):
@@ -28,7 +29,7 @@ def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
     name = os.fspath(path)
     if not is_robot(name):
         return Drafts([draft(path, **options)], ())
-    from rigidcli.model.robots.documents import link_documents
+    from rigidcli.model.link_documents import link_documents
 
     source = os.fsencode(name).decode(errors="backslashreplace")
     robot = link_documents(read_text(name, source), source, Path(name).parent, **options)

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import errno
-import io
 import os
 import pathlib
 import re
-import stat
-import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
@@ -18,18 +14,16 @@ from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic
 from rigidcli.core.many import MANY
-from rigidcli.errors import DocumentError, Path, Problem, ValueProblem, shown
+from rigidcli.errors import DocumentError, Path, ValueProblem, shown
 from rigidcli.model.document import Document
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_parameters
-from rigidcli.model.places import BODY_FILES, NOT_READ, BodyPlaces, Places, body_form
+from rigidcli.model.places import BodyPlaces, Places, body_form
 from rigidcli.model.settings import SWEEP, Change, apply, split_setting
 from rigidcli.model.several import Several
-from rigidcli.model.syntax import MAX_BYTES, read_tree, require_bounded
+from rigidcli.model.syntax import read_tree
+from rigidcli.model.texts import STDIN, read_text
 from rigidcli.model.words import with_colon
-
-STDIN = "-"
-"""The name of a file that stands for standard input."""
 
 _Decimal: TypeAlias = Callable[[str], object]
 """What makes a number of a decimal as it is typed."""
@@ -46,9 +40,6 @@ _TYPES = {
 }
 """What pydantic's complaints about a type or a bound expect, in the words of a document."""
 
-
-CONVERT = "save it as STL in the program that made it, or in one that converts meshes"
-"""What to do about a mesh or solid of which the format is not read."""
 
 _FLAT = {
     "inertia": "principal moments are written `moments: [1, 2, 3]`, a tensor by its rows",
@@ -171,50 +162,6 @@ class Draft:
             return tree, changed
         tree, paths = apply(tree, _changes(swept, {}, decimal, SWEEP), self.source, SWEEP)
         return tree, changed | dict.fromkeys(paths, SWEEP)
-
-
-def read_text(name: str, source: str) -> str:
-    """The text of a regular file, a pipe or standard input, bounded. Raises DocumentError."""
-    hint = None
-    ending = pathlib.PurePath(name).suffix.lower()
-    if ending in NOT_READ:
-        meshes = ", ".join(each for each, form in BODY_FILES.items() if form == "mesh")
-        told = Problem(source, f"{ending} is not read, expected a mesh as {meshes}", hint=CONVERT)
-        raise DocumentError([told])
-    try:
-        if name == STDIN:
-            if sys.stdin is None:
-                raise OSError(errno.EBADF, "standard input is closed")
-            data = sys.stdin.buffer.read(MAX_BYTES + 1)
-        else:
-            # A pipe without a writer, or a device, named by mistake is refused, not waited for.
-            descriptor = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-            with os.fdopen(descriptor, "rb") as file:
-                mode = os.fstat(descriptor).st_mode
-                if not (stat.S_ISREG(mode) or stat.S_ISFIFO(mode)):
-                    raise OSError(errno.EINVAL, "not a regular file")
-                data = _of_pipe(file) if stat.S_ISFIFO(mode) else file.read(MAX_BYTES + 1)
-        require_bounded(data, source)
-        return data.decode("utf-8-sig")
-    except OSError as error:
-        message = f"cannot be read: {error.strerror or error}"
-    except UnicodeDecodeError as error:
-        message = f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}"
-        hint = "save the file as UTF-8 in the editor, or with `iconv -f ENCODING -t UTF-8`"
-        if name == STDIN:
-            hint = "a document is text; a mesh is given by the name of its file"
-    except ValueError:  # there is a NUL in it
-        message = "cannot be read: no file has such a name"
-    raise DocumentError([Problem(source, message, hint=hint)])
-
-
-def _of_pipe(file: io.BufferedReader) -> bytes:
-    """What is written to a pipe, as by a process substitution; raises OSError where nobody writes."""
-    first = file.raw.read(MAX_BYTES + 1)  # None where a writer is there, and has written nothing yet
-    if first == b"":
-        raise OSError(errno.EPIPE, "nothing is written to this pipe")
-    os.set_blocking(file.fileno(), True)
-    return (first or b"") + file.read(MAX_BYTES + 1)
 
 
 def _changes(

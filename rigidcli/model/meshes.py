@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import cached_property
@@ -13,9 +12,9 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from rigidcli.core import mass_properties, solids, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.errors import ComputationError, ValueProblem, at, shown
+from rigidcli.errors import ComputationError, ValueProblem, at
 from rigidcli.model import units
-from rigidcli.model.base import Length, Mass, Quantity, ReadBy, environment
+from rigidcli.model.base import FileName, Length, Mass, Quantity, ReadBy, environment
 from rigidcli.model.density import Density
 from rigidcli.model.environment import Formula
 from rigidcli.model.shape import Bounds, Form
@@ -46,12 +45,6 @@ def _read_density(raw: object, info: ValidationInfo) -> Scalar | Formula:
     return found
 
 
-def _read_path(raw: object, info: ValidationInfo) -> pathlib.Path:
-    if not isinstance(raw, str):
-        raise ValueProblem(f"read {shown(raw)}, expected the name of a file, such as bracket.stl")
-    return environment(info).file(raw)
-
-
 class Mesh(Form):
     """What is inside a closed surface of triangles from a file, such as .stl or .obj; or a thin shell."""
 
@@ -62,16 +55,7 @@ class Mesh(Form):
     MARGIN: ClassVar = 1e-6
     """How far, in units of its size, single precision may leave the surface from where it was meant to be."""
 
-    mesh: Annotated[
-        pathlib.Path,
-        ReadBy(
-            _read_path,
-            {
-                "type": "string",
-                "description": "An .stl, .obj, .ply, .off or .glb file, beside the document",
-            },
-        ),
-    ]
+    mesh: FileName = Field(description="An .stl, .obj, .ply, .off or .glb file, beside the document")
     scale: Length | None = Field(
         default=None, description="The unit of the file's coordinates; 1 m if not given"
     )

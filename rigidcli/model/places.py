@@ -33,9 +33,6 @@ BODY_FILES = {
 }
 """The key under which a document names a body that is a file, by the ending of the file's name."""
 
-NOT_READ = {".3ds", ".3mf", ".amf", ".blend", ".dae", ".fbx", ".iges", ".igs", ".step", ".stp", ".wrl"}
-"""The endings of meshes and solids that are not read: who gives one is told so."""
-
 COMPLETION = {"body": "body.density=7850"}
 """The setting that is an example of what a section lacks, where that is not the missing key itself."""
 

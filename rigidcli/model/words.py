@@ -112,6 +112,7 @@ KEYS_BY_WORD = _by_word(
         "hole": "negative subtract cut void cavity missing remove",
         "points": "particles masses point_masses atoms",
         "mesh": "stl obj ply off cad surface triangles file",
+        "robot": "urdf sdf mjcf",
         "scale": "unit units scaling scale_factor",
         "shell": "hollow thin surface_only",
         "parts": "components pieces bodies objects shapes children elements",

@@ -12,7 +12,7 @@ import numpy as np
 from rigidcli.core.many import Many, agreed
 from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.model.document import Document
-from rigidcli.model.load import STDIN
+from rigidcli.model.texts import STDIN
 from rigidcli.report import NOISE, Field, Picture, Report, Step, Table, Value
 
 

@@ -12,7 +12,7 @@ import rigidcli
 from rigidcli.model.bodies import FORMS
 from rigidcli.model.places import BODY_FILES
 from rigidcli.model.points import MOLECULE, READERS
-from tests.conftest import Program
+from tests.conftest import ROOT, Program
 
 CLOUD = "m,x,y,z\n1,1,0,0\n2,0,1,0\n3,0,0,1\n"
 
@@ -125,3 +125,16 @@ def test_standard_input_is_a_document(program: Program) -> None:
 def test_functions_take_its_path(cloud: Path) -> None:
     assert rigidcli.axes(cloud, settings=["about=com"])["mass"] == 6
     assert rigidcli.load(str(cloud)).body is not None
+
+
+def test_starters_of_files_and_of_what_is_in_them(program: Program, tmp_path: Path) -> None:
+    (tmp_path / "bracket.stl").write_bytes((ROOT / "configs" / "bracket.stl").read_bytes())
+    masses = {"mesh.yaml": 14.25e-6 * 7850, "molecule.xyz": 18.0106 * 1.66053907e-27, "robot.urdf": 2.7}
+    for name, mass in masses.items():
+        path = tmp_path / name
+        assert program("new", path.stem, "-o", str(path)).code == 0
+        assert program("validate", str(path)).out == f"{path}: valid\n" + "  links: 1 with a mass\n" * (
+            name == "robot.urdf"
+        )
+        found = json.loads(program("axes", str(path), "-f", "json").out)
+        assert found["mass"] == pytest.approx(mass, rel=1e-5)

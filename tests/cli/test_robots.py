@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import rigidcli
 from rigidcli.render import BLOCKS
 from tests.conftest import ROOT, Program
 from tests.meshes import box, saved
@@ -303,3 +304,64 @@ def test_a_centre_of_mass_outside_the_box_of_its_mesh_is_told(program: Program, 
             '<visual><geometry><mesh filename="bar.stl"/></geometry></visual></link></robot>'
         )
         assert ("outside the hull of its geometry" in program("validate", str(path)).err) == is_told
+
+
+def test_a_link_is_a_form_of_body_in_documents(program: Program, tmp_path: Path) -> None:
+    (tmp_path / "arm.urdf").write_text((ROOT / "configs" / "arm.urdf").read_text())
+    document = tmp_path / "gripper.yaml"
+    document.write_text(
+        "body:\n  parts:\n"
+        "    - {robot: arm.urdf, link: forearm, position: [0, 0, 1],\n"
+        "       rotation: {axis: [0, 1, 0], angle: pi/2}}\n"
+        "    - {shape: sphere, radius: 5 cm, mass: 1}\n"
+    )
+    found = rigidcli.inertia(document)
+    links = rigidcli.load_all(tmp_path / "arm.urdf")
+    (alone,) = (rigidcli.inertia(link) for link in links if link.name == "forearm")
+    mass, (x, y, z) = alone["mass"], alone["center_of_mass"]
+    # The turn takes x to -z and z to x.
+    com = np.array([z, y, 1 - x])
+    np.testing.assert_allclose(found["center_of_mass"], mass * com / (mass + 1), rtol=1e-14)
+    turn = np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]])
+    central = turn @ np.array(alone["tensor_com"]) @ turn.T
+    expected = central + mass * (com @ com * np.eye(3) - np.outer(com, com)) + 0.4 * 0.05**2 * np.eye(3)
+    np.testing.assert_allclose(found["tensor"], expected, rtol=1e-14, atol=1e-16)
+    exact = rigidcli.inertia(f"body: {{robot: '{tmp_path}/arm.urdf', link: base}}", exact=True)
+    assert str(exact["tensor"][0][0]) == "37/2000"
+    swept = program("inertia", str(document), "--sweep", "body.parts.0.link=forearm,base", "-f", "csv").out
+    assert [row.split(",")[0] for row in swept.splitlines()] == ["body.parts.0.link", "forearm", "base"]
+
+
+@pytest.mark.parametrize(
+    ("rest", "message"),
+    [
+        ("", "body.robot: {file}: there are 3 links with a mass, expected the name of one"),
+        (", link: paw", "body.robot: {file}: there is no link `paw`, expected the name of one"),
+        (", link: tool", "body.robot: {file}:6: link tool: no mass"),
+        (", link: a", "body.robot: {file}:1: link a: read `-1.0`, expected a positive mass (kg)"),
+        (", link: b", "body.robot: {file}:3: link b: no body has this inertia tensor"),
+        (", link: c", "body.robot: {file}:4: link c: `value` of `<mass>`: read `1,0`"),
+    ],
+)
+def test_a_link_that_no_body_is_is_told_with_its_place(
+    rest: str, message: str, program: Program, tmp_path: Path
+) -> None:
+    path = tmp_path / "bad.urdf"
+    tensor = '<inertia ixx="1" iyy="1" izz="{}" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+    path.write_text(
+        f'<robot><link name="a"><inertial><mass value="-1"/>{tensor.format(1)}\n'
+        f'<link name="b"><inertial><mass value="1"/>\n{tensor.format(9)}\n'
+        f'<link name="c"><inertial><mass value="1,0"/>\n{tensor.format(1)}\n'
+        '<link name="tool"/></robot>'
+    )
+    outcome = program("inertia", "-", stdin=f"body: {{robot: '{path}'{rest}}}")
+    assert (outcome.code, outcome.out) == (3, "")
+    assert message.format(file=path) in outcome.err
+
+
+def test_notes_on_the_file_are_told_in_a_sweep_once(program: Program) -> None:
+    outcome = program(
+        "inertia", str(ROOT / "configs" / "arm.urdf"), "--sweep", "about=com,origin", "-f", "csv"
+    )
+    assert outcome.err.count("1 link has no mass: tool") == 1
+    assert len(outcome.out.splitlines()) == 7

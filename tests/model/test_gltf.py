@@ -99,7 +99,7 @@ def test_other_formats_are_refused_as_meshes(name: str, program: Program, tmp_pa
     for command in ("axes", "validate"):
         outcome = program(command, str(path))
         assert (outcome.code, outcome.out) == (3, "")
-        assert f"{name}: {path.suffix.lower()} is not read, expected a mesh as .glb" in outcome.err
+        assert f"{name}: {path.suffix.lower()} is not read, expected a mesh such as .stl" in outcome.err
         assert "hint: save it as STL" in outcome.err
     outcome = program("axes", "-", stdin=f"body: {{mesh: '{path}', density: 1}}")
     assert f"{name}: expected the name of a mesh" in outcome.err

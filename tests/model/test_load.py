@@ -145,7 +145,7 @@ def test_problems_found_in_the_whole_body_have_a_place_too() -> None:
         ("name: [10.35]\n" + CUBE, "name", "text"),
         ("description: {a: 1}\n" + CUBE, "description", "text"),
         ("body: 3", "body", "mapping"),
-        ("body: {}", "body", "exactly one of shape, points, parts, mesh, inertia, moments"),
+        ("body: {}", "body", "exactly one of shape, points, parts, mesh, robot, inertia, moments"),
         ("body: {points: [[1, 0, 0, 0]], shape: cube}", "body", "`shape` and `points`"),
         ("body: {shape: null}", "body.shape", "cube"),
         ("body: {shape: [cube]}", "body.shape", "cube"),

@@ -19,8 +19,8 @@ from scipy.spatial.transform import Rotation
 import rigidcli
 from rigidcli.errors import RigidError
 from rigidcli.model.document import Document
+from rigidcli.model.link_documents import LinkDocument, link_documents
 from rigidcli.model.robots import READERS, elements
-from rigidcli.model.robots.documents import LinkDocument, link_documents
 from rigidcli.studies.robots import remarks
 from rigidcli.studies.robots.geometry import forms_of
 from rigidcli.studies.robots.repair import repair
@@ -151,22 +151,65 @@ def test_mjcf_with_a_full_tensor_frames_and_files(tmp_path: Path) -> None:
     agree(result, MJCF.format("", block))
 
 
+GEOMS = """
+<geom name="plain" size="0.1" pos="1 0 0"/>
+<geom type="capsule" fromto="0 0 0 0.3 0.4 0" size="0.05" density="500"/>
+<geom type="ellipsoid" size="0.1 0.2 0.3" euler="10 20 30" mass="3" density="7"/>
+<frame pos="0 0 2" euler="0 90 0"><geom class="heavy" type="cylinder" size="0.1 0.2" pos="0 1 0"/></frame>
+<geom class="box" pos="0 0 -1"/>
+<geom type="mesh" mesh="none" density="0"/>
+"""
+DEFAULTS = """
+<asset><mesh name="none" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>
+<default><default class="heavy"><geom density="7850"/>
+<default class="box"><geom type="box" size="0.1 0.1 0.3"/></default></default></default>
+"""
+
+
+@pytest.mark.parametrize("compiler", ["", '<compiler inertiafromgeom="true"/>'])
+def test_geoms_of_mjcf_are_added_up_as_mujoco_does(compiler: str, tmp_path: Path) -> None:
+    block = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>' if compiler else ""
+    text = MJCF.format(compiler + DEFAULTS, block + GEOMS)
+    (result,) = read(text, ".xml", tmp_path)
+    mass, centre, tensor = by_mujoco(text)
+    assert result["mass"] == pytest.approx(mass, rel=1e-14)
+    np.testing.assert_allclose(result["center_of_mass"], centre, rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(result["tensor_com"], tensor, rtol=1e-13, atol=1e-12)
+    path = tmp_path / "robot.xml"
+    notes = link_documents(path.read_text(), "robot.xml", tmp_path).notes
+    assert "of the geoms, with 1000 kg/m^3 where none is given, of links without `<inertial>`: l" in notes[0]
+
+
+@pytest.mark.parametrize(
+    ("compiler", "geoms", "reason"),
+    [
+        ("", GEOMS.replace('density="0"', 'density="1"'), "infers it from geoms such as meshes"),
+        ('<compiler inertiagrouprange="1 2"/>', GEOMS, "infers it from geoms"),
+        ('<compiler inertiafromgeom="false"/>', GEOMS, "no mass"),
+        ("", '<geom size="1" mass="-1"/>', "read `-1.0`, expected a positive mass"),
+        ("", '<geom size="1" density="x"/>', "read `x`, expected a number"),
+    ],
+)
+def test_geoms_that_are_not_added_up_are_told(compiler: str, geoms: str, reason: str, tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    path.write_text(MJCF.format(compiler + DEFAULTS, geoms))
+    with pytest.raises(RigidError, match=reason):
+        rigidcli.load_all(path)
+
+
 def test_bodies_of_mjcf_whose_tensor_is_not_written_are_noted(tmp_path: Path) -> None:
     path = tmp_path / "robot.xml"
     one = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
     path.write_text(
-        f'<mujoco>\n<worldbody>\n<body name="a">{one}\n<body name="b"><geom size="1"/></body>\n'
+        f'<mujoco>\n<worldbody>\n<body name="a">{one}\n<body name="b"><geom type="mesh" mesh="m"/></body>\n'
         '<body name="c"/></body></worldbody></mujoco>'
     )
     robot = link_documents(path.read_text(), "robot.xml", tmp_path)
     assert [each.link.name for each in robot.links] == ["a"]
     assert robot.notes == [
-        "1 link has no `<inertial>`: MuJoCo infers it from the geoms: b (line 4)",
+        "1 link has no `<inertial>`: MuJoCo infers it from geoms such as meshes: b (line 4)",
         "1 link has no mass: c (line 5)",
     ]
-    path.write_text(MJCF.format('<compiler inertiafromgeom="true"/>', one + '<geom size="1"/>'))
-    with pytest.raises(RigidError, match="infers it from the geoms"):
-        rigidcli.load_all(path)
 
 
 def test_sdf_has_quaternions_defaults_and_models_in_models(tmp_path: Path) -> None:

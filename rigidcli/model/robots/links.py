@@ -56,9 +56,10 @@ class Link:
     """A link: its name, where it is, and its mass properties as a document's body.
 
     `inertial` holds the body: a mass and a tensor about the centre of mass, at a `position` and turned by
-    a `rotation` in the axes of the link; each of the `frames` about it, the innermost first, moves and turns
-    it once more. A link that has none is `without` it for a reason, or has a `problem`. `lines` are those
-    of the mass, the tensor and so on. `geometry` is along the axes of the link.
+    a `rotation` in the axes of the link, or `parts` that are added up; each of the `frames` about it, the
+    innermost first, moves and turns it once more. A link that has none is `without` it for a reason, or has
+    a `problem`. `lines` are those of the mass, the tensor and so on. `geometry` is along the axes of the
+    link.
     """
 
     name: str
@@ -100,7 +101,7 @@ def described(bare: Link, inertial: Callable[[], tuple[Body, Mapping[str, int]] 
     if isinstance(found, str):
         return replace(bare, without=found)
     body, lines = found
-    if body["mass"] == 0:
+    if body.get("mass") == 0:
         return replace(bare, without=NO_MASS)
     return replace(bare, inertial=body, lines=lines)
 

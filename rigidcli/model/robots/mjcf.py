@@ -2,7 +2,8 @@
 
 The tensor of an `<inertial>` is about its `pos`, the centre of mass in the frame of the body:
 `diaginertia` along axes that are turned, `fullinertia` along those of the body, entries M11 M22 M33 M12 M13
-M23, off the diagonal -sum m x y. Of a body without it, MuJoCo infers the tensor from the geoms.
+M23, off the diagonal -sum m x y. A body without it has the mass and tensor of its geoms, which are added up
+as MuJoCo does, whether they overlap or not; but not where meshes are among them.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from rigidcli.model.load import read_text
+from rigidcli.model.robots import LISTED
 from rigidcli.model.robots.elements import MAX_DEPTH, MAX_ELEMENTS, Element, read_elements
 from rigidcli.model.robots.geoms import Defaults, defaults, form
 from rigidcli.model.robots.links import (
@@ -27,6 +28,7 @@ from rigidcli.model.robots.links import (
     tensor,
 )
 from rigidcli.model.robots.orientation import Angles, frame_of, is_turned
+from rigidcli.model.texts import read_text
 
 ROOT = "mujoco"
 """The tag of the root."""
@@ -34,8 +36,20 @@ ROOT = "mujoco"
 INCLUDED = "mujocoinclude"
 """The tag of the root of a file that others include; `ROOT` may stand there, too."""
 
-INFERRED = "no `<inertial>`: MuJoCo infers it from the geoms"
+INFERRED = "no `<inertial>`: MuJoCo infers it from geoms such as meshes"
 """Why a body has no mass properties here; where it has no geoms, it has no mass."""
+
+DENSITY = "1000"
+"""The density (kg/m^3) that MuJoCo takes for a geom of which neither mass nor density is given."""
+
+MOST_GEOMS = 200
+"""The most geoms that are added up, which take a fifth of a second."""
+
+MASSLESS = ("plane", "hfield")
+"""The types of geoms that have no volume."""
+
+BY_OTHER_RULES = ("inertiagrouprange", "shellinertia")
+"""Settings of `<compiler>` with which geoms are not all added up as solids."""
 
 CHANGING = ("settotalmass", "boundmass", "boundinertia", "balanceinertia")
 """Settings of `<compiler>` by which MuJoCo takes other masses and tensors than the file says."""
@@ -49,12 +63,16 @@ MOST_FRAMES = 10
 
 @dataclass(frozen=True, slots=True)
 class _Reading:
-    """What holds for all bodies: how numbers and angles are read, the defaults of geoms, and of masses."""
+    """What holds for all bodies: how numbers and angles are read, the defaults of geoms, and of masses.
+
+    Of `infers`, `true` takes all masses from geoms, `false` none; `is_plain` where geoms count as solids.
+    """
 
     decimal: Decimals
     angles: Angles
     defaults: Mapping[str, Defaults]
-    infers_all: bool
+    infers: str
+    is_plain: bool
 
 
 def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
@@ -62,8 +80,9 @@ def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
     _include(root, folder)
     compiler = {key: value for element in root.all("compiler") for key, value in element.attributes.items()}
     angles = Angles(compiler.get("angle", "degree") != "radian", compiler.get("eulerseq", "xyz"))
-    infers = compiler.get("inertiafromgeom") == "true"
-    reading = _Reading(decimal, angles, defaults(root), infers)
+    infers = compiler.get("inertiafromgeom", "auto")
+    is_plain = not any(compiler.get(key, "false") != "false" for key in BY_OTHER_RULES)
+    reading = _Reading(decimal, angles, defaults(root), infers, is_plain)
     notes = [
         f'MuJoCo changes what is written by `{key}="{compiler[key][:20]}"`'
         for key in CHANGING
@@ -77,6 +96,13 @@ def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
     repeated = next((element.line for element in _below(root) if element.tag == "replicate"), None)
     if repeated is not None:
         notes.append(f"of the bodies that `<replicate>` in line {repeated} repeats, one is told")
+    inferred = [link.name for link in links if link.inertial is not None and "parts" in link.inertial]
+    if inferred:
+        names = ", ".join(inferred[:LISTED]) + (" ..." if len(inferred) > LISTED else "")
+        taken = f"with {DENSITY} kg/m^3 where none is given"
+        notes.append(
+            f"mass and tensor are those of the geoms, {taken}, of links without `<inertial>`: {names}"
+        )
     return Robot(links, notes)
 
 
@@ -161,8 +187,13 @@ def _link(body: Element, style: str, reading: _Reading) -> Link:
         forms = geometries([geom for geom, *_ in geoms], lambda geom: _form(geom, *about[id(geom)], reading))
         bare = replace(bare, geometry=forms)
         found = list(_parts(body, "inertial", style, reading))
-        if not found or (reading.infers_all and geoms):
-            return INFERRED if geoms else NO_MASS
+        if not found or (reading.infers == "true" and geoms):
+            if not geoms or reading.infers == "false":
+                return NO_MASS
+            parts = _solids(geoms, reading)
+            if parts is None:
+                return INFERRED
+            return ({"parts": parts}, {"inertia": body.line}) if parts else NO_MASS
         element, _, frames = found[0]
         bare = replace(bare, frames=frames)
         return _inertial(element, reading), dict.fromkeys(("mass", "inertia", "position"), element.line)
@@ -192,9 +223,32 @@ def _inertial(element: Element, reading: _Reading) -> Body:
     return {"mass": mass, "inertia": tensor([xx, xy, xz, yy, yz, zz]), **frame}
 
 
+def _completed(geom: Element, style: str, reading: _Reading) -> Element:
+    """A geom with the defaults of its class."""
+    own = reading.defaults.get(geom.attributes.get("class", style), {})
+    return replace(geom, attributes=own | geom.attributes)
+
+
 def _form(geom: Element, style: str, frames: Sequence[Body], reading: _Reading) -> Body | None:
     """The geometry of a geom, completed by its defaults."""
-    own = reading.defaults.get(geom.attributes.get("class", style), {})
-    whole = replace(geom, attributes=own | geom.attributes)
-    body = form(whole, reading.angles, reading.decimal)
+    body = form(_completed(geom, style, reading), reading.angles, reading.decimal)
     return body and framed(body, frames)
+
+
+def _solids(geoms: Sequence[tuple[Element, str, Sequence[Body]]], reading: _Reading) -> list[Body] | None:
+    """What the geoms of a body weigh, as parts of a composite; None where that is not known here."""
+    if len(geoms) > MOST_GEOMS or not reading.is_plain:
+        return None
+    parts: list[Body] = []
+    for geom, style, frames in geoms:
+        whole = _completed(geom, style, reading)
+        key = "mass" if "mass" in whole.attributes else "density"
+        (value,) = numbers(whole, key, 1, reading.decimal, DENSITY)
+        if value == 0 or whole.attributes.get("type") in MASSLESS:
+            continue
+        body = form(whole, reading.angles, reading.decimal)
+        if body is None:
+            return None
+        del body["density"]
+        parts.append(framed(body | {key: value}, frames))
+    return parts

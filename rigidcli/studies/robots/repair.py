@@ -11,7 +11,7 @@ import numpy as np
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.tensor import point_tensor, shortfall
 from rigidcli.errors import DocumentError
-from rigidcli.model.robots.documents import alone
+from rigidcli.model.link_documents import alone
 from rigidcli.model.robots.links import ENTRIES, Link
 from rigidcli.studies.robots.geometry import NEAR, Weighed, forms_of, moments_agree
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 from pathlib import Path as FilePath
 from typing import Any, NamedTuple
 
@@ -13,16 +13,11 @@ from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
 from rigidcli.model.document import Document
 from rigidcli.model.load import Draft
 from rigidcli.model.places import Places
-from rigidcli.model.robots import read_robot
+from rigidcli.model.robots import LISTED, links_of, read_robot
 from rigidcli.model.robots.links import Decimals, Link
 
 MOST_LINKS = 1000
 """The most links of a file, which take two seconds to read as documents; the largest robots have 200."""
-
-
-@lru_cache(maxsize=2)
-def _links(text: str, source: str, folder: FilePath, decimal: Decimals) -> Sequence[Link]:
-    return read_robot(text, source, folder, decimal).links
 
 
 @dataclass
@@ -39,7 +34,7 @@ class LinkPlaces(Places):
         if self.link.problem is not None:
             raise DocumentError([self.link.problem])
         read = decimal is not float
-        link = _links(self.text, self.source, self.folder, decimal)[self.index] if read else self.link
+        link = links_of(self.text, self.source, self.folder, decimal)[self.index] if read else self.link
         return {"name": link.name, "body": deepcopy(link.body)}
 
     @cached_property
@@ -108,10 +103,6 @@ def link_documents(
 def alone(link: Link) -> Document:
     """The document of a link as it would be with other values. Raises DocumentError."""
     return Draft(LinkPlaces("", link.source, link=link), FilePath(), False, (), {}).document()
-
-
-LISTED = 20
-"""The most links that a note lists."""
 
 
 def _without(links: Sequence[Link]) -> list[str]:
