@@ -37,7 +37,6 @@ def fields(derivation: Derivation) -> list[Field]:
     ]
 
 
-@lru_cache(maxsize=1)
 def residual(derivation: Derivation) -> float | None:
     """How far Lagrange's equations are from Hamilton's at random points, in units of their largest terms.
 
@@ -53,6 +52,7 @@ def residual(derivation: Derivation) -> float | None:
         return None
 
 
+@lru_cache(maxsize=1)
 def _residual(
     derivation: Derivation, lagrange: LagrangeEquations, equations: tuple[Expr, ...]
 ) -> float | None:
