@@ -22,6 +22,7 @@ from rigidcli.errors import ComputationError
 from rigidcli.grading.batch import Progress, judge_file, warm_up
 from rigidcli.grading.files import names_in, read_file
 from rigidcli.grading.judge import Item
+from rigidcli.grading.judgement import from_bytes
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.workers import Result, each
 from rigidcli.sandbox import Limits
@@ -46,9 +47,10 @@ class Task:
     limits: Limits
 
 
-Spread: TypeAlias = Callable[
-    [Callable[[Task], Iterable[Result | None]], Iterable[Task]], Iterator[Result | None]
-]
+Seen: TypeAlias = tuple[Result, bytes] | None
+"""What comes of a file, and what is seen of those that its answers name; None where it is not seen itself."""
+
+Spread: TypeAlias = Callable[[Callable[[Task], Iterable[Seen]], Iterable[Task]], Iterator[Seen]]
 """What has tasks worked out by others: all results of each, in the order of the tasks."""
 
 
@@ -66,18 +68,18 @@ def everywhere(
     tasks = (files[begin : begin + AT_A_TIME] for begin in range(0, len(files), AT_A_TIME))
     look, folder = _Look(), os.getcwd()  # noqa: PTH109 - a text goes to the other machine
     made = (Task(dict(items), tuple((file, look(file)) for file in some), folder, limits) for some in tasks)
-    for done, (file, result) in enumerate(zip(files, spread(judged, made), strict=True), start=1):
-        if result is None:
+    for done, (file, found) in enumerate(zip(files, spread(judged, made), strict=True), start=1):
+        if found is None or found[1] != look.named(file, found[0]):
             raise ComputationError(
                 f"a worker of the cluster sees other files where `{file}` is",
                 hint="answers must lie at the same paths on all machines, as in a folder that they share",
             )
         progress(done / len(files))
-        yield result
+        yield found[0]
 
 
-def judged(task: Task) -> list[Result | None]:
-    """What comes of each file of a task; None for one that is not seen here as it is where that was made."""
+def judged(task: Task) -> list[Seen]:
+    """What comes of each file of a task, where that is worked out."""
     path = os.pathsep.join(filter(None, sys.path))
     done = subprocess.run(  # noqa: S603 - this Python, and a constant text
         [sys.executable, "-P", "-c", _BEGIN],
@@ -89,7 +91,7 @@ def judged(task: Task) -> list[Result | None]:
     if done.returncode:
         told = done.stderr.decode(errors="replace").strip().rpartition("\n")[2]
         raise ComputationError(f"a worker of the cluster cannot judge: {told or done.returncode}")
-    results: list[Result | None] = pickle.loads(done.stdout)  # noqa: S301 - from our own code
+    results: list[Seen] = pickle.loads(done.stdout)  # noqa: S301 - from our own code
     return results
 
 
@@ -99,29 +101,42 @@ def judge_given() -> None:
     with suppress(OSError):  # a folder that is not here has none of the files
         os.chdir(task.folder)
     look = _Look()
-    same = [look(file) == seen for file, seen in task.files]
-    files = [file for (file, _), is_same in zip(task.files, same, strict=True) if is_same]
+    files = [file for file, seen in task.files if look(file) == seen]
     warm_up(task.items)
     found = each(partial(judge_file, task.items), files, 1, task.limits, lambda fraction: None)
-    results = [next(found) if is_same else None for is_same in same]
+    by_file = dict(zip(files, found, strict=True))
+    results = [
+        (by_file[file], look.named(file, by_file[file])) if file in by_file else None
+        for file, _ in task.files
+    ]
     sys.stdout.buffer.write(pickle.dumps(results, pickle.HIGHEST_PROTOCOL))
 
 
 class _Look:
-    """What a machine sees of answer files: a digest of the text, and of the names in the folder.
+    """What a machine sees of answer files: digests of the text, and of the names in the folder.
 
-    These decide how a file is judged, as it may name one that lies beside it. Each folder is read once.
+    These decide whose file it is that an answer names. Each folder is read once.
     """
 
     def __init__(self) -> None:
         self._folders: dict[Path, bytes] = {}
 
     def __call__(self, file: Path) -> bytes:
+        """What is seen of an answer file before it is judged."""
         if file.parent not in self._folders:
             names = "/".join(sorted(names_in(file.parent)))
             self._folders[file.parent] = sha256(os.fsencode(names)).digest()
-        try:
-            text = read_file(file)
-        except Unreadable as unreadable:
-            text = unreadable.finding.code
-        return self._folders[file.parent] + sha256(text.encode()).digest()
+        return self._folders[file.parent] + _digest(file)
+
+    def named(self, file: Path, result: Result) -> bytes:
+        """What is seen of the files that its answers name, as the result tells."""
+        names = from_bytes(result).files if isinstance(result, bytes) else ()
+        return b"".join(_digest(file.parent / name) for name in names)
+
+
+def _digest(file: Path) -> bytes:
+    try:
+        text = read_file(file)
+    except Unreadable as unreadable:
+        text = unreadable.finding.code
+    return sha256(text.encode()).digest()

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import json
-from pathlib import Path
-
 import pytest
 
 from rigidcli.cli.app import COMMANDS
@@ -14,7 +11,7 @@ from rigidcli.model.units import TABLE
 from rigidcli.reference import index, keys, tables
 from rigidcli.reference.fields import said
 from rigidcli.symbolic.language.tree import FUNCTIONS
-from tests.conftest import ROOT, Program
+from tests.conftest import Program
 from tests.shapes import DIMENSIONS
 
 
@@ -155,22 +152,6 @@ def _keys(dimensions: str) -> list[str]:
     from rigidcli.model.syntax import read_tree
 
     return list(read_tree(f"{{{dimensions}}}", ""))
-
-
-@pytest.mark.parametrize("path", sorted(ROOT.glob("configs/*.yaml")), ids=lambda path: path.stem)
-def test_every_result_of_every_config_is_explained(path: Path, program: Program) -> None:
-    text = path.read_text()
-    fast = ["-s", "orbit.samples=2"] if "\norbit:" in text and "samples" in text else []
-    for command in tables.results():
-        if ("system:" in text) != (command == "hamilton"):
-            continue
-        outcome = program(command, "-q", "-f", "json", str(path), *(fast if command == "hamilton" else []))
-        if outcome.code:
-            continue
-        known = {field.key for field in tables.results()[command]}
-        for key, value in json.loads(outcome.out.splitlines()[0]).items():
-            inner = {f"{key}.{name}" for name in value} if isinstance(value, dict) else {key}
-            assert key in ("schema", "name", "source", "units") or key in known or inner <= known, key
 
 
 def test_exit_codes_are_those_of_the_errors() -> None:

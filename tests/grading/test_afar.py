@@ -57,11 +57,12 @@ def test_limits_hold_there(tmp_path: Path) -> None:
     assert found.questions[0].codes == ("too_large",)
 
 
-@pytest.mark.parametrize("change", ["text", "beside", "folder"])
+@pytest.mark.parametrize("change", ["text", "beside", "named", "folder"])
 def test_a_machine_that_sees_other_files_is_told(change: str, tmp_path: Path) -> None:
     folder = tmp_path / "answers"
     folder.mkdir()
-    (folder / "a.yaml").write_text("answers: {q: 1}\n")
+    (folder / "a.yaml").write_text("answers: {q: {file: a.csv}}\n")
+    (folder / "a.csv").write_text("t,x\n")
 
     def elsewhere(work: Callable[[Any], Iterable[Any]], tasks: Iterable[Any]) -> Iterator[Any]:
         made = list(tasks)
@@ -69,9 +70,12 @@ def test_a_machine_that_sees_other_files_is_told(change: str, tmp_path: Path) ->
             (folder / "a.yaml").write_text("answers: {q: 2}\n")
         elif change == "beside":
             (folder / "orbit.csv").write_text("t,x\n")
-        else:
+        elif change == "folder":
             folder.rename(tmp_path / "moved")
-        return in_turn(work, made)
+        found = list(in_turn(work, made))
+        if change == "named":
+            (folder / "a.csv").write_text("t,y\n")
+        return iter(found)
 
     with pytest.raises(ComputationError, match="sees other files where") as refused:
         judgements([folder / "a.yaml"], elsewhere)

@@ -38,7 +38,6 @@ def fields(derivation: Derivation) -> list[Field]:
     ]
 
 
-@lru_cache(maxsize=1)
 def residual(derivation: Derivation) -> float | None:
     """How far Lagrange's equations are from Hamilton's at random points, in units of their largest terms.
 
@@ -54,6 +53,7 @@ def residual(derivation: Derivation) -> float | None:
         return None
 
 
+@lru_cache(maxsize=1)
 def _residual(
     derivation: Derivation, lagrange: LagrangeEquations, equations: tuple[Expr, ...]
 ) -> float | None:

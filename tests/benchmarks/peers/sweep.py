@@ -1,6 +1,6 @@
 """A bare script for a sweep: spins of a heavy symmetric top, with what `precess` tells of each, as CSV.
 
-    python bare_sweep.py START STOP COUNT > spins.csv
+    python sweep.py START STOP COUNT > spins.csv
 
 The spins are in rad/s. It is what a person writes with numpy and scipy.special for one top, without units,
 checks of what is given, or tops that are not in these ranges; the elliptic integrals are Carlson's.

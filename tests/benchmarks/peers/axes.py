@@ -1,8 +1,9 @@
 """A bare script for one kind of document: what a person writes who needs no more than principal axes.
 
-    python bare_axes.py FILE...
+    python axes.py LIST
 
-It reads a cube in YAML, validates it, and prints its tensor, moments and axes about a corner as JSON.
+It reads each cube in YAML that a list names, validates it, and prints its tensor, moments and axes about a
+corner as JSON.
 """
 
 import json
@@ -30,7 +31,7 @@ class Document(BaseModel):
     body: Body
 
 
-for path in sys.argv[1:]:
+for path in Path(sys.argv[1]).read_text().split():
     document = Document.model_validate(yaml.load(Path(path).read_text(), Loader=yaml.CSafeLoader))
     body = document.body
     centre = np.full(3, body.side / 2)
