@@ -9,6 +9,7 @@ import itertools
 import pickle
 from collections.abc import Callable
 from dataclasses import replace
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -180,14 +181,133 @@ def test_points_follow_from_the_key_and_the_name_of_the_question() -> None:
     assert kind.read_key(replace(asked, value=["k*m", "2*k"])).points != points
 
 
+# --- what is told
+
+CUBE = "[[8, -3, -3], [-3, 8, -3], [-3, -3, 8]]"
+MATRIX = "[[1, 2, 0], [-3, 4, 5], [6, 7, 9]]"
+EXACT = "[[2/3, -1/4, 0], [-1/4, 2/3, 0], [0, 0, 4/3]]"
+KM, KMG = "{symbols: {k: positive, m: positive}}", "{symbols: {m: positive, g: positive, theta: real}}"
+KEYS = {"CUBE": CUBE, "MATRIX": MATRIX, "EXACT": EXACT, "KM": KM, "KMG": KMG}
+
+
 @answers("""
-    kind | key | answer
-    vector | [0, 0, 4] | [0, 0, 17]
-    tensor | [[2, 0, 0], [0, 3, 0], [0, 0, 4]] | [[2.5, 0, 0], [0, 3.5, 0], [0, 0, 4.7]]
+    kind | key | options | share | told | answer
+    # Units, and what a unit vector is.
+    vector | [1 cm, -2 cm, 0 cm] | {} | 1 | | [1 cm, -20 mm, 0 m]  [1, -2, 0]  [0.00001 km, -2e-2 m, 0]
+    [1/100 m, -sqrt(4), sin(0)]  [1e-2 m, −2, -0.0]  [1, -2, 3e-7]  [1, -2, 3e-9 m]
+    vector | [1 cm, 2 cm, 0 cm] | {} | 0 | unit_incompatible@component 1 | [1 kg, 2 cm, 0]
+    vector | [1, 2] | {} | 0 | unit_incompatible@component 1; unit_incompatible@component 2 | [1 cm, 2 cm]
+    vector | [1 cm, -2 cm, 0 cm] | {unit: required} | 1 | | [1 cm, -2 cm, 0]  [0.01 m, -20 mm, 0 km]
+    '[1, -2, 0] cm'
+    vector | [1 cm, -2 cm, 0 cm] | {unit: required} | 0 | unit_missing | [1, -2, 0]  [1 cm, -2, 0]  [7, 8, 9]
+    '[1, -2, 0]'
+    # Nothing to require of pure numbers, of angles, or of symbols.
+    vector | [1, 2] | {unit: required} | 1 | | [1, 2]
+    vector | [1 deg, 2 deg] | {unit: required} | 1 | | [1, 2]
+    vector | [2*k, 3 m] | {unit: required, symbols: {k: positive}} | 1 | | [2*k, 3]
+    vector | [0, 3, 4] | {direction: sense, normalized: required} | 1 | | [0, 0.6, 0.8]
+    vector | [0, 3, 4] | {direction: parallel, normalized: required} | 1 | | [0, 0.6, 0.8]
+    vector | [0, 3, 4] | {direction: sense, normalized: required} | 0 | axis_not_normalised | [0, 3, 4]
+    vector | [0, 3, 4] | {direction: parallel, normalized: required} | 0 | axis_not_normalised | [0, 3, 4]
+    vector | [0, 3, 4] | {direction: sense, normalized: required} | 0 | outside_tolerance | [0, 0.8, 0.7]
+    vector | [0, 3, 4] | {direction: sense} | 1 | | [0, 300, 400]
+    vector | [0, 3, 4] | {direction: parallel} | 1 | | [0, 300, 400]
+    moments | [2 kg m^2, 11, 11] | {} | 1 | | '[2, 11, 11] kg m^2'  '[11, 2, 11]'  {x: 2, y: 11, z: 11}
+    {lambda1: 11, lambda2: 2, lambda3: 11 kg m^2}  '{I1: 2e7, I2: 11e7, I3: 11e7} g cm^2'
+    moments | [2 kg m^2, 11, 12] | {} | 2/3 | component_wrong@moment 3 | '[2, 11, 11] kg m^2'
+    # Mistakes with a name, and those of which several would do.
+    vector | [1 m, 2 m, 3 m] | {} | 0 | constant_factor | [180/pi, 360/pi, 540/pi]
+    vector | [1, -1, 0] | {} | 0 | outside_tolerance | [-1, 1, 0]
+    vector | [0, 0, 4] | {} | 0 | constant_factor | [0, 0, 2]
+    vector | [0, 0, 4] | {} | 0 | outside_tolerance | [0, 0, 2.2]  [0, 0, 17]
+    moments | [2, 11, 11] | {} | 2/3 | multiplicity | [2, 11]  [11, 2]  [2, 2, 11]
+    moments | [2, 11, 11] | {} | 3/4 | multiplicity | [2, 11, 11, 11]
+    moments | [2, 11, 11] | {} | 0 | wrong_shape | [2]  [2, 11, 11, 5]
+    moments | [2, 11, 11] | {} | 2/3 | not_physical | [-2, 11, 11]
+    moments | [2, 11, 11] | {} | 0 | not_physical | [-2, -11, -11]
+    moments | [2, 11, 11] | {} | 2/3 | triangle_inequality | [2, 5, 11]
+    moments | [2, 11, 11] | {} | 0 | power_of_ten | [0.2, 1.1, 1.1]
+    moments | [2, 11, 11] | {} | 0 | constant_factor | [7, 38.5, 38.5]
+    moments | [2, 11, 11] | {} | 2/3 | component_wrong@moment 1 | [3, 11, 11]
+    moments | [2, 11, 11] | {} | 0 | outside_tolerance | [7, 8, 9]
+    # Frequencies may be negative, and need no triangle.
+    moments | [1, 2, 30] | {} | 2/3 | sign_error@moment 1 | [-1, 2, 30]
+    moments | [1, 2, 30] | {} | 2/3 | component_wrong@moment 3 | [1, 2, 40]
+    moments | [1, 2, 30] | {} | 2/3 | component_wrong@moment 1 | [40, 2, 1]
+    # At a power of ten, figures allow 9.952 for 10.0 only, and 9.988 for both.
+    moments | [9.99, 10.0] | {tolerance: {significant_figures: 3}} | 1 | | [9.952, 9.988]  [9.988, 9.952]
+    matrix | MATRIX | {} | 1/3 | transposed | [[1, -3, 6], [2, 4, 7], [0, 5, 9]]
+    matrix | MATRIX | {} | 0 | power_of_ten | [[10, 20, 0], [-30, 40, 50], [60, 70, 90]]
+    matrix | MATRIX | {} | 0 | constant_factor | [[1.7, 3.4, 0], [-5.1, 6.8, 8.5], [10.2, 11.9, 15.3]]
+    matrix | MATRIX | {} | 0 | sign_error | [[-1, -2, 0], [3, -4, -5], [-6, -7, -9]]
+    matrix | MATRIX | {} | 7/9 | sign_error@row 2, column 1; row 3, column 2 |
+    [[1, 2, 0], [3, 4, 5], [6, -7, 9]]
+    matrix | MATRIX | {} | 8/9 | component_wrong@row 3, column 3 | [[1, 2, 0], [-3, 4, 5], [6, 7, 8]]
+    matrix | MATRIX | {} | 0 | outside_tolerance | [[2, 3, 0], [-4, 5, 6], [7, 8, 1]]
+    matrix | [[1, 2, 3], [4, 5, 6]] | {} | 0 | transposed | [[1, 4], [2, 5], [3, 6]]
+    matrix | [[1, 2, 3], [4, 5, 6]] | {} | 0 | wrong_shape |
+    [[1, 2], [4, 5]]  [[1, 2], [3, 4], [5, 6]]  [[1, 2, 3]]
+    tensor | CUBE | {} | 1/2 | products_of_inertia_sign | [[8, 3, 3], [3, 8, 3], [3, 3, 8]]
+    tensor | CUBE | {} | 1/2 | products_of_inertia_missing | [[8, 0, 0], [0, 8, 0], [0, 0, 8]]
+    tensor | CUBE | {} | 0 | sign_error | [[-8, 3, 3], [3, -8, 3], [3, 3, -8]]
+    tensor | CUBE | {} | 0 | power_of_ten | [[8e-4, -3e-4, -3e-4], [-3e-4, 8e-4, -3e-4], [-3e-4, -3e-4, 8e-4]]
+    tensor | CUBE | {} | 0 | other_frame | [[2, 0, 0], [0, 11, 0], [0, 0, 11]]
+    tensor | CUBE | {} | 5/6 | not_symmetric@Ixy | [[8, -3, -3], [3, 8, -3], [-3, -3, 8]]
+    tensor | CUBE | {} | 2/3 | not_symmetric@Ixy; component_wrong@Izz |
+    [[8, -2, -3], [-4, 8, -3], [-3, -3, 9]]
+    tensor | CUBE | {} | 5/6 | component_wrong@Iyy | [[8, -3, -3], [-3, 7, -3], [-3, -3, 8]]
+    tensor | CUBE | {} | 5/6 | not_physical; component_wrong@Iyy | [[8, -3, -3], [-3, 1, -3], [-3, -3, 8]]
+    tensor | CUBE | {} | 0 | triangle_inequality | [[1, 0, 0], [0, 2, 0], [0, 0, 30]]
+    tensor | CUBE | {} | 0 | outside_tolerance | [[4, 1, 0], [1, 5, 0], [0, 0, 4]]
+    # Where only zeros are right; and a small wrong entry changes the moments by its square only.
+    tensor | [[2, 0, 0], [0, 3, 0], [0, 0, 4]] | {} | 0 | outside_tolerance |
+    [[2.5, 0, 0], [0, 3.5, 0], [0, 0, 4.7]]
+    tensor | [[1, 0, 0], [0, 2, 0], [0, 0, 3]] | {} | 5/6 | component_wrong@Ixy |
+    [[1, 0.02, 0], [0.02, 2, 0], [0, 0, 3]]
+    # Too few digits.
+    vector | [1/6 m, 5/6 m, 0 m] | {} | 0 | precision_insufficient | [0.17, 0.83, 0]
+    vector | [1/6 m, 5/6 m, 0 m] | {} | 2/3 | precision_insufficient@component 1 | [16.7 cm, 0.8333, 0]
+    vector | [1/6 m, 5/6 m, 0 m] | {} | 0 | outside_tolerance | [0.16, 0.83, 0]  [0.17, 0.83, 0.01]
+    [17/100, 83/100, 0]
+    vector | [1/6, 5/6] | {direction: sign_free} | 0 | precision_insufficient | [-0.17, -0.83]
+    # To one digit it may as well be a factor of 4/3.
+    vector | [0, 0.75] | {} | 0 | outside_tolerance | [0, 1]
+    # 0.42 is more than 0.08 + 0.33, but by no more than was rounded away.
+    moments | [1/12, 1/3, 5/12] | {} | 0 | precision_insufficient | [0.08, 0.33, 0.42]  [0.42, 0.08, 0.33]
+    moments | [1/12, 1/3, 5/12] | {} | 2/3 | precision_insufficient@moment 1 | [0.33, 0.0833, 0.4167]
+    moments | [1/12, 1/3, 5/12] | {} | 0 | outside_tolerance | [0.08, 0.34, 0.42]  [0.33, 0.33, 0.42]
+    moments | [1/12, 1/3, 5/12] | {} | 0 | triangle_inequality | [8/100, 0.33, 0.42]
+    moments | [1/12, 1/3, 5/12] | {order: ascending} | 0 | precision_insufficient | [0.08, 0.33, 0.42]
+    moments | [1/12, 1/3, 5/12] | {order: ascending} | 0 | triangle_inequality | [0.33, 0.08, 0.42]
+    matrix | [[1/6, 2], [-1/3, 0]] | {} | 1/2 | precision_insufficient@row 1, column 1; row 2, column 1 |
+    [[0.17, 2], [-0.33, 0]]
+    tensor | EXACT | {} | 1/2 | precision_insufficient@Ixx, Iyy, Izz |
+    {Ixx: 0.67, Iyy: 0.67, Izz: 1.33, Ixy: -0.25, Ixz: 0, Iyz: 0}
+    tensor | EXACT | {} | 0 | precision_insufficient |
+    {Ixx: 0.67, Iyy: 0.67, Izz: 1.33, Ixy: -0.3, Ixz: 0, Iyz: 0}
+    # Symbols.
+    vector | [sqrt(k/m), 0, -2*k] | KM | 0 | number_for_symbol@component 1, component 3 | [2, 0, -3]
+    vector | [sqrt(k/m), 0, -2*k] | KM | 2/3 | number_for_symbol@component 1 | [2, 0, -2*k]
+    vector | [sqrt(k/m), 0, -2*k] | KM | 0 | not_a_number@component 1 | [20 +- 1, 0, -2*k]
+    vector | [m*g*sin(theta), 0, -m*g] | KMG | 1 | | [g*m*sin(-theta)*(-1), m - m, -g/(1/m)]
+    vector | [m*g*sin(theta), 0, -m*g] | KMG | 2/3 | component_wrong@component 1 |
+    [g*m*abs(sin(theta)), 0, -m*g]
+    [m*g*theta, 0, -m*g]
+    moments | [sqrt(k/m), k] | KM | 0 | number_for_symbol@moment 1, moment 2 | [2, 3]
+    moments | [sqrt(k/m), k] | KM | 1/2 | number_for_symbol@moment 1 | [2, k]
+    matrix | [[0, 1/m], [-k, 0]] | KM | 0 | number_for_symbol@row 1, column 2; row 2, column 1 |
+    [[0, 1], [-4, 0]]
+    matrix | [[0, 1/m], [-k, 0]] | KM | 3/4 | number_for_symbol@row 1, column 2 | [[0, 0.5], [-k, 0]]
     """)
-def test_zeros_earn_nothing(kind: str, key: str, answer: Any) -> None:
-    outcome = Asking(kind).judged(Asking(kind).literal(read_tree(key, "", typed=True)), answer)
-    assert (outcome.verdict, outcome.share, codes(outcome)) == ("incorrect", 0.0, ["outside_tolerance"])
+def test_what_is_told_of_an_array(
+    kind: str, key: str, options: str, share: str, told: str, answer: Any
+) -> None:
+    tree = read_tree(KEYS.get(key, key), "", typed=True)
+    made = Asking(kind).literal(tree, **read_tree(KEYS.get(options, options), ""))
+    outcome = Asking(kind).judged(made, answer)
+    found = "; ".join(f"{each.code}@{each.place}".rstrip("@") for each in outcome.findings)
+    assert found == told
+    assert outcome.share == pytest.approx(float(Fraction(share)))
 
 
 # --- what cannot be read

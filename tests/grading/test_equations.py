@@ -531,7 +531,7 @@ def test_a_wrong_sign_of_the_lorentz_force_is_none_of_hamiltons_equations(answer
     notes_spring | without `m`, `k` | [xddot = -4*x]
     # The mass is not there, nor is it in the right equations.
     spherical_pendulum | without `g` |
-    {thetaddot: sin(2*theta)/2*phidot^2 - 9.81/l*sin(theta), sin(theta)*phiddot: -2*cos(theta)*thetadot*phidot}
+    {thetaddot: sin(2*theta)/2*phidot^2-9.81/l*sin(theta), sin(theta)*phiddot: -2*cos(theta)*thetadot*phidot}
     """)
 def test_a_number_tells_the_symbol_in_whose_place_it_stands(name: str, missing: str, answer: Any) -> None:
     (finding,) = judged(of_document(name), answer).findings

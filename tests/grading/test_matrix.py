@@ -18,51 +18,7 @@ def computed(text: str, ask: str = "hamilton.matrix", **options: Any) -> Key:
     return key
 
 
-def test_too_few_digits() -> None:
-    key = literal([["1/6", "2"], ["-1/3", "0"], ["7", "5/7"]])
-    outcome = judged(key, [["0.17", "2"], ["-0.33", "0"], ["7", "0.714"]])
-    assert codes(outcome) == ["precision_insufficient"]
-    assert outcome.findings[0].place == "row 1, column 1; row 2, column 1"
-    assert outcome.share == pytest.approx(2 / 3)
-    for wrong in (
-        [["0.17", "2"], ["-0.34", "0"], ["7", "0.714"]],
-        [["0.17", "2"], ["-0.33", "0.1"], ["7", "1"]],
-    ):
-        assert codes(judged(key, wrong)) == ["component_wrong"]
-
-
-def test_numbers_for_symbols_of_a_question() -> None:
-    key = literal([["0", "1/m"], ["-k", "0"]], symbols={"k": "positive", "m": "positive"})
-    assert codes(judged(key, rows([[0, 1], [-4, 0]]))) == ["number_for_symbol"]
-    outcome = judged(key, [["0", "0.5"], ["-k", "0"]])
-    assert (codes(outcome), outcome.findings[0].place) == (["number_for_symbol"], "row 1, column 2")
-
-
 MATRIX = rows([[1, 2, 0], [-3, 4, 5], [6, 7, 9]])
-
-
-@answers("""
-    code | place | answer
-    transposed |  | [[1, -3, 6], [2, 4, 7], [0, 5, 9]]
-    power_of_ten |  | [[10, 20, 0], [-30, 40, 50], [60, 70, 90]]
-    constant_factor |  | [[1.7, 3.4, 0], [-5.1, 6.8, 8.5], [10.2, 11.9, 15.3]]
-    sign_error |  | [[-1, -2, 0], [3, -4, -5], [-6, -7, -9]]
-    sign_error | row 2, column 1; row 3, column 2 | [[1, 2, 0], [3, 4, 5], [6, -7, 9]]
-    component_wrong | row 3, column 3 | [[1, 2, 0], [-3, 4, 5], [6, 7, 8]]
-    outside_tolerance |  | [[2, 3, 0], [-4, 5, 6], [7, 8, 1]]
-    """)
-def test_named_mistakes(code: str, place: str, answer: list[list[str]]) -> None:
-    outcome = judged(literal(MATRIX), answer)
-    assert codes(outcome) == [code]
-    assert outcome.findings[0].place == place
-
-
-def test_shapes() -> None:
-    key = literal(rows([[1, 2, 3], [4, 5, 6]]))
-    assert codes(judged(key, rows([[1, 4], [2, 5], [3, 6]]))) == ["transposed"]
-    for answer in (rows([[1, 2], [4, 5]]), rows([[1, 2], [3, 4], [5, 6]]), rows([[1, 2, 3]])):
-        outcome = judged(key, answer)
-        assert (outcome.verdict, codes(outcome)) == ("invalid", ["wrong_shape"])
 
 
 # --- matrices with symbols
