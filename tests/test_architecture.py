@@ -73,6 +73,7 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
         "pictures",
         "plan",
         "sweeps",
+        "together",
         "work",
     }
     assert _names("rigidcli.cli") - parts == set(app.COMMANDS)
