@@ -114,7 +114,7 @@ def test_products_too_small_for_all_their_parts_say_so() -> None:
 @few
 @given(LISTS, FLOATS)
 def test_operations_have_the_bits_of_floats(values: list[float], other: float) -> None:
-    many = Many(np.array(values))
+    many: Any = Many(np.array(values))
     for operation in (operator.add, operator.sub, operator.mul):
         assert operation(many, other).values.tolist() == [operation(value, other) for value in values]
         assert operation(other, many).values.tolist() == [operation(other, value) for value in values]
@@ -122,15 +122,17 @@ def test_operations_have_the_bits_of_floats(values: list[float], other: float) -
     for name in ("sin", "cos"):
         found = getattr(MANY, name)(many)
         assert found.values.tolist() == [getattr(math, name)(value) for value in values]
-    assert MANY.hypot(many, other, 1.0).values.tolist() == [math.hypot(x, other, 1.0) for x in values]
-    assert MANY.sqrt(abs(many)).values.tolist() == [math.sqrt(abs(value)) for value in values]
+    lengths: Any = MANY.hypot(many, other, 1.0)
+    assert lengths.values.tolist() == [math.hypot(x, other, 1.0) for x in values]
+    roots: Any = MANY.sqrt(abs(many))
+    assert roots.values.tolist() == [math.sqrt(abs(value)) for value in values]
 
 
 def test_what_needs_one_float_does_not_take_many() -> None:
-    many = Many(np.array([1.0, 2.0]))
+    many: Any = Many(np.array([1.0, 2.0]))
     uses: list[Callable[[], object]] = [
         lambda: float(many),
-        lambda: math.exp(many),  # type: ignore[arg-type]
+        lambda: math.exp(many),
         lambda: np.array([many, 1.0], dtype=float),
         lambda: np.eye(2) @ many,
         lambda: np.eye(2) * many,
@@ -155,7 +157,7 @@ def test_runs_that_part_are_worked_in_groups_and_none_is_lost(values: list[int])
     numbers = np.array(values, dtype=float)
 
     def work(runs: Any) -> float:
-        many = Many(numbers[runs])
+        many: Any = Many(numbers[runs])
         if many == 2:
             raise UnfitError
         return float(MANY.sign(many) or 0)
@@ -216,7 +218,7 @@ def test_complete_integrals_lie_within_the_radius(complement: float, p: float) -
 
 
 def test_many_sums_and_one_float_agree_on_signs() -> None:
-    values = np.array([3.0, 0.5, 1e-300])
-    assert MANY.sign(Many(values)) == FLOAT.sign(3.0) == 1
-    assert MANY.sign(Many(-values)) == FLOAT.sign(-3.0) == -1
-    assert MANY.sign(Many(0 * values)) == FLOAT.sign(0.0) == 0
+    many: Any = Many(np.array([3.0, 0.5, 1e-300]))
+    assert MANY.sign(many) == FLOAT.sign(3.0) == 1
+    assert MANY.sign(-many) == FLOAT.sign(-3.0) == -1
+    assert MANY.sign(0 * many) == FLOAT.sign(0.0) == 0
