@@ -47,13 +47,17 @@ def together(
 
     from rigidcli.core.many import UnfitError, grouped
 
-    points = [sweep.point(place) for place in places]
+    try:
+        values = sweep.together(places)
+    except RigidError:
+        yield places, None
+        return
 
     def work(group: NDArray[np.int_]) -> Report:
-        own = [points[index] for index in group]
-        values, told = sweep.together(own)
+        several = [each.take(group) for each in values]
+        told = [(each.key, *each.results()) for each in several]
         try:
-            document = draft.documents(sweep.settings(own[0]), values)
+            document = draft.documents(sweep.settings(sweep.point(places[int(group[0])])), several)
             with np.errstate(all="ignore"):
                 report = run(document)
         except RigidError as error:

@@ -58,7 +58,7 @@ class Pairs:
         return Pairs(-self.high, -self.low, self.radius)
 
     def __sub__(self, other: Long) -> Pairs:
-        return self.__add__(-other)
+        return self.__add__(-Pairs(*_parts(other)))
 
     def __rsub__(self, other: Long) -> Pairs:
         return (-self).__add__(other)

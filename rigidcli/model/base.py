@@ -225,7 +225,9 @@ class Quantity(Reader):
     def read(self, raw: object, info: ValidationInfo) -> Scalar:
         """The SI value, of a size and sign that fit."""
         env = environment(info)
-        if isinstance(raw, Several) and (self.dimension == units.ANGLE or not raw.are_bare):
+        if isinstance(raw, Several) and (
+            raw.unit is None or (self.dimension == units.ANGLE and not raw.unit)
+        ):
             many: Scalar = raw.read(lambda one: self.read(one, info), env.notes)
             return many
         value: Scalar = env.read(raw, self.dimension)

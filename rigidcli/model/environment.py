@@ -84,11 +84,10 @@ class Environment:
         `dimension` is what a unit must fit; None fits all. Raises ValueProblem.
         """
         if isinstance(raw, Several):
-            if raw.are_bare:
-                return raw.numbers()
-            if dimension is None:
+            if raw.unit is None and dimension is None:
                 raise UnfitError  # a parameter has the dimension of what is typed
-            return raw.read(lambda one: self.read(one, dimension), self.notes)
+            read = raw.read if raw.unit is None else raw.numbers
+            return read(lambda one: self.read(one, dimension), self.notes)
         scalar = _number_or_text(raw, number_of(dimension))
         if not isinstance(scalar, str):
             return _exact(parse(str(scalar)), {}) if self.arithmetic.exact else _finite(scalar)
@@ -216,6 +215,8 @@ class Environment:
 
     def dimension(self, raw: object) -> Dimension | None:
         """The dimension of a value as it is written; None where it may be any."""
+        if isinstance(raw, Several):
+            raw = f"1 {raw.unit}" if raw.unit else None
         if not isinstance(raw, str):
             return None
         quantity = self._quantity(raw, None)

@@ -133,13 +133,14 @@ class Draft:
         places = self.places.with_changes(changed, (*self.settings, *swept))
         return _document(tree, places, self.folder, _arithmetic(exact))
 
-    def documents(self, swept: Sequence[str], values: Mapping[Path, Several]) -> Document:
+    def documents(self, swept: Sequence[str], several: Sequence[Several]) -> Document:
         """One document for several values of keys, of which `swept` are the first: its numbers are many.
 
         Raises as `load`, and PartedError or UnfitError where the values do not go together.
         """
         tree, changed = self._changed(swept, float)
-        tree, _ = apply(tree, list(values.items()), self.source, SWEEP)
+        changes: list[Change] = [(split_setting(f"{each.key}=")[0], each) for each in several]
+        tree, _ = apply(tree, changes, self.source, SWEEP)
         places = self.places.with_changes(changed, (*self.settings, *swept))
         return _document(tree, places, self.folder, MANY)
 

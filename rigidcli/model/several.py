@@ -4,38 +4,60 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from rigidcli.core.many import ALONE, Many, PartedError, UnfitError, agreed
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.many import ALONE, Many, PartedError, UnfitError, common
 from rigidcli.errors import ValueProblem
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Several:
-    """The values of a key as they are written, one for each of some runs over the document."""
+    """The values of a `key`, one for each of n runs over the document.
 
-    values: Sequence[Any]
+    `written` (n) are numbers in the `unit`, "" for none; or texts and other things, where that is None.
+    `told` (n) are the values as results tell them, SI numbers; `labels` (n) say in which of the `units`, or
+    ALONE for what is no number.
+    """
+
+    key: str
+    written: Sequence[Any]
+    unit: str | None
+    told: Floats
+    labels: NDArray[np.int_]
+    units: Sequence[str]
+
+    def take(self, runs: NDArray[np.int_]) -> Several:
+        """The values for some of the runs."""
+        written = [self.written[run] for run in runs.tolist()]
+        return replace(self, written=written, told=self.told[runs], labels=self.labels[runs])
+
+    def results(self) -> tuple[Many, str]:
+        """The values as results tell them, and their unit. Raises PartedError where these differ."""
+        unit = self.units[common(self.labels)]
+        return Many(self.told), unit
+
+    def numbers(self, read: Callable[[Any], float], notes: list[str]) -> Any:
+        """The SI numbers, if all are plain or in one unit, of which `read` takes the largest for a check.
+
+        It adds to the `notes`. Raises UnfitError where a letter is no unit after all, but a parameter.
+        """
+        if self.unit:
+            largest, known = int(np.argmax(np.abs(self.told))), len(notes)
+            if read(f"{self.written[largest]!r} {self.unit}") != self.told[largest] or len(notes) > known:
+                raise UnfitError
+        return Many(self.told)
 
     def read(self, read: Callable[[Any], Any], notes: list[str]) -> Any:
-        """The numbers that the function reads, which adds to the `notes`.
+        """The numbers that the function reads one by one, which adds to the `notes`.
 
         Raises PartedError where some are refused or noted: those are for documents of their own.
         """
-        return _each(read, [(value,) for value in self.values], notes)
-
-    @property
-    def are_bare(self) -> bool:
-        """Whether all values are plain numbers, without a unit."""
-        return all(type(value) is float for value in self.values)
-
-    def numbers(self) -> Many:
-        """The values, which are plain numbers. Raises PartedError where some are not finite."""
-        values = np.array(self.values, dtype=np.float64)
-        agreed(True, np.isfinite(values))
-        return Many(values)
+        return _each(read, [(value,) for value in self.written], notes)
 
 
 def evaluated(evaluate: Callable[[Mapping[str, float]], float], values: Mapping[str, Any]) -> Any:

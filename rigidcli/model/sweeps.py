@@ -19,8 +19,8 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.core.many import ALONE, Many, common
-from rigidcli.errors import DocumentError, Path, UsageError, ValueProblem, nearest, shown
+from rigidcli.core.many import ALONE
+from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
 from rigidcli.model.environment import Environment
 from rigidcli.model.settings import SWEEP, split_setting
 from rigidcli.model.several import Several
@@ -69,11 +69,10 @@ class Range:
         return self.count
 
     def __getitem__(self, index: int) -> str:
-        dividend, divisor = self._quotient(index)
         if not self.exact:
-            number = repr(dividend / divisor)
+            number = repr(self.number(index))
             return f"{number} {self.unit}" if self.unit else number
-        value = Fraction(dividend, divisor)
+        value = Fraction(*self._quotient(index))
         decimal = _decimal(value)
         if Fraction(decimal) == value:
             return f"{decimal} {self.unit}".rstrip()
@@ -84,8 +83,13 @@ class Range:
             )
         return str(value)
 
+    def number(self, index: int) -> float:
+        """The value in the unit, rounded once: a quotient of integers is, also beyond 2^53."""
+        dividend, divisor = self._quotient(index)
+        return dividend / divisor
+
     def _quotient(self, index: int) -> tuple[int, int]:
-        """The value as a quotient of integers: that of two such is rounded once, also beyond 2^53."""
+        """The value in the unit, as a quotient of integers."""
         if index in (0, self.count - 1):
             return (self.stop if index else self.start).as_integer_ratio()
         if self.logarithmic:
@@ -147,13 +151,17 @@ class Sweep:
 
     def point(self, index: int) -> Point:
         """The values at a place of the sweep."""
-        if self.paired:
-            return tuple(key.values[index] for key in self.keys)
-        texts: list[str] = []
+        return tuple(key.values[own] for key, own in zip(self.keys, self._indices(index), strict=True))
+
+    def _indices(self, index: int) -> tuple[int, ...]:
+        """Which value each key has at a place of the sweep."""
+        if self.paired or len(self.keys) == 1:
+            return (index,) * len(self.keys)
+        indices: list[int] = []
         for key in reversed(self.keys):
-            index, place = divmod(index, len(key.values))
-            texts.append(key.values[place])
-        return tuple(reversed(texts))
+            index, own = divmod(index, len(key.values))
+            indices.append(own)
+        return tuple(reversed(indices))
 
     def exactly(self) -> Sweep:
         """The same sweep for exact numbers. Raises UsageError where values are rounded."""
@@ -172,24 +180,10 @@ class Sweep:
         for key, text in zip(self.keys, point, strict=True):
             yield key.name, *_told(text, exact)
 
-    def together(self, points: Sequence[Point]) -> tuple[dict[Path, Several], list[tuple[str, Many, str]]]:
-        """Several points at once: what a document has for its keys, and what results tell of each.
-
-        Raises PartedError where some values are none of floats, or in other units; and DocumentError.
-        """
-        values, told = {}, []
-        for key, texts in zip(self.keys, zip(*points, strict=True), strict=True):
-            several = Several([_written(text) for text in texts])
-            values[split_setting(f"{key.name}=")[0]] = several
-            if several.are_bare:
-                told.append((key.name, several.numbers(), ""))
-                continue
-            pairs = [_told(text, False) for text in texts]
-            units = list(dict.fromkeys(unit for _, unit in pairs))
-            labels = [units.index(unit) if type(number) is float else ALONE for number, unit in pairs]
-            common(np.array(labels))
-            told.append((key.name, Many(np.array([number for number, _ in pairs])), units[0]))
-        return values, told
+    def together(self, places: Sequence[int]) -> list[Several]:
+        """The values of each key at several places. Raises RigidError where some cannot be read."""
+        columns = zip(*(self._indices(place) for place in places), strict=True)
+        return [_several(key, indices) for key, indices in zip(self.keys, columns, strict=True)]
 
 
 def read_sweep(texts: Sequence[str], paired: bool) -> Sweep:
@@ -339,10 +333,37 @@ def _cells(path: str, rows: Iterator[list[str]], place: int) -> Iterator[str]:
             yield value
 
 
+def _several(key: Key, indices: Sequence[int]) -> Several:
+    """Some values of a key, for a document that is read once for all of them."""
+    written: list[Any]
+    if isinstance(key.values, Range):
+        unit, written = key.values.unit, [key.values.number(index) for index in indices]
+    else:
+        unit, written = "", [_written(key.values[index]) for index in indices]
+    are_numbers = all(type(value) is float for value in written)
+    if unit:
+        typed = parse_unit(unit)
+        told = [(typed.si(Fraction(repr(number))), typed.dimension.unit) for number in written]
+    elif are_numbers:
+        told = [(value, "") for value in written]
+    else:
+        told = [_told(key.values[index], False) for index in indices]
+    numbers = np.array([value if type(value) is float else math.nan for value, _ in told])
+    units = list(dict.fromkeys(unit for _, unit in told))
+    labels = np.array([units.index(unit) for _, unit in told])
+    labels[~np.isfinite(numbers)] = ALONE
+    return Several(key.name, written, unit if are_numbers else None, numbers, labels, units)
+
+
 def _written(text: str) -> Any:
     """What a document has for a value that is typed."""
+    if _WHOLE.fullmatch(text):
+        return int(text)
     return float(text) if _FLOAT.fullmatch(text) else read_tree(text, SWEEP)
 
+
+_WHOLE = re.compile(r"-?[1-9]\d{0,15}")
+"""An integer in YAML, too."""
 
 _FLOAT = re.compile(r"[-+]?\d+\.\d*(e[-+]?\d+)?")
 """A decimal that is a float in YAML, too, as most values of a sweep are: its parser takes longer."""

@@ -75,7 +75,7 @@ def test_types_and_units(program: Program, tmp_path: Path) -> None:
 @needs_arrow
 def test_a_manifest_tells_what_the_parts_are(program: Program, tmp_path: Path) -> None:
     folder = tmp_path / "table"
-    arguments = ("--sweep", "top.spin=-10:800:100", "-s", "top.tilt=20 deg", TOP)
+    arguments = ("--sweep", "body.height=5 cm:9 cm:100", "-s", "top.tilt=20 deg", TOP)
     outcome = program("precess", "-q", "-f", "parquet", "-o", f"{folder}/", *arguments)
     assert outcome.code == 0
     manifest = json.loads((folder / "manifest.json").read_text())
@@ -85,7 +85,7 @@ def test_a_manifest_tells_what_the_parts_are(program: Program, tmp_path: Path) -
     }
     assert [part["rows"] for part in manifest["parts"]] == [32, 32, 32, 4]
     assert manifest["rows"] == 100
-    assert manifest["sweep"] == ["top.spin=-10:800:100"]
+    assert manifest["sweep"] == ["body.height=5 cm:9 cm:100"]
     assert manifest["set"] == ["top.tilt=20 deg"]
     assert manifest["results"] == "rigidcli.precess/1"
     assert manifest["documents"][0]["source"] == TOP

@@ -121,6 +121,76 @@ def test_standard_input_is_read_with_processes_too(sweep: list[str]) -> None:
     assert len(done.stdout.splitlines()) == 1 + 2 * max(1, len(sweep))
 
 
+# --- values that are worked at once
+
+TOGETHER = [
+    (TOP, ["top.spin=-50:700:40"]),
+    (TOP, ["top.spin=100 rpm:9000 rpm:20"]),
+    (TOP, ["top.tilt=0 deg:180 deg:19"]),
+    (TOP, ["top.tilt=-1:4:20"]),
+    (TOP, ["top.gravity=-1:30:20"]),
+    (TOP, ["top.precession=-20:60:20"]),
+    (TOP, ["top.precession=steady,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17,18,foo,null"]),
+    (TOP, ["top.spin=10:700:6", "top.tilt=-0.1:3:4"]),
+    (TOP, ["--zip", "top.spin=10:700:20", "top.tilt=0.1:4:20"]),
+    (TOP, ["body.height=5 cm:9 cm:18"]),
+    ("configs/openstax_gyroscope.yaml", ["top.spin=-5:5:21"]),
+    ("configs/earth.yaml", ["tide.obliquity=0 deg:100 deg:20"]),
+    ("configs/earth.yaml", ["tide.perturbers.0.eccentricity=0:1.2:20"]),
+    ("configs/feynman_plate.yaml", ["motion.omega.0=0:3:20"]),
+]
+
+
+@pytest.mark.parametrize(("file", "keys"), TOGETHER)
+def test_rows_at_once_are_the_rows_of_runs_one_by_one(program: Program, file: str, keys: list[str]) -> None:
+    options = [option for key in keys for option in ([key] if key == "--zip" else ["--sweep", key])]
+    sweep = read_sweep([key for key in keys if key != "--zip"], "--zip" in keys)
+    swept = program("precess", "-q", "-f", "csv", *options, file)
+    objects_at_once = objects(program("precess", "-q", "-f", "json", *options, file).out)
+    rows, codes = table(swept.out), []
+    for index in range(sweep.count):
+        settings = sweep.settings(sweep.point(index))
+        given = [option for setting in settings for option in ("-s", setting)]
+        single = program("precess", "-q", "-f", "csv", *given, file)
+        codes.append(single.code)
+        if single.code:
+            assert f"at {', '.join(settings)}: " in swept.err or "the same at " in swept.err
+            continue
+        [expected] = table(single.out)
+        row, found = rows.pop(0), objects_at_once.pop(0)
+        assert {head: row[head] for head in expected} == expected
+        found.pop("swept")
+        if index % 5 == 0:
+            assert [found] == objects(program("precess", "-q", "-f", "json", *given, file).out)
+    assert (rows, objects_at_once) == ([], [])
+    assert swept.code == max(codes)
+
+
+def test_values_at_once_are_written_as_they_are_one_by_one(program: Program) -> None:
+    """Points of a grid in several groups: the same bytes, whoever works them, as of some points alone."""
+    keys = ("--sweep", "top.spin=0:700:4", "--sweep", "top.tilt=-0.3:3.3:60")
+    one, three = (program("precess", "-f", "csv", *keys, "-j", jobs, TOP) for jobs in ("1", "3"))
+    assert one == three
+    assert one.code == 3
+    assert one.out.count("\n") == len(table(one.out)) + 1
+    spins = {row["top.spin"] for row in table(one.out)}
+    lines = one.out.splitlines()
+    for spin in sorted(spins, key=float)[1:2]:
+        tilts = ",".join(row["top.tilt"] for row in table(one.out) if row["top.spin"] == spin)
+        some = program(
+            "precess", "-q", "-f", "csv", "--sweep", f"top.spin={spin}", "--sweep", f"top.tilt={tilts}", TOP
+        )
+        assert some.out.splitlines()[1:] == [line for line in lines if line.startswith(f"{spin},")]
+
+
+def test_notes_on_single_values_are_told(program: Program) -> None:
+    done = program("precess", "-f", "csv", "--sweep", "tide.obliquity=1:3:19,7", "configs/earth.yaml")
+    assert done.code == 2
+    values = ",".join(f"{k}e-1" for k in range(1, 30)) + ",7"
+    done = program("precess", "-f", "csv", "--sweep", f"top.tilt={values}", TOP)
+    assert "7 deg meant?" in done.err
+
+
 # --- which values there are
 
 
