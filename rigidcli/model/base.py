@@ -1,6 +1,6 @@
 """What all parts of the document are made of: sections, numbers with a dimension, choices of form."""
 
-from __future__ import annotations
+# Annotations here are objects, not texts: pydantic reads those of a section for all that are built on it.
 
 import pathlib
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence

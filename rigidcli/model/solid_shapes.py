@@ -6,7 +6,7 @@ Source: J. L. Meriam, L. G. Kraige, Engineering Mechanics: Dynamics, table D/4, 
 shapes; frustum, cap and capsule are integrated. Tests hold every formula against quadrature.
 """
 
-from __future__ import annotations
+# Annotations here are objects, not texts: pydantic reads them, for each shape those of all its bases anew.
 
 from abc import abstractmethod
 from collections.abc import Sequence

@@ -1,6 +1,6 @@
 """Shapes without thickness, one class each: shells, laminas, wires. All else is as in `solid_shapes`."""
 
-from __future__ import annotations
+# Annotations here are objects, not texts: pydantic reads them, for each shape those of all its bases anew.
 
 from collections.abc import Sequence
 from typing import Annotated, ClassVar
