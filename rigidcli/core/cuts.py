@@ -41,6 +41,12 @@ STAGES = 2
 UNRELATED = (0.2137, 0.4361, 0.8791)
 """Coordinates of lines on which it is tried whether all turn back at one place."""
 
+STARTS = (0, 2, 5)
+"""Where searches for the extremes of a function begin, by the order of its values on the net."""
+
+REACH = 0.3
+"""The width of their nets at the beginning, in units of the box."""
+
 SAME = 1e-4
 """So far from each other these places may be, in units of the box."""
 
@@ -124,8 +130,12 @@ class Cuts:
         for each, here in zip(narrow, self.active, strict=True):
             steep, turns = self._on_net(each.core)
             change += np.where(here, steep / np.maximum(steep.sum(axis=0), TINY), 0.0)
-            turned |= here & turns
+            turned |= here & (turns > 0)
         change += len(narrow) * ~turned
+        self.extremes = np.zeros((len(narrow), 2, *self.boxes.low.shape))
+        for k, here in enumerate(self.active):
+            those = np.flatnonzero(here if self.depth > 1 else False)
+            self.extremes[k][..., those] = self._extremes(narrow[k].core, those)[2]
         for ray, last in zip(self.boxes.ray, (np.inf, np.finfo(np.float64).max), strict=True):
             rays = np.flatnonzero(ray >= 0)
             change[ray[rays], rays] = last
@@ -137,8 +147,10 @@ class Cuts:
         With them comes on which lines there may be roots of the distance from an end.
 
         Lines are cut where narrow functions pass zero or turn back, on the faces that the box has in the
-        coordinates that are still to come; and where their arguments have changed so much from there, or from
-        the ends, that what is narrow is over.
+        coordinates that are still to come, and where these are those of the extremes; and where arguments
+        have changed so much from there, or from the ends, that what is narrow is over.
+
+        With them comes on which lines there may be roots of the distance from an end.
         """
         count = fixed.shape[1]
         box = fixed[0].astype(int)
@@ -146,10 +158,14 @@ class Cuts:
         graded = np.zeros(count, dtype=bool)
         for k, narrow in enumerate(self.narrow):
             those = np.flatnonzero(self.active[k, box])
-            for sides in product((0.0, 1.0), repeat=self.depth - 1 - level) if those.size else ():
+            faces = product((0.0, 1.0), repeat=self.depth - 1 - level)
+            through = self.extremes[k] if level < self.depth - 1 else ()
+            for sides in (*faces, *through) if those.size else ():
                 own = fixed[:, those]
-                for inner, side in enumerate(sides, level + 1):
-                    own = replaced(own, self.order[inner, box[those]], side)
+                for inner in range(level + 1, self.depth):
+                    axis = self.order[inner, box[those]]
+                    side = sides[inner - level - 1] if isinstance(sides, tuple) else sides[axis, box[those]]
+                    own = replaced(own, axis, side)
                 lines = self.boxes.lines(own, self.order[level, box[those]])
                 if not lines.way.any():
                     continue
@@ -204,14 +220,14 @@ class Cuts:
             values = np.abs(arguments if function is None else function(arguments))
         self.largest[k] = max(self.largest[k], np.max(values, where=np.isfinite(values), initial=0.0))
 
-    def _on_net(self, function: Function) -> tuple[Floats, Mask]:
-        """How much a function changes along coordinates (d by n), and whether it turns back (d by n)."""
+    def _on_net(self, function: Function) -> tuple[Floats, Array]:
+        """How much a function changes along coordinates (d by n), and how often it turns back (d by n)."""
         count, sizes, turns = len(self.boxes.piece), [], []
         grid = self._at(function, self._net()).reshape(count, *[NET] * self.depth)
         for axis in range(self.depth):
             along = np.moveaxis(grid, axis + 1, -1).reshape(count, -1, NET)
             steps = line_search.directions(along)
-            turns.append((steps.max(axis=2) * steps.min(axis=2) < 0).any(axis=1))
+            turns.append((steps[..., 1:] * steps[..., :-1] < 0).sum(axis=2).max(axis=1))
             with np.errstate(invalid="ignore"):
                 steep = np.abs(np.diff(along))
             sizes.append(np.where(np.isfinite(steep) & (steps != 0), steep, 0.0).sum(axis=(1, 2)))
@@ -225,7 +241,7 @@ class Cuts:
         starts = np.array(list(product(UNRELATED, repeat=self.depth))).T
         count = starts.shape[1]
         for axis, (k, narrow) in product(range(self.depth), enumerate(self.narrow)):
-            those = np.flatnonzero(self.active[k] & self._on_net(narrow.core)[1][axis])
+            those = np.flatnonzero(self.active[k] & (self._on_net(narrow.core)[1][axis] == 1))
             those = those[~self._extremes(narrow.core, those)[1]]
             points = np.vstack([np.repeat(those, count), np.tile(starts, those.size)])
             lines = self.boxes.lines(points, np.full(points.shape[1], axis))
@@ -254,10 +270,13 @@ class Cuts:
             for k, here in enumerate(active):
                 _, turns = self._on_net(self.narrow[k].core)
                 rays = np.arange(self.depth)[:, None] == boxes.ray[0]
-                those = here & (turns | rays).all(axis=0) & ~needed
-                those &= (boxes.ray[0] >= 0) & self._crosses(k) if level else True
-                apex[:, those], _ = self._extremes(self.narrow[k].core, np.flatnonzero(those))
-                needed |= those
+                once = ((turns < 2) | rays).all(axis=0) & here & ~needed
+                once &= (boxes.ray[0] >= 0) & self._crosses(k) if level else True
+                those = np.flatnonzero(once)
+                places, free, _ = self._extremes(self.narrow[k].core, those)
+                chosen = ((turns > 0) | rays).all(axis=0)[those] | (free & (level == 0) & (not self.rough[k]))
+                apex[:, those[chosen]] = places[:, chosen]
+                needed[those[chosen]] = True
             those, rest = np.flatnonzero(needed), np.flatnonzero(~needed)
             if not those.size:
                 break
@@ -280,13 +299,14 @@ class Cuts:
         passes = (core.min(axis=1) <= 0) & (core.max(axis=1) >= 0)
         return np.asarray(passes | self.narrow[k].matters(arguments, self.largest[k]).any(axis=1))
 
-    def _extremes(self, function: Function, those: Array) -> tuple[Floats, Mask]:
+    def _extremes(self, function: Function, those: Array) -> tuple[Floats, Mask, Floats]:
         """The places (d by n) in boxes at which a function is lowest, or highest if this is farther inside.
 
-        Those of cones are on their faces. With them comes whether the function is so not only in the box (n).
+        Those of cones are on their faces. With them comes whether the function is so not only in the box
+        (n); and the lowest and the highest places (2 by d by n) in the unit box.
         """
         if not those.size:
-            return np.zeros((self.depth, 0)), np.zeros(0, dtype=bool)
+            return np.zeros((self.depth, 0)), np.zeros(0, dtype=bool), np.zeros((2, self.depth, 0))
         net = self._net().reshape(1 + self.depth, len(self.boxes.piece), -1)[:, those]
         best, rays = [], self.boxes.ray[0]
 
@@ -299,10 +319,13 @@ class Cuts:
             return self._at(function, points)
 
         values = at(net.reshape(len(net), -1)).reshape(those.size, -1)
+        each = np.arange(those.size)
         for sign in (1, -1):
-            start = net[:, np.arange(those.size), (sign * values).argmin(axis=1)]
-            found, _ = line_search.lowest_points(partial(_signed, at, sign), start)
-            best.append(found[1:])
+            order = (sign * values).argsort(axis=1, kind="stable")
+            start = np.concatenate([net[:, each, order[:, k]] for k in STARTS], axis=1)
+            found, told = line_search.lowest_points(partial(_signed, at, sign), start, REACH)
+            lowest = told[-1].reshape(len(STARTS), -1).argmin(axis=0)
+            best.append(found[1:].reshape(self.depth, len(STARTS), -1)[:, lowest, each])
         inside = []
         for unit in best:
             here, steps = at(np.vstack([those, unit])), []
@@ -318,7 +341,7 @@ class Cuts:
             inside[0].sum(axis=0) >= inside[1].sum(axis=0), inside[0].all(axis=0), inside[1].all(axis=0)
         )
         low, high = self.boxes.low[:, those], self.boxes.high[:, those]
-        return low + (high - low) * unit, free
+        return low + (high - low) * unit, free, np.array(best)
 
 
 def _along(function: Function, lines: Lines) -> Callable[[Array, Floats], Floats]:
