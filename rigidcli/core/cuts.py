@@ -15,28 +15,19 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 
 from rigidcli.core import line_search
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.core.boxes import Boxes, Lines, joined, replaced
+from rigidcli.core.kinks import NEAR, Function, Narrow
 
 NARROWEST = 2.0**-44
 """Panels that are narrower, in units of the box, are not halved: their nodes would be one point."""
 
 NET = 5
 """Points along each coordinate at which a box is looked at for narrow functions."""
-
-NEAR = 0.1
-"""A function comes near zero in a box if its least size there is less than this part of its largest."""
-
-DISTANCES = 0.5 ** np.arange(40.0, -1.0, -1.0)
-"""Where it is looked how wide something narrow is, in units of the way to an end of the line."""
-
-STAGES = 2
-"""At how many of these distances a line is cut, from where the argument has changed enough."""
 
 UNRELATED = (0.2137, 0.4361, 0.8791)
 """Coordinates of lines on which it is tried whether all turn back at one place."""
@@ -53,60 +44,11 @@ SAME = 1e-4
 STEP = 1e-4
 """A step from an extreme at a face, which tells whether the function is level there."""
 
-SMALL = 1e-14
-"""What does not count, in units of the largest value of a narrow function."""
-
 NO_DISTANCE = 1e-9
 """What is zero at an apex, in units of the largest value in a cone."""
 
-DOUBLED = 3.0
-"""A divisor changes enough when it grows by this part of its least value."""
-
 TINY = float(np.finfo(np.float64).tiny)
 """What is divided by instead of zero."""
-
-Function = Callable[[Floats], Floats]
-"""Values (n, or k by n) at points (1 + d by n); the first row is the index of the piece."""
-
-
-class Narrow(NamedTuple):
-    """Something that a function of the `argument` does in a narrow part of a box, if this varies enough.
-
-    It does so where `core` passes zero or turns back, which is simpler than the argument. A `function` that
-    is smooth needs an argument that varies by `steep` for this, and does nothing where it hardly changes;
-    others, for which it is None, have kinks or poles where the argument is zero.
-    """
-
-    core: Function
-    argument: Function
-    function: Callable[[Floats], Floats] | None = None
-    steep: float = np.inf
-
-    def matters(self, arguments: Floats, largest: float) -> Mask:
-        """Where the function changes by what counts beside its largest value that is known.
-
-        Kinks and poles do so at small arguments; `largest` is that of them then.
-        """
-        with np.errstate(all="ignore"):
-            if self.function is None:
-                return np.asarray(np.abs(arguments) < NEAR * largest)
-            sides = [self.function(arguments + side) for side in (-self.steep, 0.0, self.steep)]
-            return np.asarray(~(np.ptp(sides, axis=0) <= SMALL * largest))
-
-    def widths(self, lines: Lines, on: Array, places: Floats, start: Floats) -> tuple[Array, Floats]:
-        """Where the argument has changed much from what it is at places on lines: on which, and where."""
-        lines_found, found = [np.zeros(0, dtype=int)], [np.zeros(0)]
-        enough = DOUBLED * np.abs(start) if self.function is None else np.full(start.size, self.steep)
-        for end in (0.0, 1.0) if on.size else ():
-            t = places[:, None] + (end - places)[:, None] * DISTANCES
-            values = self.argument(lines.along(on, t)[0]).reshape(t.shape)
-            with np.errstate(invalid="ignore"):
-                first = (np.abs(values - start[:, None]) > enough[:, None]).argmax(axis=1)
-            for further in range(STAGES):
-                some = np.flatnonzero((first > 0) & (first + further < len(DISTANCES) - 1))
-                lines_found.append(on[some])
-                found.append(t[some, first[some] + further])
-        return np.concatenate(lines_found), np.concatenate(found)
 
 
 class Cuts:

@@ -37,7 +37,7 @@ LOW_POWERS = range(17)
 
 
 class Narrow(NamedTuple):
-    """What a function does is narrow where its `core` passes zero or turns back; see `cuts.Narrow`."""
+    """What a function does is narrow where its `core` passes zero or turns back; see `kinks.Narrow`."""
 
     core: Node
     argument: Node
