@@ -15,13 +15,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import product
-from typing import NamedTuple
 
 import numpy as np
 
 from rigidcli.core import line_search
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.core.boxes import Boxes, Lines, joined, replaced
+from rigidcli.core.kinks import NEAR, Function, Narrow
 
 NARROWEST = 2.0**-44
 """Panels that are narrower, in units of the box, are not halved: their nodes would be one point."""
@@ -29,17 +29,14 @@ NARROWEST = 2.0**-44
 NET = 5
 """Points along each coordinate at which a box is looked at for narrow functions."""
 
-NEAR = 0.1
-"""A function comes near zero in a box if its least size there is less than this part of its largest."""
-
-DISTANCES = 0.5 ** np.arange(40.0, -1.0, -1.0)
-"""Where it is looked how wide something narrow is, in units of the way to an end of the line."""
-
-STAGES = 2
-"""At how many of these distances a line is cut, from where the argument has changed enough."""
-
 UNRELATED = (0.2137, 0.4361, 0.8791)
 """Coordinates of lines on which it is tried whether all turn back at one place."""
+
+STARTS = (0, 2, 5)
+"""Where searches for the extremes of a function begin, by the order of its values on the net."""
+
+REACH = 0.3
+"""The width of their nets at the beginning, in units of the box."""
 
 SAME = 1e-4
 """So far from each other these places may be, in units of the box."""
@@ -47,60 +44,11 @@ SAME = 1e-4
 STEP = 1e-4
 """A step from an extreme at a face, which tells whether the function is level there."""
 
-SMALL = 1e-14
-"""What does not count, in units of the largest value of a narrow function."""
-
 NO_DISTANCE = 1e-9
 """What is zero at an apex, in units of the largest value in a cone."""
 
-DOUBLED = 3.0
-"""A divisor changes enough when it grows by this part of its least value."""
-
 TINY = float(np.finfo(np.float64).tiny)
 """What is divided by instead of zero."""
-
-Function = Callable[[Floats], Floats]
-"""Values (n, or k by n) at points (1 + d by n); the first row is the index of the piece."""
-
-
-class Narrow(NamedTuple):
-    """Something that a function of the `argument` does in a narrow part of a box, if this varies enough.
-
-    It does so where `core` passes zero or turns back, which is simpler than the argument. A `function` that
-    is smooth needs an argument that varies by `steep` for this, and does nothing where it hardly changes;
-    others, for which it is None, have kinks or poles where the argument is zero.
-    """
-
-    core: Function
-    argument: Function
-    function: Callable[[Floats], Floats] | None = None
-    steep: float = np.inf
-
-    def matters(self, arguments: Floats, largest: float) -> Mask:
-        """Where the function changes by what counts beside its largest value that is known.
-
-        Kinks and poles do so at small arguments; `largest` is that of them then.
-        """
-        with np.errstate(all="ignore"):
-            if self.function is None:
-                return np.asarray(np.abs(arguments) < NEAR * largest)
-            sides = [self.function(arguments + side) for side in (-self.steep, 0.0, self.steep)]
-            return np.asarray(~(np.ptp(sides, axis=0) <= SMALL * largest))
-
-    def widths(self, lines: Lines, on: Array, places: Floats, start: Floats) -> tuple[Array, Floats]:
-        """Where the argument has changed much from what it is at places on lines: on which, and where."""
-        lines_found, found = [np.zeros(0, dtype=int)], [np.zeros(0)]
-        enough = DOUBLED * np.abs(start) if self.function is None else np.full(start.size, self.steep)
-        for end in (0.0, 1.0) if on.size else ():
-            t = places[:, None] + (end - places)[:, None] * DISTANCES
-            values = self.argument(lines.along(on, t)[0]).reshape(t.shape)
-            with np.errstate(invalid="ignore"):
-                first = (np.abs(values - start[:, None]) > enough[:, None]).argmax(axis=1)
-            for further in range(STAGES):
-                some = np.flatnonzero((first > 0) & (first + further < len(DISTANCES) - 1))
-                lines_found.append(on[some])
-                found.append(t[some, first[some] + further])
-        return np.concatenate(lines_found), np.concatenate(found)
 
 
 class Cuts:
@@ -124,8 +72,12 @@ class Cuts:
         for each, here in zip(narrow, self.active, strict=True):
             steep, turns = self._on_net(each.core)
             change += np.where(here, steep / np.maximum(steep.sum(axis=0), TINY), 0.0)
-            turned |= here & turns
+            turned |= here & (turns > 0)
         change += len(narrow) * ~turned
+        self.extremes = np.zeros((len(narrow), 2, *self.boxes.low.shape))
+        for k, here in enumerate(self.active):
+            those = np.flatnonzero(here if self.depth > 1 else False)
+            self.extremes[k][..., those] = self._extremes(narrow[k].core, those)[2]
         for ray, last in zip(self.boxes.ray, (np.inf, np.finfo(np.float64).max), strict=True):
             rays = np.flatnonzero(ray >= 0)
             change[ray[rays], rays] = last
@@ -137,8 +89,10 @@ class Cuts:
         With them comes on which lines there may be roots of the distance from an end.
 
         Lines are cut where narrow functions pass zero or turn back, on the faces that the box has in the
-        coordinates that are still to come; and where their arguments have changed so much from there, or from
-        the ends, that what is narrow is over.
+        coordinates that are still to come, and where these are those of the extremes; and where arguments
+        have changed so much from there, or from the ends, that what is narrow is over.
+
+        With them comes on which lines there may be roots of the distance from an end.
         """
         count = fixed.shape[1]
         box = fixed[0].astype(int)
@@ -146,10 +100,14 @@ class Cuts:
         graded = np.zeros(count, dtype=bool)
         for k, narrow in enumerate(self.narrow):
             those = np.flatnonzero(self.active[k, box])
-            for sides in product((0.0, 1.0), repeat=self.depth - 1 - level) if those.size else ():
+            faces = product((0.0, 1.0), repeat=self.depth - 1 - level)
+            through = self.extremes[k] if level < self.depth - 1 else ()
+            for sides in (*faces, *through) if those.size else ():
                 own = fixed[:, those]
-                for inner, side in enumerate(sides, level + 1):
-                    own = replaced(own, self.order[inner, box[those]], side)
+                for inner in range(level + 1, self.depth):
+                    axis = self.order[inner, box[those]]
+                    side = sides[inner - level - 1] if isinstance(sides, tuple) else sides[axis, box[those]]
+                    own = replaced(own, axis, side)
                 lines = self.boxes.lines(own, self.order[level, box[those]])
                 if not lines.way.any():
                     continue
@@ -204,14 +162,14 @@ class Cuts:
             values = np.abs(arguments if function is None else function(arguments))
         self.largest[k] = max(self.largest[k], np.max(values, where=np.isfinite(values), initial=0.0))
 
-    def _on_net(self, function: Function) -> tuple[Floats, Mask]:
-        """How much a function changes along coordinates (d by n), and whether it turns back (d by n)."""
+    def _on_net(self, function: Function) -> tuple[Floats, Array]:
+        """How much a function changes along coordinates (d by n), and how often it turns back (d by n)."""
         count, sizes, turns = len(self.boxes.piece), [], []
         grid = self._at(function, self._net()).reshape(count, *[NET] * self.depth)
         for axis in range(self.depth):
             along = np.moveaxis(grid, axis + 1, -1).reshape(count, -1, NET)
             steps = line_search.directions(along)
-            turns.append((steps.max(axis=2) * steps.min(axis=2) < 0).any(axis=1))
+            turns.append((steps[..., 1:] * steps[..., :-1] < 0).sum(axis=2).max(axis=1))
             with np.errstate(invalid="ignore"):
                 steep = np.abs(np.diff(along))
             sizes.append(np.where(np.isfinite(steep) & (steps != 0), steep, 0.0).sum(axis=(1, 2)))
@@ -225,7 +183,7 @@ class Cuts:
         starts = np.array(list(product(UNRELATED, repeat=self.depth))).T
         count = starts.shape[1]
         for axis, (k, narrow) in product(range(self.depth), enumerate(self.narrow)):
-            those = np.flatnonzero(self.active[k] & self._on_net(narrow.core)[1][axis])
+            those = np.flatnonzero(self.active[k] & (self._on_net(narrow.core)[1][axis] == 1))
             those = those[~self._extremes(narrow.core, those)[1]]
             points = np.vstack([np.repeat(those, count), np.tile(starts, those.size)])
             lines = self.boxes.lines(points, np.full(points.shape[1], axis))
@@ -254,10 +212,13 @@ class Cuts:
             for k, here in enumerate(active):
                 _, turns = self._on_net(self.narrow[k].core)
                 rays = np.arange(self.depth)[:, None] == boxes.ray[0]
-                those = here & (turns | rays).all(axis=0) & ~needed
-                those &= (boxes.ray[0] >= 0) & self._crosses(k) if level else True
-                apex[:, those], _ = self._extremes(self.narrow[k].core, np.flatnonzero(those))
-                needed |= those
+                once = ((turns < 2) | rays).all(axis=0) & here & ~needed
+                once &= (boxes.ray[0] >= 0) & self._crosses(k) if level else True
+                those = np.flatnonzero(once)
+                places, free, _ = self._extremes(self.narrow[k].core, those)
+                chosen = ((turns > 0) | rays).all(axis=0)[those] | (free & (level == 0) & (not self.rough[k]))
+                apex[:, those[chosen]] = places[:, chosen]
+                needed[those[chosen]] = True
             those, rest = np.flatnonzero(needed), np.flatnonzero(~needed)
             if not those.size:
                 break
@@ -280,13 +241,14 @@ class Cuts:
         passes = (core.min(axis=1) <= 0) & (core.max(axis=1) >= 0)
         return np.asarray(passes | self.narrow[k].matters(arguments, self.largest[k]).any(axis=1))
 
-    def _extremes(self, function: Function, those: Array) -> tuple[Floats, Mask]:
+    def _extremes(self, function: Function, those: Array) -> tuple[Floats, Mask, Floats]:
         """The places (d by n) in boxes at which a function is lowest, or highest if this is farther inside.
 
-        Those of cones are on their faces. With them comes whether the function is so not only in the box (n).
+        Those of cones are on their faces. With them comes whether the function is so not only in the box
+        (n); and the lowest and the highest places (2 by d by n) in the unit box.
         """
         if not those.size:
-            return np.zeros((self.depth, 0)), np.zeros(0, dtype=bool)
+            return np.zeros((self.depth, 0)), np.zeros(0, dtype=bool), np.zeros((2, self.depth, 0))
         net = self._net().reshape(1 + self.depth, len(self.boxes.piece), -1)[:, those]
         best, rays = [], self.boxes.ray[0]
 
@@ -299,10 +261,13 @@ class Cuts:
             return self._at(function, points)
 
         values = at(net.reshape(len(net), -1)).reshape(those.size, -1)
+        each = np.arange(those.size)
         for sign in (1, -1):
-            start = net[:, np.arange(those.size), (sign * values).argmin(axis=1)]
-            found, _ = line_search.lowest_points(partial(_signed, at, sign), start)
-            best.append(found[1:])
+            order = (sign * values).argsort(axis=1, kind="stable")
+            start = np.concatenate([net[:, each, order[:, k]] for k in STARTS], axis=1)
+            found, told = line_search.lowest_points(partial(_signed, at, sign), start, REACH)
+            lowest = told[-1].reshape(len(STARTS), -1).argmin(axis=0)
+            best.append(found[1:].reshape(self.depth, len(STARTS), -1)[:, lowest, each])
         inside = []
         for unit in best:
             here, steps = at(np.vstack([those, unit])), []
@@ -318,7 +283,7 @@ class Cuts:
             inside[0].sum(axis=0) >= inside[1].sum(axis=0), inside[0].all(axis=0), inside[1].all(axis=0)
         )
         low, high = self.boxes.low[:, those], self.boxes.high[:, those]
-        return low + (high - low) * unit, free
+        return low + (high - low) * unit, free, np.array(best)
 
 
 def _along(function: Function, lines: Lines) -> Callable[[Array, Floats], Floats]:

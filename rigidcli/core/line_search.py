@@ -90,14 +90,16 @@ def lowest(f: Callable[[Floats], Floats], low: Floats, high: Floats) -> Floats:
     return (low + high) / 2
 
 
-def lowest_points(f: Callable[[Floats], Floats], points: Floats) -> tuple[Floats, Floats]:
+def lowest_points(
+    f: Callable[[Floats], Floats], points: Floats, widest: float = WIDEST
+) -> tuple[Floats, Floats]:
     """Where a function is lowest near each of the `points` (1 + d by n), and its values there (SEARCH by n).
 
-    A search by compass: in each step every point goes to the lowest of its neighbours in a net of 3^d, which
-    then gets finer by a third.
+    A search by compass, with steps that are first so wide, in units of the box: each time every point goes
+    to the lowest of its neighbours in a net of 3^d, which then gets finer by a third.
     """
     directions = np.array(list(product((0.0, -1.0, 1.0), repeat=len(points) - 1))).T
-    best, width, told = points, WIDEST, []
+    best, width, told = points, widest, []
     for _ in range(SEARCH):
         trial = np.repeat(best[:, :, None], directions.shape[1], axis=2)
         trial[1:] = np.clip(trial[1:] + width * directions[:, None], 0.0, 1.0)

@@ -14,7 +14,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.boxes import replaced
-from rigidcli.core.cuts import NARROWEST, Cuts, Function
+from rigidcli.core.cuts import NARROWEST, Cuts
+from rigidcli.core.kinks import Function
 from rigidcli.core.kronrod import GRADED, PLAIN, worked_out
 
 LINES = 512

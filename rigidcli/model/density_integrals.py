@@ -16,7 +16,8 @@ from rigidcli.core import line_search, quadrature, tensor
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
 from rigidcli.core.boxes import Boxes, joined
 from rigidcli.core.charts import Chart
-from rigidcli.core.cuts import Cuts, Narrow
+from rigidcli.core.cuts import Cuts
+from rigidcli.core.kinks import Narrow
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError, ValueProblem
 from rigidcli.model.density import PAIRS, of_node, places, symmetric, values

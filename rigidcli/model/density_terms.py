@@ -37,7 +37,7 @@ LOW_POWERS = range(17)
 
 
 class Narrow(NamedTuple):
-    """What a function does is narrow where its `core` passes zero or turns back; see `cuts.Narrow`."""
+    """What a function does is narrow where its `core` passes zero or turns back; see `kinks.Narrow`."""
 
     core: Node
     argument: Node
@@ -118,7 +118,7 @@ def cores(node: Node, crosses: bool) -> Iterator[Node]:
             moving = [factor for factor in factors if varies(factor)]
             for factor in moving:
                 yield from cores(factor, crosses)
-            if len(moving) > 1:
+            if len(moving) > 1 and not crosses:
                 yield node
         case Sum(summands):
             moving = [summand for summand in summands if varies(summand)]

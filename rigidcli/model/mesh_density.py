@@ -10,9 +10,10 @@ import numpy as np
 
 from rigidcli.core import line_search, solid_sums, surfaces, tensor
 from rigidcli.core.arithmetic import FLOAT, Floats, Mask
-from rigidcli.core.charts import Simplices, Spot
+from rigidcli.core.charts import Spot
 from rigidcli.core.edges import Read
 from rigidcli.core.mass_properties import MassProperties
+from rigidcli.core.simplices import Simplices
 from rigidcli.core.surfaces import Surface
 from rigidcli.errors import ComputationError, ValueProblem
 from rigidcli.model.density import places, values

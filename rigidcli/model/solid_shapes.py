@@ -14,7 +14,7 @@ from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
-from rigidcli.core import charts, solids
+from rigidcli.core import charts, simplices, solids
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
 from rigidcli.errors import ValueProblem
 from rigidcli.model.base import AsList, Length, OptionalLength, Vector3
@@ -390,7 +390,7 @@ class Tetrahedron(Solid):
         return Geometry(solids.simplex_measure(vertices, n), *solids.simplex_moments(vertices))
 
     def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
-        return charts.simplices(n.array([self.vertices]), [self.geometry(n).measure], n)
+        return simplices.simplices(n.array([self.vertices]), [self.geometry(n).measure], n)
 
     def bounds(self) -> Bounds:
         return solids.bounds(self.corners())

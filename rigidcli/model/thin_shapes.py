@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 
 from pydantic import AfterValidator, Field
 
-from rigidcli.core import charts, solids
+from rigidcli.core import charts, simplices, solids
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, at
 from rigidcli.model.base import AsList, Coordinate, Length, OptionalLength
@@ -201,7 +201,7 @@ class Triangle(_Flat):
         return Geometry(solids.simplex_measure(vertices, n), *solids.simplex_moments(vertices))
 
     def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
-        return charts.simplices(n.array([self.vertices]), [self.geometry(n).measure], n)
+        return simplices.simplices(n.array([self.vertices]), [self.geometry(n).measure], n)
 
 
 class Polygon(_Flat):
@@ -218,7 +218,7 @@ class Polygon(_Flat):
         return Geometry(*solids.polygon(n.array(self.vertices), n))
 
     def maps(self, n: Arithmetic) -> Sequence[charts.Chart]:
-        return charts.simplices(*solids.triangles(n.array(self.vertices), n), n)
+        return simplices.simplices(*solids.triangles(n.array(self.vertices), n), n)
 
 
 class Rod(Wire):

@@ -115,7 +115,7 @@ MOST_CHARTS = 3
 
 
 def _density(body: Form, density: Formula, n: Arithmetic) -> Iterator[Step]:
-    """The integrals of a density that varies: in exact mode the integrand in coordinates of the shape, too."""
+    """The integrals of a density that varies; in exact mode also the integrand in coordinates."""
     own = body.local(n)
     text = density.expression.text
     mass = Field("", own.mass, "integral of dm", "M", "kg")
