@@ -344,7 +344,7 @@ HOSTILE = {
 @pytest.mark.parametrize("name", HOSTILE)
 def test_no_answer_takes_long(name: str) -> None:
     key = function("p_x^2/(2*m) + k*x^2/2")
-    start = time.perf_counter()
+    start = time.process_time()
     assert told(key, HOSTILE[name]) is not True
     assert told(key, HOSTILE[name], constant=True) is not True
-    assert time.perf_counter() - start < 5
+    assert time.process_time() - start < 5

@@ -207,9 +207,9 @@ def test_a_key_has_no_uncertainty() -> None:
 @given(st.one_of(st.text(max_size=60), st.text("0123456789.,eE+-*/^()_ xπ×·°%mskgradpiN⁻²³", max_size=450)))
 def test_any_text_is_judged_or_refused(text: str) -> None:
     key = literal("20.8 rad/s")
-    begin = time.perf_counter()
+    begin = time.process_time()
     outcome = judged(key, text)
-    assert time.perf_counter() - begin < 0.5
+    assert time.process_time() - begin < 0.5
     assert outcome.verdict in ("correct", "incorrect", "invalid")
 
 
