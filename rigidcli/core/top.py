@@ -424,7 +424,7 @@ def _turning_points(c0: Long, c1: Long, c2: Long, c3: Long, bottom: Long) -> tup
         other = _near_root(c1, c2, c3)
         return min(other, _ZERO), max(other, _ZERO)
     if isinstance(c0, Pairs) or isinstance(c1, Pairs) or isinstance(c2, Pairs):
-        raise UnfitError
+        raise UnfitError  # where Newton's method ends, no bound on its error is known
     low, last = bottom, 2 * bottom
     while low - last > -low * NOISE:
         # Newton's method goes up to the lowest root; this form of the step does not cancel for tiny roots.

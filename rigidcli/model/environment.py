@@ -229,7 +229,8 @@ class Environment:
         self._check_dimension(expression, dimension)
         if self.arithmetic.exact:
             return _exact(expression, self.parameters)
-        return evaluated(expression.evaluate, {name: self.parameters[name] for name in expression.names})
+        used = {name: value for name, value in self.parameters.items() if name in expression.names}
+        return evaluated(expression.evaluate, used)
 
     def _without_value(self, names: frozenset[str]) -> frozenset[str]:
         """The parameters among `names` that lack the value that a number needs; each is noted as a fault."""

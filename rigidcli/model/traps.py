@@ -41,11 +41,11 @@ def traps(document: Document, tree: Mapping[str, Any]) -> Iterator[str]:
     for section, key in (("motion", "omega"), ("top", "spin")):
         typed = (tree.get(section) or {}).get(key)
         several = typed if isinstance(typed, list) else [typed]
-        rates = [rate for one in several for rate in (_bare(one))]
+        rates = [rate for one in several for rate in _bare(one)]
         bare = [abs(float(rate)) for rate in rates if not isinstance(rate, str | bool | list | type(None))]
         if max(bare, default=0.0) > FAST and _length(document, n) > LARGE:
             if len(rates) > len(several):
-                raise UnfitError
+                raise UnfitError  # the note is on one of them
             rate = max(bare)
             yield f"`{section}.{key}` has {rate:.6g} rad/s for a body over {LARGE:g} m; {rate:.6g} rpm meant?"
 
