@@ -100,10 +100,12 @@ def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, he
         found = coefficients(determinant, [unknown])
     except ExpressionError:
         return
-    if found is None or len(str(determinant)) > LONGEST:
+    if found is None:
         return
     x, values = Name(unknown), {k: tidy(e) for (k,), e in found.items()}
     n = FLOAT if _is_numeric(list(values.values()), document) else EXACT
+    if n.exact and len(str(determinant)) > LONGEST:
+        return
     (told,) = as_typed([Field("", list(values.values()))], document)
     by_power: dict[int, Any] = dict(zip(values, told.value, strict=True))
     written = [
