@@ -153,7 +153,7 @@ class Cuts:
         low, high, sizes = values.min(axis=1), values.max(axis=1), np.abs(values)
         if self.narrow[k].function is not None:
             return np.asarray(high - low > self.narrow[k].steep)
-        return (low <= 0) & (high >= 0) | (sizes.min(axis=1) < NEAR * sizes.max(axis=1))
+        return np.asarray((low <= 0) & (high >= 0) | (sizes.min(axis=1) < NEAR * sizes.max(axis=1)))
 
     def _note(self, k: int, arguments: Floats) -> None:
         """Keep the largest value that is known of a narrow function, or of the argument of a kink."""

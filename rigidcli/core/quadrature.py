@@ -99,8 +99,8 @@ class Integrand:
     def integral(self, tolerance: float) -> Integral:
         """The integrals, to about this absolute error in the first of them."""
         count = len(self.cuts.boxes.piece)
-        points = np.vstack([np.arange(count), np.zeros((self.cuts.depth, count))])
-        values, errors = self._over(0, points, np.full(count, tolerance / count, dtype=np.float64))
+        points = np.vstack([np.arange(count, dtype=np.float64), np.zeros((self.cuts.depth, count))])
+        values, errors = self._over(0, points, tolerance * np.ones(count) / count)
         return Integral(values.sum(axis=1), float(errors.sum()))
 
     def _over(self, level: int, fixed: Floats, tolerance: Floats) -> tuple[Floats, Floats]:

@@ -49,7 +49,7 @@ class Coordinates:
             for k, turn in enumerate(turns)
         ]
         self._spans: list[Span] = [
-            (Turn(ZERO, ONE, ZERO), turn) if isinstance(turn, Turn) else (ZERO, ONE) for turn in turns
+            (Turn(0, 1, 0), turn) if isinstance(turn, Turn) else (ZERO, ONE) for turn in turns
         ]
         self._place = {name: k for k, names in enumerate(self._names) for name in names}
         self._known: dict[tuple[object, ...], Expr | None] = {}
@@ -97,7 +97,7 @@ class Coordinates:
         key = span, names[0], tuple(factors.items())
         if key not in self._known:
             start, end = span
-            if isinstance(start, Turn) or isinstance(end, Turn):
+            if isinstance(start, Turn):
                 self._known[key] = _over_turn(start, end, names, factors)
             else:
                 self._known[key] = _over_unit(start, end, names[0], factors)
@@ -126,7 +126,8 @@ def _over_turn(start: Turn, end: Turn, names: Sequence[str], factors: Factors) -
         if not isinstance(atom, Symbol) or exponent.denominator != 1 or not 0 <= exponent <= HIGHEST:
             return None
         powers[atom.name] = int(exponent)
-    return _of_circle(*powers.values(), end) - _of_circle(*powers.values(), start)
+    cosines, sines = powers.values()
+    return _of_circle(cosines, sines, end) - _of_circle(cosines, sines, start)
 
 
 def _of_simplex(factors: Sequence[Factors]) -> Expr | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise, product
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from rigidcli.core.arithmetic import Arithmetic
 from rigidcli.core.charts import Turn
@@ -13,8 +13,8 @@ from rigidcli.symbolic.algebra.calculus import coefficients, mapped, rebuilt, su
 from rigidcli.symbolic.algebra.expressions import Expr, atomic, expr, factored, number
 from rigidcli.symbolic.algebra.functions import apply
 
-Span: TypeAlias = tuple[Expr, Expr] | tuple[Turn, Turn]
-"""A part of a coordinate, from the one to the other; of an angle, by its turns from zero."""
+Span: TypeAlias = tuple[Any, Any]
+"""A part of a coordinate, from the one to the other (Expr); of an angle, by its turns from zero (`Turn`)."""
 
 MOST_PARTS = 64
 """The most parts into which signs may cut the coordinates."""
@@ -37,7 +37,7 @@ def without_signs(
     }
     if not inner:
         return [(e, spans)]
-    cuts: list[list[Expr | Turn]] = [[start, end] for start, end in spans]
+    cuts: list[list[Any]] = [[start, end] for start, end in spans]
     for factor in inner:
         on = {place[name] for name in factor.names if name in place}
         zeros = _zeros(factor, names[min(on)], spans[min(on)], n) if len(on) == 1 else None
@@ -97,7 +97,7 @@ def _signed(e: Expr, known: dict[Expr, int | None]) -> Expr:
     return whole(e)
 
 
-def _zeros(e: Expr, names: Sequence[str], span: Span, n: Arithmetic) -> list[Expr | Turn] | None:
+def _zeros(e: Expr, names: Sequence[str], span: Span, n: Arithmetic) -> list[Any] | None:
     """Where an expression that is linear in a coordinate passes zero inside a span; None if not known."""
     found = coefficients(e, names)
     if found is None or not found.keys() <= LINEAR[len(names) - 1]:
@@ -123,9 +123,7 @@ def _zeros(e: Expr, names: Sequence[str], span: Span, n: Arithmetic) -> list[Exp
     return _inside([(angle, Turn(angle, c, s)) for angle, c, s in ends], start.end, end.end, n)
 
 
-def _inside(
-    places: list[tuple[Expr, Expr | Turn]], start: Expr, end: Expr, n: Arithmetic
-) -> list[Expr | Turn] | None:
+def _inside(places: list[tuple[Any, Any]], start: Any, end: Any, n: Arithmetic) -> list[Any] | None:
     """Those of the places that are between two others; None if it is not known."""
     kept = []
     for place, what in places:
@@ -136,7 +134,7 @@ def _inside(
     return kept
 
 
-def _in_order(cuts: Sequence[Expr | Turn], n: Arithmetic) -> Sequence[Expr | Turn] | None:
+def _in_order(cuts: Sequence[Any], n: Arithmetic) -> Sequence[Any] | None:
     """Cuts from the least to the largest, each once, the first and the last being so; None if not known."""
     start, *inner, end = cuts
     values = [n.value(cut.end if isinstance(cut, Turn) else cut) for cut in inner]
@@ -152,7 +150,7 @@ def _in_order(cuts: Sequence[Expr | Turn], n: Arithmetic) -> Sequence[Expr | Tur
     ]
 
 
-def _middle(start: Expr | Turn, end: Expr | Turn, n: Arithmetic) -> Sequence[Expr]:
+def _middle(start: Any, end: Any, n: Arithmetic) -> Sequence[Any]:
     """A coordinate in the middle of a span; of an angle its cosine and sine."""
     if isinstance(start, Turn) and isinstance(end, Turn):
         angle = (start.end + end.end) / 2
