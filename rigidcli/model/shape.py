@@ -162,7 +162,6 @@ class Shape(Form):
     shape: str = Field(description="The name of the shape")
 
     _integrated: mass_properties.MassProperties | None = PrivateAttr(default=None)
-    _uniform: mass_properties.MassProperties | None = PrivateAttr(default=None)
 
     @classmethod
     def word(cls) -> str:
@@ -264,15 +263,9 @@ class Shape(Form):
         return self.density or 0
 
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
-        """Mass properties in the shape's own axes and from its natural origin, which are worked out once."""
+        """Mass properties in the shape's own axes and from its natural origin."""
         if isinstance(self.density, Formula):
             return self._of_field(self.density, arithmetic)
-        if self._uniform is None:
-            self._uniform = self._of_uniform(arithmetic)
-        return self._uniform
-
-    def _of_uniform(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
-        """The same for one density everywhere."""
         measure, centre, second, _ = self.geometry(arithmetic)
         mass = self.mass if self.mass is not None else (self.density or 0) * measure
         second, centre = arithmetic.array(second), arithmetic.array(centre)
