@@ -80,6 +80,7 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     }
     assert _names("rigidcli.cli") - parts == set(app.COMMANDS)
     program = typer.main.get_command(app.app)
+    assert isinstance(program, app.Commands)
     assert all(program.get_command(typer.Context(program), name) for name in app.COMMANDS)
     assert all(callable(getattr(rigidcli, name)) for name in rigidcli.__all__ if name in STUDIES)
 

@@ -95,7 +95,7 @@ class Inertia:
     @property
     def is_turned(self) -> bool:
         """Whether the entries are along other axes than those in whose components `axes` are given."""
-        return bool((self.axes != IDENTITY).any())
+        return self.axes is not IDENTITY and bool((self.axes != IDENTITY).any())
 
     def in_space(self) -> Inertia:
         """The same by its entries along the axes in whose components `axes` are given."""
@@ -194,7 +194,7 @@ def from_second_moments(mass: Scalar, second: Array) -> Array:
     xx, yy, zz = second.diagonal()
     # Not the trace less an entry: that rounds away the small moment of a slender body.
     tensor: Array = -second
-    tensor[[0, 1, 2], [0, 1, 2]] = [yy + zz, zz + xx, xx + yy]
+    tensor.flat[::4] = [yy + zz, zz + xx, xx + yy]
     return mass * tensor
 
 
