@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidcli.core import tensor
-from rigidcli.core.arithmetic import Arithmetic
+from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.charts import Chart
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError, ExpressionError, ValueProblem
@@ -58,19 +58,21 @@ class Placed(NamedTuple):
     measure: Expr
 
 
-def placed(formula: Formula, chart: Chart, symbols: Sequence[Any]) -> Placed:
+def placed(density: Formula | Scalar, chart: Chart, symbols: Sequence[Any]) -> Placed:
     """A density in the coordinates of a chart; those that are angles are pairs of a cosine and a sine.
 
     Raises ExpressionError where it has no value, or is too large.
     """
     spot = chart.place(*symbols)
     place = [expr(part) + start for part, start in zip(spot[:3], chart.origin, strict=True)]
+    if not isinstance(density, Formula):
+        return Placed(place, expr(density), expr(spot.measure))
     s = _root(place[:2]) if spot.s is None else expr(spot.s)
     r = _root(place) if spot.r is None else expr(spot.r)
     known = dict(zip("xyzsr", (*place, s, r), strict=True))
-    constants = {name: expr(value) for name, value in formula.constants.items()}
-    density = from_tree(formula.expression.root, {**known, **constants})
-    return Placed(place, density, expr(spot.measure))
+    constants = {name: expr(value) for name, value in density.constants.items()}
+    varying = from_tree(density.expression.root, {**known, **constants})
+    return Placed(place, varying, expr(spot.measure))
 
 
 def _sums(formula: Formula, chart: Chart, allowance: Allowance, n: Arithmetic) -> Any:

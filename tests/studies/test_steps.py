@@ -90,6 +90,39 @@ def test_integrals_make_the_tensor_of_a_shape() -> None:
     assert np.allclose(tensor, np.trace(second) * np.eye(3) - second, atol=1e-14)
 
 
+@pytest.mark.parametrize(
+    "shape",
+    [
+        "{shape: cone, radius: 2, height: 3, mass: M}",
+        "{shape: torus, major_radius: 2, minor_radius: 1, mass: M}",
+        "{shape: hemisphere, radius: 2, density: M}",
+        "{shape: capsule, radius: 1, height: 2, mass: M}",
+        "{shape: conical_shell, radius: 1, height: 2, mass: M}",
+    ],
+)
+def test_elements_of_mass_add_up_to_the_integrals(shape: str) -> None:
+    steps = rigidcli.inertia(f"parameters: {{M: null}}\nbody: {shape}\n", steps=True).steps
+    elements = [step for step in steps if step.title == "Element of mass"]
+    node, weight = (part / 2 for part in np.polynomial.legendre.leggauss(20))
+    mass, first, square = 0.0, 0.0, 0.0
+    for step in elements:
+        *places, element = step.fields[:4]
+        ends = {field.title.split()[0]: float(field.value) for field in step.fields[4:]}
+        names = [word.removeprefix("d") for word in element.title.split()[2:]]
+        nodes = np.meshgrid(*(ends.get(name, 1.0) * (node + 0.5) for name in names), indexing="ij")
+        weights = np.prod(np.meshgrid(*(ends.get(n, 1.0) * weight for n in names), indexing="ij"), axis=0)
+        known = dict(zip(names, nodes, strict=True)) | {"M": 1.0}
+        x, _, z, dm = (field.value.evaluate(**known) * np.ones_like(weights) for field in (*places, element))
+        mass += (weights * dm).sum()
+        first += (weights * dm * z).sum()
+        square += (weights * dm * x**2).sum()
+    integrals = next(step for step in steps if step.title == "Integrals over the body")
+    assert evaluated(value(integrals, "mass"), M=1) == pytest.approx(mass, rel=1e-12)
+    assert evaluated(value(integrals, "integral of x^2 dm"), M=1) == pytest.approx(square, rel=1e-12)
+    com = rigidcli.inertia(f"parameters: {{M: null}}\nbody: {shape}\n")["center_of_mass"][2]
+    assert evaluated(com, M=1) * mass == pytest.approx(first, abs=1e-12 * mass)
+
+
 def test_the_polynomial_is_the_determinant_and_the_echelon_form_has_the_axes() -> None:
     result = rigidcli.axes(BLOCK, steps=True)
     tensor, moments = result["tensor"], result["moments"]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from rigidcli.core import tensor
-from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.charts import Barycentric, Chart, Turn
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.model.bodies import Composite
@@ -73,8 +73,11 @@ def _shape(body: Form, n: Arithmetic) -> Iterator[Step]:
     """The integrals of a shape in its own axes, and its tensor where it is turned."""
     own = body.local(n)
     density = getattr(body, "density", None)
+    if isinstance(body, Shape) and n.exact:
+        for chart in body.maps(n)[:MOST_CHARTS]:
+            yield _in_coordinates(density if isinstance(density, Formula) else body.mean_density(n), chart, n)
     if isinstance(density, Formula):
-        yield from _density(body, density, n)
+        yield _density(body, density, n)
     # I = M (tr C 1 - C) for the second moments M C, so that M C = (tr I / 2) 1 - I.
     second = n.tidy(own.tensor.trace() / 2 * n.array(np.eye(3, dtype=int)) - own.tensor)
     fields = [
@@ -114,20 +117,16 @@ MOST_CHARTS = 3
 """The most parts of a shape whose integrals are written out."""
 
 
-def _density(body: Form, density: Formula, n: Arithmetic) -> Iterator[Step]:
-    """The integrals of a density that varies; in exact mode also the integrand in coordinates."""
+def _density(body: Form, density: Formula, n: Arithmetic) -> Step:
+    """The integrals of a density that varies."""
     own = body.local(n)
     text = density.expression.text
     mass = Field("", own.mass, "integral of dm", "M", "kg")
     if not n.exact:
         error = Field("", own.integrated, "error, relative to the mass")
-        yield Step("Integrals of the density", f"With dm = ({text}) dV, by quadrature.", (mass, error))
-        return
-    charts = body.maps(n) if isinstance(body, Shape) else ()
-    for chart in charts[:MOST_CHARTS]:
-        yield _in_coordinates(density, chart, n)
+        return Step("Integrals of the density", f"With dm = ({text}) dV, by quadrature.", (mass, error))
     moments = (n.tidy(n.array([own.mass * part]))[0] for part in own.com)
-    yield Step(
+    return Step(
         "Integrals of the density",
         "Over all of the body, from the origin of its own axes, term by term in these coordinates.",
         (
@@ -137,12 +136,12 @@ def _density(body: Form, density: Formula, n: Arithmetic) -> Iterator[Step]:
     )
 
 
-def _in_coordinates(density: Formula, chart: Chart, n: Arithmetic) -> Step:
+def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> Step:
     """The element of mass in the coordinates of a part of a shape."""
     from rigidcli.model.density_exact import placed  # only exact densities need it
 
     left, symbols, limits = [list(names) for names in COORDINATES], [], []
-    taken = set(density.constants)
+    taken = set(density.constants) if isinstance(density, Formula) else set[str]()
     for turn in chart.coordinates:
         is_angle = isinstance(turn, Turn)
         name = free_name([left[is_angle].pop(0)], frozenset(taken))
