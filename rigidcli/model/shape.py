@@ -274,7 +274,7 @@ class Shape(Form):
     def _of_uniform(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """The same for one density everywhere."""
         measure, centre, second, _ = self.geometry(arithmetic)
-        mass = self.mass if self.mass is not None else (self.density or 0) * measure
+        mass = self.mass if self.mass is not None else self.mean_density(arithmetic) * measure
         second, centre = arithmetic.array(second), arithmetic.array(centre)
         if second.ndim == 1:
             inertia = tensor.Inertia.of(tensor.from_second_moments(mass, np.diag(second)))
