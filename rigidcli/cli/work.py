@@ -42,8 +42,8 @@ class Work:
 
     `settings` are those of `--set`, `named` has the keys that an option of its own has given. `require`
     raises RigidError for a report that cannot be written. `ensembles` says how these are told.
-    `columns` are those that are asked for: of the table of data; or, where these are not None, of rows
-    whose first cells have the keys `in_rows` of a sweep, or of a report without data.
+    `columns` are those that are asked for, of the table of data. Where `in_rows` is not None, reports of a
+    sweep, whose keys it has, and reports without data are written as rows, and the columns are those of rows.
     """
 
     study: str
