@@ -110,7 +110,8 @@ def _split(text: str | None) -> list[str]:
 Samples = Annotated[int | None, typer.Option(metavar="N", help="Number of samples (default 1001).")]
 Duration = Annotated[str | None, typer.Option(metavar="TIME", help='End of the motion, as in "5 min".')]
 Columns = Annotated[
-    str | None, typer.Option(metavar="NAMES", callback=_split, help="Columns of the samples, such as t,w1.")
+    str | None,
+    typer.Option(metavar="NAMES", callback=_split, help="Columns of rows or samples, such as t,w1."),
 ]
 
 SECTIONS = {"euler": "motion", "hamilton": "orbit"}
@@ -127,8 +128,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
     """A command with the shared options, which calls the study of its name for each FILE.
 
     The keyword-only parameters of the function are options of its own, annotated with objects and not with
-    texts. They are passed to the study, except those in SHORTHANDS, which become settings, and `columns`,
-    which selects from the output. The function itself is never called.
+    texts. They are passed to the study, except those in SHORTHANDS, which become settings. The function
+    itself is never called.
     """
     own = [
         p.replace(kind=p.POSITIONAL_OR_KEYWORD)
@@ -157,6 +158,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         ] = None,
         unit_header: Annotated[bool, typer.Option("--unit-header", help="CSV heads with units.")] = False,
         no_header: NoHeader = False,
+        columns: Columns = None,
         verbose: Annotated[
             bool, typer.Option("-v", "--verbose", help="Tell residuals, drifts, trusted digits, method, too.")
         ] = False,
@@ -178,7 +180,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             problem = f"a block of mass and inertia in {format} is what `rigidcli inertia -f {format}` writes"
             raise typer.BadParameter(problem, param_hint="'--format'")
         options["steps"] = steps and format in PEOPLE
-        columns = tuple(options.pop("columns", None) or ())
+        chosen = tuple(columns or ())
         wanted = _read_units(units)
         if wanted and format not in PEOPLE:
             tell_notes("--units", [f"{format} has SI units, whatever `--units` says"], quiet)
@@ -201,7 +203,10 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         pictured: list[Report] = []
 
         told: Form = "rows" if format is Format.csv else "few" if format in PEOPLE else "starts"
-        work = Work(study.__name__, options, exact, changes, named, columns, _requirement(format), told)
+        keys = () if swept is None else tuple(key.name for key in swept.keys)
+        in_rows = keys if format in (Format.csv, Format.parquet) or (keys and format in PEOPLE) else None
+        require = _requirement(format)
+        work = Work(study.__name__, options, exact, changes, named, chosen, require, told, in_rows)
 
         from rigidcli.model.robots import is_robot
 
@@ -252,7 +257,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                     "sweep": sweep or [],
                     "zip": pair,
                 }
-                look = Look(columns=columns, several=several)
+                look = Look(columns=chosen, several=several)
                 with failures.of(str(output)):
                     parts = tasks(work, files, swept, failures, processes)
                     write_folder(str(output), parts, total, look, processes, about, failures, quiet)
@@ -276,7 +281,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 not no_header,
                 width,
                 colour,
-                columns,
+                chosen,
                 several=several,
                 unit_header=unit_header,
                 verbose=verbose,

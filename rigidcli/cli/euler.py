@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.computing import Columns, Duration, MaxSteps, Samples, computing
+from rigidcli.cli.computing import Duration, MaxSteps, Samples, computing
 
 
 class EngineName(StrEnum):
@@ -23,7 +23,6 @@ def euler(
     *,
     samples: Samples = None,
     duration: Duration = None,
-    columns: Columns = None,
     engine: Annotated[
         EngineName, typer.Option(help="What integrates driven motion; taylor needs the extra `taylor`.")
     ] = EngineName.auto,

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.computing import Columns, Duration, MaxSteps, Samples, computing
+from rigidcli.cli.computing import Duration, MaxSteps, Samples, computing
 
 
 @computing
@@ -14,7 +14,6 @@ def hamilton(
     *,
     samples: Samples = None,
     duration: Duration = None,
-    columns: Columns = None,
     invariants: Annotated[
         bool,
         typer.Option("--invariants", help="Search for conserved quantities also where that takes longer."),

@@ -42,6 +42,8 @@ class Work:
 
     `settings` are those of `--set`, `named` has the keys that an option of its own has given. `require`
     raises RigidError for a report that cannot be written. `ensembles` says how these are told.
+    `columns` are those that are asked for, of the table of data. Where `in_rows` is not None, reports of a
+    sweep, whose keys it has, and reports without data are written as rows, and the columns are those of rows.
     """
 
     study: str
@@ -52,6 +54,7 @@ class Work:
     columns: tuple[str, ...]
     require: Callable[[Report], None] | None
     ensembles: Form = "starts"
+    in_rows: tuple[str, ...] | None = None
 
     def drafts(self, file: str) -> Drafts:
         """What is in a file, for documents. Raises DocumentError."""
@@ -68,7 +71,7 @@ class Work:
         else:
             with watch() as show:
                 report = run(document, **self.options, progress=show)
-        _require_columns(report, self.columns)
+        _require_columns(report, self)
         if self.require is not None:
             self.require(report)
         return report
@@ -267,7 +270,7 @@ def _of_document(
             if isinstance(found, RigidError):
                 yield Answer(source, replace(failure(found, source), place=f"start {place}"), files)
             else:
-                _require_columns(found, work.columns)
+                _require_columns(found, work)
                 yield Answer(source, found, files, start=place)
     except (RigidError, MemoryError) as error:
         yield Answer(source, failure(error, source), files)
@@ -305,12 +308,19 @@ def _require_fitting(document: Document, command: str) -> None:
                 raise document.refusal(f"missing: `{command}` needs it", NEEDS[command][0], hint=hint)
 
 
-def _require_columns(report: Report, columns: Sequence[str]) -> None:
-    """Raise UsageError unless the table of data has these columns."""
+def _require_columns(report: Report, work: Work) -> None:
+    """Raise UsageError unless what is written of the report has the columns that are asked for."""
+    if not work.columns:
+        return
     known = [name for table in report.tables if table.data for each in table.columns for name in each.cells]
-    for name in columns:
-        if not known:
-            raise UsageError("there are no samples here to choose columns of")
+    if work.in_rows or (work.in_rows is not None and not known):
+        from rigidcli.render.csv import row_of
+
+        known = [*work.in_rows, *row_of(report)]
+    if not known:
+        hint = "`-f csv` has results as a row, of which they can be chosen"
+        raise UsageError("there are no samples here to choose columns of", hint=hint)
+    for name in work.columns:
         if name not in known:
             raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(known)}")
 

@@ -283,13 +283,16 @@ def nutation(
     precession: float,
     nutation: float,
     weight_moment: float,
+    is_steady: bool = False,
 ) -> Nutation:
     """The nutation of a top that starts at `tilt` with phi-dot `precession` and theta-dot `nutation` (rad/s).
 
     All is done with 80 digits, from the sines of the given floats: see `swing`.
 
     Without weight this is the free precession of the body about L, in which theta varies too. A start
-    with the rates of `steady`, but for rounding, is steady.
+    with the rates of `steady`, but for rounding, is steady. So is one that `is_steady` by what is asked, if
+    theta-dot is zero: at a horizontal axis, the rounding of a quarter turn weighs the more the slower the
+    spin is.
     """
     with localcontext(CONTEXT):
         down, up = _distances(tilt)
@@ -299,7 +302,7 @@ def nutation(
         turning, slope = exactly(precession) * square, exactly(nutation) * square.sqrt()
         energy = exactly(nutation) ** 2 + exactly(precession) * turning
         start = Start(a, beta, turning, slope, energy, down, up)
-        found = swing(start, 4 * Decimal(ROUNDING))
+        found = swing(start, _TWO if is_steady else 4 * Decimal(ROUNDING))
         if found.low == found.high:
             return _constant_tilt(tilt, precession if square else None, found.rise)
         return _between(start, tilt, found)

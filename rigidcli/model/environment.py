@@ -225,7 +225,7 @@ class Environment:
     def _value(self, expression: Expression, dimension: Dimension | None) -> Any:
         self._use(expression.names)
         if expression.names & self.broken or self._without_value(expression.names):
-            return 1.0
+            return _exact(parse("1"), {}) if self.arithmetic.exact else 1.0
         self._check_dimension(expression, dimension)
         if self.arithmetic.exact:
             return _exact(expression, self.parameters)

@@ -267,7 +267,7 @@ class Shape(Form):
         if isinstance(self.density, Formula):
             return self._of_field(self.density, arithmetic)
         measure, centre, second, _ = self.geometry(arithmetic)
-        mass = self.mass if self.mass is not None else (self.density or 0) * measure
+        mass = self.mass if self.mass is not None else self.mean_density(arithmetic) * measure
         second, centre = arithmetic.array(second), arithmetic.array(centre)
         if second.ndim == 1:
             inertia = tensor.Inertia.of(tensor.from_second_moments(mass, np.diag(second)))

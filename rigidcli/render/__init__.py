@@ -15,10 +15,10 @@ from rigidcli.report import Report
 class Look:
     """The look of the output: significant digits for people, the csv header, width and colour.
 
-    `columns` are those of tables of data to show, all of them when empty. With `several` documents, such
-    a table in csv begins with a column of their names. Heads of csv have `unit_header` where they tell
-    units, too. People see diagnostics when they are `verbose`, and the `steps` of the working on demand.
-    LaTeX is a whole document where it is `standalone`.
+    `columns` are those of tables of data, or of rows, to show, all of them when empty. With `several`
+    documents, such a table in csv begins with a column of their names. Heads of csv have `unit_header` where
+    they tell units, too. People see diagnostics when they are `verbose`, and the `steps` of the working on
+    demand. LaTeX is a whole document where it is `standalone`.
     """
 
     digits: int = 6

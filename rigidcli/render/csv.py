@@ -19,19 +19,24 @@ ROWS = 50_000
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
-    """The header before the first row, and where it changes; what is not known is an empty cell."""
+    """The header before the first row, and where it changes; what is not known is an empty cell.
+
+    Rows of reports follow one header, as long as no report has a result that those before it lack.
+    """
     written: list[str] = []
+    in_rows = False
     for report in reports:
         data = next((table for table in report.tables if table.data), None)
         if data is None or report.swept:
-            row = {_head(name, unit, look): value for name, (value, unit) in row_of(report).items()}
-            if report.swept:
-                # Rows at other values may lack a result: one header serves them all.
-                row = dict.fromkeys(written) | row
+            chosen = row_of(report, look.columns)
+            row = {_head(name, unit, look): value for name, (value, unit) in chosen.items()}
+            row = dict.fromkeys(written) | row if in_rows else row
+            in_rows = True
             points = count(report) or 1
             rows = zip(*(_texts(value, points) for value in row.values()), strict=True)
             header, lines = list(row), iter(["".join(",".join(cells) + "\n" for cells in rows)])
         else:
+            in_rows = False
             columns = single_cells(data, look.columns)
             # Whole numbers, the place of a start, are the same for many rows.
             whole = columns[0] if getattr(columns[0].values, "dtype", np.dtype(float)).kind == "i" else None
@@ -45,13 +50,16 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         yield from lines
 
 
-def row_of(report: Report) -> dict[str, tuple[Value, str]]:
-    """The cells of the row of a report and their units, by their heads: first, and once, what is swept."""
+def row_of(report: Report, names: Sequence[str] = ()) -> dict[str, tuple[Value, str]]:
+    """The cells of the row of a report and their units, by their heads: first, and once, what is swept.
+
+    Where it has some of the `names`, only those, in that order.
+    """
     row: dict[str, tuple[Value, str]] = {entry.key: (None, "") for entry in report.swept}
     row["name"] = report.name, ""
     for entry in (*report.fields, *report.swept):
         row |= {head: (_at(entry.value, place), entry.unit) for head, place in entry.cells.items()}
-    return row
+    return {name: row[name] for name in names if name in row} or row
 
 
 def _head(name: str, unit: str, look: Look) -> str:

@@ -102,7 +102,8 @@ class Rows:
         """Add the row of a report, or those of its table of data."""
         data = next((table for table in report.tables if table.data), None)
         if data is None or report.swept:
-            row = {name: (plain(value), unit) for name, (value, unit) in row_of(report).items()}
+            chosen = row_of(report, self.look.columns)
+            row = {name: (plain(value), unit) for name, (value, unit) in chosen.items()}
             self._join({name: Kind(_type(value), unit) for name, (value, unit) in row.items()})
             self._singles.append({name: value for name, (value, _) in row.items()})
             self._grow(1)

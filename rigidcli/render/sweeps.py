@@ -15,8 +15,8 @@ from rigidcli.report import Column, Report, Table, Value
 def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None]) -> Iterator[Report]:
     """One report with the table, if there are any; `tell` is told how many columns do not fit in it.
 
-    Its columns are the keys that are swept, names where there are several, and those of csv that are not the
-    same in all rows, as far as the width of the terminal allows.
+    Its columns are those that are asked for; or the keys that are swept, names where there are several, and
+    those of csv that are not the same in all rows, as far as the width of the terminal allows.
     """
     columns: dict[str, list[Value]] = {}
     units: dict[str, str] = {}
@@ -41,10 +41,11 @@ def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None])
     fixed = [*keys, *(["name"] if len(set(columns["name"])) > 1 else [])]
     others = [name for name in columns if name in told and name not in (*keys, "name")]
     varied = [name for name in others if _varies(columns[name], look, count == 1)]
-    if not varied:
+    if not varied and not look.columns:
         tell(f"no result changes with {', '.join(keys)}; `-f csv` has them all")
-    shown = [*fixed, *varied]
-    kept = len(shown) if look.width is None else max(len(fixed) + 1, _fitting(shown, columns, units, look))
+    shown = list(dict.fromkeys(look.columns)) or [*fixed, *varied]
+    is_free = look.width is None or look.columns
+    kept = len(shown) if is_free else max(len(fixed) + 1, _fitting(shown, columns, units, look))
     if kept < len(shown):
         tell(f"{len(shown) - kept} more columns change, for which the terminal is too narrow: see `-f csv`")
     table = Table(

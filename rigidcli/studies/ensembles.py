@@ -50,10 +50,15 @@ def sampling_of(document: Document) -> Motion | Orbit:
 def require_one_start(document: Document, options: Mapping[str, object]) -> None:
     """Raise UsageError where `options` of a study of an ensemble ask for what is made of one start."""
     asked = [name for name in ("picture", "program") if options.get(name) not in (None, False, ANY)]
-    if asked:
+    starts = document.ensemble
+    if asked and starts is not None:
+        first = ", ".join(
+            f"{name}: {value:g}" for name, value in zip(starts.names, starts.values[0], strict=True)
+        )
+        one = "motion.omega=[1, 2, 3]" if document.system is None else f"orbit.initial={{{first}}}"
         raise UsageError(
-            f"a {asked[0]} is of one start, and there are {len(document.ensemble or ()):,}",
-            hint="set one, such as `--set motion.omega=[1, 2, 3]`, or use the rows of `-f csv`",
+            f"a {asked[0]} is of one start, and there are {len(starts):,}",
+            hint=f'set one, such as `--set "{one}"`, or use the rows of `-f csv`',
         )
 
 

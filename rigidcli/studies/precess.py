@@ -164,7 +164,8 @@ def _at_tilt(
     if start is None:
         found.notes.append("there is no steady precession to begin with, so that nutation is not told")
         return values
-    nutation = asdict(heavytop.nutation(*top, start, section.nutation, fall))
+    is_steady = section.precession is None
+    nutation = asdict(heavytop.nutation(*top, start, section.nutation, fall, is_steady))
     return values | {NUTATION.get(key, key): value for key, value in nutation.items()}
 
 

@@ -579,7 +579,6 @@ def test_points_are_not_read_from_a_device_or_a_pipe(folder: Path) -> None:
         ["axes", "--units", "1", "x"],
         ["axes", "--units", "", "x"],
         ["axes", "--units", "furlongs_a", "x"],
-        ["axes", "--columns", "t", "x"],
         ["validate", "-f", "json", "x"],
         ["schema", "x"],
         ["schema", "answers", "assignment"],

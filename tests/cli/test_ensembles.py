@@ -154,3 +154,21 @@ def test_what_shows_one_start_refuses_several(option: list[str], tmp_path: Path,
     assert (found.code, found.out) == (2, "")
     assert "hint: " in found.err
     assert "3" in found.err
+
+
+@pytest.mark.parametrize(
+    ("command", "text", "starts"),
+    [
+        ("hamilton", OSCILLATOR, "[{x: 1, xdot: 2}, {x: 2, xdot: 0}]"),
+        ("euler", FREE, "[[1, 2, 3], [0, 1, 0]]"),
+    ],
+)
+def test_a_picture_needs_one_start_which_can_be_set_as_told(
+    command: str, text: str, starts: str, tmp_path: Path, program: Program
+) -> None:
+    asked = (command, "-q", written(tmp_path, text, starts), "--plot", str(tmp_path / "a.svg"))
+    many = program(*asked)
+    assert (many.code, many.out) == (2, "")
+    setting = many.err.partition('--set "')[2].partition('"')[0]
+    assert program(*asked, "--set", setting).code == 0
+    assert (tmp_path / "a.svg").exists()

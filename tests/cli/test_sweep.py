@@ -358,6 +358,55 @@ def test_a_value_for_a_symbol_makes_numbers(program: Program) -> None:
     assert [float(row["Ixx"]) for row in rows] == pytest.approx([8 / 3, 32 / 3, 16 / 3, 64 / 3])
 
 
+# --- columns that are asked for
+
+
+@pytest.mark.parametrize(
+    ("command", "key"),
+    [
+        (("axes", CUBE), ("body.side=1:2:20", "lambda3")),
+        (("precess", TOP), ("top.spin=100:200:20", "top.gyroscopic_rate")),
+        (("euler", TOP, "--samples", "2"), ("top.spin=100:200:3", "lambda3")),
+    ],
+)
+def test_columns_are_cut_from_all_and_stand_as_asked(
+    program: Program, command: tuple[str, ...], key: tuple[str, str]
+) -> None:
+    values, result = key
+    asked = [result, "name", values.partition("=")[0]]
+    every = program(*command, "-f", "csv", "--sweep", values)
+    some = program(*command, "-f", "csv", "--sweep", values, "--columns", ",".join(asked))
+    assert some.code == 0
+    assert table(some.out) == [{name: row[name] for name in asked} for row in table(every.out)]
+    heads = program(*command, "--sweep", values, "--columns", ",".join(asked)).out.splitlines()[3]
+    assert [word for word in heads.split() if word in asked] == asked
+
+
+def test_rows_of_files_follow_one_header(program: Program) -> None:
+    files = ("configs/t_handle.yaml", CUBE, "configs/t_handle.yaml")
+    chosen = program("axes", "-q", "-f", "csv", "--columns", "name,lambda1", *files).out.splitlines()
+    assert len(chosen) == 4
+    every = table(program("axes", "-q", "-f", "csv", *files).out)
+    assert [row["name"] for row in every] == ["T-handle", "cube about its corner", "T-handle"]
+    assert [row["T"] == "" for row in every] == [False, True, False]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("precess", TOP, "--columns", "top.spin"), "`-f csv`"),
+        (("precess", TOP, "-f", "csv", "--columns", "top.spn"), "top.spin"),
+        (("euler", TOP, "-f", "csv", "--sweep", "top.spin=1,2", "--columns", "t"), "angular_momentum"),
+    ],
+)
+def test_columns_that_are_not_there_are_refused(
+    program: Program, arguments: tuple[str, ...], told: str
+) -> None:
+    done = program(*arguments)
+    assert (done.code, done.out) == (2, "")
+    assert told in done.err
+
+
 # --- tables for people
 
 

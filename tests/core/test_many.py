@@ -194,7 +194,8 @@ def test_nutation_has_the_bits_of_eighty_digits(seed: int) -> None:
     for runs, found in grouped(np.arange(count), work):
         together += 0 if found is None else len(runs)
         for place, run in enumerate(runs.tolist() if found else ()):
-            one = asdict(top.nutation(**{name: float(values[run]) for name, values in columns.items()}))
+            single: Any = {name: float(values[run]) for name, values in columns.items()}
+            one = asdict(top.nutation(**single))
             assert found is not None
             for key, value in one.items():
                 many = found[key]

@@ -365,6 +365,11 @@ def test_a_broken_parameter_is_one_problem_however_often_it_is_used(value: str) 
     assert places(text) == [(1, "parameters.a")]
 
 
+def test_a_broken_parameter_is_one_problem_beside_symbols() -> None:
+    text = "parameters: {m: null, a: nope}\nbody: {shape: cube, side: a, mass: m*a}"
+    assert places(text) == [(1, "parameters.a")]
+
+
 @pytest.mark.parametrize("name", ["pi", "t", "sin", "sqrt", "atan2", "log", "ln", "π"])
 def test_a_reserved_name_is_refused_as_reserved(name: str) -> None:
     message = told(f"parameters: {{{name}: 1}}\n{CUBE}")

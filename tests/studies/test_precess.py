@@ -138,6 +138,15 @@ def test_of_a_prolate_body_e3_is_its_axis_and_the_body_rate_is_negative() -> Non
     assert any("e1" in note for note in report.notes)
 
 
+@pytest.mark.parametrize("spin", ["1e-6", "0.1", "-0.5", "3"])
+@pytest.mark.parametrize("tilt", ["90 deg", "pi/2"])
+def test_a_horizontal_top_that_is_to_be_steady_is(spin: str, tilt: str) -> None:
+    found = top(f"{DISC}, lambda1: 9e-4, spin: {spin}, tilt: {tilt}, precession: steady")
+    assert found["nutation_kind"] == "steady"
+    assert found["theta_min"] == found["theta_max"] == math.pi / 2
+    assert found["mean_precession_rate"] == found["slow_rate"]
+
+
 def test_a_sphere_turns_steadily() -> None:
     found = free("[2, 2, 2]", "[0, 0.6, 0.8]")
     assert (found["body_rate"], found["body_period"]) == (0, None)
