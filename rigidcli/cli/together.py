@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rigidcli.model.load import Draft
     from rigidcli.model.sweeps import Sweep
 
-STUDIES = ("precess",)
+STUDIES = ("precess", "inertia", "axes")
 """The studies whose formulas take arrays for numbers."""
 
 AT_ONCE = 4096

@@ -86,7 +86,7 @@ def _many_representable(value: Many) -> Many:
     """The numbers without signed zeros. Raises PartedError where floats cannot hold some."""
     sizes = np.abs(value.values)
     agreed(True, (np.isfinite(sizes) & ((sizes == 0) | (sizes >= TINY))).reshape(len(sizes), -1).all(axis=1))
-    return Many(value.values + 0.0)
+    return Many(np.ascontiguousarray(value.values) + 0.0)
 
 
 TINY = float(np.finfo(np.float64).tiny)
