@@ -45,7 +45,7 @@ def together(
     """
     import numpy as np
 
-    from rigidcli.core.many import UnfitError, grouped
+    from rigidcli.core.groups import UnfitError, grouped
 
     try:
         values = sweep.together(places)

@@ -14,7 +14,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats
-from rigidcli.core.many import Many, common, runs
+from rigidcli.core.groups import common
+from rigidcli.core.many import Many, runs
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ComputationError
 

@@ -9,7 +9,8 @@ from pathlib import PurePath
 
 import numpy as np
 
-from rigidcli.core.many import Many, agreed
+from rigidcli.core.groups import agreed
+from rigidcli.core.many import Many
 from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.model.document import Document
 from rigidcli.model.texts import STDIN

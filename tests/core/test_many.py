@@ -17,8 +17,9 @@ from hypothesis import strategies as st
 
 from rigidcli.core import elliptic, top
 from rigidcli.core.arithmetic import FLOAT, Floats
+from rigidcli.core.groups import ALONE, PartedError, UnfitError, grouped
 from rigidcli.core.high_precision import CONTEXT
-from rigidcli.core.many import ALONE, MANY, Many, PartedError, UnfitError, grouped
+from rigidcli.core.many import MANY, Many
 from rigidcli.core.pairs import LEAST, Pairs, exactly, rounded
 
 few = settings(max_examples=60, deadline=None)
