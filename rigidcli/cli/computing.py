@@ -218,7 +218,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 tell_notes(file, work.drafts(file).notes, quiet)
 
         def reports() -> Iterator[Report]:
-            from rigidcli.cli.plan import ordered
+            from rigidcli.cli.plan import PAYS, ordered
 
             known = defaultdict[str, Known](Known)
             apart = processes != 1 or swept is not None
@@ -226,7 +226,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             # On a terminal, rows that stream show the progress themselves.
             is_seen = width is not None and format is not Format.table
             with counted(total) if apart and not is_seen else nullcontext(lambda: None) as done:
-                for answer in ordered(do, tasks(work, files, swept, failures, processes), processes):
+                plan = tasks(work, files, swept, failures, processes)
+                for answer in ordered(do, plan, processes, PAYS if jobs is None else 1):
                     points = 1
                     with failures.of(answer.source):
                         target.protect(*answer.files)

@@ -10,6 +10,7 @@ import signal
 import warnings
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
+from itertools import chain, islice
 from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 from rigidcli.errors import ComputationError, UsageError, shown
@@ -23,6 +24,8 @@ _Result = TypeVar("_Result")
 AHEAD = 4
 """Tasks for each process, or worker, that are handed out before results are asked for: none of them waits."""
 
+PAYS = 16
+"""Tasks from which on processes pay that nobody has asked for: they take longer to start than a few tasks."""
 
 MOST_JOBS = 1024
 """The most processes: more than any machine has cores for."""
@@ -54,19 +57,23 @@ def usable_cores() -> int:
 
 
 def ordered(
-    work: Callable[[_Task], Iterable[_Result]], tasks: Iterable[_Task], jobs: Jobs
+    work: Callable[[_Task], Iterable[_Result]], tasks: Iterable[_Task], jobs: Jobs, least: int = 1
 ) -> Iterator[_Result]:
     """All results of each task, in the order of the tasks, of which `jobs` run at a time.
 
-    Tasks are made when there is room for them, so that there may be any number. With one job, all is done
-    in this process, and each result comes at once. Raises ComputationError where a process ends early.
+    Tasks are made when there is room for them, so that there may be any number. With one job, or fewer tasks
+    than the `least`, all is done in this process, and each result comes at once. Raises ComputationError
+    where a process ends early.
     """
     if isinstance(jobs, str):
         from rigidcli.cli.cluster import on_cluster
 
         yield from on_cluster(work, tasks, jobs, AHEAD)
         return
-    if jobs == 1:
+    tasks = iter(tasks)
+    first = list(islice(tasks, least)) if jobs > 1 else []
+    tasks = chain(first, tasks)
+    if len(first) < least:
         for task in tasks:
             yield from work(task)
         return

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from rigidcli.model.load import Draft
     from rigidcli.model.sweeps import Sweep
 
-STUDIES = ("precess",)
+STUDIES = ("precess", "inertia", "axes")
 """The studies whose formulas take arrays for numbers."""
 
 AT_ONCE = 4096
@@ -45,7 +45,7 @@ def together(
     """
     import numpy as np
 
-    from rigidcli.core.many import UnfitError, grouped
+    from rigidcli.core.groups import UnfitError, grouped
 
     try:
         values = sweep.together(places)

@@ -1,143 +1,117 @@
 """Many values of one number at once: arrays that pass through the formulas of a single float.
 
-A `Many` has a float for each of some runs of the same formulas, and stands wherever one float does. Its
-results are those of the runs one by one, bit for bit: sums, products, quotients and square roots are rounded
-correctly by IEEE 754, and the functions are those of `math`, since the ones that numpy has for arrays may
-differ from them in the last bit. A branch is taken by all runs or by none: where they part, a
-`PartedError` says which of them go together, and `grouped` begins anew with each of these.
+A `Many` has a float, or an array, for each of some runs of the same formulas, and stands wherever one float
+or one array does. Its results are those of the runs one by one, bit for bit: sums, products, quotients and
+square roots are rounded correctly by IEEE 754, and the functions are those of `math`, since the ones that
+numpy has for arrays may differ from them in the last bit. A branch is taken by all runs or by none, as
+`core.groups` has it.
 """
 
 from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import fields
 from itertools import repeat
-from typing import Any, NoReturn, TypeVar
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core.arithmetic import FLOAT, Arithmetic, Floats
+from rigidcli.core.arithmetic import FLOAT, Arithmetic
+from rigidcli.core.groups import UnfitError, agreed, common
 
-ALONE = -1
-"""The label of a run that has to be worked by itself."""
-
-FEW = 8
-"""Groups of fewer runs are worked one by one, which takes no longer."""
-
-_Found = TypeVar("_Found")
-
-
-class UnfitError(Exception):
-    """Something that takes one float, and cannot be done with many at once."""
-
-
-class PartedError(Exception):
-    """The runs take different ways: those with the same of the `labels` (n) go together, ALONE ones alone."""
-
-    def __init__(self, labels: NDArray[np.int_]) -> None:
-        super().__init__("runs take different ways")
-        self.labels = labels
-
-
-def agreed(yes: Any, certain: Any = True) -> bool:
-    """The truth value that all runs have in common (each n).
-
-    Raises PartedError where they have none, and where some are not `certain`.
-    """
-    labels = np.where(certain, yes, ALONE)
-    return bool(common(labels))
-
-
-def common(labels: Any) -> int:
-    """The label that all runs have in common. Raises PartedError where there is none."""
-    first = int(labels.flat[0])
-    if first == ALONE or (labels != first).any():
-        raise PartedError(labels)
-    return first
-
-
-def grouped(
-    runs: NDArray[np.int_], work: Callable[[NDArray[np.int_]], _Found]
-) -> Iterator[tuple[NDArray[np.int_], _Found | None]]:
-    """What `work` finds for groups of the `runs` (n), each run in one group; None for those to work alone.
-
-    Errors of `work`, other than PartedError, are for those runs to tell that have them.
-    """
-    if len(runs) < FEW:
-        yield runs, None
-        return
-    try:
-        yield runs, work(runs)
-    except PartedError as parted:
-        for label in np.unique(parted.labels).tolist():
-            group = runs[parted.labels == label]
-            if label == ALONE:
-                yield group, None
-            else:
-                yield from grouped(group, work)
-    except (UnfitError, ArithmeticError):
-        yield runs, None
+SHORT = 8
+"""Sums of fewer numbers are added by numpy one after the other, however they lie in memory."""
 
 
 def _unfit(*_: object) -> NoReturn:
     raise UnfitError
 
 
-def _compared(name: str) -> Callable[[Many, Any], bool]:
-    compare = getattr(operator, name)
+def _aligned(*numbers: Any) -> Iterator[Any]:
+    """The values of numbers and arrays, with axes put in so that those of one run meet each other."""
+    if not all(isinstance(number, Many | np.ndarray | float | int) for number in numbers):
+        raise UnfitError
+    rank = max(number.ndim if isinstance(number, Many) else np.ndim(number) for number in numbers)
+    for number in numbers:
+        if isinstance(number, Many):
+            count, *shape = number.values.shape
+            number = number.values.reshape(count, *[1] * (rank - len(shape)), *shape)
+        yield number
 
-    def method(self: Many, other: Any) -> bool:
-        return agreed(compare(self.values, _values(other)))
+
+def _told(values: Any) -> Any:
+    """What comes out in all runs; a truth value in each has to be the same."""
+    return agreed(values) if values.dtype == bool and values.ndim == 1 else Many(values)
+
+
+def _operated(name: str, *, backwards: bool = False) -> Callable[[Many, Any], Any]:
+    operate = getattr(operator, name)
+
+    def method(self: Many, other: Any) -> Any:
+        return _told(operate(*(_aligned(other, self) if backwards else _aligned(self, other))))
 
     return method
 
 
-def _values(other: Any) -> Any:
-    if isinstance(other, Many):
-        return other.values
-    if isinstance(other, float | int):
-        return other
-    raise UnfitError
+def _reduced(name: str) -> Callable[..., Any]:
+    """A method of arrays that takes the entries along one axis together, or all."""
+
+    def method(self: Many, axis: int | None = None, **options: Any) -> Many:
+        values = self.values.reshape(len(self.values), -1) if axis is None else self.values
+        along = 1 if axis is None else axis + 1
+        if not 0 < along < values.ndim or (name == "sum" and values.shape[along] >= SHORT):
+            raise UnfitError
+        return Many(getattr(values, name)(axis=along, **options))
+
+    return method
 
 
 class Many:
-    """A number in each of n runs: `values` (n); or a vector in each (n by k), whose entries can be taken."""
+    """A number in each of n runs: `values` (n); or an array in each (n, ...), whose entries can be taken."""
 
     __slots__ = ("values",)
 
-    __array_ufunc__ = None
-    """Arrays leave operations with it to this class."""
-
-    def __init__(self, values: Floats) -> None:
+    def __init__(self, values: NDArray[Any]) -> None:
         self.values = values
 
-    def __add__(self, other: Any) -> Many:
-        return Many(self.values + _values(other))
-
-    __radd__ = __add__
-
-    def __mul__(self, other: Any) -> Many:
-        return Many(self.values * _values(other))
-
-    __rmul__ = __mul__
-
-    def __sub__(self, other: Any) -> Many:
-        return Many(self.values - _values(other))
-
-    def __rsub__(self, other: Any) -> Many:
-        return Many(_values(other) - self.values)
+    __add__ = _operated("add")
+    __radd__ = _operated("add", backwards=True)
+    __mul__ = _operated("mul")
+    __rmul__ = _operated("mul", backwards=True)
+    __sub__ = _operated("sub")
+    __rsub__ = _operated("sub", backwards=True)
+    __and__ = _operated("and_")
+    __eq__ = _operated("eq")
+    __ne__ = _operated("ne")
+    __lt__ = _operated("lt")
+    __le__ = _operated("le")
+    __gt__ = _operated("gt")
+    __ge__ = _operated("ge")
+    any, all, sum, max = map(_reduced, ("any", "all", "sum", "max"))
+    __hash__ = None  # type: ignore[assignment]
+    __float__ = __int__ = __index__ = __format__ = __array__ = _unfit
 
     def __truediv__(self, other: Any) -> Many:
-        return _quotient(self.values, _values(other))
+        return _quotient(self, other)
 
     def __rtruediv__(self, other: Any) -> Many:
-        return _quotient(_values(other), self.values)
+        return _quotient(other, self)
+
+    def __matmul__(self, other: Any) -> Many:
+        return _product(self, other)
+
+    def __rmatmul__(self, other: Any) -> Many:
+        return _product(other, self)
 
     def __pow__(self, other: Any) -> Many:
-        return each(operator.pow, self, _values(other))
+        if not self.ndim:
+            return each(operator.pow, self, other)
+        if other != 2:
+            raise UnfitError
+        return Many(self.values**2)
 
     def __neg__(self) -> Many:
         return Many(-self.values)
@@ -145,21 +119,73 @@ class Many:
     def __abs__(self) -> Many:
         return Many(abs(self.values))
 
-    def __getitem__(self, index: int | tuple[int, ...]) -> Many:
-        return Many(np.moveaxis(self.values, 0, -1)[index])
+    def __getitem__(self, index: Any) -> Many:
+        return Many(self.values[self._place(index)])
+
+    def __setitem__(self, index: Any, value: Any) -> None:
+        value = MANY.array(value)
+        self.values[self._place(index)] = value.values if isinstance(value, Many) else value
+
+    def _place(self, index: Any) -> Any:
+        if not self.ndim:
+            raise UnfitError
+        if isinstance(index, Many):
+            return index.values
+        return (slice(None), *(index if isinstance(index, tuple) else (index,)))
+
+    def __len__(self) -> int:
+        if not self.ndim:
+            raise UnfitError
+        return int(self.values.shape[1])
+
+    def __iter__(self) -> Iterator[Many]:
+        return (self[place] for place in range(len(self)))
 
     def __bool__(self) -> bool:
+        if self.ndim:
+            raise UnfitError
         return agreed(self.values != 0)
 
-    __eq__ = _compared("eq")
-    __ne__ = _compared("ne")
-    __lt__ = _compared("lt")
-    __le__ = _compared("le")
-    __gt__ = _compared("gt")
-    __ge__ = _compared("ge")
-    __hash__ = None  # type: ignore[assignment]
-    __float__ = __int__ = __index__ = __format__ = _unfit
-    __array__ = __iter__ = __len__ = __matmul__ = __rmatmul__ = _unfit
+    @property
+    def ndim(self) -> int:
+        """The number of axes of what each run has."""
+        return self.values.ndim - 1
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """The kind of number."""
+        return self.values.dtype
+
+    @property
+    def T(self) -> Many:  # noqa: N802 - the name that numpy has
+        """The transpose of the matrix of each run."""
+        return Many(self.values.swapaxes(1, 2)) if self.ndim == 2 else self
+
+    @property
+    def flat(self) -> Many:
+        """The entries of the array of each run one after the other, in the same memory."""
+        entries = self.values.reshape(len(self.values), -1)
+        if not np.shares_memory(entries, self.values):
+            raise UnfitError
+        return Many(entries)
+
+    def diagonal(self) -> Many:
+        """The diagonal of the matrix of each run."""
+        return Many(self.values.diagonal(axis1=1, axis2=2))
+
+    def __array_ufunc__(self, function: Any, method: str, *numbers: Any, **options: Any) -> Any:
+        if options or method not in ("__call__", "outer") or function not in _ROUNDED:
+            raise UnfitError
+        if method == "outer":
+            numbers = numbers[0][:, None], numbers[1][None, :]
+        if function in _ARRAYS:
+            return _ARRAYS[function](*numbers)
+        return _told(function(*_aligned(*numbers)))
+
+    def __array_function__(self, function: Any, _: Any, given: Any, options: Any) -> Any:
+        if function not in _ARRAYS:
+            raise UnfitError
+        return _ARRAYS[function](*given, **options)
 
     def __getattr__(self, name: str) -> NoReturn:
         if name.startswith("__"):
@@ -169,15 +195,73 @@ class Many:
 
 def _quotient(dividend: Any, divisor: Any) -> Many:
     """The quotient of runs none of which divides by zero, as a float may not."""
-    if agreed(np.asarray(divisor) == 0):
+    zero = np.asarray((divisor.values if isinstance(divisor, Many) else divisor) == 0)
+    if agreed(zero.reshape(len(zero), -1).any(axis=1)) if isinstance(divisor, Many) else zero.any():
         raise ZeroDivisionError
-    return Many(dividend / divisor)
+    return Many(operator.truediv(*_aligned(dividend, divisor)))
+
+
+def _product(one: Any, other: Any) -> Many:
+    """The matrix product in each run, for which numpy calls the same as for a single one."""
+    ranks = [number.ndim if isinstance(number, Many | np.ndarray) else 0 for number in (one, other)]
+    if not {1, 2}.issuperset(ranks):
+        raise UnfitError
+    left, right = (number.values if isinstance(number, Many) else number for number in (one, other))
+    found = (left if ranks[0] == 2 else left[..., None, :]) @ (right if ranks[1] == 2 else right[..., None])
+    found = found if ranks[1] == 2 else found[..., 0]
+    return Many(found if ranks[0] == 2 else found[:, 0])
+
+
+def _cross(one: Any, other: Any) -> Any:
+    (a, b, c), (x, y, z) = one, other
+    return MANY.array([b * z - c * y, c * x - a * z, a * y - b * x])
+
+
+def _diag(entries: Many) -> Many:
+    if entries.ndim == 2:
+        return entries.diagonal()
+    values = entries.values
+    return Many(np.where(np.eye(values.shape[1], dtype=bool), values[:, None, :], 0.0))
+
+
+def _norm(vectors: Many, *, axis: int) -> Many:
+    return Many(np.linalg.norm(vectors.values, axis=axis + 1))
+
+
+_ROUNDED = {
+    *(np.add, np.subtract, np.multiply, np.divide, np.negative, np.absolute, np.sqrt, np.matmul),
+    *(np.isfinite, np.equal, np.not_equal, np.less, np.less_equal, np.greater, np.greater_equal),
+    np.bitwise_and,
+}
+"""Functions of numpy with one right result, however many numbers they take at once."""
+
+_ARRAYS: dict[Any, Callable[..., Any]] = {
+    np.matmul: _product,
+    np.divide: _quotient,
+    np.where: lambda *numbers: Many(np.where(*_aligned(*numbers))),
+    np.outer: lambda one, other: one[:, None] * other[None, :],
+    np.cross: _cross,
+    np.diag: _diag,
+    np.argmax: lambda entries: common(entries.values.argmax(axis=1)),
+    np.linalg.norm: _norm,
+}
+"""What stands for functions of arrays, where an array is many."""
 
 
 def each(function: Callable[..., float], *numbers: Any) -> Many:
     """A function of floats, run by run; numbers that are not many are the same in all."""
-    columns = (number.values.tolist() if isinstance(number, Many) else repeat(number) for number in numbers)
-    return Many(np.array(list(map(function, *columns))))
+    return Many(np.array([function(*row) for row in runs(*numbers)]))
+
+
+def runs(*numbers: Any) -> Iterator[tuple[Any, ...]]:
+    """The numbers and arrays run by run; those that are not many are the same in all."""
+    return zip(*(_column(number) for number in numbers), strict=False)
+
+
+def _column(number: Any) -> Iterable[Any]:
+    if not isinstance(number, Many):
+        return repeat(number)
+    return number.values if number.ndim else number.values.tolist()
 
 
 def _either(function: Callable[..., float]) -> Callable[..., Any]:
@@ -209,20 +293,27 @@ class _Together(Arithmetic):
     """The arithmetic of floats, some of which are many at once."""
 
     def array(self, values: object) -> Any:
-        """The numbers as an array; where some of a list are many at once, as many vectors."""
-        entries = values if isinstance(values, list | tuple) else ()
+        """The numbers, nested to any depth, as an array; where some are many at once, as many arrays."""
+        if isinstance(values, Many):
+            return values
+        entries = [self.array(entry) for entry in values] if isinstance(values, list | tuple) else []
         counts = [len(entry.values) for entry in entries if isinstance(entry, Many)]
         if not counts:
             return FLOAT.array(values)
         columns = [
-            entry.values if isinstance(entry, Many) else np.full(counts[0], float(entry)) for entry in entries
+            entry.values if isinstance(entry, Many) else np.broadcast_to(entry, (counts[0], *entry.shape))
+            for entry in entries
         ]
         return Many(np.stack(columns, axis=1))
 
 
+def _itself(x: Any) -> Any:
+    return x if isinstance(x, Many) else float(x)
+
+
 MANY = _Together(
     **{entry.name: getattr(FLOAT, entry.name) for entry in fields(FLOAT)}
-    | {"sqrt": _sqrt, "sign": _sign}
+    | {"sqrt": _sqrt, "sign": _sign, "value": _itself, "size": _itself}
     | {name: _either(getattr(FLOAT, name)) for name in ("sin", "cos", "atan2", "hypot")}
 )
 """Floats, some of which are many at once."""

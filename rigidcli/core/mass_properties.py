@@ -114,8 +114,8 @@ def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassPrope
     Raises ValueProblem when the masses cancel, so that there is no centre of mass.
     """
     parts = list(parts)
-    masses = np.array([part.mass for part in parts])
-    coms = np.array([part.com for part in parts])
+    masses = n.array([part.mass for part in parts])
+    coms = n.array([part.com for part in parts])
     mass = masses.sum()
     if mass == 0:
         raise ValueProblem("the masses of the parts and holes add up to zero")
@@ -125,7 +125,7 @@ def combine(parts: Iterable[MassProperties], n: Arithmetic = FLOAT) -> MassPrope
     integrated = float(sum(known) / abs(mass)) if known else None
     com = coms[0] + masses @ (coms - coms[0]) / mass
     reach = [part.error + misplaced(own) for part, own in zip(parts, coms - com, strict=True)]
-    error = float(np.abs(masses) @ reach / abs(mass))
+    error = np.abs(masses) @ n.array(reach) / abs(mass)
     inertia = reduce(
         add,
         (

@@ -18,8 +18,9 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from rigidcli.core.groups import agreed
 from rigidcli.core.high_precision import CONTEXT, NOISE, SPLITTER
-from rigidcli.core.many import Many, agreed
+from rigidcli.core.many import Many
 
 ERROR = 32 * 2.0**-106
 """The relative error of one operation, twice what is proved: room for the rounding of the bounds."""

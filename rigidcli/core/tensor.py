@@ -10,12 +10,13 @@ tensor along axes in which it is known best, with a bound on the rounding of eac
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Scalar
+from rigidcli.core.many import MANY
 from rigidcli.errors import ValueProblem
 
 PHYSICAL_SLACK = 1e-10
@@ -38,7 +39,7 @@ def misplaced(*vectors: Array) -> float:
     """By how much rounding may misplace a sum of `vectors` (3, m), each turned; exact ones not at all."""
     if any(vector.dtype == object for vector in vectors):
         return 0.0
-    return MISPLACED * sum(math.hypot(*vector) for vector in vectors)
+    return MISPLACED * sum(MANY.hypot(*vector) for vector in vectors)
 
 
 def spread_noise(mass: Scalar, spread: Array, error: float) -> Floats:
@@ -152,11 +153,13 @@ class Inertia:
             return moment, 0.0
         widest = np.abs(along) + MISPLACED
         turning = 2 * MISPLACED * np.abs(self.entries).sum(axis=0) @ widest
-        return moment, float(self.noise_along(widest) + turning)
+        return moment, self.noise_along(widest) + turning
 
-    def noise_along(self, axis: Floats) -> float:
+    def noise_along(self, axis: Array) -> Scalar:
         """A bound on the rounding error of the moment about an `axis` (3, unit) along the entries'."""
-        return float(np.abs(axis) @ self.noise @ np.abs(axis))
+        along: Any = np.abs(axis)
+        bound: Scalar = along @ self.noise @ along
+        return bound
 
     def momentum(self, omega: Array) -> Array:
         """Angular momentum (..., 3; kg m^2/s) at angular velocities `omega` (..., 3; rad/s)."""

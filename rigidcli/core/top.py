@@ -22,8 +22,9 @@ from typing import Literal, TypeAlias
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.elliptic import complete_first, complete_third
+from rigidcli.core.groups import UnfitError
 from rigidcli.core.high_precision import CONTEXT, NOISE, PI
-from rigidcli.core.many import MANY, UnfitError
+from rigidcli.core.many import MANY
 from rigidcli.core.pairs import Long, Pairs, exactly, exceeds, rounded, settled, widened
 from rigidcli.errors import ComputationError
 

@@ -14,6 +14,8 @@ from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Scalar
+from rigidcli.core.groups import agreed
+from rigidcli.core.many import Many
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.model import holes
 from rigidcli.model.base import (
@@ -118,8 +120,11 @@ class KnownTensor(Form):
         return tensor.Inertia.of((given + given.T) / 2)
 
 
-def _require_physical(central: Array, n: Arithmetic) -> None:
+def _require_physical(central: Any, n: Arithmetic) -> None:
     """`tensor.require_physical` for a tensor without open symbols; of others nothing can be said."""
+    if isinstance(central, Many):
+        agreed(True, [tensor.shortfall(one) is None for one in central.values])
+        return
     values = [n.value(entry) for entry in central.flat]
     if None not in values:
         tensor.require_physical(np.array(values, dtype=np.float64).reshape(3, 3))

@@ -12,7 +12,7 @@ from functools import cached_property
 from typing import Any
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
-from rigidcli.core.many import UnfitError
+from rigidcli.core.groups import UnfitError
 from rigidcli.errors import LONGEST_SHOWN, ExpressionError, ValueProblem, nearest, shown
 from rigidcli.model.dimensions import dimension_of
 from rigidcli.model.several import Several, evaluated

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.many import ALONE, Many, PartedError, UnfitError, common
+from rigidcli.core.groups import ALONE, PartedError, UnfitError, common
+from rigidcli.core.many import Many
 from rigidcli.errors import ValueProblem
 
 

@@ -19,7 +19,7 @@ from typing import Any, Protocol, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.core.many import ALONE
+from rigidcli.core.groups import ALONE
 from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
 from rigidcli.model.environment import Environment
 from rigidcli.model.settings import SWEEP, split_setting

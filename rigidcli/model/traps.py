@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic
-from rigidcli.core.many import UnfitError
+from rigidcli.core.groups import UnfitError
 from rigidcli.model.bodies import Composite
 from rigidcli.model.meshes import Mesh
 from rigidcli.model.several import Several

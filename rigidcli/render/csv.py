@@ -17,6 +17,9 @@ from rigidcli.report import Column, Report, Value, count, single_cells
 ROWS = 50_000
 """Rows of a table that are written at a time, which bounds the memory that the text takes."""
 
+AT_ONCE = 4096
+"""Bytes that a pipe takes at once or not at all (POSIX, `write`): an interrupt leaves whole rows."""
+
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     """The header before the first row, and where it changes; what is not known is an empty cell.
@@ -34,7 +37,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
             in_rows = True
             points = count(report) or 1
             rows = zip(*(_texts(value, points) for value in row.values()), strict=True)
-            header, lines = list(row), iter(["".join(",".join(cells) + "\n" for cells in rows)])
+            header, lines = list(row), _whole(",".join(cells) + "\n" for cells in rows)
         else:
             in_rows = False
             columns = single_cells(data, look.columns)
@@ -48,6 +51,18 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         if look.header and is_new:
             yield ",".join(map(_cell, header)) + "\n" + next(lines)
         yield from lines
+
+
+def _whole(rows: Iterable[str]) -> Iterator[str]:
+    """The rows, as many together as a pipe takes at once."""
+    piece, size = "", 0
+    for row in rows:
+        own = len(row.encode())
+        if piece and size + own > AT_ONCE:
+            yield piece
+            piece, size = "", 0
+        piece, size = piece + row, size + own
+    yield piece
 
 
 def row_of(report: Report, names: Sequence[str] = ()) -> dict[str, tuple[Value, str]]:
@@ -95,7 +110,8 @@ def _texts(value: Value, points: int) -> Iterable[str]:
     """The cells of a value at so many points of a sweep."""
     if not isinstance(value, Many):
         return repeat(_cell(value), points)
-    return orjson.dumps(value.values, option=orjson.OPT_SERIALIZE_NUMPY)[1:-1].decode().split(",")
+    column = np.ascontiguousarray(value.values)
+    return orjson.dumps(column, option=orjson.OPT_SERIALIZE_NUMPY)[1:-1].decode().split(",")
 
 
 def _at(value: Value, place: tuple[int, ...]) -> Value:

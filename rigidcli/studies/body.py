@@ -39,7 +39,7 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
     central = n.tidy(body.inertia.turned(axes.T).tensor) if known else None
     if body.mass is not None:
         mass = n.tidy(n.array([body.mass]))[0]
-        if not n.exact and not np.isfinite([mass, *asked.flat]).all():
+        if not n.exact and not (np.isfinite(mass) and np.isfinite(asked).all()):
             raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
     values = {"mass": mass, "center_of_mass": com, "about": about, "tensor": asked, "tensor_com": central}
     if body.integrated is not None:

@@ -9,7 +9,8 @@ from pathlib import PurePath
 
 import numpy as np
 
-from rigidcli.core.many import Many, agreed
+from rigidcli.core.groups import agreed
+from rigidcli.core.many import Many
 from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.model.document import Document
 from rigidcli.model.texts import STDIN
@@ -86,7 +87,7 @@ def _many_representable(value: Many) -> Many:
     """The numbers without signed zeros. Raises PartedError where floats cannot hold some."""
     sizes = np.abs(value.values)
     agreed(True, (np.isfinite(sizes) & ((sizes == 0) | (sizes >= TINY))).reshape(len(sizes), -1).all(axis=1))
-    return Many(value.values + 0.0)
+    return Many(np.ascontiguousarray(value.values) + 0.0)
 
 
 TINY = float(np.finfo(np.float64).tiny)

@@ -10,6 +10,7 @@ import os
 import signal
 import subprocess
 import sys
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +18,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rigidcli.cli.together import go_together
 from rigidcli.errors import UsageError
+from rigidcli.model.load import draft
 from rigidcli.model.sweeps import Range, read_sweep
 from tests.cli.test_commands import shell
 from tests.conftest import ROOT, Program
@@ -140,18 +143,71 @@ TOGETHER = [
     ("configs/feynman_plate.yaml", ["motion.omega.0=0:3:20"]),
 ]
 
+BODIES = {
+    "box": """
+body: {shape: box, size: [1, 2, 3], mass: 2, position: [1, 0.3, -2], axis: [0, 1, 1]}
+about: [1, 2, 3]
+axis: [1, 1, 1]
+motion: {omega: [0, 1, 2]}
+""",
+    "cone": """
+parameters: {r: 0.2}
+body: {shape: cone, radius: r, height: 3, density: 2700, anchor: com, rotation: {axis: [1, 2, 0], angle: 1}}
+frame: {axis: [1, 1, 1], angle: 20 deg}
+""",
+    "points": "body: {points: [[1, 0, 0, 0], [2, 1, 0, 0], [0.5, 3, 0, 0]]}",
+    "tensor": "body: {inertia: [[3, 0.1, 0], [0.1, 3, 0], [0, 0, 4]], mass: 2, com: [0.1, 0, 0]}",
+    "parts": """
+body:
+  parts:
+    - {shape: cylinder, radius: 1, height: 2, mass: 3, rotation: {axis: [1, 2, 3], angle: 1}}
+    - {shape: sphere, radius: 1, mass: 2, position: [0, 0, 2]}
+""",
+}
+"""Bodies whose numbers are swept."""
+
+TOGETHER_OF_BODIES = [
+    ("axes", "box", ["body.size.0=0.5:3:20"]),
+    ("axes", "box", ["motion.omega.0=-1:1:21"]),
+    ("inertia", "box", ["body.mass=0,2", "axis.0=-2:2:19"]),
+    ("axes", "cone", ["parameters.r=0.1:8:19"]),
+    ("axes", "cone", ["frame.angle=0 deg:400 deg:20"]),
+    ("axes", "points", ["body.points.2.2=-1:1:21"]),
+    ("inertia", "points", ["body.points.0.0=-1 kg:4 kg:20"]),
+    ("axes", "tensor", ["body.mass=1:8:20"]),
+    ("axes", "tensor", ["body.inertia.2.2=2:8:20"]),
+    ("axes", "parts", ["body.parts.1.radius=0.2:2:20"]),
+    ("inertia", "parts", ["body.parts.0.rotation.angle=0:1:20"]),
+]
+
+
+@pytest.mark.parametrize(("command", "body", "keys"), TOGETHER_OF_BODIES)
+def test_bodies_at_once_are_those_of_runs_one_by_one(
+    program: Program, tmp_path: Path, command: str, body: str, keys: list[str]
+) -> None:
+    file = tmp_path / f"{body}.yaml"
+    file.write_text(BODIES[body])
+    run = import_module(f"rigidcli.studies.{command}").run
+    assert go_together(draft(file), read_sweep(keys, False), command, run)
+    require_rows_of_single_runs(program, command, str(file), keys)
+
 
 @pytest.mark.parametrize(("file", "keys"), TOGETHER)
 def test_rows_at_once_are_the_rows_of_runs_one_by_one(program: Program, file: str, keys: list[str]) -> None:
+    require_rows_of_single_runs(program, "precess", file, keys)
+
+
+def require_rows_of_single_runs(program: Program, command: str, file: str, keys: list[str]) -> None:
+    """The rows and objects of a sweep are those of a run for each of its points."""
     options = [option for key in keys for option in ([key] if key == "--zip" else ["--sweep", key])]
     sweep = read_sweep([key for key in keys if key != "--zip"], "--zip" in keys)
-    swept = program("precess", "-q", "-f", "csv", *options, file)
-    objects_at_once = objects(program("precess", "-q", "-f", "json", *options, file).out)
+    swept = program(command, "-q", "-f", "csv", *options, file)
+    objects_at_once = objects(program(command, "-q", "-f", "json", *options, file).out)
     rows, codes = table(swept.out), []
     for index in range(sweep.count):
         settings = sweep.settings(sweep.point(index))
         given = [option for setting in settings for option in ("-s", setting)]
-        single = program("precess", "-q", "-f", "csv", *given, file)
+        single = program(command, "-q", "-f", "csv", *given, file)
         codes.append(single.code)
         if single.code:
             assert f"at {', '.join(settings)}: " in swept.err or "the same at " in swept.err
@@ -161,7 +217,7 @@ def test_rows_at_once_are_the_rows_of_runs_one_by_one(program: Program, file: st
         assert {head: row[head] for head in expected} == expected
         found.pop("swept")
         if index % 5 == 0:
-            assert [found] == objects(program("precess", "-q", "-f", "json", *given, file).out)
+            assert [found] == objects(program(command, "-q", "-f", "json", *given, file).out)
     assert (rows, objects_at_once) == ([], [])
     assert swept.code == max(codes)
 

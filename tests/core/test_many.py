@@ -17,8 +17,9 @@ from hypothesis import strategies as st
 
 from rigidcli.core import elliptic, top
 from rigidcli.core.arithmetic import FLOAT, Floats
+from rigidcli.core.groups import ALONE, PartedError, UnfitError, grouped
 from rigidcli.core.high_precision import CONTEXT
-from rigidcli.core.many import ALONE, MANY, Many, PartedError, UnfitError, grouped
+from rigidcli.core.many import MANY, Many
 from rigidcli.core.pairs import LEAST, Pairs, exactly, rounded
 
 few = settings(max_examples=60, deadline=None)
@@ -135,13 +136,55 @@ def test_what_needs_one_float_does_not_take_many() -> None:
         lambda: math.exp(many),
         lambda: np.array([many, 1.0], dtype=float),
         lambda: np.eye(2) @ many,
-        lambda: np.eye(2) * many,
+        lambda: np.sin(many),
+        lambda: np.add.reduce(many),
+        lambda: Many(np.ones((2, 9))).sum(),
+        lambda: Many(np.ones((2, 3, 3))).T.flat,
+        lambda: bool(Many(np.ones((2, 3))) > 0),
+        lambda: many[0],
         lambda: f"{many:.3g}",
         lambda: many.shape,
     ]
     for use in uses:
         with pytest.raises(UnfitError):
             use()
+
+
+MATRICES: dict[str, Callable[..., Any]] = {
+    "products": lambda a, b, u, v: a @ b.T @ a.T @ u + v @ a,
+    "a product with itself": lambda a, b, u, v: a @ a.T,
+    "a scalar product": lambda a, b, u, v: (u @ v / 3) * a,
+    "an outer product": lambda a, b, u, v: np.outer(u, v) - b,
+    "an outer sum": lambda a, b, u, v: np.add.outer(u, v),
+    "a vector product": lambda a, b, u, v: np.cross(u, v) ** 2,
+    "a diagonal matrix": lambda a, b, u, v: np.diag(u) + np.diag(a),
+    "sums": lambda a, b, u, v: np.abs(a).sum(axis=0) + u.sum(),
+    "norms": lambda a, b, u, v: np.linalg.norm(a.T @ b, axis=0).max(),
+    "a choice": lambda a, b, u, v: np.where((a <= b) & np.isfinite(b), 0.0, a) / np.sqrt(abs(v)),
+    "entries": lambda a, b, u, v: a[0, 1:] * v[2] - a.diagonal()[1] + a[[1, 2], [2, 0]],
+}
+
+
+@pytest.mark.parametrize("name", MATRICES)
+@pytest.mark.parametrize("shared", ["", "a", "bv"])
+def test_arrays_have_the_bits_of_single_ones(name: str, shared: str) -> None:
+    rng = np.random.default_rng(len(name))
+    shapes = {"a": (3, 3), "b": (3, 3), "u": (3,), "v": (3,)}
+    values = {key: rng.normal(size=(1 if key in shared else 40, *shape)) for key, shape in shapes.items()}
+    found = MATRICES[name](*(one[0] if key in shared else Many(one) for key, one in values.items()))
+    for place in range(40):
+        single = MATRICES[name](*(one[place % len(one)] for one in values.values()))
+        many = found.values[place] if isinstance(found, Many) else found
+        assert np.array_equal(many, single)
+
+
+def test_arrays_change_where_they_are_told() -> None:
+    rows = np.arange(6.0).reshape(2, 3)
+    many: Any = Many(rows.copy())
+    many[abs(many) <= 1] = 7.0
+    assert many.values.tolist() == [[7, 7, 2], [3, 4, 5]]
+    many[1:] = [many[0], 0.0]
+    assert many.values.tolist() == [[7, 7, 0], [3, 3, 0]]
 
 
 def test_division_by_zero_is_that_of_floats() -> None:
