@@ -173,7 +173,7 @@ class Cuts:
             with np.errstate(invalid="ignore"):
                 steep = np.abs(np.diff(along))
             sizes.append(np.where(np.isfinite(steep) & (steps != 0), steep, 0.0).sum(axis=(1, 2)))
-        return np.array(sizes), np.array(turns)
+        return np.reshape(sizes, (self.depth, count)), np.reshape(turns, (self.depth, count))
 
     def _cut_where_all_turn(self) -> None:
         """Cut boxes where all lines along a coordinate turn back at one place, as round an axis they do.

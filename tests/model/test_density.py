@@ -370,3 +370,13 @@ def test_scale_turn_and_a_far_place_change_the_tensor_by_their_laws() -> None:
     turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
     placed = found({**body, "rotation": {"matrix": turn.tolist()}, "position": [1e6, -2e6, 3e6]})
     np.testing.assert_allclose(placed["tensor"], turn @ one["tensor"] @ turn.T, rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("shape", "density", "value"),
+    [("ring", "1/sqrt(s)", 1 / math.sqrt(2)), ("spherical_shell", "abs(r - 3)", 1.0)],
+)
+def test_what_is_narrow_elsewhere_may_be_constant_on_a_shape(shape: str, density: str, value: float) -> None:
+    result = found({"shape": shape, "radius": 2, "density": f"{density} + 0*x"})
+    constant = found({"shape": shape, "radius": 2, "density": value})
+    np.testing.assert_allclose(result["tensor"], constant["tensor"], rtol=SMOOTH, atol=SMOOTH)
