@@ -380,3 +380,16 @@ def test_what_is_narrow_elsewhere_may_be_constant_on_a_shape(shape: str, density
     result = found({"shape": shape, "radius": 2, "density": f"{density} + 0*x"})
     constant = found({"shape": shape, "radius": 2, "density": value})
     np.testing.assert_allclose(result["tensor"], constant["tensor"], rtol=SMOOTH, atol=SMOOTH)
+
+
+def test_a_peak_of_a_moderate_width_is_as_exact_as_what_is_smooth() -> None:
+    width, centre, size = 0.3, (0.1, 0.6, 0.29), (1, 2, 1.5)
+    away = "+".join(f"({name} - {place})^2" for name, place in zip("xyz", centre, strict=True))
+    result = found({"shape": "box", "size": size, "density": f"exp(-({away})/{width}^2)"})
+    ends = [
+        ((side / 2 - place) / width, (-side / 2 - place) / width)
+        for side, place in zip(size, centre, strict=True)
+    ]
+    mass = math.prod(width * math.sqrt(math.pi) / 2 * (math.erf(high) - math.erf(low)) for high, low in ends)
+    assert result["mass"] == pytest.approx(mass, rel=SMOOTH)
+    assert result["integration_error"] <= SMOOTH
