@@ -232,6 +232,14 @@ def test_the_working_shows_the_integrals_of_the_density() -> None:
     assert titles[1][0] == "Integrals of the density"
     assert [str(field.value) for field in exact.steps[1].fields] == ["4", "0", "0", "0"]
     assert floats.steps[0].fields[1].value == floats["integration_error"]
+    cone = rigidcli.inertia(
+        {"body": {"shape": "cone", "radius": 1, "height": 2, "density": "3*z/2"}}, steps=True
+    )
+    (offset, *_), term = (
+        next(field.value for step in cone.steps for field in step.fields if field.title.startswith(start))
+        for start in ("d, from O", "M (d^2")
+    )
+    assert offset == term[2][2] == 0
 
 
 @pytest.mark.parametrize(
