@@ -99,11 +99,10 @@ def _robot(
             told = () if quiet else (*document.notes, *remarks(link, document))
             for note in told:
                 complain(str(note))
-    counted = f"{len(robot.links)} with a mass"
     return (
-        ["valid", f"  links: {counted}"]
+        ["valid", f"  links: {len(robot.links)} with a mass"]
         if valid == len(robot.links)
-        else [f"{valid} links are valid of {counted}"]
+        else [f"{valid} valid of {len(robot.links)} links with a mass"]
     )
 
 

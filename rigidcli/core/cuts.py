@@ -26,6 +26,10 @@ from rigidcli.core.kinks import NEAR, Function, Narrow
 NARROWEST = 2.0**-44
 """Panels that are narrower, in units of the box, are not halved: their nodes would be one point."""
 
+UNSEEN = 40
+"""By how much more the argument of a smooth function varies in a box, in units of what is steep, before cuts
+are needed. Panels find what is wider by halves: a Gaussian whose width is a twentieth of the box, say."""
+
 NET = 5
 """Points along each coordinate at which a box is looked at for narrow functions."""
 
@@ -152,7 +156,7 @@ class Cuts:
         values = np.where(np.isfinite(values), values, 0.0)
         low, high, sizes = values.min(axis=1), values.max(axis=1), np.abs(values)
         if self.narrow[k].function is not None:
-            return np.asarray(high - low > self.narrow[k].steep)
+            return np.asarray(high - low > UNSEEN * self.narrow[k].steep)
         return np.asarray((low <= 0) & (high >= 0) | (sizes.min(axis=1) < NEAR * sizes.max(axis=1)))
 
     def _note(self, k: int, arguments: Floats) -> None:
@@ -173,7 +177,7 @@ class Cuts:
             with np.errstate(invalid="ignore"):
                 steep = np.abs(np.diff(along))
             sizes.append(np.where(np.isfinite(steep) & (steps != 0), steep, 0.0).sum(axis=(1, 2)))
-        return np.array(sizes), np.array(turns)
+        return np.reshape(sizes, (self.depth, count)), np.reshape(turns, (self.depth, count))
 
     def _cut_where_all_turn(self) -> None:
         """Cut boxes where all lines along a coordinate turn back at one place, as round an axis they do.

@@ -64,7 +64,7 @@ def test_a_link_that_no_body_is_is_refused_and_the_others_stay(program: Program,
 
 def test_validate_names_the_one_edit_that_helps(program: Program, bad: str) -> None:
     outcome = program("validate", "-q", bad)
-    assert (outcome.code, outcome.out) == (3, f"{bad}: 2 links are valid of 3 with a mass\n")
+    assert (outcome.code, outcome.out) == (3, f"{bad}: 2 valid of 3 links with a mass\n")
     # The form of the forearm tells that 0.0002 is meant, and not 0.002 or 0.02, which a body may have, too.
     assert "Izz = 0.0002 instead of 0.2 (a slip of the decimal point) makes it one that a body" in outcome.err
 

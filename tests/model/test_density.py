@@ -232,6 +232,14 @@ def test_the_working_shows_the_integrals_of_the_density() -> None:
     assert titles[1][0] == "Integrals of the density"
     assert [str(field.value) for field in exact.steps[1].fields] == ["4", "0", "0", "0"]
     assert floats.steps[0].fields[1].value == floats["integration_error"]
+    cone = rigidcli.inertia(
+        {"body": {"shape": "cone", "radius": 1, "height": 2, "density": "3*z/2"}}, steps=True
+    )
+    (offset, *_), term = (
+        next(field.value for step in cone.steps for field in step.fields if field.title.startswith(start))
+        for start in ("d, from O", "M (d^2")
+    )
+    assert offset == term[2][2] == 0
 
 
 @pytest.mark.parametrize(
@@ -370,3 +378,26 @@ def test_scale_turn_and_a_far_place_change_the_tensor_by_their_laws() -> None:
     turn = np.array([[0, -1, 0], [1, 0, 0], [0, 0, 1]])
     placed = found({**body, "rotation": {"matrix": turn.tolist()}, "position": [1e6, -2e6, 3e6]})
     np.testing.assert_allclose(placed["tensor"], turn @ one["tensor"] @ turn.T, rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("shape", "density", "value"),
+    [("ring", "1/sqrt(s)", 1 / math.sqrt(2)), ("spherical_shell", "abs(r - 3)", 1.0)],
+)
+def test_what_is_narrow_elsewhere_may_be_constant_on_a_shape(shape: str, density: str, value: float) -> None:
+    result = found({"shape": shape, "radius": 2, "density": f"{density} + 0*x"})
+    constant = found({"shape": shape, "radius": 2, "density": value})
+    np.testing.assert_allclose(result["tensor"], constant["tensor"], rtol=SMOOTH, atol=SMOOTH)
+
+
+def test_a_peak_of_a_moderate_width_is_as_exact_as_what_is_smooth() -> None:
+    width, centre, size = 0.3, (0.1, 0.6, 0.29), (1, 2, 1.5)
+    away = "+".join(f"({name} - {place})^2" for name, place in zip("xyz", centre, strict=True))
+    result = found({"shape": "box", "size": size, "density": f"exp(-({away})/{width}^2)"})
+    ends = [
+        ((side / 2 - place) / width, (-side / 2 - place) / width)
+        for side, place in zip(size, centre, strict=True)
+    ]
+    mass = math.prod(width * math.sqrt(math.pi) / 2 * (math.erf(high) - math.erf(low)) for high, low in ends)
+    assert result["mass"] == pytest.approx(mass, rel=SMOOTH)
+    assert result["integration_error"] <= SMOOTH

@@ -181,13 +181,33 @@ def test_geoms_of_mjcf_are_added_up_as_mujoco_does(compiler: str, tmp_path: Path
 
 
 @pytest.mark.parametrize(
+    ("outer", "own"),
+    [
+        ('size="0.1 0.2 0.3"', 'size="0.4"'),
+        ('size="0.1 0.2 0.3" quat="1 1 0 0"', 'euler="10 20 30"'),
+        ('size="0.1 0.2 0.3" euler="10 20 30"', 'axisangle="1 2 3 40"'),
+        ('size="0.1 0.2 0.3" euler="10 20 30"', 'quat="1 2 0 0"'),
+    ],
+)
+def test_attributes_of_geoms_take_the_place_of_defaults_as_in_mujoco(
+    outer: str, own: str, tmp_path: Path
+) -> None:
+    styles = f'<default><geom type="box"/><default class="inner"><geom {outer}/></default></default>'
+    text = MJCF.format(styles, f'<geom class="inner" {own}/>')
+    agree(read(text, ".xml", tmp_path)[0], text)
+
+
+@pytest.mark.parametrize(
     ("compiler", "geoms", "reason"),
     [
-        ("", GEOMS.replace('density="0"', 'density="1"'), "infers it from geoms such as meshes"),
+        ("", GEOMS.replace('density="0"', 'density="1"'), "infers it from geoms that are not all plain"),
         ('<compiler inertiagrouprange="1 2"/>', GEOMS, "infers it from geoms"),
         ('<compiler inertiafromgeom="false"/>', GEOMS, "no mass"),
         ("", '<geom size="1" mass="-1"/>', "read `-1.0`, expected a positive mass"),
         ("", '<geom size="1" density="x"/>', "read `x`, expected a number"),
+        ("", '<geom size="1" class="haevy"/>', "read the class `haevy`, expected one that a `<default>` has"),
+        ("", '<geom size="1" shellinertia="true"/>', "not all plain solids"),
+        ("", '<replicate count="3" offset="1 0 0"><geom size="1"/></replicate>', "not all plain solids"),
     ],
 )
 def test_geoms_that_are_not_added_up_are_told(compiler: str, geoms: str, reason: str, tmp_path: Path) -> None:
@@ -207,7 +227,7 @@ def test_bodies_of_mjcf_whose_tensor_is_not_written_are_noted(tmp_path: Path) ->
     robot = link_documents(path.read_text(), "robot.xml", tmp_path)
     assert [each.link.name for each in robot.links] == ["a"]
     assert robot.notes == [
-        "1 link has no `<inertial>`: MuJoCo infers it from geoms such as meshes: b (line 4)",
+        "1 link has no `<inertial>`: MuJoCo infers it from geoms that are not all plain solids: b (line 4)",
         "1 link has no mass: c (line 5)",
     ]
 

@@ -2,36 +2,54 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
 
 from rigidcli.model.robots.elements import Element
 from rigidcli.model.robots.links import Body, Decimals, numbers, placed, solid
-from rigidcli.model.robots.orientation import Angles, frame_of
+from rigidcli.model.robots.orientation import WAYS, Angles, frame_of
 
 Defaults: TypeAlias = dict[str, str]
 """Attributes of geoms that hold where they are not given."""
+
+OUTERMOST = "main"
+"""The class of defaults that holds where no other is named."""
 
 SPANNED = ("capsule", "cylinder", "box", "ellipsoid")
 """The types of geoms that may be given from one point to another, `fromto`."""
 
 
 def defaults(root: Element) -> dict[str, Defaults]:
-    """The attributes of geoms by the names of classes; the outermost is `main`, and inner ones inherit."""
+    """The attributes of geoms by the names of classes; inner ones inherit."""
     classes: dict[str, Defaults] = {}
 
     def collect(element: Element, outer: Defaults, name: str) -> None:
         own = dict(outer)
         for geom in element.all("geom"):
-            own |= geom.attributes
+            own = completed(geom.attributes, own)
         classes[name] = classes.get(name, {}) | own
         for inner in element.all("default"):
             collect(inner, classes[name], inner.attributes.get("class", ""))
 
     for element in root.all("default"):
-        collect(element, {}, "main")
+        collect(element, {}, OUTERMOST)
     return classes
+
+
+def completed(own: Mapping[str, str], outer: Mapping[str, str]) -> Defaults:
+    """Attributes of a geom with those that hold outside, as MuJoCo takes them.
+
+    The last numbers of `size` may stand outside, and any orientation takes the place of one outside.
+    """
+    turned = not own.keys().isdisjoint(WAYS)
+    found = {key: text for key, text in outer.items() if not (turned and key in WAYS)}
+    found |= own
+    if "size" in own and "size" in outer:
+        sizes = own["size"].split()
+        found["size"] = " ".join([*sizes, *outer["size"].split()[len(sizes) :]])
+    return found
 
 
 def form(geom: Element, angles: Angles, decimal: Decimals) -> Body | None:

@@ -12,9 +12,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from rigidcli.errors import shown
 from rigidcli.model.robots import LISTED
 from rigidcli.model.robots.elements import MAX_DEPTH, MAX_ELEMENTS, Element, read_elements
-from rigidcli.model.robots.geoms import Defaults, defaults, form
+from rigidcli.model.robots.geoms import OUTERMOST, Defaults, completed, defaults, form
 from rigidcli.model.robots.links import (
     NO_MASS,
     Body,
@@ -36,7 +37,7 @@ ROOT = "mujoco"
 INCLUDED = "mujocoinclude"
 """The tag of the root of a file that others include; `ROOT` may stand there, too."""
 
-INFERRED = "no `<inertial>`: MuJoCo infers it from geoms such as meshes"
+INFERRED = "no `<inertial>`: MuJoCo infers it from geoms that are not all plain solids"
 """Why a body has no mass properties here; where it has no geoms, it has no mass."""
 
 DENSITY = "1000"
@@ -48,7 +49,10 @@ MOST_GEOMS = 200
 MASSLESS = ("plane", "hfield")
 """The types of geoms that have no volume."""
 
-BY_OTHER_RULES = ("inertiagrouprange", "shellinertia")
+SHELL = "shellinertia"
+"""The attribute of geoms, once a setting of `<compiler>`, that are thin shells."""
+
+BY_OTHER_RULES = ("inertiagrouprange", SHELL)
 """Settings of `<compiler>` with which geoms are not all added up as solids."""
 
 CHANGING = ("settotalmass", "boundmass", "boundinertia", "balanceinertia")
@@ -91,7 +95,7 @@ def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
     links = [
         _link(body, style, reading)
         for world in root.all("worldbody")
-        for body, style in _bodies(world, "main")
+        for body, style in _bodies(world, OUTERMOST)
     ]
     repeated = next((element.line for element in _below(root) if element.tag == "replicate"), None)
     if repeated is not None:
@@ -190,7 +194,8 @@ def _link(body: Element, style: str, reading: _Reading) -> Link:
         if not found or (reading.infers == "true" and geoms):
             if not geoms or reading.infers == "false":
                 return NO_MASS
-            parts = _solids(geoms, reading)
+            repeated = any(_parts(body, "replicate", style, reading))
+            parts = None if repeated else _solids(geoms, reading)
             if parts is None:
                 return INFERRED
             return ({"parts": parts}, {"inertia": body.line}) if parts else NO_MASS
@@ -225,8 +230,10 @@ def _inertial(element: Element, reading: _Reading) -> Body:
 
 def _completed(geom: Element, style: str, reading: _Reading) -> Element:
     """A geom with the defaults of its class."""
-    own = reading.defaults.get(geom.attributes.get("class", style), {})
-    return replace(geom, attributes=own | geom.attributes)
+    name = geom.attributes.get("class", style)
+    if name not in reading.defaults and name != OUTERMOST:
+        raise geom.refusal(f"read the class {shown(name)}, expected one that a `<default>` has")
+    return replace(geom, attributes=completed(geom.attributes, reading.defaults.get(name, {})))
 
 
 def _form(geom: Element, style: str, frames: Sequence[Body], reading: _Reading) -> Body | None:
@@ -247,7 +254,7 @@ def _solids(geoms: Sequence[tuple[Element, str, Sequence[Body]]], reading: _Read
         if value == 0 or whole.attributes.get("type") in MASSLESS:
             continue
         body = form(whole, reading.angles, reading.decimal)
-        if body is None:
+        if body is None or whole.attributes.get(SHELL, "false") != "false":
             return None
         del body["density"]
         parts.append(framed(body | {key: value}, frames))

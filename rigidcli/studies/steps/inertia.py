@@ -175,6 +175,8 @@ def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> S
 def _parallel(part: MassProperties, point: Array, n: Arithmetic) -> Iterator[Field]:
     """Mass, place and tensor of a part, and its parallel-axis term about the point O."""
     offset = n.tidy(part.com - point)
+    if not n.exact:
+        offset = np.where(np.abs(offset) > part.error, offset, 0.0)
     yield Field("", part.mass, "mass", "M", "kg")
     yield Field("", offset, "d, from O to its centre of mass", r"\mathbf{d}", "m")
     yield Field("", n.tidy(part.tensor), "tensor about it", r"\mathbf{I}_\mathrm{cm}", "kg m^2")
