@@ -42,16 +42,29 @@ def _aligned(*numbers: Any) -> Iterator[Any]:
         yield number
 
 
-def _told(values: Any) -> Any:
+def _worked(function: Callable[..., Any], *numbers: Any) -> Any:
     """What comes out in all runs; a truth value in each has to be the same."""
-    return agreed(values) if values.dtype == bool and values.ndim == 1 else Many(values)
+    values = function(*_aligned(*numbers))
+    if values.ndim == 1:
+        return agreed(values) if values.dtype == bool else Many(values)
+    single = function(*(number.values[0] if isinstance(number, Many) else number for number in numbers))
+    return _laid_out(values, single)
+
+
+def _laid_out(values: NDArray[Any], single: NDArray[Any]) -> Many:
+    """The arrays, each in memory as that of a `single` run: the last bit of a matrix product hangs on it."""
+    if single.flags.c_contiguous:
+        return Many(np.ascontiguousarray(values))
+    if single.ndim != 2 or not single.flags.f_contiguous:
+        raise UnfitError
+    return Many(np.ascontiguousarray(values.swapaxes(1, 2)).swapaxes(1, 2))
 
 
 def _operated(name: str, *, backwards: bool = False) -> Callable[[Many, Any], Any]:
     operate = getattr(operator, name)
 
     def method(self: Many, other: Any) -> Any:
-        return _told(operate(*(_aligned(other, self) if backwards else _aligned(self, other))))
+        return _worked(operate, other, self) if backwards else _worked(operate, self, other)
 
     return method
 
@@ -64,7 +77,7 @@ def _reduced(name: str) -> Callable[..., Any]:
         along = 1 if axis is None else axis + 1
         if not 0 < along < values.ndim or (name == "sum" and values.shape[along] >= SHORT):
             raise UnfitError
-        return Many(getattr(values, name)(axis=along, **options))
+        return Many(np.ascontiguousarray(getattr(values, name)(axis=along, **options)))
 
     return method
 
@@ -120,7 +133,9 @@ class Many:
         return Many(abs(self.values))
 
     def __getitem__(self, index: Any) -> Many:
-        return Many(self.values[self._place(index)])
+        found = self.values[self._place(index)]
+        is_copied = isinstance(index, tuple) and any(isinstance(part, list) for part in index)
+        return _laid_out(found, self.values[0][index]) if is_copied else Many(found)
 
     def __setitem__(self, index: Any, value: Any) -> None:
         value = MANY.array(value)
@@ -180,7 +195,7 @@ class Many:
             numbers = numbers[0][:, None], numbers[1][None, :]
         if function in _ARRAYS:
             return _ARRAYS[function](*numbers)
-        return _told(function(*_aligned(*numbers)))
+        return _worked(function, *numbers)
 
     def __array_function__(self, function: Any, _: Any, given: Any, options: Any) -> Any:
         if function not in _ARRAYS:
@@ -198,7 +213,8 @@ def _quotient(dividend: Any, divisor: Any) -> Many:
     zero = np.asarray((divisor.values if isinstance(divisor, Many) else divisor) == 0)
     if agreed(zero.reshape(len(zero), -1).any(axis=1)) if isinstance(divisor, Many) else zero.any():
         raise ZeroDivisionError
-    return Many(operator.truediv(*_aligned(dividend, divisor)))
+    found: Many = _worked(operator.truediv, dividend, divisor)
+    return found
 
 
 def _product(one: Any, other: Any) -> Many:
@@ -221,7 +237,8 @@ def _diag(entries: Many) -> Many:
     if entries.ndim == 2:
         return entries.diagonal()
     values = entries.values
-    return Many(np.where(np.eye(values.shape[1], dtype=bool), values[:, None, :], 0.0))
+    matrices = np.where(np.eye(values.shape[1], dtype=bool), values[:, None, :], 0.0)
+    return Many(np.ascontiguousarray(matrices))
 
 
 def _norm(vectors: Many, *, axis: int) -> Many:
@@ -238,7 +255,7 @@ _ROUNDED = {
 _ARRAYS: dict[Any, Callable[..., Any]] = {
     np.matmul: _product,
     np.divide: _quotient,
-    np.where: lambda *numbers: Many(np.where(*_aligned(*numbers))),
+    np.where: lambda *numbers: _worked(np.where, *numbers),
     np.outer: lambda one, other: one[:, None] * other[None, :],
     np.cross: _cross,
     np.diag: _diag,

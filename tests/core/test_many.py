@@ -152,6 +152,7 @@ def test_what_needs_one_float_does_not_take_many() -> None:
 
 MATRICES: dict[str, Callable[..., Any]] = {
     "products": lambda a, b, u, v: a @ b.T @ a.T @ u + v @ a,
+    "products of sums": lambda a, b, u, v: (a.T * u[0] + 1) @ (a + b.T) @ (v - u) @ (b.T - v).T,
     "a product with itself": lambda a, b, u, v: a @ a.T,
     "a scalar product": lambda a, b, u, v: (u @ v / 3) * a,
     "an outer product": lambda a, b, u, v: np.outer(u, v) - b,
