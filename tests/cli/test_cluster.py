@@ -20,8 +20,11 @@ import pytest
 from tests.conftest import ROOT, Outcome, Program
 
 TOP = "configs/cone_top.yaml"
-SWEEP = ("inertia", "-q", "-f", "json", "--sweep", "body.side=-1:5:500", "configs/cube_corner.yaml")
-"""A sweep of which some values are refused, and whose rows are several times what a pipe holds."""
+SWEEP = ("inertia", "-q", "-f", "json", "--sweep", "body.scale=-1:5:500", "configs/bracket.yaml")
+"""A sweep of which some values are refused, and whose rows are several times what a pipe holds.
+
+A mesh is worked value by value, so that there are many tasks.
+"""
 
 LIMIT = 60.0
 """Seconds within which every sign must come."""
