@@ -84,7 +84,7 @@ def everywhere(work: Callable[[_Task], Iterable[_Result]], task: _Task, address:
         try:
             for future in each:
                 future.result()
-        except Exception as error:  # noqa: BLE001 - as above
+        except Exception as error:  # noqa: BLE001 - what can go wrong far away is told, or raised again
             raise _told(error, address) from None
 
 

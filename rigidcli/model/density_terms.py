@@ -9,20 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidcli.model.density import VARIABLES
-from rigidcli.symbolic.language.tree import (
-    FUNCTIONS,
-    Call,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-    names_in,
-    rebuilt,
-)
+from rigidcli.symbolic.language import tree
 
 STEEP = {"exp": 8.0, "sinh": 8.0, "cosh": 8.0, "tanh": 2.0, "atan": 2.0, "asinh": 2.0}
 """By how much the argument of a function varies before the function is narrow in a shape.
@@ -39,8 +26,8 @@ LOW_POWERS = range(17)
 class Narrow(NamedTuple):
     """What a function does is narrow where its `core` passes zero or turns back; see `kinks.Narrow`."""
 
-    core: Node
-    argument: Node
+    core: tree.Node
+    argument: tree.Node
     function: Callable[[Any], Any] | None = None
     steep: float = math.inf
 
@@ -48,53 +35,59 @@ class Narrow(NamedTuple):
 class Term(NamedTuple):
     """A part of the density, and where it may have kinks, jumps and peaks."""
 
-    node: Node
+    node: tree.Node
     narrow: tuple[Narrow, ...]
 
 
-def terms(root: Node) -> list[Term]:
+def terms(root: tree.Node) -> list[Term]:
     """The terms of a density; those that hang on the same narrow things, or on none, are one."""
-    groups: dict[frozenset[Narrow], list[Node]] = {}
-    for node in root.terms if isinstance(root, Sum) else (root,):
+    groups: dict[frozenset[Narrow], list[tree.Node]] = {}
+    for node in root.terms if isinstance(root, tree.Sum) else (root,):
         groups.setdefault(frozenset(_narrow(node)), []).append(node)
     if len(groups) > MOST_TERMS:
         groups = {frozenset(_narrow(root)): [root]}
     return [
-        Term(nodes[0] if len(nodes) == 1 else Sum(tuple(nodes)), tuple(sorted(narrow, key=repr)))
+        Term(nodes[0] if len(nodes) == 1 else tree.Sum(tuple(nodes)), tuple(sorted(narrow, key=repr)))
         for narrow, nodes in groups.items()
     ]
 
 
-def _narrow(root: Node) -> Iterator[Narrow]:
+def _narrow(root: tree.Node) -> Iterator[Narrow]:
     """What may be narrow in a tree: functions, divisors and high powers of what varies; and distances."""
     found: list[Narrow] = []
 
-    def walk(node: Node) -> Node:
+    def walk(node: tree.Node) -> tree.Node:
         match node:
-            case Power(Name("r" | "s"), Number(_, exponent)) if exponent in LOW_POWERS and exponent % 2 == 0:
+            case tree.Power(tree.Name("r" | "s"), tree.Number(_, exponent)) if (
+                exponent in LOW_POWERS and exponent % 2 == 0
+            ):
                 return node  # a polynomial in the places
-            case Call(function, arguments) if function not in ("sin", "cos"):
+            case tree.Call(function, arguments) if function not in ("sin", "cos"):
                 smooth = (
-                    (getattr(np, FUNCTIONS[function].numpy), STEEP[function]) if function in STEEP else ()
+                    (getattr(np, tree.FUNCTIONS[function].numpy), STEEP[function])
+                    if function in STEEP
+                    else ()
                 )
                 for argument in arguments:
                     found.extend(_of(argument, function != "exp", *smooth))
-            case Reciprocal(Product(factors)):
+            case tree.Reciprocal(tree.Product(factors)):
                 for factor in factors:
                     found.extend(_of(factor, False))
-            case Reciprocal(divisor):
+            case tree.Reciprocal(divisor):
                 found.extend(_of(divisor, False))
-            case Power(base, exponent) if not (isinstance(exponent, Number) and exponent.value in LOW_POWERS):
+            case tree.Power(base, exponent) if not (
+                isinstance(exponent, tree.Number) and exponent.value in LOW_POWERS
+            ):
                 found.extend(_of(base, True))
-            case Name("r" | "s"):
+            case tree.Name("r" | "s"):
                 found.append(Narrow(node, node))
-        return rebuilt(node, walk)
+        return tree.rebuilt(node, walk)
 
     walk(root)
     return iter(found)
 
 
-def _of(argument: Node, crosses: bool, *smooth: Any) -> Iterator[Narrow]:
+def _of(argument: tree.Node, crosses: bool, *smooth: Any) -> Iterator[Narrow]:
     """What is narrow for this argument; `crosses` if it may pass zero where it does not turn back."""
     if not varies(argument):
         return
@@ -102,25 +95,25 @@ def _of(argument: Node, crosses: bool, *smooth: Any) -> Iterator[Narrow]:
         yield Narrow(core, argument, *smooth)
 
 
-def varies(node: Node) -> bool:
+def varies(node: tree.Node) -> bool:
     """Whether a part of a density hangs on the place."""
-    return not names_in(node).isdisjoint(VARIABLES)
+    return not tree.names_in(node).isdisjoint(VARIABLES)
 
 
-def cores(node: Node, crosses: bool) -> Iterator[Node]:
+def cores(node: tree.Node, crosses: bool) -> Iterator[tree.Node]:
     """What passes zero where a part of a density passes zero or turns back, where that is simpler."""
     match node:
-        case Negative(operand):
+        case tree.Negative(operand):
             yield from cores(operand, crosses)
-        case Power(base, Number(_, exponent)) if exponent in LOW_POWERS:
+        case tree.Power(base, tree.Number(_, exponent)) if exponent in LOW_POWERS:
             yield from cores(base, crosses)
-        case Product(factors):
+        case tree.Product(factors):
             moving = [factor for factor in factors if varies(factor)]
             for factor in moving:
                 yield from cores(factor, crosses)
             if len(moving) > 1 and not crosses:
                 yield node
-        case Sum(summands):
+        case tree.Sum(summands):
             moving = [summand for summand in summands if varies(summand)]
             inner = _base(moving[0])
             if len(moving) > 1 or inner is None:
@@ -129,20 +122,20 @@ def cores(node: Node, crosses: bool) -> Iterator[Node]:
                 yield from cores(inner, crosses)
                 if crosses and len(moving) < len(summands):
                     yield node
-        case Reciprocal(operand):
+        case tree.Reciprocal(operand):
             yield from cores(operand, crosses)
         case _:
             yield node
 
 
-def _base(node: Node) -> Node | None:
+def _base(node: tree.Node) -> tree.Node | None:
     """What is raised to an even power in a term, apart from its constant factors."""
     match node:
-        case Negative(operand):
+        case tree.Negative(operand):
             return _base(operand)
-        case Power(base, Number(_, exponent)) if exponent in LOW_POWERS and exponent % 2 == 0:
+        case tree.Power(base, tree.Number(_, exponent)) if exponent in LOW_POWERS and exponent % 2 == 0:
             return base
-        case Product(factors):
+        case tree.Product(factors):
             moving = [factor for factor in factors if varies(factor)]
             return _base(moving[0]) if len(moving) == 1 else None
         case _:

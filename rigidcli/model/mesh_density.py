@@ -19,19 +19,7 @@ from rigidcli.errors import ComputationError, ValueProblem
 from rigidcli.model.density import places, values
 from rigidcli.model.environment import Formula
 from rigidcli.model.shape import Geometry
-from rigidcli.symbolic.language.tree import (
-    Call,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-    bound,
-    number,
-)
+from rigidcli.symbolic.language import tree
 
 MOST_PIECES = 400
 """The most triangles of a mesh with a density that is no polynomial: its integrals take about two seconds."""
@@ -67,37 +55,37 @@ SPREAD = 0.2
 """A body that is narrower, in units of the mesh, is summed once more about its own centre of mass."""
 
 
-def degree(node: Node) -> int | None:
+def degree(node: tree.Node) -> int | None:
     """The degree of a tree in x, y, z, even powers of r and s being polynomials; None where it is none."""
     match node:
-        case Name("r" | "s"):
+        case tree.Name("r" | "s"):
             return None
-        case Name(name):
+        case tree.Name(name):
             return int(name in ("x", "y", "z"))
-        case Negative(operand):
+        case tree.Negative(operand):
             return degree(operand)
-        case Sum(operands) | Product(operands):
+        case tree.Sum(operands) | tree.Product(operands):
             found = [degree(operand) for operand in operands]
             known = [each for each in found if each is not None]
             if len(known) < len(found):
                 return None
-            return max(known) if isinstance(node, Sum) else sum(known)
-        case Power(Name("r" | "s"), Number(_, times)) if times in range(0, HIGHEST + 1, 2):
+            return max(known) if isinstance(node, tree.Sum) else sum(known)
+        case tree.Power(tree.Name("r" | "s"), tree.Number(_, times)) if times in range(0, HIGHEST + 1, 2):
             return int(times)
-        case Power(base, Number(_, times)) if times in range(HIGHEST + 1):
+        case tree.Power(base, tree.Number(_, times)) if times in range(HIGHEST + 1):
             each = degree(base)
             return None if each is None else each * int(times)
-        case Power(base, exponent):
+        case tree.Power(base, exponent):
             return _constant(base, exponent)
-        case Reciprocal(operand):
+        case tree.Reciprocal(operand):
             return _constant(operand)
-        case Call(_, arguments):
+        case tree.Call(_, arguments):
             return _constant(*arguments)
         case _:
             return 0
 
 
-def _constant(*nodes: Node) -> int | None:
+def _constant(*nodes: tree.Node) -> int | None:
     """Zero where all are constant, and None elsewhere."""
     return 0 if all(degree(node) == 0 for node in nodes) else None
 
@@ -126,8 +114,8 @@ class MeshDensity:
         Raises ValueProblem for a density that no body has, and ComputationError where integrals cannot be
         had.
         """
-        known = {name: number(float(value)) for name, value in self.formula.constants.items()}
-        power = degree(bound(self.formula.expression.root, known))
+        known = {name: tree.number(float(value)) for name, value in self.formula.constants.items()}
+        power = degree(tree.bound(self.formula.expression.root, known))
         if power is None or power > HIGHEST:
             return self._of_pieces()
         if solid_sums.nodes(power) * self.surface.triangles > MOST_POINTS:
