@@ -28,7 +28,7 @@ from rigidcli.errors import ComputationError
 __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "integrate"]
 
 TRIAL = 512
-"""Steps after which `auto` estimates how many are left."""
+"""Steps, of all starts, after which `auto` estimates how many are left."""
 
 WORTH_COMPILING = 150_000
 """Steps left times variables, of all starts, beyond which heyoka saves more than it takes to start."""
@@ -109,7 +109,7 @@ def integrate(
         with suppress(ComputationError):
             next(steps, None)
         return compiled()
-    trial = TRIAL if engine == "auto" and find_spec("heyoka") is not None else math.inf
+    trial = TRIAL / starts if engine == "auto" and find_spec("heyoka") is not None else math.inf
     for t in steps:
         tell(t)
         if len(times) > trial:

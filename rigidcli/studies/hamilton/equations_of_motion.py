@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -91,25 +92,41 @@ def equations_of_motion(derivation: Derivation, initial: InitialState) -> Equati
 
     Raises ComputationError where the initial velocities are needed, and not given.
     """
-    equations = symbolic_equations(derivation)
-    size, start, slopes = len(initial.q), equations.start(initial), list(equations.slopes)
-    arguments, steps = [TIME, *equations.names], equations.steps
-    observed_trees = [to_tree(e) for e in (*equations.momenta, *equations.energy)]
-    observe = code.function(observed_trees, arguments, initial.parameters, steps)
+    equations, observe, flows = _in_code(derivation, tuple(initial.parameters.items()))
+    size, start = len(initial.q), equations.start(initial)
     if derivation.energy_changes:
-        start, arguments = np.append(start, 0.0), [*arguments, ENERGY_CHANGE]
-        slopes.append(to_tree(derivation.power))
+        start = np.append(start, 0.0)
 
     def observed(times: Floats, states: Floats) -> tuple[Floats, Floats, Floats, Floats]:
         rows = columns(observe, times, states[:, : 2 * size])
         return states[:, :size], rows[:size].T, rows[size:].sum(axis=0), rows[size:]
 
+    flow, roundings, quantities = flows
+    return EquationsOfMotion(flow, roundings, start, quantities, observed)
+
+
+@lru_cache(maxsize=1)
+def _in_code(
+    derivation: Derivation, parameters: tuple[tuple[str, float], ...]
+) -> tuple[Equations, Flow, tuple[Flow, Flow, Flow]]:
+    """The equations of a system with values of its parameters, which serve all starts of an ensemble.
+
+    Behind them are the flow of the momenta and of the terms of H, and those of the slopes of the variables,
+    of their rounding errors, and of the insides of functions.
+    """
+    equations, constants = symbolic_equations(derivation), dict(parameters)
+    slopes, arguments, steps = list(equations.slopes), [TIME, *equations.names], equations.steps
+    observed = [to_tree(e) for e in (*equations.momenta, *equations.energy)]
+    observe = code.function(observed, arguments, constants, steps)
+    if derivation.energy_changes:
+        arguments = [*arguments, ENERGY_CHANGE]
+        slopes.append(to_tree(derivation.power))
     inner = sorted(set().union(*map(insides, [*slopes, *(node for _, node in steps)])), key=repr)
     flow, roundings, quantities = (
-        code.function(nodes, arguments, initial.parameters, steps)
+        code.function(nodes, arguments, constants, steps)
         for nodes in (slopes, [rounding(slope) for slope in slopes], inner)
     )
-    return EquationsOfMotion(flow, roundings, start, quantities, observed)
+    return equations, observe, (flow, roundings, quantities)
 
 
 def _hamilton(derivation: Derivation) -> Equations:
