@@ -14,9 +14,11 @@ from rigidcli.core import mass_properties, solids, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ComputationError, ValueProblem, at
 from rigidcli.model import units
-from rigidcli.model.base import FileName, Length, Mass, Quantity, ReadBy, environment
 from rigidcli.model.density import Density
 from rigidcli.model.environment import Formula
+from rigidcli.model.quantities import Length, Mass, Quantity
+from rigidcli.model.readers import FileName, ReadBy
+from rigidcli.model.section import environment
 from rigidcli.model.shape import Bounds, Form
 
 if TYPE_CHECKING:

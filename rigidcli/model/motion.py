@@ -12,20 +12,13 @@ from pydantic import Field, ValidationInfo, model_validator
 from rigidcli.core.arithmetic import Scalar
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.model import units
-from rigidcli.model.base import (
-    DEFAULT_LIMIT,
-    AsList,
-    Quantity,
-    Rates3,
-    ReadBy,
-    Section,
-    by_key,
-    environment,
-)
 from rigidcli.model.ensembles import Ensemble, OrMany, read_starts
 from rigidcli.model.environment import Formula
+from rigidcli.model.quantities import DEFAULT_LIMIT, AsList, Quantity, Rates3
+from rigidcli.model.readers import ReadBy, by_key
 from rigidcli.model.rotations import EulerSequence, Quaternion, Rotation
 from rigidcli.model.sampling import Sampling
+from rigidcli.model.section import Section, environment
 
 VARIABLES = {
     "t": "time (s)",

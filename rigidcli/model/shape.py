@@ -20,22 +20,14 @@ from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Sca
 from rigidcli.core.charts import Chart
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.model import units
-from rigidcli.model.base import (
-    AsList,
-    Direction,
-    Length,
-    Mass,
-    Section,
-    Title,
-    Vector3,
-    environment,
-    not_one_of,
-)
 from rigidcli.model.density import SAID, Density
 from rigidcli.model.environment import Formula
 from rigidcli.model.floats import NoValueError, floats
+from rigidcli.model.quantities import AsList, Direction, Length, Mass, Vector3
+from rigidcli.model.readers import Title
 from rigidcli.model.rotations import Rotation
-from rigidcli.model.words import halved, keys_called
+from rigidcli.model.section import Section, environment
+from rigidcli.model.words import halved, keys_called, not_one_of
 
 
 class Form(Section):

@@ -13,9 +13,11 @@ from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.errors import ValueProblem, gathered, shown
 from rigidcli.model import units
-from rigidcli.model.base import AsList, ReadBy, Reader, Section, environment, refuse
 from rigidcli.model.functions import FUNCTIONS
 from rigidcli.model.parameters import read_names
+from rigidcli.model.quantities import AsList
+from rigidcli.model.readers import ReadBy, Reader
+from rigidcli.model.section import Section, environment, refuse
 from rigidcli.model.units import Dimension
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,

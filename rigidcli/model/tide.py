@@ -9,7 +9,7 @@ from pydantic import Field, ValidationInfo, model_validator
 from rigidcli.core.arithmetic import Scalar
 from rigidcli.errors import ValueProblem
 from rigidcli.model import units
-from rigidcli.model.base import (
+from rigidcli.model.quantities import (
     AngularVelocity,
     AsList,
     Length,
@@ -18,11 +18,10 @@ from rigidcli.model.base import (
     PolarAngle,
     PositiveMoment,
     Quantity,
-    Section,
-    Title,
-    environment,
     limited,
 )
+from rigidcli.model.readers import Title
+from rigidcli.model.section import Section, environment
 
 Eccentricity = Annotated[
     Number,

@@ -14,17 +14,10 @@ from rigidcli.core.principal import principal_frame
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.model import units
-from rigidcli.model.base import (
-    Alternative,
-    AngularVelocity,
-    Length,
-    Mass,
-    PolarAngle,
-    PositiveMoment,
-    Quantity,
-    Section,
-)
 from rigidcli.model.environment import Environment
+from rigidcli.model.quantities import AngularVelocity, Length, Mass, PolarAngle, PositiveMoment, Quantity
+from rigidcli.model.readers import Alternative
+from rigidcli.model.section import Section
 
 SYMMETRY = 1e-9
 """How far the tensor of a body may be from that of a symmetric top, in units of its largest entry."""
