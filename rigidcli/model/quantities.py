@@ -10,17 +10,27 @@ from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model import units
-from rigidcli.model.environment import Environment, number_of
+from rigidcli.model.dimensions import (
+    ANGLE,
+    ANGULAR_VELOCITY,
+    DIMENSIONLESS,
+    LENGTH,
+    MASS,
+    MOMENT_OF_INERTIA,
+    TIME,
+    Dimension,
+)
+from rigidcli.model.environment import Environment
 from rigidcli.model.readers import SHARED, Alternative, ReadBy, Reader
 from rigidcli.model.section import environment
 from rigidcli.model.several import Several
+from rigidcli.model.typed_numbers import number_of
 from rigidcli.model.words import not_one_of
 
-LIMITS: dict[units.Dimension | None, float] = {
-    units.LENGTH: 1e50,
-    units.MASS: 1e100,
-    units.MOMENT_OF_INERTIA: 1e200,
+LIMITS: dict[Dimension | None, float] = {
+    LENGTH: 1e50,
+    MASS: 1e100,
+    MOMENT_OF_INERTIA: 1e200,
 }
 """The largest number of a dimension, in SI units; its inverse is the least. No formula goes beyond floats."""
 
@@ -38,7 +48,7 @@ class Quantity(Reader):
     A dimension of None is any.
     """
 
-    dimension: units.Dimension | None
+    dimension: Dimension | None
     sign: Literal["positive", "nonnegative"] | None = None
 
     def json_schema(self) -> JsonSchemaValue:
@@ -59,13 +69,11 @@ class Quantity(Reader):
     def read(self, raw: object, info: ValidationInfo) -> Scalar:
         """The SI value, of a size and sign that fit."""
         env = environment(info)
-        if isinstance(raw, Several) and (
-            raw.unit is None or (self.dimension == units.ANGLE and not raw.unit)
-        ):
+        if isinstance(raw, Several) and (raw.unit is None or (self.dimension == ANGLE and not raw.unit)):
             many: Scalar = raw.read(lambda one: self.read(one, info), env.notes)
             return many
         value: Scalar = env.read(raw, self.dimension)
-        is_bare = self.dimension == units.ANGLE and isinstance(raw, int | float | Decimal)
+        is_bare = self.dimension == ANGLE and isinstance(raw, int | float | Decimal)
         if is_bare and abs(float(str(raw))) > FULL_TURN:
             env.notes.append(f"an angle of {raw} rad is beyond a full turn; {raw} deg meant?")
         limit = LIMITS.get(self.dimension, DEFAULT_LIMIT)
@@ -86,7 +94,7 @@ class Quantity(Reader):
 def _read_whole(raw: object, info: ValidationInfo) -> int:
     """A whole number, be it written as one, as 3.0 or as an expression."""
     env = environment(info)
-    value = env.arithmetic.value(env.read(raw, units.DIMENSIONLESS))
+    value = env.arithmetic.value(env.read(raw, DIMENSIONLESS))
     if value is None or not value.is_integer():
         worked = f" (which is {value:.6g})" if isinstance(raw, str) and value is not None else ""
         raise ValueProblem(f"read {shown(raw)}{worked}, expected a whole number")
@@ -106,21 +114,21 @@ def limited(fits: Callable[[Any, Arithmetic], bool], expected: str, unit: str = 
     return AfterValidator(check)
 
 
-Mass = Annotated[Scalar, Quantity(units.MASS, "positive")]
-Length = Annotated[Scalar, Quantity(units.LENGTH, "positive")]
-OptionalLength = Annotated[Scalar, Quantity(units.LENGTH, "nonnegative")]
-Coordinate = Annotated[Scalar, Quantity(units.LENGTH)]
-Angle = Annotated[Scalar, Quantity(units.ANGLE)]
+Mass = Annotated[Scalar, Quantity(MASS, "positive")]
+Length = Annotated[Scalar, Quantity(LENGTH, "positive")]
+OptionalLength = Annotated[Scalar, Quantity(LENGTH, "nonnegative")]
+Coordinate = Annotated[Scalar, Quantity(LENGTH)]
+Angle = Annotated[Scalar, Quantity(ANGLE)]
 PolarAngle = Annotated[
     Angle, limited(lambda x, n: -1 not in (n.sign(x), n.sign(n.pi - x)), "an angle from 0 to 180 deg", " rad")
 ]
-AngularVelocity = Annotated[Scalar, Quantity(units.ANGULAR_VELOCITY)]
-MomentOfInertia = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA)]
-PrincipalMoment = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA, "nonnegative")]
-PositiveMoment = Annotated[Scalar, Quantity(units.MOMENT_OF_INERTIA, "positive")]
-Time = Annotated[Scalar, Quantity(units.TIME)]
-Duration = Annotated[Scalar, Quantity(units.TIME, "positive")]
-Number = Annotated[Scalar, Quantity(units.DIMENSIONLESS)]
+AngularVelocity = Annotated[Scalar, Quantity(ANGULAR_VELOCITY)]
+MomentOfInertia = Annotated[Scalar, Quantity(MOMENT_OF_INERTIA)]
+PrincipalMoment = Annotated[Scalar, Quantity(MOMENT_OF_INERTIA, "nonnegative")]
+PositiveMoment = Annotated[Scalar, Quantity(MOMENT_OF_INERTIA, "positive")]
+Time = Annotated[Scalar, Quantity(TIME)]
+Duration = Annotated[Scalar, Quantity(TIME, "positive")]
+Number = Annotated[Scalar, Quantity(DIMENSIONLESS)]
 WholeNumber = Annotated[int, ReadBy(_read_whole, {"type": ["integer", "string"]})]
 
 # A YAML list is read as a tuple; everything else stays strict.
