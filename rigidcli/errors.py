@@ -189,6 +189,11 @@ def shown(raw: object) -> str:
     return f"`{shortened(text if text.isprintable() else json.dumps(text), LONGEST_SHOWN)}`"
 
 
+def with_article(noun: str) -> str:
+    """The noun after `a` or `an`: `a mass`, `an angle`."""
+    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+
 def nearest(word: str, known: Sequence[str]) -> str | None:
     """The word that was probably meant, if any is near."""
     import difflib

@@ -11,12 +11,12 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from rigidcli.model.base import Section
 from rigidcli.model.bodies import Composite, KnownTensor
 from rigidcli.model.document import Document
 from rigidcli.model.motion import Motion
 from rigidcli.model.orbit import Orbit
 from rigidcli.model.point_masses import PointMasses
+from rigidcli.model.section import Section
 from rigidcli.model.shapes import SHAPES
 from rigidcli.model.syntax import read_tree
 from rigidcli.model.system import Particle, System

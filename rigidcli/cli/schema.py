@@ -32,9 +32,9 @@ def schema(
     import orjson
 
     from rigidcli.grading.question import AnswerFile, Assignment
-    from rigidcli.model.base import Section
     from rigidcli.model.document import Document
     from rigidcli.model.schema import json_schema
+    from rigidcli.model.section import Section
 
     roots: dict[str, type[Section]] = {
         "document": Document,

@@ -1,6 +1,6 @@
 """The motion of the heavy symmetric top in closed form: omega and orientation at any time.
 
-With u = cos(theta), 1 - u and 1 + u as in `top`, in units of 1/s,
+With u = cos(theta), 1 - u and 1 + u as in `swing`, in units of 1/s,
 
     a = lambda3 w3 / lambda1,   b = L_z / lambda1,   beta = 2 M g R / lambda1
     u'^2 = f(u) = (1 - u^2)(alpha - beta u) - (b - a u)^2,       u1 <= u2 <= 1 <= u3
@@ -31,7 +31,7 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elliptic import BLOCK, argument, carlson_rj, complete_first, complete_third, growth, jacobi
 from rigidcli.core.high_precision import CONTEXT, PI, Cycle, decimals
 from rigidcli.core.sensitivity import representative, to_rounding
-from rigidcli.core.top import Start, swing
+from rigidcli.core.swing import Start, swing
 
 Complexes: TypeAlias = NDArray[np.complex128]
 

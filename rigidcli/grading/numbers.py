@@ -23,7 +23,8 @@ from rigidcli.grading.asked import Tree
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import RELATIVE, Tolerance
 from rigidcli.grading.units import read_unit, scale_in, with_hint
-from rigidcli.model.units import DIMENSIONLESS, Unit
+from rigidcli.model.dimensions import DIMENSIONLESS
+from rigidcli.model.units import Unit
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, parse

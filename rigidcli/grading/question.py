@@ -8,8 +8,10 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, ValidationInfo
 
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model.base import Alternative, AsList, Quantity, ReadBy, Section, Title
-from rigidcli.model.units import ANGLE, DIMENSIONLESS
+from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS
+from rigidcli.model.quantities import AsList, Quantity
+from rigidcli.model.readers import Alternative, ReadBy, Title
+from rigidcli.model.section import Section
 
 Positive = Annotated[float, Quantity(DIMENSIONLESS, "positive")]
 NotNegative = Annotated[float, Quantity(DIMENSIONLESS, "nonnegative")]

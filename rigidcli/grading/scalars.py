@@ -24,7 +24,8 @@ from rigidcli.grading.numbers import NOISE, Written, margin, narrowed, read_writ
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Tolerance
 from rigidcli.grading.units import PERCENT, read_unit, scale_in
-from rigidcli.model.units import ANGLE, DIMENSIONLESS, Unit, parse_unit
+from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS
+from rigidcli.model.units import Unit, parse_unit
 
 MOST_PERIODS = 1e6
 """Periods away from zero beyond which no number is reduced: its digits say nothing of the rest."""

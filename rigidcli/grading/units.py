@@ -10,16 +10,8 @@ from functools import cache
 
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.model.units import (
-    ANGLE,
-    DIMENSIONLESS,
-    MAX_TEXT,
-    Dimension,
-    Unit,
-    check_dimension,
-    known_names,
-    parse_unit,
-)
+from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension
+from rigidcli.model.units import MAX_TEXT, Unit, known_names, parse_unit
 from rigidcli.symbolic.language.expression import RESERVED
 
 SCALES = (1e-100, 1e100)

@@ -11,8 +11,9 @@ from pydantic import ValidationInfo
 
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.charts import Spot
-from rigidcli.model.base import Quantity, environment
 from rigidcli.model.environment import Formula
+from rigidcli.model.quantities import Quantity
+from rigidcli.model.section import environment
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.tree import Node
 

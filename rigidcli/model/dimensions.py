@@ -1,104 +1,122 @@
-"""Dimensions of expressions: a parameter that was given as `3 cm` is a length wherever it is used.
-
-A plain number is in SI units of whatever fits, and so is a parameter given as one; an expression
-has a dimension only as far as that follows from parameters with units.
-"""
+"""Dimensions: what a quantity measures, in exponents of the base units."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from typing import NamedTuple
 
-from rigidcli.errors import ValueProblem
-from rigidcli.model.units import DIMENSIONLESS, Dimension, described
-from rigidcli.symbolic.language.tree import (
-    Call,
-    Constant,
-    Name,
-    Negative,
-    Node,
-    Number,
-    Power,
-    Product,
-    Reciprocal,
-    Sum,
-    UnknownFunction,
-)
+from rigidcli.errors import ValueProblem, shown, with_article
 
 
-def dimension_of(node: Node, known: Mapping[str, Dimension]) -> Dimension | None:
-    """The dimension of an expression, from those of its names; None where it may be any.
+class Dimension(NamedTuple):
+    """Exponents of the base units; its text names it and its SI unit, as in `length (m)`.
 
-    Raises ValueProblem for a sum of different dimensions, and for a function of no pure number.
+    Angle is kept, unlike in the SI, so that degrees cannot pass for metres. `cycle` is what a
+    hertz counts: turns in one book and radians in the next, so it is neither.
     """
-    match node:
-        case Name(name):
-            return known.get(name)
-        case Negative(operand):
-            return dimension_of(operand, known)
-        case Reciprocal(operand):
-            return _power(dimension_of(operand, known), -1)
-        case Sum(terms):
-            return _common([dimension_of(term, known) for term in terms])
-        case Product(factors):
-            total = DIMENSIONLESS
-            for factor in factors:
-                dimension = dimension_of(factor, known)
-                if dimension is None and not _is_pure(factor):
-                    return None
-                total = total.times(dimension or DIMENSIONLESS)
-            return None if all(map(_is_pure, factors)) else total
-        case Power(base, Number(_, exponent)):
-            return _power(dimension_of(base, known), exponent)
-        case Power(base, Negative(Number(_, exponent))):
-            return _power(dimension_of(base, known), -exponent)
-        case Call(UnknownFunction(), _):
-            return None
-        case Call("sqrt", (argument,)):
-            return _power(dimension_of(argument, known), 0.5)
-        case Call("abs", (argument,)):
-            return dimension_of(argument, known)
-        case Call(function, arguments):
-            dimension = _common([dimension_of(argument, known) for argument in arguments])
-            if (
-                dimension is not None
-                and function not in ("atan2", "sign")
-                and any(dimension._replace(angle=0))
-            ):
-                raise ValueProblem(
-                    f"{function} of {described(dimension)}, expected an angle or a pure number"
-                )
-    return None
+
+    mass: int = 0
+    length: int = 0
+    time: int = 0
+    angle: int = 0
+    cycle: int = 0
+    current: int = 0
+    temperature: int = 0
+    amount: int = 0
+
+    def times(self, other: Dimension, power: int = 1) -> Dimension:
+        """The dimension of a product with `other` raised to `power`."""
+        return Dimension(*(a + power * b for a, b in zip(self, other, strict=True)))
+
+    def __str__(self) -> str:
+        """The usual name with the SI unit, `mass (kg)`; without a name, the unit `kg m/s^3` alone."""
+        if self in NAMES:
+            return NAMES[self]
+        above: list[str] = []
+        below: list[str] = []
+        for unit, power in zip(("kg", "m", "s", "rad", "cycle", "A", "K", "mol"), self, strict=True):
+            text = unit if abs(power) == 1 else f"{unit}^{abs(power)}"
+            if power:
+                (above if power > 0 else below).append(text)
+        if len(below) > 1:
+            below = [f"({' '.join(below)})"]
+        return "/".join([" ".join(above) or "1", *below])
+
+    @property
+    def unit(self) -> str:
+        """The name of the SI unit alone; nothing for a pure number."""
+        text = str(self)
+        return (text.partition(" (")[2][:-1] or text) if any(self) else ""
 
 
-def _is_pure(node: Node) -> bool:
-    """Whether a factor is a pure number in any case, such as the 2 of 2*a and the sine of R*sin(theta)."""
-    match node:
-        case Number() | Constant():
-            return True
-        case Negative(operand) | Reciprocal(operand):
-            return _is_pure(operand)
-        case Sum(members) | Product(members):
-            return all(map(_is_pure, members))
-        case Power(base, exponent):
-            return _is_pure(base) and _is_pure(exponent)
-        case Call(UnknownFunction(), _):
-            return False
-        case Call(function, arguments):
-            return function not in ("sqrt", "abs") or all(map(_is_pure, arguments))
-    return False
+DIMENSIONLESS = Dimension()
+MASS = Dimension(mass=1)
+LENGTH = Dimension(length=1)
+TIME = Dimension(time=1)
+ANGLE = Dimension(angle=1)
+ANGULAR_VELOCITY = Dimension(angle=1, time=-1)
+FREQUENCY = Dimension(cycle=1, time=-1)
+AREA = Dimension(length=2)
+VOLUME = Dimension(length=3)
+ACCELERATION = Dimension(length=1, time=-2)
+LINE_DENSITY = Dimension(mass=1, length=-1)
+AREA_DENSITY = Dimension(mass=1, length=-2)
+DENSITY = Dimension(mass=1, length=-3)
+MOMENT_OF_INERTIA = Dimension(mass=1, length=2)
+ENERGY = Dimension(mass=1, length=2, time=-2)  # a torque, too
+GRAVITATIONAL_PARAMETER = Dimension(length=3, time=-2)  # G m
+CURRENT = Dimension(current=1)
+TEMPERATURE = Dimension(temperature=1)
+
+NAMES = {
+    DIMENSIONLESS: "pure number",
+    MASS: "mass (kg)",
+    LENGTH: "length (m)",
+    TIME: "time (s)",
+    ANGLE: "angle (rad)",
+    ANGULAR_VELOCITY: "angular velocity (rad/s)",
+    Dimension(angle=1, time=-2): "angular acceleration (rad/s^2)",
+    FREQUENCY: "frequency (Hz)",
+    AREA: "area (m^2)",
+    VOLUME: "volume (m^3)",
+    Dimension(length=1, time=-1): "velocity (m/s)",
+    ACCELERATION: "acceleration (m/s^2)",
+    LINE_DENSITY: "mass per length (kg/m)",
+    AREA_DENSITY: "mass per area (kg/m^2)",
+    DENSITY: "density (kg/m^3)",
+    MOMENT_OF_INERTIA: "moment of inertia (kg m^2)",
+    Dimension(mass=1, length=1, time=-1): "momentum (kg m/s)",
+    Dimension(mass=1, length=2, time=-1): "angular momentum (kg m^2/s)",
+    Dimension(mass=1, time=-2): "stiffness (N/m)",
+    Dimension(mass=1, length=1, time=-2): "force (N)",
+    ENERGY: "torque or energy (N m)",
+    Dimension(mass=1, length=2, time=-3): "power (W)",
+    Dimension(mass=1, length=-1, time=-2): "pressure (Pa)",
+    GRAVITATIONAL_PARAMETER: "gravitational parameter (m^3/s^2)",
+    CURRENT: "electric current (A)",
+    TEMPERATURE: "temperature (K)",
+}
+"""The usual names of dimensions, each with its SI unit."""
 
 
-def _power(dimension: Dimension | None, exponent: float) -> Dimension | None:
-    if dimension is None:
-        return None
-    exponents = [part * exponent for part in dimension]
-    return Dimension(*map(int, exponents)) if all(part == int(part) for part in exponents) else None
+def check_dimension(text: str, given: Dimension, expected: Dimension) -> None:
+    """Refuse `text`, a unit or an expression, that has another dimension than expected.
+
+    A radian counts as 1: an angle may be left out (`1/s` for an angular velocity) or join a
+    product (`kg m^2 rad/s`), but a mere angle is no pure number. Hertz and radians never mix.
+
+    Raises:
+        ValueProblem: the dimensions differ; the message names both.
+    """
+    rest = given._replace(angle=0)
+    angle_fits = given.angle in (0, expected.angle) or (expected.angle == 0 and rest != DIMENSIONLESS)
+    if angle_fits and rest == expected._replace(angle=0):
+        return
+    hint = None
+    if given.cycle != expected.cycle:
+        hint = "a hertz may count turns or radians, 2 pi apart: write `rev/s` or `rad/s`"
+    raise ValueProblem(f"{shown(text)} is {described(given)}, expected {described(expected)}", hint=hint)
 
 
-def _common(dimensions: list[Dimension | None]) -> Dimension | None:
-    """The dimension of terms that are added: radians count as 1 there, and plain numbers as what fits."""
-    found = [dimension for dimension in dimensions if dimension is not None]
-    for other in found[1:]:
-        if other._replace(angle=0) != found[0]._replace(angle=0):
-            raise ValueProblem(f"{described(found[0])} and {described(other)} cannot be added")
-    return found[0] if found else None
+def described(dimension: Dimension) -> str:
+    """A dimension in a sentence, with its article: `a length (m)`."""
+    return with_article(NAMES.get(dimension, f"quantity in {dimension}"))

@@ -13,22 +13,14 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
-from rigidcli.model.base import (
-    Direction,
-    Elsewhere,
-    ReadBy,
-    ReferencePoint,
-    Section,
-    Title,
-    environment,
-    not_one_of,
-    sections_in,
-)
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import definitions
 from rigidcli.model.physical import Physical
+from rigidcli.model.quantities import Direction, ReferencePoint
+from rigidcli.model.readers import Elsewhere, ReadBy, Title
 from rigidcli.model.rotations import Rotation
-from rigidcli.model.words import keys_called
+from rigidcli.model.section import Section, environment, sections_in
+from rigidcli.model.words import keys_called, not_one_of
 from rigidcli.symbolic.language.expression import Expression
 
 if TYPE_CHECKING:

@@ -11,14 +11,16 @@ from typing import Any, TypeVar
 
 import numpy as np
 import orjson
-from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationError, ValidationInfo
+from pydantic import GetJsonSchemaHandler, ValidationError, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
-from pydantic_core import CoreSchema, InitErrorDetails, core_schema
+from pydantic_core import CoreSchema, InitErrorDetails
+from pydantic_core.core_schema import ValidatorFunctionWrapHandler
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model.base import environment
 from rigidcli.model.points import opened
+from rigidcli.model.readers import Wrapper
+from rigidcli.model.section import details, environment
 
 _T = TypeVar("_T")
 
@@ -64,7 +66,7 @@ class Shared:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OrMany:
+class OrMany(Wrapper):
     """Marks a field of one start (`otherwise`) in which a list of starts, or the name of a table, may stand.
 
     `is_one` tells a start from a list of them. `named` makes of it the values by their names. `table` reads
@@ -77,18 +79,14 @@ class OrMany:
     otherwise: Any
     example: str
 
-    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
-        def read(
-            raw: object, otherwise: core_schema.ValidatorFunctionWrapHandler, info: ValidationInfo
-        ) -> object:
-            if isinstance(raw, Ensemble):
-                return raw
-            if isinstance(raw, str) and raw.lower().endswith(".csv"):
-                return self.table(environment(info).file(raw), info)
-            many = isinstance(raw, list) and raw and not self.is_one(raw)
-            return self._many(raw, otherwise, info) if many and isinstance(raw, list) else otherwise(raw)
-
-        return core_schema.with_info_wrap_validator_function(read, handler.generate_schema(self.otherwise))
+    def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
+        """One start as it is otherwise read, or several as an ensemble."""
+        if isinstance(raw, Ensemble):
+            return raw
+        if isinstance(raw, str) and raw.lower().endswith(".csv"):
+            return self.table(environment(info).file(raw), info)
+        many = isinstance(raw, list) and raw and not self.is_one(raw)
+        return self._many(raw, otherwise, info) if many else otherwise(raw)
 
     def __get_pydantic_json_schema__(
         self, schema: CoreSchema, handler: GetJsonSchemaHandler
@@ -99,7 +97,7 @@ class OrMany:
         return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}, table]}
 
     def _many(
-        self, raw: list[object], otherwise: core_schema.ValidatorFunctionWrapHandler, info: ValidationInfo
+        self, raw: list[object], otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo
     ) -> Ensemble:
         """The starts of a list, or the problems of all of them."""
         if len(raw) > MOST_STARTS:
@@ -109,7 +107,7 @@ class OrMany:
             try:
                 rows.append(self.named(otherwise(entry)))
             except ValidationError as error:
-                errors += [_moved(each, place) for each in error.errors(include_url=False)]
+                errors += details(error, place)
         if errors:
             raise ValidationError.from_exception_data("starts", errors)
         names = tuple(rows[0])
@@ -122,13 +120,6 @@ class OrMany:
             if None in numbers:
                 raise ValueProblem("a parameter in it has no value; expected numbers", path=(place,))
         return Ensemble(names, np.array(values, dtype=np.float64))
-
-
-def _moved(error: Any, place: int) -> InitErrorDetails:
-    """What pydantic tells of the entry of a list, as seen from the list."""
-    return InitErrorDetails(
-        type=error["type"], loc=(place, *error["loc"]), input=error["input"], ctx=error.get("ctx", {})
-    )
 
 
 def read_starts(

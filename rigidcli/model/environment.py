@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import math
 import pathlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from decimal import Decimal
 from fractions import Fraction
 from functools import cached_property
 from typing import Any
@@ -14,17 +12,18 @@ from typing import Any
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
 from rigidcli.core.groups import UnfitError
 from rigidcli.errors import LONGEST_SHOWN, ExpressionError, ValueProblem, nearest, shown
-from rigidcli.model.dimensions import dimension_of
+from rigidcli.model.dimensional_analysis import dimension_of
+from rigidcli.model.dimensions import Dimension, check_dimension
 from rigidcli.model.several import Several, evaluated
-from rigidcli.model.units import (
-    Dimension,
-    Unit,
-    check_dimension,
-    is_unit,
-    parse_unit,
+from rigidcli.model.typed_numbers import (
+    finite,
+    number_of,
+    number_or_text,
     quantity_meant,
+    spelled,
     split_quantity,
 )
+from rigidcli.model.units import Unit, is_unit, parse_unit
 from rigidcli.model.words import variable_called
 from rigidcli.symbolic.language.expression import Expression, parse
 from rigidcli.symbolic.language.tree import UnknownFunction
@@ -88,9 +87,9 @@ class Environment:
                 raise UnfitError  # a parameter has the dimension of what is typed
             read = raw.read if raw.unit is None else raw.numbers
             return read(lambda one: self.read(one, dimension), self.notes)
-        scalar = _number_or_text(raw, number_of(dimension))
+        scalar = number_or_text(raw, number_of(dimension))
         if not isinstance(scalar, str):
-            return _exact(parse(str(scalar)), {}) if self.arithmetic.exact else _finite(scalar)
+            return _exact(parse(str(scalar)), {}) if self.arithmetic.exact else finite(scalar)
         quantity = self._quantity(scalar, dimension)
         if quantity is None:
             try:
@@ -104,7 +103,7 @@ class Environment:
         if self.arithmetic.exact:
             return _exact(parse(digits), {}) * unit.factor * self.arithmetic.pi**unit.pi_power
         # Through the shortest decimal, so that 120 g cm^2 is the float nearest to 1.2e-5.
-        return unit.si(Fraction(repr(_finite(digits))))
+        return unit.si(Fraction(repr(finite(digits))))
 
     def _quantity(
         self, text: str, dimension: Dimension | None, variables: tuple[str, ...] = ()
@@ -157,17 +156,17 @@ class Environment:
         Names of `variables` are not units there. Whether names may stand there is for `admit` to say.
         Raises ValueProblem.
         """
-        scalar = _number_or_text(raw, "a number or an expression")
+        scalar = number_or_text(raw, "a number or an expression")
         if not isinstance(scalar, str):
-            _finite(scalar)
+            finite(scalar)
             return parse(str(scalar))
         quantity = self._quantity(scalar, dimension, variables)
         if quantity is None:
             return parse(scalar, self.functions)
         digits, unit = quantity
-        number = Fraction(repr(_finite(digits)))
+        number = Fraction(repr(finite(digits)))
         unit.si(number)
-        return parse(_spelled(number * unit.factor, unit.pi_power))
+        return parse(spelled(number * unit.factor, unit.pi_power))
 
     def admit(
         self, expression: Expression, variables: tuple[str, ...], dimension: Dimension | None = None
@@ -290,40 +289,3 @@ def _listed(names: Sequence[str], show: Callable[[str], str] = shown) -> str:
     """At most LONGEST_LIST names, for a message."""
     more = f" and {len(names) - LONGEST_LIST} more" if len(names) > LONGEST_LIST else ""
     return (", ".join(map(show, names[:LONGEST_LIST])) or "none") + more
-
-
-def _number_or_text(raw: object, expected: str) -> float | int | str | Decimal:
-    """A scalar that may be a number. Raises ValueProblem for anything else."""
-    if isinstance(raw, bool) or not isinstance(raw, float | int | str | Decimal):
-        raise ValueProblem(f"read {shown(raw)}, expected {expected}")
-    if isinstance(raw, float) and not math.isfinite(raw):
-        raise ValueProblem(f"read {shown(raw)}, expected a finite number")
-    return raw
-
-
-def _spelled(number: Fraction, pi_power: int) -> str:
-    """`number` pi^`pi_power` in the expression language, exactly."""
-    text = f"{number.numerator}/{number.denominator}"
-    if number.denominator == 1:
-        text = str(number.numerator)
-    elif abs(number) < 2**1000 and Fraction(decimal := repr(float(number))) == number:
-        text = decimal
-    return text if pi_power == 0 else f"{text}*pi" if pi_power == 1 else f"{text}*pi**{pi_power}"
-
-
-def _finite(raw: float | int | str | Decimal) -> float:
-    try:
-        value = float(raw)
-    except OverflowError:
-        value = math.inf
-    if not math.isfinite(value):
-        raise ValueProblem(f"read {shown(raw)}, expected a finite number")
-    return value
-
-
-def number_of(dimension: Dimension | None, sign: str | None = None) -> str:
-    """What is expected where a number of this dimension stands, in words."""
-    thing = "number" if not dimension or not any(dimension) else str(dimension)
-    if sign is not None:
-        return f"a {sign} {thing}"
-    return f"{'an' if thing[0] in 'aeiou' else 'a'} {thing}"

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from pydantic import ValidationInfo
 
 from rigidcli.errors import ValueProblem, gathered, shown
-from rigidcli.model.base import environment, refuse
 from rigidcli.model.parameters import read_names
+from rigidcli.model.section import environment, refuse
 from rigidcli.model.variables import MOST_COORDINATES, require_known
 from rigidcli.symbolic.language.expression import Expression
 

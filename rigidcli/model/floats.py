@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from rigidcli.core.arithmetic import Arithmetic
-from rigidcli.model.base import Section
 from rigidcli.model.environment import Formula
+from rigidcli.model.section import Section
 
 
 class NoValueError(Exception):

@@ -8,8 +8,9 @@ from itertools import combinations_with_replacement
 from pydantic import ValidationInfo
 
 from rigidcli.errors import ValueProblem, gathered, shown
-from rigidcli.model.base import ReadBy, environment, refuse
 from rigidcli.model.parameters import read_name, read_names
+from rigidcli.model.readers import ReadBy
+from rigidcli.model.section import environment, refuse
 from rigidcli.model.variables import blame_parameter, derived_names
 from rigidcli.symbolic.language.tree import UnknownFunction
 

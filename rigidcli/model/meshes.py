@@ -13,10 +13,12 @@ from pydantic import Field, ValidationInfo, model_validator
 from rigidcli.core import mass_properties, solids, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ComputationError, ValueProblem, at
-from rigidcli.model import units
-from rigidcli.model.base import FileName, Length, Mass, Quantity, ReadBy, environment
 from rigidcli.model.density import Density
+from rigidcli.model.dimensions import AREA_DENSITY, DENSITY
 from rigidcli.model.environment import Formula
+from rigidcli.model.quantities import Length, Mass, Quantity
+from rigidcli.model.readers import FileName, ReadBy
+from rigidcli.model.section import environment
 from rigidcli.model.shape import Bounds, Form
 
 if TYPE_CHECKING:
@@ -41,7 +43,7 @@ def _read_density(raw: object, info: ValidationInfo) -> Scalar | Formula:
     shell = info.data.get("shell")
     thin = shell and info.data.get("thickness") is None
     kind = Quantity if shell else Density
-    found: Scalar | Formula = kind(units.AREA_DENSITY if thin else units.DENSITY, "positive").read(raw, info)
+    found: Scalar | Formula = kind(AREA_DENSITY if thin else DENSITY, "positive").read(raw, info)
     return found
 
 
@@ -63,8 +65,7 @@ class Mesh(Form):
     thickness: Length | None = Field(default=None, description="Of a shell; `density` is then per volume")
     mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
     density: (
-        Annotated[Scalar | Formula, ReadBy(_read_density, Density(units.DENSITY, "positive").json_schema())]
-        | None
+        Annotated[Scalar | Formula, ReadBy(_read_density, Density(DENSITY, "positive").json_schema())] | None
     ) = Field(
         default=None,
         description="Per volume (kg/m^3), also an expression in x, y, z, r, s of the file; of a shell "

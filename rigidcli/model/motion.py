@@ -11,21 +11,14 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Scalar
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model import units
-from rigidcli.model.base import (
-    DEFAULT_LIMIT,
-    AsList,
-    Quantity,
-    Rates3,
-    ReadBy,
-    Section,
-    by_key,
-    environment,
-)
+from rigidcli.model.dimensions import ACCELERATION, ENERGY
 from rigidcli.model.ensembles import Ensemble, OrMany, read_starts
 from rigidcli.model.environment import Formula
+from rigidcli.model.quantities import DEFAULT_LIMIT, AsList, Quantity, Rates3
+from rigidcli.model.readers import ReadBy, by_key
 from rigidcli.model.rotations import EulerSequence, Quaternion, Rotation
 from rigidcli.model.sampling import Sampling
+from rigidcli.model.section import Section, environment
 
 VARIABLES = {
     "t": "time (s)",
@@ -46,7 +39,7 @@ e3 is the principal axis as it is printed.
 TorqueComponent = Annotated[
     Formula,
     ReadBy(
-        lambda raw, info: environment(info).formula(raw, units.ENERGY, tuple(VARIABLES)),
+        lambda raw, info: environment(info).formula(raw, ENERGY, tuple(VARIABLES)),
         {
             "type": ["number", "string"],
             "description": f"An expression in the parameters and in {', '.join(VARIABLES)}",
@@ -87,7 +80,7 @@ class SpaceTorque(OwnTorque):
 class Weight(Section):
     """The weight of a body that is held at the point O, z being upward in space."""
 
-    gravity: Annotated[Scalar, Quantity(units.ACCELERATION, "nonnegative")]
+    gravity: Annotated[Scalar, Quantity(ACCELERATION, "nonnegative")]
 
 
 Torque: TypeAlias = Annotated[

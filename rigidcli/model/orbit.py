@@ -12,10 +12,12 @@ from pydantic import Field, ValidationError, ValidationInfo
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, gathered, shown
-from rigidcli.model.base import FULL_TURN, ReadBy, environment, refuse
 from rigidcli.model.ensembles import Ensemble, OrMany, read_starts
 from rigidcli.model.parameters import read_names
+from rigidcli.model.quantities import FULL_TURN
+from rigidcli.model.readers import ReadBy
 from rigidcli.model.sampling import Sampling
+from rigidcli.model.section import environment, refuse
 from rigidcli.model.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, require_known, velocity
 
 if TYPE_CHECKING:

@@ -16,7 +16,7 @@ from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ValueProblem, at
-from rigidcli.model.base import ReferencePoint
+from rigidcli.model.quantities import ReferencePoint
 from rigidcli.model.rotations import Rotation
 
 if TYPE_CHECKING:

@@ -13,18 +13,11 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.errors import ComputationError, at
-from rigidcli.model.base import (
-    Alternative,
-    AsList,
-    Coordinate,
-    Mass,
-    Section,
-    Vector3,
-    environment,
-    reference,
-)
 from rigidcli.model.environment import Environment
 from rigidcli.model.points import MOLECULE, Block, blocks
+from rigidcli.model.quantities import AsList, Coordinate, Mass, Vector3
+from rigidcli.model.readers import Alternative, reference
+from rigidcli.model.section import Section, environment
 from rigidcli.model.shape import Form
 
 if TYPE_CHECKING:

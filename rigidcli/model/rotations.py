@@ -11,7 +11,9 @@ from pydantic import AfterValidator
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Arithmetic, Array
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model.base import Angle, AsList, Direction, Number, Section, by_key
+from rigidcli.model.quantities import Angle, AsList, Direction, Number
+from rigidcli.model.readers import by_key
+from rigidcli.model.section import Section
 
 
 class Turn(Section):

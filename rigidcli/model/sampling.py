@@ -10,7 +10,8 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Floats, Scalar
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model.base import AsList, Duration, Number, Section, Time, WholeNumber, environment
+from rigidcli.model.quantities import AsList, Duration, Number, Time, WholeNumber
+from rigidcli.model.section import Section, environment
 
 MOST_SAMPLES = 10_000_000
 """The most samples of a motion: a trajectory of as many rows takes a gigabyte."""

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from rigidcli.model.base import SECTION, SHARED, Section
 from rigidcli.model.document import Document
+from rigidcli.model.readers import SECTION, SHARED
+from rigidcli.model.section import Section
 
 _DIALECT = "https://json-schema.org/draft/2020-12/schema"
 """The edition of JSON Schema, which pydantic writes."""

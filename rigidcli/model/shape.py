@@ -18,24 +18,17 @@ from pydantic.fields import FieldInfo
 from rigidcli.core import mass_properties, rotation, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.core.charts import Chart
-from rigidcli.errors import ValueProblem, at, shown
-from rigidcli.model import units
-from rigidcli.model.base import (
-    AsList,
-    Direction,
-    Length,
-    Mass,
-    Section,
-    Title,
-    Vector3,
-    environment,
-    not_one_of,
-)
+from rigidcli.errors import ValueProblem, at, shown, with_article
 from rigidcli.model.density import SAID, Density
+from rigidcli.model.dimensions import AREA_DENSITY, DENSITY, LINE_DENSITY
 from rigidcli.model.environment import Formula
 from rigidcli.model.floats import NoValueError, floats
+from rigidcli.model.quantities import AsList, Direction, Length, Mass, Vector3
+from rigidcli.model.readers import Title
 from rigidcli.model.rotations import Rotation
-from rigidcli.model.words import halved, keys_called
+from rigidcli.model.section import Section, environment
+from rigidcli.model.typed_numbers import split_quantity
+from rigidcli.model.words import halved, keys_called, not_one_of
 
 
 class Form(Section):
@@ -138,7 +131,7 @@ def _half(value: object) -> str:
     """Half of a length, as it is written."""
     if isinstance(value, int | float | Decimal):
         return f"{float(value) / 2:g}"
-    written = units.split_quantity(str(value))
+    written = split_quantity(str(value))
     return f"({value})/2" if written is None else f"{float(written.digits) / 2:g} {written.unit}"
 
 
@@ -180,10 +173,8 @@ class Shape(Form):
     @classmethod
     def summary(cls) -> str:
         """The shape and its dimensions in words."""
-        word = cls.word()
-        article = "an" if word[0] in "aeiou" else "a"
         written = ", ".join(f"`{dimension}`" for dimension in cls.dimensions().values())
-        return f"{article} {word} has {written}, and `mass` or `density`"
+        return f"{with_article(cls.word())} has {written}, and `mass` or `density`"
 
     @classmethod
     def key_for(cls, word: str, value: object) -> str | None:
@@ -314,7 +305,7 @@ class Solid(Region):
     """A shape that fills a volume."""
 
     UNIT: ClassVar = "kg/m^3"
-    density: Annotated[Scalar | Formula, Density(units.DENSITY, "positive")] | None = Field(
+    density: Annotated[Scalar | Formula, Density(DENSITY, "positive")] | None = Field(
         default=None, description=SAID
     )
 
@@ -322,7 +313,7 @@ class Solid(Region):
 class Lamina(Region):
     """A flat shape, of no thickness; to `bounds` and `contains` its `plane` is z = 0."""
 
-    density: Annotated[Scalar | Formula, Density(units.AREA_DENSITY, "positive")] | None = Field(
+    density: Annotated[Scalar | Formula, Density(AREA_DENSITY, "positive")] | None = Field(
         default=None, description=SAID
     )
 
@@ -330,7 +321,7 @@ class Lamina(Region):
 class Shell(Shape):
     """A curved surface, of no thickness."""
 
-    density: Annotated[Scalar | Formula, Density(units.AREA_DENSITY, "positive")] | None = Field(
+    density: Annotated[Scalar | Formula, Density(AREA_DENSITY, "positive")] | None = Field(
         default=None, description=SAID
     )
 
@@ -339,7 +330,7 @@ class Wire(Shape):
     """A curve, of no thickness."""
 
     UNIT: ClassVar = "kg/m"
-    density: Annotated[Scalar | Formula, Density(units.LINE_DENSITY, "positive")] | None = Field(
+    density: Annotated[Scalar | Formula, Density(LINE_DENSITY, "positive")] | None = Field(
         default=None, description=SAID
     )
 

@@ -6,10 +6,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from rigidcli.errors import ValueProblem, nearest, shown
-from rigidcli.model.base import not_one_of
 from rigidcli.model.shape import Shape
 from rigidcli.model.shapes import SHAPES
-from rigidcli.model.words import RELATIVES, other_form, shapes_called
+from rigidcli.model.words import RELATIVES, not_one_of, other_form, shapes_called
 
 
 def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | None, ValueProblem | None]:

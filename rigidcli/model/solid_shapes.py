@@ -17,7 +17,7 @@ import numpy as np
 from rigidcli.core import charts, simplices, solids
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
 from rigidcli.errors import ValueProblem
-from rigidcli.model.base import AsList, Length, OptionalLength, Vector3
+from rigidcli.model.quantities import AsList, Length, OptionalLength, Vector3
 from rigidcli.model.shape import (
     ORIGIN,
     Bounds,

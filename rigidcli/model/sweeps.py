@@ -25,7 +25,8 @@ from rigidcli.model.environment import Environment
 from rigidcli.model.settings import SWEEP, split_setting
 from rigidcli.model.several import Several
 from rigidcli.model.syntax import read_tree
-from rigidcli.model.units import parse_unit, split_quantity
+from rigidcli.model.typed_numbers import split_quantity
+from rigidcli.model.units import parse_unit
 from rigidcli.symbolic.language.expression import parse
 
 LOGARITHMIC = "log"

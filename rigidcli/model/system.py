@@ -12,11 +12,12 @@ from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.errors import ValueProblem, gathered, shown
-from rigidcli.model import units
-from rigidcli.model.base import AsList, ReadBy, Reader, Section, environment, refuse
+from rigidcli.model.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, Dimension
 from rigidcli.model.functions import FUNCTIONS
 from rigidcli.model.parameters import read_names
-from rigidcli.model.units import Dimension
+from rigidcli.model.quantities import AsList
+from rigidcli.model.readers import ReadBy, Reader
+from rigidcli.model.section import Section, environment, refuse
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,
@@ -112,13 +113,13 @@ _HAMILTONIAN_HINT = "write it in coordinates, momenta and t; velocities belong t
 _POSITION_HINT = "where a particle is depends on coordinates and t; its velocity follows from that"
 _MASS_HINT = "a mass may depend on coordinates and t; give what moves otherwise by its `lagrangian`"
 
-InVelocities: TypeAlias = Annotated[Expression, SystemExpression(units.ENERGY, ("velocities",), _ENERGY_HINT)]
-InMomenta: TypeAlias = Annotated[Expression, SystemExpression(units.ENERGY, ("momenta",), _HAMILTONIAN_HINT)]
-CartesianCoordinate: TypeAlias = Annotated[Expression, SystemExpression(units.LENGTH, (), _POSITION_HINT)]
-Turning: TypeAlias = Annotated[Expression, SystemExpression(units.ANGLE, (), _POSITION_HINT)]
-Inertia: TypeAlias = Annotated[Expression, SystemExpression(units.MASS, (), _MASS_HINT, "positive")]
+InVelocities: TypeAlias = Annotated[Expression, SystemExpression(ENERGY, ("velocities",), _ENERGY_HINT)]
+InMomenta: TypeAlias = Annotated[Expression, SystemExpression(ENERGY, ("momenta",), _HAMILTONIAN_HINT)]
+CartesianCoordinate: TypeAlias = Annotated[Expression, SystemExpression(LENGTH, (), _POSITION_HINT)]
+Turning: TypeAlias = Annotated[Expression, SystemExpression(ANGLE, (), _POSITION_HINT)]
+Inertia: TypeAlias = Annotated[Expression, SystemExpression(MASS, (), _MASS_HINT, "positive")]
 RotationalInertia: TypeAlias = Annotated[
-    Expression, SystemExpression(units.MOMENT_OF_INERTIA, (), _MASS_HINT, "nonnegative")
+    Expression, SystemExpression(MOMENT_OF_INERTIA, (), _MASS_HINT, "nonnegative")
 ]
 
 

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field
 from rigidcli.core import charts, simplices, solids
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, at
-from rigidcli.model.base import AsList, Coordinate, Length, OptionalLength
+from rigidcli.model.quantities import AsList, Coordinate, Length, OptionalLength
 from rigidcli.model.shape import (
     ORIGIN,
     Bounds,

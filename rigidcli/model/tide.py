@@ -8,8 +8,8 @@ from pydantic import Field, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Scalar
 from rigidcli.errors import ValueProblem
-from rigidcli.model import units
-from rigidcli.model.base import (
+from rigidcli.model.dimensions import GRAVITATIONAL_PARAMETER
+from rigidcli.model.quantities import (
     AngularVelocity,
     AsList,
     Length,
@@ -18,11 +18,10 @@ from rigidcli.model.base import (
     PolarAngle,
     PositiveMoment,
     Quantity,
-    Section,
-    Title,
-    environment,
     limited,
 )
+from rigidcli.model.readers import Title
+from rigidcli.model.section import Section, environment
 
 Eccentricity = Annotated[
     Number,
@@ -40,7 +39,7 @@ class Perturber(Section):
 
     name: Title | None = None
     mass: Mass | None = None
-    gm: Annotated[Scalar, Quantity(units.GRAVITATIONAL_PARAMETER, "positive")] | None = Field(
+    gm: Annotated[Scalar, Quantity(GRAVITATIONAL_PARAMETER, "positive")] | None = Field(
         default=None, description="Gravitational parameter G m (m^3/s^2), often known better than the mass"
     )
     distance: Length = Field(description="Semi-major axis of the orbit (m)")

@@ -13,18 +13,11 @@ from rigidcli.core.mass_properties import MassProperties
 from rigidcli.core.principal import principal_frame
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model import units
-from rigidcli.model.base import (
-    Alternative,
-    AngularVelocity,
-    Length,
-    Mass,
-    PolarAngle,
-    PositiveMoment,
-    Quantity,
-    Section,
-)
+from rigidcli.model.dimensions import ACCELERATION, ANGULAR_VELOCITY
 from rigidcli.model.environment import Environment
+from rigidcli.model.quantities import AngularVelocity, Length, Mass, PolarAngle, PositiveMoment, Quantity
+from rigidcli.model.readers import Alternative
+from rigidcli.model.section import Section
 
 SYMMETRY = 1e-9
 """How far the tensor of a body may be from that of a symmetric top, in units of its largest entry."""
@@ -34,7 +27,7 @@ DIRECT = ("mass", "distance", "lambda1", "lambda3")
 
 
 def _steady_or_rate(raw: str, env: Environment) -> Any:
-    return None if raw == "steady" else env.read(raw, units.ANGULAR_VELOCITY)
+    return None if raw == "steady" else env.read(raw, ANGULAR_VELOCITY)
 
 
 class Top(Section):
@@ -44,7 +37,7 @@ class Top(Section):
     tilt: PolarAngle | None = Field(
         default=None, description="Angle of the axis from the vertical (rad), 0 to pi"
     )
-    gravity: Annotated[Scalar, Quantity(units.ACCELERATION, "nonnegative")] = Field(
+    gravity: Annotated[Scalar, Quantity(ACCELERATION, "nonnegative")] = Field(
         default=9.80665, validate_default=True, description="Acceleration of free fall (m/s^2)"
     )
     precession: Annotated[

@@ -8,8 +8,9 @@ from typing import Annotated, ClassVar
 from pydantic import Field, ValidationInfo
 
 from rigidcli.errors import ValueProblem, gathered, shown
-from rigidcli.model.base import ReadBy, Section, environment, refuse
 from rigidcli.model.parameters import read_names
+from rigidcli.model.readers import ReadBy
+from rigidcli.model.section import Section, environment, refuse
 from rigidcli.model.variables import (
     EXPRESSION_SCHEMA,
     MOST_COORDINATES,

@@ -23,7 +23,8 @@ from functools import lru_cache
 from importlib import resources
 from typing import NamedTuple
 
-from rigidcli.errors import ValueProblem, shown
+from rigidcli.errors import ValueProblem
+from rigidcli.model.dimensions import DIMENSIONLESS, FREQUENCY, Dimension
 from rigidcli.symbolic.language.tokens import LOWERED, SUPERSCRIPT
 
 MAX_TEXT = 200
@@ -37,96 +38,6 @@ MAX_BITS = 4096
 
 _PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494")
 """Pi to 60 digits, so that a factor is rounded only when it becomes a float."""
-
-
-class Dimension(NamedTuple):
-    """Exponents of the base units; its text names it and its SI unit, as in `length (m)`.
-
-    Angle is kept, unlike in the SI, so that degrees cannot pass for metres. `cycle` is what a
-    hertz counts: turns in one book and radians in the next, so it is neither.
-    """
-
-    mass: int = 0
-    length: int = 0
-    time: int = 0
-    angle: int = 0
-    cycle: int = 0
-    current: int = 0
-    temperature: int = 0
-    amount: int = 0
-
-    def times(self, other: Dimension, power: int = 1) -> Dimension:
-        """The dimension of a product with `other` raised to `power`."""
-        return Dimension(*(a + power * b for a, b in zip(self, other, strict=True)))
-
-    def __str__(self) -> str:
-        """The usual name with the SI unit, `mass (kg)`; without a name, the unit `kg m/s^3` alone."""
-        if self in _DIMENSION_NAMES:
-            return _DIMENSION_NAMES[self]
-        above: list[str] = []
-        below: list[str] = []
-        for unit, power in zip(("kg", "m", "s", "rad", "cycle", "A", "K", "mol"), self, strict=True):
-            text = unit if abs(power) == 1 else f"{unit}^{abs(power)}"
-            if power:
-                (above if power > 0 else below).append(text)
-        if len(below) > 1:
-            below = [f"({' '.join(below)})"]
-        return "/".join([" ".join(above) or "1", *below])
-
-    @property
-    def unit(self) -> str:
-        """The name of the SI unit alone; nothing for a pure number."""
-        text = str(self)
-        return (text.partition(" (")[2][:-1] or text) if any(self) else ""
-
-
-DIMENSIONLESS = Dimension()
-MASS = Dimension(mass=1)
-LENGTH = Dimension(length=1)
-TIME = Dimension(time=1)
-ANGLE = Dimension(angle=1)
-ANGULAR_VELOCITY = Dimension(angle=1, time=-1)
-FREQUENCY = Dimension(cycle=1, time=-1)
-AREA = Dimension(length=2)
-VOLUME = Dimension(length=3)
-ACCELERATION = Dimension(length=1, time=-2)
-LINE_DENSITY = Dimension(mass=1, length=-1)
-AREA_DENSITY = Dimension(mass=1, length=-2)
-DENSITY = Dimension(mass=1, length=-3)
-MOMENT_OF_INERTIA = Dimension(mass=1, length=2)
-ENERGY = Dimension(mass=1, length=2, time=-2)  # a torque, too
-GRAVITATIONAL_PARAMETER = Dimension(length=3, time=-2)  # G m
-CURRENT = Dimension(current=1)
-TEMPERATURE = Dimension(temperature=1)
-
-_DIMENSION_NAMES = {
-    DIMENSIONLESS: "pure number",
-    MASS: "mass (kg)",
-    LENGTH: "length (m)",
-    TIME: "time (s)",
-    ANGLE: "angle (rad)",
-    ANGULAR_VELOCITY: "angular velocity (rad/s)",
-    Dimension(angle=1, time=-2): "angular acceleration (rad/s^2)",
-    FREQUENCY: "frequency (Hz)",
-    AREA: "area (m^2)",
-    VOLUME: "volume (m^3)",
-    Dimension(length=1, time=-1): "velocity (m/s)",
-    ACCELERATION: "acceleration (m/s^2)",
-    LINE_DENSITY: "mass per length (kg/m)",
-    AREA_DENSITY: "mass per area (kg/m^2)",
-    DENSITY: "density (kg/m^3)",
-    MOMENT_OF_INERTIA: "moment of inertia (kg m^2)",
-    Dimension(mass=1, length=1, time=-1): "momentum (kg m/s)",
-    Dimension(mass=1, length=2, time=-1): "angular momentum (kg m^2/s)",
-    Dimension(mass=1, time=-2): "stiffness (N/m)",
-    Dimension(mass=1, length=1, time=-2): "force (N)",
-    ENERGY: "torque or energy (N m)",
-    Dimension(mass=1, length=2, time=-3): "power (W)",
-    Dimension(mass=1, length=-1, time=-2): "pressure (Pa)",
-    GRAVITATIONAL_PARAMETER: "gravitational parameter (m^3/s^2)",
-    CURRENT: "electric current (A)",
-    TEMPERATURE: "temperature (K)",
-}
 
 
 @dataclass(frozen=True, slots=True)
@@ -353,78 +264,3 @@ def _factor(tokens: deque[str]) -> Unit:
 
 def _unexpected(head: str) -> ValueProblem:
     return ValueProblem(f"unexpected `{head}` in a unit" if head else "a unit ends too early")
-
-
-# --- fitness
-
-
-def check_dimension(text: str, given: Dimension, expected: Dimension) -> None:
-    """Refuse `text`, a unit or an expression, that has another dimension than expected.
-
-    A radian counts as 1: an angle may be left out (`1/s` for an angular velocity) or join a
-    product (`kg m^2 rad/s`), but a mere angle is no pure number. Hertz and radians never mix.
-
-    Raises:
-        ValueProblem: the dimensions differ; the message names both.
-    """
-    rest = given._replace(angle=0)
-    angle_fits = given.angle in (0, expected.angle) or (expected.angle == 0 and rest != DIMENSIONLESS)
-    if angle_fits and rest == expected._replace(angle=0):
-        return
-    hint = None
-    if given.cycle != expected.cycle:
-        hint = "a hertz may count turns or radians, 2 pi apart: write `rev/s` or `rad/s`"
-    raise ValueProblem(f"{shown(text)} is {described(given)}, expected {described(expected)}", hint=hint)
-
-
-def described(dimension: Dimension) -> str:
-    """A dimension in a sentence, with its article: `a length (m)`."""
-    name = _DIMENSION_NAMES.get(dimension, f"quantity in {dimension}")
-    return f"an {name}" if name[0] in "aeiou" else f"a {name}"
-
-
-# --- quantities
-
-_QUANTITY = re.compile(
-    rf"""\s*(?P<digits>[-+−]?+(?>[0-9]++\.?+[0-9]*+|\.[0-9]++))
-    (?: [eE](?P<e>[-+−]?[0-9]++)
-      | \s*[*·⋅]\s*10 (?: (?:\^|\*\*)(?P<power>[-+−]?[0-9]++) | (?P<raised>{SUPERSCRIPT}) )
-    )?+
-    (?P<gap>\s*)(?P<unit>(?: (?!{SUPERSCRIPT})[^\W\d_] | [°′″] | (?<=\s)1/ ).*)""",
-    re.DOTALL | re.VERBOSE,
-)
-
-
-class Written(NamedTuple):
-    """A quantity as it is typed: a decimal number of any size, and what may be a unit."""
-
-    digits: str
-    unit: str
-    touches: bool
-    """Whether there is no blank between them."""
-
-
-def split_quantity(text: str) -> Written | None:
-    """The number and the unit of `5 cm` or `6*10^24 kg`; None for what may only be an expression.
-
-    A quantity is a decimal number and what begins like a unit: a letter, `°`, `′`, `″`, or `1/` after a
-    blank. Neither part is judged here.
-    """
-    match = _QUANTITY.fullmatch(text)
-    if match is None:
-        return None
-    power = match["e"] or match["power"] or (match["raised"] or "").translate(LOWERED)
-    number = f"{match['digits']}e{power}" if power else match["digits"]
-    return Written(number.replace("−", "-"), match["unit"].rstrip(), not match["gap"])
-
-
-_QUOTIENT = re.compile(r"\s*(\d+(?:\.\d*)?)\s*/\s*(\d+(?:\.\d*)?)\s+(\S.*)")
-"""A quotient of two numbers and what may be a unit."""
-
-
-def quantity_meant(text: str) -> str | None:
-    """The quantity `0.5 m` that is meant by `1/2 m`, which cannot be read; None for other texts."""
-    match = _QUOTIENT.fullmatch(text)
-    if match is None or not is_unit(match[3]) or not float(match[2]):
-        return None
-    return f"{float(match[1]) / float(match[2])!r} {match[3]}"

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.errors import ExpressionError, ValueProblem, gathered, nearest, shown
+from rigidcli.model.dimensions import Dimension
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_name
-from rigidcli.model.units import Dimension
 from rigidcli.symbolic.language.expression import Expression
 
 MOST_COORDINATES = 40

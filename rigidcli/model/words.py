@@ -7,7 +7,9 @@ looks alike whoever wrote it, and editors know its keys.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
+
+from rigidcli.errors import ValueProblem, nearest, shown
 
 
 def _by_word(rows: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
@@ -244,3 +246,27 @@ def variable_called(word: str, variables: Iterable[str]) -> str | None:
 def keys_called(word: str) -> tuple[str, ...]:
     """The keys for which a word may stand; none for a word that is not known."""
     return KEYS_BY_WORD.get(word) or KEYS_BY_WORD.get(folded(word), ())
+
+
+AS_WRITTEN = "write `{}`: a colon, and a blank after it"
+"""What to do about a key and its value that have become one text."""
+
+
+def key_slip(key: str, known: Collection[str]) -> ValueProblem | None:
+    """The problem of a key such as `shape:cube`, which is one of the `known` keys with its value."""
+    if key[:1].isdigit():
+        hint = "a comma begins the next entry; the sign in a decimal is a point"
+        return ValueProblem("no key and value", hint=hint, typed=key)
+    cure = with_colon(key)
+    if cure is None or {cure.partition(":")[0], *keys_called(cure.partition(":")[0])}.isdisjoint(known):
+        return None
+    return ValueProblem("no key and value", hint=AS_WRITTEN.format(cure), typed=key)
+
+
+def not_one_of(raw: object, words: Sequence[str]) -> str:
+    """The message for a value that is none of the `words`."""
+    called = [key for key in keys_called(raw) if key in words] if isinstance(raw, str) else []
+    near = called[0] if called else nearest(raw, list(words)) if isinstance(raw, str) else None
+    if near is not None:
+        return f"read {shown(raw)} (did you mean {near}?)"
+    return f"read {shown(raw)}, expected one of {', '.join(words)}"

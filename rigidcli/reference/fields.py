@@ -9,8 +9,10 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from rigidcli.model.base import Alternative, Choice, Elsewhere, Quantity, ReadBy, Section, sections_in
 from rigidcli.model.ensembles import OrMany
+from rigidcli.model.quantities import Quantity
+from rigidcli.model.readers import Alternative, Choice, Elsewhere, ReadBy
+from rigidcli.model.section import Section, sections_in
 from rigidcli.model.system import SystemExpression
 from rigidcli.reference.page import rows
 

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 from pydantic.fields import FieldInfo
 
-from rigidcli.model.base import Section, sections_in
 from rigidcli.model.document import Document
+from rigidcli.model.section import Section, sections_in
 from rigidcli.model.shape import Shape
 from rigidcli.model.shapes import SHAPES
 from rigidcli.reference.fields import fields_of, first_sentence, holding, said

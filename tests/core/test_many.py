@@ -15,11 +15,12 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from rigidcli.core import elliptic, top
+from rigidcli.core import elliptic
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.groups import ALONE, PartedError, UnfitError, grouped
 from rigidcli.core.high_precision import CONTEXT
 from rigidcli.core.many import MANY, Many
+from rigidcli.core.nutation import nutation
 from rigidcli.core.pairs import LEAST, Pairs, exactly, rounded
 
 few = settings(max_examples=60, deadline=None)
@@ -232,14 +233,14 @@ def test_nutation_has_the_bits_of_eighty_digits(seed: int) -> None:
     def work(runs: Any) -> dict[str, Any]:
         with np.errstate(all="ignore"):
             many: Any = {name: Many(values[runs]) for name, values in columns.items()}
-            return asdict(top.nutation(**many))
+            return asdict(nutation(**many))
 
     together = 0
     for runs, found in grouped(np.arange(count), work):
         together += 0 if found is None else len(runs)
         for place, run in enumerate(runs.tolist() if found else ()):
             single: Any = {name: float(values[run]) for name, values in columns.items()}
-            one = asdict(top.nutation(**single))
+            one = asdict(nutation(**single))
             assert found is not None
             for key, value in one.items():
                 many = found[key]

@@ -1,4 +1,4 @@
-"""Units: every entry against pint, the grammar, dimensions, and what is refused."""
+"""Units: every entry against pint, the grammar, and what is refused."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import ValueProblem
 from rigidcli.model import units
-from rigidcli.model.units import (
+from rigidcli.model.dimensions import (
     ACCELERATION,
     ANGLE,
     ANGULAR_VELOCITY,
@@ -24,20 +24,14 @@ from rigidcli.model.units import (
     DENSITY,
     DIMENSIONLESS,
     ENERGY,
-    FREQUENCY,
     GRAVITATIONAL_PARAMETER,
     LENGTH,
     LINE_DENSITY,
-    MASS,
     MOMENT_OF_INERTIA,
-    TIME,
     VOLUME,
     Dimension,
-    check_dimension,
-    known_names,
-    parse_unit,
-    split_quantity,
 )
+from rigidcli.model.units import known_names, parse_unit
 from tests.conftest import Program
 
 PINT_SPELLING = {"gn": "g_n", "rev": "revolution"}
@@ -223,92 +217,3 @@ def test_what_is_refused(text: str, message: str, hint: str | None) -> None:
     with pytest.raises(ValueProblem) as caught:
         parse_unit(text)
     assert (caught.value.message, caught.value.hint) == (message, hint)
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("cm", LENGTH),
-        ("rpm", ANGULAR_VELOCITY),
-        ("1/s", ANGULAR_VELOCITY),
-        ("m/m", ANGLE),
-        ("kg m^2 rad/s", parse_unit("kg m^2/s").dimension),
-        ("N m/rad", parse_unit("N m/rad").dimension),
-        ("N m", parse_unit("N m/rad").dimension),
-        ("kHz", FREQUENCY),
-    ],
-)
-def test_what_fits(text: str, expected: Dimension) -> None:
-    check_dimension(parse_unit(text).text, parse_unit(text).dimension, expected)
-
-
-@pytest.mark.parametrize(
-    ("text", "expected", "message"),
-    [
-        ("kg", LENGTH, "`kg` is a mass (kg), expected a length (m)"),
-        ("deg", LENGTH, "`deg` is an angle (rad), expected a length (m)"),
-        ("deg", DIMENSIONLESS, "`deg` is an angle (rad), expected a pure number"),
-        ("deg^2", ANGLE, "`deg^2` is a quantity in rad^2, expected an angle (rad)"),
-        ("s", ANGLE, "`s` is a time (s), expected an angle (rad)"),
-        ("kg m/s^3", TIME, "`kg m/s^3` is a quantity in kg m/s^3, expected a time (s)"),
-        ("kg m^2", MASS, "`kg m^2` is a moment of inertia (kg m^2), expected a mass (kg)"),
-        ("1/s", TIME, "`1/s` is a quantity in 1/s, expected a time (s)"),
-        ("1/s", FREQUENCY, "`1/s` is a quantity in 1/s, expected a frequency (Hz)"),
-    ],
-)
-def test_what_does_not_fit(text: str, expected: Dimension, message: str) -> None:
-    with pytest.raises(ValueProblem) as caught:
-        check_dimension(parse_unit(text).text, parse_unit(text).dimension, expected)
-    assert caught.value.message == message
-
-
-@pytest.mark.parametrize("text", ["Hz", "kHz", "megahertz", "kilohertz"])
-def test_hertz_is_no_angular_velocity(text: str) -> None:
-    with pytest.raises(ValueProblem, match=r"is a frequency .Hz., expected an angular velocity") as caught:
-        check_dimension(parse_unit(text).text, parse_unit(text).dimension, ANGULAR_VELOCITY)
-    assert caught.value.hint == "a hertz may count turns or radians, 2 pi apart: write `rev/s` or `rad/s`"
-
-
-def test_the_unit_in_a_dimension_s_name_is_of_that_dimension() -> None:
-    for dimension, name in units._DIMENSION_NAMES.items():
-        if dimension != DIMENSIONLESS:
-            unit = parse_unit(name[name.index("(") + 1 : -1])
-            assert (unit.dimension, unit.scale) == (dimension, 1.0)
-
-
-@given(st.tuples(*[st.integers(-3, 3)] * 5))
-def test_an_unnamed_dimension_prints_its_si_unit(powers: tuple[int, ...]) -> None:
-    mass, length, time, angle, current = powers
-    dimension = Dimension(mass, length, time, angle, current=current)
-    if dimension not in units._DIMENSION_NAMES:
-        assert parse_unit(str(dimension)).dimension == dimension
-
-
-@pytest.mark.parametrize(
-    ("text", "parts"),
-    [
-        ("5 cm", ("5", "cm", False)),
-        ("-1.5e3 kg m^2", ("-1.5e3", "kg m^2", False)),
-        ("−.5  °/s ", ("-.5", "°/s", False)),
-        ("3 1/s", ("3", "1/s", False)),
-        ("1e5 Å", ("1e5", "Å", False)),
-        ("5 m - 3 m", ("5", "m - 3 m", False)),
-        ("5cm", ("5", "cm", True)),
-        ("2e3x", ("2e3", "x", True)),
-        ("2e", ("2", "e", True)),
-        ("6*10^24 kg", ("6e24", "kg", False)),
-        ("6 · 10⁻²kg", ("6e-2", "kg", True)),
-        ("6*10**−2 kg", ("6e-2", "kg", False)),
-        ("6*10 kg", None),
-        ("5² m", None),
-        ("31/s", None),
-        ("7", None),
-        ("2*a", None),
-        ("2 - 3", None),
-        ("1/2", None),
-        ("5 (m/s)", None),
-        ("", None),
-    ],
-)
-def test_split_quantity(text: str, parts: tuple[str, str, bool] | None) -> None:
-    assert split_quantity(text) == parts

@@ -25,7 +25,8 @@ from rigidcli.grading.asked import Tree
 from rigidcli.grading.factors import factors
 from rigidcli.grading.numbers import NOISE, ROUNDING, margin, margins, narrowed
 from rigidcli.grading.question import Question, Tolerance
-from rigidcli.model.units import ANGLE, DIMENSIONLESS, Unit
+from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS
+from rigidcli.model.units import Unit
 from rigidcli.symbolic.language.expression import Expression
 from rigidcli.symbolic.language.tree import Node
 

@@ -16,9 +16,11 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.expressions.formula import names_in, parts_of, size_of
-from rigidcli.model.dimensions import dimension_of
+from rigidcli.model.dimensional_analysis import dimension_of
+from rigidcli.model.dimensions import DIMENSIONLESS, ENERGY, TIME, Dimension
 from rigidcli.model.parameters import read_name
-from rigidcli.model.units import DIMENSIONLESS, ENERGY, TIME, Dimension, parse_unit, split_quantity
+from rigidcli.model.typed_numbers import split_quantity
+from rigidcli.model.units import parse_unit
 from rigidcli.symbolic.language.tree import (
     Call,
     Constant,

@@ -19,8 +19,8 @@ from rigidcli.grading.expressions.vocabulary import POSITIVE, TIME, Names, names
 from rigidcli.grading.numbers import margin
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Tolerance
-from rigidcli.model.dimensions import dimension_of
-from rigidcli.model.units import DIMENSIONLESS
+from rigidcli.model.dimensional_analysis import dimension_of
+from rigidcli.model.dimensions import DIMENSIONLESS
 from rigidcli.model.variables import velocity
 from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.algebra.trees import to_tree

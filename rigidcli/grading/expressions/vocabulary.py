@@ -13,8 +13,8 @@ import numpy as np
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.expressions.dimensions import declared, followed
 from rigidcli.grading.expressions.formula import Domain, Vocabulary, draw, names_in, spellings
+from rigidcli.model.dimensions import Dimension
 from rigidcli.model.parameters import read_name
-from rigidcli.model.units import Dimension
 from rigidcli.model.variables import momentum, velocity
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.tree import Node, bound, number

@@ -17,8 +17,9 @@ from typing import ClassVar, get_args
 import numpy as np
 
 from rigidcli.core.freebody import Regime
+from rigidcli.core.nutation import NutationKind
 from rigidcli.core.principal import BodyClass
-from rigidcli.core.top import NutationKind, Stability
+from rigidcli.core.top import Stability
 from rigidcli.errors import ValueProblem, shown
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.base import Example, Kind

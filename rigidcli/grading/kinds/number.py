@@ -16,7 +16,8 @@ from rigidcli.grading.numbers import NOISE, Written, read_written, unnamed
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.scalars import Key, Scalar, read_key
 from rigidcli.grading.units import other_units, read_unit, scale_in
-from rigidcli.model.units import MASS, Unit
+from rigidcli.model.dimensions import MASS
+from rigidcli.model.units import Unit
 
 TYPABLE = (1e-290, 1e290)
 """Sizes of numbers that are typed with all their digits."""

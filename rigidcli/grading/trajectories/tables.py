@@ -24,7 +24,7 @@ from rigidcli.grading.expressions.formula import spellings
 from rigidcli.grading.numbers import read_written
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.units import read_unit
-from rigidcli.model.units import TIME as OF_TIME
+from rigidcli.model.dimensions import TIME as OF_TIME
 from rigidcli.symbolic.language.expression import parse
 from rigidcli.symbolic.language.tree import Name
 

@@ -10,6 +10,7 @@ import numpy as np
 from rigidcli.core import rotation
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import FLOAT, Floats
+from rigidcli.core.nutation import nutation
 from rigidcli.core.principal import PrincipalFrame, principal_frame
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ComputationError, DocumentError
@@ -146,7 +147,7 @@ def _of_top(document: Document, motion: Motion, section: Top) -> InitialValuePro
     axes = rotation.onto(tuple(top.axis), FLOAT)
     tilted = np.array([[1.0, 0, 0], [0, cosine, -sine], [0, sine, cosine]])
     inertia = Inertia.of(np.diag([top.lambda1, top.lambda1, top.lambda3])).turned(axes)
-    period = heavytop.nutation(
+    period = nutation(
         top.lambda1, top.lambda3, section.spin, section.tilt, precession, section.nutation, fall
     ).period
     torque = motion.torque if isinstance(motion.torque, OwnTorque) else None

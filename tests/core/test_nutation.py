@@ -1,0 +1,394 @@
+"""Nutation against quadratures and roots at 60 digits, and against the equations of motion in space."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mpmath
+import pytest
+from hypothesis import assume, example, given, settings
+from hypothesis import strategies as st
+
+from rigidcli.core.arithmetic import FLOAT
+from rigidcli.core.nutation import Nutation, nutation
+from rigidcli.core.top import sleeping, steady
+from tests.core.tops import MOMENTS, RATES, SPINS, TILTS, WEIGHTS, Start, moved
+
+fewest = settings(max_examples=15, deadline=None)
+few = settings(max_examples=30, deadline=None)
+
+
+def reference(start: Start, digits: int = 60) -> dict[str, Any]:
+    """Limits, period and advance of phi by the roots of Goldstein's cubic in u, and quadrature between."""
+    with mpmath.workdps(digits):
+        lambda1, lambda3, spin, tilt, precession, rate, weight = map(mpmath.mpf, start)
+        u0, sine = mpmath.cos(tilt), mpmath.sin(tilt)
+        a, beta = lambda3 * spin / lambda1, 2 * weight / lambda1
+        b = precession * sine**2 + a * u0
+        alpha = rate**2 + precession**2 * sine**2 + beta * u0
+        cubic = [beta, -alpha - a * a, 2 * a * b - beta, alpha - b * b]
+        if beta == 0:
+            cubic = cubic[1:]
+        roots = mpmath.polyroots(cubic, maxsteps=2000, extraprec=800)
+        assert all(abs(mpmath.im(root)) < mpmath.mpf(10) ** (-digits // 2) for root in roots)
+        u1, u2, *third = sorted(mpmath.re(root) for root in roots)
+        middle, half = (u1 + u2) / 2, (u2 - u1) / 2
+
+        def speed(u: Any) -> Any:
+            return mpmath.sqrt(beta * (third[0] - u) if third else alpha + a * a)
+
+        def phi_dot(u: Any) -> Any:
+            return (b - a * u) / (1 - u * u)
+
+        def over_a_period(f: Any) -> Any:
+            # u = middle - half cos(psi) takes the roots out of the integrand.
+            def integrand(psi: Any) -> Any:
+                u = middle - half * mpmath.cos(psi)
+                return 2 * f(u) / speed(u)
+
+            with mpmath.workdps(digits * 2 // 3):
+                return mpmath.quad(integrand, [0, mpmath.pi / 2, mpmath.pi])
+
+        theta_min, theta_max = mpmath.acos(min(u2, 1)), mpmath.acos(u1)
+        return {
+            "theta_min": theta_min,
+            "theta_max": theta_max,
+            "amplitude": theta_max - theta_min,
+            "phi_dot_at_theta_min": phi_dot(u2),
+            "phi_dot_at_theta_max": phi_dot(u1),
+            "period": over_a_period(lambda u: 1),
+            "precession_per_nutation": over_a_period(phi_dot),
+            "near": min(1 - u2, 1 + u1),
+            "closing": (third[0] - u2) / (third[0] - u1) if third else 1,
+            "phi_dots": (phi_dot(u1), phi_dot(u2)),
+        }
+
+
+def require_nutation(found: Nutation, expected: dict[str, Any], tolerance: float = 1e-13) -> None:
+    rate = float(max(map(abs, expected["phi_dots"])))
+    slack = {"phi_dot_at_theta_min": rate, "phi_dot_at_theta_max": rate}
+    slack["precession_per_nutation"] = rate * float(expected["period"])
+    for name in ("theta_min", "theta_max", "amplitude", "period", *slack):
+        assert getattr(found, name) == pytest.approx(
+            float(expected[name]), rel=tolerance, abs=1e-16 * slack.get(name, 0)
+        ), name
+    assert found.period is not None
+    assert found.precession_per_nutation is not None
+    assert found.mean_rate == pytest.approx(found.precession_per_nutation / found.period, rel=1e-14)
+
+
+@st.composite
+def starts(draw: st.DrawFn) -> Start:
+    lambda1 = draw(MOMENTS)
+    lambda3 = lambda1 * draw(st.floats(0.01, 2))
+    return (lambda1, lambda3, *draw(st.tuples(SPINS, TILTS, RATES, RATES)), draw(WEIGHTS))
+
+
+@fewest
+@given(starts())
+@example((1.0, 0.5, 50.0, 0.5, 0.0, 0.0, 1.0))
+@example((1.0, 0.5, 50.0, 0.5, -0.3, 0.0, 1.0))
+@example((1.0, 0.5, 50.0, 0.5, 0.0, -0.3, 1.0))
+@example((1.0, 0.5, 0.0, 2.5, 0.7, 0.0, 1.0))
+@example((1.0, 1.9, 3.0, 1.0, 2.0, 1.0, 0.0))
+def test_any_nutation(start: Start) -> None:
+    found = nutation(*start)
+    assume(found.kind not in ("steady", "none") and (start[2] != 0 or start[4] != 0))
+    expected = reference(start)
+    assume(expected["near"] > 1e-8 and expected["closing"] > 1e-12)
+    require_nutation(found, expected)
+    one, two = (float(rate) for rate in expected["phi_dots"])
+    if min(abs(one), abs(two)) > 1e-6 * max(abs(one), abs(two)):
+        assert found.kind == ("looping" if one * two < 0 else "wavy")
+    else:
+        assume(min(abs(one), abs(two)) < 1e-20)
+        assert found.kind == "cuspidal"
+
+
+@pytest.mark.parametrize("spin", [1e3, -1e5, 1e6, 1e8])
+@pytest.mark.parametrize("precession", [0.0, 1e-3, -1e-3])
+def test_a_fast_top_keeps_the_digits_of_its_small_nutation(spin: float, precession: float) -> None:
+    start = (1.0, 0.5, spin, 0.7, precession / spin, 0.0, 3.0)
+    found, expected = nutation(*start), reference(start, 120)
+    assert found.amplitude < 1e-4
+    require_nutation(found, expected)
+    # Its fall is 2 M g R sin(theta) lambda1/(lambda3 spin)^2 (Goldstein, (5.71) in other words).
+    assert found.amplitude == pytest.approx(2 * 3 * math.sin(0.7) / (0.5 * spin) ** 2, rel=1e-2)
+    assert found.mean_rate == pytest.approx(3 / (0.5 * spin), rel=1e-2)
+    ahead = precession * spin * 1.0
+    assert found.kind == ("cuspidal" if precession == 0 else "wavy" if ahead * spin > 0 else "looping")
+
+
+def test_a_tiny_push_of_a_fast_top() -> None:
+    start = (1.0, 0.5, 1e6, 0.7, 6e-6, 1e-9, 3.0)
+    require_nutation(nutation(*start), reference(start, 120))
+
+
+@pytest.mark.parametrize("branch", ["slow", "fast"])
+@pytest.mark.parametrize(
+    ("spin", "tilt"), [(9.0, 0.4), (-9.0, 0.4), (9.0, 2.0), (0.0, 2.0), (3.0, math.pi / 2)]
+)
+def test_the_rates_of_steady_precession_are_steady(branch: str, spin: float, tilt: float) -> None:
+    rate = getattr(steady(1.0, 0.8, spin, tilt, 2.0, FLOAT), branch)
+    if rate is None:
+        return
+    found = nutation(1.0, 0.8, spin, tilt, rate, 0.0, 2.0)
+    assert found.kind == "steady"
+    assert (found.theta_min, found.theta_max, found.amplitude, found.mean_rate) == (tilt, tilt, 0, rate)
+    # A little off, the period is about the same and the amplitude in proportion.
+    near, nearer = (nutation(1.0, 0.8, spin, tilt, rate * (1 + off), 0.0, 2.0) for off in (1e-6, 1e-9))
+    assert nearer.kind == "wavy"
+    assert nearer.period == pytest.approx(found.period, rel=1e-7)
+    assert nearer.precession_per_nutation == pytest.approx(found.precession_per_nutation, rel=1e-7)
+    assert near.amplitude == pytest.approx(1000 * nearer.amplitude, rel=1e-4)
+    start = (1.0, 0.8, spin, tilt, rate * (1 + 1e-9), 0.0, 2.0)
+    require_nutation(nearer, reference(start, 120))
+
+
+def test_the_least_spin_is_steady_too() -> None:
+    least = steady(1.3, 0.8, 1.0, 0.4, 2.0, FLOAT).minimum_spin
+    assert least is not None
+    rate = steady(1.3, 0.8, least, 0.4, 2.0, FLOAT).slow
+    assert rate is not None
+    assert nutation(1.3, 0.8, least, 0.4, rate, 0.0, 2.0).kind == "steady"
+
+
+def test_a_cusp_and_its_neighbours() -> None:
+    kinds = [nutation(1.0, 0.5, 50.0, 0.5, rate, 0.0, 1.0).kind for rate in (-1e-9, -1e-15, 0, 1e-15, 1e-9)]
+    assert kinds == ["looping", "cuspidal", "cuspidal", "cuspidal", "wavy"]
+
+
+def test_a_cusp_is_reached_from_elsewhere() -> None:
+    # Pushed so that phi-dot vanishes where theta-dot does: start on the way of a top let go at 0.5.
+    lambda3, spin, weight, tilt = 0.5, 20.0, 1.0, 0.505
+    with mpmath.workdps(40):
+        u, top_u = mpmath.cos(mpmath.mpf(tilt)), mpmath.cos(mpmath.mpf(0.5))
+        square = 1 - u * u
+        precession = lambda3 * spin * (top_u - u) / square
+        rate = mpmath.sqrt(2 * weight * (top_u - u) - precession**2 * square)
+    found = nutation(1.0, lambda3, spin, tilt, float(precession), float(rate), weight)
+    assert found.kind in ("cuspidal", "looping", "wavy")
+    assert found.theta_min == pytest.approx(0.5, rel=1e-12)
+    assert found.phi_dot_at_theta_min == pytest.approx(0, abs=1e-12)
+    let_go = nutation(1.0, lambda3, spin, 0.5, 0.0, 0.0, weight)
+    assert found.theta_max == pytest.approx(let_go.theta_max, rel=1e-13)
+    assert found.period == pytest.approx(let_go.period, rel=1e-12)
+
+
+# --- through the vertical
+
+
+def test_a_plane_pendulum() -> None:
+    # Half of its period is that of the nutation: 4 K(sin(amplitude/2))/w there and back.
+    found = nutation(2.0, 0.5, 0.0, 1.0, 0.0, 0.0, 3.0)
+    amplitude = math.pi - 1.0
+    expected = 2 * mpmath.ellipk(mpmath.sin(amplitude / 2) ** 2) / mpmath.sqrt(1.5)
+    assert found.period == pytest.approx(float(expected), rel=1e-14)
+    assert (found.theta_min, found.theta_max, found.kind) == (1.0, math.pi, "cuspidal")
+    assert (found.precession_per_nutation, found.mean_rate) == (0, 0)
+
+
+def test_a_pendulum_that_goes_over_the_top() -> None:
+    # theta-dot^2 = 2 (E - M g R cos theta)/lambda1; from 0 to pi and back.
+    found = nutation(2.0, 0.5, 0.0, 1.0, 0.0, -4.0, 3.0)
+    excess = 16 + 3 * math.cos(1.0)
+    time = 2 * mpmath.quad(lambda x: 1 / mpmath.sqrt(excess - 3 * mpmath.cos(x)), [0, mpmath.pi])
+    assert found.period == pytest.approx(float(time), rel=1e-14)
+    assert (found.theta_min, found.theta_max) == (0, math.pi)
+    assert found.mean_rate == 0
+
+
+def test_a_pendulum_with_just_enough_energy_takes_forever() -> None:
+    found = nutation(1.0, 0.5, 0.0, math.pi, 0.0, 2.0, 1.0)
+    assert (found.theta_min, found.theta_max) == (0, math.pi)
+    assert (found.period, found.precession_per_nutation, found.mean_rate) == (None, None, None)
+    near = nutation(1.0, 0.5, 0.0, math.pi, 0.0, math.nextafter(2.0, 3), 1.0)
+    assert near.period is not None
+    assert 30 < near.period < 50
+
+
+@pytest.mark.parametrize("spin", [1.0, -1.0, 30.0])
+def test_an_upright_top_with_a_push(spin: float) -> None:
+    found = nutation(1.0, 0.5, spin, 0.0, 123.0, 0.4, 1.0)
+    assert found.theta_min == 0
+    assert found.phi_dot_at_theta_min == spin / 4
+    assert found.kind == "wavy"
+    # phi-dot = a/(1 + u) between u = 1 and the root of (1 + u)(alpha - beta u) = a^2 (1 - u)
+    a, alpha = 0.5 * spin, 2 + 0.4**2
+    linear = alpha - 2 + a * a
+    u = (linear - math.sqrt(linear**2 + 8 * (alpha - a * a))) / 4
+    assert found.theta_max == pytest.approx(math.acos(u), rel=1e-13)
+    assert found.phi_dot_at_theta_max == pytest.approx(a / (1 + u), rel=1e-13)
+    # Passing the vertical on either side, phi makes half a turn more, or less.
+    assert found.precession_per_nutation is not None
+    for precession in (1.0, -1.0):
+        near = nutation(1.0, 0.5, spin, 1e-13, math.copysign(1, spin) * precession * 100, 0.4, 1.0)
+        assert near.period == pytest.approx(found.period, rel=1e-12)
+        assert near.theta_max == pytest.approx(found.theta_max, rel=1e-12)
+        assert near.precession_per_nutation == pytest.approx(
+            found.precession_per_nutation + math.copysign(1, spin) * precession * math.pi, rel=1e-12
+        )
+
+
+def test_a_hanging_top_with_a_push() -> None:
+    found = nutation(1.0, 0.5, 4.0, math.pi, 0.0, 0.4, 1.0)
+    assert found.theta_max == math.pi
+    assert found.phi_dot_at_theta_max == -1
+    # A small swing is the sum of two rotations, W = -S/2 +- sqrt(S^2/4 + M g R), whose beat is the nutation.
+    small = nutation(1.0, 0.5, 4.0, math.pi, 0.0, 1e-9, 1.0)
+    assert small.period == pytest.approx(math.pi / math.sqrt(2), rel=1e-14)
+    assert small.precession_per_nutation == pytest.approx(-math.pi / math.sqrt(2), rel=1e-14)
+    assert small.amplitude == pytest.approx(1e-9 / math.sqrt(2), rel=1e-14)
+
+
+@pytest.mark.parametrize("tilt", [0.0, math.pi, math.nextafter(math.pi, 4), math.nextafter(math.pi, 0)])
+@pytest.mark.parametrize("spin", [0.0, 0.1, 100.0])
+def test_a_vertical_axis_rests(tilt: float, spin: float) -> None:
+    found = nutation(1.0, 0.5, spin, tilt, 5.0, 0.0, 1.0)
+    assert found == Nutation(tilt, tilt, 0, None, None, None, None, None, "none")
+
+
+def test_an_axis_that_nothing_moves_rests() -> None:
+    found = nutation(1.0, 0.5, 30.0, 1.0, 0.0, 0.0, 0.0)
+    assert found == Nutation(1, 1, 0, 0, 0, None, None, 0, "none")
+
+
+@pytest.mark.parametrize("tilt", [1e-3, 1e-9, 1e-100])
+def test_a_stable_top_near_the_vertical(tilt: float) -> None:
+    # Let go at rest, z = A exp(i W1 t) + B exp(i W2 t): |z| has the period of the beat.
+    found = nutation(1.0, 0.5, 10.0, tilt, 0.0, 0.0, 1.0)
+    one, two = sleeping(1.0, 0.5, 10.0, 1.0, FLOAT).frequencies or (0, 0)
+    assert found.theta_min == tilt
+    assert found.theta_max == pytest.approx(tilt * (two + one) / (two - one), rel=max(1e-14, tilt))
+    assert found.period == pytest.approx(2 * math.pi / (two - one), rel=max(1e-14, tilt))
+    assert found.phi_dot_at_theta_max == pytest.approx(2 * one * two / (two + one), rel=max(1e-14, tilt))
+    assert found.kind == "cuspidal"
+
+
+@pytest.mark.parametrize("tilt", [1e-8, 1e-20, 1e-100])
+@pytest.mark.parametrize("push", [0.0, 0.5, -1e3])
+@pytest.mark.parametrize("precession", [0.0, 0.7])
+def test_an_unstable_top_near_the_vertical(tilt: float, push: float, precession: float) -> None:
+    start = (1.0, 0.5, 1.0, tilt, precession, push * tilt, 1.0)
+    found = nutation(*start)
+    with mpmath.workdps(500):
+        # In v = 1 - u = y tilt^2: v-dot^2 = v (2 - v)(E + 2 v) - (T + a v)^2.
+        square = mpmath.mpf(tilt) ** 2
+        v0, a = 1 - mpmath.cos(mpmath.mpf(tilt)), mpmath.mpf(1) / 2
+        sine = mpmath.sin(mpmath.mpf(tilt)) ** 2
+        energy = mpmath.mpf(start[5]) ** 2 + mpmath.mpf(precession) ** 2 * sine - 2 * v0
+        turning = mpmath.mpf(precession) * sine - a * v0
+        cubic = [-2, 4 - energy - a * a, 2 * energy - 2 * turning * a, -(turning**2)]
+        scaled = [c * square ** (3 - k - 2) for k, c in enumerate(cubic)]
+        roots = mpmath.polyroots(scaled, maxsteps=5000, extraprec=1500)
+        v3, v2, v1 = sorted(mpmath.re(root) * square for root in roots)
+        period = 4 * mpmath.ellipk((v1 - v2) / (v1 - v3)) / mpmath.sqrt(2 * (v1 - v3))
+        theta_min, theta_max = (2 * mpmath.asin(mpmath.sqrt(v / 2)) for v in (v2, v1))
+    assert found.period == pytest.approx(float(period), rel=1e-14)
+    assert found.theta_min == pytest.approx(float(theta_min), rel=1e-14)
+    assert found.theta_max == pytest.approx(float(theta_max), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    "start",
+    [
+        (4e143, 3e135, 1e84, 2.9, 1e132, 3e-5, 2e153),
+        (2e128, 2e109, 5e-83, 3.1415922, -5e112, 9e-5, 2e9),
+        (2e60, 2e53, 8e-67, 3e-125, 0.0, 1.2e5, 2e172),
+        (1e36, 4e19, 0.0, 2.5e-55, 0.0, -1.4e-99, 1.5e-79),
+    ],
+)
+def test_numbers_without_measure_end_in_numbers(start: Start) -> None:
+    found = nutation(*start)
+    assert 0 <= found.theta_min <= start[3] <= found.theta_max <= math.pi
+    assert found.period is not None
+    assert found.period > 0
+
+
+# --- the equations of motion themselves
+
+
+MOTIONS: dict[str, Start] = {
+    "cuspidal": (1.0, 0.5, 12.0, 0.5, 0.0, 0.0, 1.0),
+    "looping": (1.0, 0.5, 12.0, 0.5, -0.4, 0.0, 1.0),
+    "wavy": (1.0, 0.5, -12.0, 0.5, -0.4, 0.0, 1.0),
+    "slow spin": (1.0, 0.5, 0.7, 0.5, 0.3, 0.0, 1.0),
+    "hanging": (1.5, 0.5, 5.0, 2.8, 1.0, 0.0, 2.0),
+    "spherical pendulum": (1.5, 0.5, 0.0, 2.0, 1.0, 0.0, 2.0),
+    "on the way": (1.0, 1.5, 3.0, 1.2, -1.0, 2.0, 2.0),
+    "no weight": (1.0, 1.5, 3.0, 1.2, -1.0, 2.0, 0.0),
+    "nearly over the top": (1.0, 0.5, 1.0, 3.0, 0.1, 2.0, 1.0),
+}
+
+
+@pytest.mark.parametrize("start", MOTIONS.values(), ids=MOTIONS)
+def test_the_equations_of_motion_have_this_period_and_precession(start: Start) -> None:
+    found = nutation(*start)
+    assert found.period is not None
+    assert found.precession_per_nutation is not None
+    theta, phi, _, _ = moved(start, found.period)
+    assert math.cos(theta) == pytest.approx(math.cos(start[3]), abs=1e-13)
+    assert math.remainder(phi - found.precession_per_nutation, 2 * math.pi) == pytest.approx(0, abs=3e-13)
+    if start[5] == 0:
+        theta, _, rate, _ = moved(start, found.period / 2)
+        other = found.theta_max if found.theta_min == start[3] else found.theta_min
+        assert math.cos(theta) == pytest.approx(math.cos(other), abs=1e-13)
+        at_other = found.phi_dot_at_theta_max if other == found.theta_max else found.phi_dot_at_theta_min
+        assert rate == pytest.approx(at_other, rel=1e-12)
+
+
+# --- laws of nutation
+
+
+@few
+@given(starts())
+def test_a_mirror_turns_nutation_over(start: Start) -> None:
+    lambda1, lambda3, spin, tilt, precession, rate, weight = start
+    one, two = nutation(*start), nutation(lambda1, lambda3, -spin, tilt, -precession, -rate, weight)
+    assert (one.theta_min, one.theta_max, one.period, one.kind) == (
+        two.theta_min,
+        two.theta_max,
+        two.period,
+        two.kind,
+    )
+    for name in ("phi_dot_at_theta_min", "phi_dot_at_theta_max", "precession_per_nutation", "mean_rate"):
+        a, b = getattr(one, name), getattr(two, name)
+        assert b == (None if a is None else -a)
+
+
+@few
+@given(starts(), st.integers(-300, 300), st.integers(-40, 40))
+def test_units_do_not_matter_to_nutation(start: Start, mass: int, time: int) -> None:
+    lambda1, lambda3, spin, tilt, precession, rate, weight = start
+    m, w = 2.0**mass, 2.0**time
+    one = nutation(*start)
+    two = nutation(lambda1 * m, lambda3 * m, spin * w, tilt, precession * w, rate * w, weight * m * w * w)
+    assert two.kind == one.kind
+    for name, scale in {
+        "theta_min": 1,
+        "theta_max": 1,
+        "amplitude": 1,
+        "period": 1 / w,
+        "mean_rate": w,
+    }.items():
+        a, b = getattr(one, name), getattr(two, name)
+        assert b == (None if a is None else pytest.approx(a * scale, rel=1e-15))
+
+
+@fewest
+@given(starts(), st.floats(0, 1))
+def test_the_nutation_is_the_same_from_any_point_of_the_way(start: Start, part: float) -> None:
+    found = nutation(*start)
+    assume(found.period is not None and found.kind not in ("steady", "none"))
+    assert found.period is not None
+    lambda1, lambda3, spin, tilt, *_, weight = start
+    fastest = max(abs(spin) * lambda3 / lambda1, abs(start[4]), abs(start[5]), math.sqrt(weight / lambda1))
+    assume(fastest * found.period < 60 and tilt > 0.01)
+    theta, _, phi_dot, theta_dot = moved(start, part * found.period)
+    assume(math.sin(theta) > 0.01)
+    again = nutation(lambda1, lambda3, spin, theta, phi_dot, theta_dot, weight)
+    assume(again.kind not in ("steady", "none") and min(found.theta_min, math.pi - found.theta_max) > 1e-3)
+    assert again.theta_min == pytest.approx(found.theta_min, abs=1e-11)
+    assert again.theta_max == pytest.approx(found.theta_max, abs=1e-11)
+    assert again.period == pytest.approx(found.period, rel=1e-10)
