@@ -293,7 +293,7 @@ class Report(Mapping[str, Value]):
         return len(self.tree())
 
 
-def count(report: Report) -> int | None:
+def points_of(report: Report) -> int | None:
     """At how many points of a sweep the report is at once; None for a report on one document."""
     from rigidcli.core.many import Many
 
@@ -301,14 +301,13 @@ def count(report: Report) -> int | None:
     return len(swept.values) if isinstance(swept, Many) else None
 
 
-def part(report: Report, points: slice | int) -> Report:
-    """The report on some of its points, or on one of them."""
+def part(report: Report, points: slice) -> Report:
+    """The report on some of its points."""
     from rigidcli.core.many import Many
 
     def at(value: Value) -> Value:
         if isinstance(value, Many):
-            found = value.values[points]
-            return Many(found) if isinstance(points, slice) else found if found.ndim else float(found)
+            return Many(value.values[points])
         return [at(entry) for entry in value] if isinstance(value, list) else value
 
     def table(one: Table) -> Table:
@@ -321,10 +320,12 @@ def part(report: Report, points: slice | int) -> Report:
     return replace(report, fields=fields, swept=swept, tables=tuple(map(table, report.tables)))
 
 
-def each(report: Report) -> Iterator[Report]:
-    """A report for each of its points."""
-    points = count(report)
-    yield from [report] if points is None else (part(report, point) for point in range(points))
+def at_each(value: Value, points: int) -> Sequence[Value]:
+    """The value at each of so many points, which may be the same at all."""
+    from rigidcli.core.many import Many
+
+    found: Sequence[Value] = value.values.tolist() if isinstance(value, Many) else [value] * points
+    return found
 
 
 def single_cells(table: Table, names: Sequence[str] = ()) -> list[Column]:

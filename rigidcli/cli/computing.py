@@ -17,7 +17,7 @@ from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require
 from rigidcli.cli.work import FOLLOW, Work, answers, require_memory, tasks
 from rigidcli.errors import RigidError, UsageError, ValueProblem
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
-from rigidcli.report import count, each
+from rigidcli.report import points_of
 
 if TYPE_CHECKING:
     from rigidcli.render.units import Units
@@ -241,8 +241,8 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                             notes = known[report.source].new(report.notes) if again else report.notes
                             tell_notes(report.source, notes, quiet)
                             pictured.extend([report] if plot else [])
-                            yield from [report] if format is Format.csv else each(report)
-                            points = count(report) or 1
+                            yield report
+                            points = points_of(report) or 1
                     for _ in range(points):
                         done()
             failures.end()

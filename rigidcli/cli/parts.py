@@ -21,8 +21,7 @@ from rigidcli.cli.work import AT_A_TIME, Task, answers
 from rigidcli.errors import UsageError
 from rigidcli.render import Look
 from rigidcli.render.parquet import Kinds, Rows, described, differ, joined, recast, require_library
-from rigidcli.report import count as points
-from rigidcli.report import each
+from rigidcli.report import points_of
 
 MANIFEST = "manifest.json"
 """The file that is written last: where it is, all parts are."""
@@ -187,12 +186,11 @@ def _written(part: Part, look: Look) -> Iterator[Written]:
         with Rows(part.path, look) as rows:
             for task in part.tasks:
                 for answer in answers(task):
-                    count += 1 if isinstance(answer.found, Failure) else points(answer.found) or 1
+                    count += 1 if isinstance(answer.found, Failure) else points_of(answer.found) or 1
                     if isinstance(answer.found, Failure):
                         told.append(Told(answer.source, answer.notes, answer.found))
                         continue
-                    for report in each(answer.found):
-                        rows.add(report)
+                    rows.add(answer.found)
                     notes = answer.found.notes
                     if answer.found.swept:
                         notes = tuple(note for note in notes if note not in known)

@@ -11,8 +11,8 @@ import orjson
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.many import Many
 from rigidcli.render import Look
-from rigidcli.render.values import plain
-from rigidcli.report import Column, Report, Value, count, single_cells
+from rigidcli.render.values import plain, texts_at_points
+from rigidcli.report import Column, Report, Value, points_of, single_cells
 
 ROWS = 50_000
 """Rows of a table that are written at a time, which bounds the memory that the text takes."""
@@ -35,7 +35,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
             row = {_head(name, unit, look): value for name, (value, unit) in chosen.items()}
             row = dict.fromkeys(written) | row if in_rows else row
             in_rows = True
-            points = count(report) or 1
+            points = points_of(report) or 1
             rows = zip(*(_texts(value, points) for value in row.values()), strict=True)
             header, lines = list(row), _whole(",".join(cells) + "\n" for cells in rows)
         else:
@@ -108,10 +108,7 @@ def _by_start(start: Column, columns: Sequence[Column], name: str) -> Iterator[s
 
 def _texts(value: Value, points: int) -> Iterable[str]:
     """The cells of a value at so many points of a sweep."""
-    if not isinstance(value, Many):
-        return repeat(_cell(value), points)
-    column = np.ascontiguousarray(value.values)
-    return orjson.dumps(column, option=orjson.OPT_SERIALIZE_NUMPY)[1:-1].decode().split(",")
+    return texts_at_points(value) if isinstance(value, Many) else repeat(_cell(value), points)
 
 
 def _at(value: Value, place: tuple[int, ...]) -> Value:

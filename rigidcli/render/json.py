@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+import operator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import orjson
 
+from rigidcli.core.many import Many
 from rigidcli.render import Look
-from rigidcli.render.values import plain
+from rigidcli.render.values import plain, texts_at_points
 from rigidcli.report import Report, Table, Value
 
 
@@ -21,7 +23,29 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         if look.columns:
             report = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
         body = head | plain(report.tree()) | {"units": report.units}
-        yield orjson.dumps(body, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
+        yield from _lines(body)
+
+
+def _lines(body: Mapping[str, Value]) -> Iterator[str]:
+    """The object on a line; one for each point of a sweep where some of its values are many."""
+    columns: list[Sequence[str]] = []
+
+    def hold_place(value: object) -> orjson.Fragment:
+        if not isinstance(value, Many):
+            raise TypeError
+        columns.append(texts_at_points(value))
+        return orjson.Fragment(_PLACE)
+
+    text = orjson.dumps(body, hold_place, orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
+    first, *others = text.split(_PLACE)
+    if not columns:
+        yield text
+    for row in zip(*columns, strict=True):
+        yield first + "".join(map(operator.add, row, others))
+
+
+_PLACE = "\0"
+"""What stands for a value that is many: no text in JSON has this character as it is."""
 
 
 def _asked(table: Table, look: Look) -> Table:

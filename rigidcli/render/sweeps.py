@@ -9,7 +9,7 @@ from rigidcli.render.csv import row_of
 from rigidcli.render.table import number
 from rigidcli.render.terminal import GAP, cells
 from rigidcli.render.values import plain
-from rigidcli.report import Column, Report, Table, Value
+from rigidcli.report import Column, Report, Table, Value, at_each, points_of
 
 
 def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None]) -> Iterator[Report]:
@@ -25,7 +25,9 @@ def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None])
     told, points = set[str](), set[str]()
     for last in reports:
         keys = tuple(entry.key for entry in last.swept)
-        points.add(str([plain(entry.value) for entry in last.swept]))
+        size = points_of(last) or 1
+        places = (at_each(plain(entry.value), size) for entry in last.swept)
+        points.update(map(str, zip(*places, strict=True)))
         row = row_of(last)
         told.update(
             head for entry in last.fields if look.verbose or not entry.diagnostic for head in entry.cells
@@ -34,8 +36,8 @@ def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None])
             columns.setdefault(name, [None] * count)
             units.setdefault(name, unit)
         for name, column in columns.items():
-            column.append(row.get(name, _EMPTY)[0])
-        count += 1
+            column += at_each(row.get(name, _EMPTY)[0], size)
+        count += size
     if last is None:
         return
     fixed = [*keys, *(["name"] if len(set(columns["name"])) > 1 else [])]
@@ -73,7 +75,7 @@ def _varies(values: list[Value], look: Look, is_alone: bool) -> bool:
     if is_alone:
         return values[0] is not None
     first = _text(values[0], look)
-    return any(_text(value, look) != first for value in values)
+    return any(value != values[0] and _text(value, look) != first for value in values)
 
 
 def _fitting(names: list[str], columns: dict[str, list[Value]], units: dict[str, str], look: Look) -> int:
