@@ -13,8 +13,8 @@ from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
 from rigidcli.model.document import Document
 from rigidcli.model.load import Draft
 from rigidcli.model.places import Places
-from rigidcli.model.robots import LISTED, links_of, read_robot
-from rigidcli.model.robots.links import Decimals, Link
+from rigidcli.model.robots import links_of, read_robot
+from rigidcli.model.robots.links import Decimals, Link, listed
 
 MOST_LINKS = 1000
 """The most links of a file, which take two seconds to read as documents; the largest robots have 200."""
@@ -113,7 +113,6 @@ def _without(links: Sequence[Link]) -> list[str]:
     reasons.pop("", None)
     notes = []
     for reason, found in reasons.items():
-        names = ", ".join(f"{link.name} (line {link.line})" for link in found[:LISTED])
-        more = f" and {len(found) - LISTED} more" if len(found) > LISTED else ""
-        notes.append(f"{len(found)} link{'s have' if len(found) > 1 else ' has'} {reason}: {names}{more}")
+        names = listed([f"{link.name} (line {link.line})" for link in found])
+        notes.append(f"{len(found)} link{'s have' if len(found) > 1 else ' has'} {reason}: {names}")
     return notes

@@ -24,7 +24,7 @@ from rigidcli.model.robots import READERS, elements
 from rigidcli.studies.robots import remarks
 from rigidcli.studies.robots.geometry import forms_of
 from rigidcli.studies.robots.repair import repair
-from tests.conftest import ROOT
+from tests.conftest import ROOT, Program
 
 ARM = (ROOT / "configs" / "arm.urdf").read_text()
 
@@ -80,7 +80,7 @@ def agree(result: Any, text: str, name: str = "l") -> None:
 
 def test_every_ending_has_a_reader() -> None:
     folder = Path(elements.__file__).parent
-    helpers = {"__init__", "documents", "elements", "geoms", "links", "orientation"}
+    helpers = {"__init__", "compiler", "elements", "geoms", "links", "orientation"}
     assert {path.stem for path in folder.glob("*.py")} - helpers == set(READERS.values())
     for name in READERS.values():
         reader = importlib.import_module(f"rigidcli.model.robots.{name}")
@@ -201,7 +201,9 @@ def test_attributes_of_geoms_take_the_place_of_defaults_as_in_mujoco(
     ("compiler", "geoms", "reason"),
     [
         ("", GEOMS.replace('density="0"', 'density="1"'), "infers it from geoms that are not all plain"),
-        ('<compiler inertiagrouprange="1 2"/>', GEOMS, "infers it from geoms"),
+        ('<compiler shellinertia="true"/>', '<geom size="1"/>', "infers it from geoms"),
+        ('<compiler inertiagrouprange="1 2"/>', GEOMS, "no mass"),
+        ('<compiler boundmass="x"/>', GEOMS, "`boundmass` of `<compiler>`: read `x`, expected a number"),
         ('<compiler inertiafromgeom="false"/>', GEOMS, "no mass"),
         ("", '<geom size="1" mass="-1"/>', "read `-1.0`, expected a positive mass"),
         ("", '<geom size="1" density="x"/>', "read `x`, expected a number"),
@@ -215,6 +217,70 @@ def test_geoms_that_are_not_added_up_are_told(compiler: str, geoms: str, reason:
     path.write_text(MJCF.format(compiler + DEFAULTS, geoms))
     with pytest.raises(RigidError, match=reason):
         rigidcli.load_all(path)
+
+
+SEVERAL = """<mujoco><compiler {}/><worldbody>
+<body name="thin"><freejoint/><frame euler="0 0 40"><inertial pos="0 0 1" mass="2"
+  fullinertia="1 2 2.6 0.1 -0.2 0.3"/></frame></body>
+<body name="light"><freejoint/><geom size="0.1 0.2 0.3" type="box" pos="1 0 0" euler="10 20 30" density="9"/>
+  <frame pos="0 1 0"><geom size="0.1" density="30"/></frame><geom size="0.2" group="1"/></body>
+<body name="wrong"><freejoint/><inertial pos="1 0 0" mass="3" euler="1 2 3" diaginertia="{}"/></body>
+<body name="empty" pos="0 0 3"><geom type="plane" size="1 1 1"/></body>
+</worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("settings", "moments"),
+    [
+        ('boundmass="2.5"', "1 2 2.5"),
+        ('boundinertia="1.7"', "1 2 2.5"),
+        ('balanceinertia="true"', "1 2 4"),
+        ('balanceinertia="true" boundinertia="1.9"', "1 2 4"),
+        ('settotalmass="7"', "1 2 2.5"),
+        ('settotalmass="7" boundmass="0.1" boundinertia="2.2" balanceinertia="true"', "1 2 5"),
+        ('inertiagrouprange="0 0" settotalmass="7"', "1 2 2.5"),
+        ('inertiagrouprange="1 4" inertiafromgeom="true"', "1 2 2.5"),
+        ('settotalmass="-1" boundmass="0" balanceinertia="false"', "1 2 2.5"),
+    ],
+)
+def test_settings_of_mjcf_change_masses_as_in_mujoco(settings: str, moments: str, tmp_path: Path) -> None:
+    mujoco: Any = pytest.importorskip("mujoco", reason="MuJoCo is the oracle here")
+    text = SEVERAL.format(settings, moments)
+    found = {result.name: result for result in read(text, ".xml", tmp_path)}
+    model = mujoco.MjModel.from_xml_string(text)
+    heavy = {model.body(index).name for index in range(model.nbody) if model.body_mass[index] > 0}
+    assert found.keys() == heavy - {"empty"}
+    for name, result in found.items():
+        mass, centre, tensor = by_mujoco(text, name)
+        assert result["mass"] == pytest.approx(mass, rel=1e-13)
+        np.testing.assert_allclose(result["center_of_mass"], centre, atol=1e-13)
+        np.testing.assert_allclose(
+            result["tensor_com"], tensor, rtol=1e-12, atol=1e-12 * np.abs(tensor).max()
+        )
+
+
+def test_a_whole_mass_is_told_and_needs_all_masses(program: Program, tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    path.write_text(SEVERAL.format('settotalmass="7"', "1 2 2.5"))
+    told = program("inertia", str(path))
+    assert "`<compiler>` sets the whole mass to 7 kg: masses and tensors are 0." in told.err
+    exact = program("inertia", str(path), "--exact")
+    assert exact.code == 3
+    assert "robot.xml:1: what `<compiler>` makes of masses and tensors is not exact" in exact.err
+    path.write_text(SEVERAL.format('settotalmass="7" boundmass="2.5"', "1 2 2.5"))
+    assert "`<compiler>` changes the mass or the tensor of thin\n" in program("inertia", str(path)).err
+    path.write_text('<mujoco><compiler settotalmass="7"/><worldbody><body/></worldbody></mujoco>')
+    assert "which is not done: 0 kg are written" in program("inertia", str(path)).err
+    path.write_text(SEVERAL.format('settotalmass="7"', "1 2 2.5").replace('type="box"', 'mesh="m"'))
+    told = program("inertia", str(path))
+    assert "which is not done: of light it is not known" in told.err
+
+
+def test_bodies_without_a_name_are_told_apart(tmp_path: Path) -> None:
+    body = '<body><geom size="1"/></body>'
+    text = f"<mujoco><worldbody>\n{body}{body}\n{body}</worldbody></mujoco>"
+    names = [result.name for result in read(text, ".xml", tmp_path)]
+    assert names == ["body in line 2", "body in line 2, number 2", "body in line 3"]
 
 
 def test_bodies_of_mjcf_whose_tensor_is_not_written_are_noted(tmp_path: Path) -> None:

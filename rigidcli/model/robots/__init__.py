@@ -18,10 +18,6 @@ READERS = {".urdf": "urdf", ".sdf": "sdf", ".xml": "mjcf"}
 """The reader of each ending of a file: a module of this package with the tag `ROOT` of a file and `read`."""
 
 
-LISTED = 20
-"""The most links that a message lists."""
-
-
 def is_robot(path: str) -> bool:
     """Whether a file has the name of a robot description."""
     return PurePath(path).suffix.lower() in READERS
@@ -60,6 +56,7 @@ def one_link(path: Path, name: str | None, decimal: Decimals) -> Link:
 
     Raises ValueProblem, of which the message begins with the file and the line.
     """
+    from rigidcli.model.robots.links import listed
     from rigidcli.model.texts import read_text
 
     try:
@@ -73,7 +70,7 @@ def one_link(path: Path, name: str | None, decimal: Decimals) -> Link:
         return named[0]
     if named and name is not None:
         raise ValueProblem(f"{path}:{named[0].line}: link {name}: {named[0].without}")
-    known = ", ".join(link.name for link in found[:LISTED] if not link.without)
+    known = listed([link.name for link in found if not link.without])
     read = f"there is no link {shown(name)}" if name else f"there are {len(named)} links with a mass"
     raise ValueProblem(f"{path}: {read}, expected the name of one", hint=f"with a mass: {known}")
 

@@ -9,6 +9,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import DocumentError, Problem, shortened, shown
 from rigidcli.model.robots.elements import Element
 
@@ -30,11 +33,17 @@ LARGEST = 1e100
 ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
 """The entries of a tensor, in the order in which URDF and SDF write them."""
 
+ROWS, COLUMNS = np.triu_indices(3)
+"""The places of `ENTRIES` in the matrix of a tensor."""
+
 MOST_FORMS = 3000
 """The most geometry of a file that is compared with its links, which takes two seconds; 400 is much."""
 
 LARGEST_MESH = 20_000_000
 """The largest file (bytes) of a mesh that is compared with its link: one of 400,000 triangles."""
+
+LISTED = 20
+"""The most links that a message lists."""
 
 NO_MASS = "no mass"
 """Why a link has no mass properties, in most cases."""
@@ -132,6 +141,12 @@ def named_once(robot: Robot) -> Robot:
     return replace(robot, links=links)
 
 
+def listed(names: Sequence[str]) -> str:
+    """The names of links, as many as a message has room for."""
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    return ", ".join(names[:LISTED]) + more
+
+
 def framed(body: Body, frames: Sequence[Body]) -> Body:
     """A body in frames, the innermost first: each a mapping with a `position` and a `rotation`, or none."""
     for frame in frames:
@@ -177,6 +192,13 @@ def _counted(count: int | None) -> str:
 def tensor(entries: Sequence[Any]) -> dict[str, Any]:
     """The entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz of a tensor by their names."""
     return dict(zip(ENTRIES, entries, strict=True))
+
+
+def matrix(entries: Sequence[float] | Floats) -> Floats:
+    """The symmetric tensor (3 by 3) of its entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz."""
+    found = np.empty((3, 3))
+    found[ROWS, COLUMNS] = found[COLUMNS, ROWS] = entries
+    return found
 
 
 def placed(position: Sequence[Any], rotation: Body | None = None) -> Body:

@@ -8,12 +8,13 @@ as MuJoCo does, whether they overlap or not; but not where meshes are among them
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from rigidcli.errors import shown
-from rigidcli.model.robots import LISTED
+from rigidcli.model.robots.compiler import Compiler
 from rigidcli.model.robots.elements import MAX_DEPTH, MAX_ELEMENTS, Element, read_elements
 from rigidcli.model.robots.geoms import OUTERMOST, Defaults, completed, defaults, form
 from rigidcli.model.robots.links import (
@@ -25,6 +26,7 @@ from rigidcli.model.robots.links import (
     described,
     framed,
     geometries,
+    listed,
     numbers,
     tensor,
 )
@@ -52,11 +54,11 @@ MASSLESS = ("plane", "hfield")
 SHELL = "shellinertia"
 """The attribute of geoms, once a setting of `<compiler>`, that are thin shells."""
 
-BY_OTHER_RULES = ("inertiagrouprange", SHELL)
-"""Settings of `<compiler>` with which geoms are not all added up as solids."""
+ALL_GROUPS = "0 5"
+"""The groups of geoms that are added up."""
 
-CHANGING = ("settotalmass", "boundmass", "boundinertia", "balanceinertia")
-"""Settings of `<compiler>` by which MuJoCo takes other masses and tensors than the file says."""
+REPEATING = ("attach", "composite", "flexcomp", "replicate")
+"""Elements from which MuJoCo makes bodies that are not written in the file."""
 
 FRAMES = ("frame", "replicate")
 """Elements that move what is in them."""
@@ -69,45 +71,58 @@ MOST_FRAMES = 10
 class _Reading:
     """What holds for all bodies: how numbers and angles are read, the defaults of geoms, and of masses.
 
-    Of `infers`, `true` takes all masses from geoms, `false` none; `is_plain` where geoms count as solids.
+    Of `infers`, `true` takes all masses from geoms, `false` none. Geoms count that are in one of the `groups`
+    from the first to the last, and are solids, unless all are shells.
     """
 
     decimal: Decimals
     angles: Angles
     defaults: Mapping[str, Defaults]
     infers: str
-    is_plain: bool
+    groups: Sequence[float]
+    are_shells: bool
+    compiler: Compiler
 
 
 def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
     """The bodies, without the world."""
     _include(root, folder)
-    compiler = {key: value for element in root.all("compiler") for key, value in element.attributes.items()}
-    angles = Angles(compiler.get("angle", "degree") != "radian", compiler.get("eulerseq", "xyz"))
-    infers = compiler.get("inertiafromgeom", "auto")
-    is_plain = not any(compiler.get(key, "false") != "false" for key in BY_OTHER_RULES)
-    reading = _Reading(decimal, angles, defaults(root), infers, is_plain)
-    notes = [
-        f'MuJoCo changes what is written by `{key}="{compiler[key][:20]}"`'
-        for key in CHANGING
-        if compiler.get(key, "false").strip() not in ("", "false", "0", "-1")
+    compiler = Element("compiler", {}, root.source, root.line)
+    for element in root.all("compiler"):
+        compiler = replace(element, attributes=compiler.attributes | element.attributes)
+    given = compiler.attributes
+    reading = _Reading(
+        decimal,
+        Angles(given.get("angle", "degree") != "radian", given.get("eulerseq", "xyz")),
+        defaults(root),
+        given.get("inertiafromgeom", "auto"),
+        numbers(compiler, "inertiagrouprange", 2, float, ALL_GROUPS),
+        given.get(SHELL, "false") != "false",
+        Compiler.of(compiler, decimal),
+    )
+    names: Counter[str] = Counter()
+    links = []
+    for world in root.all("worldbody"):
+        for body, style in _bodies(world, OUTERMOST):
+            link = _link(body, style, reading)
+            names[link.name] += 1
+            if "name" not in body.attributes and names[link.name] > 1:
+                link = replace(link, name=f"{link.name}, number {names[link.name]}")
+            links.append(link)
+    found, notes = reading.compiler.scaled(links)
+    notes += [
+        f"what `<{element.tag}>` in line {element.line} repeats or puts in is not told"
+        for element in _below(root)
+        if element.tag in REPEATING
     ]
-    links = [
-        _link(body, style, reading)
-        for world in root.all("worldbody")
-        for body, style in _bodies(world, OUTERMOST)
-    ]
-    repeated = next((element.line for element in _below(root) if element.tag == "replicate"), None)
-    if repeated is not None:
-        notes.append(f"of the bodies that `<replicate>` in line {repeated} repeats, one is told")
-    inferred = [link.name for link in links if link.inertial is not None and "parts" in link.inertial]
+    inferred = [link.name for link in links if link.inertial is not None and "mass" not in link.lines]
     if inferred:
-        names = ", ".join(inferred[:LISTED]) + (" ..." if len(inferred) > LISTED else "")
         taken = f"with {DENSITY} kg/m^3 where none is given"
         notes.append(
-            f"mass and tensor are those of the geoms, {taken}, of links without `<inertial>`: {names}"
+            f"mass and tensor are those of the geoms, {taken}, of links without `<inertial>`: "
+            f"{listed(inferred)}"
         )
-    return Robot(links, notes)
+    return Robot(found, notes)
 
 
 def _below(element: Element) -> Iterator[Element]:
@@ -190,18 +205,21 @@ def _link(body: Element, style: str, reading: _Reading) -> Link:
         about = {id(geom): (own, frames) for geom, own, frames in geoms}
         forms = geometries([geom for geom, *_ in geoms], lambda geom: _form(geom, *about[id(geom)], reading))
         bare = replace(bare, geometry=forms)
-        found = list(_parts(body, "inertial", style, reading))
-        if not found or (reading.infers == "true" and geoms):
-            if not geoms or reading.infers == "false":
-                return NO_MASS
+        blocks = list(_parts(body, "inertial", style, reading))
+        found: Body | str
+        if blocks and not (reading.infers == "true" and geoms):
+            element, _, frames = blocks[0]
+            bare = replace(bare, frames=frames)
+            found = _inertial(element, reading)
+            lines = dict.fromkeys(("mass", "inertia", "position"), element.line)
+        else:
             repeated = any(_parts(body, "replicate", style, reading))
-            parts = None if repeated else _solids(geoms, reading)
-            if parts is None:
-                return INFERRED
-            return ({"parts": parts}, {"inertia": body.line}) if parts else NO_MASS
-        element, _, frames = found[0]
-        bare = replace(bare, frames=frames)
-        return _inertial(element, reading), dict.fromkeys(("mass", "inertia", "position"), element.line)
+            inferred = reading.infers != "false"
+            parts = None if repeated else _solids(geoms, reading) if inferred else []
+            found = INFERRED if parts is None else {"parts": parts} if parts else NO_MASS
+            lines = {"inertia": body.line}
+        found = reading.compiler.bounded(found, bare.name)
+        return found if isinstance(found, str) else (found, lines)
 
     link = described(bare, read)
     return replace(link, geometry=bare.geometry, frames=bare.frames)
@@ -244,17 +262,20 @@ def _form(geom: Element, style: str, frames: Sequence[Body], reading: _Reading) 
 
 def _solids(geoms: Sequence[tuple[Element, str, Sequence[Body]]], reading: _Reading) -> list[Body] | None:
     """What the geoms of a body weigh, as parts of a composite; None where that is not known here."""
-    if len(geoms) > MOST_GEOMS or not reading.is_plain:
+    if len(geoms) > MOST_GEOMS:
         return None
+    first, last = reading.groups
     parts: list[Body] = []
     for geom, style, frames in geoms:
         whole = _completed(geom, style, reading)
         key = "mass" if "mass" in whole.attributes else "density"
         (value,) = numbers(whole, key, 1, reading.decimal, DENSITY)
-        if value == 0 or whole.attributes.get("type") in MASSLESS:
+        (group,) = numbers(whole, "group", 1, float, "0")
+        is_counted = first <= group <= last and whole.attributes.get("type") not in MASSLESS
+        if value == 0 or not is_counted:
             continue
         body = form(whole, reading.angles, reading.decimal)
-        if body is None or whole.attributes.get(SHELL, "false") != "false":
+        if body is None or reading.are_shells or whole.attributes.get(SHELL, "false") != "false":
             return None
         del body["density"]
         parts.append(framed(body | {key: value}, frames))

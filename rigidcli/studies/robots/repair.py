@@ -12,7 +12,7 @@ from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.tensor import point_tensor, shortfall
 from rigidcli.errors import DocumentError
 from rigidcli.model.link_documents import alone
-from rigidcli.model.robots.links import ENTRIES, Link
+from rigidcli.model.robots.links import COLUMNS, ENTRIES, ROWS, Link, matrix
 from rigidcli.studies.robots.geometry import NEAR, Weighed, forms_of, moments_agree
 
 POWERS = (-3, -2, -1, 1, 2, 3)
@@ -20,9 +20,6 @@ POWERS = (-3, -2, -1, 1, 2, 3)
 
 FARTHEST = 100.0
 """A parallel-axis term of this many times the tensor was not taken from it by mistake."""
-
-ROWS, COLUMNS = np.array([[0, 0, 0, 1, 1, 2], [0, 1, 2, 1, 2, 2]])
-"""The places of the entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz in the tensor."""
 
 PRODUCTS = ROWS != COLUMNS
 """Which of the entries are products of inertia."""
@@ -40,24 +37,17 @@ def repair(link: Link) -> str | None:
         return None
     entries = np.array([float(given.get(key, 0)) for key in ENTRIES])
     mass = float(link.inertial["mass"]) if link.inertial else 0.0
-    if mass <= 0 or shortfall(_tensor(entries)) is None:
+    if mass <= 0 or shortfall(matrix(entries)) is None:
         return None
     forms = forms_of(link).solids
     found = []
     for words, edited in _edits(entries, mass, _origin(link)):
-        tensor = _tensor(edited)
+        tensor = matrix(edited)
         body = Weighed(mass, np.zeros(3), tensor)
         physical = shortfall(tensor) is None and body.moments[0] > 0
         if physical and (not forms or any(moments_agree(body, form, NEAR) for form in forms)):
             found.append(words)
     return f"{found[0]} makes it one that a body has; no other single edit does" if len(found) == 1 else None
-
-
-def _tensor(entries: Floats) -> Floats:
-    """The symmetric tensor (3 by 3) of its six entries."""
-    tensor = np.empty((3, 3))
-    tensor[ROWS, COLUMNS] = tensor[COLUMNS, ROWS] = entries
-    return tensor
 
 
 def _edits(entries: Floats, mass: float, origin: Floats) -> Iterator[tuple[str, Floats]]:
