@@ -62,7 +62,6 @@ HIGHEST = 0.005
 It is 0.0048 for the exponential function, and 0.0038 for one with a pole.
 """
 
-
 JUMP = 1e-9
 """The largest error of two steps, in units of the largest variable, where the equations do not jump."""
 
