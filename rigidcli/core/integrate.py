@@ -20,7 +20,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.core import dormand_prince, runge_kutta
+from rigidcli.core import dense_output, dormand_prince, runge_kutta
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import FINEST, MOST_STEPS, Engine, Flow, Solution, Stop, Stopped, TooManySteps
 from rigidcli.errors import ComputationError
@@ -123,9 +123,9 @@ def integrate(
 
     if like is None:
         follow = runge_kutta.follower(f, tolerance=tolerance, blocks=sizes, name=name)
-        sample = runge_kutta.sampler(flow, knots, path, follow)
+        sample = dense_output.sampler(flow, knots, path, follow)
     else:
-        sample = runge_kutta.single_sampler(f, knots, path, sizes)
+        sample = dense_output.single_sampler(f, knots, path, sizes)
     taken = len(times) - 1
     return Solution(taken, dormand_prince.METHOD, "runge-kutta", tolerance, knots, sample, least)
 

@@ -1,14 +1,8 @@
-"""The explicit Runge-Kutta pair of Dormand and Prince of order 8(5,3), with generated code for a step.
+"""Integration by the Runge-Kutta pair of Dormand and Prince, in steps as long as its errors allow.
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd edition,
-section II.5, and the program DOP853 there. Differences:
-
-- A step is straight-line Python on floats, written for the number of variables: for the few variables
-  of mechanics this takes a fifth of the time that arrays take.
-- An error is relative to the size of the variable, or of the vector that the variables form together. There
-  is no absolute tolerance: what is below the rounding errors of f is found by moving its arguments by an ulp.
-- Between the ends of a step the solution is not interpolated. A shorter step of the same method is taken from
-  its beginning, for all times at once.
+section II.4 for the length of the steps. Unlike there, what is below the rounding errors of f is found by
+moving its arguments by an ulp, and no step is shortened for it.
 """
 
 from __future__ import annotations
@@ -17,15 +11,12 @@ import itertools
 import math
 from array import array
 from collections import deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from functools import cache
-from typing import Any, TypeAlias
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats
-from rigidcli.core.dormand_prince import ERROR_5, NODES, STAGES, WEIGHTS, WEIGHTS_3
+from rigidcli.core.dormand_prince import stepper
 from rigidcli.core.solution import (
     MOST_NUMBERS,
     MOST_STEPS,
@@ -33,8 +24,6 @@ from rigidcli.core.solution import (
     ORIGIN,
     ROUNDING,
     SHORTEST,
-    Elements,
-    Flow,
     Function,
     State,
     Stop,
@@ -45,14 +34,6 @@ from rigidcli.core.solution import (
     stopped,
 )
 from rigidcli.errors import ComputationError
-
-Step: TypeAlias = Callable[
-    [Function, float, float, State, State, State, State, float], tuple[float, State, State]
-]
-"""(f, t, h, y, f(t, y), floors, least, tolerance) -> (error, y(t + h), f(t + h, y(t + h))).
-
-The error is in units of the tolerance. Where it is beyond 1, or NaN, the other results are not to be used.
-"""
 
 SAFETY = 0.9
 """What the step that the error allows is multiplied by, as the next error may be larger than the last."""
@@ -92,78 +73,6 @@ MOVES = (-5 * ROUNDING, -3 * ROUNDING, 3 * ROUNDING, 5 * ROUNDING)
 
 AHEAD = 4.0
 """How far rounding errors are looked for, in units of the step, as steps may get longer."""
-
-ANY_ERROR = 1e100
-"""A tolerance with which every step is good, and errors are still in the range of floats."""
-
-BLOCK = 32_768
-"""Floats of the states that are sampled at once, so that the arrays of the stages stay in the cache."""
-
-
-def _sum(weights: dict[int, float], variable: int) -> str:
-    return " + ".join(f"{weight!r}*k{stage}_{variable}" for stage, weight in weights.items())
-
-
-def _norm(letter: str, block: range) -> str:
-    names = ", ".join(f"{letter}{i}" for i in block)
-    return f"abs({names})" if len(block) == 1 else f"hypot({names})"
-
-
-def source(blocks: Sequence[int]) -> str:
-    """The Python text of a `Step` for variables in `blocks` of these sizes, with the numbers of the tableau.
-
-    In it, y is the state before and z after the step, k0 to k11 are the stages, p and q the errors of order
-    5 and 3. With |.| the norm of a block, its error is h p^2 / sqrt(p^2 + 0.01 q^2), relative to the
-    largest of |y|, |z|, |h k0|, |h floor| and what it has at least. A step across a pole may make p small by
-    chance, but hardly q as well: so that of order 3 must stay below the fourth root of the tolerance, as
-    it does in any regular step.
-    """
-    every = range(sum(blocks))
-
-    def row(letter: str) -> str:
-        return "".join(f"{letter}{i}, " for i in every)
-
-    lines = [f"{row('y')} = y", f"{row('k0_')} = k", "a = abs(h)", "lax = tolerance**0.75"]
-    for stage, (node, weights) in enumerate(zip(NODES, STAGES, strict=True)):
-        if stage:
-            arguments = ", ".join(f"y{i} + h*({_sum(weights, i)})" for i in every)
-            lines.append(f"{row(f'k{stage}_')} = f(t + {node!r}*h, {arguments})")
-    for i in every:
-        lines.append(f"s = {_sum(WEIGHTS, i)}")
-        lines.append(f"z{i} = y{i} + h*s")
-        lines.append(f"p{i} = {_sum(ERROR_5, i)}")
-        lines.append(f"q{i} = s - ({_sum(WEIGHTS_3, i)})")
-    lines += ["error = 0.0", f"check = {' + '.join(f'z{i}' for i in every)}"]
-    first = 0
-    for number, size in enumerate(blocks):
-        block = range(first, first := first + size)
-        lines.append(f"p = {_norm('p', block)}")
-        lines.append("if p:")
-        lines.append(f" q, m = {_norm('q', block)}, {_norm('y', block)}")
-        # Comparisons take a third of the time of `max`.
-        others = (_norm("z", block), f"a*{_norm('k0_', block)}", f"a*floors[{number}]", f"least[{number}]")
-        lines += [f" w = {other}\n  if w > m: m = w" for other in others]
-        lines.append(" e, w = p*(p/hypot(p, 0.1*q)), q*lax")
-        lines.append(" if w > e: e = w")
-        lines.append(" e = e*(a/m)/tolerance")
-        lines.append(" if e > error: error = e")
-        lines.append(" check += e")
-    # Of a number that is not finite, nought times it is NaN: neither a maximum nor a comparison hides it.
-    lines.append("error += 0.0*check")
-    lines.append("if not error <= 1.0: return error, y, k")
-    lines.append(f"z = ({row('z')})")
-    lines.append("k = f(t + h, *z)")
-    lines.append("return error + 0.0*sum(k), z, k")
-    return "\n ".join(["def step(f, t, h, y, k, floors, least, tolerance):", *lines])
-
-
-@cache
-def stepper(blocks: tuple[int, ...]) -> Step:
-    """The code of `source`, ready to run."""
-    names: dict[str, Any] = {"__builtins__": {}, "abs": abs, "hypot": math.hypot, "sum": sum}
-    exec(source(blocks), names)  # noqa: S102 - written above, from a constant table and the sizes alone
-    step: Step = names["step"]
-    return step
 
 
 def march(
@@ -347,81 +256,3 @@ def follower(
         return states[-len(y) :]
 
     return follow
-
-
-def sampler(
-    flow: Flow,
-    knots: Floats,
-    states: Floats,
-    follow: Callable[[float, State, float], State],
-    parts: int = 1,
-) -> Callable[[Floats], Floats]:
-    """A function from times (k) to states (k by n), where steps begin at `knots` (m) from `states` (m by n).
-
-    From the knot before, `parts` steps of the method go there, for many times at once. A single time that
-    they do not reach is left to `follow`, which takes that knot, its state and the time.
-    """
-    f = flow(np)
-    ahead = 1.0 if knots[-1] >= knots[0] else -1.0
-    count = states.shape[1]
-    block = max(1, BLOCK // count)
-
-    def sample(times: Floats) -> Floats:
-        result = np.empty((len(times), count))
-        for start in range(0, len(times), block):
-            part = times[start : start + block]
-            index = np.searchsorted(ahead * knots, ahead * part, side="right") - 1
-            t, h, y = knots[index], (part - knots[index]) / parts, np.ascontiguousarray(states[index].T)
-            with np.errstate(all="ignore"):
-                for leap in range(parts):
-                    y = _leap(f, t + leap * h, h, y)
-            for lost in np.flatnonzero(~np.isfinite(y).all(axis=0)):
-                before = int(index[lost])
-                y[:, lost] = follow(float(knots[before]), states[before].tolist(), float(part[lost]))
-            result[start : start + block] = y.T
-        return result
-
-    return sample
-
-
-def single_sampler(
-    f: Function, knots: Floats, states: Floats, blocks: tuple[int, ...]
-) -> Callable[[Floats], Floats]:
-    """What `sampler` gives, to rounding, by steps on floats, which are faster for a few times.
-
-    Where a step has no value, the state is NaN.
-    """
-    step, none, least = stepper(blocks), (0.0,) * len(blocks), (LEAST,) * len(blocks)
-    ahead = 1.0 if knots[-1] >= knots[0] else -1.0
-
-    def at(time: float, index: int) -> State:
-        t, y = float(knots[index]), states[index].tolist()
-        with suppress(*NO_VALUE):
-            return step(f, t, time - t, y, f(t, *y), none, least, ANY_ERROR)[1] if time != t else y
-        return (math.nan,) * len(y)
-
-    def sample(times: Floats) -> Floats:
-        index = np.searchsorted(ahead * knots, ahead * times, side="right") - 1
-        found = [at(*place) for place in zip(times.tolist(), index.tolist(), strict=True)]
-        return np.array(found).reshape(len(times), states.shape[1])
-
-    return sample
-
-
-def _leap(f: Elements, t: Floats, h: Floats, y: Floats) -> Floats:
-    """One step of the method for each column: from y (n by k) at t (k) by h (k)."""
-    stages: list[Floats] = []
-    for node, weights in zip(NODES, STAGES, strict=True):
-        slopes = np.empty_like(y)
-        for row, slope in zip(slopes, f(t + node * h, *_moved(y, h, stages, weights)), strict=True):
-            row[:] = slope
-        stages.append(slopes)
-    return _moved(y, h, stages, WEIGHTS)
-
-
-def _moved(y: Floats, h: Floats, stages: Sequence[Floats], weights: Mapping[int, float]) -> Floats:
-    # Added one by one: a sample must not depend on the others, as it does in a matrix product.
-    total = np.zeros_like(y)
-    for stage, weight in weights.items():
-        total += weight * stages[stage]
-    return y + h * total

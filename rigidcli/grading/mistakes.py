@@ -17,7 +17,7 @@ from rigidcli.grading.arrays import mistakes as arrays
 from rigidcli.grading.equations import mistakes as equations
 from rigidcli.grading.expressions import mistakes as formulas
 from rigidcli.grading.factors import times
-from rigidcli.grading.principal import key as principal
+from rigidcli.grading.principal import mistakes as principal
 from rigidcli.grading.trajectories import mistakes as trajectories
 
 DECISIVE, CAUSE, DESCRIPTION = LEVELS = (0, 1, 2)

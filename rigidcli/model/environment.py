@@ -16,11 +16,11 @@ from rigidcli.model.dimensional_analysis import dimension_of
 from rigidcli.model.dimensions import Dimension, check_dimension
 from rigidcli.model.several import Several, evaluated
 from rigidcli.model.typed_numbers import (
+    exact_text,
     finite,
     number_of,
     number_or_text,
     quantity_meant,
-    spelled,
     split_quantity,
 )
 from rigidcli.model.units import Unit, is_unit, parse_unit
@@ -166,7 +166,7 @@ class Environment:
         digits, unit = quantity
         number = Fraction(repr(finite(digits)))
         unit.si(number)
-        return parse(spelled(number * unit.factor, unit.pi_power))
+        return parse(exact_text(number * unit.factor, unit.pi_power))
 
     def admit(
         self, expression: Expression, variables: tuple[str, ...], dimension: Dimension | None = None

@@ -34,7 +34,7 @@ def finite(raw: float | int | str | Decimal) -> float:
     return value
 
 
-def spelled(number: Fraction, pi_power: int) -> str:
+def exact_text(number: Fraction, pi_power: int) -> str:
     """`number` pi^`pi_power` in the expression language, exactly."""
     text = f"{number.numerator}/{number.denominator}"
     if number.denominator == 1:

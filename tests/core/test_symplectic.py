@@ -15,8 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.core import integrate, symplectic
+from rigidcli.core.gauss_legendre import SHARES, WEIGHTS, stepper
 from rigidcli.core.integrate import Flow, Solution, Stop, Stopped
-from rigidcli.core.symplectic import SHARES, WEIGHTS, stepper
 from rigidcli.errors import ComputationError
 from tests.core.flows import (
     Elements,

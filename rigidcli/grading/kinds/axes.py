@@ -25,7 +25,10 @@ from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.numbers import ROUNDING
 from rigidcli.grading.outcome import Finding, Outcome, correct, review, wrong
 from rigidcli.grading.principal.eigen import Answer, Match, are_moments, match
-from rigidcli.grading.principal.key import Key, is_proved, make, read, solution
+from rigidcli.grading.principal.key import Key
+from rigidcli.grading.principal.key_making import key_of
+from rigidcli.grading.principal.reading import read
+from rigidcli.grading.principal.solution import is_proved, solution
 from rigidcli.grading.proofs import are_numbers
 from rigidcli.symbolic.language.expression import Expression
 
@@ -46,7 +49,7 @@ class Axes(Kind):
 
     def read_key(self, asked: Asked) -> Key:
         """The eigen-problem of the tensor that is asked for, and its solution. Raises ValueProblem."""
-        key = make(asked)
+        key = key_of(asked)
         found = solution(key)
         if found is not None and self.is_right(key, key.typed(found)):
             key = replace(key, solution=found)

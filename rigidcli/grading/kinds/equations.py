@@ -19,7 +19,8 @@ from rigidcli.grading.equations import key as equation_key
 from rigidcli.grading.equations.domain import nonzero
 from rigidcli.grading.equations.key import Key
 from rigidcli.grading.equations.mistakes import mistakes
-from rigidcli.grading.equations.system import Solution, System
+from rigidcli.grading.equations.solution import Solution
+from rigidcli.grading.equations.system import System
 from rigidcli.grading.equations.text import Equation, equations
 from rigidcli.grading.equations.truth import STATES, has_zeros, states
 from rigidcli.grading.kinds.base import Example, Kind

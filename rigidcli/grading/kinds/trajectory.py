@@ -26,7 +26,8 @@ from rigidcli.grading.files import read_beside
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, review, wrong
 from rigidcli.grading.trajectories import mistakes
-from rigidcli.grading.trajectories.key import Key, Rows, key_of
+from rigidcli.grading.trajectories.key import Key, Rows
+from rigidcli.grading.trajectories.key_making import key_of
 from rigidcli.grading.trajectories.source import source_of
 from rigidcli.grading.trajectories.tables import TIME, read_columns
 

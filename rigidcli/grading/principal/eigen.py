@@ -55,6 +55,11 @@ class Eigen:
         return bool((self.same == np.eye(3, dtype=bool)).all())
 
     @property
+    def solution(self) -> Array:
+        """The moments and axes at the first point, in rows (3 by 4)."""
+        return np.column_stack([self.moments[0], self.axes[0]]).astype(object)
+
+    @property
     def isotropic(self) -> Mask:
         """At which points (k) every direction is an axis."""
         return np.asarray(self.same.all(axis=(1, 2)))

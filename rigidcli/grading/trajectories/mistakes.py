@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.grading.factors import CONSTANTS, DEGREES, TENS, TURN
-from rigidcli.grading.trajectories.key import COVERED, Key, Rows, Trajectory
+from rigidcli.grading.trajectories.key import COVERED, Key, Rows
+from rigidcli.grading.trajectories.splines import Trajectory
 
 FACTORS = {
     "sign_error": (-1.0,),
