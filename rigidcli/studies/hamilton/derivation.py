@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.model.document import Document
@@ -177,11 +177,44 @@ class Derivation:
         return tidy(hamiltonian + substitute(excess, solved))
 
 
+@dataclass(frozen=True, slots=True)
+class _Given:
+    """A document by the `text` on which its derivation hangs: all but the values of its parameters."""
+
+    text: str
+    document: Document = field(compare=False)
+
+    @classmethod
+    def by(cls, document: Document, names: Iterable[str]) -> _Given:
+        """The document, of whose parameters these have values."""
+        derived = {name: e for name, e in document.definitions.items() if e is not None and e.names}
+        return cls(repr((document.system, derived, *names)), document)
+
+
 def derive(document: Document) -> Derivation:
-    """Everything up to Hamilton's equations.
+    """Everything up to Hamilton's equations: what was derived last, where only values of parameters differ.
 
     Raises DocumentError where there is no system, ComputationError where its Lagrangian is degenerate.
     """
+    values = known_values(document)
+    derivation, known = _derived(_Given.by(document, values))
+    if derivation.momenta is None or known == values:
+        return derivation
+    if not derivation.branches or any(branch.region for branch in derivation.branches):
+        return _worked(document, values)
+    _require_regular_at(values, derivation.momenta)
+    return derivation
+
+
+@lru_cache(maxsize=1)
+def _derived(given: _Given) -> tuple[Derivation, Mapping[str, Expr]]:
+    """A derivation, and the values of the parameters for which it was made."""
+    values = known_values(given.document)
+    return _worked(given.document, values), values
+
+
+def _worked(document: Document, values: Mapping[str, Expr]) -> Derivation:
+    """The derivation for these values of parameters."""
     given = system_functions(document)
     system = document.system
     assert system is not None
@@ -189,7 +222,7 @@ def derive(document: Document) -> Derivation:
     if given.lagrangian is None:
         return derivation
     try:
-        return _transformed(derivation, given.lagrangian, known_values(document))
+        return _transformed(derivation, given.lagrangian, values)
     except ExpressionError as error:
         raise ComputationError(f"the momenta cannot be worked out: {error.message}") from error
 
@@ -198,7 +231,8 @@ def _transformed(derivation: Derivation, lagrangian: Expr, values: Mapping[str, 
     """The derivation with momenta and the branches that pass the check."""
     phase, velocities = derivation.phase, derivation.velocity_names
     momenta = canonical_momenta(lagrangian, velocities)
-    _require_regular(momenta, phase, velocities, values)
+    _require_regular(momenta, phase, velocities)
+    _require_regular_at(values, momenta)
     branches, residual = _branches(derivation, lagrangian, momenta, values)
     notes = [*_singular_points(momenta, phase), *_assumed(branches, values)]
     if not branches and momenta.are_linear(velocities):
@@ -260,9 +294,7 @@ def _singular_points(momenta: Momenta, phase: Phase) -> Iterator[str]:
                         yield f"the mass matrix is singular where {name} = {shown}"
 
 
-def _require_regular(
-    momenta: Momenta, phase: Phase, velocities: tuple[str, ...], values: Mapping[str, Expr]
-) -> None:
+def _require_regular(momenta: Momenta, phase: Phase, velocities: tuple[str, ...]) -> None:
     """Raise ComputationError if the velocities do not follow from the momenta."""
     matrix, size = momenta.mass_matrix, len(velocities)
     rank = constraints.rank(matrix, {})
@@ -274,6 +306,11 @@ def _require_regular(
             + (f"; primary constraints: {shown}" if shown else ""),
             hint="the momenta do not tell the velocities, so that there is no Hamiltonian of this kind",
         )
+
+
+def _require_regular_at(values: Mapping[str, Expr], momenta: Momenta) -> None:
+    """Raise ComputationError if the velocities do not follow from the momenta at values of parameters."""
+    matrix, size = momenta.mass_matrix, len(momenta.definitions)
     names = {name for row in matrix for entry in row for name in entry.names}
     fixed = {name: value for name, value in values.items() if name in names}
     rank = constraints.rank(matrix, fixed) if fixed else size

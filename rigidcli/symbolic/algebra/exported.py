@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any, Self
 
 from rigidcli.errors import ExpressionError
@@ -13,6 +14,9 @@ from rigidcli.symbolic.language.expression import Expression
 from rigidcli.symbolic.language.text import latex, text
 from rigidcli.symbolic.language.tree import Node, UnknownFunction
 
+KEPT = 128
+"""Texts that are kept: results of one system at many values of its parameters have the same ones."""
+
 
 class Exported(Terms):
     """A sum with its ways out. `expressions.Expr` adds the arithmetic."""
@@ -23,7 +27,7 @@ class Exported(Terms):
     """Whether it is written with decimals where its fractions have an end: 0.37 x."""
 
     def __str__(self) -> str:
-        return text(self.tree())
+        return _text(self, self.decimal)
 
     __repr__ = __str__
 
@@ -72,6 +76,12 @@ class Exported(Terms):
         return sympy.Add(*(product(monomial, coefficient) for monomial, coefficient in self.ordered))
 
     _sympy_ = to_sympy  # by this name sympy's own functions take it
+
+
+@lru_cache(maxsize=KEPT)
+def _text(e: Exported, decimal: bool) -> str:
+    """The text of an expression; `decimal` tells apart equal ones that are written in two ways."""
+    return text(e.tree())
 
 
 def _to_sympy(atom: Atom) -> Any:
