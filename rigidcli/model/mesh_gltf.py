@@ -2,6 +2,7 @@
 
 A scene of glTF is a tree of things in frames, each of which refers to pieces of data, also in other files.
 The process is confined to a few seconds, a bound of memory, to reading, and to the folder of the file.
+What trimesh passes over in a scene without a word, such as skins, is looked for first, and refused.
 
 3MF and COLLADA are not read, though trimesh has readers for them: of an object that is repeated within
 others (3MF), that reader leaves copies out without a word, and numbers that are none become zeros (COLLADA).
@@ -9,11 +10,15 @@ others (3MF), that reader leaves copies out without a word, and numbers that are
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
+from collections import Counter
+from collections.abc import Iterator
 from importlib.util import find_spec
 from pathlib import Path
+from typing import Any
 from urllib.parse import unquote
 
 import numpy as np
@@ -31,6 +36,27 @@ LATEST = 60.0
 
 LARGEST = 32_000_000
 """The largest file (bytes) that belongs to a scene."""
+
+APPEARANCE = ("KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "KHR_mesh_quantization")
+"""Beginnings of the names of extensions that leave a surface where it is, or that trimesh reads."""
+
+COPIES = "EXT_mesh_gpu_instancing"
+"""The extension by which a node shows its mesh several times."""
+
+NATURAL = ("POSITION", "buffer", "bufferView", "byteOffset", "children", "indices", "mesh", "nodes", "scene")
+"""Keys of numbers that are not negative: Python counts such ones from the end."""
+
+FRAME = {"translation", "rotation", "scale"}
+"""Keys of a node that has a frame and no matrix."""
+
+INDICES = (5121, 5123, 5125)
+"""The types of indices: whole numbers without a sign, of 1, 2 and 4 bytes."""
+
+JSON_AT = 20
+"""Where the JSON begins in a .glb file: after a head of 12 bytes, and its length and kind."""
+
+UNMOVED = [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]
+"""The matrix of a frame that is not turned or moved."""
 
 READ = b"triangles\n"
 """What stands before the triangles, where the file could be read."""
@@ -60,9 +86,69 @@ def gltf(path: Path) -> Floats:
     raise ValueProblem(f"{path}: {told or f'it takes more than {bounds} to read'}", hint="save it as STL")
 
 
+def _scene(path: Path) -> Any:
+    """What the JSON of a file holds. Raises ValueProblem."""
+    data = path.read_bytes()
+    if path.suffix.lower() == ".glb":
+        if data[:4] != b"glTF" or data[4:8] != b"\2\0\0\0" or data[16:JSON_AT] != b"JSON":
+            raise ValueProblem("expected a head with `glTF`, the version 2, and `JSON`")
+        data = data[JSON_AT : JSON_AT + int.from_bytes(data[12:16], "little")]
+    try:
+        return json.loads(data.decode())
+    except json.JSONDecodeError as error:
+        raise ValueProblem(f"not JSON in line {error.lineno}: {error.msg}") from None
+    except UnicodeDecodeError:
+        raise ValueProblem("not JSON: there are bytes that are no UTF-8") from None
+
+
+def _passed_over(scene: Any) -> Iterator[str]:
+    """What trimesh passes over in a scene, or takes for something else, and what is not in the format."""
+    nodes, accessors = scene.get("nodes", []), scene.get("accessors", [])
+    yield from _below_zero(scene, "")
+    for name in scene.get("extensionsRequired", []):
+        if not name.startswith(APPEARANCE):
+            yield f"the extension {shown(name)}"
+    parents = Counter(child for node in nodes for child in node.get("children", []))
+    for number, node in enumerate(nodes):
+        found = {
+            "a skin": "skin" in node,
+            "weights of shapes": any(node.get("weights", [])),
+            "a mesh in several places": COPIES in node.get("extensions", {}),
+            "a camera beside other things": "camera" in node and bool(node.keys() & {"mesh", "children"}),
+            "several parents": parents[number] > 1,
+            "a matrix of no frame": node.get("matrix", UNMOVED)[3::4] != UNMOVED[3::4],
+            "a matrix beside a frame": "matrix" in node and bool(node.keys() & FRAME),
+        }
+        yield from (f"{what} of node {number}" for what, is_there in found.items() if is_there)
+    for number, mesh in enumerate(scene.get("meshes", [])):
+        if any(mesh.get("weights", [])):
+            yield f"weights of shapes of mesh {number}"
+        for part in mesh["primitives"]:
+            places, indices = accessors[part["attributes"]["POSITION"]], part.get("indices")
+            data = [places] if indices is None else [places, accessors[indices]]
+            found = {
+                "triangles that are a fan": part.get("mode", 4) not in range(6),
+                "sparse data": any("sparse" in each or "bufferView" not in each for each in data),
+                "places in units of a type": places.get("normalized", False),
+                "indices with a sign": indices is not None and data[1]["componentType"] not in INDICES,
+            }
+            yield from (f"{what} of mesh {number}" for what, is_there in found.items() if is_there)
+
+
+def _below_zero(value: Any, key: str) -> Iterator[str]:
+    """Numbers below zero, in a value and in all that it holds, where the format has none."""
+    if isinstance(value, dict):
+        for inner, each in value.items():
+            yield from _below_zero(each, inner)
+    elif isinstance(value, list):
+        for each in value:
+            yield from _below_zero(each, key)
+    elif key in NATURAL and isinstance(value, int | float) and value < 0:
+        yield f"{shown(value)} as `{key}`"
+
+
 def _work(path: Path) -> bytes:
     """What the process writes: the triangles, or what is wrong."""
-    import trimesh
 
     class Beside(dict[str, bytes]):
         """The files in the folder of a scene, by the names that the scene has for them."""
@@ -78,6 +164,10 @@ def _work(path: Path) -> bytes:
     # Standard output stays open, and nothing else.
     confine(LIMITS, 1)
     try:
+        for what in _passed_over(_scene(path)):
+            return f"there is {what}, which trimesh does not read".encode()
+        import trimesh  # which takes a second or two
+
         with path.open("rb") as file:
             kind = path.suffix[1:].lower()
             scene = trimesh.load_scene(file, file_type=kind, resolver=Beside(), process=False, validate=False)

@@ -84,6 +84,65 @@ def test_hostile_scenes_are_refused(changes: dict[str, Any], reason: str, tmp_pa
     assert "Traceback" not in str(caught.value)
 
 
+def changed(key: str, number: int, **changes: Any) -> dict[str, Any]:
+    """The scene with some changes in one of its nodes, meshes or accessors."""
+    found = [dict(each) for each in SCENE[key]]
+    found[number] |= changes
+    return {key: found}
+
+
+PART = SCENE["meshes"][0]["primitives"][0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [
+        (changed("nodes", 1, skin=0), "a skin of node 1"),
+        (changed("nodes", 1, weights=[0, 0.5]), "weights of shapes of node 1"),
+        (
+            changed("nodes", 1, extensions={"EXT_mesh_gpu_instancing": {}}),
+            "a mesh in several places of node 1",
+        ),
+        (changed("nodes", 1, camera=0), "a camera beside other things of node 1"),
+        (changed("nodes", 0, children=[1, 2, 1]), "several parents of node 1"),
+        (changed("nodes", 1, matrix=[1, 0, 0, 0] * 4), "a matrix of no frame of node 1"),
+        (
+            changed("nodes", 2, matrix=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]),
+            "a matrix beside a frame",
+        ),
+        (changed("nodes", 0, children=[-1, 2]), "`-1` as `children`"),
+        (changed("meshes", 0, weights=[1]), "weights of shapes of mesh 0"),
+        (changed("meshes", 0, primitives=[PART, PART | {"mode": 6}]), "triangles that are a fan of mesh 0"),
+        (changed("accessors", 0, sparse={}), "sparse data of mesh 0"),
+        (changed("accessors", 0, normalized=True), "places in units of a type of mesh 0"),
+        (changed("accessors", 1, componentType=5124), "indices with a sign of mesh 0"),
+        (
+            {"extensionsRequired": ["KHR_draco_mesh_compression"]},
+            "the extension `KHR_draco_mesh_compression`",
+        ),
+    ],
+)
+def test_what_trimesh_passes_over_is_refused(changes: dict[str, Any], what: str, tmp_path: Path) -> None:
+    path = written(tmp_path, **changes)
+    with pytest.raises(RigidError, match=f"scene.gltf: there is {what}.*, which trimesh does not read"):
+        rigidcli.inertia(path, settings=["body.density=1"])
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"glTF\2\0\0\0", "expected a head with `glTF`, the version 2, and `JSON`"),
+        (b'glTF\2\0\0\0\0\0\0\0\7\0\0\0JSON{\n"a":}', "not JSON in line 2"),
+        (b"glTF\2\0\0\0\0\0\0\0\1\0\0\0JSON\xff", "bytes that are no UTF-8"),
+    ],
+)
+def test_what_is_no_scene_is_told(content: bytes, reason: str, tmp_path: Path) -> None:
+    path = tmp_path / "scene.glb"
+    path.write_bytes(content)
+    with pytest.raises(RigidError, match=reason):
+        rigidcli.inertia(path, settings=["body.density=1"])
+
+
 def test_without_trimesh_the_message_says_how_to_get_it(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
