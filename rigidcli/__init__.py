@@ -22,7 +22,8 @@ STUDIES = ("inertia", "axes", "precess", "euler", "hamilton")
 """The studies: each is the function `run` of a module in `rigidcli.studies`, and a command of that name."""
 
 _PLACES = {
-    **dict.fromkeys(("Result", *STUDIES), "api"),
+    **dict.fromkeys(STUDIES, "api"),
+    "Result": "result",
     **dict.fromkeys(("load", "load_all"), "model.files"),
     "loads": "model.load",
     **dict.fromkeys(("DocumentError", "RigidError"), "errors"),
@@ -50,11 +51,12 @@ __all__ = [
 if TYPE_CHECKING:
     from typing import Any
 
-    from rigidcli.api import Result, axes, euler, hamilton, inertia, precess
+    from rigidcli.api import axes, euler, hamilton, inertia, precess
     from rigidcli.errors import DocumentError, RigidError
     from rigidcli.model.document import Document
     from rigidcli.model.files import load, load_all
     from rigidcli.model.load import loads
+    from rigidcli.result import Result
 
 
 def __getattr__(name: str) -> Any:

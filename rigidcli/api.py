@@ -1,36 +1,20 @@
-"""What `import rigidcli` offers: the studies as functions of documents, and results that show themselves."""
+"""The studies as functions of documents, for `import rigidcli`."""
 
 from __future__ import annotations
 
-import json
-import math
-import os
-import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import fields, replace
 from functools import partial
 from importlib import import_module
 from inspect import cleandoc
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from rigidcli.errors import DocumentError, Problem, RigidError, UsageError
-from rigidcli.report import Report, Table, single_cells
+from rigidcli.errors import DocumentError
+from rigidcli.model.sources import MAPPING, Source, read
+from rigidcli.result import Result
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from rigidcli.core.integrate import Engine
-    from rigidcli.model.document import Document
-
-Source: TypeAlias = "Document | Mapping[str, Any] | str | os.PathLike[str]"
-"""A document, read already or not: what it says as a mapping, its text in YAML, or the path to its file."""
-
-MAPPING = "<mapping>"
-"""What messages call a document that was given as a mapping, which has no lines."""
-
-_TEXT = re.compile(r"\n|:\s|\{")
-"""What the text of a document has, and the path to a file has not."""
 
 _COMMON = """Parameters
 ----------
@@ -58,104 +42,6 @@ rigidcli.RigidError
 """What ends the help of the studies."""
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
-
-
-@dataclass(frozen=True, slots=True, repr=False)
-class Result(Report):
-    """The answer to a document: a mapping from the fields of the json output to their values.
-
-    It shows itself as the table of the command line, in notebooks as the page: with formulas, the picture and
-    the replay of a motion. `units` has the units of its fields, and `to_dataframe` makes a table for pandas.
-    """
-
-    _again: Callable[..., Report] | None = field(default=None, repr=False, compare=False)
-    """Works the study out again, with what is only made to be seen; it stays behind when a result is sent."""
-
-    def __reduce__(self) -> tuple[type[Result], tuple[Any, ...]]:
-        return Result, tuple(getattr(self, part.name) for part in fields(Report))
-
-    def __repr__(self) -> str:
-        from rigidcli.render import Format, Look, renderer
-
-        return "".join(renderer(Format.table)([self], Look(steps=True))).rstrip()
-
-    def _repr_html_(self) -> str:
-        from rigidcli.render import Look
-        from rigidcli.render.html import fragment
-
-        return fragment(self._as_seen(), Look(steps=True))
-
-    def _repr_latex_(self) -> str:
-        from rigidcli.render import Look
-        from rigidcli.render.latex import formulas
-
-        return formulas(self, Look())
-
-    def to_dataframe(self, table: str | None = None) -> pd.DataFrame:
-        """A table as a DataFrame of pandas, with the columns of csv; `attrs["units"]` has their units.
-
-        Without a name, it is the trajectory or orbit, or else one row with the results. By its name it is
-        another table, such as "stability" of `euler`. Raises UsageError where there is no such table, and
-        where pandas is not installed.
-        """
-        try:
-            import pandas as pd
-        except ImportError:
-            raise UsageError("pandas is not installed", hint="python -m pip install pandas") from None
-        chosen = self._table(table)
-        if chosen is None:
-            cells = {
-                name: (entry.value if entry.value is None or not place else entry.value[place], entry.unit)
-                for entry in self.fields
-                for name, place in entry.cells.items()
-            }
-            frame = pd.DataFrame({name: [value] for name, (value, _) in cells.items()}, index=[self.name])
-            units = {name: unit for name, (_, unit) in cells.items() if unit}
-        else:
-            columns = single_cells(chosen)
-            frame = pd.DataFrame({column.cells[0]: column.values for column in columns})
-            units = {column.cells[0]: column.unit for column in columns if column.unit}
-        frame.attrs["units"] = units
-        return frame
-
-    def save_picture(self, path: str | os.PathLike[str]) -> None:
-        """Write the picture that was asked for to a file, .png, .svg or .pdf.
-
-        Raises UsageError where there is none, for other endings, and without matplotlib.
-        """
-        from rigidcli.render.plots import picture_file, require_ending
-
-        require_ending(os.fspath(path))
-        if not self.pictures:
-            raise UsageError("there is no picture here", hint='ask for one, as in axes(..., picture="best")')
-        Path(path).write_bytes(picture_file(self, os.fspath(path)))
-
-    def _as_seen(self) -> Report:
-        """The result with what a page has: the scene of a motion, and a picture where there is one.
-
-        They are worked out when they are to be seen, as most results never are. A result whose study cannot
-        be worked again, as when a file of points is gone, is seen without them.
-        """
-        from rigidcli.render.plots import has_library
-        from rigidcli.studies.pictures import ANY
-
-        if self._again is None:
-            return self
-        try:
-            seen = self._again(picture=ANY if has_library("drawing") else None)
-        except RigidError:
-            return self
-        return replace(self, scene=seen.scene, pictures=self.pictures or seen.pictures)
-
-    def _table(self, name: str | None) -> Table | None:
-        """The table of this name; without a name that of the data, if there is one."""
-        for table in self.tables:
-            if table.key == name or (name is None and table.data):
-                return table
-        if name is None:
-            return None
-        known = ", ".join(f"`{table.key}`" for table in self.tables) or "none"
-        raise UsageError(f"there is no table `{name}` here", hint=f"the tables are {known}")
 
 
 def _study(function: _Function) -> _Function:
@@ -343,7 +229,7 @@ def _answer(
 ) -> Result:
     """The result of a study of this name with these options; with those of `seen` it is worked to be seen."""
     try:
-        document = _read(source, exact, settings)
+        document = read(source, exact, settings)
         run = import_module(f"rigidcli.studies.{study}").run
         report = run(document, **options)
     except DocumentError as error:
@@ -352,50 +238,3 @@ def _answer(
         raise
     again = None if document.ensemble is not None else partial(run, document, **(seen or {}))
     return Result(**{part.name: getattr(report, part.name) for part in fields(report)}, _again=again)
-
-
-def _read(source: Source, exact: bool, settings: Sequence[str]) -> Document:
-    """The document itself."""
-    from rigidcli.model.document import Document
-    from rigidcli.model.files import load
-    from rigidcli.model.load import loads
-
-    if isinstance(source, Document):
-        if exact or settings:
-            raise UsageError(
-                "the document has been read already", hint="give `exact` and `settings` to `load`"
-            )
-        return source
-    if isinstance(source, Mapping):
-        try:
-            text = json.dumps(source, default=_plain)
-        except (TypeError, ValueError, RecursionError) as error:
-            raise DocumentError([Problem(MAPPING, f"cannot be read: {error}")]) from None
-        if problems := list(_not_finite(json.loads(text))) if "NaN" in text or "Infinity" in text else ():
-            raise DocumentError(problems)
-        return loads(text, source=MAPPING, exact=exact, settings=settings)
-    if isinstance(source, str) and _TEXT.search(source):
-        return loads(source, exact=exact, settings=settings)
-    return load(source, exact=exact, settings=settings)
-
-
-def _not_finite(value: Any, path: str = "") -> Iterator[Problem]:
-    """The problems of numbers that are none, in a value at the `path` of a mapping."""
-    if isinstance(value, float) and not math.isfinite(value):
-        yield Problem(MAPPING, f"read `{value}`, expected a finite number", key=path)
-    entries = (
-        value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-    )
-    for step, entry in entries:
-        yield from _not_finite(entry, f"{path}.{step}" if path else str(step))
-
-
-def _plain(value: Any) -> Any:
-    """Arrays and other numbers as json has them; exact expressions, fractions and paths as text."""
-    return (
-        value.tolist()
-        if hasattr(value, "tolist")
-        else dict(value)
-        if isinstance(value, Mapping)
-        else str(value)
-    )

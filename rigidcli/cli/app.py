@@ -11,8 +11,8 @@ import typer
 from typer.core import TyperGroup
 
 from rigidcli import STUDIES, __version__
+from rigidcli.cli.failures import LESS, complain
 from rigidcli.cli.help import Command
-from rigidcli.cli.output import LESS, complain
 from rigidcli.errors import ComputationError, Problem, printable, shown
 
 COMMANDS = (*STUDIES, "check", "validate", "explain", "schema", "new")

@@ -13,8 +13,10 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 import rigidcli
-from rigidcli.cli.computing import NoHeader, OutputPath, Quiet, listed
-from rigidcli.cli.output import Failures, Folder, Output, complain, progress, tell_notes
+from rigidcli.cli.failures import Failures, complain, tell_notes
+from rigidcli.cli.options import NoHeader, OutputPath, Quiet, listed
+from rigidcli.cli.output import Folder, Output
+from rigidcli.cli.progress import progress
 from rigidcli.cli.sweeps import Jobs, named_hands
 from rigidcli.errors import UsageError
 from rigidcli.grading import Feedback

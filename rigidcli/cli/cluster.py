@@ -16,7 +16,7 @@ from itertools import islice
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import rigidcli
-from rigidcli.cli.output import complain
+from rigidcli.cli.failures import complain
 from rigidcli.errors import ComputationError, UsageError
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""What all computing commands share: their options, the loop over FILES, and the handling of errors."""
+"""What all computing commands share: the loop over FILES, and what their options make of it."""
 
 from __future__ import annotations
 
@@ -11,108 +11,31 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from rigidcli.cli.output import Failure, Failures, Output, check_path, counted, progress, tell_notes
+from rigidcli.cli.failures import Failure, Failures, tell_notes
+from rigidcli.cli.options import (
+    Columns,
+    Exact,
+    Files,
+    NoHeader,
+    OutputPath,
+    Quiet,
+    Settings,
+    listed,
+    read_units_option,
+)
+from rigidcli.cli.output import Output
 from rigidcli.cli.pictures import PlotKind, PlotPath, picture_kind, write_picture
+from rigidcli.cli.progress import counted, progress
 from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require_sweepable
 from rigidcli.cli.work import FOLLOW, Work, answers, require_memory, tasks
-from rigidcli.errors import RigidError, UsageError, ValueProblem
+from rigidcli.errors import RigidError, UsageError
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 from rigidcli.report import points_of
 
 if TYPE_CHECKING:
-    from rigidcli.render.units import Units
     from rigidcli.report import Report
     from rigidcli.studies.ensembles import Form
 
-
-def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
-    """FILES, in which `@list.txt` stands for the names in it, and the lists that are read.
-
-    Raises BadParameter.
-    """
-    from rigidcli.cli.lists import LIST, names_in
-
-    try:
-        names = [name for file in files for name in names_in(file)]
-    except UsageError as error:
-        problem = f"{error.message} ({error.hint})" if error.hint else error.message
-        raise typer.BadParameter(problem) from None
-    return names, [file.removeprefix(LIST) for file in files if file.startswith(LIST)]
-
-
-Files = Annotated[
-    list[str],
-    typer.Argument(
-        metavar="FILE",
-        help="Documents, robots, or bodies (.stl ...); `-` is standard input, `@files.txt` a list of names.",
-    ),
-]
-
-
-def _check_settings(settings: list[str] | None) -> list[str]:
-    from rigidcli.model.settings import split_setting
-
-    for setting in settings or ():
-        try:
-            split_setting(setting)
-        except UsageError as error:
-            raise typer.BadParameter(f"{error.message} ({error.hint})") from None
-    return settings or []
-
-
-Settings = Annotated[
-    list[str] | None,
-    typer.Option(
-        "-s",
-        "--set",
-        metavar="KEY=VALUE",
-        callback=_check_settings,
-        help="Override a value, such as body.mass=3; repeatable.",
-    ),
-]
-Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No notes on standard error.")]
-
-
-OutputPath = Annotated[
-    str | None,
-    typer.Option(
-        "-o", "--output", metavar="PATH", callback=check_path, help="Write to PATH, whole or not at all."
-    ),
-]
-NoHeader = Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")]
-MaxSteps = Annotated[
-    int | None,
-    typer.Option("--max-steps", min=1, metavar="N", help="Most steps of an integration (default 1,000,000)."),
-]
-Exact = Annotated[
-    bool,
-    typer.Option("--exact", help="Exact arithmetic: decimals are rationals, parameters may stay symbols."),
-]
-
-
-def _read_units(text: str | None) -> Units:
-    """The units in `g,cm,deg`; refused where one is unknown."""
-    if text is None:
-        return {}
-    from rigidcli.render.units import read_units
-
-    try:
-        return read_units(text)
-    except ValueProblem as error:
-        hint = f" ({error.hint})" if error.hint else ""
-        raise typer.BadParameter(error.message + hint, param_hint="'--units'") from None
-
-
-def _split(text: str | None) -> list[str]:
-    return [name.strip() for name in text.split(",")] if text else []
-
-
-Samples = Annotated[int | None, typer.Option(metavar="N", help="Number of samples (default 1001).")]
-Duration = Annotated[str | None, typer.Option(metavar="TIME", help='End of the motion, as in "5 min".')]
-Columns = Annotated[
-    str | None,
-    typer.Option(metavar="NAMES", callback=_split, help="Columns of rows or samples, such as t,w1."),
-]
 
 SECTIONS = {"euler": "motion", "hamilton": "orbit"}
 """The section of the document whose `samples` and `duration` the options of these commands set."""
@@ -181,7 +104,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             raise typer.BadParameter(problem, param_hint="'--format'")
         options["steps"] = steps and format in PEOPLE
         chosen = tuple(columns or ())
-        wanted = _read_units(units)
+        wanted = read_units_option(units)
         if wanted and format not in PEOPLE:
             tell_notes("--units", [f"{format} has SI units, whatever `--units` says"], quiet)
             wanted = {}

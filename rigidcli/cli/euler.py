@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.computing import Duration, MaxSteps, Samples, computing
+from rigidcli.cli.computing import computing
+from rigidcli.cli.options import Duration, MaxSteps, Samples
 
 
 class EngineName(StrEnum):

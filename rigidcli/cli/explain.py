@@ -6,7 +6,8 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.output import Failures, Output
+from rigidcli.cli.failures import Failures
+from rigidcli.cli.output import Output
 
 
 def explain(

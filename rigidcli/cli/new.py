@@ -8,8 +8,9 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.computing import OutputPath
-from rigidcli.cli.output import Output, complain, is_file
+from rigidcli.cli.failures import complain
+from rigidcli.cli.options import OutputPath
+from rigidcli.cli.output import Output, is_file
 from rigidcli.errors import Problem, UsageError, shown
 
 

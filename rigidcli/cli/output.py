@@ -1,4 +1,4 @@
-"""Where results and error messages are written, and the exit code of the program."""
+"""Where results are written: standard output, or files that are written whole or not at all."""
 
 from __future__ import annotations
 
@@ -10,37 +10,18 @@ import shutil
 import stat
 import sys
 import tempfile
-import threading
-import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import BinaryIO, Self
 
 import typer
 
-from rigidcli.errors import ComputationError, DocumentError, Problem, RigidError, UsageError
-
-LESS = "ask for fewer samples or smaller inputs, or allow more memory"
-"""Advice where memory was not enough."""
+from rigidcli.cli.failures import complain
+from rigidcli.errors import Problem, UsageError
 
 OTHER_NAME = "choose another name for the output"
 """Advice where the output would take the place of a file that is read."""
-
-
-def complain(text: str) -> None:
-    """Print a note or an error, on standard error."""
-    # Without a standard error, print would turn to standard output.
-    with contextlib.suppress(OSError):
-        print(text, file=sys.stderr or io.StringIO(), flush=True)
-
-
-def tell_notes(source: str, notes: Sequence[str], quiet: bool) -> None:
-    """Print the notes on a source, unless the user wants none."""
-    for note in () if quiet else notes:
-        # A note on a file that is the body by itself begins with its name, too.
-        complain(str(Problem(source, f"note: {note.removeprefix(f'{source}: ')}")))
 
 
 def check_path(path: str | None) -> str | None:
@@ -55,60 +36,6 @@ def is_file(path: str) -> bool:
     with contextlib.suppress(OSError, ValueError):
         return Path(path).is_file()
     return False
-
-
-@dataclass(frozen=True, slots=True)
-class Failure:
-    """What the user is told of an error, its exit code, and in a sweep the `place` where it occurred."""
-
-    text: str
-    code: int
-    place: str = ""
-
-
-def failure(error: RigidError | MemoryError, source: str) -> Failure:
-    """The failure of `source` that an error is."""
-    if isinstance(error, MemoryError):
-        return Failure(
-            str(Problem(source, "there is too little memory", hint=LESS)), ComputationError.exit_code
-        )
-    # The problems of a document name its source themselves.
-    is_named = isinstance(error, DocumentError)
-    text = error.message if is_named else str(Problem(source, error.message, hint=error.hint))
-    return Failure(text, error.exit_code)
-
-
-class Failures:
-    """Reports errors instead of raising them, file by file; `code` is the worst exit code so far."""
-
-    def __init__(self) -> None:
-        self.code = 0
-        self._last = ""
-        self._again = 0
-
-    def tell(self, failure: Failure) -> None:
-        """Report a failure; the same one again is not told, and at the next places of a sweep counted."""
-        self.code = max(self.code, failure.code)
-        if failure.text == self._last:
-            self._again += bool(failure.place)
-            return
-        self.end()
-        self._last = failure.text
-        complain(f"at {failure.place}: {failure.text}" if failure.place else failure.text)
-
-    def end(self) -> None:
-        """Report how often the last failure occurred again."""
-        if self._again:
-            complain(f"the same at {self._again:,} more value{'s' * (self._again != 1)}")
-        self._last, self._again = "", 0
-
-    @contextlib.contextmanager
-    def of(self, source: str) -> Iterator[None]:
-        """A context in which a RigidError is a failure of `source`."""
-        try:
-            yield
-        except (RigidError, MemoryError) as error:
-            self.tell(failure(error, source))
 
 
 class Output:
@@ -287,58 +214,3 @@ def _fill(folder: Path, files: Mapping[str, Sequence[bytes]]) -> None:
             stage.rename(folder)
         for each in () if is_new else files:
             (stage / each).replace(folder / each)
-
-
-@contextlib.contextmanager
-def progress(pulse: float | None = None) -> Iterator[Callable[[float], None]]:
-    """A context in which long work reports its progress, on standard error if that is a terminal.
-
-    Every `pulse` (s), if there is one, the time that has passed is shown, whatever the work reports.
-    """
-    terminal = sys.stderr
-    if terminal is None or not terminal.isatty():
-        yield lambda fraction: None
-        return
-    begin, done, share = time.monotonic(), threading.Event(), ""
-    longest = 0
-
-    def show() -> None:
-        nonlocal longest
-        text = f"{share} {time.monotonic() - begin:.0f} s"
-        longest = max(longest, len(text))
-        print(f"\r{text}\r", end="", file=terminal, flush=True)
-
-    def report(fraction: float) -> None:
-        nonlocal share
-        share = f"{fraction:4.0%}"
-        show()
-
-    def beat() -> None:
-        while not done.wait(pulse):
-            show()
-
-    heart = threading.Thread(target=beat, daemon=True)
-    if pulse is not None:
-        heart.start()
-    try:
-        yield report
-    finally:
-        done.set()
-        if pulse is not None:
-            heart.join()
-        if longest:
-            print(" " * longest, end="\r", file=terminal, flush=True)
-
-
-@contextlib.contextmanager
-def counted(total: int) -> Iterator[Callable[[], None]]:
-    """A context in which each of so many steps is told, for the progress on a terminal."""
-    with progress() as show:
-        counts = iter(range(1, total + 1))
-
-        def done() -> None:
-            count = next(counts, total)
-            if 100 * count // total > 100 * (count - 1) // total:
-                show(count / total)
-
-        yield done

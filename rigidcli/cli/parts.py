@@ -14,8 +14,10 @@ import orjson
 import typer
 
 import rigidcli
-from rigidcli.cli.output import OTHER_NAME, Failure, Failures, counted, tell_notes
+from rigidcli.cli.failures import Failure, Failures, bad_parameter, tell_notes
+from rigidcli.cli.output import OTHER_NAME
 from rigidcli.cli.plan import Jobs, ordered
+from rigidcli.cli.progress import counted
 from rigidcli.cli.sweeps import Known
 from rigidcli.cli.work import AT_A_TIME, Task, answers
 from rigidcli.errors import UsageError
@@ -209,10 +211,8 @@ def _recast_all(paths: Sequence[Path], kinds: Kinds) -> Iterator[None]:
 
 def goes_to_folder(output: str | None) -> bool:
     """Whether a table in Parquet goes to a folder. Raises BadParameter where it cannot be written."""
-    try:
+    with bad_parameter("--format"):
         require_library()
-    except UsageError as error:
-        raise typer.BadParameter(f"{error.message} ({error.hint})", param_hint="'--format'") from None
     if output in (None, "-"):
         problem = "parquet is no text, and needs a file or a folder: `-o table.parquet` or `-o table/`"
         raise typer.BadParameter(problem, param_hint="'--format'")

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rigidcli.cli.output import Output, check_path, complain, require_apart, write_whole
+from rigidcli.cli.failures import bad_parameter, complain
+from rigidcli.cli.output import Output, check_path, require_apart, write_whole
 from rigidcli.errors import UsageError
 from rigidcli.render import Format
 
@@ -43,7 +44,7 @@ def picture_kind(
     from rigidcli.render.plots import CHARACTERS, require_ending, require_library, use_for
     from rigidcli.studies.pictures import ANY, BEST, require_kind
 
-    try:
+    with bad_parameter("--plot"):
         require_kind(command, kind or BEST)
         if path is None:
             if format is Format.html:
@@ -56,9 +57,6 @@ def picture_kind(
         if path != CHARACTERS and output is not None and Path(path).resolve() == Path(output).resolve():
             raise UsageError(f"`-o` writes the results to `{path}`", hint="give the picture another name")
         require_library(use_for(path))
-    except UsageError as error:
-        hint = f" ({error.hint})" if error.hint else ""
-        raise typer.BadParameter(error.message + hint, param_hint="'--plot'") from None
     return kind or BEST
 
 

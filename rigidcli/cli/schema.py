@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.computing import OutputPath
+from rigidcli.cli.options import OutputPath
 from rigidcli.cli.output import Output
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from rigidcli.errors import UsageError
+from rigidcli.cli.failures import bad_parameter
 from rigidcli.render import PEOPLE, PROGRAMS, Format
 
 if TYPE_CHECKING:
@@ -41,11 +41,8 @@ def asked(texts: list[str] | None, pair: bool) -> Sweep | None:
         return None
     from rigidcli.model.sweeps import read_sweep
 
-    try:
+    with bad_parameter("--sweep"):
         return read_sweep(texts or (), pair)
-    except UsageError as error:
-        message = f"{error.message} ({error.hint})" if error.hint else error.message
-        raise typer.BadParameter(message, param_hint="'--sweep'") from None
 
 
 MANY = 500
@@ -67,10 +64,8 @@ def named_hands(text: str | None) -> int | str | None:
     """What stands after `--jobs`: so many processes, or the address of a cluster. Raises BadParameter."""
     from rigidcli.cli.plan import read_jobs
 
-    try:
+    with bad_parameter("--jobs"):
         return read_jobs(text)
-    except UsageError as error:
-        raise typer.BadParameter(f"{error.message} ({error.hint})", param_hint="'--jobs'") from None
 
 
 MOST_SHOWN = 100_000

@@ -11,8 +11,9 @@ from typing import Any
 import typer
 
 from rigidcli.cli.check import studies
-from rigidcli.cli.computing import Exact, Files, Quiet, Settings, listed
-from rigidcli.cli.output import Failures, Output, complain, tell_notes
+from rigidcli.cli.failures import Failures, complain, tell_notes
+from rigidcli.cli.options import Exact, Files, Quiet, Settings, listed
+from rigidcli.cli.output import Output
 from rigidcli.errors import DocumentError, Problem, printable
 
 HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers)[\"']?\s*:", re.MULTILINE)

@@ -9,7 +9,7 @@ from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from rigidcli.cli.output import Failure, Failures, failure
+from rigidcli.cli.failures import Failure, Failures, failure
 from rigidcli.cli.together import AT_ONCE, go_together, together
 from rigidcli.errors import UNKNOWN, DocumentError, RigidError, UsageError
 from rigidcli.report import Field, Report

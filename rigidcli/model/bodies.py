@@ -19,13 +19,13 @@ from rigidcli.core.many import Many
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.model import holes
 from rigidcli.model.environment import Environment
+from rigidcli.model.form import Form
 from rigidcli.model.meshes import Mesh
 from rigidcli.model.point_masses import PointMasses
 from rigidcli.model.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
 from rigidcli.model.readers import Alternative, Choice, FileName, by_key, reference
 from rigidcli.model.robots import one_link
 from rigidcli.model.section import Section, refuse
-from rigidcli.model.shape import Form
 from rigidcli.model.shape_names import shape_called
 from rigidcli.model.shapes import SHAPES
 from rigidcli.model.words import keys_called, with_colon

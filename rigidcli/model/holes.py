@@ -21,8 +21,9 @@ from rigidcli.errors import Path, ValueProblem
 from rigidcli.model.density import places, values
 from rigidcli.model.environment import Formula
 from rigidcli.model.floats import NoValueError, floats
+from rigidcli.model.form import Form
 from rigidcli.model.meshes import Mesh
-from rigidcli.model.shape import Form, Lamina, Region, Shape
+from rigidcli.model.shape import Lamina, Region, Shape
 
 GRID = 9
 """Points along each side of a hole's bounding box: 729 for a solid, which take milliseconds."""

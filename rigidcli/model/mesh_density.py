@@ -18,7 +18,7 @@ from rigidcli.core.surfaces import Surface
 from rigidcli.errors import ComputationError, ValueProblem
 from rigidcli.model.density import places, values
 from rigidcli.model.environment import Formula
-from rigidcli.model.shape import Geometry
+from rigidcli.model.geometry import Geometry
 from rigidcli.symbolic.language import tree
 
 MOST_PIECES = 400

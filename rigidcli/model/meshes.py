@@ -16,10 +16,11 @@ from rigidcli.errors import ComputationError, ValueProblem, at
 from rigidcli.model.density import Density
 from rigidcli.model.dimensions import AREA_DENSITY, DENSITY
 from rigidcli.model.environment import Formula
+from rigidcli.model.form import Form
+from rigidcli.model.geometry import Bounds
 from rigidcli.model.quantities import Length, Mass, Quantity
 from rigidcli.model.readers import FileName, ReadBy
 from rigidcli.model.section import environment
-from rigidcli.model.shape import Bounds, Form
 
 if TYPE_CHECKING:
     from rigidcli.model.mesh_checks import Checked

@@ -14,11 +14,11 @@ from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.errors import ComputationError, at
 from rigidcli.model.environment import Environment
+from rigidcli.model.form import Form
 from rigidcli.model.points import MOLECULE, Block, blocks
 from rigidcli.model.quantities import AsList, Coordinate, Mass, Vector3
 from rigidcli.model.readers import Alternative, reference
 from rigidcli.model.section import Section, environment
-from rigidcli.model.shape import Form
 
 if TYPE_CHECKING:
     from rigidcli.model.molecules import Molecule

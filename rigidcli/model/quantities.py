@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Annotated, Any, Literal, TypeAlias
 
-from pydantic import AfterValidator, Strict, ValidationInfo
+from pydantic import AfterValidator, BeforeValidator, Strict, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
@@ -136,6 +136,25 @@ AsList = Strict(False)
 Vector3 = Annotated[tuple[Coordinate, Coordinate, Coordinate], AsList]
 Direction = Annotated[tuple[Number, Number, Number], AsList]
 Rates3 = Annotated[tuple[AngularVelocity, AngularVelocity, AngularVelocity], AsList]
+
+
+def _list_along(axes: str) -> BeforeValidator:
+    """Marks lengths along these axes, so that what is no list is told how it is written."""
+
+    def check(raw: object) -> object:
+        if not isinstance(raw, list | tuple):
+            hint = f"write `[{raw.strip('[]() ')}]`" if isinstance(raw, str) and "," in raw else None
+            raise ValueProblem(
+                f"read {shown(raw)}, expected a list, such as [{axes}]", hint=hint, typed=hint and str(raw)
+            )
+        return raw
+
+    return BeforeValidator(check)
+
+
+Size2 = Annotated[tuple[Length, Length], AsList, _list_along("x, y")]
+
+Size3 = Annotated[tuple[Length, Length, Length], AsList, _list_along("x, y, z")]
 
 
 def _read_point(raw: str, env: Environment) -> str:

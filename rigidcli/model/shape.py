@@ -1,4 +1,4 @@
-"""The base classes of forms of body, which have a place, and of shapes, which have dimensions, too."""
+"""The base classes of shapes, which have dimensions and a mass or a density."""
 
 from __future__ import annotations
 
@@ -6,103 +6,28 @@ import re
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import replace
 from decimal import Decimal
-from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeAlias, get_args, get_origin
+from typing import Annotated, Any, ClassVar, Self, get_args, get_origin
 
 import numpy as np
-from pydantic import BeforeValidator, ConfigDict, Field, PrivateAttr, ValidationInfo, model_validator
+from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, model_validator
 from pydantic.config import JsonDict
 from pydantic.fields import FieldInfo
 
-from rigidcli.core import mass_properties, rotation, tensor
+from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.core.charts import Chart
-from rigidcli.errors import ValueProblem, at, shown, with_article
+from rigidcli.errors import ValueProblem, with_article
 from rigidcli.model.density import SAID, Density
 from rigidcli.model.dimensions import AREA_DENSITY, DENSITY, LINE_DENSITY
 from rigidcli.model.environment import Formula
 from rigidcli.model.floats import NoValueError, floats
-from rigidcli.model.quantities import AsList, Direction, Length, Mass, Vector3
-from rigidcli.model.readers import Title
-from rigidcli.model.rotations import Rotation
-from rigidcli.model.section import Section, environment
+from rigidcli.model.form import Form
+from rigidcli.model.geometry import Bounds, Geometry
+from rigidcli.model.quantities import Mass
+from rigidcli.model.section import environment
 from rigidcli.model.typed_numbers import split_quantity
 from rigidcli.model.words import halved, keys_called, not_one_of
-
-
-class Form(Section):
-    """One form of body, placed: first turned about its own origin, then moved."""
-
-    AT_MOST_ONE_OF: ClassVar = ("rotation", "axis")
-
-    name: Title | None = Field(default=None, description="What messages call it, and `--set`")
-    position: Vector3 | None = Field(default=None, description="Where the form's own origin goes (m)")
-    rotation: Rotation | None = Field(default=None, description="Turns the form about its own origin")
-    axis: Direction | None = Field(default=None, description="Direction onto which local +z is turned")
-    hole: bool = Field(default=False, description="In `parts`: what is missing there")
-
-    @property
-    def rounding(self) -> float | None:
-        """By how much the coordinates of the atoms of a molecule may be off (m); None for other bodies."""
-        return None
-
-    @abstractmethod
-    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
-        """Mass properties in the form's own axes and from its own origin."""
-
-    def pivot(self, arithmetic: Arithmetic) -> Array:
-        """The point of the form, in its own axes, that is put at `position` (3, m)."""
-        return arithmetic.array([0, 0, 0])
-
-    def motion(self, arithmetic: Arithmetic) -> tuple[Array, Array]:
-        """Rotation (3 by 3) and displacement (3, m) that take the form from its own axes to its place."""
-        turn = arithmetic.array(np.eye(3, dtype=int))
-        with at("rotation" if self.axis is None else "axis"):
-            if self.rotation is not None:
-                turn = self.rotation.as_matrix(arithmetic)
-            elif self.axis is not None:
-                turn = rotation.onto(self.axis, arithmetic)
-        return turn, arithmetic.array(self.position or [0, 0, 0]) - turn @ self.pivot(arithmetic)
-
-    def properties(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
-        """Mass properties in the axes in which the form is placed."""
-        placed = mass_properties.place(self.local(arithmetic), *self.motion(arithmetic))
-        return replace(placed, error=placed.error + tensor.misplaced(self.pivot(arithmetic)))
-
-    def inertia_about(self, point: Array, n: Arithmetic, error: float = 0.0) -> tensor.Inertia:
-        """Inertia about `point` (3, m, to within `error`), in the axes in which the form is placed.
-
-        It is summed about that point itself, and so free of the rounding of a centre of mass between.
-        """
-        turn, shift = self.motion(n)
-        error += tensor.misplaced(point, shift, self.pivot(n))
-        own = self.local_inertia_about(n.tidy(turn.T @ (point - shift)), n, error)
-        return replace(own, entries=n.tidy(own.entries), axes=n.tidy(turn @ own.axes))
-
-    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
-        """Inertia about `point` (3, m, to within `error`), both in the form's own axes."""
-        body = self.local(n)
-        assert body.mass is not None
-        return body.inertia.shifted(body.mass, body.com - point, body.error + error)
-
-
-Bounds: TypeAlias = tuple[tuple[float, float], ...]
-"""The least box round a shape: (low, high) along each local axis, m."""
-
-
-class Geometry(NamedTuple):
-    """A shape with a uniform density: its measure, centre of mass, spread and extent, in its own axes.
-
-    `measure` is the volume (m^3), area (m^2) or length (m); `centre` is (x, y, z) in m from the natural
-    origin; `second` holds the means of x^2, y^2, z^2 about the centre (m^2), or of all of r r^T
-    (3 by 3) where local axes are not principal; `bounds` is empty where `Region.bounds` works it out.
-    """
-
-    measure: Scalar
-    centre: Any
-    second: Any
-    bounds: Bounds = ()
 
 
 def _complete_schema(schema: JsonDict, shape: type[Any]) -> None:
@@ -335,37 +260,7 @@ class Wire(Shape):
     )
 
 
-def _list_along(axes: str) -> BeforeValidator:
-    """Marks lengths along these axes, so that what is no list is told how it is written."""
-
-    def check(raw: object) -> object:
-        if not isinstance(raw, list | tuple):
-            hint = f"write `[{raw.strip('[]() ')}]`" if isinstance(raw, str) and "," in raw else None
-            raise ValueProblem(
-                f"read {shown(raw)}, expected a list, such as [{axes}]", hint=hint, typed=hint and str(raw)
-            )
-        return raw
-
-    return BeforeValidator(check)
-
-
-Size2 = Annotated[tuple[Length, Length], AsList, _list_along("x, y")]
-Size3 = Annotated[tuple[Length, Length, Length], AsList, _list_along("x, y, z")]
-ORIGIN = (0, 0, 0)
-"""The centre of a shape that is symmetric about its natural origin."""
-
-
 def require_less(n: Arithmetic, small: Scalar, large: Scalar, key: str, limit: str) -> None:
     """Raise ValueProblem for the dimension `key` unless it is less than the one that is its limit."""
     if n.sign(large - small) in (0, -1):
         raise ValueProblem(f"read {n.size(small):.6g} m, expected less than {limit}", path=(key,))
-
-
-def round_bounds(radius: float, low: float, high: float) -> Bounds:
-    """Bounds of what is round about z."""
-    return (-radius, radius), (-radius, radius), (low, high)
-
-
-def powers(a: Scalar, b: Scalar, degree: int) -> Scalar:
-    """a^n + a^(n-1) b + ... + b^n, which is (a^(n+1) - b^(n+1)) / (a - b) without cancellation."""
-    return sum(a ** (degree - k) * b**k for k in range(degree + 1))

@@ -1,20 +1,20 @@
-"""The shapes by name. A new one is a class in `solid_shapes` or `thin_shapes`, and a line here."""
+"""The shapes by name. A new one is a class in a module whose name ends in `_shapes`, and a line here."""
 
 from __future__ import annotations
 
-from rigidcli.model import solid_shapes, thin_shapes
+from rigidcli.model import prism_shapes, solid_shapes, thin_shapes
 from rigidcli.model.shape import Shape
 
 SHAPES: dict[str, type[Shape]] = {
-    "box": solid_shapes.Box,
-    "cube": solid_shapes.Cube,
+    "box": prism_shapes.Box,
+    "cube": prism_shapes.Cube,
     "sphere": solid_shapes.Sphere,
     "hollow_sphere": solid_shapes.HollowSphere,
     "ellipsoid": solid_shapes.Ellipsoid,
-    "cylinder": solid_shapes.Cylinder,
-    "tube": solid_shapes.Tube,
-    "elliptic_cylinder": solid_shapes.EllipticCylinder,
-    "half_cylinder": solid_shapes.HalfCylinder,
+    "cylinder": prism_shapes.Cylinder,
+    "tube": prism_shapes.Tube,
+    "elliptic_cylinder": prism_shapes.EllipticCylinder,
+    "half_cylinder": prism_shapes.HalfCylinder,
     "cone": solid_shapes.Cone,
     "frustum": solid_shapes.Frustum,
     "pyramid": solid_shapes.Pyramid,

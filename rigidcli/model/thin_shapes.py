@@ -10,18 +10,9 @@ from pydantic import AfterValidator, Field
 from rigidcli.core import charts, simplices, solids
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, at
-from rigidcli.model.quantities import AsList, Coordinate, Length, OptionalLength
-from rigidcli.model.shape import (
-    ORIGIN,
-    Bounds,
-    Geometry,
-    Lamina,
-    Shell,
-    Size2,
-    Wire,
-    require_less,
-    round_bounds,
-)
+from rigidcli.model.geometry import ORIGIN, Bounds, Geometry, round_bounds
+from rigidcli.model.quantities import AsList, Coordinate, Length, OptionalLength, Size2
+from rigidcli.model.shape import Lamina, Shell, Wire, require_less
 
 
 def _in_space(vertex: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:

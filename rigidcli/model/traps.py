@@ -11,9 +11,10 @@ import numpy as np
 from rigidcli.core.arithmetic import Arithmetic
 from rigidcli.core.groups import UnfitError
 from rigidcli.model.bodies import Composite
+from rigidcli.model.form import Form
 from rigidcli.model.meshes import Mesh
 from rigidcli.model.several import Several
-from rigidcli.model.shape import Form, Solid
+from rigidcli.model.shape import Solid
 
 if TYPE_CHECKING:
     from rigidcli.model.document import Document

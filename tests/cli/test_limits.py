@@ -13,7 +13,7 @@ from functools import partial
 import pytest
 
 import rigidcli
-from rigidcli.cli import output
+from rigidcli.cli.progress import progress
 from rigidcli.core import memory
 from rigidcli.errors import ComputationError
 from tests.conftest import ROOT, Outcome, Program
@@ -167,7 +167,7 @@ class Terminal(io.StringIO):
 
 def test_a_terminal_is_told_that_the_work_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stderr", terminal := Terminal())
-    with output.progress(pulse=0.01) as show:
+    with progress(pulse=0.01) as show:
         time.sleep(0.1)
         assert " 0 s\r" in terminal.getvalue()
         show(0.5)
@@ -181,7 +181,7 @@ def test_a_terminal_is_told_that_the_work_goes_on(monkeypatch: pytest.MonkeyPatc
 
 def test_nothing_else_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stderr", file := io.StringIO())
-    with output.progress(pulse=0.01) as show:
+    with progress(pulse=0.01) as show:
         show(0.5)
         time.sleep(0.05)
     assert file.getvalue() == ""

@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 import rigidcli
 from rigidcli.errors import DocumentError
-from rigidcli.model.solid_shapes import Cylinder
+from rigidcli.model.prism_shapes import Cylinder
 
 Floats = NDArray[np.float64]
 Body = Mapping[str, Any]

@@ -13,8 +13,9 @@ from rigidcli.core.mass_properties import MassProperties
 from rigidcli.model.bodies import Composite
 from rigidcli.model.document import Document
 from rigidcli.model.environment import Formula
+from rigidcli.model.form import Form
 from rigidcli.model.point_masses import PointMasses
-from rigidcli.model.shape import Form, Shape
+from rigidcli.model.shape import Shape
 from rigidcli.report import Column, Field, Step, Table
 from rigidcli.studies.steps.writing import free_name
 

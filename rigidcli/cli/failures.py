@@ -1,0 +1,94 @@
+"""What the user is told on standard error: notes and failures, and the exit code that these make."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import sys
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import typer
+
+from rigidcli.errors import ComputationError, DocumentError, Problem, RigidError, UsageError, ValueProblem
+
+LESS = "ask for fewer samples or smaller inputs, or allow more memory"
+"""Advice where memory was not enough."""
+
+
+def complain(text: str) -> None:
+    """Print a note or an error, on standard error."""
+    # Without a standard error, print would turn to standard output.
+    with contextlib.suppress(OSError):
+        print(text, file=sys.stderr or io.StringIO(), flush=True)
+
+
+def tell_notes(source: str, notes: Sequence[str], quiet: bool) -> None:
+    """Print the notes on a source, unless the user wants none."""
+    for note in () if quiet else notes:
+        # A note on a file that is the body by itself begins with its name, too.
+        complain(str(Problem(source, f"note: {note.removeprefix(f'{source}: ')}")))
+
+
+@contextlib.contextmanager
+def bad_parameter(option: str | None = None) -> Iterator[None]:
+    """A context in which an error about the value of an option, or an argument, is a BadParameter."""
+    try:
+        yield
+    except (UsageError, ValueProblem) as error:
+        message = f"{error.message} ({error.hint})" if error.hint else error.message
+        raise typer.BadParameter(message, param_hint=option and f"'{option}'") from None
+
+
+@dataclass(frozen=True, slots=True)
+class Failure:
+    """What the user is told of an error, its exit code, and in a sweep the `place` where it occurred."""
+
+    text: str
+    code: int
+    place: str = ""
+
+
+def failure(error: RigidError | MemoryError, source: str) -> Failure:
+    """The failure of `source` that an error is."""
+    if isinstance(error, MemoryError):
+        return Failure(
+            str(Problem(source, "there is too little memory", hint=LESS)), ComputationError.exit_code
+        )
+    # The problems of a document name its source themselves.
+    is_named = isinstance(error, DocumentError)
+    text = error.message if is_named else str(Problem(source, error.message, hint=error.hint))
+    return Failure(text, error.exit_code)
+
+
+class Failures:
+    """Reports errors instead of raising them, file by file; `code` is the worst exit code so far."""
+
+    def __init__(self) -> None:
+        self.code = 0
+        self._last = ""
+        self._again = 0
+
+    def tell(self, failure: Failure) -> None:
+        """Report a failure; the same one again is not told, and at the next places of a sweep counted."""
+        self.code = max(self.code, failure.code)
+        if failure.text == self._last:
+            self._again += bool(failure.place)
+            return
+        self.end()
+        self._last = failure.text
+        complain(f"at {failure.place}: {failure.text}" if failure.place else failure.text)
+
+    def end(self) -> None:
+        """Report how often the last failure occurred again."""
+        if self._again:
+            complain(f"the same at {self._again:,} more value{'s' * (self._again != 1)}")
+        self._last, self._again = "", 0
+
+    @contextlib.contextmanager
+    def of(self, source: str) -> Iterator[None]:
+        """A context in which a RigidError is a failure of `source`."""
+        try:
+            yield
+        except (RigidError, MemoryError) as error:
+            self.tell(failure(error, source))

@@ -1,0 +1,113 @@
+"""The answer to a document as Python has it: a mapping that shows itself as a table, a page or a formula."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rigidcli.errors import RigidError, UsageError
+from rigidcli.report import Report, Table, single_cells
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True, slots=True, repr=False)
+class Result(Report):
+    """The answer to a document: a mapping from the fields of the json output to their values.
+
+    It shows itself as the table of the command line, in notebooks as the page: with formulas, the picture and
+    the replay of a motion. `units` has the units of its fields, and `to_dataframe` makes a table for pandas.
+    """
+
+    _again: Callable[..., Report] | None = field(default=None, repr=False, compare=False)
+    """Works the study out again, with what is only made to be seen; it stays behind when a result is sent."""
+
+    def __reduce__(self) -> tuple[type[Result], tuple[Any, ...]]:
+        return Result, tuple(getattr(self, part.name) for part in fields(Report))
+
+    def __repr__(self) -> str:
+        from rigidcli.render import Format, Look, renderer
+
+        return "".join(renderer(Format.table)([self], Look(steps=True))).rstrip()
+
+    def _repr_html_(self) -> str:
+        from rigidcli.render import Look
+        from rigidcli.render.html import fragment
+
+        return fragment(self._as_seen(), Look(steps=True))
+
+    def _repr_latex_(self) -> str:
+        from rigidcli.render import Look
+        from rigidcli.render.latex import formulas
+
+        return formulas(self, Look())
+
+    def to_dataframe(self, table: str | None = None) -> pd.DataFrame:
+        """A table as a DataFrame of pandas, with the columns of csv; `attrs["units"]` has their units.
+
+        Without a name, it is the trajectory or orbit, or else one row with the results. By its name it is
+        another table, such as "stability" of `euler`. Raises UsageError where there is no such table, and
+        where pandas is not installed.
+        """
+        try:
+            import pandas as pd
+        except ImportError:
+            raise UsageError("pandas is not installed", hint="python -m pip install pandas") from None
+        chosen = self._table(table)
+        if chosen is None:
+            cells = {
+                name: (entry.value if entry.value is None or not place else entry.value[place], entry.unit)
+                for entry in self.fields
+                for name, place in entry.cells.items()
+            }
+            frame = pd.DataFrame({name: [value] for name, (value, _) in cells.items()}, index=[self.name])
+            units = {name: unit for name, (_, unit) in cells.items() if unit}
+        else:
+            columns = single_cells(chosen)
+            frame = pd.DataFrame({column.cells[0]: column.values for column in columns})
+            units = {column.cells[0]: column.unit for column in columns if column.unit}
+        frame.attrs["units"] = units
+        return frame
+
+    def save_picture(self, path: str | os.PathLike[str]) -> None:
+        """Write the picture that was asked for to a file, .png, .svg or .pdf.
+
+        Raises UsageError where there is none, for other endings, and without matplotlib.
+        """
+        from rigidcli.render.plots import picture_file, require_ending
+
+        require_ending(os.fspath(path))
+        if not self.pictures:
+            raise UsageError("there is no picture here", hint='ask for one, as in axes(..., picture="best")')
+        Path(path).write_bytes(picture_file(self, os.fspath(path)))
+
+    def _as_seen(self) -> Report:
+        """The result with what a page has: the scene of a motion, and a picture where there is one.
+
+        They are worked out when they are to be seen, as most results never are. A result whose study cannot
+        be worked again, as when a file of points is gone, is seen without them.
+        """
+        from rigidcli.render.plots import has_library
+        from rigidcli.studies.pictures import ANY
+
+        if self._again is None:
+            return self
+        try:
+            seen = self._again(picture=ANY if has_library("drawing") else None)
+        except RigidError:
+            return self
+        return replace(self, scene=seen.scene, pictures=self.pictures or seen.pictures)
+
+    def _table(self, name: str | None) -> Table | None:
+        """The table of this name; without a name that of the data, if there is one."""
+        for table in self.tables:
+            if table.key == name or (name is None and table.data):
+                return table
+        if name is None:
+            return None
+        known = ", ".join(f"`{table.key}`" for table in self.tables) or "none"
+        raise UsageError(f"there is no table `{name}` here", hint=f"the tables are {known}")
