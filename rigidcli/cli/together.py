@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -26,26 +26,34 @@ AT_ONCE = 4096
 TRIED = 16
 """Points of a sweep at which it is tried, before it begins, whether values go together."""
 
+SPREAD = (5**0.5 - 1) / 2
+"""Multiples of this, but for their whole parts, lie evenly between 0 and 1, and in step with no key."""
+
 
 def go_together(draft: Draft, sweep: Sweep, study: str, run: Callable[[Document], Report]) -> bool:
-    """Whether some points that lie far apart are worked at once."""
+    """Whether formulas take the values of several points at once, as far as some that lie apart tell."""
     count = sweep.count
     if study not in STUDIES or count <= TRIED or draft.is_exact(sweep.settings(sweep.point(0))):
         return False
-    places = range(0, count, count // TRIED)
-    return any(report is not None for _, report in together(draft, sweep, places, run))
+    places = sorted({int(count * (k * SPREAD % 1)) for k in range(TRIED)})
+    return any(report is not None for _, report in together(draft, sweep, places, run, least=1))
 
 
 def together(
-    draft: Draft, sweep: Sweep, places: range, run: Callable[[Document], Report]
-) -> Iterator[tuple[range, Report | None]]:
-    """Ranges of `places` of a sweep in their order, each with one report on all its points.
+    draft: Draft,
+    sweep: Sweep,
+    places: Sequence[int],
+    run: Callable[[Document], Report],
+    least: int | None = None,
+) -> Iterator[tuple[Sequence[int], Report | None]]:
+    """Some `places` of a sweep after the others, in their order, each time with one report on all of them.
 
-    It is None where points are to be worked one by one, as those whose values are refused.
+    It is None where points are to be worked one by one, as those whose values are refused, or those of which
+    less than the `least` number go together, where that is told.
     """
     import numpy as np
 
-    from rigidcli.core.groups import UnfitError, grouped
+    from rigidcli.core.groups import FEW, UnfitError, grouped
 
     try:
         values = sweep.together(places)
@@ -68,7 +76,7 @@ def together(
         ]
         return replace(report, swept=tuple(swept))
 
-    groups = list(grouped(np.arange(len(places)), work))
+    groups = list(grouped(np.arange(len(places)), work, FEW if least is None else least))
     owner, rank = np.empty(len(places), dtype=int), np.empty(len(places), dtype=int)
     for index, (group, report) in enumerate(groups):
         owner[group] = -1 if report is None else index

@@ -17,7 +17,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.high_precision import CONTEXT, PI, Cycle, decimals, norm
-from rigidcli.core.polhode import Polhode, State, follow, polhode
+from rigidcli.core.pairs import rounded
+from rigidcli.core.polhode import Circulation, Polhode, State, circulation, follow, polhode
 from rigidcli.core.principal import EQUAL_MOMENTS
 from rigidcli.core.rotation import compose, continuous
 from rigidcli.core.sensitivity import representative, to_rounding
@@ -54,8 +55,8 @@ class Steady:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class FreeMotion:
-    """A torque-free motion: what characterises it, and its `path` for `at`.
+class Periods:
+    """What characterises a torque-free motion.
 
     `period` (s) is that of omega as seen in the body, None if omega is constant or the period is infinite.
     `flip_interval` (s) of an asymmetric body is half of it: the time in which the
@@ -68,7 +69,22 @@ class FreeMotion:
     period: float | None
     flip_interval: float | None
     mean_space_rate: float | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FreeMotion(Periods):
+    """A torque-free motion, with its `path` for `at`."""
+
     path: Steady | Polhode
+
+
+def periods(body: Inertia, omega: Floats) -> Periods:
+    """What characterises the motion from a state at t = 0, which is as in `free_motion`."""
+    with localcontext(CONTEXT):
+        state = State.of(body, omega)
+        regime = _regime(state)
+        asymmetric = regime in ("about_lowest", "about_highest")
+        return Periods(regime, *_periods(regime, state, circulation(state) if asymmetric else None))
 
 
 def free_motion(body: Inertia, omega: Floats, orientation: Floats) -> FreeMotion:
@@ -84,13 +100,10 @@ def free_motion(body: Inertia, omega: Floats, orientation: Floats) -> FreeMotion
     with localcontext(CONTEXT):
         state = State.of(body, omega)
         regime = _regime(state)
-        if regime in ("rest", "linear", "principal"):
-            path: Steady | Polhode = _steady(omega, orientation)
-        else:
-            path = _path(state, omega, orientation)
-        period, mean_space_rate = _period_and_rate(regime, state, path)
-        flip = period / 2 if period is not None and regime in ("about_lowest", "about_highest") else None
-        return FreeMotion(regime, period, flip, mean_space_rate, path)
+        is_steady = regime in ("rest", "linear", "principal") or _is_constant(state)
+        motion = None if is_steady else circulation(state)
+        path = _steady(omega, orientation) if motion is None else polhode(motion, orientation)
+        return FreeMotion(regime, *_periods(regime, state, motion), path)
 
 
 def at(motion: FreeMotion, times: Floats) -> tuple[Floats, Floats]:
@@ -189,34 +202,41 @@ def _excess_noise(state: State) -> Decimal:
     return noise
 
 
-def _period_and_rate(
-    regime: Regime, state: State, path: Steady | Polhode
-) -> tuple[float | None, float | None]:
-    """The period of omega in the body (s) and the mean rate of the turn about L (rad/s); within CONTEXT."""
+def _periods(
+    regime: Regime, state: State, motion: Circulation | None
+) -> tuple[float | None, float | None, float | None]:
+    """The period of omega in the body (s), its half where that is the time from flip to flip, and the mean
+    rate of the turn about L (rad/s); within CONTEXT."""
     low, middle, high = state.moments
-    period = math.inf
+    period, flip = math.inf, None
     if regime == "rest":
-        return None, None
+        return None, None, None
     if regime in ("oblate", "prolate"):
         # Of the two moments that count as equal, the mean is taken.
         along, across, spin = (high, low + middle, 2) if regime == "oblate" else (low, middle + high, 0)
         wobble = abs((2 * along - across) * state.rates[spin]) / across
-        period = float(2 * PI / wobble) if wobble else math.inf
-        rate = float(2 * state.momentum() / across)
+        period = rounded(2 * PI / wobble) if wobble else math.inf
+        rate = rounded(2 * state.momentum() / across)
     elif regime == "separatrix":
-        rate = float(state.momentum() / middle)
-    elif regime in ("about_lowest", "about_highest") and isinstance(path, Polhode):
-        period, rate = 2 * path.half.high, path.mean_rate
+        rate = rounded(state.momentum() / middle)
+    elif regime in ("about_lowest", "about_highest") and motion is not None:
+        period, rate = 2 * rounded(motion.half), rounded(motion.mean_rate)
+        flip = period / 2
     else:
-        rate = float(state.speed())
-    return period if math.isfinite(period) else None, rate
+        rate = rounded(state.speed())
+    return (None, None, rate) if period == math.inf else (period, flip, rate)
 
 
 def _path(state: State, omega: Floats, orientation: Floats) -> Steady | Polhode:
     """The motion of the body exactly as it is given, but for a linear one's line; within CONTEXT."""
-    if state.moments[0] <= 0 or _is_steady(state):
+    if _is_constant(state):
         return _steady(omega, orientation)
-    return polhode(state, orientation)
+    return polhode(circulation(state), orientation)
+
+
+def _is_constant(state: State) -> bool:
+    """Whether omega is constant, the body being exactly as it is given; within CONTEXT."""
+    return bool(state.moments[0] <= 0) or _is_steady(state)
 
 
 def _steady(omega: Floats, orientation: Floats) -> Steady:

@@ -51,13 +51,14 @@ def common(labels: Any) -> int:
 
 
 def grouped(
-    runs: NDArray[np.int_], work: Callable[[NDArray[np.int_]], _Found]
+    runs: NDArray[np.int_], work: Callable[[NDArray[np.int_]], _Found], least: int = FEW
 ) -> Iterator[tuple[NDArray[np.int_], _Found | None]]:
     """What `work` finds for groups of the `runs` (n), each run in one group; None for those to work alone.
 
+    These are also groups of less than the `least` number.
     Errors of `work`, other than PartedError, are for those runs to tell that have them.
     """
-    if len(runs) < FEW:
+    if len(runs) < least:
         yield runs, None
         return
     try:
@@ -68,7 +69,7 @@ def grouped(
             if label == ALONE:
                 yield group, None
             else:
-                yield from grouped(group, work)
+                yield from grouped(group, work, least)
     except (UnfitError, ArithmeticError, TypeError, ValueError, LookupError):
         # What is made for one number may fail in any way with many; if it fails with one, that run tells.
         yield runs, None

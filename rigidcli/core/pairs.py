@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rigidcli.core.groups import agreed
-from rigidcli.core.high_precision import CONTEXT, NOISE, SPLITTER
+from rigidcli.core.high_precision import CONTEXT, NOISE, SPLITTER, decimals
 from rigidcli.core.many import Many
 
 ERROR = 32 * 2.0**-106
@@ -200,9 +200,11 @@ def _split(a: Any) -> tuple[Any, Any]:
 
 
 def exactly(number: Any) -> Long:
-    """A float as a decimal, many as pairs, without rounding."""
+    """A float as a decimal, many as pairs, without rounding; an array of them as an array of such numbers."""
     if not isinstance(number, Many):
-        return Decimal(number)
+        return decimals(number) if np.ndim(number) else Decimal(number)
+    if number.ndim:
+        return np.array([exactly(entry) for entry in number])
     size = abs(number.values)
     fits = (size == 0) | ((size > LEAST) & (size < MOST))
     return Pairs(number.values, np.zeros_like(size), np.where(fits, 0.0, np.inf))

@@ -29,7 +29,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elliptic import BLOCK, argument, complete_first, complete_third, growth, jacobi
-from rigidcli.core.high_precision import PI, Cycle, Decimals, decimals, norm, principal_axes
+from rigidcli.core.high_precision import PI, Cycle, Decimals, norm, principal_axes
+from rigidcli.core.pairs import Long, exactly, rounded
 from rigidcli.core.rotation import as_quaternion, compose
 from rigidcli.core.tensor import Inertia
 
@@ -58,22 +59,22 @@ class State:
     def of(cls, body: Inertia, omega: Floats) -> State:
         """From a `body` and its `omega` (3), both along the axes of its entries."""
         tensor = body.without_noise()
-        exact, w = decimals(tensor), decimals(omega)
+        exact, w = exactly(tensor), exactly(omega)
         moments, axes = principal_axes(exact)
-        if float(moments[0]) <= body.noise_along(axes[0].astype(np.float64)):
+        if rounded(moments[0]) <= body.noise_along(axes[0].astype(np.float64)):
             moments[0] = Decimal(0)
         coupled = bool((tensor != np.diag(tensor.diagonal())).any())
         return cls(exact, w, moments, axes, axes @ w, coupled, body.is_turned)
 
-    def speed(self) -> Decimal:
+    def speed(self) -> Long:
         """|omega| (rad/s)."""
         return norm(self.omega)
 
-    def momentum(self) -> Decimal:
+    def momentum(self) -> Long:
         """|L| (kg m^2/s)."""
         return norm(self.moments * self.rates)
 
-    def excess(self) -> tuple[Decimal, Decimal]:
+    def excess(self) -> tuple[Long, Long]:
         """The two terms of which d2 = L^2 - 2 T I2 (kg^2 m^4/s^2) is the difference."""
         low, middle, high = self.moments
         first, _, third = self.rates
@@ -114,8 +115,38 @@ class Polhode:
     placing: Floats
 
 
-def polhode(state: State, orientation: Floats) -> Polhode:
-    """The motion from `state`, in which omega is not constant, and `orientation` (4); within CONTEXT."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Circulation:
+    """The constants of a motion with all their digits, about `axes` (rows a, b, c) with these `moments`.
+
+    `start` has sn, cn and dn at t = 0, and `momentum` is |L|; for the others see `Polhode`.
+    """
+
+    axes: Decimals
+    moments: Decimals
+    amplitudes: Decimals
+    start: tuple[Long, Long, Long]
+    momentum: Long
+    k: Long
+    complement: Long
+    n: Long
+    rate: Long
+    swing: Long
+    mean_growth: Long
+
+    @property
+    def half(self) -> Long:
+        """Half the period of omega (s), infinite on the separatrix."""
+        return 2 * complete_first(self.complement) / self.rate
+
+    @property
+    def mean_rate(self) -> Long:
+        """The mean rate of the turn about L (rad/s)."""
+        return self.momentum / self.moments[1] + self.swing * self.rate * self.mean_growth
+
+
+def circulation(state: State) -> Circulation:
+    """The constants of the motion from `state`, in which omega is not constant; within CONTEXT."""
     axes, moments, (wa, wb, wc), d2 = _circulation(state)
     Ia, Ib, Ic = moments
     A = Ib * (Ic - Ib) * wb * wb + Ia * (Ic - Ia) * wa * wa
@@ -125,26 +156,33 @@ def polhode(state: State, orientation: Floats) -> Polhode:
     n = Ic * (Ib - Ia) / (Ia * (Ic - Ib))
     rate = ((Ic - Ib) * B / (Ia * Ib * Ic)).sqrt()
     a1 = (A / (Ia * (Ic - Ia))).sqrt()
-    a2 = (A / (Ib * (Ic - Ib))).sqrt().copy_sign(Ic - Ib)
+    a2 = (A / (Ib * (Ic - Ib))).sqrt()
+    a2 = -a2 if Ic < Ib else a2
     a3 = (B / (Ic * (Ic - Ia))).sqrt()
-    amplitudes, momentum = np.array([a1, a2, a3]), state.momentum()
+    momentum = state.momentum()
     swing = momentum * (Ib - Ia) / (Ia * Ib * rate)
     mean_growth = complete_third(complement, complement / (1 + n).sqrt())
-    mean_rate = momentum / Ib + swing * rate * mean_growth
+    start, amplitudes = (wb / a2, wa / a1, wc / a3), np.array([a1, a2, a3])
+    return Circulation(axes, moments, amplitudes, start, momentum, k, complement, n, rate, swing, mean_growth)
+
+
+def polhode(motion: Circulation, orientation: Floats) -> Polhode:
+    """The motion with these constants, and from this `orientation` (4); within CONTEXT."""
+    rate, mean_rate = float(motion.rate), motion.mean_rate
     free = Polhode(
-        axes=axes.astype(np.float64),
-        amplitudes=amplitudes.astype(np.float64),
-        shares=(moments * amplitudes / momentum).astype(np.float64),
-        k=float(k),
-        complement=float(complement),
-        n=float(n),
-        rate=float(rate),
-        start=argument(wb / a2, wa / a1, wc / a3) / float(rate),
-        half=Cycle.of(2 * complete_first(complement) / rate),
+        axes=motion.axes.astype(np.float64),
+        amplitudes=motion.amplitudes.astype(np.float64),
+        shares=(motion.moments * motion.amplitudes / motion.momentum).astype(np.float64),
+        k=float(motion.k),
+        complement=float(motion.complement),
+        n=float(motion.n),
+        rate=rate,
+        start=argument(*motion.start) / rate,
+        half=Cycle.of(motion.half),
         turn=Cycle.of(2 * PI / mean_rate),
         mean_rate=float(mean_rate),
-        swing=float(swing),
-        mean_growth=float(mean_growth),
+        swing=float(motion.swing),
+        mean_growth=float(motion.mean_growth),
         placing=np.eye(4),
     )
     frame = as_quaternion(free.axes)
@@ -153,7 +191,7 @@ def polhode(state: State, orientation: Floats) -> Polhode:
     return replace(free, placing=compose(compose(before, np.eye(4)), frame))
 
 
-def _circulation(state: State) -> tuple[Decimals, Decimals, Decimals, Decimal]:
+def _circulation(state: State) -> tuple[Decimals, Decimals, Decimals, Long]:
     """The axes a, b, c, the moments and the components of omega along them, and d2 (see the module)."""
     more, less = state.excess()
     d2 = more - less

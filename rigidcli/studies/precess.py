@@ -203,7 +203,7 @@ def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]
 
 def _asymmetric(frame: PrincipalFrame, omega: Floats) -> dict[str, Value]:
     """The periods of an asymmetric body with this `omega` (3, rad/s) along its principal axes."""
-    motion = freebody.free_motion(Inertia.of(np.diag(frame.moments)), omega, np.array([1.0, 0, 0, 0]))
+    motion = freebody.periods(Inertia.of(np.diag(frame.moments)), omega)
     rate = motion.mean_space_rate
     return {
         "polhode_period": motion.period,
