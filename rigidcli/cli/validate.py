@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -25,7 +26,7 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
 
     Prints the names of the files that are valid, and what is asked or answered in them; answer files
     are read without their key. Of a robot (URDF, SDF, MJCF), each link is told whose mass and inertia no
-    body has, and each where they are suspicious.
+    body has, and each where they are suspicious; of a mesh, why and where it is not the surface of a body.
 
     Example: rigidcli validate cube.yaml homework.yaml arm.urdf
     """
@@ -40,8 +41,8 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
         for file in files:
             with failures.of(file):
                 source = os.fsencode(file).decode(errors="backslashreplace")
-                is_body = body_form(file) is not None
-                text = "" if is_body else read_text(file, source)
+                form = body_form(file)
+                text = "" if form else read_text(file, source)
                 folder = Path() if file == "-" else Path(file).parent
                 options: dict[str, Any] = {"exact": exact, "settings": settings or ()}
                 kind = "links" if is_robot(file) else _kind(text)
@@ -52,7 +53,9 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
                 elif kind == "answers":
                     lines = _answers(text, folder / Path(file).name, failures)
                 else:
-                    if is_body:
+                    if form == "mesh":
+                        options["settings"] = _weighed(settings or ())
+                    if form:
                         document = draft(file, **options).document()
                     else:
                         document = loads(text, source=source, folder=folder, **options)
@@ -77,16 +80,22 @@ def _kind(text: str) -> str | None:
     return next((key for key in ("questions", "answers") if isinstance(tree, dict) and key in tree), None)
 
 
+def _weighed(settings: Sequence[str]) -> list[str]:
+    """The settings of a mesh, and any density where they have none: its surface is what is judged."""
+    is_given = any(setting.startswith(("body.mass=", "body.density=")) for setting in settings)
+    return [*settings, *([] if is_given else ["body.density=1"])]
+
+
 def _robot(
     text: str, source: str, folder: Path, failures: Failures, quiet: bool, options: dict[str, Any]
 ) -> list[str]:
     """How many links of a robot are valid; what is wrong with others is printed as errors."""
     from rigidcli.model.link_documents import link_documents
-    from rigidcli.studies.robots import remarks
+    from rigidcli.studies.robots import remarks, uncompared
     from rigidcli.studies.robots.repair import repair
 
     robot = link_documents(text, source, folder, **options)
-    tell_notes(source, robot.notes, quiet)
+    tell_notes(source, [*robot.notes, *uncompared([each.link for each in robot.links])], quiet)
     valid = 0
     for link, draft in robot.links:
         with failures.of(source):

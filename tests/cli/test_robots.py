@@ -282,8 +282,8 @@ def test_meshes_below_the_folder_are_compared(program: Program, tmp_path: Path) 
     names = {
         "package://anything/meshes/bar.stl": (0, "0.001 0.001 0.001"),
         "meshes/bar.stl": (2, "1 1 1"),
-        "../bar.stl": (0, "1 1 1"),  # not read, and so nothing is noted
-        str(tmp_path / "bar.stl"): (0, "1 1 1"),
+        "../bar.stl": (1, "1 1 1"),  # not read, which is noted
+        str(tmp_path / "bar.stl"): (1, "1 1 1"),
     }
     for name, (notes, scale) in names.items():
         mesh = f'<visual><geometry><mesh filename="{name}" scale="{scale}"/></geometry></visual>'
@@ -291,7 +291,10 @@ def test_meshes_below_the_folder_are_compared(program: Program, tmp_path: Path) 
         outcome = program("validate", str(path))
         assert outcome.code == 0
         assert outcome.err.count("note: ") == notes, outcome.err
-        assert ("hint: the lengths may be in mm" in outcome.err) == (notes > 0)
+        assert ("hint: the lengths may be in mm" in outcome.err) == (notes > 1)
+        assert ("not compared with their geometry, which is not read here: l\n" in outcome.err) == (
+            notes == 1
+        )
 
 
 def test_a_centre_of_mass_outside_the_box_of_its_mesh_is_told(program: Program, tmp_path: Path) -> None:
@@ -365,3 +368,25 @@ def test_notes_on_the_file_are_told_in_a_sweep_once(program: Program) -> None:
     )
     assert outcome.err.count("1 link has no mass: tool") == 1
     assert len(outcome.out.splitlines()) == 7
+
+
+def test_what_is_not_read_of_a_robot_is_told(program: Program, tmp_path: Path) -> None:
+    """Macros that are not filled in, and geometry in files that are not there or are no meshes here."""
+    text = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:leg name="b"/>
+<link name="a">
+<inertial><mass value="1"/><inertia ixx="2" ixy="0" ixz="0" iyy="3" iyz="0" izz="4"/></inertial>
+<visual><geometry><mesh filename="package://r/a.dae"/></geometry></visual></link>
+</robot>"""
+    path = tmp_path / "robot.urdf"
+    path.write_text(text)
+    told = program("validate", str(path))
+    assert told.code == 0
+    assert (
+        "note: `<xacro:leg>` in line 2: this is a template: `xacro FILE > robot.urdf` fills it in" in told.err
+    )
+    assert "note: not compared with their geometry, which is not read here: a\n" in told.err
+    path.write_text(text.replace('value="1"', 'value="1e200"'))
+    assert "hint: no number of a robot is larger than 1e+100" in program("validate", str(path)).err
+    path.write_text("\n".join(line for line in text.split("\n") if "xacro" in line) + "</robot>")
+    assert "no links in this robot\n  hint: `<xacro:leg>` in line 2" in program("validate", str(path)).err

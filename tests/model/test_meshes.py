@@ -314,6 +314,13 @@ def test_vertices_that_are_nearly_one_are_told(tmp_path: Path) -> None:
     assert " apart, and so are two vertices: only equal coordinates make one" in message
 
 
+def test_validate_judges_the_surface_of_a_mesh(program: Program, tmp_path: Path) -> None:
+    closed, opened = saved(tmp_path / "closed.stl", BOX), saved(tmp_path / "open.stl", BOX[1:])
+    told = program("validate", str(closed), str(opened), "--set", "body.scale=0.001")
+    assert (told.code, told.out) == (3, f"{closed}: valid\n")
+    assert "open.stl: open: 3 edges belong to one triangle only" in told.err
+
+
 def test_an_inside_out_mesh_is_turned_with_a_note(program: Program, tmp_path: Path) -> None:
     path = saved(tmp_path / "a.stl", inside_out(BOX))
     outcome = program("inertia", "-", "-f", "json", stdin=f"body: {{mesh: '{path}', density: 1000}}")

@@ -38,7 +38,7 @@ def read_robot(text: str, source: str, folder: Path, decimal: Decimals = float) 
         if root.tag == reader.ROOT:
             robot: Robot = reader.read(root, folder, decimal)
             if not robot.links:
-                raise root.refusal("there are no links in this robot")
+                raise root.refusal("there are no links in this robot", hint="; ".join(robot.notes) or None)
             return bounded(named_once(robot))
     raise root.refusal(
         f"read `<{root.tag[:40]}>`, expected a robot: `<robot>` of URDF, `<sdf>`, or `<mujoco>` of MJCF"

@@ -45,6 +45,9 @@ LARGEST_MESH = 20_000_000
 LISTED = 20
 """The most links that a message lists."""
 
+TEMPLATE = "this is a template: `xacro FILE > robot.urdf` fills it in"
+"""What to do with a file that has macros of ROS in it."""
+
 NO_MASS = "no mass"
 """Why a link has no mass properties, in most cases."""
 
@@ -170,18 +173,17 @@ def numbers(
 def in_text(text: str, what: str, element: Element, count: int | None, read: Decimals) -> list[Any]:
     """The numbers in a text of an element, `count` of them, separated by blanks. Raises DocumentError."""
     words = text.split()
-    bad = [
-        word
-        for word in words
-        if len(word) > MOST_DIGITS or NUMBER.fullmatch(word) is None or abs(float(word)) > LARGEST
-    ]
-    if not bad and (len(words) == count or count is None):
+    bad = [word for word in words if len(word) > MOST_DIGITS or NUMBER.fullmatch(word) is None]
+    large = [word for word in words if not bad and abs(float(word)) > LARGEST]
+    if not bad and not large and (len(words) == count or count is None):
         return [read(word) for word in words]
     hint = None
     if "${" in text or "$(" in text:
-        hint = "this is a template: `xacro FILE > robot.urdf` fills it in"
+        hint = TEMPLATE
     elif bad and "," in text:
         hint = "numbers are separated by blanks, and the sign in a decimal is a point"
+    elif large:
+        hint = f"no number of a robot is larger than {LARGEST:g}"
     raise element.refusal(f"{what}: read {shown(text)}, expected {_counted(count)}", hint=hint)
 
 

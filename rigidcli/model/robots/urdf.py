@@ -13,6 +13,7 @@ from rigidcli.model.robots.elements import Element
 from rigidcli.model.robots.links import (
     ENTRIES,
     NO_MASS,
+    TEMPLATE,
     Body,
     Decimals,
     Link,
@@ -32,8 +33,10 @@ ROOT = "robot"
 
 
 def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
-    """The links of the robot."""
-    return Robot([_link(link, folder, decimal) for link in root.all("link")])
+    """The links of the robot. Macros are not filled in, which is noted."""
+    macro = next((child for child in root.children if child.tag.startswith("xacro:")), None)
+    notes = [] if macro is None else [f"`<{macro.tag[:40]}>` in line {macro.line}: {TEMPLATE}"]
+    return Robot([_link(link, folder, decimal) for link in root.all("link")], notes)
 
 
 def _link(link: Element, folder: Path, decimal: Decimals) -> Link:

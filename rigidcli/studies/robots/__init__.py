@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
 from rigidcli.errors import Problem
 from rigidcli.model.document import Document
-from rigidcli.model.robots.links import Link
+from rigidcli.model.robots.links import Link, listed
 from rigidcli.studies.robots.geometry import Remark, Weighed, forms_of, misfits
 from rigidcli.studies.robots.placeholders import placeholder
 
@@ -26,6 +26,12 @@ def remarks(link: Link, document: Document) -> list[Problem]:
         )
         for remark in _remarks(link, document)
     ]
+
+
+def uncompared(links: Sequence[Link]) -> list[str]:
+    """A note that names the links that have a form, of which nothing is known."""
+    names = [link.name for link in links if link.geometry and not any(part.body for part in link.geometry)]
+    return [f"not compared with their geometry, which is not read here: {listed(names)}"] if names else []
 
 
 def _remarks(link: Link, document: Document) -> Iterator[Remark]:
