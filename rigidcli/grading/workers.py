@@ -129,7 +129,7 @@ def _kept_shared() -> Iterator[None]:
 
 @dataclass(slots=True)
 class _Fork:
-    """A process that is a fork of this one, with what a Process of multiprocessing has that is needed here."""
+    """A process that is a fork of this one, with what is needed here of a Process of multiprocessing."""
 
     pid: int
     exitcode: int | None = None
@@ -234,7 +234,7 @@ def _start(
     with its_end, _interrupts_held(), warnings.catch_warnings():
         # Threads of a library for matrices do nothing at this moment.
         warnings.filterwarnings("ignore", ".*multi-?threaded.*", DeprecationWarning)
-        process: BaseProcess | _Fork
+        process: Any
         try:
             if METHOD == "fork":
                 process = _Fork(os.fork())
