@@ -17,7 +17,7 @@ import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias, TypeVar
 
 from rigidcli.errors import ComputationError
 from rigidcli.sandbox import Limits, confine, start_clock, stop_clock
@@ -127,14 +127,33 @@ def _kept_shared() -> Iterator[None]:
         gc.unfreeze()
 
 
+@dataclass(slots=True)
+class _Fork:
+    """A process that is a fork of this one, with what is needed here of a Process of multiprocessing."""
+
+    pid: int
+    exitcode: int | None = None
+
+    def kill(self) -> None:
+        """End it at once, if it has not been seen to end."""
+        if self.exitcode is None:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(self.pid, signal.SIGKILL)
+
+    def join(self) -> None:
+        """Wait for its end, and see how it ended, which the system may not tell."""
+        if self.exitcode is None:
+            with contextlib.suppress(ChildProcessError):
+                self.exitcode = os.waitstatus_to_exitcode(os.waitpid(self.pid, 0)[1])
+
+
 @dataclass(eq=False, slots=True)
 class _Running:
     """A process that works on the task `index`, when it is told to, and what has come from it."""
 
     index: int
-    process: BaseProcess
-    reader: Connection
-    teller: Connection
+    process: BaseProcess | _Fork
+    line: Connection
     deadline: float = math.inf
     received: bytearray = field(default_factory=bytearray)
     result: Result = _LATE
@@ -143,13 +162,13 @@ class _Running:
         """Let the work begin, if it has not begun."""
         if self.deadline == math.inf:
             self.deadline = time.monotonic() + limits.seconds + START[METHOD]
-            with contextlib.suppress(OSError):  # the process has ended, which its other pipe tells
-                self.teller.send_bytes(b"go")
+            with contextlib.suppress(OSError):  # the process has ended, which is told when it is read from
+                self.line.send_bytes(b"go")
 
     def take(self, limits: Limits) -> bool:
         """Take the next piece that has come, and tell whether it was the last."""
         try:
-            piece = self.reader.recv_bytes(_CHUNK)
+            piece = self.line.recv_bytes(_CHUNK)
         except (EOFError, OSError):
             self.process.kill()
             self.process.join()
@@ -168,8 +187,7 @@ class _Running:
         """End the process, and leave nothing of it behind."""
         self.process.kill()
         self.process.join()
-        self.reader.close()
-        self.teller.close()
+        self.line.close()
 
 
 def _release(running: Sequence[_Running], limits: Limits) -> None:
@@ -192,9 +210,9 @@ def _wait(running: list[_Running], jobs: int, limits: Limits) -> Iterator[_Runni
     from multiprocessing.connection import wait
 
     soonest = min(process.deadline for process in running)
-    ready = wait([process.reader for process in running], max(0.0, soonest - time.monotonic()))
+    ready = wait([process.line for process in running], max(0.0, soonest - time.monotonic()))
     for process in tuple(running):
-        if process.take(limits) if process.reader in ready else process.deadline <= time.monotonic():
+        if process.take(limits) if process.line in ready else process.deadline <= time.monotonic():
             running.remove(process)
             # The next one works while this one is taken apart.
             _release(running[:jobs], limits)
@@ -209,26 +227,26 @@ def _start(
     from multiprocessing import get_context
 
     context: Any = get_context(METHOD)
-    ends: list[Connection] = []
     try:
-        for _ in range(2):
-            ends += context.Pipe(duplex=False)
+        line, its_end = context.Pipe()
     except OSError as error:
-        for end in ends:
-            end.close()
         return error
-    reader, writer, listener, teller = ends
-    with writer, listener, _interrupts_held(), warnings.catch_warnings():
+    with its_end, _interrupts_held(), warnings.catch_warnings():
         # Threads of a library for matrices do nothing at this moment.
         warnings.filterwarnings("ignore", ".*multi-?threaded.*", DeprecationWarning)
-        process = context.Process(target=_child, args=(writer, listener, work, task, limits), daemon=True)
+        process: Any
         try:
-            process.start()
+            if METHOD == "fork":
+                process = _Fork(os.fork())
+                if not process.pid:
+                    _child(its_end, work, task, limits)
+            else:
+                process = context.Process(target=_child, args=(its_end, work, task, limits), daemon=True)
+                process.start()
         except OSError as error:
-            reader.close()
-            teller.close()
+            line.close()
             return error
-        running.append(_Running(index, process, reader, teller))
+        running.append(_Running(index, process, line))
     return None
 
 
@@ -245,25 +263,23 @@ def _interrupts_held() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def _child(
-    writer: Connection, listener: Connection, work: Callable[[_Task], bytes], task: _Task, limits: Limits
-) -> None:
+def _child(line: Connection, work: Callable[[_Task], bytes], task: _Task, limits: Limits) -> NoReturn:
     """Do the work when told to, hand over the result in pieces and an empty one, and end this process.
 
     It ends at once, so that nothing is done or written that belongs to the process it is a fork of.
     """
     code = _CODES[_STOPPED]
     try:
-        confine(limits, writer.fileno(), listener.fileno())
-        listener.recv_bytes()
+        confine(limits, line.fileno())
+        line.recv_bytes()
         start_clock(limits.seconds)
         data = work(task)
         stop_clock()
         if len(data) > limits.handed:
             os._exit(_CODES[_TOO_MUCH])
         for begin in range(0, len(data), _CHUNK):
-            writer.send_bytes(data[begin : begin + _CHUNK])
-        writer.send_bytes(b"")
+            line.send_bytes(data[begin : begin + _CHUNK])
+        line.send_bytes(b"")
         code = 0
     except MemoryError:
         code = _CODES[_NO_MEMORY]

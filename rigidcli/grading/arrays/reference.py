@@ -23,6 +23,7 @@ from rigidcli.grading.arrays.entries import (
 )
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.factors import factors
+from rigidcli.grading.matching import assigned
 from rigidcli.grading.numbers import NOISE, ROUNDING, margin, margins, narrowed
 from rigidcli.grading.question import Question, Tolerance
 from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS
@@ -242,11 +243,9 @@ class Reference:
 
     def _matched(self, answer: Typed) -> Array:
         """The entries (n) that belong to those of an answer: as many as can be are right, others by rank."""
-        from scipy.optimize import linear_sum_assignment
-
         ranks = self._ranked(answer).argsort()
         far = np.abs(np.subtract.outer(np.arange(len(ranks)), ranks)) / (1 + len(ranks) ** 2)
-        return np.asarray(linear_sum_assignment(far.T + ~self.fits(answer))[1])
+        return assigned(self.fits(answer) - far.T)
 
     def fits(self, answer: Typed) -> Mask:
         """Which entries (m) of an answer are which here (n): m by n."""

@@ -17,6 +17,7 @@ from rigidcli.grading.arrays.reference import Reference, Symmetry, Typed, told
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.arrays import Arrays, Findings
 from rigidcli.grading.kinds.base import Example
+from rigidcli.grading.matching import assigned
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, wrong
 from rigidcli.grading.tensors import impossible, mistaken_tensors, moments_of
 
@@ -68,10 +69,10 @@ class Moments(Arrays):
 
     def judge(self, key: Reference, answer: Typed) -> Outcome:
         """The outcome of a list of moments: first how often each stands, and their order."""
-        from scipy.optimize import linear_sum_assignment
-
         fits = key.fits(answer)
-        rows, columns = linear_sum_assignment(~fits)
+        columns = assigned(fits)
+        rows = np.flatnonzero(columns >= 0)
+        columns = columns[rows]
         right = fits[rows, columns]
         if fits.any(axis=0).all() and fits.any(axis=1).all() and right.sum() < max(fits.shape):
             share = right.sum() / max(fits.shape) if key.nonzero[columns[right]].any() else 0.0

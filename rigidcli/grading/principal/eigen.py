@@ -14,6 +14,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.core.principal import EQUAL_MOMENTS
+from rigidcli.grading.matching import assigned
 from rigidcli.grading.numbers import NOISE, ROUNDING, margin
 from rigidcli.grading.question import RELATIVE, Tolerance
 
@@ -197,20 +198,10 @@ def match(eigen: Eigen, answer: Answer) -> Match:
         # Where every direction is an axis, one is worth nothing without its moment.
         worth[~moments & eigen.isotropic[:, None, None]] = 0
     worth -= TIE * np.subtract.outer(np.arange(len(answer)), np.arange(3)) ** 2
-    return Match(moments, axes, np.array([_assigned(each) for each in worth]))
-
-
-def _assigned(worth: Floats) -> np.ndarray:
-    """The column of each row (n) of `worth` (n by 3) that makes the largest sum; -1 for none."""
-    from scipy.optimize import linear_sum_assignment
-
-    columns = np.full(len(worth), -1)
-    rows, chosen = linear_sum_assignment(worth, maximize=True)
-    columns[rows] = chosen
-    return columns
+    return Match(moments, axes, np.array(list(map(assigned, worth))))
 
 
 def _one_to_one(right: Mask) -> bool:
     """Whether each row of `right` (k by n by 3) has a column of its own at every point."""
     count = right.shape[1]
-    return count <= 3 and all(each[range(count), _assigned(each)].all() for each in right)
+    return count <= 3 and all(each[range(count), assigned(each)].all() for each in right)

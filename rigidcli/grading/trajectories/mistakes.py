@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.grading.factors import CONSTANTS, DEGREES, TENS, TURN
+from rigidcli.grading.matching import assigned
 from rigidcli.grading.trajectories.key import COVERED, Key, Rows
 from rigidcli.grading.trajectories.splines import Trajectory
 
@@ -133,14 +134,11 @@ def fitting(code: str) -> Callable[[Key, Rows], Iterator[Key]]:
 
 def permuted(key: Key, rows: Rows) -> Iterator[Key]:
     """The key in which the wrong columns are in the order that fits best."""
-    from scipy.optimize import linear_sum_assignment
-
     failing, values, expected = _failing(key, rows)
     places, order = np.flatnonzero(failing), np.arange(len(key.columns))
     away = [np.abs(key.wrapped(values[:, [place]] - expected)).max(axis=0) for place in places]
     if len(away) > 1:
-        column, place = linear_sum_assignment((np.array(away) > key.margins)[:, places])
-        order[places[place]] = places[column]
+        order[places[assigned((np.array(away) <= key.margins)[:, places])]] = places
         yield key.read_with(order=tuple(order.tolist()))
 
 

@@ -21,7 +21,9 @@ from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Pi, Surd, Symb
 from rigidcli.symbolic.algebra.calculus import expand
 from rigidcli.symbolic.algebra.expressions import PI, Expr, factored
 from rigidcli.symbolic.algebra.functions import apply
+from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.roots import Rational
+from rigidcli.symbolic.language.tree import Negative, Node, Number, Power, Product, Reciprocal, Sum
 
 P = 912 * math.prod(n for n in range(2, 98) if all(n % d for d in range(2, n))) - 1
 """A prime for which (P - 1)/2 is one, too, so that odd roots are unique; numbers to 100 are squares."""
@@ -60,6 +62,30 @@ class Point:
                 part = part * (known if exponent == 1 else raised(known, exponent)) % P
             total += part
         return total % P
+
+    def of_tree(self, node: Node, symbols: Mapping[str, Expr]) -> int:
+        """The value of a tree in which names are these expressions.
+
+        Raises ValueError where there is none, or where it depends on what is positive; and ExpressionError.
+        """
+        match node:
+            case Sum(terms):
+                return sum(self.of_tree(term, symbols) for term in terms) % P
+            case Product(factors):
+                found = 1
+                for factor in factors:
+                    found = found * self.of_tree(factor, symbols) % P
+                return found
+            case Negative(operand):
+                return -self.of_tree(operand, symbols) % P
+            case Reciprocal(operand):
+                return pow(self.of_tree(operand, symbols), -1, P)
+            case Power(base, Number(digits)) if digits.isdecimal():
+                return pow(self.of_tree(base, symbols), int(digits), P)
+        e = from_tree(node, symbols)
+        if depends_on_signs(e):
+            raise ValueError("it depends on what is positive")
+        return self.value(e)
 
     def of_atom(self, atom: Atom) -> int:
         """The value of an atom."""
