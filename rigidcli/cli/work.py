@@ -259,7 +259,7 @@ def _of_files(task: Task, watch: Watch | None) -> Iterator[Answer[Report]]:
     """The answers to all documents of FILES; those that are alike are worked at once."""
     work = task.work
     files = zip(task.files, task.read or (_read(work, file) for file in task.files), strict=True)
-    if len(task.files) == 1 or work.study not in STUDIES or any(work.options.values()):
+    if not _may_be_alike(task):
         for file, found in files:
             yield from _of_file(work, file, found, watch)
         return
@@ -279,6 +279,19 @@ def _of_files(task: Task, watch: Watch | None) -> Iterator[Answer[Report]]:
                 yield Answer(file, report, named)
             else:
                 yield from _of_file(work, file, found, watch)
+
+
+def _may_be_alike(task: Task) -> bool:
+    """Whether the FILES of a task are read before any of them is worked.
+
+    Few are not, nor are those that stand before the standard input, which may be long in coming.
+    """
+    if len(task.files) == 1 or task.work.study not in STUDIES or any(task.work.options.values()):
+        return False
+    from rigidcli.core.groups import FEW
+    from rigidcli.model.texts import STDIN
+
+    return len(task.files) >= FEW and STDIN not in task.files
 
 
 def _within_memory(
