@@ -301,13 +301,14 @@ def points_of(report: Report) -> int | None:
     return len(swept.values) if isinstance(swept, Many) else None
 
 
-def part(report: Report, points: slice) -> Report:
-    """The report on some of its points."""
+def part(report: Report, points: slice | int) -> Report:
+    """The report on some of its points, or on one of them."""
     from rigidcli.core.many import Many
 
     def at(value: Value) -> Value:
         if isinstance(value, Many):
-            return Many(value.values[points])
+            found = value.values[points]
+            return Many(found) if isinstance(points, slice) else found if found.ndim else float(found)
         return [at(entry) for entry in value] if isinstance(value, list) else value
 
     def table(one: Table) -> Table:

@@ -27,13 +27,12 @@ from rigidcli.cli.output import Output
 from rigidcli.cli.pictures import PlotKind, PlotPath, picture_kind, write_picture
 from rigidcli.cli.progress import counted, progress
 from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require_sweepable
-from rigidcli.cli.work import FOLLOW, Work, answers, require_memory, tasks
+from rigidcli.cli.work import FOLLOW, Answer, Texts, Work, answers, require_memory, tasks, texts
 from rigidcli.errors import RigidError, UsageError
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
-from rigidcli.report import points_of
+from rigidcli.report import Report, points_of
 
 if TYPE_CHECKING:
-    from rigidcli.report import Report
     from rigidcli.studies.ensembles import Form
 
 
@@ -129,7 +128,12 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         keys = () if swept is None else tuple(key.name for key in swept.keys)
         in_rows = keys if format in (Format.csv, Format.parquet) or (keys and format in PEOPLE) else None
         require = _requirement(format)
-        work = Work(study.__name__, options, exact, changes, named, chosen, require, told, in_rows)
+        write = None
+        if format is Format.json and not plot:
+            from rigidcli.render.json import lines
+
+            write = partial(lines, look=Look(columns=chosen))
+        work = Work(study.__name__, options, exact, changes, named, chosen, require, told, in_rows, write)
 
         from rigidcli.model.robots import is_robot
 
@@ -140,12 +144,13 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             with suppress(RigidError):  # which is told when the file is swept
                 tell_notes(file, work.drafts(file).notes, quiet)
 
-        def reports() -> Iterator[Report]:
+        def answered() -> Iterator[Report | Texts]:
             from rigidcli.cli.plan import PAYS, ordered
 
             known = defaultdict[str, Known](Known)
+            asked_for: Callable[..., Iterator[Answer[Any]]] = answers if write is None else texts
             apart = processes != 1 or swept is not None
-            do = answers if apart else partial(answers, watch=partial(progress, pulse=PULSE))
+            do = asked_for if apart else partial(asked_for, watch=partial(progress, pulse=PULSE))
             # On a terminal, rows that stream show the progress themselves.
             is_seen = width is not None and format is not Format.table
             with counted(total) if apart and not is_seen else nullcontext(lambda: None) as done:
@@ -155,20 +160,25 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                     with failures.of(answer.source):
                         target.protect(*answer.files)
                         tell_notes(answer.source, answer.notes, quiet)
-                        report = answer.found
-                        if isinstance(report, Failure):
-                            failures.tell(report)
+                        told: Report | Texts | Failure = answer.found
+                        if isinstance(told, Failure):
+                            failures.tell(told)
                         else:
                             _require_one(pictured)
                             again = swept is not None or answer.start is not None
-                            notes = known[report.source].new(report.notes) if again else report.notes
-                            tell_notes(report.source, notes, quiet)
-                            pictured.extend([report] if plot else [])
-                            yield report
-                            points = points_of(report) or 1
+                            notes = known[told.source].new(told.notes) if again else told.notes
+                            tell_notes(told.source, notes, quiet)
+                            yield told
+                            points = len(told.texts) if isinstance(told, Texts) else points_of(told) or 1
                     for _ in range(points):
                         done()
             failures.end()
+
+        def reports() -> Iterator[Report]:
+            for report in answered():
+                assert isinstance(report, Report)
+                pictured.extend([report] if plot else [])
+                yield report
 
         several = len(files) > 1 or any(map(is_robot, files))
         if format is Format.parquet:
@@ -187,14 +197,21 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                     write_folder(str(output), parts, total, look, processes, about, failures, quiet)
                 raise typer.Exit(failures.code)
 
-        def for_people(found: Iterator[Report]) -> Iterator[Report]:
-            from rigidcli.render.units import in_units
+        def written() -> Iterator[str]:
+            for found in answered():
+                assert isinstance(found, Texts)
+                yield from found.texts
 
+        def for_people(found: Iterator[Report]) -> Iterator[Report]:
             if study.__name__ in FOLLOW and format in PEOPLE:
                 from rigidcli.studies.ensembles import summaries
 
                 found = summaries(found)
-            return map(partial(in_units, units=wanted), found) if wanted else found
+            if not wanted:
+                return found
+            from rigidcli.render.units import in_units
+
+            return map(partial(in_units, units=wanted), found)
 
         with failures.of(output or ""), Output(output) as target:
             tables = () if swept is None else swept.files
@@ -217,7 +234,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                 from rigidcli.render.sweeps import gathered
 
                 found = gathered(found, look, lambda note: tell_notes("--sweep", [note], quiet))
-            for piece in _pieces(format, found, look):
+            for piece in _pieces(format, found, look) if write is None else written():
                 target.write(piece)
             for report in pictured:
                 # A chart of characters follows the table, and stays away from other data.

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
 from rigidcli.cli.failures import Failure, Failures, failure
-from rigidcli.cli.together import AT_ONCE, go_together, together
+from rigidcli.cli.together import AT_ONCE, STUDIES, go_together, together
 from rigidcli.errors import UNKNOWN, DocumentError, RigidError, UsageError
 from rigidcli.report import Field, Report
 
@@ -33,7 +33,13 @@ TASKS, MOST_BLOCKS = 64, 16
 """Tasks of a large ensemble, and the most blocks of starts of one: each task reads the document anew."""
 
 AT_A_TIME = 32
-"""Points of a sweep, or FILES, of one task: they take longer than to hand them to a process."""
+"""Points of a sweep of one task: they take longer than to hand them to a process."""
+
+FILES_AT_A_TIME = 64
+"""FILES of one task: documents that are alike take hardly longer than one of them."""
+
+MOST_TEXT = 1_000_000
+"""Characters of the documents of a task beyond which they are worked before more are read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,6 +50,7 @@ class Work:
     raises RigidError for a report that cannot be written. `ensembles` says how these are told.
     `columns` are those that are asked for, of the table of data. Where `in_rows` is not None, reports of a
     sweep, whose keys it has, and reports without data are written as rows, and the columns are those of rows.
+    `write` makes the texts of one report, where each is written by itself: they are handed over in less time.
     """
 
     study: str
@@ -55,6 +62,7 @@ class Work:
     require: Callable[[Report], None] | None
     ensembles: Form = "starts"
     in_rows: tuple[str, ...] | None = None
+    write: Callable[[Report], Iterable[str]] | None = None
 
     def drafts(self, file: str) -> Drafts:
         """What is in a file, for documents. Raises DocumentError."""
@@ -78,14 +86,26 @@ class Work:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
-    """The report on a document, or the failure; `files` are those that the document names.
+class Texts:
+    """What is written of a report: its text, or one for each point of a sweep; and its notes."""
+
+    source: str
+    notes: Sequence[str]
+    texts: Sequence[str]
+
+
+_Found = TypeVar("_Found")
+
+
+@dataclass(frozen=True, slots=True)
+class Answer(Generic[_Found]):
+    """What is found for a document, or the failure; `files` are those that the document names.
 
     `notes` are on the file that it is the first document of. `start` is the place of a start of an ensemble.
     """
 
     source: str
-    found: Report | Failure
+    found: _Found | Failure
     files: Sequence[Path] = ()
     notes: Sequence[str] = ()
     start: int | None = None
@@ -120,8 +140,8 @@ def tasks(
             yield from _parts(work, file)
         return
     if sweep is None:
-        for begin in range(0, len(files), AT_A_TIME):
-            some = files[begin : begin + AT_A_TIME]
+        for begin in range(0, len(files), FILES_AT_A_TIME):
+            some = files[begin : begin + FILES_AT_A_TIME]
             yield Task(work, some, [_read(work, file, afar=True) for file in some] if afar else None)
         return
     for file in files:
@@ -170,15 +190,24 @@ def _fitting(draft: Draft, sweep: Sweep, study: str) -> Sweep:
     return sweep.exactly() if exact else sweep
 
 
-def answers(task: Task, watch: Watch | None = None) -> Iterator[Answer]:
+def texts(task: Task, watch: Watch | None = None) -> Iterator[Answer[Texts]]:
+    """What is written of the answers to a task, by a work that has a `write`: else as `answers`."""
+    write = task.work.write
+    assert write is not None
+    for answer in answers(task, watch):
+        found: Report | Texts | Failure = answer.found
+        if isinstance(found, Report):
+            found = Texts(found.source, found.notes, [*write(found)])
+        yield Answer(answer.source, found, answer.files, answer.notes, answer.start)
+
+
+def answers(task: Task, watch: Watch | None = None) -> Iterator[Answer[Report]]:
     """The answers to a task in their order; `watch` is a context in which one may tell its progress."""
     if task.draft is not None and task.sweep is None:
         yield from _of_document(task.work, task.draft.source, task.draft.document, watch, task.places)
         return
     if task.draft is None or task.sweep is None:
-        read = task.read or (_read(task.work, file) for file in task.files)
-        for file, found in zip(task.files, read, strict=True):
-            yield from _of_file(task.work, file, found, watch)
+        yield from _of_files(task, watch)
         return
     if len(task.places) <= AT_A_TIME:
         yield from (_at_point(task, task.draft, task.sweep, place) for place in task.places)
@@ -198,7 +227,7 @@ def _together(work: Work, files: list[Path], document: Document) -> Report:
         return work.report(document, None)
 
 
-def _at_point(task: Task, draft: Draft, sweep: Sweep, place: int) -> Answer:
+def _at_point(task: Task, draft: Draft, sweep: Sweep, place: int) -> Answer[Report]:
     """The answer at one point of a sweep; a failure says which."""
     try:
         point = sweep.point(place)
@@ -226,7 +255,61 @@ def _read(work: Work, file: str, *, afar: bool = False) -> Drafts | Failure:
     return drafts._replace(each=[draft.absolute() for draft in drafts.each]) if afar else drafts
 
 
-def _of_file(work: Work, file: str, found: Drafts | Failure, watch: Watch | None) -> Iterator[Answer]:
+def _of_files(task: Task, watch: Watch | None) -> Iterator[Answer[Report]]:
+    """The answers to all documents of FILES; those that are alike are worked at once."""
+    work = task.work
+    files = zip(task.files, task.read or (_read(work, file) for file in task.files), strict=True)
+    if not _may_be_alike(task):
+        for file, found in files:
+            yield from _of_file(work, file, found, watch)
+        return
+
+    from rigidcli.cli.alike import at_once
+
+    def run(document: Document) -> Report:
+        with document.placing():
+            return work.report(document, None)
+
+    for some in _within_memory(files):
+        single = [None if isinstance(found, Failure) else found.single for _, found in some]
+        known = at_once(single, run)
+        for place, (file, found) in enumerate(some):
+            if place in known:
+                report, named = known[place]
+                yield Answer(file, report, named)
+            else:
+                yield from _of_file(work, file, found, watch)
+
+
+def _may_be_alike(task: Task) -> bool:
+    """Whether the FILES of a task are read before any of them is worked.
+
+    Few are not, nor are those that stand before the standard input, which may be long in coming.
+    """
+    if len(task.files) == 1 or task.work.study not in STUDIES or any(task.work.options.values()):
+        return False
+    from rigidcli.core.groups import FEW
+    from rigidcli.model.texts import STDIN
+
+    return len(task.files) >= FEW and STDIN not in task.files
+
+
+def _within_memory(
+    files: Iterable[tuple[str, Drafts | Failure]],
+) -> Iterator[list[tuple[str, Drafts | Failure]]]:
+    """Files that are read before any of them is worked, whose texts are not too long together."""
+    some: list[tuple[str, Drafts | Failure]] = []
+    length = 0
+    for file, found in files:
+        some.append((file, found))
+        length += 0 if isinstance(found, Failure) else sum(len(draft.places.text) for draft in found.each)
+        if length > MOST_TEXT:
+            yield some
+            some, length = [], 0
+    yield some
+
+
+def _of_file(work: Work, file: str, found: Drafts | Failure, watch: Watch | None) -> Iterator[Answer[Report]]:
     """The answers to all documents of a file, in which this is found."""
     if isinstance(found, Failure):
         yield Answer(file, found)
@@ -240,7 +323,7 @@ def _of_file(work: Work, file: str, found: Drafts | Failure, watch: Watch | None
 
 def _of_document(
     work: Work, source: str, read: Callable[[], Document], watch: Watch | None, places: range | None = None
-) -> Iterator[Answer]:
+) -> Iterator[Answer[Report]]:
     """The answer to a document, or those to its ensemble, at these places or all."""
     try:
         document = read() if work.study in FOLLOW else None
@@ -276,7 +359,7 @@ def _of_document(
         yield Answer(source, failure(error, source), files)
 
 
-def _answer(work: Work, source: str, read: Callable[[], Document], watch: Watch | None) -> Answer:
+def _answer(work: Work, source: str, read: Callable[[], Document], watch: Watch | None) -> Answer[Report]:
     files: Sequence[Path] = ()
     try:
         document = read()

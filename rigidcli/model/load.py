@@ -118,6 +118,12 @@ class Draft:
         """The name of the file."""
         return self.places.source
 
+    @property
+    def text(self) -> str:
+        """What is typed; below it, in comments, what is set from outside. Raises as `load`."""
+        _, changed = self._changed((), float)
+        return self.places.with_changes(changed, self.settings).whole
+
     def absolute(self) -> Draft:
         """The same draft for a process in another folder, which reads the files that the document names."""
         folder = self.folder.absolute()
@@ -143,6 +149,15 @@ class Draft:
         tree, _ = apply(tree, changes, self.source, SWEEP)
         places = self.places.with_changes(changed, (*self.settings, *swept))
         return _document(tree, places, self.folder, MANY)
+
+    def tree(self) -> object | None:
+        """The tree with what is given from outside; None for an exact document. Raises as `load`."""
+        tree, _ = self._changed((), float)
+        return None if self.exact or _has_symbols(tree) else tree
+
+    def with_tree(self, tree: object) -> Document:
+        """The document with another tree, some of whose numbers are many. Raises as `documents`."""
+        return _document(tree, self.places, self.folder, MANY)
 
     def is_exact(self, swept: Sequence[str]) -> bool:
         """Whether the document is worked exactly with these values swept. Raises as `load`."""

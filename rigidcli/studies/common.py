@@ -33,10 +33,9 @@ def report(
     """
     if not document.arithmetic.exact:
         fields = [_representable(field) for field in fields]
-    name = document.name or ("stdin" if document.source == STDIN else PurePath(document.source).stem)
     return Report(
         schema,
-        name,
+        called(document.name, document.source),
         document.source,
         title,
         tuple(fields),
@@ -46,6 +45,11 @@ def report(
         tuple(pictures),
         document=document.text,
     )
+
+
+def called(name: str | None, source: str) -> str:
+    """What results call a document: its own name, or that of its file."""
+    return name or ("stdin" if source == STDIN else PurePath(source).stem)
 
 
 def _without_signed_zeros(table: Table) -> Table:

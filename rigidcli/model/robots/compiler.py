@@ -19,6 +19,7 @@ from rigidcli.core.mass_properties import MassProperties, combine
 from rigidcli.core.tensor import shortfall
 from rigidcli.errors import RigidError
 from rigidcli.model.environment import Environment
+from rigidcli.model.form import Form
 from rigidcli.model.robots.elements import Element
 from rigidcli.model.robots.links import (
     COLUMNS,
@@ -33,7 +34,6 @@ from rigidcli.model.robots.links import (
     numbers,
     tensor,
 )
-from rigidcli.model.shape import Form
 from rigidcli.model.shapes import SHAPES
 
 BARE = "no mass but the `boundmass` of `<compiler>`"
