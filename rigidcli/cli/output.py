@@ -139,10 +139,10 @@ def _encoded(piece: str | bytes) -> bytes:
     return piece.encode() if isinstance(piece, str) else piece
 
 
-def write_whole(path: str, pieces: Sequence[bytes]) -> None:
+def write_whole(path: str, content: bytes) -> None:
     """Write a file whole or not at all; raises typer.Exit, after a message, where it cannot be written."""
     with _told(path), _replacing(Path(path)) as file:
-        file.writelines(pieces)
+        file.write(content)
 
 
 @contextlib.contextmanager
@@ -154,12 +154,12 @@ def _told(path: str) -> Iterator[None]:
         raise _failed(path, failure) from None
 
 
-def require_apart(option: str, path: str | None, others: Sequence[str]) -> None:
-    """Raise UsageError where the file that an option writes is one of the others, by whatever name."""
-    for other in others if path not in (None, "-") else ():
+def require_apart(path: str, others: Sequence[str]) -> None:
+    """Raise UsageError where the file of a picture is one of the others, by whatever name."""
+    for other in others if path != "-" else ():
         with contextlib.suppress(OSError):
-            if path == other or Path(str(path)).samefile(other):
-                raise UsageError(f"{option}: `{path}` is one of the files that are read, and stays as it is")
+            if path == other or Path(path).samefile(other):
+                raise UsageError(f"--plot: `{path}` is one of the files that are read, and stays as it is")
 
 
 def _failed(name: str, failure: OSError) -> typer.Exit:

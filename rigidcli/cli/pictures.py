@@ -53,7 +53,7 @@ def picture_kind(
         require_ending(path)
         if len(files) > 1:
             raise UsageError("`--plot` draws one picture, of one FILE", hint="call it for each FILE")
-        require_apart("--plot", path, files)
+        require_apart(path, files)
         if path != CHARACTERS and output is not None and Path(path).resolve() == Path(output).resolve():
             raise UsageError(f"`-o` writes the results to `{path}`", hint="give the picture another name")
         require_library(use_for(path))
@@ -65,7 +65,7 @@ def write_picture(report: Report, path: str, width: int | None, target: Output |
     from rigidcli.render.plots import CHARACTERS, chart, picture_file
 
     if path != CHARACTERS:
-        write_whole(path, [picture_file(report, path)])
+        write_whole(path, picture_file(report, path))
     elif target is not None:
         target.write(chart(report, width))
     else:

@@ -17,10 +17,11 @@ from rigidcli.grading.expressions.formula import Vocabulary
 from rigidcli.grading.numbers import margin
 from rigidcli.grading.question import Tolerance
 from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.calculus import coefficients, substitute
+from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.fractions import lowest_terms
 from rigidcli.symbolic.algebra.reading import from_tree
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.trigonometry import elementary_angles
 from rigidcli.symbolic.language.expression import Expression, parse

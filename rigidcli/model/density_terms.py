@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rigidcli.model.density import VARIABLES
-from rigidcli.symbolic.language import tree
+from rigidcli.symbolic.language import functions, tree
 
 STEEP = {"exp": 8.0, "sinh": 8.0, "cosh": 8.0, "tanh": 2.0, "atan": 2.0, "asinh": 2.0}
 """By how much the argument of a function varies before the function is narrow in a shape.
@@ -64,7 +64,7 @@ def _narrow(root: tree.Node) -> Iterator[Narrow]:
                 return node  # a polynomial in the places
             case tree.Call(function, arguments) if function not in ("sin", "cos"):
                 smooth = (
-                    (getattr(np, tree.FUNCTIONS[function].numpy), STEEP[function])
+                    (getattr(np, functions.FUNCTIONS[function].numpy), STEEP[function])
                     if function in STEEP
                     else ()
                 )

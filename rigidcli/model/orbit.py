@@ -81,8 +81,9 @@ def _second_half(coordinates: tuple[str, ...]) -> str:
     return f"all momenta ({_all_of(momenta)}) or all velocities ({_all_of(velocities)})"
 
 
-def _all_of(names: tuple[str, ...], most: int = 6) -> str:
-    return ", ".join(names if len(names) <= most else [*names[: most - 1], "...", names[-1]])
+def _all_of(names: tuple[str, ...]) -> str:
+    """The names, of more than six the first five and the last."""
+    return ", ".join(names if len(names) <= 6 else [*names[:5], "...", names[-1]])
 
 
 _INITIAL = ReadBy(

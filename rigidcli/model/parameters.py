@@ -10,7 +10,8 @@ from typing import Any
 from rigidcli.errors import ExpressionError, ValueProblem, gathered, shown
 from rigidcli.model.environment import Environment
 from rigidcli.symbolic.language.expression import RESERVED, Expression, parse
-from rigidcli.symbolic.language.tree import CONSTANTS, Constant, Name
+from rigidcli.symbolic.language.functions import CONSTANTS
+from rigidcli.symbolic.language.tree import Constant, Name
 
 _RESERVED_FOR = {"t": "the time", **dict.fromkeys(CONSTANTS, "a constant")}
 """What reserved names are; those that are not here are functions."""

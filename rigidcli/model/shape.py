@@ -260,7 +260,9 @@ class Wire(Shape):
     )
 
 
-def require_less(n: Arithmetic, small: Scalar, large: Scalar, key: str, limit: str) -> None:
-    """Raise ValueProblem for the dimension `key` unless it is less than the one that is its limit."""
-    if n.sign(large - small) in (0, -1):
-        raise ValueProblem(f"read {n.size(small):.6g} m, expected less than {limit}", path=(key,))
+def require_hollow(n: Arithmetic, inner: Scalar, outer: Scalar) -> None:
+    """Raise ValueProblem unless `inner_radius` is less than `outer_radius`."""
+    if n.sign(outer - inner) in (0, -1):
+        raise ValueProblem(
+            f"read {n.size(inner):.6g} m, expected less than outer_radius", path=("inner_radius",)
+        )

@@ -18,7 +18,7 @@ from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
 from rigidcli.errors import ValueProblem
 from rigidcli.model.geometry import ORIGIN, Bounds, Geometry, powers, round_bounds
 from rigidcli.model.quantities import AsList, Length, OptionalLength, Size2, Size3, Vector3
-from rigidcli.model.shape import Solid, require_less
+from rigidcli.model.shape import Solid, require_hollow
 
 
 class Sphere(Solid):
@@ -45,7 +45,7 @@ class HollowSphere(Solid):
     inner_radius: OptionalLength
 
     def check(self, n: Arithmetic) -> None:
-        require_less(n, self.inner_radius, self.outer_radius, "inner_radius", "outer_radius")
+        require_hollow(n, self.inner_radius, self.outer_radius)
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R, r = self.outer_radius, self.inner_radius

@@ -12,7 +12,7 @@ from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, at
 from rigidcli.model.geometry import ORIGIN, Bounds, Geometry, round_bounds
 from rigidcli.model.quantities import AsList, Coordinate, Length, OptionalLength, Size2
-from rigidcli.model.shape import Lamina, Shell, Wire, require_less
+from rigidcli.model.shape import Lamina, Shell, Wire, require_hollow
 
 
 def _in_space(vertex: tuple[Scalar, ...]) -> tuple[Scalar, Scalar, Scalar]:
@@ -124,7 +124,7 @@ class Annulus(Lamina):
     inner_radius: OptionalLength
 
     def check(self, n: Arithmetic) -> None:
-        require_less(n, self.inner_radius, self.outer_radius, "inner_radius", "outer_radius")
+        require_hollow(n, self.inner_radius, self.outer_radius)
 
     def geometry(self, n: Arithmetic) -> Geometry:
         R, r = self.outer_radius, self.inner_radius

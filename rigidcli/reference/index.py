@@ -94,7 +94,7 @@ def _by_name(name: str) -> list[str]:
     from rigidcli.model.shapes import SHAPES
     from rigidcli.reference import keys
     from rigidcli.reference.shapes import dimension_page, shape_page
-    from rigidcli.symbolic.language.tree import FUNCTIONS, RESERVED
+    from rigidcli.symbolic.language.functions import FUNCTIONS, RESERVED
 
     if name in ("shape", "anchor", "density") and (place := keys.find(("body", name))) is not None:
         return [keys.explained(place)]

@@ -10,7 +10,7 @@ from rigidcli.model.shapes import SHAPES
 from rigidcli.model.units import TABLE
 from rigidcli.reference import index, keys, tables
 from rigidcli.reference.fields import said
-from rigidcli.symbolic.language.tree import FUNCTIONS
+from rigidcli.symbolic.language.functions import FUNCTIONS
 from tests.conftest import Program
 from tests.shapes import DIMENSIONS
 

@@ -22,7 +22,7 @@ from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.question import Question
 from rigidcli.model.load import load, loads
 from rigidcli.studies import hamilton
-from rigidcli.symbolic.algebra.calculus import substitute
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.language.expression import parse
 from tests.grading.asking import Asking, answers, cases, codes, require_examples
 

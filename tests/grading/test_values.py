@@ -14,8 +14,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.grading.values import Estimate, Points
+from rigidcli.symbolic.language.functions import FUNCTIONS
 from rigidcli.symbolic.language.parser import read
-from rigidcli.symbolic.language.tree import FUNCTIONS, Call, Name, Node
+from rigidcli.symbolic.language.tree import Call, Name, Node
 from tests.symbolic.trees import CONTEXT, NAMES, TREES, NoValueError, value
 
 thorough = settings(max_examples=120, deadline=None)

@@ -25,7 +25,7 @@ from rigidcli.render.julia import JULIA
 from rigidcli.render.programs import Language
 from rigidcli.render.python import PYTHON
 from rigidcli.report import Report
-from rigidcli.symbolic.language.tree import RESERVED
+from rigidcli.symbolic.language.functions import RESERVED
 from tests.conftest import ROOT, Program
 
 GOLDEN = Path(__file__).parent.parent / "golden"

@@ -18,9 +18,10 @@ from rigidcli.grading.expressions.formula import Domain, Vocabulary
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import RELATIVE, Question
 from rigidcli.model.variables import acceleration, momentum, velocity
-from rigidcli.symbolic.algebra.calculus import coefficients, substitute
+from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
 from rigidcli.symbolic.algebra.reading import from_tree
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import parser
 from rigidcli.symbolic.mechanics.energies import TIME

@@ -15,7 +15,8 @@ from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.system import System
 from rigidcli.grading.equations.text import Equation
 from rigidcli.model.variables import acceleration, velocity
-from rigidcli.symbolic.algebra.calculus import derivative, expand
+from rigidcli.symbolic.algebra.calculus import derivative
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import Expr, scaled, total
 
 FACTORS = tuple(Fraction(*each) for each in ((2, 1), (1, 2), (3, 1), (1, 3), (4, 1), (1, 4), (3, 2), (2, 3)))

@@ -16,10 +16,11 @@ from functools import cached_property, lru_cache
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.expressions.formula import Domain, Vocabulary, spellings
 from rigidcli.model.variables import acceleration, momentum, velocity
-from rigidcli.symbolic.algebra.calculus import derivative, substitute
+from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import Expr, number, symbol, total
 from rigidcli.symbolic.algebra.field import Point, depends_on_signs, reduced
 from rigidcli.symbolic.algebra.reading import from_tree
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.tree import Node
 from rigidcli.symbolic.mechanics.energies import TIME

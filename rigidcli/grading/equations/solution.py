@@ -18,7 +18,7 @@ from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.truth import vanishes
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.algebra.atoms import is_positive
-from rigidcli.symbolic.algebra.calculus import coefficients
+from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, atomic, factored, gathered, symbol
 from rigidcli.symbolic.algebra.field import reduced
 

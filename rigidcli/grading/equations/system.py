@@ -17,9 +17,10 @@ from rigidcli.grading.equations.solution import Reading, Solution, solution
 from rigidcli.grading.equations.text import Equation
 from rigidcli.grading.equations.truth import differs, is_refuted, is_trivial, vanishes
 from rigidcli.model.variables import acceleration, velocity
-from rigidcli.symbolic.algebra.calculus import expand, substitute
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import Expr, number
 from rigidcli.symbolic.algebra.field import reduced
+from rigidcli.symbolic.algebra.substitution import substitute
 
 Truth: TypeAlias = Literal["true", "wrong", "open"]
 

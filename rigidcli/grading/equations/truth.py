@@ -17,7 +17,7 @@ from typing import Any
 
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.equations.motion import Motion
-from rigidcli.symbolic.algebra.calculus import expand
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.algebra.field import P, Point, depends_on_signs, raised
 from rigidcli.symbolic.algebra.values import enclosed

@@ -24,8 +24,9 @@ from rigidcli.grading.expressions.vocabulary import TIME
 from rigidcli.grading.factors import TURN
 from rigidcli.grading.values import ENOUGH, Ball, Estimate
 from rigidcli.symbolic.algebra.atoms import Monomial, Symbol
-from rigidcli.symbolic.algebra.calculus import expand, substitute
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language.tree import Constant, Negative, Node, Number, Product, Sum, bound, number

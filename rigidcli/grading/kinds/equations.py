@@ -27,9 +27,10 @@ from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.mistakes import variants
 from rigidcli.grading.outcome import Finding, Outcome, correct, review, wrong
 from rigidcli.model.variables import velocity
-from rigidcli.symbolic.algebra.calculus import derivative, substitute
+from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.mechanics.energies import TIME

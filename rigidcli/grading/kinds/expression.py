@@ -23,7 +23,7 @@ from rigidcli.grading.expressions.mistakes import THREE, additive_terms, factor,
 from rigidcli.grading.expressions.rounding import MOST_NODES
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, review, wrong
-from rigidcli.symbolic.algebra.calculus import expand
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.trees import to_tree

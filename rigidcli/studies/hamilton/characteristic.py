@@ -18,7 +18,7 @@ from rigidcli.studies.hamilton.typed_decimals import as_typed
 from rigidcli.studies.steps.writing import formula, free_name, power, product, total
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.arithmetic import EXACT
-from rigidcli.symbolic.algebra.calculus import coefficients
+from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.simplification import tidy
@@ -27,8 +27,8 @@ from rigidcli.symbolic.language.tree import Name, Node
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.mass_matrix import Matrix
 from rigidcli.symbolic.mechanics.small_oscillations import pencil
-from rigidcli.symbolic.mechanics.spectrum import MAX_STEPS
 from rigidcli.symbolic.mechanics.symbolic_modes import LARGEST as MOST_FREEDOMS
+from rigidcli.symbolic.mechanics.symbolic_spectrum import MAX_STEPS
 
 LONGEST = 300
 """The longest polynomial that is shown, in characters: a longer one teaches nothing."""

@@ -13,9 +13,10 @@ from rigidcli.model.document import Document
 from rigidcli.model.variables import acceleration
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 from rigidcli.studies.hamilton.verification import MOST_RESIDUAL, is_short, residual_of
-from rigidcli.symbolic.algebra.calculus import derivative, substitute
+from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import PI, ZERO, Expr, number, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.mechanics import constraints, energies, jumps, mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations

@@ -18,8 +18,9 @@ from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.initial import InitialState
-from rigidcli.symbolic.algebra.calculus import derivative, substitute
+from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import code
 from rigidcli.symbolic.language.elimination import Step, solved

@@ -19,10 +19,11 @@ from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values, require_formulas
 from rigidcli.symbolic.algebra.atoms import Applied
-from rigidcli.symbolic.algebra.calculus import derivative, substitute
+from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import Expr, atomic, number
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.language import code

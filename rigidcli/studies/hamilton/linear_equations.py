@@ -15,8 +15,8 @@ from rigidcli.report import Field
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import known_values
 from rigidcli.studies.results import told
-from rigidcli.symbolic.algebra.calculus import substitute
 from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.mechanics.hamilton_equations import linear
 
 if TYPE_CHECKING:
@@ -72,7 +72,8 @@ def _spectrum(
     matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr], document: Document
 ) -> Spectrum | None:
     """Of numbers where all parameters have values, else of what symbols allow."""
-    from rigidcli.symbolic.mechanics.spectrum import drifts, numeric_spectrum, symbolic_spectrum
+    from rigidcli.symbolic.mechanics.numeric_spectrum import drifts, numeric_spectrum
+    from rigidcli.symbolic.mechanics.symbolic_spectrum import symbolic_spectrum
 
     known = known_values(document)
     used = {name for row in matrix for e in row for name in e.names}

@@ -12,9 +12,9 @@ from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
 from rigidcli.studies.hamilton.system import known_values
 from rigidcli.symbolic.algebra.atoms import Applied, Group
-from rigidcli.symbolic.algebra.calculus import substitute, without
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr
 from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.substitution import substitute, without
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.mechanics import mass_matrix, small_oscillations
 from rigidcli.symbolic.mechanics.normal_modes import FOUND, ROUNDING, Mode, numeric_modes

@@ -16,12 +16,14 @@ from rigidcli.studies.hamilton.system import derived_parameters, known_values
 from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.arithmetic import sign
 from rigidcli.symbolic.algebra.arithmetic import tidy as in_lowest_terms
-from rigidcli.symbolic.algebra.calculus import coefficients, derivative, substitute
+from rigidcli.symbolic.algebra.calculus import derivative
+from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, product, symbol, total
 from rigidcli.symbolic.algebra.isolation import Branch
 from rigidcli.symbolic.algebra.positive_roots import for_positive_symbols
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.trigonometry import exponentials_merged
 from rigidcli.symbolic.algebra.values import is_zero, vanish_together
 from rigidcli.symbolic.mechanics import canonical

@@ -216,7 +216,7 @@ E = TypeVar("E", bound=Terms)
 
 
 class Applied(Atom, Generic[E]):
-    """A function of its arguments: one of `tree.FUNCTIONS` but `sqrt`, or `pow`, or an unknown one.
+    """A function of its arguments: one of `functions.FUNCTIONS` but `sqrt`, or `pow`, or an unknown one.
 
     `pow` is a power whose exponent is not a rational number.
     """

@@ -18,7 +18,7 @@ from functools import lru_cache
 from hashlib import blake2b
 
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Pi, Surd, Symbol, is_positive
-from rigidcli.symbolic.algebra.calculus import expand
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import PI, Expr, factored
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.reading import from_tree

@@ -18,7 +18,7 @@ from typing import Any
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Surd, interned
-from rigidcli.symbolic.algebra.calculus import expand
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import (
     ONE,
     Expr,

@@ -102,7 +102,7 @@ _COMPOSED: dict[tuple[str, str], Callable[[Expr], Expr]] = {
 
 
 def apply(function: str, *arguments: Number) -> Expr:
-    """One of `tree.FUNCTIONS`, or `pow`, or an unknown function of its arguments.
+    """One of `functions.FUNCTIONS`, or `pow`, or an unknown function of its arguments.
 
     Raises:
         ExpressionError: it has no finite real value there.

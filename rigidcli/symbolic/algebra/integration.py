@@ -6,7 +6,8 @@ from collections.abc import Callable
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Symbol
-from rigidcli.symbolic.algebra.calculus import derivative, expand
+from rigidcli.symbolic.algebra.calculus import derivative
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import Expr, atomic, gathered, power, symbol, total
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.roots import Rational

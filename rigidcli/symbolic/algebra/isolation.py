@@ -11,10 +11,11 @@ from fractions import Fraction
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra.arithmetic import root_of_either_sign, tidy
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Symbol
-from rigidcli.symbolic.algebra.calculus import coefficients, rebuilt, substitute, with_powers
+from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, factored, gathered, power, total
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.roots import Rational
+from rigidcli.symbolic.algebra.substitution import rebuilt, substitute, with_powers
 
 NEAR = 1e-6
 """Values that differ by less than this, in units of their size, are those of the same branch."""

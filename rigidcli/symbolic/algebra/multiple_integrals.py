@@ -11,7 +11,7 @@ from rigidcli.core.charts import Barycentric, Turn
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Atom, Symbol
-from rigidcli.symbolic.algebra.calculus import expand, substitute
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import (
     ONE,
     ZERO,
@@ -27,6 +27,7 @@ from rigidcli.symbolic.algebra.expressions import (
 from rigidcli.symbolic.algebra.integration import antiderivative
 from rigidcli.symbolic.algebra.roots import Rational
 from rigidcli.symbolic.algebra.sign_changes import Span, without_signs
+from rigidcli.symbolic.algebra.substitution import substitute
 
 HIGHEST = 200
 """The highest power of a sine or cosine that is integrated, by as many steps."""

@@ -12,11 +12,12 @@ from contextlib import suppress
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group
-from rigidcli.symbolic.algebra.calculus import MAX_STEPS, substitute, with_powers
+from rigidcli.symbolic.algebra.expansion import MAX_STEPS
 from rigidcli.symbolic.algebra.expressions import Expr, product, symbol
 from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.roots import Rational
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
+from rigidcli.symbolic.algebra.substitution import substitute, with_powers
 
 
 def for_positive_symbols(e: Expr, others: Collection[str] = ()) -> tuple[Expr, list[str]]:

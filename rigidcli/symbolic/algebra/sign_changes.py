@@ -9,9 +9,10 @@ from typing import Any, TypeAlias
 from rigidcli.core.arithmetic import Arithmetic
 from rigidcli.core.charts import Turn
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group
-from rigidcli.symbolic.algebra.calculus import coefficients, mapped, rebuilt, substitute
+from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import Expr, atomic, expr, factored, number
 from rigidcli.symbolic.algebra.functions import apply
+from rigidcli.symbolic.algebra.substitution import mapped, rebuilt, substitute
 
 Span: TypeAlias = tuple[Any, Any]
 """A part of a coordinate, from the one to the other (Expr); of an angle, by its turns from zero (`Turn`)."""

@@ -10,10 +10,11 @@ from functools import lru_cache
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Atom, Group, Monomial, Pi, Surd, Symbol
-from rigidcli.symbolic.algebra.calculus import expand, mapped, rebuilt, with_powers
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import Expr, factored, gathered, product, total
 from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.roots import Rational
+from rigidcli.symbolic.algebra.substitution import mapped, rebuilt, with_powers
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.trigonometry import (
     exponentials_merged,

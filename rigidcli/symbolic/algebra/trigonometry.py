@@ -10,10 +10,11 @@ from typing import NamedTuple, TypeAlias
 
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Monomial, interned
-from rigidcli.symbolic.algebra.calculus import expand, mapped, rebuilt
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, gathered, product, total
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.roots import Rational
+from rigidcli.symbolic.algebra.substitution import mapped, rebuilt
 
 MAX_ROUNDS = 200
 """Most times that terms of one sum are replaced by fewer."""

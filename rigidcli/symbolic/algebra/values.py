@@ -19,7 +19,8 @@ from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Pi, Surd, Symb
 from rigidcli.symbolic.algebra.expressions import Expr, factored, gathered, product
 from rigidcli.symbolic.algebra.field import Point, depends_on_signs
 from rigidcli.symbolic.algebra.trigonometry import elementary_angles
-from rigidcli.symbolic.language.tree import FUNCTIONS, UnknownFunction
+from rigidcli.symbolic.language.functions import FUNCTIONS
+from rigidcli.symbolic.language.tree import UnknownFunction
 
 MAX_STEPS = 20_000
 """Steps that a proof that an expression is zero may take, a few hundredths of a second."""

@@ -13,9 +13,11 @@ from contextlib import suppress
 
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra.arithmetic import tidy
-from rigidcli.symbolic.algebra.calculus import derivative, expand, substitute
+from rigidcli.symbolic.algebra.calculus import derivative
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import ONE, PI, ZERO, Expr, gathered, symbol, total
 from rigidcli.symbolic.algebra.simplification import shortest
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.invariants.trial_terms import simplest_first
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase

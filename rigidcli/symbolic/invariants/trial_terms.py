@@ -12,9 +12,10 @@ from typing import TypeAlias
 
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Applied, Group, Monomial, Symbol
-from rigidcli.symbolic.algebra.calculus import MAX_STEPS, substitute
+from rigidcli.symbolic.algebra.expansion import MAX_STEPS
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, gathered, number, product, symbol, total
 from rigidcli.symbolic.algebra.functions import apply
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
 
 MOST_TERMS = 400

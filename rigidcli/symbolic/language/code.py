@@ -23,7 +23,8 @@ from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
 from rigidcli.symbolic.language import evaluation
 from rigidcli.symbolic.language.expression import Expression
-from rigidcli.symbolic.language.tree import FUNCTIONS, Function, Node, UnknownFunction
+from rigidcli.symbolic.language.functions import FUNCTIONS, Function
+from rigidcli.symbolic.language.tree import Node, UnknownFunction
 
 MOST_MULTIPLIED = 16
 """The largest power that is written as products: they are faster, and heyoka has no powers of 0."""

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.language import tree
+from rigidcli.symbolic.language.functions import CONSTANTS, FUNCTIONS
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,7 +37,7 @@ def value(node: tree.Node, by: Operations) -> Any:
         case tree.Number(_, number):
             return by.number(number)
         case tree.Constant(name):
-            return by.number(tree.CONSTANTS[name])
+            return by.number(CONSTANTS[name])
         case tree.Negative(operand):
             return by.negative(value(operand, by))
         case tree.Power(base, exponent):
@@ -115,7 +116,7 @@ def call(function: str, arguments: list[float]) -> float:
     """The value of a function; ExpressionError where there is none."""
     require_formula(function)
     try:
-        return finite(tree.FUNCTIONS[function].real(*arguments))
+        return finite(FUNCTIONS[function].real(*arguments))
     except OverflowError:
         raise ExpressionError(f"the value of `{function}` is too large") from None
     except ValueError:
@@ -135,7 +136,7 @@ def array(node: tree.Node, values: Mapping[str, float | NDArray[np.float64]]) ->
 
     def called(function: str, arguments: list[Any]) -> Any:
         require_formula(function)
-        return getattr(np, tree.FUNCTIONS[function].numpy)(*arguments)
+        return getattr(np, FUNCTIONS[function].numpy)(*arguments)
 
     by = Operations(
         lambda name: np.asarray(values[name], dtype=np.float64),

@@ -4,7 +4,7 @@
     energy.names                                  # {'m', 'v'}
     energy.evaluate({"m": 2.0, "v": 3.0})         # 9.0
 
-`read` in `parser` holds the grammar, `tree` the nodes and the table of functions.
+`read` in `parser` holds the grammar, `tree` the nodes, `functions` what may be called.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any, overload
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.language import evaluation
+from rigidcli.symbolic.language.functions import FUNCTIONS, RESERVED
 from rigidcli.symbolic.language.parser import read
-from rigidcli.symbolic.language.tree import FUNCTIONS, RESERVED, Node, UnknownFunction
+from rigidcli.symbolic.language.tree import Node, UnknownFunction
 
 if TYPE_CHECKING:
     import numpy as np

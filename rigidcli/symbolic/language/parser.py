@@ -19,6 +19,7 @@ from collections.abc import Mapping
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.language import tree
+from rigidcli.symbolic.language.functions import ALIASES, CONSTANTS, FUNCTIONS
 from rigidcli.symbolic.language.tokens import Token, tokenize
 
 _NONE: Mapping[str, tree.UnknownFunction] = {}
@@ -136,7 +137,7 @@ class _Reader:
             return tree.Number(token.text, float(token.text))
         if token.kind == "name":
             self.advance()
-            is_function = token.text in tree.FUNCTIONS or token.text in tree.ALIASES
+            is_function = token.text in FUNCTIONS or token.text in ALIASES
             return self.call(token) if is_function else self.named(token)
         if token.kind == "root":
             return self.root()
@@ -158,7 +159,7 @@ class _Reader:
                 hint = f"what depends on the time stands without it: write `{name[:_SHOWN]}`"
                 raise ExpressionError(f"`{name[:_SHOWN]}` is not a function", column=token.column, hint=hint)
             raise _no_function(token, self.functions is not _NONE)
-        if name in tree.CONSTANTS:
+        if name in CONSTANTS:
             return tree.Constant(name)
         self.names.add(name)
         return tree.Name(name)
@@ -196,8 +197,8 @@ class _Reader:
                 arguments.append(self.sum())
         self.close(opening)
         self.depth -= 1
-        name = self.functions.get(name, tree.ALIASES.get(name, name))
-        arity = len(name.parameters) if isinstance(name, tree.UnknownFunction) else tree.FUNCTIONS[name].arity
+        name = self.functions.get(name, ALIASES.get(name, name))
+        arity = len(name.parameters) if isinstance(name, tree.UnknownFunction) else FUNCTIONS[name].arity
         if len(arguments) != arity:
             raise ExpressionError(
                 f"`{function.text}` takes {arity} argument{'s' if arity > 1 else ''}, not {len(arguments)}",
@@ -259,11 +260,11 @@ class _Reader:
 
 def _no_function(token: Token, may_be_declared: bool) -> ExpressionError:
     name = token.text[:_SHOWN]
-    near = difflib.get_close_matches(name.lower(), tree.FUNCTIONS, n=1)
+    near = difflib.get_close_matches(name.lower(), FUNCTIONS, n=1)
     if near:
         hint = f"did you mean `{near[0]}`? A product is written `{name}*(...)`"
     else:
-        hint = f"a product is written `{name}*(...)`; the functions are {' '.join(tree.FUNCTIONS)}"
+        hint = f"a product is written `{name}*(...)`; the functions are {' '.join(FUNCTIONS)}"
     if may_be_declared and not near:
         slope = re.fullmatch(r"d(\w+?)(_d\w+)+", name)
         declared = f"`functions: {{{slope[1] if slope else name}: [x]}}`"

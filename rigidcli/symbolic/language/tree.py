@@ -1,4 +1,4 @@
-"""The tree of an expression, and the tables of what it may call.
+"""The tree of an expression.
 
 The parser builds these nodes; evaluation, exact arithmetic, code generation and the checking of
 dimensions walk them with `match`. Sums and products hold all their members side by side, so that
@@ -11,7 +11,7 @@ import math
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 
 class _Arithmetic:
@@ -59,7 +59,7 @@ class Number(_Arithmetic):
 
 @dataclass(frozen=True, slots=True)
 class Constant(_Arithmetic):
-    """A number with a name of its own, one of `CONSTANTS`."""
+    """A number with a name of its own, one of `functions.CONSTANTS`."""
 
     name: str
 
@@ -148,7 +148,7 @@ class UnknownFunction(str):
 
 @dataclass(frozen=True, slots=True)
 class Call(_Arithmetic):
-    """One of `FUNCTIONS`, with as many arguments as its arity; or an unknown function."""
+    """One of `functions.FUNCTIONS`, with as many arguments as its arity; or an unknown function."""
 
     function: str
     arguments: tuple[Node, ...]
@@ -275,50 +275,3 @@ def rounding(node: Node) -> Node:
 def size(node: Node) -> Node:
     """The absolute value of a tree."""
     return node if isinstance(node, Constant) else Call("abs", (node,))
-
-
-def _sign(x: float) -> float:
-    return math.copysign(1.0, x) if x else 0.0
-
-
-class Function(NamedTuple):
-    """What a function is for each kind of number: a callable for floats, names in numpy and heyoka; in words.
-
-    heyoka has none for what is not smooth: a Taylor series does not see a corner ahead.
-    """
-
-    arity: int
-    real: Callable[..., float]
-    numpy: str
-    heyoka: str | None
-    says: str
-
-
-FUNCTIONS: dict[str, Function] = {
-    "sin": Function(1, math.sin, "sin", "sin", "sine of x (rad)"),
-    "cos": Function(1, math.cos, "cos", "cos", "cosine of x (rad)"),
-    "tan": Function(1, math.tan, "tan", "tan", "tangent of x (rad)"),
-    "asin": Function(1, math.asin, "arcsin", "asin", "arc sine, from -pi/2 to pi/2"),
-    "acos": Function(1, math.acos, "arccos", "acos", "arc cosine, from 0 to pi"),
-    "atan": Function(1, math.atan, "arctan", "atan", "arc tangent, from -pi/2 to pi/2"),
-    "atan2": Function(2, math.atan2, "arctan2", "atan2", "angle of the point (x, y), from -pi to pi"),
-    "sinh": Function(1, math.sinh, "sinh", "sinh", "hyperbolic sine"),
-    "cosh": Function(1, math.cosh, "cosh", "cosh", "hyperbolic cosine"),
-    "tanh": Function(1, math.tanh, "tanh", "tanh", "hyperbolic tangent"),
-    "asinh": Function(1, math.asinh, "arcsinh", "asinh", "inverse hyperbolic sine"),
-    "acosh": Function(1, math.acosh, "arccosh", "acosh", "inverse hyperbolic cosine"),
-    "atanh": Function(1, math.atanh, "arctanh", "atanh", "inverse hyperbolic tangent"),
-    "exp": Function(1, math.exp, "exp", "exp", "e to the power of x"),
-    "log": Function(1, math.log, "log", "log", "natural logarithm"),
-    "sqrt": Function(1, math.sqrt, "sqrt", "sqrt", "square root"),
-    "abs": Function(1, math.fabs, "fabs", None, "absolute value"),
-    "sign": Function(1, _sign, "sign", None, "1, 0 or -1: the sign of x"),
-}
-
-ALIASES = {"ln": "log"}
-"""Further names of functions, which are read and never written."""
-
-CONSTANTS: dict[str, float] = {"pi": math.pi}
-
-RESERVED: frozenset[str] = frozenset(FUNCTIONS) | frozenset(ALIASES) | frozenset(CONSTANTS) | {"t"}
-"""Names that a document cannot give to a parameter of its own; `t` is time."""

@@ -15,10 +15,11 @@ from contextlib import suppress
 from itertools import combinations
 
 from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.algebra.calculus import derivative, substitute
+from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.integration import antiderivative
 from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.mechanics.energies import TIME
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, bracket

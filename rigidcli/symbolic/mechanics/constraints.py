@@ -11,9 +11,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from rigidcli.symbolic.algebra import samples
-from rigidcli.symbolic.algebra.calculus import substitute
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.mechanics import mass_matrix
 

@@ -11,7 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 
-from rigidcli.symbolic.algebra.calculus import coefficients, derivative
+from rigidcli.symbolic.algebra.calculus import derivative
+from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, product, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.values import is_zero

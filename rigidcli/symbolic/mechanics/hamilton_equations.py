@@ -9,9 +9,11 @@ from typing import TypeGuard
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.atoms import Group
-from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative, substitute
+from rigidcli.symbolic.algebra.calculus import derivative
+from rigidcli.symbolic.algebra.expansion import Polynomial, coefficients
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
 from rigidcli.symbolic.algebra.simplification import is_product, shortest, spread, tidy
+from rigidcli.symbolic.algebra.substitution import substitute
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,9 +14,10 @@ from typing import TypeAlias
 
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.calculus import derivative, substitute
+from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.isolation import Branch, isolated
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, linear
 
 MOST_TRIALS = 60

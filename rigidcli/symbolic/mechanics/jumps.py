@@ -12,7 +12,7 @@ from typing import cast
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group
-from rigidcli.symbolic.algebra.calculus import derivative, rebuilt, substitute, with_powers
+from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import (
     ONE,
     Expr,
@@ -25,6 +25,7 @@ from rigidcli.symbolic.algebra.expressions import (
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.isolation import Branch, isolated
 from rigidcli.symbolic.algebra.roots import Rational
+from rigidcli.symbolic.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.symbolic.algebra.values import is_zero
 
 

@@ -12,9 +12,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
-from rigidcli.symbolic.algebra.calculus import derivative, substitute
+from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.trigonometry import exponentials_merged
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.energies import TIME

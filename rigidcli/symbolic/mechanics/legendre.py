@@ -23,9 +23,11 @@ from itertools import product as combinations
 from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients, derivative, expand, substitute
+from rigidcli.symbolic.algebra.calculus import derivative
+from rigidcli.symbolic.algebra.expansion import Polynomial, coefficients, expand
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import over_shared_sums, shortest, tidy
+from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
 from rigidcli.symbolic.mechanics.polynomial_inversion import inverted_polynomial

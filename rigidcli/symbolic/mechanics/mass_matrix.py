@@ -7,7 +7,7 @@ from itertools import combinations_with_replacement
 from typing import NamedTuple, TypeAlias
 
 from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.algebra.calculus import expand
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, total
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.values import is_zero

@@ -19,7 +19,7 @@ from fractions import Fraction
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.calculus import MAX_STEPS, Polynomial, coefficients
+from rigidcli.symbolic.algebra.expansion import MAX_STEPS, Polynomial, coefficients
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, product, symbol, total
 from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.functions import apply

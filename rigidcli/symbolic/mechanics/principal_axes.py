@@ -32,7 +32,7 @@ from rigidcli.symbolic.algebra.arithmetic import (
     tidy_array,
     weak_sign,
 )
-from rigidcli.symbolic.algebra.calculus import coefficients
+from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import ONE, PI, ZERO, Expr, symbol
 from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.functions import apply

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
 from rigidcli.symbolic.algebra.atoms import Group, Symbol
-from rigidcli.symbolic.algebra.calculus import coefficients
+from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, gathered, total
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.mechanics import mass_matrix

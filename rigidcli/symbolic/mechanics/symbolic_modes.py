@@ -16,14 +16,14 @@ from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.algebra import samples
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.arithmetic import MAX_STEPS, root_of_either_sign, tidy
-from rigidcli.symbolic.algebra.calculus import coefficients
+from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
 from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.simplification import shortest
 from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.normal_modes import Mode, Pair
 from rigidcli.symbolic.mechanics.small_oscillations import LinearMotion, S, pencil
-from rigidcli.symbolic.mechanics.spectrum import sign_of
+from rigidcli.symbolic.mechanics.symbolic_spectrum import sign_of
 
 LARGEST = 6
 """The most freedoms that act on each other and are worked in symbols: more have no factors as a rule."""

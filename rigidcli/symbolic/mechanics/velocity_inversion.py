@@ -21,7 +21,7 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from rigidcli.symbolic.algebra.atoms import is_positive
-from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients
+from rigidcli.symbolic.algebra.expansion import Polynomial, coefficients
 from rigidcli.symbolic.algebra.expressions import (
     PI,
     Expr,

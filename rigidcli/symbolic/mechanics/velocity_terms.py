@@ -16,7 +16,7 @@ from fractions import Fraction
 from itertools import combinations
 
 from rigidcli.symbolic.algebra.atoms import Applied, Group, Monomial, Symbol
-from rigidcli.symbolic.algebra.calculus import Polynomial, coefficients
+from rigidcli.symbolic.algebra.expansion import Polynomial, coefficients
 from rigidcli.symbolic.algebra.expressions import Expr, atomic, gathered, power, product, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.values import is_zero

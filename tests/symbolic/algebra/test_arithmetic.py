@@ -16,7 +16,7 @@ from hypothesis import given, settings
 
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.symbolic.algebra.arithmetic import EXACT, common_factor, tidy, worked_out
-from rigidcli.symbolic.algebra.calculus import expand
+from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import Expr, expr, symbol
 from rigidcli.symbolic.language.parser import read
 from tests.symbolic.trees import CONTEXT, NAMES, POINTS, TREES, NoValueError, value

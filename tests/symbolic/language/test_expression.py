@@ -457,7 +457,7 @@ def by_python(written: str, **values: float) -> float | None:
     functions = {name: function.real for name, function in FUNCTIONS.items()}
     try:
         found = eval(written, {"pi": math.pi, **functions, **NAMED, **values})
-    except (ValueError, ArithmeticError):
+    except (ValueError, ArithmeticError, TypeError):  # the last of a function of a complex power
         return None
     return found if isinstance(found, float) and math.isfinite(found) else None
 

@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 
 from rigidcli.errors import ExpressionError
 from rigidcli.symbolic.language.evaluation import real
+from rigidcli.symbolic.language.functions import FUNCTIONS
 from rigidcli.symbolic.language.parser import MAX_DEPTH, read
 from rigidcli.symbolic.language.text import latex, reading, text
-from rigidcli.symbolic.language.tree import FUNCTIONS, Call, Constant, Name, Negative, Node, Product, Sum
+from rigidcli.symbolic.language.tree import Call, Constant, Name, Negative, Node, Product, Sum
 from tests.symbolic.trees import number, trees
 
 many = settings(max_examples=200, deadline=None)

@@ -10,7 +10,7 @@ import pytest
 
 import rigidcli
 from rigidcli.report import Report
-from rigidcli.symbolic.mechanics import spectrum
+from rigidcli.symbolic.mechanics.numeric_spectrum import numeric_spectrum
 
 SYMMETRIC = "((p_x + q*B*y/2)**2 + (p_y - q*B*x/2)**2)/(2*m)"
 LANDAU = "(p_x**2 + (p_y - q*B*x)**2)/(2*m)"
@@ -166,7 +166,7 @@ def test_stability_of_symbols(name: str) -> None:
     ],
 )
 def test_matrices_of_any_kind(matrix: list[list[float]], stability: str) -> None:
-    found = spectrum.numeric_spectrum(matrix)
+    found = numeric_spectrum(matrix)
     assert found is not None
     assert found.stability == stability
     expected = np.sort_complex(np.linalg.eigvals(np.array(matrix, dtype=float)))
