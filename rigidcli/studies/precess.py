@@ -178,7 +178,7 @@ def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]
     values: dict[str, Value] = {
         "moments": frame.moments,
         "angular_momentum": n.hypot(*momentum),
-        "kinetic_energy": n.tidy(n.array([omega @ momentum / 2]))[0],
+        "kinetic_energy": n.tidied(omega @ momentum / 2),
     }
     if motion.torque is not None:
         found.notes.append("free precession is told as if the torque did not act")
@@ -218,7 +218,7 @@ def _tide(tide: Tide, n: Arithmetic, found: _Found) -> dict[str, Value]:
     bulge = tide.ellipticity if tide.moments is None else precession.ellipticity(tide.moments)
     assert bulge is not None
     rates = [_rate(perturber, tide, bulge, n) for perturber in tide.perturbers]
-    total = n.tidy(n.array([sum(rates)]))[0]
+    total = n.tidied(sum(rates))
     names = [perturber.name or str(index) for index, perturber in enumerate(tide.perturbers, start=1)]
     yearly = [precession.arcseconds_per_year(rate, n) for rate in rates]
     columns = (

@@ -54,7 +54,7 @@ def _top(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Iterator[Step
                     "lambda3*omega3",
                     "L",
                     "L",
-                    n.tidy(n.array([top["lambda3"] * top["spin"]]))[0],
+                    n.tidied(top["lambda3"] * top["spin"]),
                     "kg m^2/s",
                     n,
                     **axial,
@@ -102,7 +102,7 @@ def _steady(
     fall = top["mass"] * top["gravity"] * top["distance"]
     cosine = heavytop.cosine(top["tilt"], n)
     momentum = top["lambda3"] * top["spin"]
-    root = n.tidy(n.array([momentum**2 - 4 * top["lambda1"] * cosine * fall]))[0]
+    root = n.tidied(momentum**2 - 4 * top["lambda1"] * cosine * fall)
     numbers = {"lambda1": top["lambda1"], "theta": top["tilt"], **weight, **axial}
     equation = filled("lambda1*cos(theta)*Omega^2 - lambda3*omega3*Omega + M*g*R", n, **numbers)
     fields = [
