@@ -11,7 +11,6 @@ import numpy as np
 from rigidcli.core import freebody, precession
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
-from rigidcli.core.nutation import nutation
 from rigidcli.core.principal import PrincipalFrame, body_class
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import DocumentError, Problem
@@ -166,6 +165,8 @@ def _at_tilt(
         found.notes.append("there is no steady precession to begin with, so that nutation is not told")
         return values
     is_steady = section.precession is None
+    from rigidcli.core.nutation import nutation
+
     swinging = asdict(nutation(*top, start, section.nutation, fall, is_steady))
     return values | {NUTATION.get(key, key): value for key, value in swinging.items()}
 
