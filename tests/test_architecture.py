@@ -15,7 +15,7 @@ import typer
 import rigidcli
 from rigidcli import STUDIES
 from rigidcli.cli import app
-from rigidcli.cli.check import CheckFormat
+from rigidcli.cli.judgements import CheckFormat
 from rigidcli.cli.new import Kind
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.kinds import KINDS
@@ -72,6 +72,7 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
         "computing",
         "failures",
         "help",
+        "judgements",
         "lists",
         "options",
         "output",

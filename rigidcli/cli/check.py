@@ -3,9 +3,7 @@
 # Annotations here are objects, not texts: typer reads them.
 
 import os
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
-from enum import StrEnum
+from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
@@ -13,17 +11,25 @@ from typing import TYPE_CHECKING, Annotated, TypeAlias
 import typer
 
 import rigidcli
-from rigidcli.cli.failures import Failures, complain, tell_notes
+from rigidcli.cli.failures import Failures, complain
+from rigidcli.cli.judgements import (
+    NOT_CORRECT,
+    CheckFormat,
+    Remarks,
+    noted,
+    pages,
+    run_selftest,
+    solutions,
+    view_of,
+)
 from rigidcli.cli.options import NoHeader, OutputPath, Quiet, listed
 from rigidcli.cli.output import Folder, Output
 from rigidcli.cli.progress import progress
 from rigidcli.cli.sweeps import Jobs, named_hands
 from rigidcli.errors import UsageError
 from rigidcli.grading import Feedback
-from rigidcli.render import Look
 
 if TYPE_CHECKING:
-    from rigidcli.grading.assignment import Prepared
     from rigidcli.grading.batch import Elsewhere
     from rigidcli.grading.judgement import Judgement
     from rigidcli.grading.reports import Style
@@ -32,8 +38,6 @@ if TYPE_CHECKING:
 
     View: TypeAlias = Callable[[Iterator[Judgement], Style], Iterator[str]]
 
-NOT_CORRECT = 1
-"""The exit code if any answer is judged not to be correct."""
 
 TABULAR = {
     "--items": ("table", "json", "csv"),
@@ -51,17 +55,6 @@ def studies(steps: bool = False) -> "dict[str, Callable[[Document], Report]]":
         return lambda document: getattr(rigidcli, name)(document, steps=steps)
 
     return {name: of(name) for name in rigidcli.STUDIES}
-
-
-class CheckFormat(StrEnum):
-    """The output formats of judgements."""
-
-    table = "table"
-    json = "json"
-    csv = "csv"
-    junit = "junit"
-    gradescope = "gradescope"
-    html = "html"
 
 
 def check(
@@ -141,14 +134,14 @@ def check(
         for note in () if quiet else prepared.notes:
             complain(str(note))
         if selftest:
-            _selftest(prepared, target, failures)
+            run_selftest(prepared, target, failures)
         else:
             width, colour = target.terminal()
             style = Style(feedback, not no_header, width, colour)
-            remarks = _Remarks(quiet)
-            view = _view(format, items, regrade, canvas, column or prepared.title, quiet)
+            remarks = Remarks(quiet)
+            view = view_of(format, items, regrade, canvas, column or prepared.title, quiet)
             if format is CheckFormat.html:
-                view = _pages(prepared, remarks.told, target, steps=steps)
+                view = pages(prepared, remarks.told, target, steps=steps)
             found = files.gather(answers, assignment)
             target.protect(*found.files)
             known = None if roster is None else students.read_roster(roster)
@@ -168,10 +161,10 @@ def check(
                 here, elsewhere = (None, _cluster(hands)) if isinstance(hands, str) else (hands, None)
                 judgements = batch.run(prepared.items, papers, here, seen, elsewhere=elsewhere)
                 others = [files.safe_name(str(file)) for file in found.others]
-                judged = _noted(judgements, others, prepared.source, failures, remarks, target)
+                judged = noted(judgements, others, prepared.source, failures, remarks, target)
                 for piece in view(judged, style):
                     target.write(piece)
-            for piece in _solutions(prepared, width, colour) if steps and format is CheckFormat.table else ():
+            for piece in solutions(prepared, width, colour) if steps and format is CheckFormat.table else ():
                 target.write(piece)
     raise typer.Exit(failures.code)
 
@@ -201,111 +194,3 @@ def _cluster(address: str) -> "Elsewhere":
     from rigidcli.grading.afar import everywhere
 
     return partial(everywhere, partial(ordered, jobs=address))
-
-
-class _Remarks:
-    """Notes on files and students: printed, unless the user wants none, and kept for a page."""
-
-    def __init__(self, quiet: bool) -> None:
-        self._quiet = quiet
-        self.told = list[str]()
-
-    def tell(self, source: str, notes: Sequence[str]) -> None:
-        """Tell the notes on a source."""
-        tell_notes(source, notes, self._quiet)
-        self.told += [f"{source}: {note}" for note in notes]
-
-
-def _pages(prepared: "Prepared", remarks: Sequence[str], target: Output, *, steps: bool) -> "View":
-    """The function that turns judgements into the page of a class, or into those of a folder."""
-    from rigidcli.grading.reports import classroom, sheet
-
-    solutions = sheet.worked(prepared.solutions) if steps else {}
-    course = sheet.Course(prepared.title, remarks, solutions)
-    if not isinstance(target, Folder):
-        return lambda judgements, style: classroom.one_page(judgements, course, style)
-
-    def fill(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
-        for name, content in classroom.pages(judgements, course, style):
-            target.begin(name)
-            yield content
-
-    return fill
-
-
-def _solutions(prepared: "Prepared", width: int | None, colour: bool) -> Iterator[str]:
-    """The working of the questions whose keys come from documents, each after its name."""
-    from rigidcli.render.table import render
-
-    for id, report in prepared.solutions.items():
-        yield "\n"
-        named = replace(report, name=f"{id}, {report.name}")
-        yield from render([named], Look(width=width, colour=colour, steps=True))
-
-
-def _noted(
-    judgements: "Iterator[Judgement]",
-    others: Sequence[str],
-    source: str,
-    failures: Failures,
-    remarks: "_Remarks",
-    target: Output,
-) -> "Iterator[Judgement]":
-    """The judgements, whose notes are printed, and whose verdicts decide the exit code.
-
-    `others` are files beside the answers, which are told in the end, if no answer names them.
-    """
-    from rigidcli.grading.roster import noted
-
-    named = set[str]()
-    for judgement in judgements:
-        remarks.tell(judgement.source, judgement.notes)
-        if any(question.verdict != "correct" for question in judgement.questions):
-            failures.code = max(failures.code, NOT_CORRECT)
-        beside = [str(Path(judgement.source).parent / name) for name in judgement.files]
-        target.protect(*beside)
-        named.update(beside)
-        yield judgement
-    unused = [str(Path(*Path(file).parts[-2:])) for file in others if file not in named]
-    remarks.tell(source, noted("no answer files, and left out", unused))
-
-
-def _view(
-    format: CheckFormat, items: bool, regrade: str | None, canvas: str | None, column: str, quiet: bool
-) -> "View":
-    """The function that turns judgements into text; other files that it needs are read at once."""
-    if items:
-        from rigidcli.grading.reports import items as report
-
-        return lambda judgements, style: report.TEXTS[format](report.tally(judgements), style)
-    if regrade is not None:
-        from rigidcli.grading.reports import regrade as again
-
-        old = again.read(regrade)
-        return lambda judgements, style: again.TEXTS[format](
-            again.changes(old, judgements, style.feedback), style
-        )
-    if canvas is not None:
-        from rigidcli.grading.reports import canvas as gradebook
-
-        text, source = gradebook.read(canvas), canvas
-
-        def fill(judgements: "Iterator[Judgement]", style: "Style") -> Iterator[str]:
-            # Who has handed in nothing gets no score.
-            filled = gradebook.fill(text, (each for each in judgements if each.source), column)
-            tell_notes(source, filled.notes, quiet)
-            yield filled.text
-
-        return fill
-    from rigidcli.grading.reports.formats import render
-
-    return partial(render, format)
-
-
-def _selftest(prepared: "Prepared", target: Output, failures: Failures) -> None:
-    from rigidcli.grading.selftest import told, trials
-
-    done = list(trials(prepared.items))
-    target.write(told(done))
-    if not all(trial.passed for trial in done):
-        failures.code = max(failures.code, NOT_CORRECT)

@@ -86,19 +86,59 @@ def write_parts(
     that name where they are, each at once, and the manifest is written here at the end. `about` is the rest
     of the manifest. Raises UsageError where the folder cannot be written.
     """
-    folder = Path(output).absolute()
-    with _refused(output):
-        _require_empty(folder)
-        if isinstance(jobs, str):
-            _write(folder, tasks, count, look, jobs, about, tell)
+    with _refused(output), _place(Path(output).absolute(), jobs) as folder:
+        size = AT_A_TIME * min(MOST_TASKS, max(1, count // (AT_A_TIME * PARTS)))
+        documents: dict[str, str | None] = {}
+        files: list[dict[str, Any]] = []
+        by_columns: dict[tuple[Any, ...], list[Path]] = {}
+        for part in ordered(partial(_written, look=look), _parts(folder, tasks, size, documents), jobs):
+            tell(part)
+            if part.rows:
+                files.append({"file": part.path.name, "rows": part.rows})
+                by_columns.setdefault(tuple(part.kinds.items()), []).append(part.path)
+        if not files:
             return
-        with tempfile.TemporaryDirectory(prefix=".rigidcli-", dir=folder.parent) as name:
-            stage = Path(name) / "parts"
-            stage.mkdir()
-            if _write(stage, tasks, count, look, jobs, about, tell):
-                if folder.exists():
-                    folder.rmdir()
-                stage.rename(folder)
+        kinds = joined(map(dict, by_columns))
+        others = [path for own, paths in by_columns.items() if differ(dict(own), kinds) for path in paths]
+        for path in () if isinstance(jobs, str) else others:
+            recast(path, kinds)
+        if others and isinstance(jobs, str):
+            from rigidcli.cli.cluster import everywhere
+
+            everywhere(partial(_recast_all, kinds=kinds), others, jobs)
+        folder.mkdir(parents=True, exist_ok=True)
+        manifest = {
+            "schema": "rigidcli.parts/1",
+            "rigidcli": rigidcli.__version__,
+            **about,
+            "documents": [{"source": source, "text": text} for source, text in documents.items()],
+            "columns": described(kinds),
+            "rows": sum(file["rows"] for file in files),
+            "parts": files,
+        }
+        path = folder / MANIFEST
+        path.write_bytes(orjson.dumps(manifest, option=orjson.OPT_INDENT_2) + b"\n")
+
+
+@contextmanager
+def _place(folder: Path, jobs: Jobs) -> Iterator[Path]:
+    """Where parts are written: on a cluster the folder itself, and here one beside it that takes its place.
+
+    Raises UsageError where it has files already, which would be taken for parts of the table.
+    """
+    if folder.exists() and any(folder.iterdir()):
+        raise UsageError(f"`{folder}` has files already, among which parts would be lost", hint=OTHER_NAME)
+    if isinstance(jobs, str):
+        yield folder
+        return
+    with tempfile.TemporaryDirectory(prefix=".rigidcli-", dir=folder.parent) as name:
+        stage = Path(name) / "parts"
+        stage.mkdir()
+        yield stage
+        if (stage / MANIFEST).exists():
+            if folder.exists():
+                folder.rmdir()
+            stage.rename(folder)
 
 
 @contextmanager
@@ -108,56 +148,6 @@ def _refused(output: str) -> Iterator[None]:
         yield
     except OSError as error:
         raise UsageError(f"`{output}` cannot be written: {error.strerror or error}") from None
-
-
-def _require_empty(folder: Path) -> None:
-    """Raise UsageError where a folder has files already, which would be taken for parts of the table."""
-    if folder.exists() and any(folder.iterdir()):
-        raise UsageError(f"`{folder}` has files already, among which parts would be lost", hint=OTHER_NAME)
-
-
-def _write(
-    folder: Path,
-    tasks: Iterable[Task],
-    count: int,
-    look: Look,
-    jobs: Jobs,
-    about: dict[str, Any],
-    tell: Callable[[Written], None],
-) -> bool:
-    """Write all parts and the manifest; whether there are any rows."""
-    size = AT_A_TIME * min(MOST_TASKS, max(1, count // (AT_A_TIME * PARTS)))
-    documents: dict[str, str | None] = {}
-    files: list[dict[str, Any]] = []
-    by_columns: dict[tuple[Any, ...], list[Path]] = {}
-    for part in ordered(partial(_written, look=look), _parts(folder, tasks, size, documents), jobs):
-        tell(part)
-        if part.rows:
-            files.append({"file": part.path.name, "rows": part.rows})
-            by_columns.setdefault(tuple(part.kinds.items()), []).append(part.path)
-    if not files:
-        return False
-    kinds = joined(map(dict, by_columns))
-    others = [path for own, paths in by_columns.items() if differ(dict(own), kinds) for path in paths]
-    for path in () if isinstance(jobs, str) else others:
-        recast(path, kinds)
-    if others and isinstance(jobs, str):
-        from rigidcli.cli.cluster import everywhere
-
-        everywhere(partial(_recast_all, kinds=kinds), others, jobs)
-    folder.mkdir(parents=True, exist_ok=True)
-    manifest = {
-        "schema": "rigidcli.parts/1",
-        "rigidcli": rigidcli.__version__,
-        **about,
-        "documents": [{"source": source, "text": text} for source, text in documents.items()],
-        "columns": described(kinds),
-        "rows": sum(file["rows"] for file in files),
-        "parts": files,
-    }
-    path = folder / MANIFEST
-    path.write_bytes(orjson.dumps(manifest, option=orjson.OPT_INDENT_2) + b"\n")
-    return True
 
 
 def _parts(

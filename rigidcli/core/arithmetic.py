@@ -50,6 +50,10 @@ class Arithmetic:
         """`values` (numbers, nested to any depth) as an array of this kind of number."""
         return np.array(values, dtype=object if self.exact else np.float64)
 
+    def tidied(self, number: Any) -> Any:
+        """One number in its shortest form."""
+        return self.tidy(self.array([number]))[0]
+
 
 def _float_sign(x: float) -> int:
     return int(x > 0) - int(x < 0)

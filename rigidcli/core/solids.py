@@ -22,7 +22,7 @@ def simplex_measure(vertices: Array, n: Arithmetic) -> Scalar:
         measure = n.hypot(*normal) / 2
     else:
         signed = normal @ edges[2]
-        measure = n.sqrt(n.tidy(n.array([signed**2]))[0]) / 6 if n.exact else abs(signed) / 6
+        measure = n.sqrt(n.tidied(signed**2)) / 6 if n.exact else abs(signed) / 6
     if not n.exact and measure <= DEGENERATE * np.abs(edges).max() ** len(edges):
         return 0.0
     return measure

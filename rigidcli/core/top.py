@@ -182,5 +182,5 @@ def _threshold(a: Scalar, lambda3: Scalar, p: Scalar, n: Arithmetic) -> Scalar |
 
 
 def _tidy(x: Scalar, n: Arithmetic) -> Scalar:
-    short: Scalar = n.tidy(n.array([x]))[0] if n.exact else x
+    short: Scalar = n.tidied(x) if n.exact else x
     return short

@@ -1,5 +1,7 @@
 """Numbers of a document by their dimension, sign and size; lists of them, and points."""
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal

@@ -1,5 +1,7 @@
 """Marks on fields: how what is written becomes what a field holds, and which JSON Schema that has."""
 
+from __future__ import annotations
+
 import pathlib
 from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence

@@ -102,8 +102,8 @@ def of_body(top: Top, body: MassProperties, pivot: Array, inertia: Inertia, n: A
     else:
         axis = n.tidy(arm / distance)
     along, noise = inertia.moment_about(axis)
-    lambda3 = n.tidy(n.array([0 * along if not n.exact and along <= noise else along]))[0]
-    lambda1 = n.tidy(n.array([(np.trace(tensor) - lambda3) / 2]))[0]
+    lambda3 = n.tidied(0 * along if not n.exact and along <= noise else along)
+    lambda1 = n.tidied((np.trace(tensor) - lambda3) / 2)
     outer = np.outer(axis, axis)
     ideal = lambda3 * outer + lambda1 * (n.array(np.eye(3, dtype=int)) - outer)
     rest = n.tidy(tensor - ideal)

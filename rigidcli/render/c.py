@@ -172,8 +172,7 @@ def _main(source: Source) -> str:
     if even is not None:
         times = f"static const double DURATION = {even[0]!r};\n"
         at = "sample * (DURATION / (SAMPLES - 1))"
-    called = [f"{source.function(name)}(t, state)" for name in program.quantities]
-    shown = len(program.columns) - 1 - len(called)
+    shown, called = source.printed
     cells = [*(f"state[{place}]" for place in range(shown)), *called]
     prints = "".join(f'        printf(",%.17g", {cell});\n' for cell in cells)
     return f"""

@@ -7,7 +7,6 @@ from collections.abc import Iterable, Iterator
 from rigidcli.render import Look
 from rigidcli.render.programs import TOLERANCE, Language, Source
 from rigidcli.report import Report
-from rigidcli.symbolic.language.sharing import Formulas
 
 WORDS = """
 baremodule begin break catch const continue do else elseif end export false finally for function global if
@@ -48,7 +47,7 @@ def _written(source: Source) -> str:
     functions = f"""
 "The derivatives of {", ".join(program.variables)} by time."
 function f(rates, state, parameters, t)
-{_locals(source, program.rates)}{"".join(slopes)}    return nothing
+{source.unpacked(program.rates)}{"".join(slopes)}    return nothing
 end
 """
     for name, formulas in program.quantities.items():
@@ -56,19 +55,13 @@ end
         functions += f"""
 "The value of {name}."
 function {source.function(name)}(t, state)
-{_locals(source, formulas)}{value}
+{source.unpacked(formulas)}{value}
 end
 """
     constants = source.constants("const ", "", "NaN")
     imports = "" if program.run is None else "using OrdinaryDiffEq: ODEProblem, Vern9, solve\n\n"
     heading = source.heading("julia program.jl > orbit.csv")
     return f"{heading}\n{imports}{constants}{functions}{_main(source)}"
-
-
-def _locals(source: Source, formulas: Formulas) -> str:
-    """The values of the variables, and of steps, in a function."""
-    names = ", ".join(name for _, name in source.variables())
-    return f"    {names} = state\n" + source.lines(formulas, "    ", "")
 
 
 def _main(source: Source) -> str:
@@ -82,8 +75,7 @@ def _main(source: Source) -> str:
         )
     even = source.times()
     times = f"[{source.numbers(run.times)}]" if even is None else "range(0.0, {!r}, length={})".format(*even)
-    called = [f"{source.function(name)}(t, state)" for name in program.quantities]
-    shown = len(program.columns) - 1 - len(called)
+    shown, called = source.printed
     end = "TIMES[end]" if run.times[-1] else "1.0"
     return f"""
 const START = [{source.numbers(run.start)}]

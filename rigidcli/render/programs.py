@@ -114,6 +114,17 @@ class Source:
             if formulas is None or name in formulas.names:
                 yield place, self.names[name]
 
+    def unpacked(self, formulas: Formulas) -> str:
+        """The values of the variables, and of steps, in a function of a language that unpacks a list."""
+        names = ", ".join(name for _, name in self.variables())
+        return f"    {names} = state\n" + self.lines(formulas, "    ", "")
+
+    @property
+    def printed(self) -> tuple[int, list[str]]:
+        """How many of the variables are printed behind the time, and the calls that follow these."""
+        calls = [f"{self.function(name)}(t, state)" for name in self.program.quantities]
+        return len(self.program.columns) - 1 - len(calls), calls
+
     def lines(self, formulas: Formulas, before: str, after: str) -> str:
         """The steps of formulas, a line each."""
         return "".join(

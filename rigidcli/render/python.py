@@ -9,7 +9,6 @@ from collections.abc import Iterable, Iterator
 from rigidcli.render import Look
 from rigidcli.render.programs import TOLERANCE, Language, Source
 from rigidcli.report import Report
-from rigidcli.symbolic.language.sharing import Formulas
 
 OWN = "H START SIZES TIMES copysign f fabs nan np pi pow solution solve_ivp sqrt state t"
 """The names that these programs have of their own, or import."""
@@ -43,7 +42,7 @@ def _written(source: Source) -> str:
     functions = f"""
 def f(t, state):
     \"\"\"The derivatives of {", ".join(program.variables)} by time.\"\"\"
-{_locals(source, program.rates)}    return [
+{source.unpacked(program.rates)}    return [
 {rates}    ]
 
 """
@@ -52,7 +51,7 @@ def f(t, state):
         functions += f"""
 def {source.function(name)}(t, state):
     \"\"\"The value of {name}.\"\"\"
-{_locals(source, formulas)}{value}
+{source.unpacked(formulas)}{value}
 
 """
     constants = source.constants("", "", "nan")
@@ -72,12 +71,6 @@ def {source.function(name)}(t, state):
     )
 
 
-def _locals(source: Source, formulas: Formulas) -> str:
-    """The values of the variables, and of steps, in a function."""
-    names = ", ".join(name for _, name in source.variables())
-    return f"    {names} = state\n" + source.lines(formulas, "    ", "")
-
-
 def _main(source: Source) -> str:
     """What follows the orbit and prints it."""
     program, run = source.program, source.program.run
@@ -93,8 +86,7 @@ def _main(source: Source) -> str:
         if even is None
         else "np.linspace(0.0, {!r}, {})".format(*even)
     )
-    called = [f"{source.function(name)}(t, state)" for name in program.quantities]
-    shown = len(program.columns) - 1 - len(called)
+    shown, called = source.printed
     values = "*state" if shown == len(program.variables) else f"*state[:{shown}]"
     end = "TIMES[-1]" if run.times[-1] else "1.0"
     return f"""

@@ -104,7 +104,7 @@ def _motion(omega: Array, body: Inertia, frame: PrincipalFrame | None, n: Arithm
     momentum = n.tidy(body.momentum(omega))
     if not n.exact and _is_about_massless_axis(body, omega):
         momentum = np.zeros(3)
-    energy = n.tidy(n.array([omega @ momentum / 2]))[0]
+    energy = n.tidied(omega @ momentum / 2)
     largest = frame.moments[2] if frame else max(body.entries.flat, key=lambda entry: abs(n.size(entry)))
     angle, wobbles = _wobble(omega, momentum, largest, n)
     torque = _holding_torque(omega, momentum, n) if wobbles or n.exact else np.zeros(3)
@@ -155,7 +155,7 @@ def _wobble(omega: Array, momentum: Array, largest: Scalar, n: Arithmetic) -> tu
     # In units of the largest, so that squares of very small numbers do not vanish.
     turning, momentum = n.tidy(omega / abs(fastest)), n.tidy(momentum / largest / abs(fastest))
     across = n.tidy(np.cross(turning, momentum))
-    along = n.tidy(n.array([turning @ momentum]))[0]
+    along = n.tidied(turning @ momentum)
     sine = n.hypot(*across)
     if along == 0:
         return None, False

@@ -38,7 +38,7 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
     asked = n.tidy(physical.inertia.turned(axes.T).tensor)
     central = n.tidy(body.inertia.turned(axes.T).tensor) if known else None
     if body.mass is not None:
-        mass = n.tidy(n.array([body.mass]))[0]
+        mass = n.tidied(body.mass)
         if not n.exact and not (np.isfinite(mass) and np.isfinite(asked).all()):
             raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
     values = {"mass": mass, "center_of_mass": com, "about": about, "tensor": asked, "tensor_com": central}
@@ -68,8 +68,8 @@ def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]
     if direction is None:
         return (), ()
     moment, noise = document.physical.inertia.moment_about(direction)
-    moment = n.tidy(n.array([0.0 if not n.exact and moment <= noise else moment]))[0]
-    radius = None if mass is None else n.sqrt(n.tidy(n.array([moment / mass]))[0])
+    moment = n.tidied(0.0 if not n.exact and moment <= noise else moment)
+    radius = None if mass is None else n.sqrt(n.tidied(moment / mass))
     missing = "`body.mass` is not given, and the radius of gyration is not told"
     return (
         told("inertia", "axis_moment", moment),

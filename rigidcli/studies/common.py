@@ -15,6 +15,7 @@ from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.model.document import Document
 from rigidcli.model.texts import STDIN
 from rigidcli.report import NOISE, Field, Picture, Report, Step, Table, Value
+from rigidcli.studies.results import told
 
 
 def report(
@@ -107,6 +108,11 @@ SHOWN_DIGITS = 6
 def noise(trusted_digits: float | None) -> float:
     """The size of errors in samples with so many digits to trust, in units of the largest sample."""
     return NOISE if trusted_digits is None else min(max(NOISE, 10**-trusted_digits), MOST_NOISE)
+
+
+def trusted(study: str, key: str, digits: float) -> Field:
+    """The result that tells how many digits can be trusted."""
+    return told(study, key, digits, diagnostic=digits >= SHOWN_DIGITS)
 
 
 def field_of(fields: Iterable[Field], key: str) -> Value:

@@ -103,9 +103,14 @@ def reports(
             yield place, in_rows(found, place)
 
 
+def _samples(report: Report) -> Table:
+    """The table of the samples of a motion or an orbit."""
+    return next(table for table in report.tables if table.data)
+
+
 def in_rows(found: Report, place: int) -> Report:
     """The samples of a report alone, with the place of the start before them."""
-    data = next(table for table in found.tables if table.data)
+    data = _samples(found)
     start = Column("start", np.full(len(data), place), ("start",))
     return replace(found, tables=(replace(data, columns=(start, *data.columns)),))
 
@@ -201,7 +206,7 @@ def _summary(found: Iterator[Report]) -> Report:
 
 def _variables(report: Report) -> list[Column]:
     """The time, and each variable that people are shown, in single cells."""
-    data = next(table for table in report.tables if table.data)
+    data = _samples(report)
     shown = replace(data, columns=tuple(c for c in data.columns[1:] if not c.hidden))
     return single_cells(shown)
 
@@ -221,7 +226,7 @@ def _digits(report: Report) -> float:
 
 def _volume(report: Report, columns: list[Column], moments: _Moments) -> Callable[[Floats], Table] | None:
     """The table of the volume that an ensemble of orbits fills in phase space; None where it fills none."""
-    data = next(table for table in report.tables if table.data)
+    data = _samples(report)
     phase = [c.cells[0] for c in data.columns if c.key.startswith(("q.", "p."))]
     if not phase or moments.count <= len(phase):
         return None
@@ -252,7 +257,7 @@ def whole(document: Document, run: Callable[[Document], Report], together: Toget
             raise found
         parts.append(found)
     first = parts[0]
-    tables = [next(table for table in part.tables if table.data) for part in parts]
+    tables = [_samples(part) for part in parts]
     columns = tuple(
         replace(column, values=np.concatenate([table.columns[place].values for table in tables]))
         for place, column in enumerate(tables[0].columns)

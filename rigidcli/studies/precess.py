@@ -11,7 +11,6 @@ import numpy as np
 from rigidcli.core import freebody, precession
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
-from rigidcli.core.nutation import nutation
 from rigidcli.core.principal import PrincipalFrame, body_class
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import DocumentError, Problem
@@ -166,6 +165,8 @@ def _at_tilt(
         found.notes.append("there is no steady precession to begin with, so that nutation is not told")
         return values
     is_steady = section.precession is None
+    from rigidcli.core.nutation import nutation
+
     swinging = asdict(nutation(*top, start, section.nutation, fall, is_steady))
     return values | {NUTATION.get(key, key): value for key, value in swinging.items()}
 
@@ -178,7 +179,7 @@ def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]
     values: dict[str, Value] = {
         "moments": frame.moments,
         "angular_momentum": n.hypot(*momentum),
-        "kinetic_energy": n.tidy(n.array([omega @ momentum / 2]))[0],
+        "kinetic_energy": n.tidied(omega @ momentum / 2),
     }
     if motion.torque is not None:
         found.notes.append("free precession is told as if the torque did not act")
@@ -218,7 +219,7 @@ def _tide(tide: Tide, n: Arithmetic, found: _Found) -> dict[str, Value]:
     bulge = tide.ellipticity if tide.moments is None else precession.ellipticity(tide.moments)
     assert bulge is not None
     rates = [_rate(perturber, tide, bulge, n) for perturber in tide.perturbers]
-    total = n.tidy(n.array([sum(rates)]))[0]
+    total = n.tidied(sum(rates))
     names = [perturber.name or str(index) for index, perturber in enumerate(tide.perturbers, start=1)]
     yearly = [precession.arcseconds_per_year(rate, n) for rate in rates]
     columns = (

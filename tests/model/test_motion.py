@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from rigidcli.errors import DocumentError, Problem
 from rigidcli.model.document import Document
 from rigidcli.model.load import loads
+from tests.model.refusals import told
 
 BODY = "body: {moments: [1, 2, 2.5], mass: 1}\n"
 TOP = "mass: 1, distance: 0.1, lambda1: 0.05, lambda3: 0.02"
@@ -15,19 +15,6 @@ TOP = "mass: 1, distance: 0.1, lambda1: 0.05, lambda3: 0.02"
 
 def motion(text: str) -> Document:
     return loads(f"{BODY}motion: {{omega: [0, 0, 1], {text}}}\n")
-
-
-def problems(text: str) -> list[Problem]:
-    with pytest.raises(DocumentError) as caught:
-        loads(text, source="f.yaml")
-    return list(caught.value.problems)
-
-
-def told(text: str) -> tuple[str, str]:
-    """Key, and message with hint, of the one problem of a text."""
-    (problem,) = problems(text)
-    assert problem.line is not None
-    return problem.key, f"{problem.message} {problem.hint or ''}"
 
 
 # --- samples

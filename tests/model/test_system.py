@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rigidcli.errors import DocumentError, Problem, UsageError
+from rigidcli.errors import DocumentError, UsageError
 from rigidcli.model.document import Document
 from rigidcli.model.load import loads
 from rigidcli.model.orbit import Orbit
@@ -26,23 +26,11 @@ from rigidcli.studies.common import require_values
 from rigidcli.symbolic.algebra.arithmetic import EXACT
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.language.expression import Expression
+from tests.model.refusals import problems, told
 
 SPRING = "system: {coordinates: [x], lagrangian: m*xdot**2/2 - k*x**2/2}\n"
 FREE = "system: {coordinates: [x, y], kinetic: xdot**2/2 + ydot**2/2}\n"
 VALUES = "parameters: {m: 1, k: 4}\n"
-
-
-def problems(text: str) -> list[Problem]:
-    with pytest.raises(DocumentError) as caught:
-        loads(text, source="f.yaml")
-    return list(caught.value.problems)
-
-
-def told(text: str) -> tuple[str, str]:
-    """Key, and message with hint, of the one problem of a text."""
-    (problem,) = problems(text)
-    assert problem.line is not None
-    return problem.key, f"{problem.message} {problem.hint or ''}"
 
 
 def keys(text: str) -> set[str]:

@@ -186,3 +186,8 @@ def expression(words: str) -> Expr:
 def written(e: Expr) -> str:
     """The text of an exact expression."""
     return text(to_tree(e))
+
+
+def matrix(*rows: str) -> list[list[Expr]]:
+    """A matrix by its rows, the entries parted by commas."""
+    return [[expression(entry) for entry in row.split(",")] for row in rows]

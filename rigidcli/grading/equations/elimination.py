@@ -17,7 +17,7 @@ from rigidcli.grading.equations.truth import generic, vanishes
 from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr
 from rigidcli.symbolic.algebra.field import P, reduced
-from rigidcli.symbolic.mechanics.mass_matrix import determinant
+from rigidcli.symbolic.algebra.matrices import determinant
 
 MOST_PIVOTS = 24
 """Candidates for one pivot, the shortest, that are looked at."""

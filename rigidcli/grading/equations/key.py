@@ -20,12 +20,12 @@ from rigidcli.grading.question import RELATIVE, Question
 from rigidcli.model.variables import acceleration, momentum, velocity
 from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
+from rigidcli.symbolic.algebra.matrices import null_vectors
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.language import parser
 from rigidcli.symbolic.mechanics.energies import TIME
-from rigidcli.symbolic.mechanics.mass_matrix import null_vectors
 
 if TYPE_CHECKING:
     from rigidcli.report import Report

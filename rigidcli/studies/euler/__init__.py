@@ -14,7 +14,7 @@ from rigidcli.core.arithmetic import FLOAT
 from rigidcli.errors import ValueProblem
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Step, Table
-from rigidcli.studies.common import SHOWN_DIGITS, if_known, report
+from rigidcli.studies.common import if_known, report, trusted
 from rigidcli.studies.euler.columns import COLUMNS, trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
 from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory, free_trajectory
@@ -156,12 +156,7 @@ def _quality(motion: Trajectory) -> tuple[Field, ...]:
     return (
         told("euler", "method", motion.method, words=motion.method),
         told("euler", "steps", motion.steps),
-        told(
-            "euler",
-            "trusted_digits",
-            motion.trusted_digits,
-            diagnostic=motion.trusted_digits >= SHOWN_DIGITS,
-        ),
+        trusted("euler", "trusted_digits", motion.trusted_digits),
         told("euler", "drift.energy", drift["energy"]),
         told("euler", "drift.angular_momentum", drift["angular_momentum"]),
         told("euler", "drift.quaternion", drift["quaternion"]),

@@ -10,7 +10,6 @@ import numpy as np
 from rigidcli.core import rotation
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import FLOAT, Floats
-from rigidcli.core.nutation import nutation
 from rigidcli.core.principal import PrincipalFrame, principal_frame
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ComputationError, DocumentError
@@ -121,6 +120,8 @@ def _orientation(document: Document, motion: Motion) -> Floats:
 
 def _of_top(document: Document, motion: Motion, section: Top) -> InitialValueProblem:
     """The problem of a top with phi = psi = 0 at t = 0, so that it leans towards -y of space."""
+    from rigidcli.core.nutation import nutation
+
     top = document.physical.heavy_top
     needed = {"tilt": section.tilt, "lambda1": top.lambda1}
     missing = [key for key, value in needed.items() if value is None]

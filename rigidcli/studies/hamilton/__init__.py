@@ -9,7 +9,7 @@ import numpy as np
 
 from rigidcli.model.document import Document
 from rigidcli.report import NOISE, Column, Field, Picture, Report, Step, Table
-from rigidcli.studies.common import SHOWN_DIGITS, if_known, noise, report
+from rigidcli.studies.common import if_known, noise, report, trusted
 from rigidcli.studies.hamilton import lagrange, linear_equations, modes
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.findings import Found, find
@@ -181,12 +181,7 @@ def _orbit_quality(found: Found) -> list[Field]:
     return [
         told("hamilton", "orbit.method", orbit.method, words=orbit.method),
         told("hamilton", "orbit.steps", orbit.steps),
-        told(
-            "hamilton",
-            "orbit.trusted_digits",
-            orbit.trusted_digits,
-            diagnostic=orbit.trusted_digits >= SHOWN_DIGITS,
-        ),
+        trusted("hamilton", "orbit.trusted_digits", orbit.trusted_digits),
         Field("orbit.drift", orbit.drift),
         *(
             Field(

@@ -16,16 +16,16 @@ from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
 from rigidcli.studies.hamilton.oscillations import Oscillations
 from rigidcli.studies.hamilton.typed_decimals import as_typed
 from rigidcli.studies.steps.writing import formula, free_name, power, product, total
+from rigidcli.symbolic.algebra import matrices
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.arithmetic import EXACT
 from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import Expr, symbol
 from rigidcli.symbolic.algebra.fractions import factors
+from rigidcli.symbolic.algebra.matrices import Matrix
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.language.text import reading
 from rigidcli.symbolic.language.tree import Name, Node
-from rigidcli.symbolic.mechanics import mass_matrix
-from rigidcli.symbolic.mechanics.mass_matrix import Matrix
 from rigidcli.symbolic.mechanics.small_oscillations import pencil
 from rigidcli.symbolic.mechanics.symbolic_modes import LARGEST as MOST_FREEDOMS
 from rigidcli.symbolic.mechanics.symbolic_spectrum import MAX_STEPS
@@ -96,7 +96,7 @@ def _matrix(name: str, matrix: Matrix, document: Document) -> Field:
 def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
     """The determinant as a polynomial in one name, and in factors where it has some."""
     try:
-        determinant = tidy(mass_matrix.determinant(matrix))
+        determinant = tidy(matrices.determinant(matrix))
         found = coefficients(determinant, [unknown])
     except ExpressionError:
         return

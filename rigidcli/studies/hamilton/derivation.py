@@ -13,12 +13,13 @@ from rigidcli.model.document import Document
 from rigidcli.model.variables import acceleration
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 from rigidcli.studies.hamilton.verification import MOST_RESIDUAL, is_short, residual_of
+from rigidcli.symbolic.algebra import matrices
 from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import PI, ZERO, Expr, number, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.mechanics import constraints, energies, jumps, mass_matrix
+from rigidcli.symbolic.mechanics import constraints, energies, jumps
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
 from rigidcli.symbolic.mechanics.lagrange_equations import LagrangeEquations, lagrange_equations
 from rigidcli.symbolic.mechanics.legendre import NOTHING, Momenta, canonical_momenta, legendre_transform
@@ -284,10 +285,10 @@ def _branches(
 
 def _singular_points(momenta: Momenta, phase: Phase) -> Iterator[str]:
     """Notes on special values of coordinates at which the momenta do not tell the velocities."""
-    for block in mass_matrix.blocks(momenta.mass_matrix):
-        if len(block) > mass_matrix.LARGEST:
+    for block in matrices.blocks(momenta.mass_matrix):
+        if len(block) > matrices.LARGEST:
             continue
-        determinant = tidy(mass_matrix.determinant(mass_matrix.part(momenta.mass_matrix, block, block)))
+        determinant = tidy(matrices.determinant(matrices.part(momenta.mass_matrix, block, block)))
         for name in phase.coordinates:
             for shown, value in SPECIAL_VALUES.items() if name in determinant.names else ():
                 with suppress(ExpressionError):

@@ -11,12 +11,13 @@ from rigidcli.model.equilibrium import Equilibrium
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
 from rigidcli.studies.hamilton.system import known_values
+from rigidcli.symbolic.algebra import matrices
 from rigidcli.symbolic.algebra.atoms import Applied, Group
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.substitution import substitute, without
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.mechanics import mass_matrix, small_oscillations
+from rigidcli.symbolic.mechanics import small_oscillations
 from rigidcli.symbolic.mechanics.normal_modes import FOUND, ROUNDING, Mode, numeric_modes
 from rigidcli.symbolic.mechanics.small_oscillations import LinearMotion
 from rigidcli.symbolic.mechanics.symbolic_modes import LARGEST, symbolic_modes
@@ -94,8 +95,8 @@ def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion |
 
 def _is_singular(motion: LinearMotion) -> bool:
     """Whether the mass matrix has no inverse, as far as small blocks tell."""
-    blocks = (mass_matrix.part(motion.masses, b, b) for b in mass_matrix.blocks(motion.masses))
-    return any(is_zero(mass_matrix.determinant(block)) for block in blocks if len(block) <= LARGEST)
+    blocks = (matrices.part(motion.masses, b, b) for b in matrices.blocks(motion.masses))
+    return any(is_zero(matrices.determinant(block)) for block in blocks if len(block) <= LARGEST)
 
 
 def _modes(

@@ -126,7 +126,7 @@ def _density(body: Form, density: Formula, n: Arithmetic) -> Step:
     if not n.exact:
         error = Field("", own.integrated, "error, relative to the mass")
         return Step("Integrals of the density", f"With dm = ({text}) dV, by quadrature.", (mass, error))
-    moments = (n.tidy(n.array([own.mass * part]))[0] for part in own.com)
+    moments = (n.tidied(own.mass * part) for part in own.com)
     return Step(
         "Integrals of the density",
         "Over all of the body, from the origin of its own axes, term by term in these coordinates.",
@@ -150,7 +150,7 @@ def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> S
         symbols.append((n.cos(unknown), n.sin(unknown)) if is_angle else n.symbol(name, True))
         limits.append((name, turn))
     place, rho, measure = placed(density, chart, symbols)
-    element = n.tidy(n.array([rho * measure]))[0]
+    element = n.tidied(rho * measure)
     spans = [
         Field("", turn.end, f"{name} from 0 to", "", "rad") if isinstance(turn, Turn) else name
         for name, turn in limits

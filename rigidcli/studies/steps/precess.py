@@ -27,107 +27,61 @@ def precess_steps(document: Document, found: Mapping[str, Mapping[str, Value]]) 
 
 
 def _top(section: Top, top: Mapping[str, Value], n: Arithmetic) -> Iterator[Step]:
-    weight = {"M": top["mass"], "g": top["gravity"], "R": top["distance"]}
-    axial = {"lambda3": top["lambda3"], "omega3": top["spin"]}
+    letters = {"M": "mass", "g": "gravity", "R": "distance", "lambda1": "lambda1", "lambda3": "lambda3"}
+    letters |= {"omega3": "spin", "theta": "tilt"}
+    numbers = {letter: top[key] for letter, key in letters.items() if top[key] is not None}
     if top.get("torque_magnitude") is not None:
         yield Step(
             "Torque of the weight",
             "The weight acts at R from the pivot, and its torque R x M g is horizontal, across the axis.",
-            law(
-                "M*g*R*sin(theta)",
-                "torque",
-                r"\Gamma",
-                top["torque_magnitude"],
-                "N m",
-                n,
-                **weight,
-                theta=top["tilt"],
-            ),
+            law("M*g*R*sin(theta)", "torque", r"\Gamma", top["torque_magnitude"], "N m", n, **numbers),
         )
     if top["gyroscopic_rate"] is not None:
+        momentum, rate = n.tidied(top["lambda3"] * top["spin"]), top["gyroscopic_rate"]
         yield Step(
             "Gyroscopic precession",
             "A fast top has L = lambda3 omega3 along its axis. The torque turns it, so that Omega L "
             "sin(theta) is M g R sin(theta).",
             (
-                *law(
-                    "lambda3*omega3",
-                    "L",
-                    "L",
-                    n.tidy(n.array([top["lambda3"] * top["spin"]]))[0],
-                    "kg m^2/s",
-                    n,
-                    **axial,
-                ),
-                *law(
-                    "M*g*R/(lambda3*omega3)",
-                    "Omega",
-                    r"\Omega",
-                    top["gyroscopic_rate"],
-                    "rad/s",
-                    n,
-                    **weight,
-                    **axial,
-                ),
+                *law("lambda3*omega3", "L", "L", momentum, "kg m^2/s", n, **numbers),
+                *law("M*g*R/(lambda3*omega3)", "Omega", r"\Omega", rate, "rad/s", n, **numbers),
             ),
         )
     if "slow_rate" in top:
-        yield _steady(top, weight, axial, n)
+        yield _steady(top, numbers, n)
     if top.get("theta_min") is not None:
         yield _nutation(section, top, n)
     if "sleeping_spin" in top:
+        least, symbol = top["sleeping_spin"], r"\omega_\mathrm{sleep}"
         yield Step(
             "Upright",
             "Upright, the top sleeps if lambda3^2 omega3^2 > 4 lambda1 M g R.",
             (
-                *law(
-                    "sqrt(4*lambda1*M*g*R)/lambda3",
-                    "least spin",
-                    r"\omega_\mathrm{sleep}",
-                    top["sleeping_spin"],
-                    "rad/s",
-                    n,
-                    lambda1=top["lambda1"],
-                    lambda3=top["lambda3"],
-                    **weight,
-                ),
+                *law("sqrt(4*lambda1*M*g*R)/lambda3", "least spin", symbol, least, "rad/s", n, **numbers),
                 Field("", top["spin"], "its spin", r"\omega_3", "rad/s"),
             ),
         )
 
 
-def _steady(
-    top: Mapping[str, Value], weight: Mapping[str, Value], axial: Mapping[str, Value], n: Arithmetic
-) -> Step:
+def _steady(top: Mapping[str, Value], numbers: Mapping[str, Value], n: Arithmetic) -> Step:
     fall = top["mass"] * top["gravity"] * top["distance"]
-    cosine = heavytop.cosine(top["tilt"], n)
-    momentum = top["lambda3"] * top["spin"]
-    root = n.tidy(n.array([momentum**2 - 4 * top["lambda1"] * cosine * fall]))[0]
-    numbers = {"lambda1": top["lambda1"], "theta": top["tilt"], **weight, **axial}
-    equation = filled("lambda1*cos(theta)*Omega^2 - lambda3*omega3*Omega + M*g*R", n, **numbers)
-    fields = [
-        equation,
-        *law(
-            "lambda3^2*omega3^2 - 4*lambda1*cos(theta)*M*g*R",
-            "discriminant",
-            "D",
-            root,
-            "kg^2 m^4/s^2",
-            n,
-            **numbers,
-        ),
-    ]
-    told = {"slow_rate": "slow", "fast_rate": "fast"}
-    fields += [
-        Field("", top[key], word, rf"\Omega_\mathrm{{{word}}}", "rad/s")
-        for key, word in told.items()
-        if top[key] is not None
+    upward = top["lambda1"] * heavytop.cosine(top["tilt"], n)
+    discriminant = n.tidied((top["lambda3"] * top["spin"]) ** 2 - 4 * upward * fall)
+    text, unit = "lambda3^2*omega3^2 - 4*lambda1*cos(theta)*M*g*R", "kg^2 m^4/s^2"
+    rates = [
+        Field("", top[f"{word}_rate"], word, rf"\Omega_\mathrm{{{word}}}", "rad/s")
+        for word in ("slow", "fast")
+        if top[f"{word}_rate"] is not None
     ]
     return Step(
         "Steady precession",
         "At a constant tilt, Omega is a root of this quadratic, which has real ones where its discriminant "
         "is not negative.",
-        tuple(fields),
+        (
+            filled("lambda1*cos(theta)*Omega^2 - lambda3*omega3*Omega + M*g*R", n, **numbers),
+            *law(text, "discriminant", "D", discriminant, unit, n, **numbers),
+            *rates,
+        ),
     )
 
 

@@ -16,12 +16,12 @@ from rigidcli.symbolic.algebra.arithmetic import tidy
 from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expansion import expand
 from rigidcli.symbolic.algebra.expressions import ONE, PI, ZERO, Expr, gathered, symbol, total
+from rigidcli.symbolic.algebra.matrices import connected
 from rigidcli.symbolic.algebra.simplification import shortest
 from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.values import is_zero
 from rigidcli.symbolic.invariants.trial_terms import simplest_first
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
-from rigidcli.symbolic.mechanics.mass_matrix import connected
 
 MOST_COORDINATES = 6
 """With more coordinates nothing is split: each pair of them takes several derivatives."""

@@ -10,47 +10,46 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from rigidcli.symbolic.algebra import samples
+from rigidcli.symbolic.algebra import matrices, samples
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.mechanics import mass_matrix
 
 NONE = 1e-13
 """A singular value below this is rounding: it belongs to a matrix with entries of the order of 1."""
 
 
-def rank(matrix: mass_matrix.Matrix, fixed: Mapping[str, Expr]) -> int | None:
+def rank(matrix: matrices.Matrix, fixed: Mapping[str, Expr]) -> int | None:
     """The rank of a symmetric matrix (n by n) of expressions almost everywhere; None where it has no value.
 
     Names have their `fixed` values, others any.
     """
-    blocks = mass_matrix.blocks(matrix)
-    ranks = [_of_block(mass_matrix.part(matrix, block, block), fixed) for block in blocks]
+    blocks = matrices.blocks(matrix)
+    ranks = [_of_block(matrices.part(matrix, block, block), fixed) for block in blocks]
     known = [found for found in ranks if found is not None]
     return sum(known) if len(known) == len(ranks) else None
 
 
-def _of_block(matrix: mass_matrix.Matrix, fixed: Mapping[str, Expr]) -> int | None:
+def _of_block(matrix: matrices.Matrix, fixed: Mapping[str, Expr]) -> int | None:
     size = len(matrix)
     exact = [[substitute(entry, fixed) for entry in row] for row in matrix]
-    if size <= mass_matrix.LARGEST:
-        is_regular = not is_zero(mass_matrix.determinant(exact))
-        return size if is_regular else size - len(mass_matrix.null_vectors(exact))
+    if size <= matrices.LARGEST:
+        is_regular = not is_zero(matrices.determinant(exact))
+        return size if is_regular else size - len(matrices.null_vectors(exact))
     found = samples.values([entry for row in exact for entry in row], {})
     if found is None:
         return None
-    matrices = found.reshape(-1, size, size)
+    sampled = found.reshape(-1, size, size)
     # Rows and columns are divided by the square roots of their sizes.
-    sizes = np.sqrt(np.abs(matrices).max(axis=2, keepdims=True))
+    sizes = np.sqrt(np.abs(sampled).max(axis=2, keepdims=True))
     sizes[sizes == 0] = 1.0
-    balanced = matrices / sizes / sizes.transpose(0, 2, 1)
+    balanced = sampled / sizes / sizes.transpose(0, 2, 1)
     return int(np.linalg.matrix_rank(balanced, tol=NONE).max())
 
 
 def primary_constraints(
-    matrix: mass_matrix.Matrix, definitions: Sequence[Expr], velocities: Sequence[str], names: Sequence[str]
+    matrix: matrices.Matrix, definitions: Sequence[Expr], velocities: Sequence[str], names: Sequence[str]
 ) -> list[Expr]:
     """Primary constraints: expressions in the momenta, called `names`, and coordinates that vanish.
 
@@ -58,7 +57,7 @@ def primary_constraints(
     """
     at_rest = dict.fromkeys(velocities, ZERO)
     found = []
-    for vector in mass_matrix.null_vectors(matrix):
+    for vector in matrices.null_vectors(matrix):
         if any(not entry.names.isdisjoint(velocities) for entry in vector):
             continue
         still = total(entry * substitute(p, at_rest) for entry, p in zip(vector, definitions, strict=True))

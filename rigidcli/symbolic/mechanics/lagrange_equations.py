@@ -12,12 +12,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from rigidcli.symbolic.algebra import matrices
 from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.trigonometry import exponentials_merged
-from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.energies import TIME
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase
 from rigidcli.symbolic.mechanics.legendre import Momenta
@@ -41,7 +41,7 @@ class LagrangeEquations:
     @cached_property
     def accelerations(self) -> tuple[Expr, ...] | None:
         """a = -M^-1 r; None where the inverse would be too large to read."""
-        inverse = mass_matrix.inverse(self.matrix)
+        inverse = matrices.inverse(self.matrix)
         if inverse is None:
             return None
         return tuple(map(self._combined, inverse))

@@ -23,12 +23,12 @@ from itertools import product as combinations
 from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.algebra import matrices
 from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expansion import Polynomial, coefficients, expand
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.simplification import over_shared_sums, shortest, tidy
 from rigidcli.symbolic.algebra.substitution import substitute
-from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
 from rigidcli.symbolic.mechanics.polynomial_inversion import inverted_polynomial
 from rigidcli.symbolic.mechanics.squares import Squares, energies, typed_squares
@@ -150,7 +150,7 @@ def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Par
         groups = [list(range(size))]
     else:
         links = [*(kernel.places for kernel in kernels), *map(places_in, polynomial)]
-        groups = mass_matrix.connected(size, lambda i, j: any({i, j} <= places for places in links))
+        groups = matrices.connected(size, lambda i, j: any({i, j} <= places for places in links))
     parts = []
     for group in groups:
         own = {powers: e for powers, e in polynomial.items() if places_in(powers) & {*group}}
@@ -184,13 +184,13 @@ def _inverted(part: _Part, momenta: Sequence[Expr], typed: Squares) -> list[Bran
     return inverted_kernel(kernels[0], shifted) if len(kernels) == 1 else []
 
 
-def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr], typed: Squares) -> list[Branch]:
+def _of_masses(matrix: matrices.Matrix, momenta: Sequence[Expr], typed: Squares) -> list[Branch]:
     """The inverse for L = v.M.v/2, block by block; `typed` are the squares as whose sum it was typed."""
     velocities = [ZERO] * len(momenta)
     energy = []
     alone: dict[Expr, list[Expr]] = {}
-    for block in mass_matrix.blocks(matrix):
-        own, P = mass_matrix.part(matrix, block, block), [momenta[place] for place in block]
+    for block in matrices.blocks(matrix):
+        own, P = matrices.part(matrix, block, block), [momenta[place] for place in block]
         if len(block) == 1 and len(P[0].terms) == 1:
             velocities[block[0]] = tidy(P[0] / own[0][0])
             alone.setdefault(tidy(1 / own[0][0]) / 2, []).append(P[0] ** 2)
@@ -209,9 +209,9 @@ def _of_masses(matrix: mass_matrix.Matrix, momenta: Sequence[Expr], typed: Squar
     return [Branch(tuple(velocities), over_shared_sums(total(energy)))]
 
 
-def _of_inverse(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
+def _of_inverse(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
     """H = P.M^-1.P/2 of one block: of two momenta as squares, of more coefficient by coefficient."""
-    inverse = mass_matrix.inverse(matrix)
+    inverse = matrices.inverse(matrix)
     if inverse is None:
         return []
     size = range(len(momenta))
@@ -231,13 +231,13 @@ def _of_inverse(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Bra
     return [Branch(velocities, tidy(total(energy)))]
 
 
-def _of_squares(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
+def _of_squares(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
     """H as a sum of as many squares as momenta, of one block of three or more.
 
     With v.M.v = sum d_k w_k^2, where w_k = v_k + sum_j f_kj v_j, it is sum Q_k^2/(2 d_k), where
     P_j = Q_j + sum_k f_kj Q_k. The velocities are dH/dP_j = sum_k Q_k/d_k dQ_k/dP_j.
     """
-    squares = mass_matrix.squares(matrix) if len(momenta) > 2 else None
+    squares = matrices.squares(matrix) if len(momenta) > 2 else None
     if squares is None:
         return []
     size = range(len(momenta))

@@ -15,8 +15,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Array
 from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.symbolic.algebra.matrices import Matrix
 from rigidcli.symbolic.algebra.values import enclosed
-from rigidcli.symbolic.mechanics.mass_matrix import Matrix
 from rigidcli.symbolic.mechanics.small_oscillations import LinearMotion
 
 BITS = 256

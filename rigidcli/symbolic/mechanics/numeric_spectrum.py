@@ -9,10 +9,10 @@ from itertools import pairwise
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
+from rigidcli.symbolic.algebra import matrices
 from rigidcli.symbolic.algebra.expressions import Expr, number, total
+from rigidcli.symbolic.algebra.matrices import Matrix
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.mechanics import mass_matrix
-from rigidcli.symbolic.mechanics.mass_matrix import Matrix
 from rigidcli.symbolic.mechanics.spectrum import WORSE, Spectrum, Stability, blocks
 from rigidcli.symbolic.mechanics.symbolic_spectrum import symbolic_spectrum
 
@@ -44,7 +44,7 @@ def numeric_spectrum(matrix: Sequence[Sequence[Expr | float]]) -> Spectrum | Non
         if closed is None:
             return None
         return _together((complex(*map(float, pair)) for pair in closed.eigenvalues), [closed.stability])
-    parts = [_of_rationals(mass_matrix.part(exact, block, block)) for block in blocks(exact)]
+    parts = [_of_rationals(matrices.part(exact, block, block)) for block in blocks(exact)]
     return _together((value for values, _ in parts for value in values), [verdict for _, verdict in parts])
 
 
@@ -53,7 +53,7 @@ def drifts(matrix: Matrix, offset: Sequence[Expr]) -> bool:
 
     There is a point of rest if b is orthogonal to all that A^T takes to zero.
     """
-    left = mass_matrix.null_vectors([list(column) for column in zip(*matrix, strict=True)])
+    left = matrices.null_vectors([list(column) for column in zip(*matrix, strict=True)])
     return any(not is_zero(total(x * b for x, b in zip(v, offset, strict=True))) for v in left)
 
 

@@ -18,13 +18,13 @@ from dataclasses import replace
 from fractions import Fraction
 
 from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.algebra import matrices
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.expansion import MAX_STEPS, Polynomial, coefficients
 from rigidcli.symbolic.algebra.expressions import ONE, Expr, product, symbol, total
 from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
 from rigidcli.symbolic.mechanics.velocity_inversion import (
     HALF,
@@ -118,9 +118,9 @@ def _of_power_of_form(found: Polynomial, momenta: Sequence[Expr]) -> list[Branch
     return [] if b is None else _of_length(A, b, quadratic_form(form, size), shifted)
 
 
-def _of_length(a: Expr, b: Expr, form: mass_matrix.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
+def _of_length(a: Expr, b: Expr, form: matrices.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
     """K = a u^4 + b u^2 of the length u of the velocities, u^2 = v.Q.v, along Q^-1 P."""
-    inverse = mass_matrix.inverse(form) if mass_matrix.is_regular(form) else None
+    inverse = matrices.inverse(form) if matrices.is_regular(form) else None
     if inverse is None:
         return []
     size = tidy(form_of(inverse, momenta)) ** HALF

@@ -14,15 +14,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.algebra import matrices
 from rigidcli.symbolic.algebra.calculus import derivative
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol, total
+from rigidcli.symbolic.algebra.matrices import Matrix
 from rigidcli.symbolic.algebra.simplification import tidy
 from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import Phase, linear
 from rigidcli.symbolic.mechanics.lagrange_equations import LagrangeEquations
-from rigidcli.symbolic.mechanics.mass_matrix import Matrix
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,14 +91,14 @@ def of_hamilton(equations: Sequence[Expr], phase: Phase, place: Mapping[str, Exp
     size = len(phase.coordinates)
     slopes = [[tidy(substitute(derivative(e, name), place)) for name in phase.names] for e in equations]
     first, second = range(size), range(size, 2 * size)
-    a, b = mass_matrix.part(slopes, first, first), mass_matrix.part(slopes, first, second)
-    d, e = mass_matrix.part(slopes, second, first), mass_matrix.part(slopes, second, second)
+    a, b = matrices.part(slopes, first, first), matrices.part(slopes, first, second)
+    d, e = matrices.part(slopes, second, first), matrices.part(slopes, second, second)
     masses = _inverse(b)
     if masses is None:
         return None
-    carried, turned = _product(masses, a), _product(e, masses)
+    carried, turned = matrices.product(masses, a), matrices.product(e, masses)
     rates = [[tidy(-x - y) for x, y in zip(*rows, strict=True)] for rows in zip(carried, turned, strict=True)]
-    back = _product(turned, a)
+    back = matrices.product(turned, a)
     stiffness = [[tidy(x - y) for x, y in zip(*rows, strict=True)] for rows in zip(back, d, strict=True)]
     return LinearMotion(masses, rates, stiffness)
 
@@ -106,14 +106,9 @@ def of_hamilton(equations: Sequence[Expr], phase: Phase, place: Mapping[str, Exp
 def _inverse(matrix: Matrix) -> Matrix | None:
     """The inverse; None where there is none, or it is too large."""
     try:
-        return mass_matrix.inverse(matrix)
+        return matrices.inverse(matrix)
     except ExpressionError:
         return None
-
-
-def _product(left: Matrix, right: Matrix) -> list[list[Expr]]:
-    columns = list(zip(*right, strict=True))
-    return [[total(a * b for a, b in zip(row, column, strict=True)) for column in columns] for row in left]
 
 
 def pencil(motion: LinearMotion, s: Expr) -> list[list[Expr]]:

@@ -12,9 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from rigidcli.symbolic.algebra import matrices
 from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.mechanics import mass_matrix
-from rigidcli.symbolic.mechanics.mass_matrix import Matrix
+from rigidcli.symbolic.algebra.matrices import Matrix
 
 Stability: TypeAlias = Literal["stable", "unstable", "marginal"]
 
@@ -41,5 +41,5 @@ def blocks(matrix: Matrix) -> list[list[int]]:
     def linked(i: int, j: int) -> bool:
         return any(not (matrix[i + a][j + b].is_zero and matrix[j + a][i + b].is_zero) for a, b in pairs)
 
-    groups = mass_matrix.connected(size, linked)
+    groups = matrices.connected(size, linked)
     return [[*group, *(i + size for i in group)] for group in groups]

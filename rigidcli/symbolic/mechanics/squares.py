@@ -13,11 +13,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TypeAlias
 
+from rigidcli.symbolic.algebra import matrices
 from rigidcli.symbolic.algebra.atoms import Group, Symbol
 from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, gathered, total
 from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
 
 Squares: TypeAlias = Sequence[tuple[Expr, Sequence[Expr]]]
@@ -59,16 +59,16 @@ def energies(block: Sequence[int], momenta: Sequence[Expr], squares: Squares) ->
     size = range(len(block))
     inside = [(a, [row[i] for i in block]) for a, row in squares if any(row[i] != ZERO for i in block)]
     rows = [row for _, row in inside]
-    if not 2 <= len(inside) == len(block) <= mass_matrix.LARGEST:
+    if not 2 <= len(inside) == len(block) <= matrices.LARGEST:
         return []
-    whole = tidy(mass_matrix.determinant(rows))
+    whole = tidy(matrices.determinant(rows))
     if whole.is_zero:
         return []
     energy = []
     for k, (factor, _) in enumerate(inside):
         others = [*rows[:k], *rows[k + 1 :]]
         minors = (
-            mass_matrix.determinant([[*row[:i], *row[i + 1 :]] for row in others]) * (-1) ** (i + k)
+            matrices.determinant([[*row[:i], *row[i + 1 :]] for row in others]) * (-1) ** (i + k)
             for i in size
         )
         momentum = total(

@@ -13,14 +13,13 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError
-from rigidcli.symbolic.algebra import samples
+from rigidcli.symbolic.algebra import matrices, samples
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.arithmetic import MAX_STEPS, root_of_either_sign, tidy
 from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
 from rigidcli.symbolic.algebra.fractions import factors
 from rigidcli.symbolic.algebra.simplification import shortest
-from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.normal_modes import Mode, Pair
 from rigidcli.symbolic.mechanics.small_oscillations import LinearMotion, S, pencil
 from rigidcli.symbolic.mechanics.symbolic_spectrum import sign_of
@@ -45,12 +44,12 @@ def symbolic_modes(motion: LinearMotion, fixed: Mapping[str, Expr]) -> list[Mode
     """The modes, by ascending rates; None where the polynomial does not factor."""
     size = len(motion.masses)
     parts = motion.parts
-    blocks = mass_matrix.connected(
+    blocks = matrices.connected(
         size, lambda i, j: any(not (part[i][j].is_zero and part[j][i].is_zero) for part in parts)
     )
     modes: list[Mode] = []
     for block in blocks:
-        own = LinearMotion(*(mass_matrix.part(part, block, block) for part in parts))
+        own = LinearMotion(*(matrices.part(part, block, block) for part in parts))
         try:
             found = _of_block(own, fixed)
         except ExpressionError:
@@ -73,7 +72,7 @@ def _of_block(motion: LinearMotion, fixed: Mapping[str, Expr]) -> list[Mode] | N
     if len(motion.masses) > LARGEST:
         return None
     matrix = pencil(motion, S)
-    determinant = mass_matrix.determinant(matrix)
+    determinant = matrices.determinant(matrix)
     modes = []
     for factor, power in factors(determinant, Allowance(MAX_STEPS)):
         if not S.names <= factor.names or power < 1:
@@ -192,7 +191,7 @@ def _modes(motion: LinearMotion, root: Root, power: int) -> Iterator[Mode]:
             [tidy(m * s2 + c * s + k) for m, c, k in zip(*row, strict=True)]
             for row in zip(*motion.parts, strict=True)
         ]
-        vectors = [[(e, ZERO) for e in vector] for vector in mass_matrix.null_vectors(matrix)]
+        vectors = [[(e, ZERO) for e in vector] for vector in matrices.null_vectors(matrix)]
     else:
         vectors = _complex_vectors(motion, growth, angular)
     is_whole = len(vectors) == power
@@ -209,7 +208,7 @@ def _complex_vectors(motion: LinearMotion, growth: Expr, angular: Expr) -> list[
     b = [[tidy(m * imaginary + c * angular) for m, c, _ in zip(*row, strict=True)] for row in rows]
     both = [[*x, *(-e for e in y)] for x, y in zip(a, b, strict=True)]
     both += [[*y, *x] for x, y in zip(a, b, strict=True)]
-    found = mass_matrix.null_vectors(both)
+    found = matrices.null_vectors(both)
     size = len(rows)
     # Each vector is found twice, the second time times i.
     return [list(zip(v[:size], v[size:], strict=True)) for v in found[:1]] if len(found) == 2 else []

@@ -7,16 +7,16 @@ from fractions import Fraction
 from typing import TypeAlias
 
 from rigidcli.errors import ExpressionError
+from rigidcli.symbolic.algebra import matrices
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.arithmetic import weak_sign
 from rigidcli.symbolic.algebra.expansion import coefficients
 from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.symbolic.algebra.fractions import factors
+from rigidcli.symbolic.algebra.matrices import Matrix
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
 from rigidcli.symbolic.algebra.substitution import substitute
 from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.mechanics import mass_matrix
-from rigidcli.symbolic.mechanics.mass_matrix import Matrix
 from rigidcli.symbolic.mechanics.spectrum import WORSE, Spectrum, Stability, blocks
 
 LARGEST = 4
@@ -39,7 +39,7 @@ def symbolic_spectrum(matrix: Matrix, known: Mapping[str, Expr]) -> Spectrum | N
     pairs: list[tuple[Expr, Expr]] = []
     verdicts: list[Stability] = ["stable"]
     for block in blocks(matrix):
-        inner = mass_matrix.part(matrix, block, block)
+        inner = matrices.part(matrix, block, block)
         try:
             polynomials = _polynomials(inner) if len(block) <= 2 * LARGEST else []
             found = [_roots(polynomial, known, _is_natural(inner, known)) for polynomial, _ in polynomials]
@@ -92,20 +92,19 @@ def _polynomials(matrix: Matrix) -> list[tuple[_Polynomial, int]]:
 
 
 def _times(a: Matrix, b: Matrix) -> list[list[Expr]]:
-    """The product of two square matrices."""
-    places = range(len(a))
-    return [[tidy(total(a[i][k] * b[k][j] for k in places)) for j in places] for i in places]
+    """The product of two matrices, its entries tidied."""
+    return [[tidy(entry) for entry in row] for row in matrices.product(a, b)]
 
 
 def _is_natural(matrix: Matrix, known: Mapping[str, Expr]) -> bool:
     """Whether H is a positive T of the momenta and a V of the coordinates: lambda^2 is real then."""
     size = len(matrix) // 2
     first, last = range(size), range(size, 2 * size)
-    mixed = (mass_matrix.part(matrix, half, half) for half in (first, last))
+    mixed = (matrices.part(matrix, half, half) for half in (first, last))
     if any(not e.is_zero for part in mixed for row in part for e in row):
         return False
-    minors = (mass_matrix.part(matrix, first[:k], last[:k]) for k in range(1, size + 1))
-    return all(sign_of(mass_matrix.determinant(minor), known) == 1 for minor in minors)
+    minors = (matrices.part(matrix, first[:k], last[:k]) for k in range(1, size + 1))
+    return all(sign_of(matrices.determinant(minor), known) == 1 for minor in minors)
 
 
 def _roots(polynomial: _Polynomial, known: Mapping[str, Expr], real: bool) -> list[tuple[Expr, Expr]]:

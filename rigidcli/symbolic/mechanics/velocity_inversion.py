@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import TypeAlias
 
+from rigidcli.symbolic.algebra import matrices
 from rigidcli.symbolic.algebra.atoms import is_positive
 from rigidcli.symbolic.algebra.expansion import Polynomial, coefficients
 from rigidcli.symbolic.algebra.expressions import (
@@ -32,7 +33,6 @@ from rigidcli.symbolic.algebra.expressions import (
 )
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.simplification import shortest, tidy
-from rigidcli.symbolic.mechanics import mass_matrix
 from rigidcli.symbolic.mechanics.hamilton_equations import coefficient, has_degrees
 from rigidcli.symbolic.mechanics.velocity_terms import Kernel
 
@@ -99,7 +99,7 @@ def of_quadratic(kernel: Kernel, momenta: Sequence[Expr]) -> list[Branch]:
     if not has_degrees(found, 0, 1, 2):
         return []
     form = quadratic_form(found, size)
-    inverse = mass_matrix.inverse(form) if mass_matrix.is_regular(form) else None
+    inverse = matrices.inverse(form) if matrices.is_regular(form) else None
     if inverse is None:
         return []
     linear = [coefficient(found, size, place) for place in range(size)]
@@ -125,7 +125,7 @@ def quadratic_form(found: Polynomial, size: int) -> list[list[Expr]]:
     return [[coefficient(found, size, i, j) * (1 if i == j else HALF) for j in places] for i in places]
 
 
-def form_of(matrix: mass_matrix.Matrix, momenta: Sequence[Expr]) -> Expr:
+def form_of(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> Expr:
     """P.M.P, each momentum left whole."""
     size = range(len(momenta))
     pairs = [(i, j) for i in size for j in size[i:]]

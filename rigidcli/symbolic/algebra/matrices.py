@@ -1,4 +1,4 @@
-"""Matrices of expressions, as the mass matrix is one: their blocks, inverses and ranks."""
+"""Matrices of exact expressions: their blocks, products, determinants, inverses and null vectors."""
 
 from __future__ import annotations
 
@@ -46,6 +46,12 @@ def blocks(matrix: Matrix) -> list[list[int]]:
 def part(matrix: Matrix, rows: Sequence[int], columns: Sequence[int]) -> list[list[Expr]]:
     """The entries in these rows and columns."""
     return [[matrix[i][j] for j in columns] for i in rows]
+
+
+def product(left: Matrix, right: Matrix) -> list[list[Expr]]:
+    """The product of two matrices."""
+    columns = list(zip(*right, strict=True))
+    return [[total(a * b for a, b in zip(row, column, strict=True)) for column in columns] for row in left]
 
 
 def inverse(matrix: Matrix) -> list[list[Expr]] | None:
