@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 import operator
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import fields
+from dataclasses import fields, replace
 from itertools import repeat
 from typing import Any, NoReturn
 
@@ -23,7 +23,10 @@ from rigidcli.core.arithmetic import FLOAT, Arithmetic
 from rigidcli.core.groups import UnfitError, agreed, common
 
 SHORT = 8
-"""Sums of fewer numbers are added by numpy one after the other, however they lie in memory."""
+"""Sums of fewer numbers are added by numpy one after the other, however they lie in memory.
+
+How it adds more of them hangs on that, so that they are added run by run.
+"""
 
 
 def _unfit(*_: object) -> NoReturn:
@@ -75,8 +78,10 @@ def _reduced(name: str) -> Callable[..., Any]:
     def method(self: Many, axis: int | None = None, **options: Any) -> Many:
         values = self.values.reshape(len(self.values), -1) if axis is None else self.values
         along = 1 if axis is None else axis + 1
-        if not 0 < along < values.ndim or (name == "sum" and values.shape[along] >= SHORT):
+        if not 0 < along < values.ndim:
             raise UnfitError
+        if name == "sum" and values.shape[along] >= SHORT:
+            return Many(np.array([run.sum(axis, **options) for run in self.values]))
         return Many(np.ascontiguousarray(getattr(values, name)(axis=along, **options)))
 
     return method
@@ -184,6 +189,10 @@ class Many:
             raise UnfitError
         return Many(entries)
 
+    def tolist(self) -> list[Any]:
+        """The entries, nested as in the array of each run."""
+        return [entry.tolist() if entry.ndim else entry for entry in self]
+
     def diagonal(self) -> Many:
         """The diagonal of the matrix of each run."""
         return Many(self.values.diagonal(axis1=1, axis2=2))
@@ -279,6 +288,15 @@ def _column(number: Any) -> Iterable[Any]:
     if not isinstance(number, Many):
         return repeat(number)
     return number.values if number.ndim else number.values.tolist()
+
+
+def alone(run: int) -> Arithmetic:
+    """The arithmetic of floats, to which many numbers have the value that they have in this run."""
+
+    def value(x: Any) -> float:
+        return float(x.values[run] if isinstance(x, Many) else x)
+
+    return replace(FLOAT, value=value)
 
 
 def _either(function: Callable[..., float]) -> Callable[..., Any]:

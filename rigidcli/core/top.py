@@ -16,14 +16,17 @@ no formula is None.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal, localcontext
 from typing import Literal, TypeAlias
 
+import numpy as np
+
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.elliptic import complete_first, complete_third
 from rigidcli.core.groups import UnfitError
-from rigidcli.core.high_precision import CONTEXT, NOISE, PI
+from rigidcli.core.high_precision import CONTEXT, PI
 from rigidcli.core.many import MANY
 from rigidcli.core.pairs import Long, Pairs, exactly, exceeds, rounded, settled, widened
 from rigidcli.errors import ComputationError
@@ -230,6 +233,12 @@ def _tidy(x: Scalar, n: Arithmetic) -> Scalar:
 
 _ZERO, _TWO = Decimal(0), Decimal(2)
 
+_CLEARLY = Decimal("1.001")
+"""A sum of terms is larger than another one, with which it is often equal, beyond this."""
+
+_BRACKET = Decimal("1e-26")
+"""The relative error of a root of pairs: so near to it, they still tell the signs on either side."""
+
 _TOUCHING = Decimal("1e-50")
 """A limit closer to the vertical than this, in units of its distance at the start, goes through it."""
 
@@ -427,16 +436,27 @@ def _turning_points(c0: Long, c1: Long, c2: Long, c3: Long, bottom: Long) -> tup
     if c0 == 0:
         other = _near_root(c1, c2, c3)
         return min(other, _ZERO), max(other, _ZERO)
-    if isinstance(c0, Pairs) or isinstance(c1, Pairs) or isinstance(c2, Pairs):
-        raise UnfitError  # where Newton's method ends, no bound on its error is known
     low, last = bottom, 2 * bottom
-    while low - last > -low * NOISE:
+    while exceeds(low - last, -low * settled(low)):
         # Newton's method goes up to the lowest root; this form of the step does not cancel for tiny roots.
         last, low = low, ((2 * c3 * low + c2) * low**2 - c0) / ((3 * c3 * low + 2 * c2) * low + c1)
+    low = _between_signs(low, lambda x: c0 + x * (c1 + x * (c2 + x * c3)))
     g0 = -c0 / low
     # The linear coefficient of f/(x - low), from the lower or the higher terms: as less cancels.
-    from_below = (abs(c2) + abs(c3 * low)) * -low > g0 + abs(c1)
+    from_below = (abs(c2) + abs(c3 * low)) * -low > _CLEARLY * (g0 + abs(c1))
     return low, _near_root(g0, (g0 - c1) / low if from_below else c2 + c3 * low, c3)
+
+
+def _between_signs(root: Long, f: Callable[[Long], Long]) -> Long:
+    """A root < 0 at which f changes its sign from below, with a bound on its error where it has one."""
+    if not isinstance(root, Pairs):
+        return root
+    # Errors on the way to the root do not matter: the signs tell where it is.
+    root = Pairs(root.high, root.low, np.zeros_like(root.high))
+    error = -root * _BRACKET
+    if not f(root - error) < 0 < f(root + error):
+        raise UnfitError
+    return widened(root, error)
 
 
 def _near_root(g0: Long, g1: Long, g2: Long) -> Long:

@@ -163,6 +163,30 @@ body:
     - {shape: cylinder, radius: 1, height: 2, mass: 3, rotation: {axis: [1, 2, 3], angle: 1}}
     - {shape: sphere, radius: 1, mass: 2, position: [0, 0, 2]}
 """,
+    "bored": """
+body:
+  parts:
+    - {shape: cylinder, radius: 3, height: 4, density: 5}
+    - {shape: cylinder, radius: 1, height: 2, density: 5, hole: true, position: [0.5, 0, 0]}
+""",
+    "nine points": """
+parameters: {a: 1, b: a/2}
+body:
+  points: [[1, 0, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 0, 0, 1], [3, 1, 1, 0], [1, 1, 0, 1], [2, 0, 1, 1],
+    [1, 1, 1, 1], [a, 2, b, 1]]
+  position: [0.1, 2, a]
+""",
+    "turning box": """
+body: {shape: box, size: [1, 2, 3], mass: 12}
+motion: {omega: [0.3, 2, 1]}
+""",
+    "turning cylinder": """
+body: {shape: cylinder, radius: 1, height: 3, mass: 12}
+motion: {omega: [0.3, 2, 1]}
+""",
+    "nutating top": """
+top: {spin: 100, tilt: 0.5, mass: 1, distance: 0.1, lambda1: 0.02, lambda3: 0.01, nutation: 0.3}
+""",
 }
 """Bodies whose numbers are swept."""
 
@@ -178,6 +202,17 @@ TOGETHER_OF_BODIES = [
     ("axes", "tensor", ["body.inertia.2.2=2:8:20"]),
     ("axes", "parts", ["body.parts.1.radius=0.2:2:20"]),
     ("inertia", "parts", ["body.parts.0.rotation.angle=0:1:20"]),
+    ("axes", "bored", ["body.parts.1.radius=0.1:2.6:20"]),
+    ("inertia", "bored", ["body.parts.1.position.0=0:2.4:20"]),
+    ("axes", "nine points", ["parameters.a=-0.1:2:22"]),
+    ("inertia", "nine points", ["body.points.4.0=0:2:21"]),
+    ("precess", "turning box", ["motion.omega.0=0:4:21"]),
+    ("precess", "turning box", ["body.size.0=0.5:4:29"]),
+    ("precess", "turning cylinder", ["motion.omega.2=-1:1:21"]),
+    ("precess", "nutating top", ["top.nutation=-1:4:21"]),
+    ("precess", "nutating top", ["top.tilt=0.01:3.1:20"]),
+    # In step with the second key, it would be tried at the value that is refused alone.
+    ("precess", "nutating top", ["top.spin=10:80:16", "top.tilt=9,1,2"]),
 ]
 
 
@@ -220,6 +255,20 @@ def require_rows_of_single_runs(program: Program, command: str, file: str, keys:
             assert [found] == objects(program(command, "-q", "-f", "json", *given, file).out)
     assert (rows, objects_at_once) == ([], [])
     assert swept.code == max(codes)
+
+
+@pytest.mark.parametrize("command", ["axes", "precess"])
+def test_json_of_values_at_once_has_the_bytes_of_that_of_a_few(
+    program: Program, tmp_path: Path, command: str
+) -> None:
+    file = tmp_path / "box.yaml"
+    file.write_text(BODIES["turning box"])
+    sizes = [f"{k / 8}" for k in range(1, 33)]
+    written = [
+        program(command, "-q", "-f", "json", "--sweep", f"body.size.1={','.join(values)}", str(file)).out
+        for values in (sizes, sizes[:16], sizes[16:])
+    ]
+    assert written[0] == written[1] + written[2]
 
 
 def test_values_at_once_are_written_as_they_are_one_by_one(program: Program) -> None:
