@@ -27,7 +27,7 @@ from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.elliptic import complete_first, complete_third
 from rigidcli.core.groups import UnfitError
 from rigidcli.core.high_precision import CONTEXT, PI
-from rigidcli.core.many import MANY
+from rigidcli.core.many_arithmetic import MANY
 from rigidcli.core.pairs import Long, Pairs, exactly, exceeds, rounded, settled, widened
 from rigidcli.errors import ComputationError
 

@@ -15,7 +15,8 @@ from pydantic import Field, ValidationError, ValidationInfo, model_validator
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Scalar
 from rigidcli.core.groups import agreed
-from rigidcli.core.many import Many, alone
+from rigidcli.core.many import Many
+from rigidcli.core.many_arithmetic import alone
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.model import holes
 from rigidcli.model.base import (
