@@ -21,7 +21,8 @@ from hypothesis import strategies as st
 from rigidcli.cli.together import go_together
 from rigidcli.errors import UsageError
 from rigidcli.model.load import draft
-from rigidcli.model.sweeps import Range, read_sweep
+from rigidcli.model.ranges import Range
+from rigidcli.model.sweeps import read_sweep
 from tests.cli.test_commands import shell
 from tests.conftest import ROOT, Program
 
