@@ -23,6 +23,7 @@ from rigidcli.errors import UsageError
 from rigidcli.model.load import draft
 from rigidcli.model.ranges import Range
 from rigidcli.model.sweeps import read_sweep
+from rigidcli.studies.hamilton import derivation
 from tests.cli.test_commands import shell
 from tests.conftest import ROOT, Program
 
@@ -287,6 +288,57 @@ def test_values_at_once_are_written_as_they_are_one_by_one(program: Program) -> 
             "precess", "-q", "-f", "csv", "--sweep", f"top.spin={spin}", "--sweep", f"top.tilt={tilts}", TOP
         )
         assert some.out.splitlines()[1:] == [line for line in lines if line.startswith(f"{spin},")]
+
+
+SYSTEMS = {
+    # The mass matrix is singular at c = 1, and H is as for a = 1 at any other value.
+    "coupled": (
+        "parameters: {a: 1, c: 0.5, k: 2}\n"
+        "system: {coordinates: [x, y], lagrangian: a*xdot^2/2 + ydot^2/2 + c*xdot*ydot - k*(x^2 + y^2)}\n"
+        "equilibrium: {x: 0, y: 0}\n",
+        "parameters.c=0,0.5,1,0.25,2",
+    ),
+    # Which velocity a momentum has hangs on the sign of b.
+    "cubic": (
+        "parameters: {m: 1, b: 1}\nsystem: {coordinates: [x], lagrangian: m*xdot^2/2 + b*xdot^3/3 - x^2}\n",
+        "parameters.b=1,-1,2,-3",
+    ),
+    "relativistic": (
+        "parameters: {m: 1, c: 3, k: 1}\n"
+        "system: {coordinates: [x], lagrangian: -m*c^2*sqrt(1 - xdot^2/c^2) - k*x^2/2}\n"
+        "orbit: {initial: {x: 1, xdot: 0}, duration: 1, samples: 3}\n",
+        "parameters.m=1,-2,0.5",
+    ),
+    # A parameter that follows from others is a function of them: x is cyclic for no value alone.
+    "derived": (
+        "parameters: {g: 9.8, l: 2, w: sqrt(g/l)}\n"
+        "system: {coordinates: [x], kinetic: xdot^2/2, potential: w^2*x^2/2}\n",
+        "parameters.w=0,1,g/l,sqrt(g/l),null",
+    ),
+}
+"""Systems, and parameters on whose values more than numbers may hang."""
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_equations_derived_for_another_value_are_those_of_a_single_run(
+    program: Program, tmp_path: Path, name: str
+) -> None:
+    document, sweep = SYSTEMS[name]
+    key, _, values = sweep.partition("=")
+    file = tmp_path / f"{name}.yaml"
+    file.write_text(document)
+    swept = program("hamilton", "-q", "-f", "json", "--sweep", sweep, str(file))
+    found = objects(swept.out)
+    for value in values.split(","):
+        derivation._derived.cache_clear()
+        single = program("hamilton", "-q", "-f", "json", "-s", f"{key}={value}", str(file))
+        if single.code:
+            assert single.err.partition("yaml: ")[2].splitlines()[0] in swept.err
+            continue
+        one = found.pop(0)
+        del one["swept"]
+        assert [one] == objects(single.out)
+    assert found == []
 
 
 def test_notes_on_single_values_are_told(program: Program) -> None:
