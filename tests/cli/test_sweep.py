@@ -293,9 +293,11 @@ def test_values_at_once_are_written_as_they_are_one_by_one(program: Program) -> 
 SYSTEMS = {
     # The mass matrix is singular at c = 1, and H is as for a = 1 at any other value.
     "coupled": (
-        "parameters: {a: 1, c: 0.5, k: 2}\n"
-        "system: {coordinates: [x, y], lagrangian: a*xdot^2/2 + ydot^2/2 + c*xdot*ydot - k*(x^2 + y^2)}\n"
-        "equilibrium: {x: 0, y: 0}\n",
+        (
+            "parameters: {a: 1, c: 0.5, k: 2}\n"
+            "system: {coordinates: [x, y], lagrangian: a*xdot^2/2 + ydot^2/2 + c*xdot*ydot - k*(x^2 + y^2)}\n"
+            "equilibrium: {x: 0, y: 0}\n"
+        ),
         "parameters.c=0,0.5,1,0.25,2",
     ),
     # Which velocity a momentum has hangs on the sign of b.
@@ -304,15 +306,19 @@ SYSTEMS = {
         "parameters.b=1,-1,2,-3",
     ),
     "relativistic": (
-        "parameters: {m: 1, c: 3, k: 1}\n"
-        "system: {coordinates: [x], lagrangian: -m*c^2*sqrt(1 - xdot^2/c^2) - k*x^2/2}\n"
-        "orbit: {initial: {x: 1, xdot: 0}, duration: 1, samples: 3}\n",
+        (
+            "parameters: {m: 1, c: 3, k: 1}\n"
+            "system: {coordinates: [x], lagrangian: -m*c^2*sqrt(1 - xdot^2/c^2) - k*x^2/2}\n"
+            "orbit: {initial: {x: 1, xdot: 0}, duration: 1, samples: 3}\n"
+        ),
         "parameters.m=1,-2,0.5",
     ),
     # A parameter that follows from others is a function of them: x is cyclic for no value alone.
     "derived": (
-        "parameters: {g: 9.8, l: 2, w: sqrt(g/l)}\n"
-        "system: {coordinates: [x], kinetic: xdot^2/2, potential: w^2*x^2/2}\n",
+        (
+            "parameters: {g: 9.8, l: 2, w: sqrt(g/l)}\n"
+            "system: {coordinates: [x], kinetic: xdot^2/2, potential: w^2*x^2/2}\n"
+        ),
         "parameters.w=0,1,g/l,sqrt(g/l),null",
     ),
 }
