@@ -36,29 +36,50 @@ def go_together(draft: Draft, sweep: Sweep, study: str, run: Callable[[Document]
     if study not in STUDIES or count <= TRIED or draft.is_exact(sweep.settings(sweep.point(0))):
         return False
     places = sorted({int(count * (k * SPREAD % 1)) for k in range(TRIED)})
-    return any(report is not None for _, report in together(draft, sweep, places, run, least=1))
+    return any(report is not None for _, report in _groups(draft, sweep, places, run, 1))
 
 
 def together(
-    draft: Draft,
-    sweep: Sweep,
-    places: Sequence[int],
-    run: Callable[[Document], Report],
-    least: int | None = None,
+    draft: Draft, sweep: Sweep, places: Sequence[int], run: Callable[[Document], Report]
 ) -> Iterator[tuple[Sequence[int], Report | None]]:
     """Some `places` of a sweep after the others, in their order, each time with one report on all of them.
 
-    It is None where points are to be worked one by one, as those whose values are refused, or those of which
-    less than the `least` number go together, where that is told.
+    It is None where points are to be worked one by one, as those whose values are refused.
     """
     import numpy as np
 
-    from rigidcli.core.groups import FEW, UnfitError, grouped
+    from rigidcli.core.groups import FEW
 
+    groups = list(_groups(draft, sweep, places, run, FEW))
+    owner, rank = np.empty(len(places), dtype=int), np.empty(len(places), dtype=int)
+    for index, (group, report) in enumerate(groups):
+        owner[group] = -1 if report is None else index
+        rank[group] = np.arange(len(group))
+    ends = [*(np.flatnonzero(np.diff(owner)) + 1).tolist(), len(places)]
+    begin = 0
+    for end in ends:
+        found = None if owner[begin] < 0 else groups[owner[begin]][1]
+        first = int(rank[begin])
+        yield places[begin:end], found and part(found, slice(first, first + end - begin))
+        begin = end
+
+
+def _groups(
+    draft: Draft, sweep: Sweep, places: Sequence[int], run: Callable[[Document], Report], least: int
+) -> Iterator[tuple[NDArray[np.int_], Report | None]]:
+    """Groups of at least so many of the `places`, by their numbers in these, each with a report on it.
+
+    It is None for those to be worked one by one.
+    """
+    import numpy as np
+
+    from rigidcli.core.groups import UnfitError, grouped
+
+    every = np.arange(len(places))
     try:
         values = sweep.together(places)
     except RigidError:
-        yield places, None
+        yield every, None
         return
 
     def work(group: NDArray[np.int_]) -> Report:
@@ -76,15 +97,4 @@ def together(
         ]
         return replace(report, swept=tuple(swept))
 
-    groups = list(grouped(np.arange(len(places)), work, FEW if least is None else least))
-    owner, rank = np.empty(len(places), dtype=int), np.empty(len(places), dtype=int)
-    for index, (group, report) in enumerate(groups):
-        owner[group] = -1 if report is None else index
-        rank[group] = np.arange(len(group))
-    ends = [*(np.flatnonzero(np.diff(owner)) + 1).tolist(), len(places)]
-    begin = 0
-    for end in ends:
-        found = None if owner[begin] < 0 else groups[owner[begin]][1]
-        first = int(rank[begin])
-        yield places[begin:end], found and part(found, slice(first, first + end - begin))
-        begin = end
+    yield from grouped(every, work, least)

@@ -9,21 +9,22 @@ numpy has for arrays may differ from them in the last bit. A branch is taken by 
 
 from __future__ import annotations
 
-import math
 import operator
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import fields
 from itertools import repeat
 from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core.arithmetic import FLOAT, Arithmetic
+from rigidcli.core.arithmetic import FLOAT
 from rigidcli.core.groups import UnfitError, agreed, common
 
 SHORT = 8
-"""Sums of fewer numbers are added by numpy one after the other, however they lie in memory."""
+"""Sums of fewer numbers along one axis are added by numpy one after the other, however they lie in memory.
+
+How it adds others hangs on that, so that they are added run by run.
+"""
 
 
 def _unfit(*_: object) -> NoReturn:
@@ -75,8 +76,10 @@ def _reduced(name: str) -> Callable[..., Any]:
     def method(self: Many, axis: int | None = None, **options: Any) -> Many:
         values = self.values.reshape(len(self.values), -1) if axis is None else self.values
         along = 1 if axis is None else axis + 1
-        if not 0 < along < values.ndim or (name == "sum" and values.shape[along] >= SHORT):
+        if not 0 < along < values.ndim:
             raise UnfitError
+        if name == "sum" and (values.shape[along] >= SHORT or (axis is None and self.ndim > 1)):
+            return Many(np.array([run.sum(axis, **options) for run in self.values]))
         return Many(np.ascontiguousarray(getattr(values, name)(axis=along, **options)))
 
     return method
@@ -138,7 +141,7 @@ class Many:
         return _laid_out(found, self.values[0][index]) if is_copied else Many(found)
 
     def __setitem__(self, index: Any, value: Any) -> None:
-        value = MANY.array(value)
+        value = stacked(value)
         self.values[self._place(index)] = value.values if isinstance(value, Many) else value
 
     def _place(self, index: Any) -> Any:
@@ -183,6 +186,10 @@ class Many:
         if not np.shares_memory(entries, self.values):
             raise UnfitError
         return Many(entries)
+
+    def tolist(self) -> list[Any]:
+        """The entries, nested as in the array of each run."""
+        return [entry.tolist() if entry.ndim else entry for entry in self]
 
     def diagonal(self) -> Many:
         """The diagonal of the matrix of each run."""
@@ -230,7 +237,7 @@ def _product(one: Any, other: Any) -> Many:
 
 def _cross(one: Any, other: Any) -> Any:
     (a, b, c), (x, y, z) = one, other
-    return MANY.array([b * z - c * y, c * x - a * z, a * y - b * x])
+    return stacked([b * z - c * y, c * x - a * z, a * y - b * x])
 
 
 def _diag(entries: Many) -> Many:
@@ -265,6 +272,21 @@ _ARRAYS: dict[Any, Callable[..., Any]] = {
 """What stands for functions of arrays, where an array is many."""
 
 
+def stacked(values: object) -> Any:
+    """The numbers, nested to any depth, as an array; where some are many at once, as many arrays."""
+    if isinstance(values, Many):
+        return values
+    entries = [stacked(entry) for entry in values] if isinstance(values, list | tuple) else []
+    counts = [len(entry.values) for entry in entries if isinstance(entry, Many)]
+    if not counts:
+        return FLOAT.array(values)
+    columns = [
+        entry.values if isinstance(entry, Many) else np.broadcast_to(entry, (counts[0], *entry.shape))
+        for entry in entries
+    ]
+    return Many(np.stack(columns, axis=1))
+
+
 def each(function: Callable[..., float], *numbers: Any) -> Many:
     """A function of floats, run by run; numbers that are not many are the same in all."""
     return Many(np.array([function(*row) for row in runs(*numbers)]))
@@ -279,58 +301,3 @@ def _column(number: Any) -> Iterable[Any]:
     if not isinstance(number, Many):
         return repeat(number)
     return number.values if number.ndim else number.values.tolist()
-
-
-def _either(function: Callable[..., float]) -> Callable[..., Any]:
-    """The function, for floats and for many at once."""
-
-    def apply(*numbers: Any) -> Any:
-        is_many = any(isinstance(number, Many) for number in numbers)
-        return each(function, *numbers) if is_many else function(*numbers)
-
-    return apply
-
-
-def _sqrt(x: Any) -> Any:
-    if not isinstance(x, Many):
-        return math.sqrt(x)
-    if x < 0:
-        raise UnfitError
-    return Many(np.sqrt(x.values))
-
-
-def _sign(x: Any) -> int | None:
-    if not isinstance(x, Many):
-        return FLOAT.sign(x)
-    # Labels are not negative.
-    return common((x.values > 0).astype(int) - (x.values < 0) + 1) - 1
-
-
-class _Together(Arithmetic):
-    """The arithmetic of floats, some of which are many at once."""
-
-    def array(self, values: object) -> Any:
-        """The numbers, nested to any depth, as an array; where some are many at once, as many arrays."""
-        if isinstance(values, Many):
-            return values
-        entries = [self.array(entry) for entry in values] if isinstance(values, list | tuple) else []
-        counts = [len(entry.values) for entry in entries if isinstance(entry, Many)]
-        if not counts:
-            return FLOAT.array(values)
-        columns = [
-            entry.values if isinstance(entry, Many) else np.broadcast_to(entry, (counts[0], *entry.shape))
-            for entry in entries
-        ]
-        return Many(np.stack(columns, axis=1))
-
-
-def _itself(x: Any) -> Any:
-    return x if isinstance(x, Many) else float(x)
-
-
-MANY = _Together(
-    **{entry.name: getattr(FLOAT, entry.name) for entry in fields(FLOAT)}
-    | {"sqrt": _sqrt, "sign": _sign, "value": _itself, "size": _itself}
-    | {name: _either(getattr(FLOAT, name)) for name in ("sin", "cos", "atan2", "hypot")}
-)
-"""Floats, some of which are many at once."""

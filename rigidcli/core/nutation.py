@@ -12,7 +12,7 @@ from typing import Literal, TypeAlias
 
 from rigidcli.core.elliptic import complete_first, complete_third
 from rigidcli.core.high_precision import CONTEXT, PI
-from rigidcli.core.many import MANY
+from rigidcli.core.many_arithmetic import MANY
 from rigidcli.core.pairs import Long, exactly, exceeds, rounded, settled, widened
 from rigidcli.core.swing import Start, Swing, swing
 from rigidcli.core.top import ROUNDING

@@ -57,7 +57,7 @@ class State:
 
     @classmethod
     def of(cls, body: Inertia, omega: Floats) -> State:
-        """From a `body` and its `omega` (3), both along the axes of its entries."""
+        """From a `body` and its `omega` (3), both along the axes of its entries; many at once as pairs."""
         tensor = body.without_noise()
         exact, w = exactly(tensor), exactly(omega)
         moments, axes = principal_axes(exact)

@@ -134,7 +134,7 @@ def estimated_error(
         begin = _rounded(ours[piece] + apart, np.minimum(unit * ratio, LOST))
         found = pair.compared(ends[piece : piece + 1 + PATIENCE], begin, now)
         if found is None:
-            if attempts == ATTEMPTS:
+            if attempts == ATTEMPTS or ratio < ROUNDING:
                 return 1.0, float(ends[piece + 1])
             attempts, failed = attempts + 1, piece
             # A large difference lies on a curve: it is made smaller where it was still small.

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Scalar
-from rigidcli.core.many import MANY
+from rigidcli.core.many_arithmetic import MANY
 from rigidcli.errors import ValueProblem
 
 PHYSICAL_SLACK = 1e-10

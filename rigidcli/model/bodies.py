@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from decimal import Decimal
 from functools import reduce
@@ -16,6 +16,7 @@ from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Scalar
 from rigidcli.core.groups import agreed
 from rigidcli.core.many import Many
+from rigidcli.core.many_arithmetic import alone
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.model import holes
 from rigidcli.model.environment import Environment
@@ -118,6 +119,20 @@ def _require_physical(central: Any, n: Arithmetic) -> None:
         tensor.require_physical(np.array(values, dtype=np.float64).reshape(3, 3))
 
 
+def _require_material(leaves: Sequence[holes.Leaf], entries: Any, n: Arithmetic) -> None:
+    """`holes.require_material`, run by run where the `entries` of the tensor are many."""
+    if not isinstance(entries, Many):
+        holes.require_material(leaves, n)
+        return
+    fits = np.ones(len(entries.values), dtype=bool)
+    for run in range(len(fits)):
+        try:
+            holes.require_material(leaves, alone(run))
+        except ValueProblem:
+            fits[run] = False
+    agreed(True, fits)
+
+
 class Composite(Form):
     """Several bodies taken as one; parts with `hole: true` are missing."""
 
@@ -138,7 +153,7 @@ class Composite(Form):
             bodies.append(body)
         whole = mass_properties.combine(bodies, arithmetic)
         if any(part.hole for part in self.parts):
-            holes.require_material(list(self.leaves(arithmetic)), arithmetic)
+            _require_material(list(self.leaves(arithmetic)), whole.inertia.entries, arithmetic)
             assert whole.mass is not None
             if arithmetic.sign(whole.mass) in (0, -1):
                 raise ValueProblem(f"the holes leave no mass: {arithmetic.size(whole.mass):.6g} kg")

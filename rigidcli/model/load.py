@@ -13,7 +13,7 @@ from typing import TypeAlias
 from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic
-from rigidcli.core.many import MANY
+from rigidcli.core.many_arithmetic import MANY
 from rigidcli.errors import DocumentError, Path, ValueProblem, shown
 from rigidcli.model.document import Document
 from rigidcli.model.environment import Environment

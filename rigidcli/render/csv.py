@@ -11,7 +11,8 @@ import orjson
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.many import Many
 from rigidcli.render import Look
-from rigidcli.render.values import plain, texts_at_points
+from rigidcli.render.json import texts_at_points
+from rigidcli.render.values import plain
 from rigidcli.report import Column, Report, Value, points_of, single_cells
 
 ROWS = 50_000

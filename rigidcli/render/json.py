@@ -6,11 +6,12 @@ import operator
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
+import numpy as np
 import orjson
 
 from rigidcli.core.many import Many
 from rigidcli.render import Look
-from rigidcli.render.values import plain, texts_at_points
+from rigidcli.render.values import plain
 from rigidcli.report import Report, Table, Value
 
 
@@ -45,6 +46,14 @@ def lines(report: Report, look: Look) -> Iterator[str]:
 
 _PLACE = "\0"
 """What stands for a value that is many: no text in JSON has this character as it is."""
+
+
+def texts_at_points(values: Many) -> list[str]:
+    """Floats, or arrays of them, as JSON at each point of a sweep."""
+    opened, closed = "[" * values.ndim, "]" * values.ndim
+    text = orjson.dumps(np.ascontiguousarray(values.values), option=orjson.OPT_SERIALIZE_NUMPY).decode()
+    inside = text.removeprefix("[" + opened).removesuffix(closed + "]")
+    return [opened + each + closed for each in inside.split(f"{closed},{opened}")]
 
 
 def _asked(table: Table, look: Look) -> Table:

@@ -7,9 +7,7 @@ from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
-import orjson
 
-from rigidcli.core.many import Many
 from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.report import NOISE, Column, Field, Report, Table, Value, single_cells
@@ -42,14 +40,6 @@ def plain(value: Value) -> Value:
     if isinstance(value, _PLAIN) or not is_exact(value):
         return value
     return [plain(entry) for entry in value] if isinstance(value, np.ndarray) else str(value)
-
-
-def texts_at_points(values: Many) -> list[str]:
-    """Floats, or arrays of them, as JSON at each point of a sweep."""
-    opened, closed = "[" * values.ndim, "]" * values.ndim
-    text = orjson.dumps(np.ascontiguousarray(values.values), option=orjson.OPT_SERIALIZE_NUMPY).decode()
-    inside = text.removeprefix("[" + opened).removesuffix(closed + "]")
-    return [opened + each + closed for each in inside.split(f"{closed},{opened}")]
 
 
 MOST_ROWS = 11

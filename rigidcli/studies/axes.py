@@ -6,7 +6,7 @@ import numpy as np
 
 from rigidcli.core import principal
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
-from rigidcli.core.many import MANY
+from rigidcli.core.many_arithmetic import MANY
 from rigidcli.core.principal import PrincipalFrame
 from rigidcli.core.tensor import MISPLACED, ROUNDING, Inertia
 from rigidcli.errors import ComputationError

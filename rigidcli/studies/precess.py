@@ -198,7 +198,7 @@ def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]
     axis = alone[0] if alone else 2
     if axis == 0:
         found.notes.append("e3 here is the symmetry axis, which `axes` calls e1")
-    spin, across = omega[axis], n.hypot(*np.delete(omega, axis))
+    spin, across = omega[axis], n.hypot(*(rate for place, rate in enumerate(omega) if place != axis))
     return values | asdict(precession.free(frame.moments[1], frame.moments[axis], spin, across, n))
 
 

@@ -21,7 +21,9 @@ from hypothesis import strategies as st
 from rigidcli.cli.together import go_together
 from rigidcli.errors import UsageError
 from rigidcli.model.load import draft
-from rigidcli.model.sweeps import Range, read_sweep
+from rigidcli.model.ranges import Range
+from rigidcli.model.sweeps import read_sweep
+from rigidcli.studies.hamilton import derivation
 from tests.cli.test_commands import shell
 from tests.conftest import ROOT, Program
 
@@ -163,6 +165,30 @@ body:
     - {shape: cylinder, radius: 1, height: 2, mass: 3, rotation: {axis: [1, 2, 3], angle: 1}}
     - {shape: sphere, radius: 1, mass: 2, position: [0, 0, 2]}
 """,
+    "bored": """
+body:
+  parts:
+    - {shape: cylinder, radius: 3, height: 4, density: 5}
+    - {shape: cylinder, radius: 1, height: 2, density: 5, hole: true, position: [0.5, 0, 0]}
+""",
+    "nine points": """
+parameters: {a: 1, b: a/2}
+body:
+  points: [[1, 0, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 0, 0, 1], [3, 1, 1, 0], [1, 1, 0, 1], [2, 0, 1, 1],
+    [1, 1, 1, 1], [a, 2, b, 1]]
+  position: [0.1, 2, a]
+""",
+    "turning box": """
+body: {shape: box, size: [1, 2, 3], mass: 12}
+motion: {omega: [0.3, 2, 1]}
+""",
+    "turning cylinder": """
+body: {shape: cylinder, radius: 1, height: 3, mass: 12}
+motion: {omega: [0.3, 2, 1]}
+""",
+    "nutating top": """
+top: {spin: 100, tilt: 0.5, mass: 1, distance: 0.1, lambda1: 0.02, lambda3: 0.01, nutation: 0.3}
+""",
 }
 """Bodies whose numbers are swept."""
 
@@ -178,6 +204,17 @@ TOGETHER_OF_BODIES = [
     ("axes", "tensor", ["body.inertia.2.2=2:8:20"]),
     ("axes", "parts", ["body.parts.1.radius=0.2:2:20"]),
     ("inertia", "parts", ["body.parts.0.rotation.angle=0:1:20"]),
+    ("axes", "bored", ["body.parts.1.radius=0.1:2.6:20"]),
+    ("inertia", "bored", ["body.parts.1.position.0=0:2.4:20"]),
+    ("axes", "nine points", ["parameters.a=-0.1:2:22"]),
+    ("inertia", "nine points", ["body.points.4.0=0:2:21"]),
+    ("precess", "turning box", ["motion.omega.0=0:4:21"]),
+    ("precess", "turning box", ["body.size.0=0.5:4:29"]),
+    ("precess", "turning cylinder", ["motion.omega.2=-1:1:21"]),
+    ("precess", "nutating top", ["top.nutation=-1:4:21"]),
+    ("precess", "nutating top", ["top.tilt=0.01:3.1:20"]),
+    # In step with the second key, it would be tried at the value that is refused alone.
+    ("precess", "nutating top", ["top.spin=10:80:16", "top.tilt=9,1,2"]),
 ]
 
 
@@ -222,6 +259,20 @@ def require_rows_of_single_runs(program: Program, command: str, file: str, keys:
     assert swept.code == max(codes)
 
 
+@pytest.mark.parametrize("command", ["axes", "precess"])
+def test_json_of_values_at_once_has_the_bytes_of_that_of_a_few(
+    program: Program, tmp_path: Path, command: str
+) -> None:
+    file = tmp_path / "box.yaml"
+    file.write_text(BODIES["turning box"])
+    sizes = [f"{k / 8}" for k in range(1, 33)]
+    written = [
+        program(command, "-q", "-f", "json", "--sweep", f"body.size.1={','.join(values)}", str(file)).out
+        for values in (sizes, sizes[:16], sizes[16:])
+    ]
+    assert written[0] == written[1] + written[2]
+
+
 def test_values_at_once_are_written_as_they_are_one_by_one(program: Program) -> None:
     """Points of a grid in several groups: the same bytes, whoever works them, as of some points alone."""
     keys = ("--sweep", "top.spin=0:700:4", "--sweep", "top.tilt=-0.3:3.3:60")
@@ -237,6 +288,63 @@ def test_values_at_once_are_written_as_they_are_one_by_one(program: Program) -> 
             "precess", "-q", "-f", "csv", "--sweep", f"top.spin={spin}", "--sweep", f"top.tilt={tilts}", TOP
         )
         assert some.out.splitlines()[1:] == [line for line in lines if line.startswith(f"{spin},")]
+
+
+SYSTEMS = {
+    # The mass matrix is singular at c = 1, and H is as for a = 1 at any other value.
+    "coupled": (
+        (
+            "parameters: {a: 1, c: 0.5, k: 2}\n"
+            "system: {coordinates: [x, y], lagrangian: a*xdot^2/2 + ydot^2/2 + c*xdot*ydot - k*(x^2 + y^2)}\n"
+            "equilibrium: {x: 0, y: 0}\n"
+        ),
+        "parameters.c=0,0.5,1,0.25,2",
+    ),
+    # Which velocity a momentum has hangs on the sign of b.
+    "cubic": (
+        "parameters: {m: 1, b: 1}\nsystem: {coordinates: [x], lagrangian: m*xdot^2/2 + b*xdot^3/3 - x^2}\n",
+        "parameters.b=1,-1,2,-3",
+    ),
+    "relativistic": (
+        (
+            "parameters: {m: 1, c: 3, k: 1}\n"
+            "system: {coordinates: [x], lagrangian: -m*c^2*sqrt(1 - xdot^2/c^2) - k*x^2/2}\n"
+            "orbit: {initial: {x: 1, xdot: 0}, duration: 1, samples: 3}\n"
+        ),
+        "parameters.m=1,-2,0.5",
+    ),
+    # A parameter that follows from others is a function of them: x is cyclic for no value alone.
+    "derived": (
+        (
+            "parameters: {g: 9.8, l: 2, w: sqrt(g/l)}\n"
+            "system: {coordinates: [x], kinetic: xdot^2/2, potential: w^2*x^2/2}\n"
+        ),
+        "parameters.w=0,1,g/l,sqrt(g/l),null",
+    ),
+}
+"""Systems, and parameters on whose values more than numbers may hang."""
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_equations_derived_for_another_value_are_those_of_a_single_run(
+    program: Program, tmp_path: Path, name: str
+) -> None:
+    document, sweep = SYSTEMS[name]
+    key, _, values = sweep.partition("=")
+    file = tmp_path / f"{name}.yaml"
+    file.write_text(document)
+    swept = program("hamilton", "-q", "-f", "json", "--sweep", sweep, str(file))
+    found = objects(swept.out)
+    for value in values.split(","):
+        derivation._derived.cache_clear()
+        single = program("hamilton", "-q", "-f", "json", "-s", f"{key}={value}", str(file))
+        if single.code:
+            assert single.err.partition("yaml: ")[2].splitlines()[0] in swept.err
+            continue
+        one = found.pop(0)
+        del one["swept"]
+        assert [one] == objects(single.out)
+    assert found == []
 
 
 def test_notes_on_single_values_are_told(program: Program) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -181,16 +181,18 @@ class Derivation:
 
 @dataclass(frozen=True, slots=True)
 class _Given:
-    """A document by the `text` on which its derivation hangs: all but the values of its parameters."""
+    """A document by the `text` on which its derivation hangs: all but the `values` of its parameters."""
 
     text: str
     document: Document = field(compare=False)
+    values: Mapping[str, Expr] = field(compare=False)
 
     @classmethod
-    def by(cls, document: Document, names: Iterable[str]) -> _Given:
-        """The document, of whose parameters these have values."""
+    def by(cls, document: Document) -> _Given:
+        """A document. Raises ExpressionError where a value of a parameter cannot be worked with exactly."""
+        values = known_values(document)
         derived = {name: e for name, e in document.definitions.items() if e is not None and e.names}
-        return cls(repr((document.system, derived, *names)), document)
+        return cls(repr((document.system, derived, *values)), document, values)
 
 
 def derive(document: Document) -> Derivation:
@@ -198,35 +200,33 @@ def derive(document: Document) -> Derivation:
 
     Raises DocumentError where there is no system, ComputationError where its Lagrangian is degenerate.
     """
-    values = known_values(document)
-    derivation, known = _derived(_Given.by(document, values))
-    if derivation.momenta is None or known == values:
+    try:
+        given = _Given.by(document)
+        derivation, known = _derived(given)
+        if derivation.momenta is None or known == given.values:
+            return derivation
+        if not derivation.branches or any(branch.region for branch in derivation.branches):
+            return _worked(given)
+        _require_regular_at(given.values, derivation.momenta)
         return derivation
-    if not derivation.branches or any(branch.region for branch in derivation.branches):
-        return _worked(document, values)
-    _require_regular_at(values, derivation.momenta)
-    return derivation
+    except ExpressionError as error:
+        raise ComputationError(f"the momenta cannot be worked out: {error.message}") from error
 
 
 @lru_cache(maxsize=1)
 def _derived(given: _Given) -> tuple[Derivation, Mapping[str, Expr]]:
     """A derivation, and the values of the parameters for which it was made."""
-    values = known_values(given.document)
-    return _worked(given.document, values), values
+    return _worked(given), given.values
 
 
-def _worked(document: Document, values: Mapping[str, Expr]) -> Derivation:
+def _worked(given: _Given) -> Derivation:
     """The derivation for these values of parameters."""
-    given = system_functions(document)
-    system = document.system
+    functions, system = system_functions(given.document), given.document.system
     assert system is not None
-    derivation = Derivation(Phase(system.coordinates, system.momenta), system.velocities, given)
-    if given.lagrangian is None:
+    derivation = Derivation(Phase(system.coordinates, system.momenta), system.velocities, functions)
+    if functions.lagrangian is None:
         return derivation
-    try:
-        return _transformed(derivation, given.lagrangian, values)
-    except ExpressionError as error:
-        raise ComputationError(f"the momenta cannot be worked out: {error.message}") from error
+    return _transformed(derivation, functions.lagrangian, given.values)
 
 
 def _transformed(derivation: Derivation, lagrangian: Expr, values: Mapping[str, Expr]) -> Derivation:
