@@ -243,8 +243,11 @@ SEVERAL = """<mujoco><compiler {}/><worldbody>
         ('settotalmass="-1" boundmass="0" balanceinertia="false"', "1 2 2.5"),
     ],
 )
-def test_settings_of_mjcf_change_masses_as_in_mujoco(settings: str, moments: str, tmp_path: Path) -> None:
+def test_settings_of_mjcf_change_masses_as_in_mujoco(
+    settings: str, moments: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     mujoco: Any = pytest.importorskip("mujoco", reason="MuJoCo is the oracle here")
+    monkeypatch.chdir(tmp_path)  # where MuJoCo writes its warnings
     text = SEVERAL.format(settings, moments)
     found = {result.name: result for result in read(text, ".xml", tmp_path)}
     model = mujoco.MjModel.from_xml_string(text)
