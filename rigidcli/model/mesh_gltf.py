@@ -144,9 +144,8 @@ def _passed_over(scene: Any) -> Iterator[str]:
 
 def _are_numbers(node: Any, *keys: str) -> bool:
     """Whether the lists under these keys hold finite numbers only."""
-    return bool(
-        np.isfinite(np.array([each for key in keys for each in node.get(key, [])], dtype=float)).all()
-    )
+    values = [each for key in keys for each in node.get(key, [])]
+    return bool(np.isfinite(np.array(values, dtype=np.float64)).all())
 
 
 def _below_zero(value: Any, key: str) -> Iterator[str]:

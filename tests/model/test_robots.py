@@ -277,6 +277,11 @@ def test_a_whole_mass_is_told_and_needs_all_masses(program: Program, tmp_path: P
     path.write_text(SEVERAL.format('settotalmass="7"', "1 2 2.5").replace('type="box"', 'mesh="m"'))
     told = program("inertia", str(path))
     assert "which is not done: of light it is not known" in told.err
+    repeated = "<replicate count='2'><body><geom size='1'/></body></replicate></worldbody>"
+    path.write_text(SEVERAL.format('settotalmass="7"', "1 2 2.5").replace("</worldbody>", repeated))
+    told = program("inertia", str(path))
+    assert "which is not done: of `<replicate>` in line 8 it is not known" in told.err
+    assert "note: bodies that `<replicate>` in line 8 makes besides those that are written are" in told.err
 
 
 def test_bodies_without_a_name_are_told_apart(tmp_path: Path) -> None:
