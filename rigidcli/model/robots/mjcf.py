@@ -109,7 +109,7 @@ def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
             if "name" not in body.attributes and names[link.name] > 1:
                 link = replace(link, name=f"{link.name}, number {names[link.name]}")
             links.append(link)
-    repeated = [
+    makers = [
         f"`<{element.tag}>` in line {element.line}" for element in _below(root) if element.tag in REPEATING
     ]
     found, notes = reading.compiler.scaled(links, repeated)
