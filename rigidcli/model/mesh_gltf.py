@@ -49,7 +49,10 @@ NATURAL = ("POSITION", "buffer", "bufferView", "byteOffset", "children", "indice
 FRAME = {"translation", "rotation", "scale"}
 """Keys of a node that has a frame and no matrix."""
 
-INDICES = (5121, 5123, 5125)
+LONG = 5125
+"""The type of whole numbers without a sign, of 4 bytes."""
+
+INDICES = (5121, 5123, LONG)
 """The types of indices: whole numbers without a sign, of 1, 2 and 4 bytes."""
 
 JSON_AT = 20
@@ -108,7 +111,8 @@ def _passed_over(scene: Any) -> Iterator[str]:
     for name in scene.get("extensionsRequired", []):
         if not name.startswith(APPEARANCE):
             yield f"the extension {shown(name)}"
-    parents = Counter(child for node in nodes for child in node.get("children", []))
+    roots = scene.get("scenes", [{}])[scene.get("scene", 0)].get("nodes", [])
+    parents = Counter([*roots, *(child for node in nodes for child in node.get("children", []))])
     for number, node in enumerate(nodes):
         found = {
             "a skin": "skin" in node,
@@ -117,6 +121,8 @@ def _passed_over(scene: Any) -> Iterator[str]:
             "a camera beside other things": "camera" in node and bool(node.keys() & {"mesh", "children"}),
             "several parents": parents[number] > 1,
             "a matrix of no frame": node.get("matrix", UNMOVED)[3::4] != UNMOVED[3::4],
+            "a rotation of zero": not any(node.get("rotation", [1])),
+            "a frame without numbers": not _are_numbers(node, "matrix", *FRAME),
             "a matrix beside a frame": "matrix" in node and bool(node.keys() & FRAME),
         }
         yield from (f"{what} of node {number}" for what, is_there in found.items() if is_there)
@@ -130,9 +136,16 @@ def _passed_over(scene: Any) -> Iterator[str]:
                 "triangles that are a fan": part.get("mode", 4) not in range(6),
                 "sparse data": any("sparse" in each or "bufferView" not in each for each in data),
                 "places in units of a type": places.get("normalized", False),
+                "places of another type": places["type"] != "VEC3" or places["componentType"] == LONG,
                 "indices with a sign": indices is not None and data[1]["componentType"] not in INDICES,
             }
             yield from (f"{what} of mesh {number}" for what, is_there in found.items() if is_there)
+
+
+def _are_numbers(node: Any, *keys: str) -> bool:
+    """Whether the lists under these keys hold finite numbers only."""
+    values = [each for key in keys for each in node.get(key, [])]
+    return bool(np.isfinite(np.array(values, dtype=np.float64)).all())
 
 
 def _below_zero(value: Any, key: str) -> Iterator[str]:
@@ -173,6 +186,11 @@ def _work(path: Path) -> bytes:
             scene = trimesh.load_scene(file, file_type=kind, resolver=Beside(), process=False, validate=False)
         shown_as = [scene.graph.get(node)[1] for node in scene.graph.nodes_geometry]
         surfaces = [scene.geometry[name] for name in shown_as if hasattr(scene.geometry[name], "faces")]
+        for surface in surfaces:
+            last = surface.faces.max(initial=-1)
+            if last >= len(surface.vertices):
+                known = f"there are {len(surface.vertices):,}"
+                raise ValueProblem(f"a face has the vertex {last:,} (counted from 0), and {known}")
         count = sum(len(surface.faces) for surface in surfaces)
         if count > MOST_TRIANGLES:
             return f"{count:,} triangles, expected at most {MOST_TRIANGLES:,}".encode()

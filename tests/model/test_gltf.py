@@ -72,6 +72,10 @@ def test_what_a_scene_shows_is_the_body(program: Program, tmp_path: Path) -> Non
             {"accessors": [{**SCENE["accessors"][0], "count": 10**9}, SCENE["accessors"][1]]},
             "trimesh cannot read it",
         ),
+        (
+            {"accessors": [{**SCENE["accessors"][0], "count": 7}, SCENE["accessors"][1]]},
+            r"a face has the vertex 7 \(counted from 0\), and there are 7",
+        ),
     ],
 )
 def test_hostile_scenes_are_refused(changes: dict[str, Any], reason: str, tmp_path: Path) -> None:
@@ -110,7 +114,11 @@ PART = SCENE["meshes"][0]["primitives"][0]
             changed("nodes", 2, matrix=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]),
             "a matrix beside a frame",
         ),
+        (changed("nodes", 1, matrix=[None, *mesh_gltf.UNMOVED[1:]]), "a frame without numbers of node 1"),
+        (changed("nodes", 1, rotation=[0, 0, 0, 0]), "a rotation of zero of node 1"),
         (changed("nodes", 0, children=[-1, 2]), "`-1` as `children`"),
+        ({"scenes": [{"nodes": [0, 2]}]}, "several parents of node 2"),
+        (changed("accessors", 0, componentType=5125), "places of another type of mesh 0"),
         (changed("meshes", 0, weights=[1]), "weights of shapes of mesh 0"),
         (changed("meshes", 0, primitives=[PART, PART | {"mode": 6}]), "triangles that are a fan of mesh 0"),
         (changed("accessors", 0, sparse={}), "sparse data of mesh 0"),

@@ -247,7 +247,7 @@ def test_settings_of_mjcf_change_masses_as_in_mujoco(
     settings: str, moments: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     mujoco: Any = pytest.importorskip("mujoco", reason="MuJoCo is the oracle here")
-    monkeypatch.chdir(tmp_path)  # MuJoCo writes its warnings into the folder that it is run in
+    monkeypatch.chdir(tmp_path)  # where MuJoCo writes its warnings
     text = SEVERAL.format(settings, moments)
     found = {result.name: result for result in read(text, ".xml", tmp_path)}
     model = mujoco.MjModel.from_xml_string(text)
@@ -277,6 +277,11 @@ def test_a_whole_mass_is_told_and_needs_all_masses(program: Program, tmp_path: P
     path.write_text(SEVERAL.format('settotalmass="7"', "1 2 2.5").replace('type="box"', 'mesh="m"'))
     told = program("inertia", str(path))
     assert "which is not done: of light it is not known" in told.err
+    repeated = "<replicate count='2'><body><geom size='1'/></body></replicate></worldbody>"
+    path.write_text(SEVERAL.format('settotalmass="7"', "1 2 2.5").replace("</worldbody>", repeated))
+    told = program("inertia", str(path))
+    assert "which is not done: of `<replicate>` in line 8 it is not known" in told.err
+    assert "note: bodies that `<replicate>` in line 8 makes besides those that are written are" in told.err
 
 
 def test_bodies_without_a_name_are_told_apart(tmp_path: Path) -> None:

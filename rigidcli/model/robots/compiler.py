@@ -90,8 +90,11 @@ class Compiler:
         self.changed.append(name)
         return _written(body, mass, (axes * least) @ axes.T)
 
-    def scaled(self, links: Sequence[Link]) -> tuple[Sequence[Link], list[str]]:
-        """The links with the whole mass that is set, and notes of what is not as it is written."""
+    def scaled(self, links: Sequence[Link], others: Sequence[str]) -> tuple[Sequence[Link], list[str]]:
+        """The links with the whole mass that is set, and notes of what is not as it is written.
+
+        Nothing is scaled where there are `others`, of which the masses are not known.
+        """
         notes = []
         if self.changed:
             notes.append(f"`<compiler>` changes the mass or the tensor of {listed(self.changed)}")
@@ -100,9 +103,12 @@ class Compiler:
         key = f"`<compiler>` sets the whole mass to {self.whole:g} kg"
         bodies = [None if link.inertial is None else _as_one(link.inertial) for link in links]
         unknown = [
-            link.name
-            for link, body in zip(links, bodies, strict=True)
-            if body is None and link.without not in (NO_MASS, BARE)
+            *(
+                link.name
+                for link, body in zip(links, bodies, strict=True)
+                if body is None and link.without not in (NO_MASS, BARE)
+            ),
+            *others,
         ]
         bare = sum(link.without == BARE for link in links) * self.least_mass
         written = bare + sum(body["mass"] for body in bodies if body is not None)

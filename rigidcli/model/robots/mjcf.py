@@ -109,11 +109,12 @@ def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
             if "name" not in body.attributes and names[link.name] > 1:
                 link = replace(link, name=f"{link.name}, number {names[link.name]}")
             links.append(link)
-    found, notes = reading.compiler.scaled(links)
+    makers = [
+        f"`<{element.tag}>` in line {element.line}" for element in _below(root) if element.tag in REPEATING
+    ]
+    found, notes = reading.compiler.scaled(links, repeated)
     notes += [
-        f"what `<{element.tag}>` in line {element.line} repeats or puts in is not told"
-        for element in _below(root)
-        if element.tag in REPEATING
+        f"bodies that {element} makes besides those that are written are not told" for element in repeated
     ]
     inferred = [link.name for link in links if link.inertial is not None and "mass" not in link.lines]
     if inferred:
