@@ -306,12 +306,15 @@ class _Walk:
     def power(
         self, base: Sequence[Ball] | Fraction, exponent: Sequence[Ball] | Fraction
     ) -> Sequence[Ball] | Fraction:
-        if isinstance(base, Fraction) and isinstance(exponent, Fraction) and exponent.denominator == 1:
-            if base == 0 and exponent < 0:
+        if isinstance(exponent, Fraction) and exponent.denominator == 1:
+            times = exponent.numerator
+            if not isinstance(base, Fraction):
+                return self.by_points(lambda x: None if times < 0 and x == 0 else x**times, base)
+            if base == 0 and times < 0:
                 self.undefined[:] = True
                 return Fraction(1)
-            if base in (0, 1) or _length(base) * abs(exponent) <= MOST_BITS:
-                return base**exponent.numerator
+            if base in (0, 1) or _length(base) * abs(times) <= MOST_BITS:
+                return base**times
         return self.by_points(_power, self.balls(base), self.balls(exponent))
 
     def by_points(self, function: Callable[..., Ball | None], *arguments: Sequence[Ball]) -> Sequence[Ball]:
