@@ -16,11 +16,12 @@ from functools import cached_property
 from typing import Literal, NamedTuple, TypeAlias
 
 from rigidcli.errors import ExpressionError
-from rigidcli.grading.equations.domain import has_no_value, has_value, least_sign, open_factors
+from rigidcli.grading.equations.domain import has_no_value, has_value, open_factors
 from rigidcli.grading.equations.key import Key
 from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.text import Equation
 from rigidcli.grading.equations.truth import differs, generic, is_refuted, is_trivial, vanishes
+from rigidcli.grading.expressions.domains import least_sign
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.algebra.atoms import is_positive
 from rigidcli.symbolic.algebra.calculus import coefficients, derivative, expand, substitute
