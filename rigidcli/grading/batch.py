@@ -71,6 +71,7 @@ def warm_up(items: Mapping[str, Item]) -> None:
     for item in items.values():
         # What is wrong with a key is told by its own test.
         with contextlib.suppress(Exception):
+            item.kind.prepare(item.key)
             right = (form for _, form in islice(item.kind.right_forms(item.key), RIGHT))
             wrong = (example.answer for example in islice(item.kind.wrong_forms(item.key), WRONG))
             for answer in chain(right, wrong):
