@@ -15,7 +15,6 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from pathlib import Path
 from threading import current_thread, main_thread
 
 if sys.platform != "win32":
@@ -130,8 +129,8 @@ def _bind(limits: Limits) -> None:
         signal.signal(ending, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_SETMASK, ())
     # When memory runs out for all, this process is in the way, and not another.
-    with contextlib.suppress(OSError):
-        Path("/proc/self/oom_score_adj").write_bytes(b"1000")
+    with contextlib.suppress(OSError), _opened("/proc/self/oom_score_adj", os.O_WRONLY) as file:
+        os.write(file, b"1000")
     seconds = math.ceil(limits.seconds)
     bounds = {
         resource.RLIMIT_CORE: (0, 0),
@@ -151,10 +150,21 @@ def _bind(limits: Limits) -> None:
 def _address_space() -> int | None:
     """Bytes that this process has mapped; None where the system does not tell."""
     try:
-        pages = Path("/proc/self/statm").read_bytes().split()[0]
+        with _opened("/proc/self/statm", os.O_RDONLY) as file:
+            pages = int(os.read(file, 100).split()[0])
     except OSError:
         return None
-    return int(pages) * os.sysconf("SC_PAGE_SIZE")
+    return pages * os.sysconf("SC_PAGE_SIZE")
+
+
+@contextlib.contextmanager
+def _opened(name: str, flags: int) -> Iterator[int]:
+    """A descriptor of a file: a process that was forked pays for each object of Python that it uses first."""
+    file = os.open(name, flags)
+    try:
+        yield file
+    finally:
+        os.close(file)
 
 
 def _audit(event: str, arguments: tuple[object, ...]) -> None:

@@ -6,7 +6,7 @@ import contextlib
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
 from typing import TypeAlias
 
@@ -62,14 +62,17 @@ def judge_file(items: Mapping[str, Item], path: Path) -> bytes:
     return to_bytes(sheet)
 
 
-EXAMPLES = 2
+RIGHT, WRONG = 2, 1
 """Answers to a question that are judged beforehand."""
 
 
 def warm_up(items: Mapping[str, Item]) -> None:
-    """Judge an answer or two to each question, so that what loads then does so once, not in each fork."""
+    """Judge some answers to each question: what is loaded or worked out then is there in each fork."""
     for item in items.values():
         # What is wrong with a key is told by its own test.
         with contextlib.suppress(Exception):
-            for example in islice(item.kind.examples(item.key), EXAMPLES):
-                item.kind.judge(item.key, item.kind.read_answer(item.key, example.answer, Path()))
+            item.kind.prepare(item.key)
+            right = (form for _, form in islice(item.kind.right_forms(item.key), RIGHT))
+            wrong = (example.answer for example in islice(item.kind.wrong_forms(item.key), WRONG))
+            for answer in chain(right, wrong):
+                item.kind.judge(item.key, item.kind.read_answer(item.key, answer, Path()))

@@ -12,8 +12,9 @@ from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.arrays.entries import as_typed, filled, times
 from rigidcli.grading.arrays.reference import Reference, Typed
-from rigidcli.grading.expressions.agreement import Function, ground
+from rigidcli.grading.expressions.agreement import Function
 from rigidcli.grading.expressions.formula import Vocabulary
+from rigidcli.grading.expressions.ground import ground
 from rigidcli.grading.numbers import margin
 from rigidcli.grading.question import Tolerance
 from rigidcli.symbolic.algebra.allowance import Allowance

@@ -13,7 +13,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from fractions import Fraction
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,6 +54,30 @@ MOST_BITS = 4096
 
 MOST_DIGITS = 1000
 """The largest power of ten of a decimal number that is read as a fraction."""
+
+
+Need: TypeAlias = Literal["nonzero", "positive", "not negative"]
+
+CONDITIONS: Mapping[str, tuple[Need, Callable[..., tuple[Any, ...]]]] = {
+    "log": ("positive", lambda x: (x,)),
+    "sqrt": ("not negative", lambda x: (x,)),
+    "asin": ("not negative", lambda x: (1 + x, 1 - x)),
+    "acos": ("not negative", lambda x: (1 + x, 1 - x)),
+    "acosh": ("not negative", lambda x: (x - 1,)),
+    "atanh": ("positive", lambda x: (1 + x, 1 - x)),
+    "atan2": ("nonzero", lambda y, x: (x**2 + y**2,)),
+}
+"""What each of some balls, or of some exact expressions, must be for a function to have a value.
+
+Two of them are never below zero together.
+"""
+
+VIOLATED: Mapping[Need, Callable[[Ball], bool]] = {
+    "nonzero": lambda x: x.is_zero(),
+    "positive": lambda x: x <= 0,
+    "not negative": lambda x: x < 0,
+}
+"""Whether a ball certainly is not what it has to be."""
 
 
 class Worked:
@@ -306,12 +330,15 @@ class _Walk:
     def power(
         self, base: Sequence[Ball] | Fraction, exponent: Sequence[Ball] | Fraction
     ) -> Sequence[Ball] | Fraction:
-        if isinstance(base, Fraction) and isinstance(exponent, Fraction) and exponent.denominator == 1:
-            if base == 0 and exponent < 0:
+        if isinstance(exponent, Fraction) and exponent.denominator == 1:
+            times = exponent.numerator
+            if not isinstance(base, Fraction):
+                return self.by_points(lambda x: None if times < 0 and x == 0 else x**times, base)
+            if base == 0 and times < 0:
                 self.undefined[:] = True
                 return Fraction(1)
-            if base in (0, 1) or _length(base) * abs(exponent) <= MOST_BITS:
-                return base**exponent.numerator
+            if base in (0, 1) or _length(base) * abs(times) <= MOST_BITS:
+                return base**times
         return self.by_points(_power, self.balls(base), self.balls(exponent))
 
     def by_points(self, function: Callable[..., Ball | None], *arguments: Sequence[Ball]) -> Sequence[Ball]:
@@ -330,11 +357,11 @@ class _Walk:
         if self.watching and function in _FLAT_AT_INFINITY:
             largest = _FLAT_AT_INFINITY[function](1 / self.small)
             self.watch([abs(each) > largest for each in x], x)
-        outside = _OUTSIDE.get(function)
         method = getattr(self.arb, _METHODS.get(function, function))
-        if outside is None:
+        if function not in CONDITIONS:
             return [method(*each) for each in zip(*arguments, strict=True)]
-        return self.by_points(lambda each: None if outside(each) else method(each), x)
+        need, of = CONDITIONS[function]
+        return self.by_points(lambda *x: None if any(map(VIOLATED[need], of(*x))) else method(*x), *arguments)
 
 
 def _length(fraction: Fraction) -> int:
@@ -365,13 +392,3 @@ _FLAT_AT_INFINITY: dict[str, Callable[[Ball], Ball]] = {
     **dict.fromkeys(["atan", "asinh", "acosh"], lambda x: x),
 }
 """Functions that are sums of something large and something small, and where the latter is lost."""
-
-_OUTSIDE: dict[str, Callable[[Ball], bool]] = {
-    "asin": lambda x: abs(x) > 1,
-    "acos": lambda x: abs(x) > 1,
-    "atanh": lambda x: abs(x) >= 1,
-    "acosh": lambda x: x < 1,
-    "log": lambda x: x <= 0,
-    "sqrt": lambda x: x < 0,
-}
-"""Where a function certainly has no value."""

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rigidcli.errors import ValueProblem
-from rigidcli.grading.expressions.agreement import Function, Told, ground
+from rigidcli.grading.expressions.agreement import Function, Told
 from rigidcli.grading.expressions.formula import (
     Vocabulary,
     draw,
@@ -20,6 +20,7 @@ from rigidcli.grading.expressions.formula import (
     size_of,
     spellings,
 )
+from rigidcli.grading.expressions.ground import ground
 from rigidcli.grading.expressions.mistakes import factor
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.symbolic.language import parser

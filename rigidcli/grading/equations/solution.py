@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError
-from rigidcli.grading.equations.domain import least_sign
+from rigidcli.grading.expressions.domains import least_sign
 from rigidcli.grading.equations.elimination import determined, gaps, matrix, slopes, valued
 from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.truth import vanishes

@@ -11,10 +11,9 @@ Where the key has no value nothing is asked: a simpler form may have values ther
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cached_property
 from hashlib import blake2b
 from typing import TypeAlias
@@ -22,41 +21,34 @@ from typing import TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats, Mask
-from rigidcli.errors import ExpressionError, ValueProblem
-from rigidcli.grading.expressions.formula import Scale, Vocabulary, draw, names_in, parts_of, size_of
-from rigidcli.grading.values import BITS, LOST, Ball, Estimate, Integers, Points, Worked
+from rigidcli.errors import ExpressionError
+from rigidcli.grading.expressions.domains import (
+    STEPS,
+    Edge,
+    boundaries,
+    edge_of,
+    factors_of,
+    sign_of,
+    with_plain_exponents,
+)
+from rigidcli.grading.expressions.formula import size_of
+from rigidcli.grading.expressions.ground import Ground
+from rigidcli.grading.values import BITS, LOST, Ball, Estimate, Worked
 from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.atoms import Applied, Symbol, is_positive
-from rigidcli.symbolic.algebra.expressions import Expr, symbol
+from rigidcli.symbolic.algebra.atoms import Symbol
+from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.algebra.field import P, Point
-from rigidcli.symbolic.algebra.fractions import factors, lowest_terms
-from rigidcli.symbolic.algebra.functions import apply
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.roots import magnitude
+from rigidcli.symbolic.algebra.fractions import lowest_terms
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.trigonometry import elementary_angles
-from rigidcli.symbolic.algebra.values import enclosed
 from rigidcli.symbolic.language.text import text
-from rigidcli.symbolic.language.tree import Call, Node, Power, Reciprocal, Sum, rebuilt
+from rigidcli.symbolic.language.tree import Node, Sum
 
 Told: TypeAlias = bool | str
 """Whether it is so; or why that cannot be told, in words for a person who is to look at it."""
 
-FAR: tuple[Scale, ...] = ((1e4, 1e6), (1e2, 1e4), (1e5, 1e6))
-"""Between which sizes random values lie at points far away."""
-
-NEAR_PAIRS, FAR_PAIRS = 12, 6
-"""Of points at which expressions are compared; there are more far away, where more names change."""
-
-LEAST_PAIRS = 4
-CANDIDATES = (60, 2000)
-"""Random points among which those with a value are looked for."""
-
 NEEDED = 6
 """Points at which a difference must vanish beyond doubt."""
-
-STEPS = 4_000
-"""Of exact algebra for one difference: some milliseconds."""
 
 MOST_NODES = 1_500
 """Of a difference that is worked to hundreds of digits: tenths of a second."""
@@ -77,77 +69,6 @@ It is asked far away, too, as no tolerance is.
 TOO_LONG = "it is too long to be compared"
 UNCERTAIN = "its values are known at too few points"
 FAINT = "something in it is too small to be seen at any of the points that were tried"
-
-
-@dataclass(frozen=True, eq=False)
-class Ground(Worked):
-    """Where expressions are compared: points (2 n), and symbols for the names.
-
-    The points come in pairs, i and i + n, that differ in the `changing` names only: what is left of the
-    difference of two expressions there is not a constant. Of n, the first are `near`.
-    """
-
-    points: Points
-    vocabulary: Vocabulary
-    changing: frozenset[str]
-    near: int
-
-    def is_near(self, of_pairs: bool = False) -> Mask:
-        """Which points, or pairs of them, are not far away."""
-        half = self.points.count // 2
-        near = np.arange(half) < self.near
-        return near if of_pairs else np.tile(near, 2)
-
-    @cached_property
-    def symbols(self) -> dict[str, Expr]:
-        """What each name is in exact expressions."""
-        domains, derived = self.vocabulary.domains, self.vocabulary.derived
-        known = {name: symbol(name, domain == "positive") for name, domain in domains.items()}
-        for name, node in derived.items():
-            known[name] = from_tree(node, known)
-        return known
-
-
-def ground(tree: Node, vocabulary: Vocabulary, changing: Iterable[str], seed: int) -> Ground:
-    """Where an expression has values. Raises ValueProblem where these are too few."""
-    names = frozenset(changing) or frozenset(vocabulary.domains)
-    for count in CANDIDATES:
-        first, other = (draw(vocabulary, count, seed + more) for more in (0, 1))
-        second = first.but({name: other.values[name] for name in names})
-        near = _known(tree, first, second)[:NEAR_PAIRS]
-        if len(near) == NEAR_PAIRS or (count == CANDIDATES[-1] and len(near) >= LEAST_PAIRS):
-            far = _far(vocabulary, sorted(names), first, second, seed + 2)
-            good = _known(tree, *far)
-            halves = (
-                each.some(near).joined(away.some(good))
-                for each, away in zip((first, second), far, strict=True)
-            )
-            return Ground(next(halves).joined(next(halves)), vocabulary, names, len(near))
-    raise ValueProblem("has a value at too few of the points where its symbols may lie")
-
-
-def _known(tree: Node, first: Points, second: Points) -> Integers:
-    """The places where an expression has values at both points."""
-    return np.flatnonzero(first.roughly_at(tree).known & second.roughly_at(tree).known)
-
-
-def _far(
-    vocabulary: Vocabulary, names: Sequence[str], first: Points, second: Points, seed: int
-) -> tuple[Points, Points]:
-    """Pairs of points at which one name after the other is far away, on both sides, or all of them are."""
-    turns = len(names) + 1
-    count = max(FAR_PAIRS, turns)
-    distances = draw(vocabulary, count, seed, FAR).values
-    turn = np.arange(count) % turns
-    above, below = (
-        {name: each.values[name][:count].copy() for name in vocabulary.domains} for each in (first, second)
-    )
-    for place, name in enumerate(names):
-        is_far = (turn == place) | (turn == len(names))
-        sign = 1 if vocabulary.domains[name] == "positive" else -1
-        above[name][is_far] = abs(distances[name][is_far])
-        below[name][is_far] = sign * abs(np.roll(distances[name], 1)[is_far])
-    return first.some(range(count)).but(above), second.some(range(count)).but(below)
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,13 +97,13 @@ class Function(Worked):
     def exact(self) -> Expr | None:
         """The same as an exact expression; None where it is too large."""
         with suppress(ExpressionError):
-            return from_tree(self.plain, self.ground.symbols)
+            return self.ground.exact(self.plain)
         return None
 
     @cached_property
     def plain(self) -> Node:
         """The tree with numbers for exponents that always have one value."""
-        return _with_plain_exponents(self.tree, self.ground.symbols)
+        return with_plain_exponents(self.tree, self.ground.exact)
 
     @cached_property
     def sizes(self) -> list[Ball]:
@@ -200,8 +121,8 @@ class Function(Worked):
     @cached_property
     def edges(self) -> frozenset[Edge]:
         """Where it ends: what must not be negative for it to have a value."""
-        found = [each for each, is_edge in _boundaries(self.plain, self.ground.symbols) if is_edge]
-        return frozenset(_edge(each) for each in found)
+        found = [each for each, is_edge in boundaries(self.plain, self.ground.exact) if is_edge]
+        return frozenset(edge_of(each) for each in found)
 
     def is_same(self, key: Function, *, constant: bool = False, relative: float | None = None) -> Told:
         """Whether it is the same function as the key, but for a `constant`.
@@ -327,120 +248,11 @@ def _vanishes(difference: Function, answer: Function, key: Function, constant: b
     return _has_no_turn(difference, answer, key, seen) if inside is True else inside
 
 
-# --- boundaries
-
-
-def _boundaries(node: Node, symbols: Mapping[str, Expr]) -> Iterator[tuple[Expr, bool]]:
-    """What is analytic on one side of zero only, and whether it has no value on the other side."""
-    match node:
-        case Call("sqrt" | "log", (x,)):
-            yield from_tree(x, symbols), True
-        case Call("asin" | "acos" | "atanh", (x,)):
-            for sign in (1, -1):
-                yield 1 + sign * from_tree(x, symbols), True
-        case Call("acosh", (x,)):
-            yield from_tree(x, symbols) - 1, True
-        case Call("abs" | "sign" | "atan2", arguments):
-            yield from ((from_tree(x, symbols), False) for x in arguments)
-        case Power(base, exponent):
-            known = from_tree(exponent, symbols).as_number
-            if known is None or known.denominator != 1:
-                yield from_tree(base, symbols), True
-                yield from ((pole, False) for pole in _poles(base, symbols))
-    if isinstance(node, Call) and node.function not in _SINGLE_VALUED:
-        yield from ((pole, False) for x in node.arguments for pole in _poles(x, symbols))
-    for part in parts_of(node):
-        yield from _boundaries(part, symbols)
-
-
-_SINGLE_VALUED = frozenset({"sin", "cos", "tan", "exp", "sinh", "cosh", "tanh"})
-"""Functions that are analytic on all sides of a pole of their arguments together."""
-
-
-def _with_plain_exponents(node: Node, symbols: Mapping[str, Expr]) -> Node:
-    node = rebuilt(node, lambda part: _with_plain_exponents(part, symbols))
-    if isinstance(node, Power) and names_in(node.exponent):
-        exponent = _plain(from_tree(node.exponent, symbols))
-        return node if exponent.names else Power(node.base, to_tree(exponent))
-    return node
-
-
-def _poles(node: Node, symbols: Mapping[str, Expr]) -> Iterator[Expr]:
-    """What is zero where an expression is infinite."""
-    match node:
-        case Reciprocal(x) | Power(x, _):
-            yield from_tree(x, symbols)
-        case Call("tan", (x,)):
-            yield apply("cos", from_tree(x, symbols))
-    for part in parts_of(node):
-        yield from _poles(part, symbols)
-
-
-Edge: TypeAlias = tuple[int, frozenset[Expr]]
-"""A sign, and the factors whose product with it must not be negative."""
-
-
-def _plain(e: Expr) -> Expr:
-    """An expression in sines and cosines of the terms of their arguments, if that is not too long."""
-    with suppress(ExpressionError):
-        return elementary_angles(e, Allowance(STEPS))
-    return e
-
-
-def _factors(e: Expr) -> list[tuple[Expr, int]]:
-    """The factors of an expression with their exponents."""
-    plain = _plain(e)
-    try:
-        return factors(plain, Allowance(STEPS))
-    except ExpressionError:
-        return [(plain, 1)]
-
-
-def _edge(e: Expr) -> Edge:
-    """What of an expression decides its sign."""
-    sign, left = 1, set()
-    for factor, exponent in _factors(e):
-        known = _sign(factor)[0]
-        if exponent % 2:
-            sign *= known or 1
-            left |= set() if known else {factor}
-    return sign, frozenset(left)
-
-
-def _sign(e: Expr) -> tuple[int | None, bool]:
-    """The sign that an expression has unless it is zero, and whether it never is; None where that is open."""
-    if not e.names:
-        number = enclosed(e, {}, BITS[0])
-        return (1 if number > 0 else -1 if number < 0 else None), True
-    for sign in (1, -1):
-        least, strict = Fraction(0), False
-        for monomial, coefficient in (sign * e).terms.items():
-            is_square = all(is_positive(atom) or n % 2 != 1 for atom, n in monomial)
-            if not monomial:
-                least += coefficient
-            elif coefficient > 0 and is_square:
-                strict |= all(is_positive(atom) for atom, _ in monomial)
-            elif all(
-                isinstance(atom, Applied) and atom.function in _BOUNDED and n > 0 for atom, n in monomial
-            ):
-                least -= magnitude(coefficient)
-            else:
-                break
-        else:
-            if least >= 0:
-                return sign, strict or least > 0
-    return None, False
-
-
-_BOUNDED = frozenset({"sin", "cos", "tanh", "sign"})
-"""Functions that are at most 1."""
-
-
 def _stays_inside(answer: Function, key: Function) -> Told:
     """Whether an answer certainly has a value wherever the key has one."""
-    for e, is_edge in _boundaries(answer.plain, answer.ground.symbols):
-        if is_edge and _sign(e) != (1, True):
-            edge = _edge(e)
+    for e, is_edge in boundaries(answer.plain, answer.ground.exact):
+        if is_edge and sign_of(e) != (1, True):
+            edge = edge_of(e)
             if edge[1] and edge not in key.edges:
                 return f"it may have no value where {_shown(edge[1])} has another sign than at all points"
     return True
@@ -449,11 +261,11 @@ def _stays_inside(answer: Function, key: Function) -> Told:
 def _has_no_turn(difference: Function, answer: Function, key: Function, asked: Mask) -> Told:
     """Whether a difference is analytic on no more sides of zeros than those with points that were `asked`."""
     found: dict[Expr, Floats] = {}
-    for e, is_edge in _boundaries(difference.tree, difference.ground.symbols):
-        for factor, exponent in () if _sign(e)[1] else _factors(e):
-            sign, strict = _sign(factor)
+    for e, is_edge in boundaries(difference.tree, difference.ground.exact):
+        for factor, exponent in () if sign_of(e)[1] else factors_of(e):
+            sign, strict = sign_of(factor)
             is_thin = sign is not None and all(isinstance(atom, Symbol) for atom in factor.atoms)
-            if strict or is_thin or (is_edge and exponent % 2 and _edge(e) in key.edges):
+            if strict or is_thin or (is_edge and exponent % 2 and edge_of(e) in key.edges):
                 continue
             if any((side, frozenset([factor])) in key.edges for side in (1, -1)):
                 continue  # the key has no value on the other side
@@ -464,7 +276,7 @@ def _has_no_turn(difference: Function, answer: Function, key: Function, asked: M
     seen = {column for column in zip(*found.values(), strict=True) if 0.0 not in column}
     if len(found) <= MOST_SIDES and len(seen) == 2 ** len(found):
         return True
-    known = {factor for e, _ in _boundaries(answer.tree, answer.ground.symbols) for factor, _ in _factors(e)}
+    known = {factor for e, _ in boundaries(answer.tree, answer.ground.exact) for factor, _ in factors_of(e)}
     return f"no points are on all sides of {_shown(known & found.keys())}"
 
 

@@ -11,9 +11,10 @@ import numpy as np
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
-from rigidcli.grading.expressions.agreement import Function, Told, ground
+from rigidcli.grading.expressions.agreement import Function, Told
 from rigidcli.grading.expressions.dimensions import mismatch
 from rigidcli.grading.expressions.formula import names_in, read
+from rigidcli.grading.expressions.ground import ground
 from rigidcli.grading.expressions.rounding import Rounded, rounded
 from rigidcli.grading.expressions.vocabulary import POSITIVE, TIME, Names, names_of
 from rigidcli.grading.numbers import margin

@@ -43,6 +43,12 @@ class Expression(Kind):
         """The expression that is asked for. Raises ValueProblem."""
         return read_key(asked)
 
+    def prepare(self, key: Key) -> None:
+        """Work out what mistakes make of the key, and the values of its parts and terms."""
+        super().prepare(key)
+        for look in _LOOKS:
+            list(look(key, key.function))
+
     def read_answer(self, key: Key, answer: Tree, folder: Path) -> Function:
         """An expression in the symbols of the question. Raises Unreadable."""
         function = key.answer(read(answer, key.names.vocabulary))
@@ -91,7 +97,7 @@ class Expression(Kind):
         wrong_sum = mismatch(answer.tree, key.names.dimensions)
         if wrong_sum is not None:
             return [Finding("dimension_mismatch", detail=wrong_sum)]
-        for look in (_of_parts, _of_terms):
+        for look in _LOOKS:
             codes = set(look(key, answer))
             if codes:
                 return [Finding(codes.pop() if len(codes) == 1 else "outside_tolerance")]
@@ -169,5 +175,10 @@ def _of_parts(key: Key, answer: Function) -> Iterator[str]:
 def _of_terms(key: Key, answer: Function) -> Iterator[str]:
     """A code where one term of the sum is missing, or has another factor."""
     excess = answer.rough.minus(key.function.rough)
-    if any(factor(excess, term.rough) is not None for term in additive_terms(key)):
+    factors = [factor(excess, term.rough) for term in additive_terms(key)]
+    if any(found is not None for found in factors):
         yield "term_wrong"
+
+
+_LOOKS = (_of_parts, _of_terms)
+"""What finds what is wrong with an answer that no named mistake explains."""

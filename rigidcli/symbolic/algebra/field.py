@@ -42,6 +42,7 @@ class Point:
         self.seed = seed
         self.values = dict(values)
         self.atoms: dict[Atom, int] = {}
+        self.trees: dict[Node, int] = {}
 
     def element(self, *what: object) -> int:
         """A random element that belongs to something."""
@@ -82,10 +83,12 @@ class Point:
                 return pow(self.of_tree(operand, symbols), -1, P)
             case Power(base, Number(digits)) if digits.isdecimal():
                 return pow(self.of_tree(base, symbols), int(digits), P)
-        e = from_tree(node, symbols)
-        if depends_on_signs(e):
-            raise ValueError("it depends on what is positive")
-        return self.value(e)
+        if node not in self.trees:
+            e = from_tree(node, symbols)
+            if depends_on_signs(e):
+                raise ValueError("it depends on what is positive")
+            self.trees[node] = self.value(e)
+        return self.trees[node]
 
     def of_atom(self, atom: Atom) -> int:
         """The value of an atom."""
