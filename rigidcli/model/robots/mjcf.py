@@ -112,10 +112,8 @@ def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
     makers = [
         f"`<{element.tag}>` in line {element.line}" for element in _below(root) if element.tag in REPEATING
     ]
-    found, notes = reading.compiler.scaled(links, repeated)
-    notes += [
-        f"bodies that {element} makes besides those that are written are not told" for element in repeated
-    ]
+    found, notes = reading.compiler.scaled(links, makers)
+    notes += [f"bodies that {maker} makes besides those that are written are not told" for maker in makers]
     inferred = [link.name for link in links if link.inertial is not None and "mass" not in link.lines]
     if inferred:
         taken = f"with {DENSITY} kg/m^3 where none is given"
