@@ -30,7 +30,7 @@ FLAT = 1e-9
 WIDEST = 0.1
 """The net of a search for the lowest point at its beginning, in units of the box."""
 
-NETS = {1: 9, 2: 9, 3: 9}
+NETS = 9
 """Samples along each of so many coordinates, from the lowest of which `lowest_within` begins."""
 
 FITS = 3
@@ -126,6 +126,7 @@ def lowest_points(
 def lowest_within(f: Callable[[Floats], Floats], points: Floats, axes: Array) -> Floats:
     """The points (1 + d by n) at which a function is lowest when some of their coordinates are free.
 
+    A place inside, where it is lower than round it, goes before one at an end where it is lower still.
     `axes` (m by n) has these coordinates, counted from 0, of each point. They go from 0 to 1.
     """
     free, every = len(axes), np.arange(points.shape[1])
@@ -139,11 +140,24 @@ def lowest_within(f: Callable[[Floats], Floats], points: Floats, axes: Array) ->
     def values(places: Floats) -> Floats:
         return f(moved(places).reshape(len(points), -1)).reshape(places.shape[1:])
 
-    net = np.array(list(product(np.linspace(0, 1, NETS[free]), repeat=free))).T
+    net = np.array(list(product(np.linspace(0, 1, NETS), repeat=free))).T
     net = np.broadcast_to(net[:, None], (free, every.size, net.shape[1]))
     seen = values(net)
-    best = net[:, every, np.where(np.isnan(seen), np.inf, seen).argmin(axis=1)]
-    return moved(_lowest(values, best, 1 / (NETS[free] - 1))[:, :, None])[..., 0]
+    seen = np.where(np.isnan(seen), np.inf, seen)
+    inside = _is_low_inside(seen.reshape(-1, *[NETS] * free)).reshape(seen.shape)
+    seen[~inside & inside.any(axis=1, keepdims=True)] = np.inf
+    best = net[:, every, seen.argmin(axis=1)]
+    return moved(_lowest(values, best, 1 / (NETS - 1))[:, :, None])[..., 0]
+
+
+def _is_low_inside(grid: Floats) -> Mask:
+    """Which values on nets (n by p by p ...) are lower than their neighbours along each axis on both sides."""
+    found = np.ones(grid.shape, dtype=bool)
+    for axis in range(1, grid.ndim):
+        ends = np.pad(grid, [(int(k == axis),) * 2 for k in range(grid.ndim)], constant_values=-np.inf)
+        along = np.moveaxis(ends, axis, 0)
+        found &= np.moveaxis((along[1:-1] < along[:-2]) & (along[1:-1] < along[2:]), 0, axis)
+    return found
 
 
 def _lowest(values: Callable[[Floats], Floats], best: Floats, width: float) -> Floats:
