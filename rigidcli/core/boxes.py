@@ -22,10 +22,8 @@ class Boxes(NamedTuple):
     """Boxes and cones in them, as images of unit boxes (d coordinates, n of them).
 
     `piece` (n) is the part of the shape in which each lies, `low` and `high` (d by n) are its ends. A cone
-    goes from its `apex` (d) to the face at the `end` of the coordinate `ray`, which is from 0 to 1 along its
-    rays in the unit box. This face may be filled by rays of its own, from a second apex on it. So there are
-    two of each, the second of them for the face: `apex` (2 by d by n), `end` and `ray` (2 by n), which is -1
-    where there is none.
+    goes from its `apex` (d by n) to the face at the `end` (n) of the coordinate `ray` (n), which is from 0 to
+    1 along its rays in the unit box. It is -1 in a box that is no cone.
     """
 
     piece: Floats
@@ -41,47 +39,43 @@ class Boxes(NamedTuple):
         low = np.array(list(product(*(cut[:-1] for cut in cuts)))).T
         high = np.array(list(product(*(cut[1:] for cut in cuts)))).T
         count = low.shape[1]
-        none = np.full((2, count), -1)
-        return cls(np.full(count, float(piece)), low, high, np.array([low, low]), np.zeros((2, count)), none)
+        return cls(np.full(count, float(piece)), low, high, low, np.zeros(count), np.full(count, -1))
 
     def taken(self, those: Array) -> Boxes:
         """Some of them."""
         return Boxes(*(part[..., those] for part in self))
 
-    def cones(self, level: int, apex: Floats) -> tuple[Boxes, Array]:
-        """The cones from an apex in each (d by n) to all its faces, and which of the boxes each is in.
-
-        The `level` is 0, or 1 for cones in the faces of cones.
-        """
+    def cones(self, apex: Floats) -> tuple[Boxes, Array]:
+        """The cones from an apex in each (d by n) to all its faces, and which of the boxes each is in."""
         found, sources = [], []
         for ray in range(len(self.low)):
             for ends in (self.low, self.high):
                 far = np.abs(ends[ray] - apex[ray]) > FLAT * (self.high - self.low)[ray]
-                those = np.flatnonzero(far & (self.ray[0] != ray))
-                own = self.taken(those)
-                own.apex[level], own.ray[level], own.end[level] = apex[:, those], ray, ends[ray, those]
-                found.append(own)
+                those = np.flatnonzero(far)
+                filled = np.full(those.size, ray)
+                found.append(
+                    self.taken(those)._replace(apex=apex[:, those], end=ends[ray, those], ray=filled)
+                )
                 sources.append(those)
         return joined(found), np.concatenate(sources)
 
     def at(self, points: Floats) -> tuple[Floats, Floats]:
         """The images of points (1 + d by m), whose first row is the index of the box; and the measure (m).
 
-        The first row of an image is the piece. Along the first rays, the measure is that of their ends.
+        The first row of an image is the piece. Along rays, the measure is that of their ends.
         """
         which = points[0].astype(int)
         low = self.low[:, which]
         sides = self.high[:, which] - low
         places = low + sides * points[1:]
-        for level in (1, 0):
-            those = np.flatnonzero(self.ray[level, which] >= 0)
-            if those.size:
-                own, each = which[those], np.arange(those.size)
-                axis, apex, end = self.ray[level, own], self.apex[level][:, own], self.end[level, own]
-                t, face = points[1 + axis, those], places[:, those]
-                face[axis, each] = end
-                places[:, those] = apex + t * (face - apex)
-                sides[axis, those] = np.abs(end - apex[axis, each]) * t ** (level * (len(low) - 2))
+        those = np.flatnonzero(self.ray[which] >= 0)
+        if those.size:
+            own, each = which[those], np.arange(those.size)
+            axis, apex, end = self.ray[own], self.apex[:, own], self.end[own]
+            face = places[:, those]
+            face[axis, each] = end
+            places[:, those] = apex + points[1 + axis, those] * (face - apex)
+            sides[axis, those] = np.abs(end - apex[axis, each])
         return np.vstack([self.piece[which], places]), np.asarray(sides.prod(axis=0))
 
     def lines(self, points: Floats, axis: Array) -> Lines:
@@ -91,7 +85,7 @@ class Boxes(NamedTuple):
         """
         start, _ = self.at(replaced(points, axis, 0.0))
         end, measure = self.at(replaced(points, axis, 1.0))
-        rays = self.ray[0, points[0].astype(int)] == axis
+        rays = self.ray[points[0].astype(int)] == axis
         return Lines(start, end - start, measure, rays * (len(self.low) - 1))
 
 

@@ -226,15 +226,16 @@ def ball(
             rho if known else None,
         )
 
-    def slice_across(first: int, alpha: tuple[Any, Any], phi: tuple[Any, Any], v: Any) -> Spot:
-        (cos, sin), (c, s) = alpha, phi
-        rho = outer * sin * v
-        unit = [outer * cos, rho * c, rho * s]
+    def slice_across(first: int, alpha: tuple[Any, Any], beta: tuple[Any, Any], v: Any) -> Spot:
+        (cos, sin), (c, s) = alpha, beta
+        half = outer * sin * s
+        unit = [outer * cos, outer * sin * c, half * (2 * v - 1)]
         x, y, z = unit[-first:] + unit[:-first]
-        return Spot(a * x, b * y, h * z, a * b * h * outer**2 * sin**2 * rho)
+        return Spot(a * x, b * y, h * z, 2 * a * b * h * outer * sin * half**2)
 
     turns = Turn.quarters(4, n), Turn.quarters(quarters, n)
-    slices = [Chart((Turn.quarters(2, n), turns[0], None), partial(slice_across, k)) for k in range(3)]
+    half_turns = Turn.quarters(2, n), Turn.quarters(2, n), None
+    slices = [Chart(half_turns, partial(slice_across, k)) for k in range(3)]
     return Chart((*turns, None), place, slices=tuple(slices) if quarters == 2 and inner == 0 else ())
 
 

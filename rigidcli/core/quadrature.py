@@ -1,22 +1,24 @@
 """Integrals over boxes of up to three dimensions, of functions with kinks, jumps and peaks.
 
 They are taken coordinate by coordinate, along many lines at a time. Each line is cut where kinks, jumps and
-peaks are, and its panels are halved until the error is small. Goals become finer step by step, so that each
-step knows the size of what it is to find, and the last one that is reached is told.
+peaks are, so that the integrand is smooth on each of its panels, or has roots at their ends, which a change
+of the variable takes away. All panels have one rule of Gauss, with more nodes until the integrals stay as
+they are: they converge as fast as those of analytic functions do.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.boxes import replaced
-from rigidcli.core.cuts import NARROWEST, Cuts
+from rigidcli.core.cuts import Cuts
 from rigidcli.core.kinks import Function
-from rigidcli.core.kronrod import GRADED, PLAIN, worked_out
+from rigidcli.core.panels import panels
 
 LINES = 512
 """Lines that are worked on together: their samples stay in the cache, and memory is bounded."""
@@ -24,14 +26,17 @@ LINES = 512
 OVERHEAD = 500
 """What a call for a few points costs more than these, in points."""
 
-INNER = 0.1
-"""The error that integrals along inner lines may have, in units of that of outer ones."""
+NODES = (6, 8, 11, 15, 20, 27, 36, 48, 64, 85, 113)
+"""The nodes on each panel, one number after the other."""
 
-GOALS = (1e-4, 1e-6, 1e-9, 1e-12)
-"""Relative errors that are aimed at one after the other, each with what the one before has told."""
+GROWTH = 4 / 3
+"""By how much these grow at each step."""
 
 LAST = 0.1
-"""The part of all work after which no finer goal is tried where there are kinks, jumps and peaks."""
+"""The part of all work that may be spent where the error is rough enough already, and there are kinks."""
+
+ROUNDING = 64 * float(np.finfo(np.float64).eps)
+"""The relative error that rounding leaves in the sum of a panel."""
 
 
 class Exhausted(Exception):  # noqa: N818 - an outcome, for those who ask for less then
@@ -63,94 +68,98 @@ class Integral(NamedTuple):
     error: float
 
 
-def integral(integrands: Sequence[Integrand], rough: float, budget: Budget) -> Integral:
-    """The sum of integrals, to a part in 10^12 of the first of them, or as far as the budget allows.
+def integral(integrands: Sequence[Integrand], rough: float, goal: float, budget: Budget) -> Integral:
+    """The sum of integrals, to a relative error of `goal` in the first, or as far as the budget allows.
 
     Raises Exhausted where not even a relative error of `rough` can be had.
     """
-    found = [integrand.integral(np.inf) for integrand in integrands]
-    for goal in GOALS:
-        size = abs(sum(each.values[0] for each in found))
-        error = sum(each.error for each in found)
-        if error <= GOALS[-1] * size or not size > 0:
+    while True:
+        values = np.sum(np.broadcast_arrays(*(each.values for each in integrands)), axis=0)
+        error, size = sum(each.error for each in integrands), abs(values[0])
+        worst = max(integrands, key=lambda each: each.error)
+        if error <= goal * size or (np.isfinite(error) and not size > 0):
             break
-        last = LAST if any(integrand.cuts.active.any() for integrand in integrands) else 1.0
-        if error <= rough * size and budget.left < (1 - last) * budget.all:
-            break
-        share = goal * size / len(found)
-        try:
-            for k, integrand in enumerate(integrands):
-                if found[k].error > share:
-                    found[k] = min(found[k], integrand.integral(share), key=lambda each: each.error)
-        except Exhausted:
+        spare = budget.left if error > rough * size else budget.left - (1 - LAST) * budget.all
+        if worst.next_cost > spare:
             if error > rough * size:
-                raise
+                raise Exhausted
             break
-    values = np.sum([each.values for each in found], axis=0)
-    return Integral(values, float(sum(each.error for each in found)))
+        worst.refine(budget)
+    return Integral(values, error)
 
 
 class Integrand:
-    """Functions to be integrated over boxes that are cut, k functions at a time."""
+    """Functions to be integrated over boxes that are cut, k functions at a time.
 
-    def __init__(self, values: Function, cuts: Cuts) -> None:
-        self.values, self.cuts = values, cuts
+    `values` (k) and `error` are those of the integrals with the most nodes that have been tried. The error is
+    what these have changed, summed over the panels of the first coordinate. Integrals converge geometrically:
+    a change that is less than the square of the one before is not believed. `next_cost` is what more nodes
+    will cost.
+    """
 
-    def integral(self, tolerance: float) -> Integral:
-        """The integrals, to about this absolute error in the first of them."""
-        count = len(self.cuts.boxes.piece)
-        points = np.vstack([np.arange(count, dtype=np.float64), np.zeros((self.cuts.depth, count))])
-        values, errors = self._over(0, points, tolerance * np.ones(count) / count)
-        return Integral(values.sum(axis=1), float(errors.sum()))
+    def __init__(self, function: Function, cuts: Cuts) -> None:
+        self.function, self.cuts = function, cuts
+        self.values, self.error, self.next_cost = np.zeros(1), np.inf, 0.0
+        self._panels, self._change = np.zeros((1, 1)), np.inf
+        self._tried, self._cost = 0, np.inf
 
-    def _over(self, level: int, fixed: Floats, tolerance: Floats) -> tuple[Floats, Floats]:
-        """Integrals (k by n) over coordinates from `level` on, from points (1 + d by n); and errors (n)."""
-        count = fixed.shape[1]
-        if count > LINES:
-            found = [
-                self._over(level, fixed[:, start : start + LINES], tolerance[start : start + LINES])
-                for start in range(0, count, LINES)
-            ]
-            return np.hstack([values for values, _ in found]), np.hstack([errors for _, errors in found])
-        box = fixed[0].astype(int)
+    def refine(self, budget: Budget) -> None:
+        """Take the next number of nodes."""
+        if self._tried == len(NODES):
+            raise Exhausted
+        left = budget.left
+        boxes = len(self.cuts.boxes.piece)
+        points = np.vstack([np.arange(boxes, dtype=np.float64), np.zeros((self.cuts.depth, boxes))])
+        sums, _ = self._over(0, points, NODES[self._tried])
+        size = np.abs(sums).sum(axis=1).max()
+        change = np.abs(sums - self._panels).sum(axis=1).max() if self._tried else np.inf
+        unsure = max(change, self._change * (self._change / size if size else 1)) if self.cuts.depth else 0.0
+        self.values, self.error = sums.sum(axis=1), unsure + ROUNDING * size
+        cost = left - budget.left
+        growth = min(GROWTH**self.cuts.depth, cost / self._cost if np.isfinite(self._cost) else np.inf)
+        self._panels, self._change, self._cost, self._tried = sums, change, cost, self._tried + 1
+        self.next_cost = cost * growth if self._tried < len(NODES) else np.inf
+
+    def _over(self, level: int, fixed: Floats, count: int) -> tuple[Floats, Array]:
+        """Integrals (k by p) over coordinates from `level` on, from points (1 + d by n), by so many nodes.
+
+        They are those on panels along the first of these; with them comes the point of each.
+        """
         cuts = self.cuts
         if not cuts.depth:
             places, measure = cuts.boxes.at(fixed)
-            return self.values(places) * measure, np.zeros(count)
-        axis, is_last = cuts.order[level, box], level == cuts.depth - 1
-        lines = cuts.boxes.lines(fixed, axis) if is_last else None
-        totals, errors = np.zeros((0, count)), np.zeros(count)
-        waiting: tuple[Array, ...]
-        waiting, graded = cuts.panels(level, fixed)
-        while waiting[0].size:
-            line, low, high = (part[-LINES:] for part in waiting)
-            waiting = tuple(part[:-LINES] for part in waiting)
-            rule = GRADED if graded[line[-1]] else PLAIN
-            same = graded[line] == graded[line[-1]]
-            waiting = tuple(
-                np.append(part, own[~same]) for part, own in zip(waiting, (line, low, high), strict=True)
-            )
-            line, low, high = line[same], low[same], high[same]
-            width = high - low
-            t = low[:, None] + width[:, None] * rule.places
-            if lines is not None:
-                places, measure = lines.along(line, t)
-                values, inner = self.values(places) * measure, np.zeros(t.size)
-            else:
-                hurry = np.where(
-                    rule.kronrod > 0, INNER, np.inf
-                )  # ends only tell whether there is a surprise
-                on = np.repeat(line, len(rule.places))
-                points = replaced(fixed[:, on], axis[on], t.ravel())
-                values, inner = self._over(level + 1, points, (tolerance[line][:, None] * hurry).ravel())
-            values, inner = values.reshape(len(values), *t.shape), inner.reshape(t.shape)
-            kronrod, own, rounding = worked_out(values, inner, width, rule)
-            wrong = width * (inner @ rule.kronrod) + own + rounding
-            done = (own <= np.maximum(tolerance[line], rounding)) | (width < NARROWEST)
-            totals = totals if len(totals) else np.zeros((len(values), count))
-            np.add.at(totals.T, line[done], kronrod[:, done].T)
-            np.add.at(errors, line[done], wrong[done])
-            middle = (low + high)[~done] / 2
-            halves = np.tile(line[~done], 2), np.append(low[~done], middle), np.append(middle, high[~done])
-            waiting = tuple(map(np.append, waiting, halves))
-        return totals, errors
+            return self.function(places) * measure, np.arange(fixed.shape[1])
+        axis = cuts.order[level, fixed[0].astype(int)]
+        line, low, high, graded = panels(cuts, level, fixed)
+        width = (high - low)[:, None]
+        x, weight = np.where(graded[:, None], _rule(count, True)[:, None], _rule(count, False)[:, None])
+        t = low[:, None] + width * x
+        if level == cuts.depth - 1:
+            places, measure = cuts.boxes.lines(fixed, axis).along(line, t)
+            values = self.function(places) * measure
+        else:
+            on = np.repeat(line, count)
+            values = self._inner(level + 1, replaced(fixed[:, on], axis[on], t.ravel()), count)
+        return (values.reshape(len(values), *t.shape) * (width * weight)).sum(axis=2), line
+
+    def _inner(self, level: int, points: Floats, count: int) -> Floats:
+        """The integrals (k by n) over coordinates from `level` on, from points (1 + d by n)."""
+        found = []
+        for start in range(0, points.shape[1], LINES):
+            own = points[:, start : start + LINES]
+            sums, line = self._over(level, own, count)
+            totals = np.zeros((len(sums), own.shape[1]))
+            np.add.at(totals.T, line, sums.T)
+            found.append(totals)
+        return np.hstack(found)
+
+
+@cache
+def _rule(count: int, is_graded: bool) -> Floats:
+    """Gauss's places from 0 to 1, and their weights (2 by n).
+
+    A graded rule is in a variable in which roots of the distance from either end are smooth.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(count)
+    x, w = (1 + nodes) / 2, weights / 2
+    return np.array([x * x * (3 - 2 * x), 6 * x * (1 - x) * w] if is_graded else [x, w])

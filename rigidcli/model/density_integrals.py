@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from itertools import product
@@ -27,6 +26,15 @@ from rigidcli.symbolic.language.tree import Name, Node, names_in
 
 ROUGH = 1e-6
 """The relative error that integrals may have: densities that need more work for it are refused."""
+
+GOAL = 1e-12
+"""The relative error that is aimed at."""
+
+LOCATED = 1e-2
+"""The relative error with which it is found where a body is, and how wide."""
+
+NARROWEST = 1e-6
+"""The least unit of length of the moments, in units of the shape."""
 
 WORK = 2e9
 """Operations on numbers that are spent on a body: two to five seconds, as functions take their time."""
@@ -112,13 +120,13 @@ class Field:
         """
         self.require_possible()
         try:
-            found = self._sums()
-            spread = np.sqrt(found.second.diagonal())
+            integrands = self._integrands()
+            rough = self._sums(integrands, LOCATED, LOCATED)
+            spread = np.sqrt(rough.second.diagonal())
             if (spread < SPREAD * self.size).any():
-                self.about, self.size = found.com, 2 * spread
-                with suppress(quadrature.Exhausted, ComputationError):
-                    self.budget = quadrature.Budget(WORK)
-                    found = self._sums()
+                self.about, self.size = rough.com, np.maximum(2 * spread, NARROWEST * self.size)
+                integrands = self._integrands()
+            found = self._sums(integrands, ROUGH, GOAL)
         except quadrature.Exhausted:
             raise _too_sudden() from None
         mass, com, second, size, error = found
@@ -128,14 +136,12 @@ class Field:
         misplaced = tensor.misplaced(com) + error * float(np.linalg.norm(size))
         return MassProperties(mass, com, inertia, misplaced, integrated=error)
 
-    def _sums(self) -> Sums:
+    def _sums(self, integrands: Sequence[quadrature.Integrand], rough: float, goal: float) -> Sums:
         """The integrals, with moments taken about the point `about` in units of `size`."""
-        found = quadrature.integral(self._integrands(), ROUGH, self.budget)
+        found = quadrature.integral(integrands, rough, goal, self.budget)
         mass = float(found.values[0])
         if not mass > 0:
             raise ValueProblem(f"the density leaves no mass: {mass:.6g} kg", path=("density",))
-        if not found.error <= ROUGH * mass:
-            raise _too_sudden()
         first, pairs = found.values[1:4] / mass, found.values[4:] / mass
         second = symmetric(pairs) - np.outer(first, first)
         second[[0, 1, 2], [0, 1, 2]] = np.maximum(second.diagonal(), 0.0)
@@ -160,11 +166,11 @@ class Field:
         Along the others the integrands are simple, and a rule with a few nodes is exact.
         """
         names = names_in(term.node)
-        chart = (
-            min(chart, *chart.slices, key=lambda each: self._moving(each, names).sum())
-            if chart.slices
-            else chart
-        )
+        is_askew = bool(term.narrow) and names.isdisjoint(
+            "rs"
+        )  # strips have no axis round which it would turn
+        found = (*chart.slices, chart) if is_askew else (chart, *chart.slices)
+        chart = min(found, key=lambda each: self._moving(each, names).sum())
         moving = self._moving(chart, names)
         still = np.flatnonzero(~moving).tolist()
         rules = [chart.rule(k) for k in still]
@@ -205,6 +211,7 @@ class Field:
             Narrow(
                 spending(partial(part, each.core), EACH_PLACE),
                 spending(partial(part, each.argument), EACH_PLACE),
+                spending(partial(part, each.guide), EACH_PLACE),
                 each.function,
                 each.steep,
             )
@@ -241,11 +248,21 @@ class Field:
         density = values(self.formula, known)
         bad = np.flatnonzero(~(np.isfinite(density) & (density >= self.least)))
         if bad.size:
-            self._refuse(density[bad[0]], known, bad[0])
+            self._refuse_near(chart, points[:, bad[:1]])
         return density, known, measure
 
     def _signed(self, chart: Chart, sign: int, points: Floats) -> Floats:
         return sign * self._density(chart, points)[0]
+
+    def _refuse_near(self, chart: Chart, point: Floats) -> NoReturn:
+        """Raise ValueProblem for the density at a point (1 + d by 1), or where it is lowest near it."""
+
+        def density(points: Floats) -> Floats:
+            return values(self.formula, self._located(chart, points)[0])
+
+        if np.isfinite(density(point)).all():
+            point, _ = line_search.lowest_points(density, point)
+        self._refuse(density(point)[0], self._located(chart, point)[0], 0)
 
     def _refuse(self, density: float, known: Mapping[str, Floats], index: int, but: str = "") -> NoReturn:
         """Raise ValueProblem for the density at one of the points."""

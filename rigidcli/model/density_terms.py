@@ -31,6 +31,15 @@ class Narrow(NamedTuple):
     function: Callable[[Any], Any] | None = None
     steep: float = math.inf
 
+    @property
+    def guide(self) -> tree.Node:
+        """What is lowest or highest where surfaces begin or end: the core, but the phase of a wave."""
+        match self.core:
+            case tree.Call("sin" | "cos" | "tan", (phase,)):
+                return phase
+            case _:
+                return self.core
+
 
 class Term(NamedTuple):
     """A part of the density, and where it may have kinks, jumps and peaks."""
@@ -63,11 +72,11 @@ def _narrow(root: tree.Node) -> Iterator[Narrow]:
             ):
                 return node  # a polynomial in the places
             case tree.Call(function, arguments) if function not in ("sin", "cos"):
-                smooth = (
-                    (getattr(np, functions.FUNCTIONS[function].numpy), STEEP[function])
-                    if function in STEEP
-                    else ()
-                )
+                smooth: tuple[Any, ...] = ()
+                if function in ("abs", "sign"):
+                    smooth = None, 0.0
+                elif function in STEEP:
+                    smooth = getattr(np, functions.FUNCTIONS[function].numpy), STEEP[function]
                 for argument in arguments:
                     found.extend(_of(argument, function != "exp", *smooth))
             case tree.Reciprocal(tree.Product(factors)):
@@ -78,13 +87,20 @@ def _narrow(root: tree.Node) -> Iterator[Narrow]:
             case tree.Power(base, exponent) if not (
                 isinstance(exponent, tree.Number) and exponent.value in LOW_POWERS
             ):
+                power = tree.Product((exponent, tree.Call("log", (tree.Call("abs", (base,)),))))
                 found.extend(_of(base, True))
+                found.extend(
+                    Narrow(core, power, np.exp, STEEP["exp"])
+                    for core in cores(base if varies(base) else exponent, True)
+                    if varies(power)
+                )
             case tree.Name("r" | "s"):
                 found.append(Narrow(node, node))
         return tree.rebuilt(node, walk)
 
     walk(root)
-    return iter(found)
+    roots = {each.core for each in found if each.function is None and each.steep}
+    return iter([each for each in found if each.steep or each.core not in roots])
 
 
 def _of(argument: tree.Node, crosses: bool, *smooth: Any) -> Iterator[Narrow]:
@@ -122,7 +138,7 @@ def cores(node: tree.Node, crosses: bool) -> Iterator[tree.Node]:
                 yield from cores(inner, crosses)
                 if crosses and len(moving) < len(summands):
                     yield node
-        case tree.Reciprocal(operand):
+        case tree.Reciprocal(operand) | tree.Call("abs", (operand,)):
             yield from cores(operand, crosses)
         case _:
             yield node
