@@ -65,6 +65,7 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     helpers = {"body", "common", "ensembles", "pictures", "results", "robots", "rotor", "steps"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
     parts = {
+        "alike",
         "app",
         "cluster",
         "computing",

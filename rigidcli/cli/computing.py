@@ -207,9 +207,9 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         require = _requirement(format)
         write = None
         if format is Format.json and not plot:
-            from rigidcli.render.json import line
+            from rigidcli.render import json
 
-            write = partial(line, look=Look(columns=chosen))
+            write = partial(json.render, look=Look(columns=chosen))
         work = Work(study.__name__, options, exact, changes, named, chosen, require, told, in_rows, write)
 
         from rigidcli.model.robots import is_robot

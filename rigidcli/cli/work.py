@@ -7,7 +7,7 @@ from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from rigidcli.cli.output import Failure, Failures, failure
 from rigidcli.cli.together import AT_ONCE, STUDIES, go_together, together
@@ -50,7 +50,7 @@ class Work:
     raises RigidError for a report that cannot be written. `ensembles` says how these are told.
     `columns` are those that are asked for, of the table of data. Where `in_rows` is not None, reports of a
     sweep, whose keys it has, and reports without data are written as rows, and the columns are those of rows.
-    `write` makes the text of one report, where each is written by itself: texts are handed over in less time.
+    `write` makes texts of reports, where each is written by itself: texts are handed over in less time.
     """
 
     study: str
@@ -62,7 +62,7 @@ class Work:
     require: Callable[[Report], None] | None
     ensembles: Form = "starts"
     in_rows: tuple[str, ...] | None = None
-    write: Callable[[Report], str] | None = None
+    write: Callable[[Iterator[Report]], Iterator[str]] | None = None
 
     def drafts(self, file: str) -> Drafts:
         """What is in a file, for documents. Raises DocumentError."""
@@ -85,8 +85,7 @@ class Work:
         return report
 
 
-@dataclass(frozen=True, slots=True)
-class Texts:
+class Texts(NamedTuple):
     """What is written of a report: its text, or one for each point of a sweep; and its notes."""
 
     source: str
@@ -97,8 +96,7 @@ class Texts:
 _Found = TypeVar("_Found")
 
 
-@dataclass(frozen=True, slots=True)
-class Answer(Generic[_Found]):
+class Answer(NamedTuple, Generic[_Found]):
     """What is found for a document, or the failure; `files` are those that the document names.
 
     `notes` are on the file that it is the first document of. `start` is the place of a start of an ensemble.
@@ -197,7 +195,7 @@ def texts(task: Task, watch: Watch | None = None) -> Iterator[Answer[Texts]]:
     for answer in answers(task, watch):
         found: Report | Texts | Failure = answer.found
         if isinstance(found, Report):
-            found = Texts(found.source, found.notes, [write(one) for one in each(found)])
+            found = Texts(found.source, found.notes, [*write(each(found))])
         yield Answer(answer.source, found, answer.files, answer.notes, answer.start)
 
 
@@ -237,13 +235,13 @@ def _at_point(task: Task, draft: Draft, sweep: Sweep, place: int) -> Answer[Repo
     answer = _answer(task.work, draft.source, lambda: draft.document(settings), None)
     found = answer.found
     if isinstance(found, Failure):
-        return replace(answer, found=replace(found, place=", ".join(settings)))
+        return answer._replace(found=replace(found, place=", ".join(settings)))
     units = {entry.key: entry.unit for entry in found.fields}
     swept = [
         Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
         for name, value, unit in sweep.told(point, draft.is_exact(settings))
     ]
-    return replace(answer, found=replace(found, swept=tuple(swept)))
+    return answer._replace(found=replace(found, swept=tuple(swept)))
 
 
 def _read(work: Work, file: str, *, afar: bool = False) -> Drafts | Failure:
@@ -317,7 +315,7 @@ def _of_file(work: Work, file: str, found: Drafts | Failure, watch: Watch | None
     drafts, notes = found
     for draft in drafts:
         for answer in _of_document(work, file, draft.document, watch):
-            yield replace(answer, notes=notes) if notes else answer
+            yield answer._replace(notes=notes) if notes else answer
             notes = ()
 
 

@@ -13,19 +13,15 @@ from rigidcli.report import Report, Table, Value
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
-    """A line for each report."""
-    return (line(report, look) for report in reports)
-
-
-def line(report: Report, look: Look) -> str:
-    """The line of a report; exact numbers are text in the expression language. `units` comes last."""
-    head: dict[str, Value] = {"schema": report.schema, "name": report.name, "source": report.source}
-    if report.swept:
-        head["swept"] = {entry.key: plain(entry.value) for entry in report.swept}
-    if look.columns:
-        report = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
-    body = head | plain(report.tree()) | {"units": report.units}
-    return orjson.dumps(body, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
+    """A line for each report; exact numbers are text in the expression language. `units` comes last."""
+    for report in reports:
+        head: dict[str, Value] = {"schema": report.schema, "name": report.name, "source": report.source}
+        if report.swept:
+            head["swept"] = {entry.key: plain(entry.value) for entry in report.swept}
+        if look.columns:
+            report = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
+        body = head | plain(report.tree()) | {"units": report.units}
+        yield orjson.dumps(body, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
 
 
 def _asked(table: Table, look: Look) -> Table:
