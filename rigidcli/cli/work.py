@@ -274,7 +274,7 @@ def _of_files(task: Task, watch: Watch | None) -> Iterator[Answer[Report]]:
         for place, (file, found) in enumerate(some):
             if place in known:
                 report, named = known[place]
-                yield Answer(file, report, named)
+                yield Answer(report.source, report, named)
             else:
                 yield from _of_file(work, file, found, watch)
 
