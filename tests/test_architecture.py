@@ -75,6 +75,7 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
         "parts",
         "pictures",
         "plan",
+        "requirements",
         "sweeps",
         "together",
         "work",

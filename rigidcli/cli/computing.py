@@ -13,8 +13,9 @@ import typer
 
 from rigidcli.cli.output import Failure, Failures, Output, check_path, counted, progress, tell_notes
 from rigidcli.cli.pictures import PlotKind, PlotPath, picture_kind, write_picture
+from rigidcli.cli.requirements import require_memory
 from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require_sweepable
-from rigidcli.cli.work import FOLLOW, Answer, Texts, Work, answers, require_memory, tasks, texts
+from rigidcli.cli.work import FOLLOW, Answer, Texts, Work, answers, tasks, texts
 from rigidcli.errors import RigidError, UsageError, ValueProblem
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 from rigidcli.report import Report, count, each

@@ -10,6 +10,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from rigidcli.cli.output import Failure, Failures, failure
+from rigidcli.cli.requirements import require_columns, require_fitting
 from rigidcli.cli.together import AT_ONCE, STUDIES, go_together, together
 from rigidcli.errors import UNKNOWN, DocumentError, RigidError, UsageError
 from rigidcli.report import Field, Report, each
@@ -72,14 +73,14 @@ class Work:
 
     def report(self, document: Document, watch: Watch | None) -> Report:
         """What the study finds, within the context in which it may tell its progress."""
-        _require_fitting(document, self.study)
+        require_fitting(document, self.study)
         run = import_module(f"rigidcli.studies.{self.study}").run
         if watch is None or self.study not in FOLLOW:
             report: Report = run(document, **self.options)
         else:
             with watch() as show:
                 report = run(document, **self.options, progress=show)
-        _require_columns(report, self)
+        require_columns(report, self.columns, self.in_rows)
         if self.require is not None:
             self.require(report)
         return report
@@ -351,7 +352,7 @@ def _of_document(
             if isinstance(found, RigidError):
                 yield Answer(source, replace(failure(found, source), place=f"start {place}"), files)
             else:
-                _require_columns(found, work)
+                require_columns(found, work.columns, work.in_rows)
                 yield Answer(source, found, files, start=place)
     except (RigidError, MemoryError) as error:
         yield Answer(source, failure(error, source), files)
@@ -366,49 +367,3 @@ def _answer(work: Work, source: str, read: Callable[[], Document], watch: Watch 
             return Answer(document.source, work.report(document, watch), files)
     except (RigidError, MemoryError) as error:
         return Answer(source, failure(error, source), files)
-
-
-NEEDS = {
-    "inertia": ("body",),
-    "axes": ("body",),
-    "precess": ("top", "body", "tide"),
-    "euler": ("body", "top"),
-    "hamilton": ("system",),
-}
-"""The sections of a document of which each command needs one."""
-
-
-def _require_fitting(document: Document, command: str) -> None:
-    """Raise DocumentError for a document that is for another command, which is named."""
-    if any(getattr(document, section) is not None for section in NEEDS[command]):
-        return
-    for other, sections in NEEDS.items():
-        for section in sections:
-            if getattr(document, section) is not None:
-                hint = f"this document has a `{section}`: `rigidcli {other} {document.source}`"
-                raise document.refusal(f"missing: `{command}` needs it", NEEDS[command][0], hint=hint)
-
-
-def _require_columns(report: Report, work: Work) -> None:
-    """Raise UsageError unless what is written of the report has the columns that are asked for."""
-    if not work.columns:
-        return
-    known = [name for table in report.tables if table.data for each in table.columns for name in each.cells]
-    if work.in_rows or (work.in_rows is not None and not known):
-        from rigidcli.render.csv import row_of
-
-        known = [*work.in_rows, *row_of(report)]
-    if not known:
-        hint = "`-f csv` has results as a row, of which they can be chosen"
-        raise UsageError("there are no samples here to choose columns of", hint=hint)
-    for name in work.columns:
-        if name not in known:
-            raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(known)}")
-
-
-def require_memory(report: Report) -> None:
-    """Raise ComputationError unless there is enough for the whole text of the tables."""
-    from rigidcli.core.memory import ITS_TEXT, require
-
-    for table in report.tables:
-        require(len(table), sum(len(column.cells) for column in table.columns), ITS_TEXT)
