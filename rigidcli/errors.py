@@ -51,6 +51,10 @@ UNKNOWN = "unknown_key"
 """The code of a problem with a place that no document has, whatever stands there."""
 
 
+UNSETTLED = "unsettled"
+"""The code of a problem with a value that hangs on a parameter which has a problem: only that is told."""
+
+
 class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Problem` of a document
     """A value that cannot be what the document says it is.
 
@@ -62,12 +66,18 @@ class ValueProblem(RigidError, ValueError):  # noqa: N818 - it becomes a `Proble
     exit_code = 3
 
     def __init__(
-        self, message: str, *, path: Path = (), hint: str | None = None, typed: str | None = None
+        self,
+        message: str,
+        *,
+        path: Path = (),
+        hint: str | None = None,
+        typed: str | None = None,
+        code: str = "",
     ) -> None:
         super().__init__(message, hint=hint)
         self.path = path
         self.typed = typed
-        self.code = ""
+        self.code = code
 
     def below(self, *path: str | int) -> Self:
         """The same problem, as seen from further up the document."""

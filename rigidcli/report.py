@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
-
-    from rigidcli.symbolic.language.sharing import Formulas
+    from rigidcli.picture import Picture
+    from rigidcli.program import Program
 
 NOISE = 4 * 2.0**-52
 """Entries of an array below this, in units of its largest, are shown to people as zero: a few roundings."""
@@ -107,141 +105,12 @@ class Step:
     tables: tuple[Table, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Run:
-    """What a program does: from the values `start` of its variables at t = 0 to those at `times` (k, s).
-
-    `sizes` are those of the variables on the way, with which their errors are compared.
-    """
-
-    start: Sequence[float]
-    sizes: Sequence[float]
-    times: NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Program:
-    """Differential equations of first order, as a program in any language needs them.
-
-    `about` are remarks, line by line. `constants` are numbers by their names, None where there is no value.
-    The derivatives of the `variables` by `time` are the values of `rates`; each of the `quantities` has one
-    value, and its name. What is to be printed are the `columns`: the time, variables and quantities.
-    Without a `run` there is nowhere to begin.
-    """
-
-    about: Sequence[str]
-    constants: Mapping[str, float | None]
-    time: str
-    variables: Sequence[str]
-    rates: Formulas
-    quantities: Mapping[str, Formulas]
-    columns: Sequence[str]
-    run: Run | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Ruler:
-    """What a direction of a panel measures: `name` in plain text, `symbol` in LaTeX, and the unit.
-
-    `ticks` are names for the places 0, 1, 2, ... where a direction does not measure, but lists.
-    """
-
-    name: str
-    symbol: str = ""
-    unit: str = ""
-    ticks: tuple[Ruler, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Mark:
-    """Something drawn in a panel with d rulers; `label` is for the legend, and `symbol` the same in LaTeX.
-
-    `points` are the places of a line or of dots (n, d), the two ends of an arrow (2, d), a sequence of plane
-    faces (each k by 3), or of contours the coordinates x (n), y (m) and the heights (m, n), whose lines are
-    drawn at the heights `levels`. `style` is a place in the lists of colours and line styles; what is
-    `quiet` is thin and grey, and only there for orientation. `normals` (n, 3) of a line on a closed surface
-    tell which parts of it are on the far side.
-    """
-
-    form: Literal["line", "dots", "arrow", "faces", "contours"]
-    points: Value
-    label: str = ""
-    symbol: str = ""
-    style: int = 0
-    quiet: bool = False
-    levels: tuple[float, ...] = ()
-    normals: Value = None
-
-
-@dataclass(frozen=True, slots=True)
-class Panel:
-    """Marks along two or three rulers; where it `is_even`, a length is the same in each direction."""
-
-    rulers: tuple[Ruler, ...]
-    marks: tuple[Mark, ...]
-    title: str = ""
-    is_even: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Picture:
-    """A picture of a result: its kind, a title, and panels that stand in so many columns."""
-
-    kind: str
-    title: str
-    panels: tuple[Panel, ...]
-    columns: int = 1
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """A mark along the three directions of a stage, and how it moves at the n times of a scene.
-
-    What is `carried` turns with the body. The points of a mark that is "still" are as ever; those that are
-    "sampled" have one more axis before the others, for the times; "traced" is the path of one point (n, 3),
-    a line that is drawn as far as the motion has come, or as a whole where it is quiet. Parts with the same
-    `group`, or without one with the same label, are shown and hidden together.
-    """
-
-    mark: Mark
-    motion: Literal["still", "sampled", "traced"] = "still"
-    carried: bool = False
-    group: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class Stage:
-    """One view of a motion: parts in space with z upwards, or in the plane of x and y where it `is_flat`."""
-
-    title: str
-    parts: tuple[Part, ...]
-    is_flat: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class Scene:
-    """A motion to be replayed: the views that a reader can choose from, the first at the beginning.
-
-    `readings` has a row for each of the `times` (n, s), the time itself in its first column, in units that a
-    reader may have chosen. The body turns by `orientation`, quaternions (n, 4; scalar first) from body to
-    space, and has angular velocities `omega` (n, 3; rad/s) along its own axes, which tell of whole turns
-    between two times; both are None where nothing is carried.
-    """
-
-    title: str
-    times: Value
-    readings: Table
-    stages: tuple[Stage, ...]
-    orientation: Value = None
-    omega: Value = None
-
-
 @dataclass(frozen=True, slots=True)
 class Report(Mapping[str, Value]):
     """The answer of one study to one document; also a mapping from the keys of JSON to their values.
 
     `about` is what people are told first; `notes` are remarks on the numbers, for standard error; `steps`
-    and `pictures` are told, a `program` of the equations is written, and the `scene` of a motion is made, on
+    and `pictures` are told, a `program` of the equations is written, and the `Scene` of a motion is made, on
     demand. `document` is the text that was read. `swept` are the values of the keys at which this is the
     report, where a sweep asks for several.
     """
@@ -256,7 +125,7 @@ class Report(Mapping[str, Value]):
     steps: tuple[Step, ...] = ()
     pictures: tuple[Picture, ...] = ()
     program: Program | None = None
-    scene: Scene | None = None
+    scene: Value = None
     document: str = ""
     swept: tuple[Field, ...] = ()
 

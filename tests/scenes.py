@@ -9,7 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import rigidcli
-from rigidcli.report import Report, Scene
+from rigidcli.report import Report
+from rigidcli.scene import Scene
 
 
 def report_of(study: str, source: Path | dict[str, Any], settings: Sequence[str] = ()) -> Report:
@@ -25,5 +26,5 @@ def report_of(study: str, source: Path | dict[str, Any], settings: Sequence[str]
 def scene_of(study: str, source: Path | dict[str, Any], settings: Sequence[str] = ()) -> Scene:
     """The scene of the motion that a study finds."""
     scene = report_of(study, source, settings).scene
-    assert scene is not None
+    assert isinstance(scene, Scene)
     return scene

@@ -80,6 +80,7 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
         "pictures",
         "plan",
         "progress",
+        "requirements",
         "sweeps",
         "together",
         "work",

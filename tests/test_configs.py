@@ -16,7 +16,7 @@ import pytest
 import yaml
 
 import rigidcli
-from rigidcli.cli.work import NEEDS
+from rigidcli.cli.requirements import NEEDS
 from rigidcli.reference.tables import results
 from rigidcli.render import BLOCKS, PROGRAMS, Format
 

@@ -12,17 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.groups import ALONE, UnfitError, common, grouped
+from rigidcli.core.many import Many
 from rigidcli.errors import RigidError
 from rigidcli.model.document import Document
 from rigidcli.model.load import Draft
 from rigidcli.model.several import Several
 from rigidcli.model.typed_numbers import split_quantity
 from rigidcli.model.units import parse_unit
-from rigidcli.report import Report, part
+from rigidcli.report import Report, Value
 from rigidcli.studies.common import called
 
 LONGEST = 10_000
-"""The longest text (characters) that is compared with others: others take more to read than to work."""
+"""The longest text (characters) that is compared with others: a longer one takes its time to be read."""
 
 ABOUT = ("name", "description")
 """Keys at the top of a document on which no number depends."""
@@ -39,8 +40,8 @@ def at_once(
     forms: dict[Hashable, list[tuple[int, Draft, Sequence[float | str]]]] = {}
     for place, draft in enumerate(drafts):
         if draft is not None and (read := _read(draft)) is not None:
-            form, numbers = read
-            forms.setdefault(form, []).append((place, draft, numbers))
+            form, values = read
+            forms.setdefault(form, []).append((place, draft, values))
     return {place: told for alike in forms.values() for place, told in _reports(alike, run)}
 
 
@@ -125,8 +126,8 @@ def _reports(
                 raise UnfitError  # files of the same name, which are others
             with np.errstate(all="ignore"):
                 return run(document), document.files
-        except RigidError as error:
-            raise UnfitError from error
+        except (RigidError, AttributeError, AssertionError) as error:
+            raise UnfitError from error  # as in `grouped`: if it fails with one document, that one tells
 
     for group, found in grouped(np.arange(len(alike)), work):
         if found is None:
@@ -136,5 +137,22 @@ def _reports(
             place, draft, _ = alike[member]
             tree: Any = draft.tree()
             name = called(tree.get("name"), draft.source)
-            told = replace(part(report, index), name=name, source=draft.source, document=draft.text)
+            told = replace(_part(report, index), name=name, source=draft.source, document=draft.text)
             yield place, (told, files)
+
+
+def _part(report: Report, run: int) -> Report:
+    """The report on one of the runs that it is on at once."""
+
+    def at(value: Value) -> Value:
+        if isinstance(value, Many):
+            found = value.values[run]
+            return found if found.ndim else float(found)
+        return [at(entry) for entry in value] if isinstance(value, list) else value
+
+    fields = (entry.with_value(at(entry.value)) for entry in report.fields)
+    tables = (
+        replace(table, columns=tuple(replace(each, values=at(each.values)) for each in table.columns))
+        for table in report.tables
+    )
+    return replace(report, fields=tuple(fields), tables=tuple(tables))

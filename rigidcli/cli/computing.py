@@ -26,8 +26,9 @@ from rigidcli.cli.options import (
 from rigidcli.cli.output import Output
 from rigidcli.cli.pictures import PlotKind, PlotPath, picture_kind, write_picture
 from rigidcli.cli.progress import counted, progress
+from rigidcli.cli.requirements import require_memory
 from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require_sweepable
-from rigidcli.cli.work import FOLLOW, Answer, Texts, Work, answers, require_memory, tasks, texts
+from rigidcli.cli.work import FOLLOW, Answer, Texts, Work, answers, tasks, texts
 from rigidcli.errors import RigidError, UsageError
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
 from rigidcli.report import Report, points_of
@@ -130,9 +131,9 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
         require = _requirement(format)
         write = None
         if format is Format.json and not plot:
-            from rigidcli.render.json import lines
+            from rigidcli.render import json
 
-            write = partial(lines, look=Look(columns=chosen))
+            write = partial(json.render, look=Look(columns=chosen))
         work = Work(study.__name__, options, exact, changes, named, chosen, require, told, in_rows, write)
 
         from rigidcli.model.robots import is_robot

@@ -7,9 +7,10 @@ from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from rigidcli.cli.failures import Failure, Failures, failure
+from rigidcli.cli.requirements import require_columns, require_fitting
 from rigidcli.cli.together import AT_ONCE, STUDIES, go_together, together
 from rigidcli.errors import UNKNOWN, DocumentError, RigidError, UsageError
 from rigidcli.report import Field, Report
@@ -50,7 +51,7 @@ class Work:
     raises RigidError for a report that cannot be written. `ensembles` says how these are told.
     `columns` are those that are asked for, of the table of data. Where `in_rows` is not None, reports of a
     sweep, whose keys it has, and reports without data are written as rows, and the columns are those of rows.
-    `write` makes the texts of one report, where each is written by itself: they are handed over in less time.
+    `write` makes texts of reports, where each is written by itself: texts are handed over in less time.
     """
 
     study: str
@@ -62,7 +63,7 @@ class Work:
     require: Callable[[Report], None] | None
     ensembles: Form = "starts"
     in_rows: tuple[str, ...] | None = None
-    write: Callable[[Report], Iterable[str]] | None = None
+    write: Callable[[Iterable[Report]], Iterator[str]] | None = None
 
     def drafts(self, file: str) -> Drafts:
         """What is in a file, for documents. Raises DocumentError."""
@@ -72,21 +73,20 @@ class Work:
 
     def report(self, document: Document, watch: Watch | None) -> Report:
         """What the study finds, within the context in which it may tell its progress."""
-        _require_fitting(document, self.study)
+        require_fitting(document, self.study)
         run = import_module(f"rigidcli.studies.{self.study}").run
         if watch is None or self.study not in FOLLOW:
             report: Report = run(document, **self.options)
         else:
             with watch() as show:
                 report = run(document, **self.options, progress=show)
-        _require_columns(report, self)
+        require_columns(report, self.columns, self.in_rows)
         if self.require is not None:
             self.require(report)
         return report
 
 
-@dataclass(frozen=True, slots=True)
-class Texts:
+class Texts(NamedTuple):
     """What is written of a report: its text, or one for each point of a sweep; and its notes."""
 
     source: str
@@ -97,8 +97,7 @@ class Texts:
 _Found = TypeVar("_Found")
 
 
-@dataclass(frozen=True, slots=True)
-class Answer(Generic[_Found]):
+class Answer(NamedTuple, Generic[_Found]):
     """What is found for a document, or the failure; `files` are those that the document names.
 
     `notes` are on the file that it is the first document of. `start` is the place of a start of an ensemble.
@@ -197,7 +196,7 @@ def texts(task: Task, watch: Watch | None = None) -> Iterator[Answer[Texts]]:
     for answer in answers(task, watch):
         found: Report | Texts | Failure = answer.found
         if isinstance(found, Report):
-            found = Texts(found.source, found.notes, [*write(found)])
+            found = Texts(found.source, found.notes, [*write([found])])
         yield Answer(answer.source, found, answer.files, answer.notes, answer.start)
 
 
@@ -237,13 +236,13 @@ def _at_point(task: Task, draft: Draft, sweep: Sweep, place: int) -> Answer[Repo
     answer = _answer(task.work, draft.source, lambda: draft.document(settings), None)
     found = answer.found
     if isinstance(found, Failure):
-        return replace(answer, found=replace(found, place=", ".join(settings)))
+        return answer._replace(found=replace(found, place=", ".join(settings)))
     units = {entry.key: entry.unit for entry in found.fields}
     swept = [
         Field(name, value, unit=unit or units.get(name, ""), cells={name: ()})
         for name, value, unit in sweep.told(point, draft.is_exact(settings))
     ]
-    return replace(answer, found=replace(found, swept=tuple(swept)))
+    return answer._replace(found=replace(found, swept=tuple(swept)))
 
 
 def _read(work: Work, file: str, *, afar: bool = False) -> Drafts | Failure:
@@ -276,7 +275,7 @@ def _of_files(task: Task, watch: Watch | None) -> Iterator[Answer[Report]]:
         for place, (file, found) in enumerate(some):
             if place in known:
                 report, named = known[place]
-                yield Answer(file, report, named)
+                yield Answer(report.source, report, named)
             else:
                 yield from _of_file(work, file, found, watch)
 
@@ -317,7 +316,7 @@ def _of_file(work: Work, file: str, found: Drafts | Failure, watch: Watch | None
     drafts, notes = found
     for draft in drafts:
         for answer in _of_document(work, file, draft.document, watch):
-            yield replace(answer, notes=notes) if notes else answer
+            yield answer._replace(notes=notes) if notes else answer
             notes = ()
 
 
@@ -353,7 +352,7 @@ def _of_document(
             if isinstance(found, RigidError):
                 yield Answer(source, replace(failure(found, source), place=f"start {place}"), files)
             else:
-                _require_columns(found, work)
+                require_columns(found, work.columns, work.in_rows)
                 yield Answer(source, found, files, start=place)
     except (RigidError, MemoryError) as error:
         yield Answer(source, failure(error, source), files)
@@ -368,49 +367,3 @@ def _answer(work: Work, source: str, read: Callable[[], Document], watch: Watch 
             return Answer(document.source, work.report(document, watch), files)
     except (RigidError, MemoryError) as error:
         return Answer(source, failure(error, source), files)
-
-
-NEEDS = {
-    "inertia": ("body",),
-    "axes": ("body",),
-    "precess": ("top", "body", "tide"),
-    "euler": ("body", "top"),
-    "hamilton": ("system",),
-}
-"""The sections of a document of which each command needs one."""
-
-
-def _require_fitting(document: Document, command: str) -> None:
-    """Raise DocumentError for a document that is for another command, which is named."""
-    if any(getattr(document, section) is not None for section in NEEDS[command]):
-        return
-    for other, sections in NEEDS.items():
-        for section in sections:
-            if getattr(document, section) is not None:
-                hint = f"this document has a `{section}`: `rigidcli {other} {document.source}`"
-                raise document.refusal(f"missing: `{command}` needs it", NEEDS[command][0], hint=hint)
-
-
-def _require_columns(report: Report, work: Work) -> None:
-    """Raise UsageError unless what is written of the report has the columns that are asked for."""
-    if not work.columns:
-        return
-    known = [name for table in report.tables if table.data for each in table.columns for name in each.cells]
-    if work.in_rows or (work.in_rows is not None and not known):
-        from rigidcli.render.csv import row_of
-
-        known = [*work.in_rows, *row_of(report)]
-    if not known:
-        hint = "`-f csv` has results as a row, of which they can be chosen"
-        raise UsageError("there are no samples here to choose columns of", hint=hint)
-    for name in work.columns:
-        if name not in known:
-            raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(known)}")
-
-
-def require_memory(report: Report) -> None:
-    """Raise ComputationError unless there is enough for the whole text of the tables."""
-    from rigidcli.core.memory import ITS_TEXT, require
-
-    for table in report.tables:
-        require(len(table), sum(len(column.cells) for column in table.columns), ITS_TEXT)

@@ -11,7 +11,7 @@ from typing import Any
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
 from rigidcli.core.groups import UnfitError
-from rigidcli.errors import LONGEST_SHOWN, ExpressionError, ValueProblem, nearest, shown
+from rigidcli.errors import LONGEST_SHOWN, UNSETTLED, ExpressionError, ValueProblem, nearest, shown
 from rigidcli.model.dimensional_analysis import dimension_of
 from rigidcli.model.dimensions import Dimension, check_dimension
 from rigidcli.model.several import Several, evaluated
@@ -224,7 +224,7 @@ class Environment:
     def _value(self, expression: Expression, dimension: Dimension | None) -> Any:
         self._use(expression.names)
         if expression.names & self.broken or self._without_value(expression.names):
-            return _exact(parse("1"), {}) if self.arithmetic.exact else 1.0
+            raise ValueProblem("a parameter in it has a problem", code=UNSETTLED)
         self._check_dimension(expression, dimension)
         if self.arithmetic.exact:
             return _exact(expression, self.parameters)

@@ -14,7 +14,7 @@ from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic
 from rigidcli.core.many_arithmetic import MANY
-from rigidcli.errors import DocumentError, Path, ValueProblem, shown
+from rigidcli.errors import UNSETTLED, DocumentError, Path, ValueProblem, shown
 from rigidcli.model.document import Document
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_parameters
@@ -231,7 +231,8 @@ def _document(tree: object, places: Places, folder: pathlib.Path, wanted: Arithm
             problems.append(problem)
         problems += [fault.below("parameters", name) for name, fault in sorted(env.faults.items())]
         if problems:
-            raise DocumentError(sorted(map(places.problem, problems), key=lambda placed: placed.line or 0))
+            told = [problem for problem in problems if problem.code != UNSETTLED]
+            raise DocumentError(sorted(map(places.problem, told), key=lambda placed: placed.line or 0))
         assert document is not None
         if env.positive <= positive:
             break

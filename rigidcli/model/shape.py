@@ -1,6 +1,6 @@
 """The base classes of shapes, which have dimensions and a mass or a density."""
 
-from __future__ import annotations
+# Annotations here are objects, not texts, which pydantic would read anew for each shape.
 
 import re
 from abc import abstractmethod

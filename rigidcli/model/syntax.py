@@ -15,7 +15,6 @@ from typing import Any
 import yaml
 
 from rigidcli.errors import DocumentError, Excerpt, Path, Problem, shown
-from rigidcli.model.slips import find_slip
 
 MAX_BYTES = 2_000_000
 """The longest text in UTF-8, which takes about half a second to read."""
@@ -63,6 +62,8 @@ def read_tree(
     try:
         return _Builder(yaml.parse(data, Loader=_LOADER), source, decimal, lines, typed).root()
     except yaml.MarkedYAMLError as error:
+        from rigidcli.model.slips import find_slip
+
         slip = find_slip(text, error)
         if slip is None:
             raise _refusal(source, None, f"not YAML: {error.problem}", None) from None

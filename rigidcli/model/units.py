@@ -182,6 +182,7 @@ def _named(name: str) -> Unit:
     return unit
 
 
+@lru_cache(maxsize=128)
 def _hint_for(name: str) -> str:
     stem = name.rstrip("0123456789")
     if stem != name and _from_table(stem):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,18 +16,19 @@ from rigidcli.report import Report, Table, Value
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
-    """A line for each report, and for each of its points in a sweep."""
-    return (line for report in reports for line in lines(report, look))
+    """A line for each report, or each of its points in a sweep; exact numbers are text. `units` comes last."""
+    for report in reports:
+        head: dict[str, Value] = {"schema": report.schema, "name": report.name, "source": report.source}
+        if report.swept:
+            head["swept"] = {entry.key: plain(entry.value) for entry in report.swept}
+        if look.columns:
+            report = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
+        body = head | plain(report.tree()) | {"units": report.units}
+        yield from _lines(body)
 
 
-def lines(report: Report, look: Look) -> Iterator[str]:
-    """The line of a report, or of each of its points; exact numbers are text. `units` comes last."""
-    head: dict[str, Value] = {"schema": report.schema, "name": report.name, "source": report.source}
-    if report.swept:
-        head["swept"] = {entry.key: plain(entry.value) for entry in report.swept}
-    if look.columns:
-        report = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
-    body = head | plain(report.tree()) | {"units": report.units}
+def _lines(body: Mapping[str, Value]) -> Iterator[str]:
+    """The object on a line; one for each point of a sweep where some of its values are many."""
     columns: list[Sequence[str]] = []
 
     def hold_place(value: object) -> orjson.Fragment:

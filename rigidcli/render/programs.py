@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from rigidcli.errors import UsageError
-from rigidcli.report import Program, Report
+from rigidcli.program import Program
+from rigidcli.report import Report
 from rigidcli.symbolic.language.sharing import Formulas
 from rigidcli.symbolic.language.text import text
 from rigidcli.symbolic.language.tree import (

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
 from rigidcli.report import NOISE, Column, Field, Report, Table, Value, single_cells
-from rigidcli.symbolic.language.tree import Node
+
+if TYPE_CHECKING:
+    from rigidcli.symbolic.language.tree import Node
 
 _PLAIN = (float, int, str, bool, type(None))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from rigidcli.core import principal
@@ -10,10 +12,12 @@ from rigidcli.core.principal import PrincipalFrame
 from rigidcli.core.tensor import ROUNDING
 from rigidcli.errors import ComputationError, DocumentError, Problem
 from rigidcli.model.document import Document
-from rigidcli.model.top import HeavyTop, Top
 from rigidcli.report import Field
 from rigidcli.studies.common import if_known
 from rigidcli.studies.results import told
+
+if TYPE_CHECKING:
+    from rigidcli.model.top import HeavyTop, Top
 
 NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn about it"
 """Why an angular velocity along the line of a linear body is refused: no angular momentum determines it."""

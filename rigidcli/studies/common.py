@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import PurePath
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,8 +15,11 @@ from rigidcli.core.many import Many
 from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.model.document import Document
 from rigidcli.model.texts import STDIN
-from rigidcli.report import NOISE, Field, Picture, Report, Step, Table, Value
+from rigidcli.report import NOISE, Field, Report, Step, Table, Value
 from rigidcli.studies.results import told
+
+if TYPE_CHECKING:
+    from rigidcli.picture import Picture
 
 
 def report(

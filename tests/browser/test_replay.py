@@ -13,9 +13,11 @@ import pytest
 
 import rigidcli
 from rigidcli.core.arithmetic import Floats
+from rigidcli.picture import Mark
 from rigidcli.render.web.page import page
 from rigidcli.render.web.replay import replay
-from rigidcli.report import Column, Mark, Part, Scene, Stage, Table
+from rigidcli.report import Column, Table
+from rigidcli.scene import Part, Scene, Stage
 from tests.browser.conftest import Browser
 from tests.conftest import ROOT
 from tests.scenes import scene_of

@@ -121,6 +121,24 @@ for path in sys.argv[1:]:
     assert not {"pyexpat", "rigidcli.core.solid_sums"} & bracket
 
 
+def test_a_plate_needs_no_solids_and_nobody_plugins_of_pydantic() -> None:
+    script = """
+import os, sys
+sys.argv = ["rigidcli", "axes", "-", "-f", "json"]
+os._exit = lambda code: print(*sys.modules, file=sys.stderr)
+from rigidcli.__main__ import run
+run()
+"""
+    document = "body: {shape: plate, size: [1, 2], mass: 3}"
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, input=document, capture_output=True, text=True, check=True
+    )
+    found = set(done.stderr.split())
+    assert "rigidcli.model.thin_shapes" in found
+    others = ("model.solid_shapes", "model.slips", "model.top", "picture", "program", "scene", "cli.alike")
+    assert not {*(f"rigidcli.{name}" for name in others), "importlib.metadata", "email"} & found
+
+
 def test_the_package_itself_loads_nothing() -> None:
     script = "import sys, rigidcli; print(*{name.partition('.')[0] for name in sys.modules})"
     done = subprocess.run(

@@ -365,6 +365,31 @@ def test_a_broken_parameter_is_one_problem_however_often_it_is_used(value: str) 
     assert places(text) == [(1, "parameters.a")]
 
 
+@pytest.mark.parametrize(
+    "body",
+    [
+        "{shape: cube, side: b - 1, mass: 3}",
+        "{shape: hollow_sphere, outer_radius: a, inner_radius: 2, density: 2*x*a}",
+        "{shape: frustum, bottom_radius: 1, top_radius: 2*b, height: -a, mass: a}",
+        "{points: [[1, a, 0, 0], [-a, 0, 0, 0]]}",
+        "{moments: [1, 1, 5*a], mass: 1}",
+    ],
+)
+@pytest.mark.parametrize("value", ["1/0", "[1]", "b"])
+def test_what_uses_a_broken_parameter_is_not_to_blame(body: str, value: str) -> None:
+    text = f"parameters: {{a: {value}, b: a}}\nbody: {body}\ntop: {{spin: 1, tilt: 4*a}}"
+    assert {key.partition(".")[0] for _, key in places(text)} == {"parameters"}
+
+
+def test_a_missing_value_is_not_the_fault_of_what_needs_it() -> None:
+    text = """\
+parameters: {m: null, T: null}
+system: {coordinates: [x], lagrangian: m*xdot**2/2}
+orbit: {initial: {x: T - 1, p_x: 0}, duration: T - 1}
+"""
+    assert places(text) == [(1, "parameters.T")]
+
+
 def test_a_broken_parameter_is_one_problem_beside_symbols() -> None:
     text = "parameters: {m: null, a: nope}\nbody: {shape: cube, side: a, mass: m*a}"
     assert places(text) == [(1, "parameters.a")]

@@ -15,7 +15,7 @@ from rigidcli.core.effective_potential import effective_potential
 from rigidcli.model.load import loads
 from rigidcli.model.shape import Region, Shape, Solid
 from rigidcli.model.shapes import SHAPES
-from rigidcli.report import Mark, Panel
+from rigidcli.picture import Mark, Panel
 from rigidcli.studies.pictures import KINDS
 from rigidcli.studies.pictures.surfaces import surface
 from tests.conftest import ROOT, Program

@@ -15,10 +15,12 @@ import rigidcli
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.model.load import load
+from rigidcli.picture import Mark
 from rigidcli.render.units import in_units, read_units
 from rigidcli.render.web.replay import MOST_TRIANGLES, replay
 from rigidcli.render.web.triangles import triangles
-from rigidcli.report import Column, Mark, Part, Scene, Stage, Table
+from rigidcli.report import Column, Table
+from rigidcli.scene import Part, Scene, Stage
 from tests.conftest import ROOT, Program
 from tests.scenes import report_of, scene_of
 

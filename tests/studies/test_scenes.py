@@ -8,7 +8,8 @@ import pytest
 import rigidcli
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.report import Part, Report, Scene, Stage
+from rigidcli.report import Report
+from rigidcli.scene import Part, Scene, Stage
 from tests.conftest import ROOT
 from tests.scenes import report_of, scene_of
 

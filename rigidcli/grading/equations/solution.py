@@ -12,10 +12,10 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from rigidcli.errors import ExpressionError
-from rigidcli.grading.expressions.domains import least_sign
 from rigidcli.grading.equations.elimination import determined, gaps, matrix, slopes, valued
 from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.truth import vanishes
+from rigidcli.grading.expressions.domains import least_sign
 from rigidcli.model.variables import acceleration, velocity
 from rigidcli.symbolic.algebra.atoms import is_positive
 from rigidcli.symbolic.algebra.expansion import coefficients

@@ -8,7 +8,8 @@ import numpy as np
 import plotext
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.report import Mark, Panel, Report, Ruler
+from rigidcli.picture import Mark, Panel, Ruler
+from rigidcli.report import Report
 
 WIDTH = 72
 """Columns of a chart where there is no terminal to tell how wide it is."""

@@ -17,7 +17,8 @@ from matplotlib.ticker import MaxNLocator
 from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.report import Mark, Panel, Picture, Report, Ruler
+from rigidcli.picture import Mark, Panel, Picture, Ruler
+from rigidcli.report import Report
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#000000", "#56B4E9")
 """Colours of marks by their style, which the colour-blind can tell apart.

@@ -24,7 +24,8 @@ from rigidcli.render.table import number
 from rigidcli.render.values import shown_columns, without_noise
 from rigidcli.render.web.page import resource, text
 from rigidcli.render.web.triangles import triangles
-from rigidcli.report import Part, Scene, Stage, Table, single_cells
+from rigidcli.report import Table, single_cells
+from rigidcli.scene import Part, Scene, Stage
 
 Rows: TypeAlias = NDArray[np.intp]
 """Places of samples among those of a scene."""

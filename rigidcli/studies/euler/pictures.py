@@ -7,7 +7,8 @@ import numpy as np
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import ROUNDING
-from rigidcli.report import Column, Mark, Panel, Picture, Ruler, Table
+from rigidcli.picture import Mark, Panel, Picture, Ruler
+from rigidcli.report import Column, Table
 from rigidcli.studies.euler.trajectory import Trajectory
 from rigidcli.studies.pictures.closed import polhode_picture, trace_picture
 

@@ -10,7 +10,9 @@ import numpy as np
 from rigidcli.core import poinsot, rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.model.document import Document
-from rigidcli.report import Column, Mark, Part, Scene, Stage, Table
+from rigidcli.picture import Mark
+from rigidcli.report import Column, Table
+from rigidcli.scene import Part, Scene, Stage
 from rigidcli.studies.euler.trajectory import Trajectory
 from rigidcli.studies.pictures.bodies import marks_of_body
 from rigidcli.studies.pictures.surfaces import ball

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from rigidcli.model.document import Document
-from rigidcli.report import NOISE, Column, Field, Picture, Report, Step, Table
+from rigidcli.picture import Picture
+from rigidcli.report import NOISE, Column, Field, Report, Step, Table
 from rigidcli.studies.common import if_known, noise, report, trusted
 from rigidcli.studies.hamilton import lagrange, linear_equations, modes
 from rigidcli.studies.hamilton.derivation import TIME, Derivation

@@ -9,7 +9,8 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import UsageError
-from rigidcli.report import Field, Mark, Panel, Picture, Ruler
+from rigidcli.picture import Mark, Panel, Picture, Ruler
+from rigidcli.report import Field
 from rigidcli.studies.hamilton.equations_of_motion import columns, flow_of_terms
 from rigidcli.symbolic.algebra.expressions import Expr
 from rigidcli.symbolic.language.latex_names import latex_name

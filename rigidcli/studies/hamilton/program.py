@@ -7,7 +7,7 @@ import numpy as np
 from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.model.document import Document
-from rigidcli.report import Program, Run
+from rigidcli.program import Program, Run
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.equations_of_motion import columns, symbolic_equations
 from rigidcli.studies.hamilton.initial import InitialState

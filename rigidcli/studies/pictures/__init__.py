@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from contextlib import suppress
 from importlib import import_module
+from typing import TYPE_CHECKING
 
 from rigidcli.errors import RigidError, UsageError
-from rigidcli.report import Picture
+
+if TYPE_CHECKING:
+    from rigidcli.picture import Picture
 
 BEST = "best"
 """Asks for the first kind of picture that a result has something for."""

@@ -16,7 +16,7 @@ from rigidcli.model.holes import Leaf
 from rigidcli.model.meshes import Mesh
 from rigidcli.model.point_masses import PointMasses
 from rigidcli.model.shape import Shape, Wire
-from rigidcli.report import Mark, Panel, Picture, Ruler
+from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.studies.body import body_frame
 from rigidcli.studies.common import require_values
 from rigidcli.studies.pictures.closed import ellipsoid

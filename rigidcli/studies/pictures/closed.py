@@ -7,7 +7,7 @@ import numpy as np
 from rigidcli.core import poinsot
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import UsageError
-from rigidcli.report import Mark, Panel, Picture, Ruler
+from rigidcli.picture import Mark, Panel, Picture, Ruler
 
 CIRCLE = 121
 """Points of a closed line."""

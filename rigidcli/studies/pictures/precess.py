@@ -13,7 +13,8 @@ from rigidcli.core.effective_potential import effective_potential
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import UsageError
 from rigidcli.model.document import Document
-from rigidcli.report import Mark, Panel, Picture, Ruler, Value
+from rigidcli.picture import Mark, Panel, Picture, Ruler
+from rigidcli.report import Value
 from rigidcli.studies.body import body_frame, principal_omega
 from rigidcli.studies.common import require_values
 from rigidcli.studies.pictures.closed import polhode_picture, trace_picture

@@ -1,0 +1,60 @@
+"""Pictures of a result: marks along rulers, in panels, without looks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+
+@dataclass(frozen=True, slots=True)
+class Ruler:
+    """What a direction of a panel measures: `name` in plain text, `symbol` in LaTeX, and the unit.
+
+    `ticks` are names for the places 0, 1, 2, ... where a direction does not measure, but lists.
+    """
+
+    name: str
+    symbol: str = ""
+    unit: str = ""
+    ticks: tuple[Ruler, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """Something drawn in a panel with d rulers; `label` is for the legend, and `symbol` the same in LaTeX.
+
+    `points` are the places of a line or of dots (n, d), the two ends of an arrow (2, d), a sequence of plane
+    faces (each k by 3), or of contours the coordinates x (n), y (m) and the heights (m, n), whose lines are
+    drawn at the heights `levels`. `style` is a place in the lists of colours and line styles; what is
+    `quiet` is thin and grey, and only there for orientation. `normals` (n, 3) of a line on a closed surface
+    tell which parts of it are on the far side.
+    """
+
+    form: Literal["line", "dots", "arrow", "faces", "contours"]
+    points: Any
+    label: str = ""
+    symbol: str = ""
+    style: int = 0
+    quiet: bool = False
+    levels: tuple[float, ...] = ()
+    normals: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """Marks along two or three rulers; where it `is_even`, a length is the same in each direction."""
+
+    rulers: tuple[Ruler, ...]
+    marks: tuple[Mark, ...]
+    title: str = ""
+    is_even: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Picture:
+    """A picture of a result: its kind, a title, and panels that stand in so many columns."""
+
+    kind: str
+    title: str
+    panels: tuple[Panel, ...]
+    columns: int = 1
