@@ -12,14 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.groups import ALONE, UnfitError, common, grouped
-from rigidcli.core.many import Many
 from rigidcli.errors import RigidError
 from rigidcli.model.document import Document
 from rigidcli.model.load import Draft
 from rigidcli.model.several import Several
 from rigidcli.model.typed_numbers import split_quantity
 from rigidcli.model.units import parse_unit
-from rigidcli.report import Report, Value
+from rigidcli.report import Report, part
 from rigidcli.studies.common import called
 
 LONGEST = 10_000
@@ -137,22 +136,5 @@ def _reports(
             place, draft, _ = alike[member]
             tree: Any = draft.tree()
             name = called(tree.get("name"), draft.source)
-            told = replace(_part(report, index), name=name, source=draft.source, document=draft.text)
+            told = replace(part(report, index), name=name, source=draft.source, document=draft.text)
             yield place, (told, files)
-
-
-def _part(report: Report, run: int) -> Report:
-    """The report on one of the runs that it is on at once."""
-
-    def at(value: Value) -> Value:
-        if isinstance(value, Many):
-            found = value.values[run]
-            return found if found.ndim else float(found)
-        return [at(entry) for entry in value] if isinstance(value, list) else value
-
-    fields = (entry.with_value(at(entry.value)) for entry in report.fields)
-    tables = (
-        replace(table, columns=tuple(replace(each, values=at(each.values)) for each in table.columns))
-        for table in report.tables
-    )
-    return replace(report, fields=tuple(fields), tables=tuple(tables))

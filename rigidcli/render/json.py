@@ -16,7 +16,7 @@ from rigidcli.report import Report, Table, Value
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
-    """A line for each report, or each of its points in a sweep; exact numbers are text. `units` comes last."""
+    """A line for each report, or each of its points in a sweep. Exact numbers are text; `units` is last."""
     for report in reports:
         head: dict[str, Value] = {"schema": report.schema, "name": report.name, "source": report.source}
         if report.swept:
