@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -119,6 +120,34 @@ for path in sys.argv[1:]:
     assert benzene == {"rigidcli.model.molecules"}
     assert {"rigidcli.core.inside", "rigidcli.model.mesh_files"} <= bracket
     assert not {"pyexpat", "rigidcli.core.solid_sums"} & bracket
+
+
+def test_homework_is_judged_without_scipy(tmp_path: Path) -> None:
+    """It takes half a second to load, and makes each process that judges a file larger."""
+    (tmp_path / "assignment.yaml").write_text(
+        "questions:\n"
+        f"  a: {{document: {ROOT}/configs/three_masses.yaml, ask: axes}}\n"
+        f"  h: {{document: {ROOT}/configs/taylor_13_02.yaml, ask: hamilton.hamiltonian}}\n"
+        "  v: {kind: vector, answer: [1, 2, 3]}\n"
+    )
+    (tmp_path / "s.yaml").write_text("answers: {h: 0.500*p_x**2/m - 1.1*m*g*x, v: [3, 2, 1]}")
+    script = """
+import sys
+from rigidcli.cli.app import main
+try:
+    main()
+finally:
+    print("scipy" in sys.modules)
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", script, "check", "assignment.yaml", "s.yaml"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout.splitlines()[-1] == "False"
+    assert done.returncode == 1
 
 
 def test_the_package_itself_loads_nothing() -> None:
