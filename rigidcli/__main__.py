@@ -34,12 +34,6 @@ def main() -> NoReturn:
         sys.exit(INTERRUPTED)
 
 
-class _NoPlugins(type(sys)):  # type: ignore[misc]
-    """Stands for the module of pydantic that finds plugins, and finds none."""
-
-    get_plugins = tuple
-
-
 def run() -> NoReturn:
     """`main` in a process of its own, which ends at once.
 
@@ -47,8 +41,6 @@ def run() -> NoReturn:
     """
     # heyoka loads sympy where it is installed, for conversions that nothing here asks for: that takes 0.3 s.
     sys.modules["sympy"] = None  # type: ignore[assignment]
-    # What looks for plugins of pydantic, which are switched off, first loads what reads packages and e-mail.
-    sys.modules["pydantic.plugin._loader"] = _NoPlugins("pydantic.plugin._loader")
     code: object = 0
     try:
         main()

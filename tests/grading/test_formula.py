@@ -23,6 +23,7 @@ from rigidcli.grading.expressions.formula import (
 from rigidcli.grading.expressions.ground import ground
 from rigidcli.grading.expressions.mistakes import factor
 from rigidcli.grading.outcome import Unreadable
+from rigidcli.symbolic.algebra.field import P
 from rigidcli.symbolic.language import parser
 from rigidcli.symbolic.language.text import text
 from tests.grading.asking import cases
@@ -259,6 +260,14 @@ def test_what_vanishes_wherever_it_was_tried_need_not_be_zero(nothing: str, word
         found = told(function(key), f"{key} + {nothing}")
         assert isinstance(found, str)
         assert words in found
+
+
+def test_an_answer_that_is_the_key_in_a_finite_field_need_not_be_right() -> None:
+    """What is added is a multiple of the number of its elements, and too small to be seen at the points."""
+    key = function("m*x")
+    assert told(key, f"m*x + x*{P}*0.1^200") is False
+    assert told(key, f"m*x + {P}*0.1^120/((x - 0.123)^2 + 0.1^60)") is not True
+    assert told(key, f"m*x + cos({P}*x) - cos(2*{P}*x)", constant=True) is False
 
 
 @pytest.mark.parametrize("constant", ["1", "-m*c^2", "1e6*k", "cos(m)"])

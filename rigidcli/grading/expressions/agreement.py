@@ -37,7 +37,7 @@ from rigidcli.grading.values import BITS, LOST, Ball, Estimate, Worked
 from rigidcli.symbolic.algebra.allowance import Allowance
 from rigidcli.symbolic.algebra.atoms import Symbol
 from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.algebra.field import P, Point
+from rigidcli.symbolic.algebra.field import P, Point, height
 from rigidcli.symbolic.algebra.fractions import lowest_terms
 from rigidcli.symbolic.algebra.trees import to_tree
 from rigidcli.symbolic.algebra.trigonometry import elementary_angles
@@ -193,10 +193,14 @@ def _is_proved(answer: Function, key: Function, constant: bool) -> Told:
 def _is_identical(answer: Function, key: Function, constant: bool) -> bool:
     """Whether the difference is the same at two points of a finite field, or zero at one.
 
-    The points follow from the answer, so that it cannot be made for them. The chance that two expressions
-    agree there that differ is below 1e-30; that they do not agree is no proof that they differ.
+    The points follow from the answer, so that it cannot be made for them, and its numbers are too small for
+    what is not zero to be a multiple of the number of elements. The chance that two expressions agree there
+    that differ is below 1e-30; that they do not agree is no proof that they differ.
     """
     ground = answer.ground
+    (above, below), (other, under) = (height(e.tree, ground.vocabulary.domains) for e in (answer, key))
+    if not max(above + under, other + below) + 1 + constant * (below + under) < P.bit_length() - 1:
+        return False
     seed = blake2b(repr((answer.tree, key.tree)).encode()).hexdigest()
     gaps = []
     for turn in range(1 + constant):

@@ -12,10 +12,11 @@ is a square at half of the points, by chance.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from fractions import Fraction
 from functools import lru_cache
 from hashlib import blake2b
+from typing import TypeAlias
 
 from rigidcli.symbolic.algebra.atoms import Applied, Atom, Group, Pi, Surd, Symbol, is_positive
 from rigidcli.symbolic.algebra.expansion import expand
@@ -23,7 +24,17 @@ from rigidcli.symbolic.algebra.expressions import PI, Expr, factored
 from rigidcli.symbolic.algebra.functions import apply
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.algebra.roots import Rational
-from rigidcli.symbolic.language.tree import Negative, Node, Number, Power, Product, Reciprocal, Sum
+from rigidcli.symbolic.language.tree import (
+    Call,
+    Name,
+    Negative,
+    Node,
+    Number,
+    Power,
+    Product,
+    Reciprocal,
+    Sum,
+)
 
 P = 912 * math.prod(n for n in range(2, 98) if all(n % d for d in range(2, n))) - 1
 """A prime for which (P - 1)/2 is one, too, so that odd roots are unique; numbers to 100 are squares."""
@@ -31,6 +42,8 @@ P = 912 * math.prod(n for n in range(2, 98) if all(n % d for d in range(2, n))) 
 PARTS = 12
 """An angle and an exponent are taken in so many parts, whose multiples are halves, thirds and quarters."""
 
+LONGEST = 12
+"""Digits of a number in a tree whose height is told."""
 
 _PI = next(iter(PI.terms))
 
@@ -185,6 +198,46 @@ class Point:
                 Fraction(1),
             )
         return (known, int(times)) if known <= P // 2 else (P - known, -int(times))
+
+
+Height: TypeAlias = tuple[float, float]
+"""Bits of the sums of all coefficients, without their signs, above and below the line of a fraction."""
+
+_PERIODIC = frozenset({"sin", "cos", "tan", "sinh", "cosh", "tanh"})
+"""Functions that are made of two exponentials."""
+
+
+def height(node: Node, domains: Container[str]) -> Height:
+    """A bound of the coefficients of a tree as a fraction of powers of its names and of exponentials.
+
+    It is infinite where there may be other relations than those of powers. What is not zero, and has less
+    bits above the line than P, is not zero in the field, whoever has chosen its numbers.
+    """
+    match node:
+        case Name(name) if name in domains:
+            return 0, 0
+        case Number(digits, value) if len(digits) <= LONGEST and value < 10**LONGEST and "e" not in digits:
+            spelled = Fraction(digits)
+            return spelled.numerator.bit_length(), spelled.denominator.bit_length()
+        case Negative(operand):
+            return height(operand, domains)
+        case Reciprocal(operand):
+            above, below = height(operand, domains)
+            return below, above
+        case Product(factors):
+            parts = [height(factor, domains) for factor in factors]
+            return sum(above for above, _ in parts), sum(below for _, below in parts)
+        case Sum(terms):
+            parts = [height(term, domains) for term in terms]
+            all_below = sum(below for _, below in parts)
+            most = max((above - below for above, below in parts), default=0)
+            return all_below + most + len(parts).bit_length(), all_below
+        case Power(base, Number(digits)) if digits.isdecimal() and len(digits) <= LONGEST:
+            above, below = height(base, domains)
+            return above * int(digits), below * int(digits)
+        case Call(function, (argument,)) if function in _PERIODIC or function == "exp":
+            return (1, 1) if max(height(argument, domains)) < P.bit_length() / 3 else (math.inf, math.inf)
+    return math.inf, math.inf
 
 
 def raised(known: int, exponent: Rational) -> int:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rigidcli.symbolic.algebra.expressions import symbol
-from rigidcli.symbolic.algebra.field import P, Point, depends_on_signs, reduced
+from rigidcli.symbolic.algebra.field import P, Point, depends_on_signs, height, reduced
 from rigidcli.symbolic.algebra.reading import from_tree
 from rigidcli.symbolic.language.expression import parse
 
@@ -49,6 +49,38 @@ def values(text: str, count: int = 40) -> list[int]:
 )
 def test_identities_hold_at_all_points(text: str) -> None:
     assert set(values(text)) == {0}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "3*x^2/(2*m) - 0.25*k*y/(x - y)",
+        "cos(x - y)*sin(x - y)^2 - exp(-x/2)*tan(2*y)",
+        "atan(x)*log(m)/sqrt(k/m)",
+    ],
+)
+def test_a_tree_has_the_value_of_its_expression(text: str) -> None:
+    point = Point("seed", {})
+    point.values |= {name: point.square(name) for name in ("m", "k")}
+    root = parse(text).root
+    assert point.of_tree(root, SYMBOLS) == point.value(from_tree(root, SYMBOLS)) != 0
+
+
+def test_a_tree_has_none_where_signs_decide() -> None:
+    with pytest.raises(ValueError, match="positive"):
+        Point("seed", {}).of_tree(parse("abs(x) - x").root, SYMBOLS)
+
+
+def test_multiples_of_the_number_of_elements_are_too_high() -> None:
+    """They are zero in the field, however they are written."""
+    third = 10**9
+    nested = f"(((({P // third**4})*{third} + {P // third**3 % third})*{third} + {P // third**2 % third})"
+    nested += f"*{third} + {P // third % third})*{third} + {P % third}"
+    for text in (str(P), nested, nested.replace("+", "*x/x +")):
+        tree = parse(f"x*({text})*0.1^80").root
+        assert Point("seed", {}).of_tree(tree, SYMBOLS) == 0
+        assert max(height(tree, SYMBOLS)) > P.bit_length()
+    assert height(parse("(3*x^2 - y/5)/(2*m)").root, SYMBOLS) < (10, 10)
 
 
 @pytest.mark.parametrize(
