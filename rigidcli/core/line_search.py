@@ -151,7 +151,7 @@ def lowest_within(f: Callable[[Floats], Floats], points: Floats, axes: Array) ->
 
 
 def _is_low_inside(grid: Floats) -> Mask:
-    """Which values on nets (n by p by p ...) are lower than their neighbours along each axis on both sides."""
+    """Which values on nets (n by p by p ...) are lower than both neighbours along each axis."""
     found = np.ones(grid.shape, dtype=bool)
     for axis in range(1, grid.ndim):
         ends = np.pad(grid, [(int(k == axis),) * 2 for k in range(grid.ndim)], constant_values=-np.inf)
