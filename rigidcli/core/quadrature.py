@@ -105,7 +105,7 @@ class Integrand:
     def __init__(self, function: Function, cuts: Cuts) -> None:
         self.function, self.cuts = function, cuts
         self.values, self.error, self.next_cost = np.zeros(1), np.inf, 0.0
-        self._panels, self._change = np.zeros((1, 1)), np.inf
+        self._panels, self._change = np.zeros((0, 0)), np.inf
         self._tried, self._cost = 0, np.inf
 
     def refine(self, budget: Budget) -> None:
@@ -117,7 +117,9 @@ class Integrand:
         points = np.vstack([np.arange(boxes, dtype=np.float64), np.zeros((self.cuts.depth, boxes))])
         sums, _ = self._over(0, points, NODES[self._tried])
         size = np.abs(sums).sum(axis=1).max()
-        change = np.abs(sums - self._panels).sum(axis=1).max() if self._tried else np.inf
+        # What is learnt of narrow functions on the way may move cuts: then nothing is known of the change.
+        known = sums.shape == self._panels.shape
+        change = np.abs(sums - self._panels).sum(axis=1).max() if known else np.inf
         before = self._change * max(FALL, self._change / size if size else 1.0)
         unsure = SAFETY * max(change, before) if self.cuts.depth else 0.0
         self.values, self.error = sums.sum(axis=1), unsure + ROUNDING * size
