@@ -32,6 +32,12 @@ NODES = (6, 8, 11, 15, 20, 27, 36, 48, 64, 85, 113)
 GROWTH = 4 / 3
 """By how much these grow at each step."""
 
+FALL = 0.3
+"""The part of the change before that an error is at least: where cuts are missing, changes are erratic."""
+
+SAFETY = 2.5
+"""What errors are more than changes, as convergence may be slow there."""
+
 LAST = 0.1
 """The part of all work that may be spent where the error is rough enough already, and there are kinks."""
 
@@ -92,15 +98,14 @@ class Integrand:
     """Functions to be integrated over boxes that are cut, k functions at a time.
 
     `values` (k) and `error` are those of the integrals with the most nodes that have been tried. The error is
-    what these have changed, summed over the panels of the first coordinate. Integrals converge geometrically:
-    a change that is less than the square of the one before is not believed. `next_cost` is what more nodes
-    will cost.
+    what these have changed, or a part of what those before them have, summed over the panels of the first
+    coordinate: a change that is small by chance is not believed. `next_cost` is what more nodes will cost.
     """
 
     def __init__(self, function: Function, cuts: Cuts) -> None:
         self.function, self.cuts = function, cuts
         self.values, self.error, self.next_cost = np.zeros(1), np.inf, 0.0
-        self._panels, self._change = np.zeros((1, 1)), np.inf
+        self._panels, self._change = np.zeros((0, 0)), np.inf
         self._tried, self._cost = 0, np.inf
 
     def refine(self, budget: Budget) -> None:
@@ -112,8 +117,11 @@ class Integrand:
         points = np.vstack([np.arange(boxes, dtype=np.float64), np.zeros((self.cuts.depth, boxes))])
         sums, _ = self._over(0, points, NODES[self._tried])
         size = np.abs(sums).sum(axis=1).max()
-        change = np.abs(sums - self._panels).sum(axis=1).max() if self._tried else np.inf
-        unsure = max(change, self._change * (self._change / size if size else 1)) if self.cuts.depth else 0.0
+        # What is learnt of narrow functions on the way may move cuts: then nothing is known of the change.
+        known = sums.shape == self._panels.shape
+        change = np.abs(sums - self._panels).sum(axis=1).max() if known else np.inf
+        before = self._change * max(FALL, self._change / size if size else 1.0)
+        unsure = SAFETY * max(change, before) if self.cuts.depth else 0.0
         self.values, self.error = sums.sum(axis=1), unsure + ROUNDING * size
         cost = left - budget.left
         growth = min(GROWTH**self.cuts.depth, cost / self._cost if np.isfinite(self._cost) else np.inf)

@@ -141,7 +141,8 @@ class Field:
         found = quadrature.integral(integrands, rough, goal, self.budget)
         mass = float(found.values[0])
         if not mass > 0:
-            raise ValueProblem(f"the density leaves no mass: {mass:.6g} kg", path=("density",))
+            where = "the density leaves no mass at the points where it was looked at"
+            raise ValueProblem(f"{where}: {mass:.6g} kg; a peak may be narrower", path=("density",))
         first, pairs = found.values[1:4] / mass, found.values[4:] / mass
         second = symmetric(pairs) - np.outer(first, first)
         second[[0, 1, 2], [0, 1, 2]] = np.maximum(second.diagonal(), 0.0)
