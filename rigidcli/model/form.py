@@ -1,7 +1,5 @@
 """The base of all forms of body, which have a place: turned about their own origin, then moved."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from dataclasses import replace
 from typing import ClassVar
