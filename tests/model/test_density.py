@@ -401,3 +401,38 @@ def test_a_peak_of_a_moderate_width_is_as_exact_as_what_is_smooth() -> None:
     mass = math.prod(width * math.sqrt(math.pi) / 2 * (math.erf(high) - math.erf(low)) for high, low in ends)
     assert result["mass"] == pytest.approx(mass, rel=SMOOTH)
     assert result["integration_error"] <= SMOOTH
+
+
+ASKEW = {
+    "a ball in a frustum": (
+        {"shape": "frustum", "bottom_radius": 0.9, "top_radius": 0.4, "height": 1.5},
+        "sign((X+0.418)^2+(Y-0.355)^2+(z-0.361)^2-0.707)+1.5",
+    ),
+    "waves in a ball": (
+        {"shape": "sphere", "radius": 1.2},
+        "abs(sin(4.566*(-0.601*X-0.757*Y-0.167*z-0.092)))",
+    ),
+    "two planes in a ball": (
+        {"shape": "sphere", "radius": 1},
+        "2+sign(X+z-0.6)*sign(Y+0.1)",
+    ),
+    "a steep step in a cylinder": (
+        {"shape": "cylinder", "radius": 1, "height": 2},
+        "2+tanh((X+Y-z)/0.001)",
+    ),
+}
+"""Bodies of revolution with kinks and jumps askew to their axis; X and Y turn about it."""
+
+
+@pytest.mark.parametrize(("body", "density"), ASKEW.values(), ids=ASKEW)
+def test_a_density_that_is_turned_about_an_axis_turns_the_tensor(body: dict[str, Any], density: str) -> None:
+    angle = 0.7
+    c, s = math.cos(angle), math.sin(angle)
+    turned = density.replace("X", f"({c}*x+{s}*y)").replace("Y", f"({c}*y-{s}*x)")
+    one, other = found({**body, "density": density.lower()}), found({**body, "density": turned})
+    errors = [result["integration_error"] for result in (one, other)]
+    assert max(errors) <= ROUGH
+    turn = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+    assert one["mass"] == pytest.approx(other["mass"], rel=sum(errors))
+    expected = turn @ one["tensor"] @ turn.T
+    np.testing.assert_allclose(other["tensor"], expected, rtol=0, atol=sum(errors) * np.trace(expected))
