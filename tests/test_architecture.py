@@ -23,7 +23,7 @@ from rigidcli.grading.kinds.base import Kind as KindOfAnswer
 from rigidcli.grading.mistakes import MISTAKES
 from rigidcli.grading.question import KindName
 from rigidcli.grading.reports.formats import FORMATS
-from rigidcli.model import prism_shapes, shapes, solid_shapes, thin_shapes
+from rigidcli.model import flat_shapes, prism_shapes, shapes, solid_shapes, thin_shapes
 from rigidcli.model.shape import Lamina, Shape, Shell, Solid, Wire
 from rigidcli.render import Format, renderer
 from rigidcli.render.plots import LIBRARIES
@@ -43,7 +43,7 @@ def test_every_shape_class_is_in_the_table() -> None:
     bases = (Shape, Solid, Lamina, Shell, Wire)
     classes = {
         value
-        for module in (prism_shapes, solid_shapes, thin_shapes)
+        for module in (flat_shapes, prism_shapes, solid_shapes, thin_shapes)
         for name, value in vars(module).items()
         if inspect.isclass(value) and issubclass(value, Shape) and value not in bases and name[0] != "_"
     }

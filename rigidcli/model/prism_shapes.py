@@ -8,10 +8,10 @@ from typing import Any, ClassVar
 
 from rigidcli.core import charts
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
+from rigidcli.model.flat_shapes import Annulus, Disk, HalfDisk, Plate
 from rigidcli.model.geometry import ORIGIN, Geometry
 from rigidcli.model.quantities import Length, OptionalLength, Size2, Size3
 from rigidcli.model.shape import Solid
-from rigidcli.model.thin_shapes import Annulus, Disk, HalfDisk, Plate
 
 
 class _Prism(Solid):

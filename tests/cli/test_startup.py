@@ -122,7 +122,7 @@ for path in sys.argv[1:]:
     assert not {"pyexpat", "rigidcli.core.solid_sums"} & bracket
 
 
-def test_a_plate_needs_no_solids() -> None:
+def test_a_plate_needs_no_other_shapes() -> None:
     script = """
 import os, sys
 sys.argv = ["rigidcli", "axes", "-", "-f", "json"]
@@ -135,8 +135,17 @@ run()
         [sys.executable, "-c", script], cwd=ROOT, input=document, capture_output=True, text=True, check=True
     )
     found = set(done.stderr.split())
-    assert "rigidcli.model.thin_shapes" in found
-    others = ("model.solid_shapes", "model.slips", "model.top", "picture", "program", "scene", "cli.alike")
+    assert "rigidcli.model.flat_shapes" in found
+    others = (
+        "model.solid_shapes",
+        "model.thin_shapes",
+        "model.slips",
+        "model.top",
+        "picture",
+        "program",
+        "scene",
+        "cli.alike",
+    )
     assert not {f"rigidcli.{name}" for name in others} & found
 
 
