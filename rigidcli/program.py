@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from rigidcli.symbolic.language.sharing import Formulas
+    from rigidcli.language.sharing import Formulas
 
 
 @dataclass(frozen=True, slots=True, eq=False)

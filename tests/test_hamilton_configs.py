@@ -27,12 +27,12 @@ from scipy.integrate import solve_ivp
 
 import rigidcli
 from rigidcli.errors import ExpressionError
+from rigidcli.language.evaluation import real
+from rigidcli.language.parser import read
+from rigidcli.language.text import reading
+from rigidcli.language.tree import Node
 from rigidcli.render import Format, Look, renderer
 from rigidcli.studies import hamilton
-from rigidcli.symbolic.language.evaluation import real
-from rigidcli.symbolic.language.parser import read
-from rigidcli.symbolic.language.text import reading
-from rigidcli.symbolic.language.tree import Node
 from tests.conftest import ROOT, Program, printed
 
 Floats = NDArray[np.float64]

@@ -13,7 +13,7 @@ from rigidcli.grading.files import read_beside
 from rigidcli.grading.numbers import read_written
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.units import read_unit
-from rigidcli.symbolic.language.expression import parse
+from rigidcli.language.expression import parse
 
 MOST_NAMES = 12
 """Names that a description lists."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.symbolic.algebra.expressions import Expr
+from rigidcli.algebra.expressions import Expr
 
 BY_NAME = {
     "axes": "axes",

@@ -17,17 +17,17 @@ from typing import Any, overload
 
 import numpy as np
 
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.values import is_zero
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import RELATIVE, Tolerance
 from rigidcli.grading.units import read_unit, scale_in, with_hint
+from rigidcli.language.expression import FUNCTIONS, RESERVED, parse
 from rigidcli.model.dimensions import DIMENSIONLESS
 from rigidcli.model.units import Unit
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.language.expression import FUNCTIONS, RESERVED, parse
 
 LONGEST = 400
 """Characters of a number."""

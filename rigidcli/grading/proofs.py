@@ -8,6 +8,14 @@ from zlib import crc32
 
 import numpy as np
 
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.fractions import lowest_terms
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.trees import to_tree
+from rigidcli.algebra.trigonometry import elementary_angles
 from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.arrays.entries import as_typed, filled, times
@@ -17,15 +25,7 @@ from rigidcli.grading.expressions.formula import Vocabulary
 from rigidcli.grading.expressions.ground import ground
 from rigidcli.grading.numbers import margin
 from rigidcli.grading.question import Tolerance
-from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.expansion import coefficients
-from rigidcli.symbolic.algebra.expressions import Expr, symbol
-from rigidcli.symbolic.algebra.fractions import lowest_terms
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.substitution import substitute
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.algebra.trigonometry import elementary_angles
-from rigidcli.symbolic.language.expression import Expression, parse
+from rigidcli.language.expression import Expression, parse
 
 MAX_STEPS = 20_000
 """Steps that a proof may take, a few hundredths of a second."""

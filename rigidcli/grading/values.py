@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats, Mask
-from rigidcli.symbolic.language.tree import (
+from rigidcli.language.tree import (
     Call,
     Constant,
     Name,

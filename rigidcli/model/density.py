@@ -11,11 +11,11 @@ from pydantic import ValidationInfo
 
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.core.charts import Spot
+from rigidcli.language import evaluation
+from rigidcli.language.tree import Node
 from rigidcli.model.environment import Formula
 from rigidcli.model.quantities import Quantity
 from rigidcli.model.section import environment
-from rigidcli.symbolic.language import evaluation
-from rigidcli.symbolic.language.tree import Node
 
 VARIABLES = ("x", "y", "z", "r", "s")
 """What a density may depend on: places in the shape's own axes (m), r = |(x, y, z)|, s = |(x, y)|."""

@@ -8,6 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.expressions import Expr, expr, power
+from rigidcli.algebra.functions import apply
+from rigidcli.algebra.multiple_integrals import Coordinates
+from rigidcli.algebra.reading import from_tree
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.core.charts import Chart
@@ -15,11 +20,6 @@ from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError, ExpressionError, ValueProblem
 from rigidcli.model.density import PAIRS, symmetric
 from rigidcli.model.environment import Formula
-from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.expressions import Expr, expr, power
-from rigidcli.symbolic.algebra.functions import apply
-from rigidcli.symbolic.algebra.multiple_integrals import Coordinates
-from rigidcli.symbolic.algebra.reading import from_tree
 
 MAX_STEPS = 400_000
 """Steps in multiplying out all ten integrands: about two seconds."""

@@ -19,10 +19,10 @@ from rigidcli.core.cuts import Cuts
 from rigidcli.core.kinks import Narrow
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError, ValueProblem
+from rigidcli.language.tree import Name, Node, names_in
 from rigidcli.model.density import PAIRS, of_node, places, symmetric, values
 from rigidcli.model.density_terms import Term, terms
 from rigidcli.model.environment import Formula
-from rigidcli.symbolic.language.tree import Name, Node, names_in
 
 ROUGH = 1e-6
 """The relative error that integrals may have: densities that need more work for it are refused."""

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rigidcli.language import functions, tree
 from rigidcli.model.density import VARIABLES
-from rigidcli.symbolic.language import functions, tree
 
 STEEP = {"exp": 8.0, "sinh": 8.0, "cosh": 8.0, "tanh": 2.0, "atan": 2.0, "asinh": 2.0}
 """By how much the argument of a function varies before the function is narrow in a shape.

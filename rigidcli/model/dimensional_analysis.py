@@ -9,8 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from rigidcli.errors import ValueProblem
-from rigidcli.model.dimensions import DIMENSIONLESS, Dimension, described
-from rigidcli.symbolic.language.tree import (
+from rigidcli.language.tree import (
     Call,
     Constant,
     Name,
@@ -23,6 +22,7 @@ from rigidcli.symbolic.language.tree import (
     Sum,
     UnknownFunction,
 )
+from rigidcli.model.dimensions import DIMENSIONLESS, Dimension, described
 
 
 def dimension_of(node: Node, known: Mapping[str, Dimension]) -> Dimension | None:

@@ -13,6 +13,7 @@ from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
 from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
+from rigidcli.language.expression import Expression
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import definitions
 from rigidcli.model.physical import Physical
@@ -21,7 +22,6 @@ from rigidcli.model.readers import Elsewhere, ReadBy, Title
 from rigidcli.model.rotations import Rotation
 from rigidcli.model.section import Section, environment, sections_in
 from rigidcli.model.words import keys_called, not_one_of
-from rigidcli.symbolic.language.expression import Expression
 
 if TYPE_CHECKING:
     from rigidcli.model.bodies import Body

@@ -12,6 +12,8 @@ from typing import Any
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
 from rigidcli.core.groups import UnfitError
 from rigidcli.errors import LONGEST_SHOWN, UNSETTLED, ExpressionError, ValueProblem, nearest, shown
+from rigidcli.language.expression import Expression, parse
+from rigidcli.language.tree import UnknownFunction
 from rigidcli.model.dimensional_analysis import dimension_of
 from rigidcli.model.dimensions import Dimension, check_dimension
 from rigidcli.model.several import Several, evaluated
@@ -25,8 +27,6 @@ from rigidcli.model.typed_numbers import (
 )
 from rigidcli.model.units import Unit, is_unit, parse_unit
 from rigidcli.model.words import variable_called
-from rigidcli.symbolic.language.expression import Expression, parse
-from rigidcli.symbolic.language.tree import UnknownFunction
 
 LONGEST_LIST = 20
 """The most names that a message lists: two lines of them."""
@@ -280,7 +280,7 @@ class Environment:
 
 def _exact(expression: Expression, values: Mapping[str, Any]) -> Any:
     """The exact value of an expression, from exact ones."""
-    from rigidcli.symbolic.algebra.arithmetic import worked_out
+    from rigidcli.algebra.arithmetic import worked_out
 
     return worked_out(expression.root, values)
 

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from pydantic import ValidationInfo
 
 from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.language.expression import Expression
 from rigidcli.model.parameters import read_names
 from rigidcli.model.section import environment, refuse
 from rigidcli.model.variables import MOST_COORDINATES, require_known
-from rigidcli.symbolic.language.expression import Expression
 
 
 @dataclass(frozen=True, slots=True)

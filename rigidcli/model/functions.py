@@ -8,11 +8,11 @@ from itertools import combinations_with_replacement
 from pydantic import ValidationInfo
 
 from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.language.tree import UnknownFunction
 from rigidcli.model.parameters import read_name, read_names
 from rigidcli.model.readers import ReadBy
 from rigidcli.model.section import environment, refuse
 from rigidcli.model.variables import blame_parameter, derived_names
-from rigidcli.symbolic.language.tree import UnknownFunction
 
 MOST_ARGUMENTS = 6
 """The most arguments of an unknown function: two points in space."""

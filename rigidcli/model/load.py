@@ -258,7 +258,7 @@ def _is_symbolic(tree: Mapping[str, object]) -> bool:
 def _arithmetic(exact: bool) -> Arithmetic:
     if not exact:
         return FLOAT
-    from rigidcli.symbolic.algebra.arithmetic import EXACT
+    from rigidcli.algebra.arithmetic import EXACT
 
     return EXACT
 

@@ -16,10 +16,10 @@ from rigidcli.core.mass_properties import MassProperties
 from rigidcli.core.simplices import Simplices
 from rigidcli.core.surfaces import Surface
 from rigidcli.errors import ComputationError, ValueProblem
+from rigidcli.language import tree
 from rigidcli.model.density import places, values
 from rigidcli.model.environment import Formula
 from rigidcli.model.geometry import Geometry
-from rigidcli.symbolic.language import tree
 
 MOST_PIECES = 400
 """The most triangles of a mesh with a density that is no polynomial: its integrals take about two seconds."""

@@ -8,10 +8,10 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from rigidcli.errors import ExpressionError, ValueProblem, gathered, shown
+from rigidcli.language.expression import RESERVED, Expression, parse
+from rigidcli.language.functions import CONSTANTS
+from rigidcli.language.tree import Constant, Name
 from rigidcli.model.environment import Environment
-from rigidcli.symbolic.language.expression import RESERVED, Expression, parse
-from rigidcli.symbolic.language.functions import CONSTANTS
-from rigidcli.symbolic.language.tree import Constant, Name
 
 _RESERVED_FOR = {"t": "the time", **dict.fromkeys(CONSTANTS, "a constant")}
 """What reserved names are; those that are not here are functions."""

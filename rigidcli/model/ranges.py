@@ -12,9 +12,9 @@ from fractions import Fraction
 from functools import cached_property
 
 from rigidcli.errors import UsageError, ValueProblem, shown
+from rigidcli.language.expression import parse
 from rigidcli.model.typed_numbers import split_quantity
 from rigidcli.model.units import parse_unit
-from rigidcli.symbolic.language.expression import parse
 
 LOGARITHMIC = "log"
 """What stands before START where the ratio of two neighbours is constant, and not their difference."""

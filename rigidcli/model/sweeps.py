@@ -230,7 +230,7 @@ def _told(text: str, exact: bool) -> tuple[Any, str]:
         pass
     arithmetic = FLOAT
     if exact:
-        from rigidcli.symbolic.algebra.arithmetic import EXACT
+        from rigidcli.algebra.arithmetic import EXACT
 
         arithmetic = EXACT
     try:

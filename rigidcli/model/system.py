@@ -12,6 +12,8 @@ from pydantic import Field, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.language.expression import Expression
+from rigidcli.language.tree import UnknownFunction
 from rigidcli.model.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, Dimension
 from rigidcli.model.functions import FUNCTIONS
 from rigidcli.model.parameters import read_names
@@ -32,8 +34,6 @@ from rigidcli.model.variables import (
     require_known,
     velocity,
 )
-from rigidcli.symbolic.language.expression import Expression
-from rigidcli.symbolic.language.tree import UnknownFunction
 
 MOST_PARTICLES = 200
 """The most particles of a system: far more than anybody writes, and still worked in bounded time."""

@@ -118,7 +118,7 @@ def of_body(top: Top, body: MassProperties, pivot: Array, inertia: Inertia, n: A
 def _axis_of(inertia: Inertia, n: Arithmetic) -> Array:
     """The symmetry axis of a body held at its centre of mass: the one principal axis that is unlike."""
     if n.exact:
-        from rigidcli.symbolic.mechanics import principal_axes
+        from rigidcli.mechanics import principal_axes
 
         frame = principal_axes.principal_frame(inertia.entries, inertia.axes)
     else:

@@ -8,6 +8,7 @@ from typing import Annotated, ClassVar
 from pydantic import Field, ValidationInfo
 
 from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.language.expression import Expression
 from rigidcli.model.parameters import read_names
 from rigidcli.model.readers import ReadBy
 from rigidcli.model.section import Section, environment, refuse
@@ -22,7 +23,6 @@ from rigidcli.model.variables import (
     read_new_names,
     require_known,
 )
-from rigidcli.symbolic.language.expression import Expression
 
 
 def _meanings(coordinates: tuple[str, ...]) -> dict[str, str]:

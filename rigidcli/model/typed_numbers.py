@@ -9,9 +9,9 @@ from fractions import Fraction
 from typing import NamedTuple
 
 from rigidcli.errors import ValueProblem, shown, with_article
+from rigidcli.language.tokens import LOWERED, SUPERSCRIPT
 from rigidcli.model.dimensions import Dimension
 from rigidcli.model.units import is_unit
-from rigidcli.symbolic.language.tokens import LOWERED, SUPERSCRIPT
 
 
 def number_or_text(raw: object, expected: str) -> float | int | str | Decimal:

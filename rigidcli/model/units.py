@@ -24,8 +24,8 @@ from importlib import resources
 from typing import NamedTuple
 
 from rigidcli.errors import ValueProblem
+from rigidcli.language.tokens import LOWERED, SUPERSCRIPT
 from rigidcli.model.dimensions import DIMENSIONLESS, FREQUENCY, Dimension
-from rigidcli.symbolic.language.tokens import LOWERED, SUPERSCRIPT
 
 MAX_TEXT = 200
 """The most characters of a unit: far more than any has, and read at once."""

@@ -7,10 +7,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from pydantic.json_schema import JsonSchemaValue
 
 from rigidcli.errors import ExpressionError, ValueProblem, gathered, nearest, shown
+from rigidcli.language.expression import Expression
 from rigidcli.model.dimensions import Dimension
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_name
-from rigidcli.symbolic.language.expression import Expression
 
 MOST_COORDINATES = 40
 """The most coordinates of a system: far more than anybody writes, and still worked in bounded time."""

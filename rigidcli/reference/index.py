@@ -91,10 +91,10 @@ def _below(command: str, key: str) -> list[str]:
 
 def _by_name(name: str) -> list[str]:
     """Pages of what has a name, wherever it is; mistakes come last, as they take long to load."""
+    from rigidcli.language.functions import FUNCTIONS, RESERVED
     from rigidcli.model.shapes import SHAPES
     from rigidcli.reference import keys
     from rigidcli.reference.shapes import dimension_page, shape_page
-    from rigidcli.symbolic.language.functions import FUNCTIONS, RESERVED
 
     if name in ("shape", "anchor", "density") and (place := keys.find(("body", name))) is not None:
         return [keys.explained(place)]

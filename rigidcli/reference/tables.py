@@ -47,7 +47,7 @@ def unit(name: str) -> str | None:
 
 def functions() -> str:
     """The functions and constants of expressions."""
-    from rigidcli.symbolic.language.functions import ALIASES, CONSTANTS, FUNCTIONS
+    from rigidcli.language.functions import ALIASES, CONSTANTS, FUNCTIONS
 
     listed = [
         (f"{name}({'y, x' if function.arity == 2 else 'x'})", function.says)

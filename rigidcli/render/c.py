@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
+from rigidcli.language.sharing import Formulas
 from rigidcli.render import Look
 from rigidcli.render.programs import Language, Source
 from rigidcli.report import Report
-from rigidcli.symbolic.language.sharing import Formulas
 
 TOLERANCE = "1e-11"
 """Error of the steps between two samples: rounding would be in the way of less."""

@@ -196,7 +196,7 @@ def _prose(words: str) -> str:
 def number(value: Value, digits: int) -> str:
     """A float with so many digits, or an exact expression, for math mode."""
     if is_exact(value):
-        from rigidcli.symbolic.language.text import latex
+        from rigidcli.language.text import latex
 
         return written(value, digits, latex)
     mantissa, e, exponent = f"{value:.{digits}g}".partition("e")

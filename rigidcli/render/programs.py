@@ -14,11 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from rigidcli.errors import UsageError
-from rigidcli.program import Program
-from rigidcli.report import Report
-from rigidcli.symbolic.language.sharing import Formulas
-from rigidcli.symbolic.language.text import text
-from rigidcli.symbolic.language.tree import (
+from rigidcli.language.sharing import Formulas
+from rigidcli.language.text import text
+from rigidcli.language.tree import (
     Call,
     Constant,
     Name,
@@ -28,6 +26,8 @@ from rigidcli.symbolic.language.tree import (
     Power,
     rebuilt,
 )
+from rigidcli.program import Program
+from rigidcli.report import Report
 
 WIDTH = 100
 """The width of lines, in characters: what is longer is broken where there are blanks."""

@@ -104,6 +104,6 @@ def number(value: Value, digits: int) -> str:
     """A float with so many digits, or an exact expression as a person would write it."""
     if not is_exact(value):
         return f"{value:.{digits}g}"
-    from rigidcli.symbolic.language.text import reading
+    from rigidcli.language.text import reading
 
     return written(value, digits, reading)

@@ -89,7 +89,7 @@ def _converted(value: Value, text: str, units: Units) -> tuple[Value, str]:
         return value / unit.scale, unit.text
     if any(number.names for number in np.ravel(value)):
         return value, text  # symbols bring units of their own
-    from rigidcli.symbolic.algebra.expressions import PI
+    from rigidcli.algebra.expressions import PI
 
     return value / (Fraction(unit.factor) * PI**unit.pi_power), unit.text
 

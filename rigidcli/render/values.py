@@ -13,7 +13,7 @@ from rigidcli.render import Look
 from rigidcli.report import NOISE, Column, Field, Report, Table, Value, single_cells
 
 if TYPE_CHECKING:
-    from rigidcli.symbolic.language.tree import Node
+    from rigidcli.language.tree import Node
 
 _PLAIN = (float, int, str, bool, type(None))
 
@@ -29,7 +29,7 @@ def is_exact(value: Value) -> bool:
 
 
 def written(value: Value, digits: int, write: Callable[[Node], str]) -> str:
-    """An exact expression or a formula, as a function of `symbolic.language.text` writes it."""
+    """An exact expression or a formula, as a function of `language.text` writes it."""
     return write(value.tree(digits))
 
 
@@ -105,7 +105,7 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, st
         numbers = np.ravel(np.array(value, dtype=object))
         unit = "" if any(number.names for number in numbers) else entry.unit
         if np.ndim(value) == 2 and not any(getattr(number, "decimal", True) for number in numbers):
-            from rigidcli.symbolic.algebra.arithmetic import common_factor
+            from rigidcli.algebra.arithmetic import common_factor
 
             common, rest = common_factor(value)
             # A factor in front is easier to read when it takes the symbols along, or leaves plain numbers.

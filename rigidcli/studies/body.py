@@ -90,7 +90,7 @@ def body_frame(document: Document) -> PrincipalFrame:
     inertia = physical.inertia.turned(physical.axes.T)
     if not n.exact:
         return principal.principal_frame(inertia)
-    from rigidcli.symbolic.mechanics import principal_axes
+    from rigidcli.mechanics import principal_axes
 
     return principal_axes.principal_frame(inertia.entries, inertia.axes)
 

@@ -6,11 +6,11 @@ import pytest
 
 from rigidcli.cli.app import COMMANDS
 from rigidcli.errors import EXIT_CODES, RigidError
+from rigidcli.language.functions import FUNCTIONS
 from rigidcli.model.shapes import SHAPES
 from rigidcli.model.units import TABLE
 from rigidcli.reference import index, keys, tables
 from rigidcli.reference.fields import said
-from rigidcli.symbolic.language.functions import FUNCTIONS
 from tests.conftest import Program
 from tests.shapes import DIMENSIONS
 

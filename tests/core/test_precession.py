@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from rigidcli.algebra import arithmetic, expressions
+from rigidcli.algebra.arithmetic import EXACT
 from rigidcli.core import precession
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.core.precession import Free, free, tidal_rate
 from rigidcli.errors import ComputationError
-from rigidcli.symbolic.algebra import arithmetic, expressions
-from rigidcli.symbolic.algebra.arithmetic import EXACT
 from tests.core.rigid_motion import Motion, angle, by_series, leaning, matrix
 
 Floats = NDArray[np.float64]

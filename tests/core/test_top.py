@@ -12,11 +12,11 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
+from rigidcli.algebra import arithmetic, expressions
+from rigidcli.algebra.arithmetic import EXACT
 from rigidcli.core import top
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.core.top import sleeping, steady
-from rigidcli.symbolic.algebra import arithmetic, expressions
-from rigidcli.symbolic.algebra.arithmetic import EXACT
 from tests.core.tops import MOMENTS, SPINS, TILTS, WEIGHTS, moved
 
 few = settings(max_examples=30, deadline=None)

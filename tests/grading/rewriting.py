@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from hypothesis import strategies as st
 
 from rigidcli.grading.expressions.formula import parts_of
-from rigidcli.symbolic.language.tree import (
+from rigidcli.language.tree import (
     Call,
     Constant,
     Name,

@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rigidcli.algebra.substitution import substitute
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.equations.key import Key
@@ -20,10 +21,9 @@ from rigidcli.grading.equations.truth import state
 from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.question import Question
+from rigidcli.language.expression import parse
 from rigidcli.model.load import load, loads
 from rigidcli.studies import hamilton
-from rigidcli.symbolic.algebra.substitution import substitute
-from rigidcli.symbolic.language.expression import parse
 from tests.grading.asking import Asking, answers, cases, codes, require_examples
 
 kind = KINDS["equations"]

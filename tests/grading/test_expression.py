@@ -14,6 +14,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
+from rigidcli.algebra.reading import from_tree
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.expressions.formula import names_in
@@ -22,18 +23,17 @@ from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.outcome import Outcome
 from rigidcli.grading.question import Question
+from rigidcli.language.parser import read as parse
+from rigidcli.language.text import text
+from rigidcli.language.tree import Node
 from rigidcli.model.document import Document
 from rigidcli.model.load import load, loads
 from rigidcli.report import Report
 from rigidcli.studies import axes, hamilton, inertia
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.language.parser import read as parse
-from rigidcli.symbolic.language.text import text
-from rigidcli.symbolic.language.tree import Node
 from tests.conftest import ROOT
 from tests.grading.asking import Asking, cases, require_examples
 from tests.grading.rewriting import EXPRESSIONS, POSITIVE, REAL, attacked, in_fractions, mistaken, rewritten
-from tests.symbolic.trees import NoValueError, value
+from tests.trees import NoValueError, value
 
 generated = settings(
     max_examples=60,

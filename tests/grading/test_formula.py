@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from rigidcli.algebra.field import P
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.expressions.agreement import Function, Told
 from rigidcli.grading.expressions.formula import (
@@ -23,9 +24,8 @@ from rigidcli.grading.expressions.formula import (
 from rigidcli.grading.expressions.ground import ground
 from rigidcli.grading.expressions.mistakes import factor
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.symbolic.algebra.field import P
-from rigidcli.symbolic.language import parser
-from rigidcli.symbolic.language.text import text
+from rigidcli.language import parser
+from rigidcli.language.text import text
 from tests.grading.asking import cases
 
 NAMES = Vocabulary(

@@ -20,8 +20,8 @@ from rigidcli.errors import DocumentError, ExpressionError
 from rigidcli.grading.assignment import prepare
 from rigidcli.grading.feedback import sentence
 from rigidcli.grading.judge import Item, judge
+from rigidcli.language.expression import parse
 from rigidcli.studies import axes, euler, hamilton, inertia, precess
-from rigidcli.symbolic.language.expression import parse
 from tests.conftest import ROOT
 
 STUDIES = {

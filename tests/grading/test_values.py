@@ -14,10 +14,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.grading.values import Estimate, Points
-from rigidcli.symbolic.language.functions import FUNCTIONS
-from rigidcli.symbolic.language.parser import read
-from rigidcli.symbolic.language.tree import Call, Name, Node
-from tests.symbolic.trees import CONTEXT, NAMES, TREES, NoValueError, value
+from rigidcli.language.functions import FUNCTIONS
+from rigidcli.language.parser import read
+from rigidcli.language.tree import Call, Name, Node
+from tests.trees import CONTEXT, NAMES, TREES, NoValueError, value
 
 thorough = settings(max_examples=120, deadline=None)
 

@@ -6,9 +6,9 @@ import pytest
 
 import rigidcli
 from rigidcli.errors import DocumentError
+from rigidcli.language.expression import parse
 from rigidcli.model.dimensional_analysis import dimension_of
 from rigidcli.model.dimensions import ANGLE, LENGTH, MASS, MOMENT_OF_INERTIA, Dimension
-from rigidcli.symbolic.language.expression import parse
 
 KNOWN = {"a": LENGTH, "b": LENGTH, "m": MASS, "theta": ANGLE}
 AREA = Dimension(length=2)

@@ -15,7 +15,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rigidcli.algebra.arithmetic import EXACT
+from rigidcli.algebra.reading import from_tree
 from rigidcli.errors import DocumentError, UsageError
+from rigidcli.language.expression import Expression
 from rigidcli.model.document import Document
 from rigidcli.model.load import loads
 from rigidcli.model.orbit import Orbit
@@ -23,9 +26,6 @@ from rigidcli.model.schema import json_schema
 from rigidcli.model.system import System
 from rigidcli.model.transform import Transform
 from rigidcli.studies.common import require_values
-from rigidcli.symbolic.algebra.arithmetic import EXACT
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.language.expression import Expression
 from tests.model.refusals import problems, told
 
 SPRING = "system: {coordinates: [x], lagrangian: m*xdot**2/2 - k*x**2/2}\n"

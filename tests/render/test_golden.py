@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from rigidcli.algebra.expressions import number, symbol
 from rigidcli.render import Format, Look, renderer
 from rigidcli.report import Column, Field, Report, Table
-from rigidcli.symbolic.algebra.expressions import number, symbol
 
 GOLDEN = Path(__file__).parents[1] / "golden"
 

@@ -19,13 +19,13 @@ import pytest
 import rigidcli
 from rigidcli import Result
 from rigidcli.core.arithmetic import Floats
+from rigidcli.language.functions import RESERVED
 from rigidcli.render import Format, Look, renderer
 from rigidcli.render.c import C
 from rigidcli.render.julia import JULIA
 from rigidcli.render.programs import Language
 from rigidcli.render.python import PYTHON
 from rigidcli.report import Report
-from rigidcli.symbolic.language.functions import RESERVED
 from tests.conftest import ROOT, Program
 
 GOLDEN = Path(__file__).parent.parent / "golden"

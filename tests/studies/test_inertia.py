@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 import rigidcli
+from rigidcli.algebra.expressions import Expr
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.model.shapes import SHAPES
-from rigidcli.symbolic.algebra.expressions import Expr
 from tests.exact import numeric
 from tests.shapes import DIMENSIONS
 

@@ -14,8 +14,8 @@ import scipy.linalg
 
 import rigidcli
 from rigidcli.errors import ComputationError, DocumentError
+from rigidcli.language.expression import parse
 from rigidcli.report import Report
-from rigidcli.symbolic.language.expression import parse
 from tests.conftest import Program
 
 

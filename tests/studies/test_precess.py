@@ -11,11 +11,11 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
+from rigidcli.algebra.expressions import Expr
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.model.load import loads
 from rigidcli.report import Report
 from rigidcli.studies.precess import run
-from rigidcli.symbolic.algebra.expressions import Expr
 from tests.conftest import Program
 from tests.exact import numeric
 

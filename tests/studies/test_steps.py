@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import rigidcli
+from rigidcli.algebra.expressions import Expr
+from rigidcli.language.evaluation import real
 from rigidcli.report import Step
-from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.language.evaluation import real
 from tests.conftest import ROOT, Program
 
 BLOCK = """

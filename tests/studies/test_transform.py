@@ -8,9 +8,9 @@ import mpmath
 import pytest
 
 import rigidcli
+from rigidcli.language.parser import read
 from rigidcli.report import Report
-from rigidcli.symbolic.language.parser import read
-from tests.symbolic.trees import CONTEXT, value
+from tests.trees import CONTEXT, value
 
 OSCILLATOR = "p_x**2/(2*m) + m*w**2*x**2/2"
 PLANE = "(p_x**2 + p_y**2)/(2*m) + k*sqrt(x**2 + y**2) + c*x"

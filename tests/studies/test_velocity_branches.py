@@ -11,13 +11,13 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import rigidcli
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import DocumentError, RigidError
+from rigidcli.language.evaluation import real
 from rigidcli.report import Report
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language.evaluation import real
 from tests.conftest import Program
-from tests.symbolic.trees import expression
+from tests.trees import expression
 
 
 def hamilton(lagrangian: str, orbit: str = "", parameters: str = "", coordinates: str = "x") -> Report:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from rigidcli.algebra.expressions import Expr
 from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.arrays.entries import (
@@ -31,10 +32,9 @@ from rigidcli.grading.codes import CODES
 from rigidcli.grading.numbers import read_written
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.units import read_unit
+from rigidcli.language.expression import Expression, parse
+from rigidcli.language.tree import Node
 from rigidcli.model.units import Unit, parse_unit
-from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.language.expression import Expression, parse
-from rigidcli.symbolic.language.tree import Node
 
 POINTS = 5
 """Points at which entries with symbols are compared."""

@@ -26,10 +26,10 @@ from rigidcli.grading.factors import factors
 from rigidcli.grading.matching import assigned
 from rigidcli.grading.numbers import NOISE, ROUNDING, margin, margins, narrowed
 from rigidcli.grading.question import Question, Tolerance
+from rigidcli.language.expression import Expression
+from rigidcli.language.tree import Node
 from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS
 from rigidcli.model.units import Unit
-from rigidcli.symbolic.language.expression import Expression
-from rigidcli.symbolic.language.tree import Node
 
 SURELY = 10
 """A factor is one if it differs from 1 by more than so many tolerances."""

@@ -5,17 +5,17 @@ from __future__ import annotations
 from contextlib import suppress
 from functools import lru_cache
 
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.atoms import Group
+from rigidcli.algebra.expressions import Expr, atomic, factored, product
+from rigidcli.algebra.fractions import factors
+from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.truth import at_state, proportional, states, vanishes
 from rigidcli.grading.expressions.domains import conditions, least_sign
 from rigidcli.grading.values import VIOLATED, Need
-from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.atoms import Group
-from rigidcli.symbolic.algebra.expressions import Expr, atomic, factored, product
-from rigidcli.symbolic.algebra.fractions import factors
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language.tree import Node
+from rigidcli.language.tree import Node
 
 STEPS = 20_000
 """Steps that a search for factors may take, a few hundredths of a second."""

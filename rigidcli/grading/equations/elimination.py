@@ -10,14 +10,14 @@ from collections.abc import Sequence
 from contextlib import suppress
 from typing import TypeAlias
 
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import ZERO, Expr
+from rigidcli.algebra.field import P, reduced
+from rigidcli.algebra.matrices import determinant
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.equations.domain import open_factors
 from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.truth import generic, vanishes
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import ZERO, Expr
-from rigidcli.symbolic.algebra.field import P, reduced
-from rigidcli.symbolic.algebra.matrices import determinant
 
 MOST_PIVOTS = 24
 """Candidates for one pivot, the shortest, that are looked at."""

@@ -9,6 +9,12 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import TYPE_CHECKING, Literal
 
+from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expressions import ZERO, Expr, symbol
+from rigidcli.algebra.matrices import null_vectors
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
@@ -17,15 +23,9 @@ from rigidcli.grading.equations.text import Equation, equations, texts
 from rigidcli.grading.expressions.formula import Domain, Vocabulary
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import RELATIVE, Question
+from rigidcli.language import parser
+from rigidcli.mechanics.energies import TIME
 from rigidcli.model.variables import acceleration, momentum, velocity
-from rigidcli.symbolic.algebra.expansion import coefficients
-from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
-from rigidcli.symbolic.algebra.matrices import null_vectors
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.substitution import substitute
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language import parser
-from rigidcli.symbolic.mechanics.energies import TIME
 
 if TYPE_CHECKING:
     from rigidcli.report import Report

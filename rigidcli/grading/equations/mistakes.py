@@ -9,15 +9,15 @@ from functools import lru_cache
 from itertools import islice, product
 from typing import Literal, TypeAlias
 
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import Expr, scaled, total
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.equations.key import Key
 from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.system import System
 from rigidcli.grading.equations.text import Equation
 from rigidcli.model.variables import acceleration, velocity
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expansion import expand
-from rigidcli.symbolic.algebra.expressions import Expr, scaled, total
 
 FACTORS = tuple(Fraction(*each) for each in ((2, 1), (1, 2), (3, 1), (1, 3), (4, 1), (1, 4), (3, 2), (2, 3)))
 """By which an equation is often wrong."""

@@ -13,17 +13,17 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import Expr, number, symbol, total
+from rigidcli.algebra.field import Point, depends_on_signs, reduced
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.expressions.formula import Domain, Vocabulary, spellings
+from rigidcli.language.tree import Node
+from rigidcli.mechanics.energies import TIME
 from rigidcli.model.variables import acceleration, momentum, velocity
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import Expr, number, symbol, total
-from rigidcli.symbolic.algebra.field import Point, depends_on_signs, reduced
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.substitution import substitute
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language.tree import Node
-from rigidcli.symbolic.mechanics.energies import TIME
 
 FEW = 60
 """Points of the field among which one is looked for that has values."""

@@ -8,6 +8,10 @@ from fractions import Fraction
 from functools import cached_property
 from typing import Literal, TypeAlias
 
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import Expr, number
+from rigidcli.algebra.field import reduced
+from rigidcli.algebra.substitution import substitute
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.equations.domain import has_no_value, has_value
 from rigidcli.grading.equations.elimination import matrix, slopes, valued
@@ -17,10 +21,6 @@ from rigidcli.grading.equations.solution import Reading, Solution, solution
 from rigidcli.grading.equations.text import Equation
 from rigidcli.grading.equations.truth import differs, is_refuted, is_trivial, vanishes
 from rigidcli.model.variables import acceleration, velocity
-from rigidcli.symbolic.algebra.expansion import expand
-from rigidcli.symbolic.algebra.expressions import Expr, number
-from rigidcli.symbolic.algebra.field import reduced
-from rigidcli.symbolic.algebra.substitution import substitute
 
 Truth: TypeAlias = Literal["true", "wrong", "open"]
 

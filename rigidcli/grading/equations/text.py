@@ -7,12 +7,12 @@ import unicodedata
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from rigidcli.algebra.expressions import Expr
 from rigidcli.errors import shown
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.expressions.formula import Vocabulary, names_in, read
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.language.tree import Name, Negative, Node, Sum
+from rigidcli.language.tree import Name, Negative, Node, Sum
 
 MOST_EQUATIONS = 200
 """In one answer."""

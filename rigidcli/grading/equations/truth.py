@@ -15,12 +15,12 @@ from functools import lru_cache
 from itertools import count, islice, product
 from typing import Any
 
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.field import P, Point, depends_on_signs, raised
+from rigidcli.algebra.values import enclosed
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.equations.motion import Motion
-from rigidcli.symbolic.algebra.expansion import expand
-from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.algebra.field import P, Point, depends_on_signs, raised
-from rigidcli.symbolic.algebra.values import enclosed
 
 ENOUGH = 3
 """Points of the field where nothing depends on a sign: the chance of an error is below 1e-60."""

@@ -20,6 +20,13 @@ from typing import TypeAlias
 
 import numpy as np
 
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.atoms import Symbol
+from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.field import P, Point, height
+from rigidcli.algebra.fractions import lowest_terms
+from rigidcli.algebra.trees import to_tree
+from rigidcli.algebra.trigonometry import elementary_angles
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.expressions.domains import (
@@ -34,15 +41,8 @@ from rigidcli.grading.expressions.domains import (
 from rigidcli.grading.expressions.formula import size_of
 from rigidcli.grading.expressions.ground import Ground
 from rigidcli.grading.values import BITS, LOST, Ball, Estimate, Worked
-from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.atoms import Symbol
-from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.algebra.field import P, Point, height
-from rigidcli.symbolic.algebra.fractions import lowest_terms
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.algebra.trigonometry import elementary_angles
-from rigidcli.symbolic.language.text import text
-from rigidcli.symbolic.language.tree import Node, Sum
+from rigidcli.language.text import text
+from rigidcli.language.tree import Node, Sum
 
 Told: TypeAlias = bool | str
 """Whether it is so; or why that cannot be told, in words for a person who is to look at it."""

@@ -16,12 +16,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.expressions.formula import names_in, parts_of, size_of
-from rigidcli.model.dimensional_analysis import dimension_of
-from rigidcli.model.dimensions import DIMENSIONLESS, ENERGY, TIME, Dimension
-from rigidcli.model.parameters import read_name
-from rigidcli.model.typed_numbers import split_quantity
-from rigidcli.model.units import parse_unit
-from rigidcli.symbolic.language.tree import (
+from rigidcli.language.tree import (
     Call,
     Constant,
     Name,
@@ -33,6 +28,11 @@ from rigidcli.symbolic.language.tree import (
     Reciprocal,
     Sum,
 )
+from rigidcli.model.dimensional_analysis import dimension_of
+from rigidcli.model.dimensions import DIMENSIONLESS, ENERGY, TIME, Dimension
+from rigidcli.model.parameters import read_name
+from rigidcli.model.typed_numbers import split_quantity
+from rigidcli.model.units import parse_unit
 
 if TYPE_CHECKING:
     from rigidcli.model.document import Document

@@ -6,19 +6,19 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from typing import TypeAlias
 
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.atoms import Applied, Group, Monomial, is_positive
+from rigidcli.algebra.expressions import ZERO, Expr, total
+from rigidcli.algebra.fractions import factors
+from rigidcli.algebra.functions import apply
+from rigidcli.algebra.roots import Rational
+from rigidcli.algebra.trees import to_tree
+from rigidcli.algebra.trigonometry import elementary_angles
+from rigidcli.algebra.values import enclosed
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.expressions.formula import names_in, parts_of
 from rigidcli.grading.values import BITS, CONDITIONS, Need
-from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.atoms import Applied, Group, Monomial, is_positive
-from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
-from rigidcli.symbolic.algebra.fractions import factors
-from rigidcli.symbolic.algebra.functions import apply
-from rigidcli.symbolic.algebra.roots import Rational
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.algebra.trigonometry import elementary_angles
-from rigidcli.symbolic.algebra.values import enclosed
-from rigidcli.symbolic.language.tree import Call, Node, Power, Reciprocal, rebuilt
+from rigidcli.language.tree import Call, Node, Power, Reciprocal, rebuilt
 
 Exact: TypeAlias = Callable[[Node], Expr]
 """What makes an exact expression of a tree."""

@@ -24,9 +24,9 @@ from rigidcli.errors import ExpressionError, nearest, shown
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.values import Points
-from rigidcli.symbolic.language import parser
-from rigidcli.symbolic.language.tokens import MAX_TEXT
-from rigidcli.symbolic.language.tree import Call, Name, Negative, Node, Power, Product, Reciprocal, Sum, bound
+from rigidcli.language import parser
+from rigidcli.language.tokens import MAX_TEXT
+from rigidcli.language.tree import Call, Name, Negative, Node, Power, Product, Reciprocal, Sum, bound
 
 Domain: TypeAlias = Literal["positive", "real"]
 

@@ -8,13 +8,13 @@ from functools import cached_property
 
 import numpy as np
 
+from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.reading import from_tree
 from rigidcli.core.arithmetic import Mask
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.expressions.formula import Scale, Vocabulary, draw
 from rigidcli.grading.values import Integers, Points, Worked
-from rigidcli.symbolic.algebra.expressions import Expr, symbol
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.language.tree import Node
+from rigidcli.language.tree import Node
 
 FAR: tuple[Scale, ...] = ((1e4, 1e6), (1e2, 1e4), (1e5, 1e6))
 """Between which sizes random values lie at points far away."""

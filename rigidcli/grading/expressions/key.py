@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
@@ -20,14 +22,12 @@ from rigidcli.grading.expressions.vocabulary import POSITIVE, TIME, Names, names
 from rigidcli.grading.numbers import margin
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Tolerance
+from rigidcli.language import evaluation
+from rigidcli.language.text import text
+from rigidcli.language.tree import Node, bound
 from rigidcli.model.dimensional_analysis import dimension_of
 from rigidcli.model.dimensions import DIMENSIONLESS
 from rigidcli.model.variables import velocity
-from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language import evaluation
-from rigidcli.symbolic.language.text import text
-from rigidcli.symbolic.language.tree import Node, bound
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""

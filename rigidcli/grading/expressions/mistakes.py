@@ -15,6 +15,12 @@ from functools import lru_cache
 
 import numpy as np
 
+from rigidcli.algebra.atoms import Monomial, Symbol
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import ZERO, Expr, symbol
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.trees import to_tree
+from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.expressions.agreement import NEEDED, PROVED, Function
 from rigidcli.grading.expressions.formula import independent, names_in
@@ -23,13 +29,7 @@ from rigidcli.grading.expressions.rounding import fitted
 from rigidcli.grading.expressions.vocabulary import TIME
 from rigidcli.grading.factors import TURN
 from rigidcli.grading.values import ENOUGH, Ball, Estimate
-from rigidcli.symbolic.algebra.atoms import Monomial, Symbol
-from rigidcli.symbolic.algebra.expansion import expand
-from rigidcli.symbolic.algebra.expressions import ZERO, Expr, symbol
-from rigidcli.symbolic.algebra.substitution import substitute
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.language.tree import Constant, Negative, Node, Number, Product, Sum, bound, number
+from rigidcli.language.tree import Constant, Negative, Node, Number, Product, Sum, bound, number
 
 KEYS = 1024
 """Keys of which what is found in them is kept."""

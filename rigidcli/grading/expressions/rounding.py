@@ -21,8 +21,8 @@ from rigidcli.grading.expressions.agreement import PROVED, Function, changes
 from rigidcli.grading.expressions.formula import names_in, parts_of, size_of
 from rigidcli.grading.question import RELATIVE
 from rigidcli.grading.values import Ball, Integers, estimate
-from rigidcli.symbolic.language import evaluation
-from rigidcli.symbolic.language.tree import Name, Node, Number, Power, bound, rebuilt
+from rigidcli.language import evaluation
+from rigidcli.language.tree import Name, Node, Number, Power, bound, rebuilt
 
 FIGURES = 3
 """Significant figures of a decimal that may pass for what it was rounded from."""

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigidcli.algebra.trees import to_tree
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.expressions.dimensions import declared, followed
 from rigidcli.grading.expressions.formula import Domain, Vocabulary, draw, names_in, spellings
+from rigidcli.language.tree import Node, bound, number
 from rigidcli.model.dimensions import Dimension
 from rigidcli.model.parameters import read_name
 from rigidcli.model.variables import momentum, velocity
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language.tree import Node, bound, number
 
 if TYPE_CHECKING:
     from rigidcli.model.document import Document

@@ -30,7 +30,7 @@ from rigidcli.grading.principal.key_making import key_of
 from rigidcli.grading.principal.reading import read
 from rigidcli.grading.principal.solution import is_proved, solution
 from rigidcli.grading.proofs import are_numbers
-from rigidcli.symbolic.language.expression import Expression
+from rigidcli.language.expression import Expression
 
 INDEPENDENT = 0.02
 """Axes whose smallest singular value is above this span the space, however wide the tolerance is."""

@@ -24,7 +24,7 @@ from rigidcli.errors import ValueProblem, shown
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
-from rigidcli.symbolic.language.tokens import GREEK
+from rigidcli.language.tokens import GREEK
 
 LONGEST = 1000
 """Characters of an answer."""

@@ -13,6 +13,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import symbol, total
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.equations import key as equation_key
@@ -26,14 +31,9 @@ from rigidcli.grading.equations.truth import STATES, has_zeros, states
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.mistakes import variants
 from rigidcli.grading.outcome import Finding, Outcome, correct, review, wrong
+from rigidcli.language.text import text
+from rigidcli.mechanics.energies import TIME
 from rigidcli.model.variables import velocity
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import symbol, total
-from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.algebra.substitution import substitute
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language.text import text
-from rigidcli.symbolic.mechanics.energies import TIME
 
 LONGEST_EXAMPLE = 4000
 """Characters of an equation of an example."""

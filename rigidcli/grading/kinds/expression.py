@@ -13,6 +13,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import ClassVar
 
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.trees import to_tree
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.expressions.agreement import PROVED, Function, seems_same
@@ -23,12 +27,8 @@ from rigidcli.grading.expressions.mistakes import THREE, additive_terms, factor,
 from rigidcli.grading.expressions.rounding import MOST_NODES
 from rigidcli.grading.kinds.base import Example, Kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, review, wrong
-from rigidcli.symbolic.algebra.expansion import expand
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language.text import text
-from rigidcli.symbolic.language.tree import Name, Node, Sum, bound
+from rigidcli.language.text import text
+from rigidcli.language.tree import Name, Node, Sum, bound
 
 
 class Expression(Kind):

@@ -29,7 +29,7 @@ def solution(key: Key) -> Array | None:
 
 def _solved_exactly(key: Key) -> Array | None:
     """The moments and axes of a tensor in symbols, if they are short."""
-    from rigidcli.symbolic.mechanics.principal_axes import principal_frame
+    from rigidcli.mechanics.principal_axes import principal_frame
 
     try:
         frame = principal_frame(exact(key.reference, key.reference.entries))

@@ -13,9 +13,9 @@ from rigidcli.grading.expressions.formula import names_in
 from rigidcli.grading.question import RELATIVE, Question, Tolerance
 from rigidcli.grading.trajectories.source import Source, size_of_terms
 from rigidcli.grading.trajectories.tables import TIME
-from rigidcli.symbolic.language import evaluation
-from rigidcli.symbolic.language.expression import parse
-from rigidcli.symbolic.language.tree import Name, Node
+from rigidcli.language import evaluation
+from rigidcli.language.expression import parse
+from rigidcli.language.tree import Name, Node
 
 DRIFT = 10
 """The drift that is allowed by default, in units of the relative tolerance and of the sum of all terms."""

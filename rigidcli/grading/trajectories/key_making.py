@@ -21,9 +21,9 @@ from rigidcli.grading.trajectories.key import OFF, Key
 from rigidcli.grading.trajectories.source import Source
 from rigidcli.grading.trajectories.splines import Trajectory, interpolated, smooth
 from rigidcli.grading.trajectories.tables import TIME
+from rigidcli.language import evaluation
+from rigidcli.language.tree import Node
 from rigidcli.model.units import parse_unit
-from rigidcli.symbolic.language import evaluation
-from rigidcli.symbolic.language.tree import Node
 
 QUATERNION = ("q0", "q1", "q2", "q3")
 

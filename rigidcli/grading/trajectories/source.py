@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked, Tree
@@ -16,13 +17,12 @@ from rigidcli.grading.factors import TURN
 from rigidcli.grading.numbers import read_number
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.trajectories.tables import TIME, read_columns
+from rigidcli.language import evaluation
+from rigidcli.language.expression import parse
+from rigidcli.language.tree import Name, Node, Sum
 from rigidcli.model.parameters import read_name
 from rigidcli.model.units import parse_unit
 from rigidcli.report import Report, Table, single_cells
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language import evaluation
-from rigidcli.symbolic.language.expression import parse
-from rigidcli.symbolic.language.tree import Name, Node, Sum
 
 ANGLES = ("phi", "psi")
 """Columns of a motion that are angles without being listed; theta goes from 0 to pi and back."""

@@ -24,9 +24,9 @@ from rigidcli.grading.expressions.formula import spellings
 from rigidcli.grading.numbers import read_written
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.units import read_unit
+from rigidcli.language.expression import parse
+from rigidcli.language.tree import Name
 from rigidcli.model.dimensions import TIME as OF_TIME
-from rigidcli.symbolic.language.expression import parse
-from rigidcli.symbolic.language.tree import Name
 
 TIME = "t"
 

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import Solution
-from rigidcli.symbolic.language import code
-from rigidcli.symbolic.language.tree import Node
-from rigidcli.symbolic.mechanics import rigid_body
+from rigidcli.language import code
+from rigidcli.language.tree import Node
+from rigidcli.mechanics import rigid_body
 
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(6)
 """Nodes and weights of the Gauss-Legendre quadrature in a panel; it is exact to the degree 11."""

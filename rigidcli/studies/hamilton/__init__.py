@@ -7,6 +7,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.trees import to_tree
+from rigidcli.language.latex_names import latex_name
+from rigidcli.language.text import reading
 from rigidcli.model.document import Document
 from rigidcli.picture import Picture
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table
@@ -17,10 +21,6 @@ from rigidcli.studies.hamilton.findings import Found, find
 from rigidcli.studies.hamilton.typed_decimals import as_typed
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
-from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language.latex_names import latex_name
-from rigidcli.symbolic.language.text import reading
 
 SCHEMA = "rigidcli.hamilton/1"
 

@@ -7,8 +7,21 @@ from typing import Any
 
 import numpy as np
 
+from rigidcli.algebra import matrices
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.arithmetic import EXACT
+from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.fractions import factors
+from rigidcli.algebra.matrices import Matrix
+from rigidcli.algebra.simplification import tidy
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.errors import ExpressionError
+from rigidcli.language.text import reading
+from rigidcli.language.tree import Name, Node
+from rigidcli.mechanics.small_oscillations import pencil
+from rigidcli.mechanics.symbolic_modes import LARGEST as MOST_FREEDOMS
+from rigidcli.mechanics.symbolic_spectrum import MAX_STEPS
 from rigidcli.model.document import Document
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.derivation import TIME
@@ -16,19 +29,6 @@ from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS
 from rigidcli.studies.hamilton.oscillations import Oscillations
 from rigidcli.studies.hamilton.typed_decimals import as_typed
 from rigidcli.studies.steps.writing import formula, free_name, power, product, total
-from rigidcli.symbolic.algebra import matrices
-from rigidcli.symbolic.algebra.allowance import Allowance
-from rigidcli.symbolic.algebra.arithmetic import EXACT
-from rigidcli.symbolic.algebra.expansion import coefficients
-from rigidcli.symbolic.algebra.expressions import Expr, symbol
-from rigidcli.symbolic.algebra.fractions import factors
-from rigidcli.symbolic.algebra.matrices import Matrix
-from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.language.text import reading
-from rigidcli.symbolic.language.tree import Name, Node
-from rigidcli.symbolic.mechanics.small_oscillations import pencil
-from rigidcli.symbolic.mechanics.symbolic_modes import LARGEST as MOST_FREEDOMS
-from rigidcli.symbolic.mechanics.symbolic_spectrum import MAX_STEPS
 
 LONGEST = 300
 """The longest polynomial that is shown, in characters: a longer one teaches nothing."""

@@ -8,22 +8,22 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 
+from rigidcli.algebra import matrices
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import PI, ZERO, Expr, number, symbol, total
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.mechanics import constraints, energies, jumps
+from rigidcli.mechanics.hamilton_equations import Phase, equations
+from rigidcli.mechanics.lagrange_equations import LagrangeEquations, lagrange_equations
+from rigidcli.mechanics.legendre import NOTHING, Momenta, canonical_momenta, legendre_transform
+from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.model.document import Document
 from rigidcli.model.variables import acceleration
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 from rigidcli.studies.hamilton.verification import MOST_RESIDUAL, is_short, residual_of
-from rigidcli.symbolic.algebra import matrices
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import PI, ZERO, Expr, number, symbol, total
-from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.algebra.substitution import substitute
-from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.mechanics import constraints, energies, jumps
-from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
-from rigidcli.symbolic.mechanics.lagrange_equations import LagrangeEquations, lagrange_equations
-from rigidcli.symbolic.mechanics.legendre import NOTHING, Momenta, canonical_momenta, legendre_transform
-from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 TIME = energies.TIME
 

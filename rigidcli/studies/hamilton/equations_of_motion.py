@@ -13,19 +13,19 @@ from functools import lru_cache
 
 import numpy as np
 
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
+from rigidcli.language import code
+from rigidcli.language.elimination import Step, solved
+from rigidcli.language.tree import Name, Node, insides, rounding
+from rigidcli.mechanics.hamilton_equations import Phase
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.initial import InitialState
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import ONE, ZERO, Expr, symbol, total
-from rigidcli.symbolic.algebra.substitution import substitute
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language import code
-from rigidcli.symbolic.language.elimination import Step, solved
-from rigidcli.symbolic.language.tree import Name, Node, insides, rounding
-from rigidcli.symbolic.mechanics.hamilton_equations import Phase
 
 ENERGY_CHANGE = ".energy_change"
 """The integral of dH/dt, which is a further variable where H changes: by the time, or by forces.

@@ -10,25 +10,25 @@ from typing import Any
 
 import numpy as np
 
+from rigidcli.algebra.atoms import Applied
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import Expr, atomic, number
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.trees import to_tree
+from rigidcli.algebra.values import is_zero
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.errors import ComputationError
+from rigidcli.language import code
+from rigidcli.language.tree import UnknownFunction
+from rigidcli.mechanics import small_oscillations
 from rigidcli.model.document import Document
 from rigidcli.model.equilibrium import Equilibrium
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values, require_formulas
-from rigidcli.symbolic.algebra.atoms import Applied
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import Expr, atomic, number
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.algebra.substitution import substitute
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.language import code
-from rigidcli.symbolic.language.tree import UnknownFunction
-from rigidcli.symbolic.mechanics import small_oscillations
 
 KEY = "equilibrium"
 """The key under which a document gives the equilibrium."""

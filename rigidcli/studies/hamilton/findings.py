@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.mechanics.legendre import MOST_BRANCHES
+from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.model.document import Document
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import Derivation, derive
 from rigidcli.studies.hamilton.system import require_formulas
-from rigidcli.symbolic.algebra.expressions import Expr, symbol
-from rigidcli.symbolic.mechanics.legendre import MOST_BRANCHES
-from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 if TYPE_CHECKING:
     from rigidcli.studies.hamilton.initial import InitialState
@@ -101,6 +101,6 @@ def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
         return ()
     if hamiltonian is None or not (asked or len(hamiltonian.key) <= QUICK):
         return None
-    from rigidcli.symbolic.invariants.search import conserved_quantities
+    from rigidcli.mechanics.invariants.search import conserved_quantities
 
     return conserved_quantities(hamiltonian, derivation.phase, [symbol(f"p_{q}") for q in derivation.cyclic])

@@ -8,20 +8,20 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.functions import apply
+from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
 from rigidcli.errors import ComputationError, DocumentError
+from rigidcli.language import code
+from rigidcli.mechanics.legendre import MOST_BRANCHES
+from rigidcli.mechanics.velocity_inversion import Branch
 from rigidcli.model.document import Document
 from rigidcli.model.orbit import Orbit
 from rigidcli.studies.hamilton import velocity_branches
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, on_this_side
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import Expr, symbol
-from rigidcli.symbolic.algebra.functions import apply
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language import code
-from rigidcli.symbolic.mechanics.legendre import MOST_BRANCHES
-from rigidcli.symbolic.mechanics.velocity_inversion import Branch
 
 KEY = "orbit.initial"
 """The key under which a document gives the initial state."""

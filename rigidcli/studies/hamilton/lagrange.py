@@ -9,18 +9,18 @@ from itertools import islice
 
 import numpy as np
 
+from rigidcli.algebra import samples
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.algebra.trees import to_tree
 from rigidcli.core.solution import NO_VALUE, Function
 from rigidcli.errors import ExpressionError
+from rigidcli.language import code
+from rigidcli.language.latex_names import latex_name
+from rigidcli.mechanics.lagrange_equations import LagrangeEquations
 from rigidcli.report import Field
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.verification import CHECKS
-from rigidcli.symbolic.algebra import samples
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import Expr, symbol
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language import code
-from rigidcli.symbolic.language.latex_names import latex_name
-from rigidcli.symbolic.mechanics.lagrange_equations import LagrangeEquations
 
 
 def fields(derivation: Derivation) -> list[Field]:

@@ -9,18 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.substitution import substitute
 from rigidcli.errors import ExpressionError
+from rigidcli.mechanics.hamilton_equations import linear
 from rigidcli.model.document import Document
 from rigidcli.report import Field
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import known_values
 from rigidcli.studies.results import told
-from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.algebra.substitution import substitute
-from rigidcli.symbolic.mechanics.hamilton_equations import linear
 
 if TYPE_CHECKING:
-    from rigidcli.symbolic.mechanics.spectrum import Spectrum
+    from rigidcli.mechanics.spectrum import Spectrum
 
 MOST_COLUMNS = 8
 """The widest matrix that people are shown: a terminal has room for no more."""
@@ -72,8 +72,8 @@ def _spectrum(
     matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr], document: Document
 ) -> Spectrum | None:
     """Of numbers where all parameters have values, else of what symbols allow."""
-    from rigidcli.symbolic.mechanics.numeric_spectrum import drifts, numeric_spectrum
-    from rigidcli.symbolic.mechanics.symbolic_spectrum import symbolic_spectrum
+    from rigidcli.mechanics.numeric_spectrum import drifts, numeric_spectrum
+    from rigidcli.mechanics.symbolic_spectrum import symbolic_spectrum
 
     known = known_values(document)
     used = {name for row in matrix for e in row for name in e.names}

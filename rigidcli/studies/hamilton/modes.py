@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rigidcli.algebra.expressions import PI, Expr, symbol
+from rigidcli.language.latex_names import latex_name
 from rigidcli.report import Column, Field, Table
-from rigidcli.symbolic.algebra.expressions import PI, Expr, symbol
-from rigidcli.symbolic.language.latex_names import latex_name
 
 if TYPE_CHECKING:
+    from rigidcli.mechanics.normal_modes import Mode
     from rigidcli.studies.hamilton.oscillations import Oscillations
-    from rigidcli.symbolic.mechanics.normal_modes import Mode
 
 UNITS = {"rate": "1/s", "frequency": "Hz", "period": "s", "decay": "1/s"}
 """Columns of the modes that people are shown where there is something in them, with their units."""

@@ -10,6 +10,7 @@ from functools import partial
 
 import numpy as np
 
+from rigidcli.algebra.expressions import Expr
 from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.narrow import solved
@@ -28,7 +29,6 @@ from rigidcli.studies.hamilton.equations_of_motion import (
 )
 from rigidcli.studies.hamilton.initial import InitialState
 from rigidcli.studies.hamilton.velocity_branches import VANISHING, require_regular
-from rigidcli.symbolic.algebra.expressions import Expr
 
 REFINEMENTS, PARTS = 5, 101
 """How often the time at which an orbit leaves its range is narrowed down, to one of so many parts."""

@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
+from rigidcli.algebra import matrices
+from rigidcli.algebra.atoms import Applied, Group
+from rigidcli.algebra.expressions import ZERO, Expr
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.substitution import substitute, without
+from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.mechanics import small_oscillations
+from rigidcli.mechanics.normal_modes import FOUND, ROUNDING, Mode, numeric_modes
+from rigidcli.mechanics.small_oscillations import LinearMotion
+from rigidcli.mechanics.symbolic_modes import LARGEST, symbolic_modes
 from rigidcli.model.document import Document
 from rigidcli.model.equilibrium import Equilibrium
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
 from rigidcli.studies.hamilton.system import known_values
-from rigidcli.symbolic.algebra import matrices
-from rigidcli.symbolic.algebra.atoms import Applied, Group
-from rigidcli.symbolic.algebra.expressions import ZERO, Expr
-from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.algebra.substitution import substitute, without
-from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.mechanics import small_oscillations
-from rigidcli.symbolic.mechanics.normal_modes import FOUND, ROUNDING, Mode, numeric_modes
-from rigidcli.symbolic.mechanics.small_oscillations import LinearMotion
-from rigidcli.symbolic.mechanics.symbolic_modes import LARGEST, symbolic_modes
 
 NO_MODES = (
     "the modes have no closed form here: the characteristic polynomial has no factors of low degree; "

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigidcli.algebra.expressions import Expr
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import UsageError
+from rigidcli.language.latex_names import latex_name
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.report import Field
 from rigidcli.studies.hamilton.equations_of_motion import columns, flow_of_terms
-from rigidcli.symbolic.algebra.expressions import Expr
-from rigidcli.symbolic.language.latex_names import latex_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from rigidcli.algebra.expressions import total
+from rigidcli.algebra.trees import to_tree
 from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.language import code
+from rigidcli.language.sharing import shared
 from rigidcli.model.document import Document
 from rigidcli.program import Program, Run
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
@@ -13,10 +17,6 @@ from rigidcli.studies.hamilton.equations_of_motion import columns, symbolic_equa
 from rigidcli.studies.hamilton.initial import InitialState
 from rigidcli.studies.hamilton.orbit import OrbitSolution
 from rigidcli.studies.hamilton.system import require_formulas
-from rigidcli.symbolic.algebra.expressions import total
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language import code
-from rigidcli.symbolic.language.sharing import shared
 
 LEAST_SIZE = 1e-3
 """The least size of a variable with which its errors are compared, in units of what its rate is made of.

@@ -8,6 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
+from rigidcli.language import code
 from rigidcli.model.document import Document
 from rigidcli.picture import Mark
 from rigidcli.report import Column, Table
@@ -15,7 +16,6 @@ from rigidcli.scene import Part, Scene, Stage
 from rigidcli.studies.hamilton.derivation import TIME
 from rigidcli.studies.hamilton.equations_of_motion import columns
 from rigidcli.studies.hamilton.orbit import OrbitSolution
-from rigidcli.symbolic.language import code
 
 MOST_SHOWN = 6
 """The most coordinates whose values are read off, and whose phase portraits can be chosen."""

@@ -8,18 +8,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import Expr, symbol, total
+from rigidcli.algebra.simplification import tidy
+from rigidcli.language.formula import Formula
+from rigidcli.language.latex_names import latex_name
+from rigidcli.language.text import reading
+from rigidcli.language.tree import Name, Negative, Product, Sum, bound
+from rigidcli.mechanics.hamilton_equations import Phase
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.characteristic import LONGEST, of_matrix, of_oscillations
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.findings import Found
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import Expr, symbol, total
-from rigidcli.symbolic.algebra.simplification import tidy
-from rigidcli.symbolic.language.formula import Formula
-from rigidcli.symbolic.language.latex_names import latex_name
-from rigidcli.symbolic.language.text import reading
-from rigidcli.symbolic.language.tree import Name, Negative, Product, Sum, bound
-from rigidcli.symbolic.mechanics.hamilton_equations import Phase
 
 
 class _Part(NamedTuple):

@@ -6,16 +6,16 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import ZERO, Expr, total
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.values import is_zero
 from rigidcli.errors import DocumentError, ExpressionError
+from rigidcli.language.expression import Expression
+from rigidcli.mechanics import energies
+from rigidcli.mechanics.hamilton_equations import linear
 from rigidcli.model.document import Document
 from rigidcli.model.system import System
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import ZERO, Expr, total
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.values import is_zero
-from rigidcli.symbolic.language.expression import Expression
-from rigidcli.symbolic.mechanics import energies
-from rigidcli.symbolic.mechanics.hamilton_equations import linear
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,27 +8,27 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from itertools import islice
 
+from rigidcli.algebra import samples
+from rigidcli.algebra.arithmetic import sign
+from rigidcli.algebra.arithmetic import tidy as in_lowest_terms
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expressions import ZERO, Expr, product, symbol, total
+from rigidcli.algebra.isolation import Branch
+from rigidcli.algebra.positive_roots import for_positive_symbols
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.simplification import shortest, tidy
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.trigonometry import exponentials_merged
+from rigidcli.algebra.values import is_zero, vanish_together
 from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.mechanics import canonical
+from rigidcli.mechanics.hamilton_equations import Phase, equations
+from rigidcli.mechanics.inverse_change import inverse
 from rigidcli.model.document import Document
 from rigidcli.model.transform import Transform
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
-from rigidcli.symbolic.algebra import samples
-from rigidcli.symbolic.algebra.arithmetic import sign
-from rigidcli.symbolic.algebra.arithmetic import tidy as in_lowest_terms
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expansion import coefficients
-from rigidcli.symbolic.algebra.expressions import ZERO, Expr, product, symbol, total
-from rigidcli.symbolic.algebra.isolation import Branch
-from rigidcli.symbolic.algebra.positive_roots import for_positive_symbols
-from rigidcli.symbolic.algebra.reading import from_tree
-from rigidcli.symbolic.algebra.simplification import shortest, tidy
-from rigidcli.symbolic.algebra.substitution import substitute
-from rigidcli.symbolic.algebra.trigonometry import exponentials_merged
-from rigidcli.symbolic.algebra.values import is_zero, vanish_together
-from rigidcli.symbolic.mechanics import canonical
-from rigidcli.symbolic.mechanics.hamilton_equations import Phase, equations
-from rigidcli.symbolic.mechanics.inverse_change import inverse
 
 MOST_BRANCHES = 3
 """The most points from which a way back from the new variables is looked for."""

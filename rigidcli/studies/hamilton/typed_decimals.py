@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from rigidcli.algebra.expressions import Expr
 from rigidcli.model.document import Document
 from rigidcli.report import Field, Value
-from rigidcli.symbolic.algebra.expressions import Expr
 
 DECIMAL = re.compile(r"\.\d|\de-")
 """What the text of a decimal has, and no other part of an expression."""

@@ -7,17 +7,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from rigidcli.algebra import samples
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import Expr, symbol, total
+from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
-from rigidcli.symbolic.algebra import samples
-from rigidcli.symbolic.algebra.calculus import derivative
-from rigidcli.symbolic.algebra.expressions import Expr, symbol, total
-from rigidcli.symbolic.algebra.trees import to_tree
-from rigidcli.symbolic.language import code
-from rigidcli.symbolic.mechanics.energies import TIME
-from rigidcli.symbolic.mechanics.hamilton_equations import Phase
-from rigidcli.symbolic.mechanics.legendre import Momenta
-from rigidcli.symbolic.mechanics.velocity_inversion import Branch
+from rigidcli.language import code
+from rigidcli.mechanics.energies import TIME
+from rigidcli.mechanics.hamilton_equations import Phase
+from rigidcli.mechanics.legendre import Momenta
+from rigidcli.mechanics.velocity_inversion import Branch
 
 MOST_RESIDUAL = 1e-6
 """A residual of the equations of motion beyond this, in units of their size, is no rounding error."""

@@ -9,9 +9,9 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.principal import PrincipalFrame
+from rigidcli.language.tree import Name, Node
 from rigidcli.report import Field, Step
 from rigidcli.studies.steps.writing import formula, free_name, power, product, total
-from rigidcli.symbolic.language.tree import Name, Node
 
 LONGEST = 40
 """The longest entry, in characters, of a matrix whose elimination is shown: longer ones teach nothing."""
@@ -46,7 +46,7 @@ def axes_steps(
 def _common_factor(tensor: Array, n: Arithmetic) -> tuple[Any, Array]:
     """A factor with symbols that leaves numbers, and these; None where there is no such factor."""
     if n.exact:
-        from rigidcli.symbolic.algebra.arithmetic import common_factor
+        from rigidcli.algebra.arithmetic import common_factor
 
         factor, rest = common_factor(tensor)
         if factor.names and not any(entry.names for entry in rest.flat):

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from rigidcli.core.arithmetic import Arithmetic, Scalar
+from rigidcli.language.formula import Formula
+from rigidcli.language.parser import read
+from rigidcli.language.text import latex, reading
+from rigidcli.language.tree import Negative, Node, Number, Power, Product, Sum, bound, number
 from rigidcli.report import Field, Value
-from rigidcli.symbolic.language.formula import Formula
-from rigidcli.symbolic.language.parser import read
-from rigidcli.symbolic.language.text import latex, reading
-from rigidcli.symbolic.language.tree import Negative, Node, Number, Power, Product, Sum, bound, number
 
 _ZERO = Number("0", 0.0)
 
@@ -53,7 +53,7 @@ def _number(value: Scalar | int, n: Arithmetic) -> Node:
     if isinstance(value, int):
         return number(value) if not n.exact else _whole(value)
     if n.exact:
-        from rigidcli.symbolic.algebra.expressions import expr
+        from rigidcli.algebra.expressions import expr
 
         return expr(value).tree()
     return number(float(value))

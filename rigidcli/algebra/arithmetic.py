@@ -1,0 +1,236 @@
+"""Exact numbers as an `Arithmetic`: rationals, roots, pi, and symbols without a value.
+
+Nothing here is decided by the clock: what is tried depends on the size of an expression alone, so that the
+same expression always comes out the same.
+"""
+
+from __future__ import annotations
+
+import math
+import zlib
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any, cast
+
+import numpy as np
+
+from rigidcli.algebra import simplification, values
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.atoms import Applied, Atom, Group
+from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, expr, factored, gathered, power, symbol
+from rigidcli.algebra.fractions import factors, lowest_terms
+from rigidcli.algebra.functions import apply
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.roots import Rational, content, magnitude
+from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.language.tree import Node
+
+MAX_STEPS = 60_000
+"""Steps that the search for common factors of one expression may take: a few tenths of a second."""
+
+SHORT_KEY = 600
+"""Length of the key of an expression that is rearranged by all rules, which takes milliseconds."""
+
+LONG_KEY = 4_000
+"""Length of the key of the longest fraction in lowest terms that is: the text would be a page long."""
+
+LONGEST_KEY = 40_000
+"""Length of the key of the longest result: its text would be several pages long."""
+
+_HALF = Fraction(1, 2)
+
+
+@lru_cache(maxsize=4096)
+def tidy(e: Expr) -> Expr:
+    """The shortest of the forms that cheap rearrangements find; 0 for a hidden zero.
+
+    Raises:
+        ComputationError: all forms are too long for anybody to read.
+    """
+    if len(e.key) > SHORT_KEY:
+        e = simplification.shortest([e, *_fractions(e)])
+        if len(e.key) > LONGEST_KEY:
+            raise ComputationError("an exact result is too long to print")
+        if len(e.key) > LONG_KEY:
+            return ZERO if values.is_zero(e) else e
+    short = simplification.tidy(e)
+    if simplification.is_product(short):
+        return short
+    shorter = simplification.shortest([short, *_fractions(short)])
+    if values.is_zero(shorter):
+        return ZERO
+    return shorter if shorter == short else simplification.tidy(shorter)
+
+
+def _fractions(e: Expr) -> Sequence[Expr]:
+    """The fraction in lowest terms that it is, multiplied out and in factors; none if it is too large."""
+    with suppress(ExpressionError):
+        return lowest_terms(e, Allowance(MAX_STEPS))
+    return ()
+
+
+def worked_out(node: Node, known: Mapping[str, Expr]) -> Expr:
+    """The exact value of a tree of the expression language whose names have these values.
+
+    Raises:
+        ExpressionError: it has no finite real value, or is too large.
+    """
+    e = from_tree(node, known)
+    if any(isinstance(atom, Applied | Group) for atom in e.atoms) and not values.has_value(e):
+        raise ExpressionError("there is no finite real value, or it cannot be told")
+    return e
+
+
+def tidy_array(array: Array) -> Array:
+    """An array of exact numbers, each one tidied."""
+    result = np.empty(array.shape, dtype=object)
+    for index, entry in np.ndenumerate(array):
+        result[index] = tidy(expr(entry))
+    return result
+
+
+def common_factor(array: Array) -> tuple[Expr, Array]:
+    """The factor that leaves an array of exact numbers shortest, and what it leaves.
+
+    The numbers that remain are integers without a common divisor where all were rational. The factor is 1
+    and the array as given where nothing gets shorter.
+    """
+    entries = [factored(entry) for entry in array.flat if entry]
+    if not entries:
+        return ONE, array
+    shared: dict[Atom, Rational] = dict(entries[0][1])
+    for _, monomial in entries[1:]:
+        powers = dict(monomial)
+        shared = {a: min(n, powers[a], key=magnitude) for a, n in shared.items() if n * powers.get(a, 0) > 0}
+    factor = gathered(content([number for number, _ in entries]), shared)
+    rest = np.array([entry / factor for entry in array.flat], dtype=object).reshape(array.shape)
+    before, after = (sum(len(str(entry)) for entry in entries.flat) for entries in (array, rest))
+    return (factor, rest) if after + len(str(factor)) < before else (ONE, array)
+
+
+def _enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
+    try:
+        return values.enclosed(e, point, bits)
+    except (ArithmeticError, ValueError) as error:
+        raise ExpressionError("the expression has no finite real value") from error
+
+
+def _number_sign(e: Expr) -> int:
+    """The sign of an expression without symbols."""
+    for bits in values.PRECISIONS:
+        ball = _enclosed(e, {}, bits)
+        if not ball.contains(0):
+            return 1 if ball > 0 else -1
+    return 0
+
+
+def _float(e: Expr, point: Mapping[str, Fraction]) -> float:
+    for bits in values.PRECISIONS:
+        ball = _enclosed(e, point, bits)
+        if ball.rel_accuracy_bits() > np.finfo(np.float64).nmant + 1:
+            return float(ball.mid())
+    return 0.0
+
+
+def _value(x: Any) -> float | None:
+    e = expr(x)
+    return None if e.names else _float(e, {})
+
+
+def size(x: Any) -> float:
+    """The number, or its value where every symbol has a value of its own between 1 and 2."""
+    e = expr(x)
+    try:
+        return _float(e, {name: 1 + Fraction(zlib.crc32(name.encode()), 2**32) for name in e.names})
+    except ExpressionError:
+        return math.nan
+
+
+def sign(x: Any) -> int | None:
+    """-1, 0 or 1; None where that depends on symbols."""
+    found = weak_sign(expr(x))
+    return None if found is None or not found[1] else found[0]
+
+
+def weak_sign(x: Expr) -> tuple[int, bool] | None:
+    """The sign that an expression has unless it is zero, and whether it never is; None where it has both."""
+    e = tidy(x)
+    if not e.names:
+        return _number_sign(e), True
+    known = e.sign()
+    if known is not None:
+        return known, e.is_strict()
+    try:
+        parts = factors(e, Allowance(MAX_STEPS))
+    except ExpressionError:
+        return None
+    product, strict = 1, True
+    for factor, exponent in parts:
+        known = factor.sign() if factor.names else _number_sign(factor)
+        if exponent % 2:
+            if known is None:
+                return None
+            product *= known
+        strict = strict and known is not None and (factor.is_strict() or not factor.names)
+    return product, strict
+
+
+def sqrt(x: Any) -> Expr:
+    """The square root, of squares of known sign without a root.
+
+    Raises ExpressionError for a number that is negative.
+    """
+    return root_of_either_sign(x, abs)
+
+
+def root_of_either_sign(x: Any, of_square: Callable[[Expr], Expr] = lambda x: x) -> Expr:
+    """A square root whose sign is free: of x^2 simply x, or what `of_square` makes of x."""
+    e = tidy(expr(x))
+    if e.as_number is not None:
+        return power(e, _HALF)
+    try:
+        parts = factors(e, Allowance(MAX_STEPS))
+    except ExpressionError:
+        return power(e, _HALF)
+    outside, inside = ONE, ONE
+    for factor, exponent in parts:
+        outside *= of_square(factor) ** (exponent // 2)
+        inside *= factor ** (exponent % 2)
+    return outside * power(tidy(inside), _HALF)
+
+
+def _hypot(*components: Any) -> Expr:
+    return sqrt(sum((expr(c) ** 2 for c in components), ZERO))
+
+
+def _atan2(y: Any, x: Any) -> Expr:
+    above, right = tidy(expr(y)), tidy(expr(x))
+    side = sign(right)
+    if side == 1:
+        return apply("atan", tidy(above / right))
+    height = sign(above) if side is not None else None
+    if side == 0 and height:
+        return PI * Fraction(height, 2)
+    if side == -1 and height is not None:
+        return apply("atan", tidy(above / right)) + (PI if height >= 0 else -PI)
+    return apply("atan2", above, right)
+
+
+# An `Expr` stands where `Arithmetic` says `Scalar`.
+EXACT: Arithmetic = cast(Any, Arithmetic)(
+    exact=True,
+    pi=PI,
+    sqrt=sqrt,
+    sin=lambda x: apply("sin", x),
+    cos=lambda x: apply("cos", x),
+    atan2=_atan2,
+    hypot=_hypot,
+    value=_value,
+    sign=sign,
+    size=size,
+    tidy=tidy_array,
+    symbol=symbol,
+)

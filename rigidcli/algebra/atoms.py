@@ -1,0 +1,290 @@
+"""What exact expressions are made of: sums of terms, and the atoms that the terms are products of.
+
+This module only holds the data. `expressions.Expr` adds the arithmetic, and is what everybody uses.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Generic, TypeAlias, TypeVar, cast
+from weakref import WeakValueDictionary
+
+from rigidcli.algebra.roots import Rational
+from rigidcli.errors import ExpressionError
+from rigidcli.language.tree import UnknownFunction
+
+MAX_LENGTH = 200_000
+"""Largest number of characters in the key of an atom, which is about as long as its text."""
+
+MAX_DEPTH = 120
+"""Largest depth to which functions and groups may stand inside each other."""
+
+_LEADING = frozenset(["G"])
+_TIME = "t"
+_FUNCTION_ORDER = {"exp": 0, "sin": 1, "sinh": 1, "cos": 2, "cosh": 2}
+_ALWAYS_POSITIVE = frozenset(["exp", "cosh"])
+_NEVER_NEGATIVE = frozenset(["abs", "acosh", "acos"])
+_RATE = re.compile(r"p_.*|.*dot")
+_MASS = re.compile(r"[mM](ass)?([0-9_].*)?")
+_DIGITS = re.compile(r"[0-9]+")
+
+
+def _is_mass(name: str) -> bool:
+    return _MASS.fullmatch(name) is not None
+
+
+def _is_rate(name: str) -> bool:
+    """Whether it is the name of a momentum or velocity."""
+    return _RATE.fullmatch(name) is not None
+
+
+class Terms:
+    """A sum: a mapping from monomials to their rational coefficients, in canonical form. Immutable."""
+
+    __slots__ = ("_depth", "_hash", "_key", "_names", "_ordered", "terms")
+
+    def __init__(self, terms: Mapping[Monomial, Rational]) -> None:
+        """`terms` is in canonical form already; use `expressions` to make one."""
+        self.terms = terms
+        self._depth: int | None = None
+        self._hash: int | None = None
+        self._key: str | None = None
+        self._names: frozenset[str] | None = None
+        self._ordered: tuple[tuple[Monomial, Rational], ...] | None = None
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether there are no terms; `values.is_zero` looks deeper."""
+        return not self.terms
+
+    @property
+    def as_number(self) -> Rational | None:
+        """The rational number that it is, or None."""
+        if not self.terms:
+            return 0
+        return self.terms.get(()) if len(self.terms) == 1 else None
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The symbols in it, at any depth."""
+        if self._names is None:
+            self._names = frozenset().union(*(atom.names for atom in self.atoms))
+        return self._names
+
+    @property
+    def unknown(self) -> frozenset[str]:
+        """The unknown functions in it, at any depth, by the names under which they are declared."""
+        found: set[str] = set()
+        for atom in self.atoms:
+            if isinstance(atom, Applied):
+                found.update(*(argument.unknown for argument in atom.arguments))
+                if isinstance(atom.function, UnknownFunction):
+                    found.add(atom.function.base)
+            elif isinstance(atom, Group):
+                found |= atom.inner.unknown
+        return frozenset(found)
+
+    @property
+    def atoms(self) -> list[Atom]:
+        """The atoms of its terms, each once."""
+        return list(dict.fromkeys(atom for monomial in self.terms for atom, _ in monomial))
+
+    @property
+    def depth(self) -> int:
+        """How deep its atoms are nested."""
+        if self._depth is None:
+            self._depth = max((atom.depth for atom in self.atoms), default=0)
+        return self._depth
+
+    @property
+    def ordered(self) -> tuple[tuple[Monomial, Rational], ...]:
+        """The terms in canonical order."""
+        if self._ordered is None:
+            self._ordered = tuple(sorted(self.terms.items(), key=_place))
+        return self._ordered
+
+    @property
+    def key(self) -> str:
+        """A text that equal expressions share."""
+        if self._key is None:
+            self._key = ",".join(
+                "*".join([str(coefficient), *(f"{atom.key}^{exponent}" for atom, exponent in monomial)])
+                for monomial, coefficient in self.ordered
+            )
+        return self._key
+
+    def __hash__(self) -> int:
+        if self._hash is None:
+            self._hash = hash(frozenset(self.terms.items()))
+        return self._hash
+
+    def sign(self) -> int | None:
+        """1 or -1 where every term has that sign, 0 without terms, None where the terms do not tell."""
+        signs = {
+            (1 if coefficient > 0 else -1) * all(is_positive(atom) or _is_square(n) for atom, n in monomial)
+            for monomial, coefficient in self.terms.items()
+        }
+        if not signs:
+            return 0
+        return signs.pop() or None if len(signs) == 1 else None
+
+    def is_strict(self) -> bool:
+        """Whether a term is positive or negative for all values, and not only where no symbol is zero."""
+        return any(all(is_positive(atom) for atom, _ in monomial) for monomial in self.terms)
+
+
+def _is_square(exponent: Rational) -> bool:
+    return exponent.denominator != 1 or exponent.numerator % 2 == 0
+
+
+def _place(term: tuple[Monomial, Rational]) -> tuple[object, ...]:
+    """Where a term stands in a sum: kinetic energy first, functions last, otherwise by falling degree."""
+    rates: Rational = 0
+    degree: Rational = 0
+    functions = 0
+    for atom, exponent in term[0]:
+        if isinstance(atom, Symbol):
+            rates += exponent if atom.is_rate else 0
+            degree += max(exponent, 0)
+        elif isinstance(atom, Applied):
+            functions += 1
+        elif isinstance(atom, Group):
+            rates += 2 if atom.has_rates and exponent > 0 else 0
+            degree += max(exponent, 0)
+    return -rates, functions, -degree, [(atom.key, -exponent) for atom, exponent in term[0]]
+
+
+class Atom:
+    """What an expression cannot take apart; two atoms that are equal are one object.
+
+    `key` is a text that tells atoms apart and puts them into the order in which people write them:
+    numbers, masses, other symbols, groups, momenta and velocities, functions.
+    """
+
+    __slots__ = ("__weakref__", "depth", "key", "names")
+
+    def __init__(self, key: str, depth: int = 0, names: frozenset[str] = frozenset()) -> None:
+        if depth > MAX_DEPTH:
+            raise ExpressionError(f"functions and sums are nested deeper than {MAX_DEPTH} levels")
+        if len(key) > MAX_LENGTH:
+            raise ExpressionError("the expression is too large")
+        self.key = key
+        self.depth = depth
+        self.names = names
+
+    def __repr__(self) -> str:
+        return f"<{self.key}>"
+
+
+class Surd(Atom):
+    """A positive integer, to an exponent between 0 and 1."""
+
+    __slots__ = ("value",)
+
+    def __init__(self, value: int) -> None:
+        super().__init__(f"1{value:0>20}")
+        self.value = value
+
+
+class Pi(Atom):
+    """The constant pi."""
+
+    __slots__ = ()
+
+    def __init__(self) -> None:
+        super().__init__("1pi")
+
+
+class Symbol(Atom):
+    """A name, for a real number or, where that is known, for a positive one."""
+
+    __slots__ = ("is_rate", "name", "positive")
+
+    def __init__(self, name: str, positive: bool = False) -> None:
+        self.is_rate = _is_rate(name)
+        place = "6" if self.is_rate else "2" if name in _LEADING else "3" if _is_mass(name) else "4"
+        place += "~" if name == _TIME else ""
+        counted = _DIGITS.sub(lambda digits: f"{len(digits[0]):03}{digits[0]}", name)
+        mark = "+" if positive else ""
+        super().__init__(f"{place}{counted.lower()} {name}{mark}", names=frozenset([name]))
+        self.name = name
+        self.positive = positive
+
+
+E = TypeVar("E", bound=Terms)
+
+
+class Applied(Atom, Generic[E]):
+    """A function of its arguments: one of `functions.FUNCTIONS` but `sqrt`, or `pow`, or an unknown one.
+
+    `pow` is a power whose exponent is not a rational number.
+    """
+
+    __slots__ = ("arguments", "function")
+
+    def __init__(self, function: str, arguments: tuple[E, ...]) -> None:
+        # Two documents may have unknown functions of one name, and of other parameters.
+        name = f"{function}{function.parameters}" if isinstance(function, UnknownFunction) else function
+        super().__init__(
+            f"7{_FUNCTION_ORDER.get(function, 3)}{name}({';'.join(e.key for e in arguments)})",
+            1 + max(argument.depth for argument in arguments),
+            frozenset().union(*(argument.names for argument in arguments)),
+        )
+        self.function = function
+        self.arguments = arguments
+
+
+class Group(Atom, Generic[E]):
+    """An expression that stands in a product or under a power.
+
+    A `plain` group is a sum whose leading term is positive and whose terms have no common factor.
+    Others come under fractional powers only, where neither a sign nor a symbol can be taken out.
+    """
+
+    __slots__ = ("has_rates", "inner", "plain", "positive")
+
+    def __init__(self, inner: E, plain: bool) -> None:
+        self.has_rates = any(map(_is_rate, inner.names))
+        place = "3" if all(map(_is_mass, inner.names)) else "5"
+        super().__init__(f"{place}({inner.key})", 1 + inner.depth, inner.names)
+        self.inner = inner
+        self.plain = plain
+        self.positive = inner.sign() == 1 and inner.is_strict()
+
+
+Monomial: TypeAlias = tuple[tuple[Atom, Rational], ...]
+"""Atoms in the order of their keys, each with its exponent."""
+
+A = TypeVar("A", bound=Atom)
+
+_ATOMS: WeakValueDictionary[str, Atom] = WeakValueDictionary()
+
+
+def interned(atom: A) -> A:
+    """The one object that stands for this atom."""
+    return cast(A, _ATOMS.setdefault(atom.key, atom))
+
+
+def key_of_atom(factor: tuple[Atom, Rational]) -> str:
+    """By what the factors of a monomial are sorted."""
+    return factor[0].key
+
+
+def is_positive(atom: Atom) -> bool:
+    """Whether it is above zero for all values of its symbols."""
+    match atom:
+        case Symbol(positive=positive) | Group(positive=positive):
+            return positive
+        case Applied(function=function):
+            return function in _ALWAYS_POSITIVE
+        case _:
+            return True
+
+
+def is_nonnegative(atom: Atom) -> bool:
+    """Whether it is never below zero."""
+    if isinstance(atom, Group):
+        sign: int | None = atom.inner.sign()
+        return sign == 1
+    return is_positive(atom) or (isinstance(atom, Applied) and atom.function in _NEVER_NEGATIVE)

@@ -1,0 +1,399 @@
+"""Exact expressions: sums of products of powers, in one canonical form.
+
+    x, m = symbol("x"), symbol("m")
+    m * x / (2 * x)                    # m/2
+    (x - m) ** 2 == (m - x) ** 2       # True
+
+An expression is a dict from monomials to their rational coefficients, and a monomial is a tuple of
+atoms with rational exponents. An atom is a symbol, pi, the integer under a root, a function with
+its arguments, or a group: a sum that stands in a product or under a power. A product of sums is
+kept as it is, `calculus.expand` multiplies it out.
+
+The algebra is real: a step is taken only where both sides are equal for all real values for which
+the first one has a value. So x*y/x is y, but sqrt(x**2) is not x.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+from fractions import Fraction
+from functools import lru_cache
+from numbers import Integral
+from typing import Any, TypeAlias, cast
+
+from rigidcli.algebra.atoms import (
+    Applied,
+    Atom,
+    Group,
+    Monomial,
+    Pi,
+    Surd,
+    Symbol,
+    interned,
+    is_nonnegative,
+    is_positive,
+    key_of_atom,
+)
+from rigidcli.algebra.exported import Exported
+from rigidcli.algebra.roots import Rational, bounded, content, magnitude, root, surd
+from rigidcli.errors import ExpressionError
+
+MAX_TERMS = 10_000
+"""Most terms of a sum: adding so many takes a hundredth of a second."""
+
+Number: TypeAlias = "Expr | int | Fraction"
+
+
+def _operator(combine: Callable[[Expr, Expr], Expr]) -> Callable[[Expr, Number], Expr]:
+    """A method for an operator; what is no exact number, such as an array, is left to do it by itself."""
+
+    def method(self: Expr, other: Number) -> Expr:
+        if not isinstance(other, Expr):
+            if not isinstance(other, Integral | Fraction):
+                return cast(Expr, NotImplemented)
+            other = expr(other)
+        return combine(self, other)
+
+    return method
+
+
+class Expr(Exported):
+    """An immutable exact expression, and the type in which results are exact.
+
+    H = rigidcli.hamilton(document)["hamiltonian"]
+    str(H)                          # 'p_x**2/(2*m) + k*x**2/2', in the expression language
+    H.evaluate(m=1, k=4, p_x=0, x=[0.0, 0.5])
+    """
+
+    __slots__ = ("_factored",)
+
+    def __init__(self, terms: Mapping[Monomial, Rational]) -> None:
+        """`terms` is in canonical form already; use `number`, `symbol` and the operators to make one."""
+        super().__init__(terms)
+        self._factored: tuple[Rational, Monomial] | None = None
+        self.decimal = False
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, Expr):
+            return self.terms == other.terms
+        return self.as_number == other if isinstance(other, Integral | Fraction) else NotImplemented
+
+    __hash__ = Exported.__hash__
+
+    def __bool__(self) -> bool:
+        return bool(self.terms)
+
+    def __neg__(self) -> Expr:
+        return scaled(self, -1)
+
+    __add__ = _operator(lambda a, b: total((a, b)))
+    __radd__ = _operator(lambda a, b: total((b, a)))
+    __sub__ = _operator(lambda a, b: total((a, -b)))
+    __rsub__ = _operator(lambda a, b: total((b, -a)))
+    __mul__ = _operator(lambda a, b: product((a, b)))
+    __rmul__ = _operator(lambda a, b: product((b, a)))
+    __truediv__ = _operator(lambda a, b: product((a, power(b, -1))))
+    __rtruediv__ = _operator(lambda a, b: product((b, power(a, -1))))
+
+    def __abs__(self) -> Expr:
+        """|x|: without bars where the sign is known."""
+        return _absolute(self)
+
+    def __pow__(self, exponent: Number) -> Expr:
+        """The power; where the exponent is no rational number, `elementary.apply` knows the laws."""
+        exponent = expr(exponent)
+        known = exponent.as_number
+        if known is not None:
+            return power(self, known)
+        if self == 1:
+            return ONE
+        return atomic(Applied("pow", (self, exponent)))
+
+
+ZERO = Expr({})
+ONE = Expr({(): 1})
+
+
+def number(value: Rational) -> Expr:
+    """A rational number."""
+    return Expr({(): bounded(value)}) if value else ZERO
+
+
+def atomic(atom: Atom) -> Expr:
+    """The expression that is this atom."""
+    return Expr({((interned(atom), 1),): 1})
+
+
+@lru_cache(1000)
+def symbol(name: str, positive: bool = False) -> Expr:
+    """A symbol for any real number, or for any positive one."""
+    return atomic(Symbol(name, positive))
+
+
+PI = atomic(Pi())
+
+
+def expr(value: Any) -> Expr:
+    """The expression itself, or the one that is this integer or fraction.
+
+    Raises:
+        TypeError: it is something else, such as a float, which is no exact number.
+    """
+    if isinstance(value, Expr):
+        return value
+    if isinstance(value, Integral | Fraction):
+        return number(value if isinstance(value, Fraction) else int(value))
+    raise TypeError(f"{value!r} is no exact number")
+
+
+def scaled(e: Expr, factor: Rational) -> Expr:
+    """The expression times a number."""
+    if factor == 1:
+        return e
+    if factor == 0:
+        return ZERO
+    return Expr({monomial: bounded(factor * coefficient) for monomial, coefficient in e.terms.items()})
+
+
+def total(parts: Iterable[Expr]) -> Expr:
+    """The sum, its like terms gathered.
+
+    Raises:
+        ExpressionError: it is too large.
+    """
+    terms: dict[Monomial, Rational] = {}
+    for part in parts:
+        for monomial, coefficient in part.terms.items():
+            known = terms.get(monomial)
+            terms[monomial] = coefficient if known is None else bounded(known + coefficient)
+        if len(terms) > MAX_TERMS:
+            raise ExpressionError(f"the expression has more than {MAX_TERMS:,} terms")
+    return Expr({monomial: coefficient for monomial, coefficient in terms.items() if coefficient})
+
+
+def product(factors: Iterable[Expr]) -> Expr:
+    """The product, its like factors gathered; a number is distributed over a sum that stands alone.
+
+    Raises:
+        ExpressionError: it is too large.
+    """
+    coefficient: Rational = 1
+    others = []
+    for factor in factors:
+        known = factor.as_number
+        if known is None:
+            others.append(factor)
+        else:
+            coefficient = bounded(coefficient * known)
+    if coefficient == 0:
+        return ZERO
+    if len(others) == 1:
+        return scaled(others[0], coefficient)
+    exponents: dict[Atom, Rational] = {}
+    for factor in others:
+        size, monomial = factored(factor)
+        coefficient = bounded(coefficient * size)
+        for atom, exponent in monomial:
+            exponents[atom] = exponents.get(atom, 0) + exponent
+    return gathered(coefficient, exponents)
+
+
+def gathered(coefficient: Rational, exponents: Mapping[Atom, Rational]) -> Expr:
+    """A number times powers of atoms, of which some may come to something simpler."""
+    if coefficient == 0:
+        return ZERO
+    kept = []
+    changed = []
+    for atom, exponent in exponents.items():
+        if exponent == 0:
+            continue
+        value = None if isinstance(atom, (Symbol, Pi)) else _resolved(atom, exponent)
+        if value is None:
+            kept.append((atom, exponent))
+        else:
+            changed.append(value)
+    kept.sort(key=key_of_atom)
+    if len(kept) == 1 and kept[0][1] == 1 and isinstance(kept[0][0], Group):
+        rest = scaled(kept[0][0].inner, coefficient)
+    else:
+        rest = Expr({tuple(kept): coefficient})
+    return product([rest, *changed]) if changed else rest
+
+
+def multiplied(left: Monomial, right: Iterable[tuple[Atom, Rational]], coefficient: Rational) -> Expr:
+    """The product of two monomials and a number."""
+    exponents = dict(left)
+    for atom, exponent in right:
+        exponents[atom] = exponents.get(atom, 0) + exponent
+    return gathered(bounded(coefficient), exponents)
+
+
+def _resolved(atom: Atom, exponent: Rational) -> Expr | None:
+    """A power of an atom where it is not canonical."""
+    if isinstance(atom, Surd) and not 0 < exponent < 1:
+        return _root_of_number(atom.value, exponent)
+    if isinstance(atom, Group) and not atom.plain and exponent.denominator == 1:
+        return power(atom.inner, exponent)
+    even = exponent.denominator == 1 and exponent.numerator % 2 == 0
+    if even and isinstance(atom, Applied) and atom.function == "abs":
+        return power(atom.arguments[0], exponent)
+    return None
+
+
+def factored(e: Expr) -> tuple[Rational, Monomial]:
+    """A number and a monomial whose product is `e`: a sum becomes a group."""
+    if len(e.terms) == 1:
+        ((monomial, coefficient),) = e.terms.items()
+        return coefficient, monomial
+    if not e.terms:
+        return 0, ()
+    if e._factored is None:
+        size, common = _content(e), _common(e)
+        inner = divided(e, size, common)
+        if common:
+            # Groups that stand alone now have become sums, so that terms may have met.
+            further, monomial = factored(inner)
+            e._factored = factored(multiplied(monomial, common.items(), size * further))
+        else:
+            e._factored = size, ((interned(Group(inner, plain=True)), 1),)
+    return e._factored
+
+
+def _content(e: Expr) -> Rational:
+    """The rational number by which a sum is to be divided for coprime integers, the leading one positive."""
+    size = content(e.terms.values())
+    return size if e.ordered[0][1] > 0 else -size
+
+
+def _common(e: Expr) -> dict[Atom, Rational]:
+    """The powers of atoms that all terms of a sum have in common, of those with integer exponents only."""
+    exponents: dict[Atom, list[Rational]] = {}
+    for monomial in e.terms:
+        for atom, exponent in monomial:
+            exponents.setdefault(atom, []).append(exponent)
+    common = {}
+    for atom, found in exponents.items():
+        if all(exponent.denominator == 1 for exponent in found):
+            least = min(found) if len(found) == len(e.terms) else min(0, *found)
+            if least:
+                common[atom] = least
+    return common
+
+
+def divided(e: Expr, size: Rational, common: Mapping[Atom, Rational]) -> Expr:
+    """The terms of a sum over a number and powers of atoms."""
+    inverse = 1 / Fraction(size)
+    if not common:
+        return scaled(e, inverse)
+    below = [(atom, -exponent) for atom, exponent in common.items()]
+    return total(multiplied(monomial, below, factor * inverse) for monomial, factor in e.terms.items())
+
+
+def _absolute(e: Expr) -> Expr:
+    """What is never negative comes out of the bars: numbers, even powers, what is known to be positive."""
+    coefficient, monomial = factored(e)
+    outside, inside = number(magnitude(coefficient)), ONE
+    for atom, exponent in monomial:
+        factor = power(atomic(atom), exponent)
+        if exponent.denominator != 1 or exponent.numerator % 2 == 0 or is_nonnegative(atom):
+            outside *= factor
+        else:
+            inside *= factor
+    return outside if inside == ONE else outside * atomic(Applied("abs", (inside,)))
+
+
+def power(base: Expr, exponent: Rational) -> Expr:
+    """A rational power.
+
+    Raises:
+        ExpressionError: it has no real value, or is too large.
+    """
+    if exponent == 0:
+        return ONE
+    if exponent == 1:
+        return base
+    if not base.terms:
+        if exponent < 0:
+            raise ExpressionError("division by zero")
+        return ZERO
+    bounded(exponent)
+    if exponent.denominator != 1:
+        return _rooted(base, Fraction(exponent))
+    coefficient, monomial = factored(base)
+    if coefficient == 0:
+        return power(ZERO, exponent)
+    raised = {atom: part * exponent for atom, part in monomial}
+    return gathered(surd(coefficient, int(exponent)), raised)
+
+
+@lru_cache(4096)
+def _rooted(base: Expr, exponent: Fraction) -> Expr:
+    """A power that is not an integer: positive numbers are taken out, nothing else is."""
+    if len(base.terms) > 1:
+        two_roots = _two_roots(base)
+        if two_roots is not None:
+            return power(two_roots, 2 * exponent)
+        size = content(base.terms.values())
+        inner = gathered(1, {_group(scaled(base, 1 / size)): exponent})
+        return product([_root_of_number(size, exponent), inner])
+    ((monomial, factor),) = base.terms.items()
+    positive = {atom: part for atom, part in monomial if is_positive(atom)}
+    rest = tuple((atom, part) for atom, part in monomial if atom not in positive)
+    if factor < 0 and not rest:
+        raise ExpressionError(f"a negative number to the power {exponent} has no real value")
+    outside = gathered(1, {atom: part * exponent for atom, part in positive.items()})
+    inside = _root_of_monomial(1 if factor > 0 else -1, rest, exponent)
+    return product([_root_of_number(magnitude(factor), exponent), outside, inside])
+
+
+def _root_of_number(value: Rational, exponent: Rational) -> Expr:
+    """A power of a positive number, in powers of integers."""
+    coefficient, surds = root(Fraction(value), Fraction(exponent))
+    return gathered(coefficient, {interned(Surd(base)): part for base, part in surds.items()})
+
+
+def _two_roots(e: Expr) -> Expr | None:
+    """The square root of a + b, for rational a and b^2, where it is a sum of two roots of rationals.
+
+    It is where a^2 - b^2 is the square of a rational s: sqrt((a + s)/2) +- sqrt((a - s)/2).
+    """
+    a = Fraction(e.terms.get((), 0))
+    b = e - a
+    square = power(b, 2).as_number if len(e.terms) == 2 and not e.names and a > 0 else None
+    if square is None or not a**2 - square >= 0:
+        return None
+    coefficient, surds = root(a**2 - square, Fraction(1, 2)) if a**2 != square else (0, {})
+    if surds:
+        return None
+    sign = 1 if b.ordered[0][1] > 0 else -1
+    first, second = (_root_of_number((a + s) / 2, Fraction(1, 2)) for s in (coefficient, -coefficient))
+    return first + sign * second
+
+
+def _root_of_monomial(sign: int, monomial: Monomial, exponent: Fraction) -> Expr:
+    """A power of a product that may be negative: (x**3*y**6)**q is (x*y**2)**(3*q), where it has a value.
+
+    Of even powers the square stays inside, (x**4)**q is (x**2)**(2*q).
+    """
+    if not monomial:
+        return ONE
+    if len(monomial) == 1 and sign > 0:
+        atom, inside = monomial[0]
+        if inside.denominator != 1 or inside.numerator % 2 or is_nonnegative(atom):
+            return gathered(1, {atom: inside * exponent})
+    if all(inside.denominator == 1 for _, inside in monomial):
+        common = math.gcd(*(inside.numerator for _, inside in monomial))
+        if common % 2 == 0:
+            common = common // 2 if sign > 0 else 1
+        if all(inside < 0 for _, inside in monomial):
+            common = -common
+        if common != 1:
+            base = gathered(sign, {atom: inside / Fraction(common) for atom, inside in monomial})
+            return power(base, exponent * common)
+    return gathered(1, {_group(Expr({monomial: sign})): exponent})
+
+
+def _group(inner: Expr) -> Group[Expr]:
+    plain = len(inner.terms) > 1 and inner.ordered[0][1] > 0 and not _common(inner)
+    return interned(Group(inner, plain))

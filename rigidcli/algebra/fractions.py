@@ -1,0 +1,236 @@
+"""Exact expressions as fractions of polynomials: common factors divided out, factors and square roots found.
+
+The variables of the polynomials are the atoms of an expression, or a root of one where it has fractional
+exponents. Square roots r of n obey r^2 = n and sines s^2 = 1 - c^2, so that equal fractions have equal forms.
+
+python-flint does the work on polynomials. It is loaded here, 0.04 s, and only where the normal form of
+`expressions` leaves a doubt.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.atoms import Applied, Atom, Group, Surd, interned
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import (
+    ONE,
+    Expr,
+    atomic,
+    divided,
+    factored,
+    gathered,
+    product,
+    total,
+)
+from rigidcli.algebra.roots import Rational, magnitude
+from rigidcli.errors import ExpressionError
+
+MOST_TERMS = 250
+"""Largest number of terms of a polynomial that is divided or factored."""
+
+MOST_VARIABLES = 12
+"""Largest number of variables of such a polynomial."""
+
+HIGHEST_POWER = 30
+"""Largest exponent of a variable in such a polynomial."""
+
+_SQUARED = {"sin": ("cos", -1), "sinh": ("cosh", 1)}
+"""Functions whose squares go: sin^2 = 1 - cos^2, sinh^2 = -1 + cosh^2."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Ring:
+    """Variables, each a power of an atom, and the squares that some of them have (polynomials)."""
+
+    context: Any
+    variables: dict[Atom, tuple[int, Fraction]]
+    squares: dict[int, Any]
+
+    def polynomial(self, e: Expr) -> Any:
+        """A multiplied-out expression without negative exponents as a reduced polynomial."""
+        from flint import fmpq
+
+        terms = {}
+        for monomial, coefficient in e.terms.items():
+            exponents = [0] * self.context.nvars()
+            for atom, exponent in monomial:
+                place, step = self.variables[atom]
+                exponents[place] = int(exponent / step)
+            _require(min(exponents) >= 0 and max(exponents) <= HIGHEST_POWER)
+            terms[tuple(exponents)] = fmpq(coefficient.numerator, coefficient.denominator)
+        return self.reduced(self.context.from_dict(terms))
+
+    def reduced(self, p: Any) -> Any:
+        """The remainder of a polynomial when the squares are put in, from the outermost root inwards."""
+        for place, square in self.squares.items():
+            p = divmod(p, self.context.gen(place) ** 2 - square)[1]
+        _require(len(p) <= MOST_TERMS)
+        return p
+
+    def conjugated(self, above: Any, below: Any) -> tuple[Any, Any]:
+        """A fraction (polynomials) with no root in the denominator, as far as square roots go."""
+        for atom, (place, _) in self.variables.items():
+            if place not in self.squares or isinstance(atom, Applied):
+                continue
+            root = self.context.gen(place)
+            even = below.subs({str(root): 0})
+            odd = below - even
+            conjugate = even - odd
+            denominator = self.reduced(below * conjugate)
+            if odd != 0 and denominator != 0:
+                above, below = self.reduced(above * conjugate), denominator
+        return above, below
+
+    def expr(self, p: Any) -> Expr:
+        """A polynomial as an expression."""
+        atoms = list(self.variables.items())
+        return total(
+            gathered(
+                _rational(coefficient),
+                {atom: step * int(powers[place]) for atom, (place, step) in atoms if powers[place]},
+            )
+            for powers, coefficient in p.to_dict().items()
+        )
+
+
+def _rational(coefficient: Any) -> Rational:
+    return Fraction(int(coefficient.p), int(coefficient.q))
+
+
+def _require(fits: bool) -> None:
+    if not fits:
+        raise ExpressionError("the expression is too large to be divided or factored")
+
+
+def _ring(parts: Iterable[Expr]) -> _Ring:
+    """The variables that expressions have, the outermost roots first."""
+    from flint import Ordering, fmpq_mpoly_ctx
+
+    steps: dict[Atom, int] = {}
+    pending = list(parts)
+    radicands: dict[Atom, Expr] = {}
+    while pending:
+        for monomial in pending.pop().terms:
+            for atom, exponent in monomial:
+                steps[atom] = math.lcm(steps.get(atom, 1), exponent.denominator)
+                if exponent.denominator == 1 or atom in radicands or isinstance(atom, Surd):
+                    continue
+                if isinstance(atom, Group):
+                    radicands[atom] = expand(atom.inner)
+                    pending.append(radicands[atom])
+    for atom in list(steps):
+        if isinstance(atom, Applied) and atom.function in _SQUARED:
+            steps.setdefault(interned(Applied(_SQUARED[atom.function][0], atom.arguments)), 1)
+    _require(len(steps) <= MOST_VARIABLES)
+    order = sorted(steps, key=lambda atom: (atom not in radicands, -atom.depth, _is_other(atom), atom.key))
+    names = [f"x{place}" for place in range(len(order))]
+    context = fmpq_mpoly_ctx.get(names or ["x0"], Ordering.lex)
+    variables = {atom: (place, Fraction(1, steps[atom])) for place, atom in enumerate(order)}
+    ring = _Ring(context, variables, {})
+    for atom, (place, step) in reversed(variables.items()):
+        square = _square(atom, step, radicands)
+        if square is not None and all(n >= 0 for monomial in square.terms for _, n in monomial):
+            ring.squares[place] = ring.polynomial(square)
+    squares = dict(sorted(ring.squares.items()))
+    return _Ring(context, variables, squares)
+
+
+def _is_other(atom: Atom) -> bool:
+    """Whether no square of it is known: such variables come after those whose squares they make."""
+    return not (isinstance(atom, Surd) or (isinstance(atom, Applied) and atom.function in _SQUARED))
+
+
+def _square(atom: Atom, step: Fraction, radicands: dict[Atom, Expr]) -> Expr | None:
+    """What the square of a variable is, in the variables after it."""
+    if isinstance(atom, Applied) and atom.function in _SQUARED and step == 1:
+        other, sign = _SQUARED[atom.function]
+        return sign * Expr({((interned(Applied(other, atom.arguments)), 2),): 1}) - sign
+    if step == Fraction(1, 2) and isinstance(atom, Surd):
+        return atom.value * ONE
+    return radicands.get(atom) if step == Fraction(1, 2) else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Quotient:
+    """An expression as powers of what stands `outside`, times a fraction of two polynomials."""
+
+    ring: _Ring
+    outside: list[tuple[Expr, int]]
+    above: Any
+    below: Any
+
+
+def _quotient(e: Expr, allowance: Allowance) -> _Quotient:
+    """The fraction in lowest terms that an expression is.
+
+    Raises ExpressionError where it is too large.
+    """
+    coefficient, monomial = factored(expand(e, allowance))
+    above: list[Expr] = []
+    below: list[Expr] = []
+    outside = [(ONE * coefficient, 1)]
+    for atom, exponent in monomial:
+        if exponent.denominator == 1 and isinstance(atom, Group):
+            (above if exponent > 0 else below).append(gathered(1, {atom: magnitude(exponent)}))
+        elif exponent.denominator != 1 and isinstance(atom, Group | Surd):
+            above.append(gathered(1, {atom: exponent - math.floor(exponent)}))
+            below.append(gathered(1, {atom: -math.floor(exponent)}))
+        elif exponent.denominator == 1:
+            outside.append((atomic(atom), int(exponent)))
+        else:
+            outside.append((gathered(1, {atom: exponent}), 1))
+    numerator, denominator = (expand(product(factors), allowance) for factors in (above, below))
+    lowest = _lowest((numerator, denominator))
+    numerator, denominator = (divided(part, 1, lowest) for part in (numerator, denominator))
+    ring = _ring((numerator, denominator))
+    over, under = ring.polynomial(numerator), ring.polynomial(denominator)
+    if under == 0:
+        raise ExpressionError("division by zero")
+    over, under = ring.conjugated(over, under)
+    common = over.gcd(under)
+    return _Quotient(ring, outside, divmod(over, common)[0], divmod(under, common)[0])
+
+
+def _lowest(parts: Sequence[Expr]) -> dict[Atom, Rational]:
+    """The negative exponents, by which a fraction is to be expanded: the lowest of each atom."""
+    lowest: dict[Atom, Rational] = {}
+    for part in parts:
+        for monomial in part.terms:
+            for atom, exponent in monomial:
+                if exponent < 0:
+                    lowest[atom] = min(lowest.get(atom, 0), Fraction(math.floor(exponent)))
+    return lowest
+
+
+def lowest_terms(e: Expr, allowance: Allowance) -> tuple[Expr, Expr]:
+    """The fraction in lowest terms that an expression is: multiplied out above and below, and in factors.
+
+    No square root is below. Raises ExpressionError where it is too large, or the denominator vanishes.
+    """
+    found = _quotient(e, allowance)
+    outside = product([factor**power for factor, power in found.outside])
+    multiplied_out = outside * found.ring.expr(found.above) / found.ring.expr(found.below)
+    return multiplied_out, product([factor**power for factor, power in _factors(found)])
+
+
+def factors(e: Expr, allowance: Allowance) -> list[tuple[Expr, int]]:
+    """Factors that cannot be factored further, each with its exponent, negative below; numbers first.
+
+    Raises ExpressionError where it is too large, or the denominator vanishes.
+    """
+    return _factors(_quotient(e, allowance))
+
+
+def _factors(found: _Quotient) -> list[tuple[Expr, int]]:
+    parts = list(found.outside)
+    for polynomial, sign in ((found.above, 1), (found.below, -1)):
+        content, irreducible = polynomial.factor()
+        parts.append((_rational(content) ** sign * ONE, 1))
+        parts += [(found.ring.expr(factor), sign * int(power)) for factor, power in irreducible]
+    return parts

@@ -1,0 +1,213 @@
+"""The functions of the expression language on exact expressions, with the laws that always hold.
+
+Signs go in and out of odd and even functions, and a few arguments have values that are known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from fractions import Fraction
+
+from rigidcli.algebra.atoms import Applied, Atom, is_positive
+from rigidcli.algebra.expressions import (
+    ONE,
+    PI,
+    ZERO,
+    Expr,
+    Number,
+    atomic,
+    expr,
+    factored,
+    number,
+    power,
+    product,
+    scaled,
+)
+from rigidcli.algebra.roots import Rational, magnitude
+from rigidcli.errors import ExpressionError
+from rigidcli.language.tree import UnknownFunction
+
+_SHOWN = 24
+"""Most digits of a number that a message repeats."""
+
+_HALF = Fraction(1, 2)
+
+_ODD = frozenset(["sin", "tan", "asin", "atan", "sinh", "tanh", "asinh", "atanh", "sign"])
+_EVEN = frozenset(["cos", "cosh", "abs"])
+
+
+def _root(value: Number) -> Expr:
+    return power(expr(value), _HALF)
+
+
+_SINES: dict[Fraction, Expr] = {
+    Fraction(0): ZERO,
+    Fraction(1, 12): (_root(6) - _root(2)) / 4,
+    Fraction(1, 10): (_root(5) - 1) / 4,
+    Fraction(1, 8): _root(2 - _root(2)) / 2,
+    Fraction(1, 6): number(_HALF),
+    Fraction(1, 5): _root(10 - 2 * _root(5)) / 4,
+    Fraction(1, 4): _root(2) / 2,
+    Fraction(3, 10): (_root(5) + 1) / 4,
+    Fraction(1, 3): _root(3) / 2,
+    Fraction(3, 8): _root(2 + _root(2)) / 2,
+    Fraction(2, 5): _root(10 + 2 * _root(5)) / 4,
+    Fraction(5, 12): (_root(6) + _root(2)) / 4,
+    Fraction(1, 2): ONE,
+}
+"""The sines of multiples of pi up to a right angle that have a short form in square roots."""
+
+_TANGENTS: dict[Fraction, Expr] = {
+    Fraction(0): ZERO,
+    Fraction(1, 12): 2 - _root(3),
+    Fraction(1, 8): _root(2) - 1,
+    Fraction(1, 6): _root(3) / 3,
+    Fraction(1, 4): ONE,
+    Fraction(1, 3): _root(3),
+    Fraction(3, 8): _root(2) + 1,
+    Fraction(5, 12): 2 + _root(3),
+}
+"""The tangents of such multiples of pi that have a short form."""
+
+_KNOWN: dict[tuple[str, Expr], Expr] = {
+    **{("asin", sine): PI * part for part, sine in _SINES.items()},
+    **{("acos", sine): PI * (_HALF - part) for part, sine in _SINES.items()},
+    **{("acos", -sine): PI * (_HALF + part) for part, sine in _SINES.items()},
+    **{("atan", tangent): PI * part for part, tangent in _TANGENTS.items()},
+    ("sinh", ZERO): ZERO,
+    ("cosh", ZERO): ONE,
+    ("tanh", ZERO): ZERO,
+    ("asinh", ZERO): ZERO,
+    ("acosh", ONE): ZERO,
+    ("atanh", ZERO): ZERO,
+    ("exp", ZERO): ONE,
+    ("log", ONE): ZERO,
+}
+"""Values at arguments where they are known."""
+
+_COMPOSED: dict[tuple[str, str], Callable[[Expr], Expr]] = {
+    ("sin", "asin"): lambda x: x,
+    ("sin", "acos"): lambda x: _root(1 - x**2),
+    ("sin", "atan"): lambda x: x / _root(1 + x**2),
+    ("cos", "asin"): lambda x: _root(1 - x**2),
+    ("cos", "acos"): lambda x: x,
+    ("cos", "atan"): lambda x: 1 / _root(1 + x**2),
+    ("tan", "atan"): lambda x: x,
+    ("log", "exp"): lambda x: x,
+    **{(f, g): lambda x: x for f, g in (("sinh", "asinh"), ("cosh", "acosh"), ("tanh", "atanh"))},
+    **{(f, g): lambda x: x for f, g in (("asinh", "sinh"), ("atanh", "tanh"))},
+    ("cosh", "asinh"): lambda x: _root(1 + x**2),
+}
+"""Functions of functions that are simpler wherever they have a value."""
+
+
+def apply(function: str, *arguments: Number) -> Expr:
+    """One of `functions.FUNCTIONS`, or `pow`, or an unknown function of its arguments.
+
+    Raises:
+        ExpressionError: it has no finite real value there.
+    """
+    exprs = [expr(e) for e in arguments]
+    if isinstance(function, UnknownFunction):
+        return atomic(Applied(function, tuple(exprs)))
+    if function == "sqrt":
+        return power(exprs[0], _HALF)
+    if function == "pow":
+        return exprs[0] ** exprs[1]
+    if function == "atan2":
+        return _atan2(exprs[0], exprs[1])
+    (argument,) = exprs
+    sign = 1
+    if (function in _ODD or function in _EVEN) and argument.terms and argument.ordered[0][1] < 0:
+        argument = -argument
+        sign = -1 if function in _ODD else 1
+    return scaled(_applied(function, argument), sign)
+
+
+def _applied(function: str, argument: Expr) -> Expr:
+    """A function of one argument, whose sign is canonical."""
+    rational = argument.as_number
+    if rational is not None:
+        _require_value(function, rational)
+    known = _KNOWN.get((function, argument))
+    if known is not None:
+        return known
+    if function in ("sin", "cos", "tan"):
+        turns = _half_turns(argument)
+        value = None if turns is None else _at_angle(function, turns)
+        if value is not None:
+            return value
+    inner = _only_atom(argument)
+    if isinstance(inner, Applied) and (function, inner.function) in _COMPOSED:
+        return _COMPOSED[function, inner.function](inner.arguments[0])
+    if function in ("abs", "sign"):
+        return abs(argument) if function == "abs" else _signum(argument)
+    return atomic(Applied(function, (argument,)))
+
+
+def _require_value(function: str, value: Rational) -> None:
+    """Raise ExpressionError where a function has no finite real value at a number."""
+    if (
+        (function == "log" and value <= 0)
+        or (function in ("asin", "acos") and magnitude(value) > 1)
+        or (function == "acosh" and value < 1)
+        or (function == "atanh" and magnitude(value) >= 1)
+    ):
+        shown = str(value) if len(str(value)) <= _SHOWN else f"{str(value)[:_SHOWN]}..."
+        raise ExpressionError(f"`{function}({shown})` has no finite real value")
+
+
+def _half_turns(argument: Expr) -> Fraction | None:
+    """An angle as a multiple of pi."""
+    multiple = argument / PI
+    known = multiple.as_number
+    return None if known is None else Fraction(known)
+
+
+def _at_angle(function: str, half_turns: Fraction) -> Expr | None:
+    if function == "cos":
+        return _at_angle("sin", half_turns + _HALF)
+    if function == "tan":
+        part = half_turns % 1
+        if part == _HALF:
+            raise ExpressionError("`tan` of an odd multiple of pi/2 has no finite real value")
+        tangent = _TANGENTS.get(min(part, 1 - part))
+        return None if tangent is None else scaled(tangent, 1 if part < _HALF else -1)
+    part = half_turns % 2
+    sign = 1
+    if part >= 1:
+        part, sign = part - 1, -1
+    value = _SINES.get(min(part, 1 - part))
+    return None if value is None else scaled(value, sign)
+
+
+def _only_atom(e: Expr) -> Atom | None:
+    """The atom, where an expression is one and nothing else."""
+    if len(e.terms) == 1:
+        ((monomial, coefficient),) = e.terms.items()
+        if coefficient == 1 and len(monomial) == 1 and monomial[0][1] == 1:
+            return monomial[0][0]
+    return None
+
+
+def _signum(argument: Expr) -> Expr:
+    """What is known to be positive goes."""
+    if not argument.terms:
+        return ZERO
+    coefficient, monomial = factored(argument)
+    kept = product(power(atomic(atom), n) for atom, n in monomial if not is_positive(atom))
+    sign = 1 if coefficient > 0 else -1
+    return number(sign) if kept == ONE else scaled(atomic(Applied("sign", (kept,))), sign)
+
+
+def _atan2(y: Expr, x: Expr) -> Expr:
+    """By the arc tangent where the signs are known; those of sums of square roots are not."""
+    above, right = y.sign(), x.sign()
+    if above == 0 and right == 0:
+        raise ExpressionError("`atan2(0, 0)` has no value")
+    if right == 0 and above is not None and y.is_strict():
+        return scaled(PI, Fraction(above, 2))
+    if right is None or not x.is_strict() or (right < 0 and above is None):
+        return atomic(Applied("atan2", (y, x)))
+    angle = apply("atan", y / x)
+    return angle if right > 0 else angle + PI if above != -1 else angle - PI

@@ -1,0 +1,188 @@
+"""Matrices of exact expressions: their blocks, products, determinants, inverses and null vectors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from itertools import combinations_with_replacement
+from typing import NamedTuple, TypeAlias
+
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, total
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.values import is_zero
+from rigidcli.errors import ExpressionError
+
+Matrix: TypeAlias = Sequence[Sequence[Expr]]
+
+LARGEST = 4
+"""The most rows of a block whose determinant is worked out in symbols: it has up to 24 products."""
+
+MOST_TERMS = 24
+"""The most terms of that determinant, multiplied out: beyond, the inverse would fill pages."""
+
+LONGEST_KEYS = 20_000
+"""The longest keys of the entries, taken together, that are worked out for a sum of squares: a few pages."""
+
+
+def connected(size: int, linked: Callable[[int, int], bool]) -> list[list[int]]:
+    """The groups of the indices below `size` that links connect, each ascending."""
+    left = list(range(size))
+    found = []
+    while left:
+        block = [left.pop(0)]
+        for i in block:
+            near = [j for j in left if linked(i, j)]
+            block.extend(near)
+            left = [j for j in left if j not in near]
+        found.append(sorted(block))
+    return found
+
+
+def blocks(matrix: Matrix) -> list[list[int]]:
+    """The groups of indices that the entries (n by n, symmetric) connect, each ascending."""
+    return connected(len(matrix), lambda i, j: not matrix[i][j].is_zero)
+
+
+def part(matrix: Matrix, rows: Sequence[int], columns: Sequence[int]) -> list[list[Expr]]:
+    """The entries in these rows and columns."""
+    return [[matrix[i][j] for j in columns] for i in rows]
+
+
+def product(left: Matrix, right: Matrix) -> list[list[Expr]]:
+    """The product of two matrices."""
+    columns = list(zip(*right, strict=True))
+    return [[total(a * b for a, b in zip(row, column, strict=True)) for column in columns] for row in left]
+
+
+def inverse(matrix: Matrix) -> list[list[Expr]] | None:
+    """The inverse of a regular symmetric matrix (n by n), by blocks; None if it would be too large.
+
+    A block is inverted by its adjugate, or by elimination where it is numbers times one expression.
+    """
+    result = [[ZERO] * len(matrix) for _ in matrix]
+    for block in blocks(matrix):
+        inner = part(matrix, block, block)
+        inverted = _of_numbers(inner) if len(block) > 2 else None
+        if inverted is None:
+            if len(block) > LARGEST or (len(block) > 1 and not _is_short(determinant(inner))):
+                return None
+            inverted = _adjugate(inner)
+        for i, row in zip(block, inverted, strict=True):
+            for j, entry in zip(block, row, strict=True):
+                result[i][j] = entry
+    return result
+
+
+def _is_short(e: Expr) -> bool:
+    try:
+        return len(expand(e).terms) <= MOST_TERMS
+    except ExpressionError:
+        return False
+
+
+def _adjugate(matrix: Matrix) -> list[list[Expr]]:
+    whole = tidy(determinant(matrix))
+    indices = range(len(matrix))
+    result = [[ZERO] * len(matrix) for _ in matrix]
+    for i in indices:
+        for j in range(i, len(matrix)):
+            rows, columns = ([k for k in indices if k != dropped] for dropped in (i, j))
+            entry = determinant(part(matrix, rows, columns)) * (-1) ** (i + j)
+            result[i][j] = result[j][i] = tidy(entry / whole)
+    return result
+
+
+def determinant(matrix: Matrix) -> Expr:
+    """The determinant, along the first row."""
+    if not matrix:
+        return ONE
+    head, *rest = matrix
+    return total(
+        head[j] * determinant([[*row[:j], *row[j + 1 :]] for row in rest]) * (-1) ** j
+        for j in range(len(matrix))
+        if not head[j].is_zero
+    )
+
+
+def is_regular(matrix: Matrix) -> bool:
+    """Whether no block of a symmetric matrix has a vanishing determinant."""
+    return not any(is_zero(determinant(part(matrix, block, block))) for block in blocks(matrix))
+
+
+def _of_numbers(matrix: Matrix) -> list[list[Expr]] | None:
+    """The inverse of numbers times one expression; None if it is not that."""
+    size = range(len(matrix))
+    unit = next(entry for row in matrix for entry in row if not entry.is_zero)
+    rows = [
+        [*(entry / unit for entry in row), *(ONE if i == j else ZERO for j in size)]
+        for i, row in enumerate(matrix)
+    ]
+    if any(entry.as_number is None for row in rows for entry in row) or len(_eliminate(rows)) < len(matrix):
+        return None
+    return [[entry / unit for entry in row[len(matrix) :]] for row in rows]
+
+
+def _eliminate(rows: list[list[Expr]]) -> list[int]:
+    """Bring rows to the reduced echelon form, in as many columns; the columns that have pivots."""
+    pivots: list[int] = []
+    for column in range(len(rows)):
+        place = len(pivots)
+        found = next((k for k in range(place, len(rows)) if not is_zero(rows[k][column])), None)
+        if found is None:
+            continue
+        rows[place], rows[found] = rows[found], rows[place]
+        head = rows[place] = [tidy(entry / rows[place][column]) for entry in rows[place]]
+        for k, row in enumerate(rows):
+            c = row[column]
+            if k != place and not c.is_zero:
+                rows[k] = [a if b.is_zero else tidy(a - c * b) for a, b in zip(row, head, strict=True)]
+        pivots.append(column)
+    return pivots
+
+
+class Square(NamedTuple):
+    """The square d (v_k + sum_j f_j v_j)^2, with k the `place`, d the `size`, and f_j the `others`."""
+
+    place: int
+    size: Expr
+    others: dict[int, Expr]
+
+
+def squares(matrix: Matrix) -> list[Square] | None:
+    """The quadratic form v.M.v of a regular symmetric matrix M (n by n) as a sum of n squares.
+
+    That is M = L D L^T, each time with the shortest diagonal entry for a pivot. None if there is no entry to
+    begin with, or the squares become too long to be of use.
+    """
+    rows, left, found, length = [list(row) for row in matrix], set(range(len(matrix))), [], 0
+    while left:
+        pivots = [(len(str(rows[i][i])), i) for i in left if not rows[i][i].is_zero]
+        if not pivots:
+            return None
+        _, k = min(pivots)
+        left.remove(k)
+        others = {j: tidy(rows[k][j] / rows[k][k]) for j in sorted(left) if not rows[k][j].is_zero}
+        found.append(Square(k, rows[k][k], others))
+        changed = {
+            (i, j): rows[i][j] - a * b * rows[k][k]
+            for (i, a), (j, b) in combinations_with_replacement(others.items(), 2)
+        }
+        length += sum(len(entry.key) for entry in changed.values())
+        if length > LONGEST_KEYS:
+            return None
+        for (i, j), entry in changed.items():
+            rows[i][j] = rows[j][i] = tidy(entry)
+    return found
+
+
+def null_vectors(matrix: Matrix) -> list[list[Expr]]:
+    """Vectors that span what the matrix (n by n) takes to zero, by elimination; entries are tidied."""
+    rows, size = [list(row) for row in matrix], len(matrix)
+    pivots = _eliminate(rows)
+    vectors = []
+    for free in (column for column in range(size) if column not in pivots):
+        vector = [ONE if column == free else ZERO for column in range(size)]
+        for row, column in zip(rows, pivots, strict=False):
+            vector[column] = -row[free]
+        vectors.append(vector)
+    return vectors

@@ -1,0 +1,184 @@
+"""Shorter forms of exact expressions."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from functools import lru_cache
+
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.atoms import Atom, Group, Monomial, Pi, Surd, Symbol
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import Expr, factored, gathered, product, total
+from rigidcli.algebra.fractions import factors
+from rigidcli.algebra.roots import Rational
+from rigidcli.algebra.substitution import mapped, rebuilt, with_powers
+from rigidcli.algebra.trees import to_tree
+from rigidcli.algebra.trigonometry import (
+    exponentials_merged,
+    has_functions,
+    shortened,
+)
+from rigidcli.errors import ExpressionError
+from rigidcli.language.text import text
+
+MAX_TERMS_TO_TIDY = 300
+"""Most terms of a sum that is rearranged at all."""
+
+MAX_STEPS_TO_TIDY = 20_000
+"""Steps in one call after which no further forms are looked for: a few hundredths of a second."""
+
+_STEPS_TO_WRITE = 50
+"""Steps for one term of a form that is written as text, to compare its length."""
+
+MAX_DEPTH_TO_TIDY = 12
+"""Largest depth of functions and groups inside each other that are made shorter at every level."""
+
+
+@lru_cache(maxsize=4096)
+def tidy(e: Expr) -> Expr:
+    """The form with the shortest text among some that are equal to `e` wherever that has a value.
+
+    They are: multiplied out, shortened by the laws of sines and cosines, over one denominator that is divided
+    out where it can be, with common factors taken out of all terms or of those with the same
+    functions and velocities.
+    """
+    return _tidied(e, Allowance(MAX_STEPS_TO_TIDY))
+
+
+def _tidied(e: Expr, allowance: Allowance) -> Expr:
+    if len(e.terms) > MAX_TERMS_TO_TIDY or _is_plain(e):
+        return e
+    inner = e
+    if e.depth <= MAX_DEPTH_TO_TIDY:
+        with suppress(ExpressionError):
+            inner = mapped(e, lambda atom: _tidied_atom(atom, allowance))
+    forms = list(dict.fromkeys([e, *_forms(inner, allowance)]))
+    return shortest(forms)
+
+
+def shortest(forms: Sequence[Expr]) -> Expr:
+    """The form with the shortest text; of several, the first by that text."""
+    return forms[0] if len(forms) == 1 else min(forms, key=_length)
+
+
+def over_shared_sums(e: Expr) -> Expr:
+    """Terms divided by the same sum, and the same symbols, over one fraction bar, where that is shorter."""
+
+    def divisors(monomial: Monomial) -> set[tuple[Atom, Rational]]:
+        return {(a, n) for a, n in monomial if n < 0 and isinstance(a, Symbol)}
+
+    for divisor in dict.fromkeys(a for m in e.terms for a, n in m if isinstance(a, Group) and n < 0):
+        sharing = {m: c for m, c in e.terms.items() if any(a is divisor and n < 0 for a, n in m)}
+        symbols = list(map(divisors, sharing))
+        if len(sharing) > 1 and all(found == symbols[0] for found in symbols):
+            rest = {m: c for m, c in e.terms.items() if m not in sharing}
+            e = shortest([e, total([_with_factors(Expr(sharing)), Expr(rest)])])
+    return e
+
+
+def is_product(e: Expr) -> bool:
+    """Whether it has at most one term, and no sum in it."""
+    return len(e.terms) < 2 and not any(isinstance(atom, Group) for atom in e.atoms)
+
+
+def spread(e: Expr) -> Expr:
+    """Sums over a denominator that some of their terms cancel, term by term: (a + b)/(a*b) is 1/b + 1/a."""
+
+    def parts(monomial: Monomial, coefficient: Rational) -> Expr:
+        for atom, n in monomial:
+            if isinstance(atom, Group) and atom.plain and n == 1:
+                inside = frozenset(atom.inner.atoms)
+                if any(k < 0 and other in inside for other, k in monomial):
+                    rest = gathered(coefficient, {other: k for other, k in monomial if other is not atom})
+                    return total(rest * Expr({m: c}) for m, c in atom.inner.terms.items())
+        return Expr({monomial: coefficient})
+
+    return total(parts(monomial, coefficient) for monomial, coefficient in e.terms.items())
+
+
+def _is_plain(e: Expr) -> bool:
+    """Whether it is one product of numbers and powers of symbols."""
+    return len(e.terms) < 2 and all(isinstance(atom, (Symbol, Pi, Surd)) for atom in e.atoms)
+
+
+def _tidied_atom(atom: Atom, allowance: Allowance) -> Expr | None:
+    if isinstance(atom, (Symbol, Pi, Surd)):
+        return None
+    return rebuilt(atom, lambda inner: _tidied(inner, allowance))
+
+
+@lru_cache(4096)
+def _length(e: Expr) -> tuple[int, str]:
+    written = text(to_tree(e))
+    return len(written), written
+
+
+def _forms(e: Expr, allowance: Allowance) -> Iterator[Expr]:
+    """Forms of an expression; one that becomes too large is passed over."""
+    known: set[Expr] = set()
+    for change in (_unchanged, _shortened, _over_one_denominator):
+        with suppress(ExpressionError):
+            form = change(e, allowance)
+            if form not in known:
+                allowance.spend(_STEPS_TO_WRITE * len(form.terms))
+                known.add(form)
+                yield form
+                yield _with_factors(form)
+                yield _collected(form)
+
+
+def _unchanged(e: Expr, allowance: Allowance) -> Expr:
+    return e
+
+
+def _shortened(e: Expr, allowance: Allowance) -> Expr:
+    return _reduced(expand(e, allowance), allowance)
+
+
+def _reduced(e: Expr, allowance: Allowance) -> Expr:
+    if len(e.terms) > MAX_TERMS_TO_TIDY:
+        return e
+    e = exponentials_merged(_roots_above(e))
+    return shortened(e, allowance) if has_functions(e) else e
+
+
+def _roots_above(e: Expr) -> Expr:
+    """Roots of products only above the fraction bar: k/sqrt(k*m) is sqrt(k*m)/m."""
+
+    def moved(atom: Atom, n: Rational) -> Expr | None:
+        if not isinstance(atom, Group) or atom.plain or n > 0:
+            return None
+        whole = math.floor(n)
+        return product([gathered(1, {atom: n - whole}), atom.inner**whole])
+
+    return with_powers(e, moved)
+
+
+def _with_factors(e: Expr) -> Expr:
+    """One product: what all terms have in common, times a group of the rest."""
+    coefficient, monomial = factored(e)
+    return gathered(coefficient, dict(monomial))
+
+
+def _collected(e: Expr) -> Expr:
+    """Terms with the same functions, groups and velocities together, their common factors taken out."""
+    parts: dict[Monomial, dict[Monomial, Rational]] = {}
+    for monomial, coefficient in e.ordered:
+        shared = tuple(factor for factor in monomial if not _is_parameter(factor[0]))
+        parts.setdefault(shared, {})[monomial] = coefficient
+    return total(_with_factors(Expr(part)) for part in parts.values())
+
+
+def _is_parameter(atom: Atom) -> bool:
+    return isinstance(atom, (Pi, Surd)) or (isinstance(atom, Symbol) and not atom.is_rate)
+
+
+def _over_one_denominator(e: Expr, allowance: Allowance) -> Expr:
+    """A fraction in lowest terms and in factors, where a sum is below; else what is multiplied out."""
+    e = expand(e, allowance)
+    if not any(isinstance(atom, Group) and n < 0 for atom, n in factored(e)[1]):
+        return e
+    parts = [(_shortened(factor, allowance), n) for factor, n in factors(e, allowance)]
+    return product([shortest([part, _collected(part)]) ** n for part, n in parts])

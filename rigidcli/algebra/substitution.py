@@ -1,0 +1,86 @@
+"""Exact expressions with symbols, atoms or their powers replaced."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Mapping
+
+from rigidcli.algebra.atoms import Applied, Atom, Group, Symbol
+from rigidcli.algebra.expressions import (
+    ZERO,
+    Expr,
+    atomic,
+    gathered,
+    power,
+    product,
+    total,
+)
+from rigidcli.algebra.functions import apply
+from rigidcli.algebra.roots import Rational
+
+
+def substitute(e: Expr, values: Mapping[str, Expr]) -> Expr:
+    """The expression with symbols replaced, all at once.
+
+    Raises:
+        ExpressionError: it has no value there, or becomes too large.
+    """
+    names = frozenset(values)
+
+    def replaced(atom: Atom) -> Expr | None:
+        if names.isdisjoint(atom.names):
+            return None
+        if isinstance(atom, Symbol):
+            return values[atom.name]
+        return rebuilt(atom, whole)
+
+    def whole(inner: Expr) -> Expr:
+        return inner if names.isdisjoint(inner.names) else mapped(inner, replaced)
+
+    return whole(e)
+
+
+def without(e: Expr, vanishing: Collection[Atom]) -> Expr:
+    """The expression where some of its atoms vanish.
+
+    Raises:
+        ExpressionError: it has no value there.
+    """
+
+    def whole(inner: Expr) -> Expr:
+        return mapped(inner, lambda atom: ZERO if atom in vanishing else rebuilt(atom, whole))
+
+    return whole(e) if vanishing else e
+
+
+def rebuilt(atom: Atom, change: Callable[[Expr], Expr]) -> Expr:
+    """A function of changed arguments, or a changed group."""
+    if isinstance(atom, Applied):
+        return apply(atom.function, *[change(argument) for argument in atom.arguments])
+    if isinstance(atom, Group):
+        return change(atom.inner)
+    return atomic(atom)
+
+
+def mapped(e: Expr, change: Callable[[Atom], Expr | None]) -> Expr:
+    """The expression with atoms changed, each worked out once; None leaves one as it is."""
+    changes = {atom: change(atom) for atom in e.atoms}
+
+    def raised(atom: Atom, exponent: Rational) -> Expr | None:
+        value = changes[atom]
+        return None if value is None else power(value, exponent)
+
+    return with_powers(e, raised)
+
+
+def with_powers(e: Expr, change: Callable[[Atom, Rational], Expr | None]) -> Expr:
+    """The expression with powers of atoms changed; None leaves one as it is."""
+    parts = []
+    for monomial, coefficient in e.terms.items():
+        changes = [change(*factor) for factor in monomial]
+        changed = [value for value in changes if value is not None]
+        if changed:
+            kept = (factor for factor, value in zip(monomial, changes, strict=True) if value is None)
+            parts.append(product([gathered(coefficient, dict(kept)), *changed]))
+        else:
+            parts.append(Expr({monomial: coefficient}))
+    return total(parts)

@@ -1,0 +1,208 @@
+"""Exact expressions as trees of the expression language, in the order in which people write them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Mapping
+from fractions import Fraction
+from functools import lru_cache
+
+from rigidcli.algebra.atoms import (
+    Applied,
+    Atom,
+    Group,
+    Monomial,
+    Pi,
+    Surd,
+    Symbol,
+    Terms,
+    key_of_atom,
+)
+from rigidcli.algebra.roots import Rational, magnitude
+from rigidcli.language import tree
+from rigidcli.language.text import text
+
+
+def to_tree(e: Terms) -> tree.Node:
+    """The tree of an expression: positive terms first, denominators gathered in one."""
+    if not e.terms:
+        return _number(0)
+    terms = [_term(monomial, coefficient) for monomial, coefficient in e.ordered]
+    for place, term in enumerate(terms):
+        if not isinstance(term, tree.Negative):
+            terms.insert(0, terms.pop(place))
+            break
+    flat = [inner for term in terms for inner in (term.terms if isinstance(term, tree.Sum) else [term])]
+    return flat[0] if len(flat) == 1 else tree.Sum(tuple(flat))
+
+
+def _number(value: int) -> tree.Number:
+    try:
+        near = float(value)
+    except OverflowError:
+        near = math.inf
+    return tree.Number(str(value), near)
+
+
+@lru_cache(4096)
+def _term(monomial: Monomial, coefficient: Rational) -> tree.Node:
+    """A term; what divides a sum is written inside it where that is shorter."""
+    best = _written(monomial, coefficient)
+    for way in _moved_inside(monomial):
+        # Further sums of the product follow from there.
+        other = _term(way, coefficient)
+        if len(text(other)) < len(text(best)):
+            best = other
+    return best
+
+
+def _moved_inside(monomial: Monomial) -> Iterator[Monomial]:
+    """The same product with divisors taken into a sum that has them in some terms: (c p + q)^2/c^2."""
+    for atom, n in monomial:
+        if not isinstance(atom, Group) or not atom.plain or n < 1 or n.denominator != 1:
+            continue
+        divisors = ((a, -k / Fraction(n)) for a, k in monomial if k < 0)
+        moved = {a: power for a, k in divisors if (power := _power_inside(atom, n, a, k))}
+        if moved and (atom.has_rates or all(any(a in moved for a, _ in term) for term in atom.inner.terms)):
+            inner = Terms({_multiplied(term, moved): c for term, c in atom.inner.terms.items()})
+            outside = dict(_multiplied(monomial, {a: -n * power for a, power in moved.items()}))
+            del outside[atom]
+            yield tuple(sorted([*outside.items(), (Group(inner, plain=True), n)], key=key_of_atom))
+
+
+def _power_inside(group: Group[Terms], n: Rational, divisor: Atom, k: Rational) -> Rational:
+    """The power of a divisor that comes into the n-th power of a sum, which is divided by the n k-th.
+
+    A sum that is linear in momenta takes in what stands at a momentum, which may be left by itself. Others
+    take in sums and functions, but never if kinetic energy and potential came into one sum by this, and
+    without momenta only where each term loses one.
+    """
+    degrees = {term: _degree(term) for term in group.inner.terms}
+    is_linear = 1 in degrees.values() and {*degrees.values()} <= {0, 1}
+    powers = {dict(term).get(divisor, 0) for term, degree in degrees.items() if degree or not is_linear} - {0}
+    if is_linear:
+        return -min(powers) if len(powers) == 1 and 0 < min(powers) <= k else 0
+    is_mixed = len({degree > 0 for degree in degrees.values()}) > 1
+    return 0 if n > 1 or is_mixed or not powers or isinstance(divisor, Symbol) else -k
+
+
+def _degree(term: Monomial) -> Rational:
+    """The degree of a term in momenta and velocities."""
+    rates = (n for atom, n in term if isinstance(atom, Symbol) and atom.is_rate)
+    return sum(rates) + sum(2 for atom, _ in term if isinstance(atom, Group) and atom.has_rates)
+
+
+def _multiplied(monomial: Monomial, powers: Mapping[Atom, Rational]) -> Monomial:
+    """The product of powers of atoms with further ones."""
+    exponents = dict(monomial)
+    for atom, n in powers.items():
+        exponents[atom] = exponents.get(atom, 0) + n
+    return tuple(sorted(((atom, n) for atom, n in exponents.items() if n), key=key_of_atom))
+
+
+def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
+    """A term with its factors as they are."""
+    monomial = _under_one_root(monomial)
+    above: list[tree.Node] = []
+    below: list[tree.Node] = []
+    negative = coefficient < 0
+    surds: dict[Rational, int] = {}
+    turned = _turned(monomial) if negative else None
+    for atom, exponent in monomial:
+        if isinstance(atom, Surd):
+            surds[exponent] = surds.get(exponent, 1) * atom.value
+            continue
+        share = _share(atom) if exponent.denominator == 1 else 1
+        coefficient *= Fraction(share) ** int(exponent) if share != 1 else 1
+        if isinstance(atom, Group) and not atom.plain and exponent in surds:
+            base = to_tree(_times(atom.inner, surds.pop(exponent)))  # sqrt(2)*sqrt(x/y) is sqrt(2*x/y)
+        elif isinstance(atom, Group) and share != 1:
+            base = to_tree(_times(atom.inner, 1 / Fraction(share)))
+        else:
+            base = _atom(atom)
+        if isinstance(atom, Group) and atom is turned:
+            base, negative = to_tree(_times(atom.inner, -1 / Fraction(share))), False
+        (above if exponent > 0 else below).append(_power(base, magnitude(exponent)))
+    above[:0] = [_power(_number(value), exponent) for exponent, value in surds.items()]
+    numerator, denominator = abs(coefficient.numerator), coefficient.denominator
+    if numerator != 1 or not above:
+        above.insert(0, _number(numerator))
+    if denominator != 1:
+        below.insert(0, _number(denominator))
+    if below:
+        above.append(tree.Reciprocal(_product(below)))
+    term = _product(above)
+    return tree.Negative(term) if negative else term
+
+
+def _under_one_root(monomial: Monomial) -> Monomial:
+    """The same product, with one root of all symbols under square roots: sqrt(k)/sqrt(m) is sqrt(k/m)."""
+    inside = {a: 2 * n for a, n in monomial if isinstance(a, Symbol) and abs(n) == Fraction(1, 2)}
+    if len(inside) < 2:
+        return monomial
+    root = Group(Terms({tuple(inside.items()): 1}), plain=False)
+    kept = [(a, n) for a, n in monomial if a not in inside]
+    return tuple(sorted([*kept, (root, Fraction(1, 2))], key=key_of_atom))
+
+
+def _times(e: Terms, factor: Rational) -> Terms:
+    return Terms({monomial: coefficient * factor for monomial, coefficient in e.terms.items()})
+
+
+def _share(atom: Atom) -> Rational:
+    """The factor to take out of a sum for its one momentum or velocity to stand by itself: p + q*B/2."""
+    if not isinstance(atom, Group) or not atom.plain or not atom.has_rates:
+        return 1
+    moving = [
+        (monomial, coefficient)
+        for monomial, coefficient in atom.inner.terms.items()
+        if any(not isinstance(part, Symbol) or part.is_rate for part, _ in monomial)
+    ]
+    if len(moving) == 1 and len(moving[0][0]) == 1 and moving[0][0][0][1] == 1:
+        return magnitude(moving[0][1])
+    return 1
+
+
+def _turned(monomial: Monomial) -> Atom | None:
+    """The sum that takes in a minus sign, above the fraction bar if one does.
+
+    It has terms of both signs: -(a - b) is written b - a, and -1/(a - b) is 1/(b - a), but -(a + b) stays.
+    """
+    mixed = {
+        atom: n
+        for atom, n in monomial
+        if isinstance(atom, Group) and atom.plain and n % 2 == 1 and min(atom.inner.terms.values()) < 0
+    }
+    return next((atom for atom, n in mixed.items() if n > 0), next(iter(mixed), None))
+
+
+def _product(factors: Iterable[tree.Node]) -> tree.Node:
+    factors = tuple(factors)
+    return factors[0] if len(factors) == 1 else tree.Product(factors)
+
+
+def _atom(atom: Atom) -> tree.Node:
+    match atom:
+        case Symbol(name=name):
+            return tree.Name(name)
+        case Surd(value=value):
+            return _number(value)
+        case Group(inner=inner):
+            return to_tree(inner)
+        case Applied(function="pow", arguments=(base, exponent)):
+            return tree.Power(to_tree(base), to_tree(exponent))
+        case Applied(function=function, arguments=arguments):
+            return tree.Call(function, tuple(to_tree(argument) for argument in arguments))
+        case Pi():
+            return tree.Constant("pi")
+        case _:
+            raise AssertionError(atom)
+
+
+def _power(base: tree.Node, exponent: Rational) -> tree.Node:
+    """A positive power."""
+    if exponent == 1:
+        return base
+    if exponent == Fraction(1, 2):
+        return tree.Call("sqrt", (base,))
+    return tree.Power(base, _term((), exponent))

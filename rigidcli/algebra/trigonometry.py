@@ -1,0 +1,246 @@
+"""Laws of sines and cosines on sums of products: used to shorten them, and to tell whether they vanish."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from fractions import Fraction
+from functools import partial
+from typing import NamedTuple, TypeAlias
+
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.atoms import Applied, Atom, Monomial, interned
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import ONE, Expr, gathered, product, total
+from rigidcli.algebra.functions import apply
+from rigidcli.algebra.roots import Rational
+from rigidcli.algebra.substitution import mapped, rebuilt
+
+MAX_ROUNDS = 200
+"""Most times that terms of one sum are replaced by fewer."""
+
+_STEPS_TO_SEARCH = 10
+"""Steps for each pair of functions in a term whose partner is looked for."""
+
+MAX_MULTIPLE = 12
+"""Largest multiple of an angle whose sine is written in sines and cosines of the angle itself."""
+
+
+class _Pair(NamedTuple):
+    """An odd and an even function with odd**2 = sign*(1 - even**2)."""
+
+    odd: str
+    even: str
+    sign: int
+
+
+_PAIRS = (_Pair("sin", "cos", 1), _Pair("sinh", "cosh", -1))
+_FUNCTIONS = frozenset(function for pair in _PAIRS for function in (pair.odd, pair.even))
+
+
+def has_functions(e: Expr) -> bool:
+    """Whether one of the functions stands in a term."""
+    return any(isinstance(atom, Applied) and atom.function in _FUNCTIONS for atom in e.atoms)
+
+
+def shortened(e: Expr, allowance: Allowance) -> Expr:
+    """A sum with fewer terms where the laws give one: sin(x)**2 + cos(x)**2 is 1, and so on."""
+    for _ in range(MAX_ROUNDS):
+        if len(e.terms) < 2:
+            break
+        shorter = next(_shorter(e, allowance), None)
+        if shorter is None:
+            break
+        e = shorter
+    return _in_one_function(e, allowance)
+
+
+def _shorter(e: Expr, allowance: Allowance) -> Iterator[Expr]:
+    """Sums in which one product stands for two terms, by one of the laws."""
+    for monomial, coefficient in e.ordered:
+        functions = [
+            (atom.function, atom.arguments[0])
+            for atom, _ in monomial
+            if isinstance(atom, Applied) and atom.function in _FUNCTIONS
+        ]
+        allowance.spend(1 + _STEPS_TO_SEARCH * len(functions) ** 2)
+        for here, there, made in itertools.chain.from_iterable(_laws(pair, functions) for pair in _PAIRS):
+            rest = _exchanged(monomial, here, -1)
+            partner = None if rest is None else _exchanged(rest, there, 1)
+            found = None if partner is None else e.terms.get(partner)
+            if rest is None or partner is None or found is None:
+                continue
+            ratio = 1 if found == coefficient else -1 if found == -coefficient else 0
+            if ratio in made:
+                gone = Expr({monomial: -coefficient, partner: -found})
+                yield total([e, gone, Expr({rest: coefficient}) * made[ratio]()])
+
+
+_Functions: TypeAlias = Sequence[tuple[str, Expr]]
+"""Functions by their names, each with its argument."""
+
+_Law: TypeAlias = tuple[_Functions, _Functions, Mapping[int, Callable[[], Expr]]]
+"""Two products of functions, and what the first comes to with the second, or with its negative, added."""
+
+
+def _laws(pair: _Pair, functions: _Functions) -> Iterator[_Law]:
+    """The laws whose first product is of these functions: of squares, and of sums of angles."""
+    for function, x in functions:
+        if function == pair.odd:
+            yield from _of_odd_square(pair, x)
+        elif function == pair.even:
+            yield from _of_even_square(pair, x)
+    odds, evens = ([x for function, x in functions if function == name] for name in (pair.odd, pair.even))
+    for place, x in enumerate(evens):
+        for y in [*evens[place + 1 :], x]:
+            # cos x cos y + sin x sin y = cos(x - y); cosh has the other sign.
+            made = {turn * -pair.sign: partial(_turned, pair.even, x, y, turn) for turn in (1, -1)}
+            if x == y:
+                del made[pair.sign]
+            yield [(pair.even, x), (pair.even, y)], [(pair.odd, x), (pair.odd, y)], made
+    for x, y in itertools.product(odds, evens):
+        if x != y:
+            # sin x cos y + cos x sin y = sin(x + y)
+            made = {turn: partial(_turned, pair.odd, x, y, turn) for turn in (1, -1)}
+            yield [(pair.odd, x), (pair.even, y)], [(pair.even, x), (pair.odd, y)], made
+
+
+def _of_odd_square(pair: _Pair, x: Expr) -> Iterator[_Law]:
+    """odd**2 + sign*even**2 = sign, with the third of these terms to stand for the other two."""
+    yield [(pair.odd, x)] * 2, [(pair.even, x)] * 2, {pair.sign: lambda: pair.sign * ONE}
+    yield [(pair.odd, x)] * 2, [], {-pair.sign: lambda: -pair.sign * apply(pair.even, x) ** 2}
+
+
+def _of_even_square(pair: _Pair, x: Expr) -> Iterator[_Law]:
+    """The same law, read in the third way."""
+    yield [(pair.even, x)] * 2, [], {-1: lambda: -pair.sign * apply(pair.odd, x) ** 2}
+
+
+def _turned(function: str, x: Expr, y: Expr, turn: int) -> Expr:
+    return apply(function, x + turn * y)
+
+
+def _exchanged(monomial: Monomial, functions: _Functions, step: int) -> Monomial | None:
+    """A monomial with powers of functions changed; None where one would not be natural."""
+    exponents = dict(monomial)
+    for name, x in functions:
+        atom = _function(name, x)
+        exponents[atom] = exponents.get(atom, 0) + step
+        if exponents[atom] < 0 or exponents[atom].denominator != 1:
+            return None
+    made = gathered(1, exponents)
+    return next(iter(made.terms)) if len(made.terms) == 1 else None
+
+
+def _function(name: str, x: Expr) -> Atom:
+    return interned(Applied(name, (x,)))
+
+
+def _in_one_function(e: Expr, allowance: Allowance) -> Expr:
+    """Squares of sines by cosines, or the other way, wherever that leaves fewer terms."""
+    for pair in _PAIRS:
+        for x in _arguments(e, pair):
+            ways = [without_squares(e, function, x, allowance) for function in (pair.odd, pair.even)]
+            e = min([e, *ways], key=lambda way: len(way.terms))
+    return e
+
+
+def _arguments(e: Expr, pair: _Pair) -> list[Expr]:
+    found = [
+        atom.arguments[0]
+        for atom in e.atoms
+        if isinstance(atom, Applied) and atom.function in (pair.odd, pair.even)
+    ]
+    return sorted(dict.fromkeys(found), key=lambda x: x.key)
+
+
+def without_squares(e: Expr, function: str, x: Expr, allowance: Allowance) -> Expr:
+    """A sum with the squares of one function written in the other one of its pair."""
+    pair = next(pair for pair in _PAIRS if function in (pair.odd, pair.even))
+    other = apply(pair.even if function == pair.odd else pair.odd, x)
+    square = pair.sign * (1 - other**2) if function == pair.odd else 1 - pair.sign * other**2
+    replaced = _function(function, x)
+    parts = []
+    allowance.spend(len(e.terms))
+    for monomial, coefficient in e.terms.items():
+        exponents = dict(monomial)
+        exponent = exponents.get(replaced, 0)
+        if exponent.denominator == 1 and exponent >= 2:
+            exponents[replaced] = exponent % 2
+            written = product([gathered(coefficient, exponents), square ** (exponent // 2)])
+            parts.append(expand(written, allowance))
+        else:
+            parts.append(Expr({monomial: coefficient}))
+    return total(parts)
+
+
+def elementary_angles(e: Expr, allowance: Allowance) -> Expr:
+    """The expression in sines and cosines of the terms of their arguments, and no sine squared."""
+    e = expand(_in_single_angles(e, allowance), allowance)
+    for pair in _PAIRS:
+        for x in _arguments(e, pair):
+            e = without_squares(e, pair.odd, x, allowance)
+    return e
+
+
+def _in_single_angles(e: Expr, allowance: Allowance) -> Expr:
+    return mapped(e, lambda atom: _single_angles(atom, allowance))
+
+
+def _single_angles(atom: Atom, allowance: Allowance) -> Expr:
+    if isinstance(atom, Applied) and atom.function in ("tan", "tanh"):
+        pair = _PAIRS[0 if atom.function == "tan" else 1]
+        odd, even = _odd_and_even(pair, _in_single_angles(atom.arguments[0], allowance), allowance)
+        return odd / even
+    if isinstance(atom, Applied) and atom.function in _FUNCTIONS:
+        pair = next(pair for pair in _PAIRS if atom.function in (pair.odd, pair.even))
+        odd, even = _odd_and_even(pair, _in_single_angles(atom.arguments[0], allowance), allowance)
+        return odd if atom.function == pair.odd else even
+    return rebuilt(atom, lambda inner: _in_single_angles(inner, allowance))
+
+
+def _odd_and_even(pair: _Pair, x: Expr, allowance: Allowance) -> tuple[Expr, Expr]:
+    """sin and cos, or sinh and cosh, of a sum by the theorems of addition."""
+    odd, even = apply(pair.odd, 0), apply(pair.even, 0)
+    for monomial, coefficient in expand(x, allowance).ordered:
+        multiple = coefficient.numerator
+        repeated = abs(multiple) if abs(multiple) <= MAX_MULTIPLE else 1
+        angle = Expr({monomial: Fraction(coefficient) / repeated})
+        further_odd, further_even = apply(pair.odd, angle), apply(pair.even, angle)
+        for _ in range(repeated):
+            odd, even = (
+                expand(odd * further_even + even * further_odd, allowance),
+                expand(even * further_even - pair.sign * odd * further_odd, allowance),
+            )
+    return odd, even
+
+
+def exponentials_merged(e: Expr) -> Expr:
+    """exp(x)*exp(y) as exp(x + y) in each term, and exp(n*log(x)) as x**n."""
+    parts = []
+    for monomial, coefficient in e.terms.items():
+        kept: dict[Atom, Rational] = {}
+        exponents = []
+        for atom, exponent in monomial:
+            if isinstance(atom, Applied) and atom.function == "exp":
+                exponents.append(exponent * atom.arguments[0])
+            else:
+                kept[atom] = exponent
+        rest = gathered(coefficient, kept)
+        parts.append(rest * _exponential(total(exponents)) if exponents else rest)
+    return total(parts)
+
+
+def _exponential(e: Expr) -> Expr:
+    """exp of a sum, its logarithms as factors: exp(a + n*log(x)) is x**n*exp(a)."""
+    powers, others = [], []
+    for monomial, coefficient in e.terms.items():
+        logs = [
+            atom for atom, n in monomial if isinstance(atom, Applied) and atom.function == "log" and n == 1
+        ]
+        if len(logs) == 1:
+            exponent = Expr({tuple(factor for factor in monomial if factor[0] is not logs[0]): coefficient})
+            powers.append(logs[0].arguments[0] ** exponent)
+        else:
+            others.append(Expr({monomial: coefficient}))
+    return product([*powers, apply("exp", total(others))])

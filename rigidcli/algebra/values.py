@@ -1,0 +1,274 @@
+"""Values of exact expressions at points, as floats or with proved bounds; whether one is zero.
+
+python-flint's balls have the proved bounds. It is loaded only where floats leave a doubt.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from fractions import Fraction
+from typing import Any
+
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.atoms import Applied, Atom, Group, Pi, Surd, Symbol
+from rigidcli.algebra.expressions import Expr, factored, gathered, product
+from rigidcli.algebra.field import Point, depends_on_signs
+from rigidcli.algebra.trigonometry import elementary_angles
+from rigidcli.errors import ExpressionError
+from rigidcli.language.functions import FUNCTIONS
+from rigidcli.language.tree import UnknownFunction
+
+MAX_STEPS = 20_000
+"""Steps that a proof that an expression is zero may take, a few hundredths of a second."""
+
+POINTS = 3
+"""Points at which an expression must seem to be zero. A polynomial vanishes at all of them by chance only."""
+
+SIGNED_POINTS = 24
+"""Points at which floats try what no law proves, so that most choices of signs of a few names are seen."""
+
+TRIALS = 60
+"""Points that are tried at most, as an expression may have no value at some."""
+
+ROUNDING = 16 * sys.float_info.epsilon
+"""What one operation on floats may add to the relative error: library functions err by a few units."""
+
+UNCERTAIN = 0.1
+"""An error of an argument beyond which the change of a function, as of a sine, does not bound its error."""
+
+PRECISIONS = (64, 200, 1100)
+"""Bits of the balls that decide where floats do not. What all leave open is zero, to 330 digits."""
+
+TINY = 1e-100
+"""The radius of a ball around zero that leaves no doubt."""
+
+_RANGES = tuple((Fraction(low), Fraction(width)) for low, width in (("1/4", 2), ("1/50", "1/10"), (10, 100)))
+"""Sizes of the values of symbols at the points: the least, and how far up they go."""
+
+
+def is_zero(e: Expr) -> bool:
+    """Whether an expression vanishes wherever it has a value.
+
+    Different products of powers of symbols are independent, so that a sum of these is not zero. Otherwise
+    values at random points tell an expression from zero, or a finite field and the laws of functions prove
+    it to be zero; where neither is sure, values with a proved bound of their error decide. An expression
+    for which no point with a value is found is not zero unless that is proved.
+    """
+    if not e.terms:
+        return True
+    if all(isinstance(atom, (Symbol, Pi)) for atom in e.atoms) or _seems_zero(e, _FLOATS) is False:
+        return False
+    if not depends_on_signs(e) and _vanishes_in_field(e):
+        return True
+    try:
+        allowance = Allowance(MAX_STEPS)
+        reduced = _numerator(elementary_angles(e, allowance), allowance)
+    except ExpressionError:
+        reduced = e
+    if not reduced.terms:
+        return True
+    if _seems_zero(reduced, _FLOATS) is False or _seems_zero(e, _FLOATS, SIGNED_POINTS) is False:
+        return False
+    from flint import ctx
+
+    verdict: bool | None = None
+    for bits in PRECISIONS:
+        with ctx.workprec(bits):
+            verdict = _seems_zero(e, _balls())
+        if verdict is False:
+            break
+    return verdict is True
+
+
+def _vanishes_in_field(e: Expr) -> bool:
+    """Whether it vanishes at a random point of a finite field: the chance of that is below 1e-30 else."""
+    try:
+        return Point("is it zero?", {}).value(e) == 0
+    except ValueError:
+        return False
+
+
+def has_value(e: Expr) -> bool:
+    """Whether it is proved that an expression has a finite real value, at one of some points at least."""
+    from flint import ctx
+
+    with ctx.workprec(PRECISIONS[-1]):
+        return _seems_zero(e, _balls()) is not None
+
+
+def _numerator(e: Expr, allowance: Allowance) -> Expr:
+    """What vanishes where the expression does, multiplied out."""
+    coefficient, monomial = factored(e)
+    above = [gathered(coefficient, {atom: n}) for atom, n in monomial if n > 0 and isinstance(atom, Group)]
+    return elementary_angles(product(above), allowance) if above else e
+
+
+class _Near:
+    """A float, and a bound of its rounding error to first order."""
+
+    __slots__ = ("error", "value")
+
+    def __init__(self, value: float, error: float = 0.0) -> None:
+        self.value = value
+        self.error = error + ROUNDING * abs(value)
+
+    def __add__(self, other: _Near) -> _Near:
+        return _Near(self.value + other.value, self.error + other.error)
+
+    def __mul__(self, other: _Near) -> _Near:
+        error = abs(self.value) * other.error + abs(other.value) * self.error
+        return _Near(self.value * other.value, error)
+
+    def contains(self, value: float) -> bool:
+        """Whether it may be this value."""
+        return not abs(self.value - value) > self.error
+
+    def is_finite(self) -> bool:
+        """Whether it is a number with a bound."""
+        return math.isfinite(self.value) and math.isfinite(self.error)
+
+
+def _near(function: Callable[..., float]) -> Callable[..., _Near]:
+    """A function of floats for values with errors, which change it as they change its arguments."""
+
+    def of_near(*arguments: _Near | int) -> _Near:
+        points = [a.value if isinstance(a, _Near) else a for a in arguments]
+        value = function(*points)
+        if isinstance(value, complex):
+            raise ValueError("no real value")
+        error = 0.0
+        for place, argument in enumerate(arguments):
+            if isinstance(argument, _Near):
+                if argument.error > UNCERTAIN:
+                    raise ValueError("the argument is not known well enough")
+                for moved in (points[place] - argument.error, points[place] + argument.error):
+                    error = max(error, abs(function(*points[:place], moved, *points[place + 1 :]) - value))
+        return _Near(value, error)
+
+    return of_near
+
+
+_Functions = Mapping[str, Callable[..., Any]]
+
+_FLOATS: _Functions = {
+    **{name: _near(function.real) for name, function in FUNCTIONS.items()},
+    "power": _near(pow),
+    "number": lambda value: _Near(float(value)),
+    "pi": lambda: _Near(math.pi),
+}
+
+
+def _balls() -> _Functions:
+    """The functions of python-flint's balls: numbers with a proved bound of their error."""
+    from flint import arb, fmpq
+
+    def method(name: str) -> Callable[[Any], Any]:
+        return lambda x: getattr(x, name)()
+
+    return {
+        **{name: method(name) for name in FUNCTIONS},
+        "abs": abs,
+        "sign": method("sgn"),
+        "atan2": arb.atan2,
+        "power": pow,
+        "number": lambda value: arb(fmpq(value.numerator, value.denominator)),
+        "pi": arb.pi,
+    }
+
+
+def enclosed(e: Expr, point: Mapping[str, Fraction], bits: int) -> Any:
+    """The value of an expression as a ball of so many bits; its names have values in `point`.
+
+    Raises ValueError or ArithmeticError where it has no finite real value, as an unknown function has none.
+    """
+    from flint import ctx
+
+    if e.unknown:
+        raise ValueError("a function without a formula")
+
+    with ctx.workprec(bits):
+        return _value(e, point, _balls())
+
+
+def _seems_zero(e: Expr, functions: _Functions, points: int = POINTS) -> bool | None:
+    """Whether its values may be zero, as far as rounding lets tell; None if no point tried has one."""
+    found = 0
+    for point in _trial_points(e.names):
+        try:
+            value = _value(e, point, functions)
+        except (ArithmeticError, ValueError):
+            continue
+        if not value.is_finite():
+            continue
+        if not value.contains(0):
+            return False
+        found += 1
+        if found == points:
+            break
+    return True if found else None
+
+
+def vanish_together(expressions: Sequence[Expr]) -> bool:
+    """Whether all vanish at several random points, to 330 digits, and so wherever they go on from there."""
+    from flint import ctx
+
+    balls, found = _balls(), 0
+    with ctx.workprec(PRECISIONS[-1]):
+        for point in _trial_points(frozenset().union(*(e.names for e in expressions))):
+            with suppress(ArithmeticError, ValueError):
+                values = [_value(e, point, balls) for e in expressions]
+                found += all(value.contains(0) and value.rad() < TINY for value in values)
+            if found == POINTS:
+                return True
+    return False
+
+
+def _trial_points(names: frozenset[str]) -> Iterator[dict[str, Fraction]]:
+    """Random points: with positive values at first, then with negative ones, then with any."""
+    source = random.Random(20)  # noqa: S311 - points that are the same every time
+    for trial in range(TRIALS):
+        low, width = _RANGES[trial // 2 % len(_RANGES)]
+        signs = ([1], [-1], [1, -1])[min(trial, 2)]
+        yield {
+            name: source.choice(signs) * (low + width * Fraction(source.randrange(1, 1009), 1009))
+            for name in sorted(names)
+        }
+
+
+def _value(e: Expr, point: Mapping[str, Fraction], functions: _Functions) -> Any:
+    number = functions["number"]
+    value = number(Fraction(0))
+    for monomial, coefficient in e.ordered:
+        part = number(Fraction(coefficient))
+        for atom, exponent in monomial:
+            base = _value_of_atom(atom, point, functions)
+            if exponent != 1:
+                whole = exponent.denominator == 1
+                base = functions["power"](base, int(exponent) if whole else number(Fraction(exponent)))
+            if not base.is_finite():
+                raise ValueError("no real value")
+            part *= base
+        value += part
+    return value
+
+
+def _value_of_atom(atom: Atom, point: Mapping[str, Fraction], functions: _Functions) -> Any:
+    match atom:
+        case Symbol(name=name, positive=positive):
+            return functions["number"](abs(point[name]) if positive else point[name])
+        case Surd(value=value):
+            return functions["number"](Fraction(value))
+        case Group(inner=inner):
+            return _value(inner, point, functions)
+        case Applied(function=function, arguments=arguments):
+            values = [_value(argument, point, functions) for argument in arguments]
+            if isinstance(function, UnknownFunction):
+                constant, *factors = (functions["number"](Fraction(c)) for c in function.trial)
+                return sum((c * (x + x * x * x) for c, x in zip(factors, values, strict=True)), constant)
+            return functions["power" if function == "pow" else function](*values)
+        case _:
+            return functions["pi"]()

@@ -1,0 +1,209 @@
+"""Trees to code: many expressions at once as one fast function of floats, arrays or Taylor series.
+
+    flow = function([parse("v"), parse("-k*x/m")], ["t", "x", "v"], {"k": 4.0, "m": 1.0})
+    flow(math)(0.0, 1.0, 0.0)         # (0.0, -4.0)
+
+The text that is run is written here from the nodes of the trees: arguments become v0, v1, ..., numbers are
+written by `repr`, and no text of a document gets into it. An operation that comes more than once is done
+once, in a statement of its own. One that comes once stands inside the operation that needs it, as storing it
+takes a fifth of the time of doing it, but no deeper than Python reads with ease.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import lru_cache
+from types import ModuleType
+from typing import Any, TypeAlias
+
+from rigidcli.core.solution import Flow
+from rigidcli.errors import ComputationError
+from rigidcli.language import evaluation
+from rigidcli.language.expression import Expression
+from rigidcli.language.functions import FUNCTIONS, Function
+from rigidcli.language.tree import Node, UnknownFunction
+
+MOST_MULTIPLIED = 16
+"""The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
+
+DEEPEST = 20
+"""The most operations that stand inside each other."""
+
+KEPT = 64
+"""Flows that are kept, as the same equations may be followed from many starts."""
+
+_VARIABLE = re.compile(r"\bs\d+\b")
+"""A variable that holds the value of an operation."""
+
+_POWER = Function(2, math.pow, "power", None, "power")
+"""What `pow` is in code; documents write `^`."""
+
+Value: TypeAlias = str | float
+"""The name of a variable, or a number where it depends on constants alone."""
+
+
+def function(
+    expressions: Sequence[Expression | Node],
+    arguments: Sequence[str],
+    constants: Mapping[str, float],
+    steps: Sequence[tuple[str, Node]] = (),
+) -> Flow:
+    """A flow: of `math`, `numpy` or `heyoka` it makes a function of the `arguments`, in order.
+
+    `steps` are names with their values, each worked out after those before and known to all that follow.
+
+    An unknown function has the values of its `trial`, as in tests at random points.
+
+    That gives a tuple with the value of each expression; where an expression holds none of the
+    arguments, a float. With `math` and `numpy` it agrees to rounding with `Expression.evaluate`, but for
+    intermediate values that are too large: they are infinite, and 1/x may still be 0.
+
+    Without a finite real value, the function for floats raises an ArithmeticError or a ValueError, or gives
+    inf or NaN; that for arrays always does the latter. A module that lacks a function makes the
+    flow raise a ComputationError.
+
+    Raises:
+        ExpressionError: a name has no value, or a part without arguments has no finite real value.
+    """
+    writer = _Writer({name: f"v{i}" for i, name in enumerate(arguments)}, constants)
+    head = f"def f({', '.join(map(str, writer.values.values()))}):"
+    for name, node in steps:
+        writer.values[name] = writer.write(node)
+    roots = [writer.write(e.root if isinstance(e, Expression) else e) for e in expressions]
+    result = f"return ({''.join(f'{_text(root)}, ' for root in roots)})"
+    return _flow("\n ".join([head, *_nested(writer.known, result)]), frozenset(writer.functions))
+
+
+@lru_cache(maxsize=KEPT)
+def _flow(text: str, functions: frozenset[str]) -> Flow:
+    """The flow of this text, which uses these `functions`.
+
+    It is the same one for the same text, so that what is compiled of it serves all starts of an ensemble.
+    """
+    code = compile(text, "<expressions>", "exec")
+
+    def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+        names: dict[str, Any] = {"__builtins__": {}}
+        names |= {name: _operation(name, module) for name in sorted(functions)}
+        exec(code, names)  # noqa: S102 - written above, from numbers and the names v0, s0 and so on
+        made: Callable[..., tuple[Any, ...]] = names["f"]
+        return made
+
+    return flow
+
+
+def _nested(known: Mapping[str, str], result: str) -> Iterator[str]:
+    """The statements: operations (the keys) with their variables, those needed once where they are needed."""
+    uses = Counter(name for text in (*known, result) for name in _VARIABLE.findall(text))
+    inside: dict[str, str] = {}
+    depths: dict[str, int] = {}
+    for text, name in [*known.items(), (result, "")]:
+        depth = max((depths.get(part, 0) for part in _VARIABLE.findall(text)), default=0)
+        whole = _VARIABLE.sub(lambda part: inside.get(part[0], part[0]), text)
+        if uses[name] == 1 and depth < DEEPEST:
+            inside[name], depths[name] = f"({whole})", depth + 1
+        else:
+            yield f"{name} = {whole}" if name else whole
+
+
+def _operation(name: str, module: ModuleType) -> Callable[..., Any]:
+    """What a function, or `pow`, is for the numbers of a module."""
+    function = FUNCTIONS.get(name, _POWER)
+    if module is math:
+        return function.real
+    if module.__name__ != "numpy" and function is _POWER:
+        # Of the two, heyoka wants the base to be one of its own expressions.
+        return lambda base, exponent: module.expression(1.0) * base**exponent
+    known = function.numpy if module.__name__ == "numpy" else function.heyoka
+    if known is None:
+        raise ComputationError(f"`{name}` has no Taylor series")
+    operation: Callable[..., Any] = getattr(module, known)
+    return operation
+
+
+class _Writer:
+    """The operations so far, each `known` by its text, and what they use."""
+
+    __slots__ = ("constants", "functions", "known", "values")
+
+    def __init__(self, arguments: Mapping[str, str], constants: Mapping[str, float]) -> None:
+        self.values: dict[str, Value] = dict(arguments)
+        self.constants = constants
+        self.functions: set[str] = set()
+        self.known: dict[str, str] = {}
+
+    def let(self, text: str) -> str:
+        """A variable with the value of this operation."""
+        name = self.known.get(text)
+        if name is None:
+            name = self.known[text] = f"s{len(self.known)}"
+        return name
+
+    def write(self, node: Node) -> Value:
+        """The value of a tree, after statements that make it."""
+        by = evaluation.Operations(
+            self.named, evaluation.finite, self.negative, self.joined, self.power, self.called
+        )
+        written: Value = evaluation.value(node, by)
+        return written
+
+    def named(self, name: str) -> Value:
+        return self.values[name] if name in self.values else evaluation.known(name, self.constants)
+
+    def negative(self, value: Value) -> Value:
+        return -value if isinstance(value, float) else self.let(f"-{value}")
+
+    def joined(self, left: Value, sign: str, right: Value) -> Value:
+        if isinstance(left, float) and isinstance(right, float):
+            return evaluation.joined(left, sign, right)
+        if (left, sign) in ((0.0, "+"), (1.0, "*")):
+            return right
+        return self.let(f"{_text(left)} {sign} {_text(right)}")
+
+    def power(self, base: Value, exponent: Value) -> Value:
+        if isinstance(base, float) and isinstance(exponent, float):
+            return evaluation.power(base, exponent)
+        if isinstance(exponent, float) and exponent.is_integer() and abs(exponent) <= MOST_MULTIPLIED:
+            return self.multiplied(_text(base), int(exponent))
+        self.functions.add("pow")
+        return self.let(f"pow({_text(base)}, {_text(exponent)})")
+
+    def multiplied(self, base: str, exponent: int) -> Value:
+        """An integer power, from repeated squares."""
+        product, square, left = "", base, abs(exponent)
+        while left:
+            if left % 2:
+                product = self.let(f"{product} * {square}") if product else square
+            left //= 2
+            if left:
+                square = self.let(f"{square} * {square}")
+        if not product:
+            return 1.0
+        return product if exponent > 0 else self.let(f"1.0 / {product}")
+
+    def called(self, name: str, values: Sequence[Value]) -> Value:
+        if isinstance(name, UnknownFunction):
+            return self.tried(name, values)
+        numbers = [value for value in values if isinstance(value, float)]
+        if len(numbers) == len(values):
+            return evaluation.call(name, numbers)
+        self.functions.add(name)
+        return self.let(f"{name}({', '.join(map(_text, values))})")
+
+    def tried(self, function: UnknownFunction, values: Sequence[Value]) -> Value:
+        """The formula that stands in for an unknown function."""
+        total: Value
+        total, *factors = function.trial
+        for factor, x in zip(factors, values, strict=True):
+            cubed = self.joined(x, "+", self.power(x, 3.0))
+            total = self.joined(total, "+", self.joined(factor, "*", cubed))
+        return total
+
+
+def _text(value: Value) -> str:
+    if isinstance(value, str):
+        return value
+    return f"({value!r})" if math.copysign(1.0, value) < 0 else repr(value)

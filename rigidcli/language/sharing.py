@@ -1,0 +1,90 @@
+"""Common subexpressions of trees, taken out: what stands in several places gets a name, and is worked out."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from rigidcli.errors import ExpressionError
+from rigidcli.language import tree
+from rigidcli.language.elimination import Step
+
+
+class Formulas(NamedTuple):
+    """Trees to be worked out: `steps` one after the other, each known to those that follow, and `values`."""
+
+    steps: tuple[Step, ...]
+    values: tuple[tree.Node, ...]
+
+    @property
+    def trees(self) -> tuple[tree.Node, ...]:
+        """All trees of the steps and values."""
+        return (*(value for _, value in self.steps), *self.values)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The names in the trees, and those of the steps."""
+        return frozenset(name for name, _ in self.steps).union(*map(tree.names_in, self.trees))
+
+
+def shared(steps: Sequence[Step], values: Sequence[tree.Node]) -> Formulas:
+    """The same values, in which nothing but names and numbers stands twice; steps without use are left out.
+
+    Names of new steps begin with `.s`.
+
+    Raises:
+        ExpressionError: a number is too large for a float.
+    """
+    kept = _needed(steps, values)
+    uses: Counter[tree.Node] = Counter()
+    for root in (*(value for _, value in kept), *values):
+        _count(root, uses)
+    made: list[Step] = []
+    names: dict[tree.Node, tree.Name] = {}
+
+    def write(node: tree.Node) -> tree.Node:
+        if node in names:
+            return names[node]
+        changed = tree.rebuilt(node, write)
+        if uses[node] < 2:
+            return changed
+        names[node] = tree.Name(f".s{len(names) + 1}")
+        made.append((names[node].name, changed))
+        return names[node]
+
+    for name, value in kept:
+        # What it is made of comes first.
+        made.append((name, write(value)))
+    written = tuple(map(write, values))
+    return Formulas(tuple(made), written)
+
+
+def _needed(steps: Sequence[Step], values: Iterable[tree.Node]) -> list[Step]:
+    """The steps that the values need."""
+    needed = set[str]().union(*map(tree.names_in, values))
+    kept: list[Step] = []
+    for name, value in reversed(steps):
+        if name in needed:
+            kept.insert(0, (name, value))
+            needed |= tree.names_in(value)
+    return kept
+
+
+def _count(node: tree.Node, uses: Counter[tree.Node]) -> None:
+    """Count in how many places a tree stands, and each of its parts in how many different ones.
+
+    A sign or a division is no part of its own, and neither is what is made of numbers alone.
+    """
+    match node:
+        case tree.Number(text, value) if not math.isfinite(value):
+            raise ExpressionError(f"the number {text[:20]}... is too large")
+        case tree.Negative(operand) | tree.Reciprocal(operand):
+            _count(operand, uses)
+        case tree.Sum() | tree.Product() | tree.Power() | tree.Call():
+            if not tree.names_in(node):
+                return
+            uses[node] += 1
+            for operand in tree.operands(node) if uses[node] == 1 else ():
+                _count(operand, uses)

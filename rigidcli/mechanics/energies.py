@@ -1,0 +1,67 @@
+"""Energies of particles and bodies in generalized coordinates, and whether these are natural.
+
+Coordinates are natural if the positions of all particles follow from them without the time, as in
+J. R. Taylor, Classical Mechanics, section 7.3. Then T is homogeneous of degree 2 in the velocities, and
+H = T + V.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expressions import ONE, Expr, product, symbol, total
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.values import is_zero
+
+TIME = "t"
+
+
+@dataclass(frozen=True, slots=True)
+class Particle:
+    """A mass at a position (up to 3), and a moment of inertia that turns by an angle; or one of these."""
+
+    mass: Expr | None
+    position: tuple[Expr, ...]
+    moment: Expr | None
+    angle: Expr | None
+
+
+def kinetic(particles: Sequence[Particle], velocities: Mapping[str, str]) -> Expr:
+    """T = sum m v^2/2 + I (d angle/dt)^2/2; `velocities` names that of each coordinate.
+
+    With dx/dt = sum_i dx/dq_i v_i + dx/dt, each coefficient of a product of velocities is tidied by itself.
+    """
+    rates = [*(symbol(v) for v in velocities.values()), ONE]
+    parts: dict[tuple[int, int], list[Expr]] = {}
+    for particle in particles:
+        paths = [(particle.mass, path) for path in particle.position] + [(particle.moment, particle.angle)]
+        for factor, path in paths:
+            if factor is None or path is None:
+                continue
+            slopes = [derivative(path, name) for name in (*velocities, TIME)]
+            moving = [(i, slope) for i, slope in enumerate(slopes) if not slope.is_zero]
+            for place, (i, a) in enumerate(moving):
+                for j, b in moving[place:]:
+                    half = Fraction(1, 2) if i == j else 1
+                    parts.setdefault((i, j), []).append(factor * half * a * b)
+    return tidy(total(tidy(total(terms)) * rates[i] * rates[j] for (i, j), terms in sorted(parts.items())))
+
+
+def unnatural(kinetic_energy: Expr, velocities: Sequence[str]) -> Expr | None:
+    """Terms of a kinetic energy that natural coordinates do not have, or None.
+
+    These hold the time, or are not of degree 2 in the velocities.
+    """
+    found = coefficients(kinetic_energy, velocities)
+    if found is None:
+        return kinetic_energy
+    wrong = [
+        product([value, *(symbol(name) ** power for name, power in zip(velocities, powers, strict=True))])
+        for powers, value in found.items()
+        if not is_zero(value) and (sum(powers) != 2 or not is_zero(derivative(value, TIME)))
+    ]
+    return total(wrong) if wrong else None

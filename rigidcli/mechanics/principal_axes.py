@@ -1,0 +1,208 @@
+"""Exact principal moments and axes: the characteristic polynomial factored, never solved by iteration.
+
+A tensor that has been turned keeps its moments, and its axes turn with it. So the moments are those of the
+tensor in the body's own axes, where its entries are short.
+
+Source of the roots of an irreducible cubic, which are real as the tensor is symmetric: O. K. Smith,
+Communications of the ACM 4 (1961) 168. With t = tr I, p = tr((I - t/3)^2)/6 and d = det(I - t/3)/2 they are
+t/3 + 2 sqrt(p) cos((acos(d/p^(3/2)) + 2 pi j)/3), ascending for j = 1, 2, 0.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import cmp_to_key
+from itertools import combinations
+
+import numpy as np
+
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.arithmetic import (
+    MAX_STEPS,
+    common_factor,
+    root_of_either_sign,
+    sign,
+    size,
+    sqrt,
+    tidy,
+    tidy_array,
+    weak_sign,
+)
+from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expressions import ONE, PI, ZERO, Expr, symbol
+from rigidcli.algebra.fractions import factors
+from rigidcli.algebra.functions import apply
+from rigidcli.core.arithmetic import Array
+from rigidcli.core.principal import PIVOT_TIE, PrincipalFrame
+from rigidcli.errors import ComputationError, ExpressionError
+
+UNKNOWN = "lambda "
+"""The unknown of the characteristic polynomial. The blank keeps it apart from the names of documents."""
+
+LONGEST = 1_000
+"""Length of the longest component of an axis, along the body's own axes: a dozen lines of a terminal."""
+
+LONGEST_MOMENT = LONGEST // 5
+"""Length of the longest moment: it stands several times in each component of its axis."""
+
+_ONE = tidy_array(np.eye(3, dtype=object))
+
+
+def principal_frame(tensor: Array, turn: Array = _ONE) -> PrincipalFrame:
+    """The exact principal frame of a symmetric tensor (3 by 3, kg m^2), with axes turned by `turn` (3 by 3).
+
+    Raises:
+        ComputationError: the moments are roots of an irreducible cubic with symbols, or axes are too long.
+    """
+    try:
+        return _principal_frame(tensor, turn)
+    except ExpressionError as error:
+        raise ComputationError("the exact principal moments and axes are too long to print") from error
+
+
+def _principal_frame(tensor: Array, turn: Array) -> PrincipalFrame:
+    tensor = tidy_array(tensor)
+    factor, rest = common_factor(tensor)
+    if factor.names and sign(factor) == 1 and not any(entry.names for entry in rest.flat):
+        # Of M times numbers, such as the box 1 x 2 x 3 of mass M, the numbers alone have to be solved.
+        found = _principal_frame(rest, turn)
+        return replace(found, moments=tidy_array(factor * found.moments))
+    _require_short(tensor, "moments")
+    moments, ordered = _ascending(_moments(tensor))
+    _require_short(np.array(moments), "moments", LONGEST_MOMENT)
+    groups: list[tuple[int, ...]] = []
+    for index, moment in enumerate(moments):
+        if groups and sign(moment - moments[index - 1]) == 0:
+            groups[-1] = (*groups[-1], index)
+        else:
+            groups.append((index,))
+    axes = _axes(tensor, moments, groups, turn)
+    return PrincipalFrame(np.array(moments, dtype=object), axes, tuple(groups), ordered)
+
+
+def _require_short(array: Array, what: str, most: int = LONGEST) -> None:
+    """Raise ComputationError for an entry that is too long."""
+    if max(len(str(entry)) for entry in array.flat) > most:
+        raise ComputationError(f"the exact principal {what} are too long to print")
+
+
+def _moments(tensor: Array) -> list[Expr]:
+    """The three roots of the characteristic polynomial."""
+    coupled = [pair for pair in combinations(range(3), 2) if tensor[pair] != 0]
+    if not coupled:
+        return [tensor[k, k] for k in range(3)]
+    if len(coupled) == 1:
+        ((i, j),) = coupled
+        (alone,) = {0, 1, 2} - {i, j}
+        sum_, product = tensor[i, i] + tensor[j, j], tensor[i, i] * tensor[j, j] - tensor[i, j] ** 2
+        return [tensor[alone, alone], *_quadratic(ONE, -sum_, product)]
+    x = symbol(UNKNOWN)
+    shifted = tensor - x * _ONE
+    roots: list[Expr] = []
+    for factor, multiplicity in factors(shifted[0] @ np.cross(shifted[1], shifted[2]), Allowance(MAX_STEPS)):
+        found = coefficients(factor, [UNKNOWN]) or {}
+        degree = max((power for (power,) in found), default=0)
+        parts = [found.get((power,), ZERO) for power in range(degree, -1, -1)]
+        if degree == 1:
+            roots += [tidy(-parts[1] / parts[0])] * multiplicity
+        elif degree == 2:
+            roots += _quadratic(*parts) * multiplicity
+        elif degree == 3:
+            roots += _cubic(tensor)
+    return roots
+
+
+def _quadratic(a: Expr, b: Expr, c: Expr) -> list[Expr]:
+    root = root_of_either_sign(b**2 - 4 * a * c)
+    return [tidy((-b - root) / (2 * a)), tidy((-b + root) / (2 * a))]
+
+
+def _cubic(tensor: Array) -> list[Expr]:
+    """The three roots, ascending, where the characteristic polynomial has no factor."""
+    mean = tidy(tensor.trace() / 3)
+    rest = tidy_array(tensor - mean * _ONE)
+    p, d = tidy((rest * rest).sum() / 6), tidy(rest[0] @ np.cross(rest[1], rest[2]) / 2)
+    if p.names or d.names:
+        raise ComputationError("the principal moments are roots of a cubic, too long to print with symbols")
+    if sign(p) == 0:
+        return [mean] * 3
+    radius, cosine = sqrt(p), tidy(d / sqrt(p) ** 3)
+    if sign(1 - cosine**2) == 0:
+        pair, single = mean - d / p, mean + 2 * d / p
+        return [tidy(pair), tidy(pair), tidy(single)]
+    angle = apply("acos", cosine) / 3
+    return [mean + 2 * radius * apply("cos", angle + 2 * PI * j / 3) for j in (1, 2, 0)]
+
+
+def _ascending(moments: Sequence[Expr]) -> tuple[list[Expr], bool]:
+    """The moments in ascending order, and whether that is their order for all values of the symbols."""
+    doubtful = []
+
+    def compare(first: Expr, second: Expr) -> int:
+        found = weak_sign(first - second)
+        if found is None:
+            doubtful.append(first)
+            return 1 if size(first - second) > 0 else -1
+        return found[0]
+
+    ordered = sorted(moments, key=cmp_to_key(compare))
+    return ordered, not doubtful
+
+
+def _axes(tensor: Array, moments: Sequence[Expr], groups: Sequence[Sequence[int]], turn: Array) -> Array:
+    """Rows e1, e2, e3 by the rule of `core.principal.canonical_axes`, which says it for floats."""
+    if len(groups) == 1:
+        return _ONE
+    alone = {
+        group[0]: _oriented(tidy_array(turn @ _eigenvector(tensor, moments[group[0]])))
+        for group in groups
+        if len(group) == 1
+    }
+    if len(groups) == 2:
+        ((index, axis),) = alone.items()
+        pivot = _first_largest([1 - size(component) ** 2 for component in axis])
+        across = _ONE[pivot] - axis[pivot] * axis
+        first = tidy_array(across / sqrt(across[pivot]))
+        second = _oriented(tidy_array(np.cross(axis, first)))
+        rows = [axis, first, second] if index == 0 else [first, second, axis]
+    else:
+        rows = [alone[k] for k in range(3)]
+    if size(rows[2] @ np.cross(rows[0], rows[1])) < 0:
+        rows[2] = -rows[2]
+    return np.array(rows)
+
+
+def _oriented(axis: Array) -> Array:
+    """A unit vector (3) or its negative: the largest component is positive."""
+    return axis if size(axis[_first_largest([size(c) ** 2 for c in axis])]) > 0 else -axis
+
+
+def _first_largest(values: Sequence[float]) -> int:
+    """The index of the largest value, of those that are about equally large the first."""
+    return next(k for k, value in enumerate(values) if value >= max(values) - PIVOT_TIE)
+
+
+def _eigenvector(tensor: Array, moment: Expr) -> Array:
+    """The unit vector along the axis of a moment that no other one equals; its sign is free.
+
+    With B = I - t/3, mu = lambda - t/3 and q = tr(B^2)/2 the adjugate of I - lambda is
+    B^2 + mu B + mu^2 - q. It is (3 mu^2 - q) e e^T.
+    """
+    mean = tensor.trace() / 3
+    rest, offset = tidy_array(tensor - mean * _ONE), tidy(moment - mean)
+    half = tidy((rest * rest).sum() / 2)
+    adjugate = rest @ rest + offset * rest + (offset**2 - half) * _ONE
+    pivot = max(range(3), key=lambda k: abs(size(adjugate[k, k])))
+    row = tidy_array(adjugate[pivot])
+    _require_short(row, "axes")
+    axis = row / root_of_either_sign(row[pivot] * tidy(3 * offset**2 - half))
+    _require_short(axis, "axes", 2 * LONGEST)  # what is longer does not shrink so much
+    axis = tidy_array(axis)
+    _require_short(axis, "axes")
+    if any(np.isnan(size(component)) for component in axis):
+        # Differences of almost equal roots, of which floats cannot tell which is larger.
+        raise ComputationError(
+            "the exact principal axes have components too close to zero to tell their signs"
+        )
+    return axis

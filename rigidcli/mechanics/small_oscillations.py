@@ -1,0 +1,121 @@
+"""Small oscillations: the equations of motion near an equilibrium, to first order in the displacement y.
+
+    M y'' + C y' + K y = 0
+
+M is the mass matrix there. Without forces beside L or H, C is antisymmetric: it comes from terms linear in
+the velocities, as of magnetic fields and rotating frames. K is the matrix of the second derivatives of the
+potential, with centrifugal terms. Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition,
+sections 6.1 and 6.2. Differences: C, and forces, are not there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+from rigidcli.algebra import matrices
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expressions import ZERO, Expr, symbol, total
+from rigidcli.algebra.matrices import Matrix
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.values import is_zero
+from rigidcli.errors import ExpressionError
+from rigidcli.mechanics.hamilton_equations import Phase, linear
+from rigidcli.mechanics.lagrange_equations import LagrangeEquations
+
+
+@dataclass(frozen=True, slots=True)
+class LinearMotion:
+    """The matrices M, C and K (n by n each)."""
+
+    masses: Matrix
+    rates: Matrix
+    stiffness: Matrix
+
+    @property
+    def parts(self) -> tuple[Matrix, Matrix, Matrix]:
+        """M, C and K."""
+        return self.masses, self.rates, self.stiffness
+
+    @property
+    def entries(self) -> list[Expr]:
+        """All entries of the matrices."""
+        return [e for part in self.parts for row in part for e in row]
+
+    def changed(self, change: Callable[[Expr], Expr]) -> LinearMotion:
+        """The same with other entries."""
+        return LinearMotion(*([[change(e) for e in row] for row in part] for part in self.parts))
+
+
+def forces_at_rest(lagrange: LagrangeEquations, velocities: Sequence[str]) -> list[Expr]:
+    """The generalized forces on a system at rest, as functions of the coordinates."""
+    still = dict.fromkeys(velocities, ZERO)
+    return [-substitute(rest, still) for rest in lagrange.rest]
+
+
+def of_lagrange(
+    lagrange: LagrangeEquations, phase: Phase, velocities: Sequence[str], place: Mapping[str, Expr]
+) -> LinearMotion:
+    """Lagrange's equations near the equilibrium at the coordinates `place`."""
+    there = {**place, **dict.fromkeys(velocities, ZERO)}
+
+    def slopes(names: Sequence[str]) -> list[list[Expr]]:
+        return [[tidy(substitute(derivative(r, name), there)) for name in names] for r in lagrange.rest]
+
+    masses = [[tidy(substitute(entry, there)) for entry in row] for row in lagrange.matrix]
+    return LinearMotion(masses, slopes(velocities), slopes(phase.coordinates))
+
+
+def momenta_at_rest(velocities: Sequence[Expr], phase: Phase) -> dict[str, Expr] | None:
+    """The momenta of a system at rest, as functions of the coordinates; `velocities` are dH/dp.
+
+    None where the velocities are not linear in the momenta, and no momenta are not it, either.
+    """
+    found = linear(velocities, phase.momenta)
+    if found is not None:
+        inverse = _inverse(found[0])
+        if inverse is None:
+            return None
+        values = [tidy(total(-a * b for a, b in zip(row, found[1], strict=True))) for row in inverse]
+        return dict(zip(phase.momenta, values, strict=True))
+    still = dict.fromkeys(phase.momenta, ZERO)
+    return still if all(is_zero(substitute(v, still)) for v in velocities) else None
+
+
+def of_hamilton(equations: Sequence[Expr], phase: Phase, place: Mapping[str, Expr]) -> LinearMotion | None:
+    """Hamilton's equations near the equilibrium at the coordinates and momenta `place`.
+
+    With y' = A y + B z, z' = D y + E z the momenta are z = M (y' - A y), where M = B^-1: None without it.
+    """
+    size = len(phase.coordinates)
+    slopes = [[tidy(substitute(derivative(e, name), place)) for name in phase.names] for e in equations]
+    first, second = range(size), range(size, 2 * size)
+    a, b = matrices.part(slopes, first, first), matrices.part(slopes, first, second)
+    d, e = matrices.part(slopes, second, first), matrices.part(slopes, second, second)
+    masses = _inverse(b)
+    if masses is None:
+        return None
+    carried, turned = matrices.product(masses, a), matrices.product(e, masses)
+    rates = [[tidy(-x - y) for x, y in zip(*rows, strict=True)] for rows in zip(carried, turned, strict=True)]
+    back = matrices.product(turned, a)
+    stiffness = [[tidy(x - y) for x, y in zip(*rows, strict=True)] for rows in zip(back, d, strict=True)]
+    return LinearMotion(masses, rates, stiffness)
+
+
+def _inverse(matrix: Matrix) -> Matrix | None:
+    """The inverse; None where there is none, or it is too large."""
+    try:
+        return matrices.inverse(matrix)
+    except ExpressionError:
+        return None
+
+
+def pencil(motion: LinearMotion, s: Expr) -> list[list[Expr]]:
+    """M s^2 + C s + K, which takes the vector of a motion y = Re(v exp(s t)) to zero."""
+    rows = zip(*motion.parts, strict=True)
+    return [[m * s**2 + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
+
+
+S = symbol("rate s")
+"""The variable of characteristic polynomials; with a blank in it, it is no name of a document."""

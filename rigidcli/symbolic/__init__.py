@@ -1,1 +1,0 @@
-"""Expressions: reading them safely, exact arithmetic, and mechanics by algebra."""

@@ -1,0 +1,119 @@
+"""Shorter forms keep their values; what vanishes is told from what does not."""
+
+from __future__ import annotations
+
+import time
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.simplification import over_shared_sums, tidy
+from rigidcli.algebra.values import is_zero
+from rigidcli.errors import ExpressionError
+from rigidcli.language.tree import Node
+from tests.algebra.test_expressions import kept
+from tests.trees import TREES, expression, written
+
+thorough = settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.filter_too_much])
+
+
+@thorough
+@given(TREES)
+def test_a_tidy_form_keeps_the_value(node: Node) -> None:
+    kept(node, tidy)
+
+
+@thorough
+@given(TREES)
+def test_a_tidy_form_is_not_longer(node: Node) -> None:
+    try:
+        e = from_tree(node)
+    except ExpressionError:
+        return
+    assert len(written(tidy(e))) <= len(written(e))
+
+
+def tidied(source: str) -> str:
+    return written(tidy(expression(source)))
+
+
+@pytest.mark.parametrize(
+    ("source", "short"),
+    [
+        ("a*cos(x)**2 + a*sin(x)**2", "a"),
+        ("a + b - b*cos(x)**2", "a + b*sin(x)**2"),
+        ("cosh(x)**2 - sinh(x)**2", "1"),
+        ("sin(x)**4 + 2*sin(x)**2*cos(x)**2 + cos(x)**4", "1"),
+        ("cos(a)*cos(b) + sin(a)*sin(b)", "cos(a - b)"),
+        ("cos(a)*cos(b) - sin(a)*sin(b)", "cos(a + b)"),
+        ("sin(a)*cos(b) - cos(a)*sin(b)", "sin(a - b)"),
+        ("cosh(a)*cosh(b) - sinh(a)*sinh(b)", "cosh(a - b)"),
+        ("(x**2 - y**2)/(x - y)", "x + y"),
+        ("(x - y)/(x**2 - y**2)", "1/(x + y)"),
+        ("a/b + c/b", "(a + c)/b"),
+        ("a*b + a*c", "a*(b + c)"),
+        ("x*(a + b) - x*a", "b*x"),
+        ("exp(x)*exp(-x)", "1"),
+        ("exp(2*log(x))", "x**2"),
+        ("exp(a + b*log(x) - log(y))", "exp(a)*x**b/y"),
+        ("(1 - cos(x)**2)/sin(x)", "sin(x)"),
+        ("k*sin(x)**2/sqrt(m*k) + sqrt(m*k)*cos(x)**2/m", "sqrt(m*k)/m"),
+        ("sqrt(k)/sqrt(m)", "sqrt(k/m)"),
+        ("g*(1/(x - y)**2 + 1/(x - z)**2)", "g*(1/(x - y)**2 + 1/(x - z)**2)"),
+        ("(2*c*p_x + b*y)**2/(8*m*c**2)", "(p_x + b*y/(2*c))**2/(2*m)"),
+        ("(p_x - l*b*y)**2/(m*l**2)", "(p_x - b*l*y)**2/(m*l**2)"),
+        ("y/(x**2 + y**2)", "y/(x**2 + y**2)"),
+        ("(m*k*x**2 + p_x**2)/m", "p_x**2/m + k*x**2"),
+        ("k*(x - y)**2/2", "k*(x - y)**2/2"),
+        ("p_x**2/(2*m) + k*x**2/2", "p_x**2/(2*m) + k*x**2/2"),
+        ("m*g*l*(1 - cos(theta))", "m*g*l*(1 - cos(theta))"),
+        ("p_r**2/(2*m) + p_phi**2/(2*m*r**2) - G*M*m/r", "p_phi**2/(2*m*r**2) + p_r**2/(2*m) - G*M*m/r"),
+    ],
+)
+def test_short_forms(source: str, short: str) -> None:
+    assert tidied(source) == short
+
+
+def test_a_double_pendulum_becomes_that_of_the_textbook() -> None:
+    """From the velocities of its bobs; L. D. Landau, E. M. Lifshitz, Mechanics, 3rd edition, section 5."""
+    velocities = {
+        "v1": "((l1*th1dot*cos(th1))**2 + (l1*th1dot*sin(th1))**2)",
+        "v2": "((l1*th1dot*cos(th1) + l2*th2dot*cos(th2))**2 + (l1*th1dot*sin(th1) + l2*th2dot*sin(th2))**2)",
+    }
+    lagrangian = f"m1*{velocities['v1']}/2 + m2*{velocities['v2']}/2"
+    assert tidied(lagrangian) == (
+        "(m1 + m2)*l1**2*th1dot**2/2 + m2*l2**2*th2dot**2/2 + m2*l1*l2*th1dot*th2dot*cos(th1 - th2)"
+    )
+
+
+@pytest.mark.parametrize(
+    "source",
+    [
+        "((a+b)**50)**50",
+        "*".join(f"(x{i}+1)" for i in range(1500)),
+        "(sin(x)+cos(x))**60",
+        "+".join(f"sin(x)**{i}*cos(x)**{100 - i}" for i in range(100)),
+        "+".join(f"1/(x{i}+y{i})" for i in range(60)),
+        "+".join(f"sin((a+x{i})**12)" for i in range(200)),
+        "+".join(f"sin(x{i})*cos(x{i + 1})" for i in range(200)),
+        "cos(" + "+".join(f"x{i}" for i in range(300)) + ")",
+        "1/(1+" * 90 + "x" + ")" * 90,
+        "exp(" * 30 + "x+y" + ")" * 30,
+        "sin(" * 90 + "x+y" + ")" * 90,
+    ],
+)
+def test_the_work_is_bounded(source: str) -> None:
+    e = expression(source)
+    start = time.process_time()
+    tidy(e)
+    is_zero(e)
+    assert time.process_time() - start < 4.0
+
+
+def test_terms_over_the_same_sum_come_over_one_fraction_bar() -> None:
+    source = "a**2/((x + y)*(u + v)) + b**2/((x + y)*(u + v)) + c**2/((x + y)*(r + s)) + d/(r + s)"
+    assert (
+        written(over_shared_sums(expression(source)))
+        == "d/(r + s) + (c**2/(r + s) + (a**2 + b**2)/(u + v))/(x + y)"
+    )

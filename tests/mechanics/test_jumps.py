@@ -1,0 +1,79 @@
+"""Steps: no coordinate is cyclic across one, no quantity is conserved, and no orbit passes."""
+
+from __future__ import annotations
+
+import pytest
+
+import rigidcli
+from rigidcli.errors import ComputationError
+from rigidcli.mechanics.jumps import jumps
+from tests.trees import expression
+
+
+@pytest.mark.parametrize(
+    ("potential", "cyclic", "places"),
+    [
+        ("c*sign(x)", ["y"], ["x"]),
+        ("c*x/abs(x)", ["y"], ["x"]),
+        ("c*abs(x)/x", ["y"], ["x"]),
+        ("c*sqrt(x**2)/x", ["y"], ["x"]),
+        ("c*sign(x - y)", [], ["x - y"]),
+        ("c*sign(x)*sign(y)", [], ["x", "y"]),
+        ("c*sign(x**2 + y**2 - 1)", [], ["x**2 + y**2 - 1"]),
+        ("y**2*sign(x) + abs(x)", [], ["x"]),
+        ("c*atan(x) + c*atan(1/x)", ["y"], []),
+        ("c*abs(x)", ["y"], []),
+        ("c*x*sign(x)", ["y"], []),
+        ("c*x**3*sign(x - 1) - c*sign(x - 1)", ["y"], []),
+        ("-c/abs(x)", ["y"], []),
+        ("c*sign(x)**2", ["x", "y"], []),
+        ("c*sign(exp(x))", ["x", "y"], []),
+    ],
+)
+def test_a_step_is_no_constant(potential: str, cyclic: list[str], places: list[str]) -> None:
+    found = rigidcli.hamilton(
+        rigidcli.loads(
+            "system: {coordinates: [x, y], kinetic: (xdot**2 + ydot**2)/2, potential: " + potential + "}\n"
+            "parameters: {c: null}\n"
+        )
+    )
+    assert found["cyclic"] == cyclic
+    assert found["conserved"] == [*(f"p_{q}" for q in cyclic), "H"]
+    assert [str(u) for u in jumps(found["hamiltonian"], ("x", "y", "p_x", "p_y"))] == places
+    assert sum("has a step where" in note for note in found.notes) == len(places)
+    if "x" not in cyclic:
+        assert not any(str(e) in ("p_x", "x*p_y - y*p_x") for e in found["invariants"])
+
+
+def test_a_step_in_time_is_no_constant() -> None:
+    found = rigidcli.hamilton(
+        rigidcli.loads("system: {coordinates: [x], hamiltonian: p_x**2/2 + sign(t - 1)}\n")
+    )
+    assert found["conserved"] == ["p_x"]
+    assert found["explicit_time"] is True
+
+
+@pytest.mark.parametrize("potential", ["c*sign(x)", "c*x/abs(x)", "c*abs(p_x)/p_x", "c*sign(x - 5)*x"])
+def test_orbits_do_not_pass_steps(potential: str) -> None:
+    document = rigidcli.loads(
+        f"system: {{coordinates: [x], hamiltonian: p_x**2/2 + {potential}}}\nparameters: {{c: 1}}\n"
+        "orbit: {initial: {x: -1, p_x: 3}, duration: 1}\n"
+    )
+    with pytest.raises(ComputationError, match="H has a step where") as caught:
+        rigidcli.hamilton(document)
+    assert "tanh" in (caught.value.hint or "")
+
+
+def test_a_kink_is_passed() -> None:
+    found = rigidcli.hamilton(
+        rigidcli.loads(
+            "system: {coordinates: [x], kinetic: xdot**2/2, potential: abs(x)}\n"
+            "orbit: {initial: {x: -1, p_x: 0}, times: [0, 1]}\n"
+        )
+    )
+    # x = -1 + t^2/2 until x = 0 at t = sqrt(2).
+    assert found["orbit"]["q"]["x"][1] == pytest.approx(-0.5, rel=1e-10)
+
+
+def test_a_root_of_a_positive_sum_has_no_step() -> None:
+    assert jumps(expression("sqrt(x**2 + y**2) - k/sqrt((x - a)**2)"), ("x", "y")) == []
