@@ -93,10 +93,16 @@ _COMPOSED: dict[tuple[str, str], Callable[[Expr], Expr]] = {
     ("cos", "acos"): lambda x: x,
     ("cos", "atan"): lambda x: 1 / _root(1 + x**2),
     ("tan", "atan"): lambda x: x,
+    ("tan", "asin"): lambda x: x / _root(1 - x**2),
     ("log", "exp"): lambda x: x,
+    ("exp", "log"): lambda x: x,
     **{(f, g): lambda x: x for f, g in (("sinh", "asinh"), ("cosh", "acosh"), ("tanh", "atanh"))},
     **{(f, g): lambda x: x for f, g in (("asinh", "sinh"), ("atanh", "tanh"))},
     ("cosh", "asinh"): lambda x: _root(1 + x**2),
+    ("tanh", "asinh"): lambda x: x / _root(1 + x**2),
+    ("sinh", "acosh"): lambda x: _root(x**2 - 1),
+    ("sinh", "atanh"): lambda x: x / _root(1 - x**2),
+    ("cosh", "atanh"): lambda x: 1 / _root(1 - x**2),
 }
 """Functions of functions that are simpler wherever they have a value."""
 
@@ -134,12 +140,16 @@ def _applied(function: str, argument: Expr) -> Expr:
         return known
     if function in ("sin", "cos", "tan"):
         turns = _half_turns(argument)
-        value = None if turns is None else _at_angle(function, turns)
+        value = _shifted(function, argument) if turns is None else _at_angle(function, turns)
         if value is not None:
             return value
     inner = _only_atom(argument)
     if isinstance(inner, Applied) and (function, inner.function) in _COMPOSED:
         return _COMPOSED[function, inner.function](inner.arguments[0])
+    if function == "log" and inner is None and len(argument.terms) == 1:
+        (((monomial, number_),),) = (argument.terms.items(),)
+        if number_ == 1 and len(monomial) == 1 and monomial[0][1].denominator % 2 == 0:
+            return monomial[0][1] * apply("log", atomic(monomial[0][0]))  # a root has a positive base
     if function in ("abs", "sign"):
         return abs(argument) if function == "abs" else _signum(argument)
     return atomic(Applied(function, (argument,)))
@@ -162,6 +172,19 @@ def _half_turns(argument: Expr) -> Fraction | None:
     multiple = argument / PI
     known = multiple.as_number
     return None if known is None else Fraction(known)
+
+
+def _shifted(function: str, argument: Expr) -> Expr | None:
+    """The function of an angle that holds quarter turns: cos(x + pi) is -cos(x)."""
+    ((turn, _),) = PI.terms.items()
+    quarters = 2 * argument.terms.get(turn, 0)
+    if quarters == 0 or quarters.denominator != 1:
+        return None
+    angle = argument - PI * Fraction(quarters, 2)
+    if function == "tan":
+        return apply("tan", angle) if quarters % 2 == 0 else -1 / apply("tan", angle)
+    place = (int(quarters) + (1 if function == "cos" else 0)) % 4  # of sin, cos, -sin, -cos
+    return scaled(apply(("sin", "cos")[place % 2], angle), 1 if place < 2 else -1)
 
 
 def _at_angle(function: str, half_turns: Fraction) -> Expr | None:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import combinations_with_replacement
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import ONE, ZERO, Expr, total
@@ -19,9 +18,6 @@ LARGEST = 4
 
 MOST_TERMS = 24
 """The most terms of that determinant, multiplied out: beyond, the inverse would fill pages."""
-
-LONGEST_KEYS = 20_000
-"""The longest keys of the entries, taken together, that are worked out for a sum of squares: a few pages."""
 
 
 def connected(size: int, linked: Callable[[int, int], bool]) -> list[list[int]]:
@@ -86,10 +82,14 @@ def _adjugate(matrix: Matrix) -> list[list[Expr]]:
     result = [[ZERO] * len(matrix) for _ in matrix]
     for i in indices:
         for j in range(i, len(matrix)):
-            rows, columns = ([k for k in indices if k != dropped] for dropped in (i, j))
-            entry = determinant(part(matrix, rows, columns)) * (-1) ** (i + j)
-            result[i][j] = result[j][i] = tidy(entry / whole)
+            result[i][j] = result[j][i] = tidy(minor(matrix, i, j) * (-1) ** (i + j) / whole)
     return result
+
+
+def minor(matrix: Matrix, row: int, column: int) -> Expr:
+    """The determinant without one row and one column."""
+    kept = [entries for k, entries in enumerate(matrix) if k != row]
+    return determinant([[e for k, e in enumerate(entries) if k != column] for entries in kept])
 
 
 def determinant(matrix: Matrix) -> Expr:
@@ -138,41 +138,6 @@ def _eliminate(rows: list[list[Expr]]) -> list[int]:
                 rows[k] = [a if b.is_zero else tidy(a - c * b) for a, b in zip(row, head, strict=True)]
         pivots.append(column)
     return pivots
-
-
-class Square(NamedTuple):
-    """The square d (v_k + sum_j f_j v_j)^2, with k the `place`, d the `size`, and f_j the `others`."""
-
-    place: int
-    size: Expr
-    others: dict[int, Expr]
-
-
-def squares(matrix: Matrix) -> list[Square] | None:
-    """The quadratic form v.M.v of a regular symmetric matrix M (n by n) as a sum of n squares.
-
-    That is M = L D L^T, each time with the shortest diagonal entry for a pivot. None if there is no entry to
-    begin with, or the squares become too long to be of use.
-    """
-    rows, left, found, length = [list(row) for row in matrix], set(range(len(matrix))), [], 0
-    while left:
-        pivots = [(len(str(rows[i][i])), i) for i in left if not rows[i][i].is_zero]
-        if not pivots:
-            return None
-        _, k = min(pivots)
-        left.remove(k)
-        others = {j: tidy(rows[k][j] / rows[k][k]) for j in sorted(left) if not rows[k][j].is_zero}
-        found.append(Square(k, rows[k][k], others))
-        changed = {
-            (i, j): rows[i][j] - a * b * rows[k][k]
-            for (i, a), (j, b) in combinations_with_replacement(others.items(), 2)
-        }
-        length += sum(len(entry.key) for entry in changed.values())
-        if length > LONGEST_KEYS:
-            return None
-        for (i, j), entry in changed.items():
-            rows[i][j] = rows[j][i] = tidy(entry)
-    return found
 
 
 def null_vectors(matrix: Matrix) -> list[list[Expr]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -21,24 +21,34 @@ TRIES = 40
 """Most random points that are tried, as expressions may have no value at some."""
 
 
-def points(names: Sequence[str], fixed: Mapping[str, float], seed: int = 1) -> Iterator[dict[str, float]]:
-    """Random values for the names that are not `fixed`, again and again."""
+def points(
+    names: Sequence[str], fixed: Mapping[str, float], seed: int = 1, signed: Collection[str] = ()
+) -> Iterator[dict[str, float]]:
+    """Random values for the names that are not `fixed`, again and again: positive, but of `signed` names."""
     chance = random.Random(seed)  # noqa: S311 - a probe needs no secrecy
     for _ in range(TRIES):
-        yield {name: chance.uniform(LOW, HIGH) for name in names} | dict(fixed)
+        point = {name: chance.uniform(LOW, HIGH) for name in names}
+        for name in signed:
+            if name in point:
+                point[name] *= chance.choice((1, -1))
+        yield point | dict(fixed)
 
 
 def values(
-    expressions: Sequence[Expr], fixed: Mapping[str, float], count: int = 3, seed: int = 1
+    expressions: Sequence[Expr],
+    fixed: Mapping[str, float],
+    count: int = 3,
+    seed: int = 1,
+    signed: Collection[str] = (),
 ) -> Floats | None:
     """The values of the expressions at some points (count by n); None if there are not so many with values.
 
-    Names have their `fixed` values, others random ones.
+    Names have their `fixed` values, others random ones: positive, but for those of `signed` names.
     """
     names = sorted(set().union(*(e.names for e in expressions)) | set(fixed))
     f = code.function([to_tree(e) for e in expressions], names, {})(math)
     rows = []
-    for point in points(names, fixed, seed):
+    for point in points(names, fixed, seed, signed):
         try:
             row = f(*(point[name] for name in names))
         except NO_VALUE:

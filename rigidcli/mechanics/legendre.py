@@ -3,9 +3,9 @@
     p_i = dL/dv_i,   H(q, p, t) = sum_i p_i v_i - L
 
 Where L is quadratic in the velocities, L = v.M.v/2 + b.v - V, nothing is solved but M v = p - b, block by
-block, and H = (p - b).M^-1.(p - b)/2 + V. Other terms are inverted by the closed forms of
-`velocity_inversion`.
-What has none is left implicit: it can be evaluated, but not written.
+block, and H = (p - b).M^-1.(p - b)/2 + V (`quadratic_energy`). Velocities that the mass matrix does not
+couple are inverted apart, by `velocity_inversion` where L is not quadratic in them. What has no closed form
+is left implicit: it can be evaluated, but not written.
 
 Source: H. Goldstein, C. Poole, J. Safko, Classical Mechanics, 3rd edition, section 8.1; in its matrix form
 there T = v.T.v/2 and a = b. Here no velocity is eliminated by a general solver, and H is not simplified as a
@@ -18,35 +18,21 @@ import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import product as combinations
-from typing import NamedTuple
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expansion import Polynomial, coefficients, expand
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
+from rigidcli.algebra.expansion import coefficients, expand
+from rigidcli.algebra.expressions import ZERO, Expr, product, symbol, total
 from rigidcli.algebra.simplification import over_shared_sums, shortest, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.errors import ExpressionError
-from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
-from rigidcli.mechanics.polynomial_inversion import inverted_polynomial
-from rigidcli.mechanics.squares import Squares, energies, typed_squares
-from rigidcli.mechanics.velocity_inversion import (
-    Branch,
-    inverted_kernel,
-    quadratic_form,
-)
-from rigidcli.mechanics.velocity_terms import Kernel, places_in, restricted, sorted_terms
+from rigidcli.mechanics.hamilton_equations import has_degrees
+from rigidcli.mechanics.quadratic_energy import of_blocks, typed_squares
+from rigidcli.mechanics.velocity_inversion import Branch, inverted
 
 MOST_BRANCHES = 16
 """The most branches that are listed: more of them nobody would read."""
-
-SHORT = 300
-"""Characters of an H as a sum of squares, up to which no shorter one is looked for: four lines."""
-
-LONGEST_TO_TIDY = 2_000
-"""The longest key of a velocity that is made shorter: about ten lines of text."""
 
 NOTHING: Mapping[str, Expr] = {}
 """Values of no names."""
@@ -64,14 +50,6 @@ class Momenta:
         return all(has_degrees(coefficients(p, velocities), 0, 1) for p in self.definitions)
 
 
-class _Part(NamedTuple):
-    """The places of some velocities, and the terms of a Lagrangian in these, in this order."""
-
-    places: list[int]
-    polynomial: Polynomial
-    kernels: list[Kernel]
-
-
 def canonical_momenta(lagrangian: Expr, velocities: Sequence[str]) -> Momenta:
     """The momenta of a Lagrangian with these velocities."""
     definitions = tuple(tidy(derivative(lagrangian, name)) for name in velocities)
@@ -86,77 +64,78 @@ def legendre_transform(
     velocities: Sequence[str],
     names: Sequence[str],
     values: Mapping[str, Expr] = NOTHING,
+    momenta: Momenta | None = None,
 ) -> list[Branch]:
-    """All ways back from the momenta, called `names`; none where no closed form is known.
+    """All ways back from the momenta, called `names`; none where no closed form is found.
 
     Where their form depends on signs, as that of a mass, it is the form for the `values` of parameters and
-    coordinates, and where these do not tell for positive ones. The mass matrix must be regular.
+    coordinates, and where these do not decide for positive ones. The mass matrix must be regular.
     """
-    sorted_out = _parts(lagrangian, velocities)
-    if sorted_out is None:
-        return []
-    still, parts = sorted_out
-    p = [symbol(name) for name in names]
-    typed = typed_squares(lagrangian, velocities)
-    options = [_likely(_inverted(part, p, typed), values) for part in parts]
-    chosen = combinations(*options) if math.prod(map(len, options)) <= MOST_BRANCHES else ()
-    return [_joined(choice, parts, still, len(p)) for choice in chosen]
-
-
-def _likely(branches: Sequence[Branch], values: Mapping[str, Expr]) -> list[Branch]:
-    """The branches in one region: in that of the values, or else in the first."""
-    signs = [[substitute(e, values) for e in branch.region] for branch in branches]
-    possible = [
-        branch
-        for branch, known in zip(branches, signs, strict=True)
-        if not any(not e.names and e.evaluate() <= 0 for e in known)
+    momenta = momenta or canonical_momenta(lagrangian, velocities)
+    moving, still = _apart(lagrangian, velocities)
+    matrix, P = momenta.mass_matrix, [symbol(name) for name in names]
+    curved = [
+        block
+        for block in matrices.blocks(matrix)
+        if any(not matrix[i][j].names.isdisjoint(velocities) for i in block for j in block)
     ]
-    return [branch for branch in possible if branch.region == possible[0].region]
+    try:
+        if curved:
+            return _mixed(moving, still, curved, velocities, P, values)
+        branch = _quadratic(lagrangian, moving, still, momenta, velocities, P)
+    except ExpressionError:
+        return []
+    return [] if branch is None else [branch]
 
 
-def _joined(chosen: Sequence[Branch], parts: Sequence[_Part], still: Expr, size: int) -> Branch:
-    """The branch of the whole Lagrangian, from one branch of each part."""
-    velocities = [ZERO] * size
-    for branch, part in zip(chosen, parts, strict=True):
-        for place, velocity in zip(part.places, branch.velocities, strict=True):
-            velocities[place] = velocity
-    return Branch(
-        tuple(velocities),
-        total([*(branch.hamiltonian for branch in chosen), -still]),
-        tuple(e for branch in chosen for e in branch.conditions),
-        tuple(e for branch in chosen for e in branch.region),
-        next((branch.period for branch in chosen if branch.period is not None), None),
-        any(branch.is_continued for branch in chosen),
+def _apart(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, Expr]:
+    """The terms with velocities, and those without, as they are typed."""
+    still = Expr(
+        {m: c for m, c in lagrangian.terms.items() if all(a.names.isdisjoint(velocities) for a, _ in m)}
     )
+    return lagrangian - still, still
 
 
-def _parts(lagrangian: Expr, velocities: Sequence[str]) -> tuple[Expr, list[_Part]] | None:
-    """What is without velocities, and the others: all, if they are quadratic, or those that share some.
-
-    None where a term has no form that is known.
-    """
-    size = len(velocities)
-    still = total(
-        Expr({monomial: factor})
-        for monomial, factor in lagrangian.terms.items()
-        if all(atom.names.isdisjoint(velocities) for atom, _ in monomial)
-    )
-    found = sorted_terms(lagrangian - still, velocities)
+def _quadratic(
+    lagrangian: Expr,
+    moving: Expr,
+    still: Expr,
+    momenta: Momenta,
+    velocities: Sequence[str],
+    P: Sequence[Expr],
+) -> Branch | None:
+    """The inverse of a Lagrangian that is quadratic in all velocities."""
+    at_rest = dict.fromkeys(velocities, ZERO)
+    linear = [substitute(p, at_rest) for p in momenta.definitions]
+    rest = substitute(moving, at_rest)
+    shifted = [p - b for p, b in zip(P, linear, strict=True)]
+    coordinates = [v.removesuffix("dot") for v in velocities]
+    found = of_blocks(momenta.mass_matrix, shifted, typed_squares(lagrangian, velocities), coordinates)
     if found is None:
         return None
-    polynomial, kernels = found
-    still = _cancelled(still, coefficient(polynomial, size))
-    if not kernels and has_degrees(polynomial, 0, 1, 2):
-        groups = [list(range(size))]
-    else:
-        links = [*(kernel.places for kernel in kernels), *map(places_in, polynomial)]
-        groups = matrices.connected(size, lambda i, j: any({i, j} <= places for places in links))
-    parts = []
-    for group in groups:
-        own = {powers: e for powers, e in polynomial.items() if places_in(powers) & {*group}}
-        inner = [kernel for kernel in kernels if kernel.places & {*group}]
-        parts.append(_Part(group, restricted(own, group), [kernel.restricted(group) for kernel in inner]))
-    return still, parts
+    energy = over_shared_sums(total(found[1]))
+    forms = [energy - _cancelled(still, rest)]
+    if any(linear):
+        forms += _expanded(energy, still, rest, [str(p) for p in P])
+    return Branch(tuple(found[0]), shortest(forms))
+
+
+def _expanded(energy: Expr, still: Expr, rest: Expr, names: Sequence[str]) -> list[Expr]:
+    """H by its degrees in the momenta: in a rotating frame the centrifugal potential cancels there."""
+    with suppress(ExpressionError):
+        found = coefficients(energy, names)
+        if found is not None and len(found) <= matrices.LARGEST**2:
+            degrees = [
+                total(
+                    product([e, *(symbol(name) ** n for name, n in zip(names, powers, strict=True))])
+                    for powers, e in found.items()
+                    if sum(powers) == degree
+                )
+                for degree in (2, 1, 0)
+            ]
+            above = tidy(degrees[0]) + tidy(degrees[1])
+            return [above + tidy(degrees[2] - rest) - still, above + tidy(degrees[2] - rest - still)]
+    return []
 
 
 def _cancelled(typed: Expr, rest: Expr) -> Expr:
@@ -168,83 +147,79 @@ def _cancelled(typed: Expr, rest: Expr) -> Expr:
     return both
 
 
-def _inverted(part: _Part, momenta: Sequence[Expr], typed: Squares) -> list[Branch]:
-    """All that is known of going back from the momenta of a part to its velocities."""
-    places, found, kernels = part
-    size = len(places)
-    own = [momenta[place] for place in places]
-    if kernels and not has_degrees(found, 1):
+def _mixed(
+    moving: Expr,
+    still: Expr,
+    curved: Sequence[Sequence[int]],
+    velocities: Sequence[str],
+    P: Sequence[Expr],
+    values: Mapping[str, Expr],
+) -> list[Branch]:
+    """The inverses of a Lagrangian, the velocities of each of the `curved` blocks by themselves."""
+    parts = _of_groups(moving, curved, velocities) or _of_groups(expand(moving), curved, velocities)
+    if parts is None:
         return []
-    if not has_degrees(found, 1, 2):
-        return inverted_polynomial(found, own)
-    shifted = [P - coefficient(found, size, place) for place, P in enumerate(own)]
-    if not kernels:
-        matrix = [[2 * entry for entry in row] for row in quadratic_form(found, size)]
-        return _of_masses(matrix, shifted, [(a, [row[place] for place in places]) for a, row in typed])
-    return inverted_kernel(kernels[0], shifted) if len(kernels) == 1 else []
-
-
-def _of_masses(matrix: matrices.Matrix, momenta: Sequence[Expr], typed: Squares) -> list[Branch]:
-    """The inverse for L = v.M.v/2, block by block; `typed` are the squares as whose sum it was typed."""
-    velocities = [ZERO] * len(momenta)
-    energy = []
-    alone: dict[Expr, list[Expr]] = {}
-    for block in matrices.blocks(matrix):
-        own, P = matrices.part(matrix, block, block), [momenta[place] for place in block]
-        if len(block) == 1 and len(P[0].terms) == 1:
-            velocities[block[0]] = tidy(P[0] / own[0][0])
-            alone.setdefault(tidy(1 / own[0][0]) / 2, []).append(P[0] ** 2)
-            continue
-        squares = _of_squares(own, P)
-        is_short = squares and len(str(squares[0].hamiltonian)) <= SHORT
-        inverted = [] if is_short else _of_inverse(own, P)
-        forms = [*inverted, *squares]
-        if not forms:
+    *kernels, plain = parts
+    options, found = [], [ZERO] * len(P)
+    for group, K in zip(curved, kernels, strict=True):
+        names = [velocities[place] for place in group]
+        K = expand(K)
+        terms = [(Expr({m: c}), coefficients(Expr({m: c}), names)) for m, c in K.terms.items()]
+        linear = total(term for term, polynomial in terms if has_degrees(polynomial, 1))
+        K, constant = _apart(K - linear, names)
+        still += constant
+        shifted = [P[k] - derivative(linear, velocities[k]) for k in group]
+        options.append(_likely(inverted(K, names, shifted), values))
+    rest = ZERO
+    if plain:
+        kept = [v for k, v in enumerate(velocities) if not any(k in group for group in curved)]
+        own = legendre_transform(plain, kept, [str(P[velocities.index(v)]) for v in kept])
+        if not own:
             return []
-        energy.append(shortest([*(form.hamiltonian for form in forms), *energies(block, momenta, typed)]))
-        for place, velocity in zip(block, forms[0].velocities, strict=True):
-            is_tidy = inverted or len(velocity.key) > LONGEST_TO_TIDY
-            velocities[place] = velocity if is_tidy else tidy(velocity)
-    energy += [factor * total(terms) for factor, terms in alone.items()]
-    return [Branch(tuple(velocities), over_shared_sums(total(energy)))]
+        rest = own[0].hamiltonian
+        for v, velocity in zip(kept, own[0].velocities, strict=True):
+            found[velocities.index(v)] = velocity
+    chosen = combinations(*options) if math.prod(map(len, options)) <= MOST_BRANCHES else ()
+    return [_joined(choice, curved, found, rest - still) for choice in chosen]
 
 
-def _of_inverse(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
-    """H = P.M^-1.P/2 of one block: of two momenta as squares, of more coefficient by coefficient."""
-    inverse = matrices.inverse(matrix)
-    if inverse is None:
-        return []
-    size = range(len(momenta))
-    velocities = tuple(tidy(total(inverse[i][j] * momenta[j] for j in size)) for i in size)
-    half = Fraction(1, 2)
-    if len(momenta) == 2:
-        # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
-        forms = [
-            inverse[i][i] * half * (momenta[i] - tidy(matrix[i][j] / matrix[j][j]) * momenta[j]) ** 2
-            + tidy(half / matrix[j][j]) * momenta[j] ** 2
-            for i, j in ((0, 1), (1, 0))
-            if not matrix[j][j].is_zero
-        ]
-        return [Branch(velocities, shortest(forms or [inverse[0][1] * momenta[0] * momenta[1]]))]
-    pairs = [(i, j) for i in size for j in size[i:]]
-    energy = (inverse[i][j] * (half if i == j else 1) * momenta[i] * momenta[j] for i, j in pairs)
-    return [Branch(velocities, tidy(total(energy)))]
+def _of_groups(e: Expr, groups: Sequence[Sequence[int]], velocities: Sequence[str]) -> list[Expr] | None:
+    """The terms of each group of velocities, and last those of none of them; None where a term has two."""
+    names = [{velocities[place] for place in group} for group in groups]
+    parts: list[list[Expr]] = [[] for _ in range(len(groups) + 1)]
+    for monomial, c in e.terms.items():
+        used = {name for atom, _ in monomial for name in atom.names if name in velocities}
+        inside = [k for k, own in enumerate(names) if used & own]
+        if len(inside) > 1 or (inside and not used <= names[inside[0]]):
+            return None
+        parts[inside[0] if inside else -1].append(Expr({monomial: c}))
+    return list(map(total, parts))
 
 
-def _of_squares(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> list[Branch]:
-    """H as a sum of as many squares as momenta, of one block of three or more.
+def _likely(branches: Sequence[Branch], values: Mapping[str, Expr]) -> list[Branch]:
+    """The branches in one region: in that of the values, or else in the first."""
+    signs = [[substitute(e, values) for e in branch.region] for branch in branches]
+    possible = [
+        branch
+        for branch, own in zip(branches, signs, strict=True)
+        if not any(not e.names and e.evaluate() <= 0 for e in own)
+    ]
+    return [branch for branch in possible if branch.region == possible[0].region]
 
-    With v.M.v = sum d_k w_k^2, where w_k = v_k + sum_j f_kj v_j, it is sum Q_k^2/(2 d_k), where
-    P_j = Q_j + sum_k f_kj Q_k. The velocities are dH/dP_j = sum_k Q_k/d_k dQ_k/dP_j.
-    """
-    squares = matrices.squares(matrix) if len(momenta) > 2 else None
-    if squares is None:
-        return []
-    size = range(len(momenta))
-    Q, slopes = list(momenta), [[ONE if i == j else ZERO for j in size] for i in size]
-    for k, _, others in squares:
-        for j, factor in others.items():
-            Q[j] -= factor * Q[k]
-            slopes[j] = [a - factor * b for a, b in zip(slopes[j], slopes[k], strict=True)]
-    velocities = tuple(total(slopes[k][j] * Q[k] / d for k, d, _ in squares) for j in size)
-    return [Branch(velocities, total(tidy(1 / d) / 2 * Q[k] ** 2 for k, d, _ in squares))]
+
+def _joined(
+    chosen: Sequence[Branch], groups: Sequence[Sequence[int]], others: Sequence[Expr], rest: Expr
+) -> Branch:
+    """The branch of the whole Lagrangian, from one branch of each group."""
+    velocities = list(others)
+    for branch, group in zip(chosen, groups, strict=True):
+        for place, velocity in zip(group, branch.velocities, strict=True):
+            velocities[place] = velocity
+    return Branch(
+        tuple(velocities),
+        total([*(branch.hamiltonian for branch in chosen), rest]),
+        tuple(e for branch in chosen for e in branch.conditions),
+        tuple(e for branch in chosen for e in branch.region),
+        next((branch.period for branch in chosen if branch.period is not None), None),
+        any(branch.is_continued for branch in chosen),
+    )

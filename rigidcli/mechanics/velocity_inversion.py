@@ -1,42 +1,56 @@
 """Velocities from momenta in closed form, where a Lagrangian is not quadratic in them.
 
-Each of the forms below is a part K of the Lagrangian, in velocities v; A, B, Q, c and d are free of them.
-With P = dK/dv,
+K is a part of the Lagrangian that shares its velocities v with no other, and P = dK/dv. Three ways are tried:
 
-    K = A sqrt(B + v.Q.v)    v = S B Q^-1 P/D,  H = -S D,  S = sign(A B),  D^2 = B (A^2 - P.Q^-1 P)
-    K = A (v.Q.v)^k          v = Q^-1 P/(2 k A s^(k-1)),  H = (2 k - 1) A s^k,
-                             s^(2k-1) = P.Q^-1 P/(2 k A)^2
-    K = A f(c v + d)         v = (u - d)/c where f'(u) = r = P/(A c),  H = A (r u - f(u)) - P d/c
+    K^2 = a + v.C.v             a root: with S the sign of K at rest and D^2 = a (1 - P.C^-1.P)
+                                v = S a C^-1.P/D,  H = -S D
+    K = A (v.Q.v)^(n/2)         a power: with s = P.Q^-1.P/(n A)^2
+                                v = Q^-1.P s^((2 - n)/(2 n - 2))/(n A),  H = (n - 1) A s^(n/(2 n - 2))
+    dK/dv = P for one v         what is done to v is undone step by step, and H = P v - K
 
-K as a function of v + s, as where a square is completed, has v less by s, and H less by P.s. The roots are
-real, and positive where they are square roots. The formulas are derived here from dK/dv = P and H = P v - K.
-Polynomials of a higher degree are a matter of `polynomial_inversion`.
+Terms linear in v are part of the root and the power when the square is completed: K as a function of v + s
+has v less by s, and H less by P.s. The roots are real, and positive where they are square roots. The formulas
+are derived here from dK/dv = P and H = P.v - K. Each way back is put to the test at sample points.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
-from typing import TypeAlias
+from itertools import combinations
 
-from rigidcli.algebra import matrices
-from rigidcli.algebra.atoms import is_positive
-from rigidcli.algebra.expansion import Polynomial, coefficients
+from rigidcli.algebra import arithmetic, matrices, samples
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import MAX_STEPS, Polynomial, coefficients, expand
 from rigidcli.algebra.expressions import (
+    ONE,
     PI,
+    ZERO,
     Expr,
+    atomic,
+    expr,
     factored,
     gathered,
-    number,
+    power,
+    symbol,
     total,
 )
+from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.simplification import shortest, tidy
+from rigidcli.algebra.substitution import mapped, rebuilt, substitute
+from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
-from rigidcli.mechanics.velocity_terms import Kernel
 
 HALF = Fraction(1, 2)
+
+SAME = 1e-9
+"""Two values of a velocity are one if they differ by less than this share: floats are right to 1e-16."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,8 +58,8 @@ class Branch:
     """One way back from momenta: velocities, H = P v - K, and expressions that must be positive for that.
 
     These are `conditions` on the momenta, and the `region` of coordinates and parameters: elsewhere the
-    same velocities have another form. Velocities with a `period` may differ by its multiples, too. Those of a
-    branch that `is_continued` have another form, too, beyond the conditions.
+    same velocities have another form. Velocities with a `period` may differ by its multiples, too. The
+    velocities of a branch that `is_continued` are 0/0 at rest: orbits follow the velocities themselves.
     """
 
     velocities: tuple[Expr, ...]
@@ -86,142 +100,367 @@ class Branch:
         return replace(self, velocities=velocities, hamiltonian=self.hamiltonian - turned)
 
 
-def inverted_kernel(kernel: Kernel, momenta: Sequence[Expr]) -> list[Branch]:
-    """All real inverses of a function or power; none if it has no form that is known here."""
-    if len(momenta) == 1 and has_degrees(kernel.argument, 0, 1):
-        return of_function(kernel, momenta[0])
-    return [] if kernel.function else of_quadratic(kernel, momenta)
+def inverted(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
+    """All real inverses of dK/dv = P; none if no way leads to a closed form."""
+    with suppress(ExpressionError, ComputationError):
+        found = _of_root(K, velocities, momenta)
+        if found:
+            return found
+        if len(velocities) > 1:
+            return _of_length(K, velocities, momenta)
+        return _of_powers(K, velocities[0], momenta[0]) or _undone(_hyperbolic(K), velocities[0], momenta[0])
+    return []
 
 
-def of_quadratic(kernel: Kernel, momenta: Sequence[Expr]) -> list[Branch]:
-    """K = A (B + c.v + v.Q.v)^k: the square is completed. A B may be left where k is 1/2."""
-    A, k, found, size = kernel.factor, kernel.exponent, kernel.argument, len(momenta)
-    if not has_degrees(found, 0, 1, 2):
-        return []
-    form = quadratic_form(found, size)
-    inverse = matrices.inverse(form) if matrices.is_regular(form) else None
-    if inverse is None:
-        return []
-    linear = [coefficient(found, size, place) for place in range(size)]
-    shift = [tidy(total(a * c for a, c in zip(row, linear, strict=True)) / 2) for row in inverse]
-    B = tidy(coefficient(found, size) - total(c * s for c, s in zip(linear, shift, strict=True)) / 2)
-    if (k == HALF) is B.is_zero:
-        return []
-    raised = [total(a * P for a, P in zip(row, momenta, strict=True)) for row in inverse]
-    if k == HALF:
-        squares = form_of([[tidy(-B * entry) for entry in row] for row in inverse], momenta)
-        branches = _of_root(A, B, raised, squares + tidy(A**2 * B))
-    else:
-        s = tidy(form_of(inverse, momenta)) / (2 * k * A) ** 2
-        down, up = (k - 1) / (2 * k - 1), k / (2 * k - 1)
-        velocities = tuple(tidy(w / (2 * k * A * s**down)) for w in raised)
-        branches = [Branch(velocities, (2 * k - 1) * A * s**up)]
-    return [branch.shifted(shift, momenta) for branch in branches]
-
-
-def quadratic_form(found: Polynomial, size: int) -> list[list[Expr]]:
+def _form(found: Polynomial, size: int) -> list[list[Expr]]:
     """The symmetric matrix Q of the terms v.Q.v among the coefficients of a polynomial in v."""
     places = range(size)
     return [[coefficient(found, size, i, j) * (1 if i == j else HALF) for j in places] for i in places]
 
 
-def form_of(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> Expr:
+def _value(matrix: matrices.Matrix, momenta: Sequence[Expr]) -> Expr:
     """P.M.P, each momentum left whole."""
     size = range(len(momenta))
     pairs = [(i, j) for i in size for j in size[i:]]
     return total(matrix[i][j] * (1 if i == j else 2) * momenta[i] * momenta[j] for i, j in pairs)
 
 
-def _of_root(A: Expr, B: Expr, raised: Sequence[Expr], square: Expr) -> list[Branch]:
-    """K = A sqrt(B + v.Q.v), with D^2: first the form for a positive B, where the system may be at rest."""
+def _times(matrix: matrices.Matrix, vector: Sequence[Expr]) -> list[Expr]:
+    return [total(a * b for a, b in zip(row, vector, strict=True)) for row in matrix]
+
+
+def _of_root(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
+    """The inverse where K^2 is a quadratic polynomial: first the form where the system may be at rest."""
+    size = len(velocities)
+    is_root = any(n.denominator == 2 for monomial in K.terms for _, n in monomial)
+    found = coefficients(arithmetic.tidy(expand(K**2)), velocities) if is_root else None
+    if not has_degrees(found, 0, 1, 2):
+        return []
+    form = _form(found, size)
+    inverse = matrices.inverse(form) if matrices.is_regular(form) else None
+    if inverse is None:
+        return []
+    linear = [coefficient(found, size, place) for place in range(size)]
+    shift = [tidy(e / 2) for e in _times(inverse, linear)]
+    a = tidy(coefficient(found, size) - total(c * s for c, s in zip(linear, shift, strict=True)) / 2)
+    if a.is_zero:
+        return []
+    raised = _times(inverse, momenta)
+    square = _value([[tidy(-a * entry) for entry in row] for row in inverse], momenta) + a
     D = shortest([square, tidy(square)]) ** HALF
-    side, of_constant = _odd_part(B)
-    sign, of_factor = _odd_part(A)
-    region = side * of_constant * of_factor
+    outside = K
+    if len(K.terms) == 1:
+        ((monomial, number),) = K.terms.items()
+        outside = gathered(number, {b: n for b, n in monomial if b.names.isdisjoint(velocities)})
+    else:
+        outside = substitute(K, {v: -s for v, s in zip(velocities, shift, strict=True)})
+    (sign, odd), (side, other) = _odd_part(outside), _odd_part(a)
+    region = side * odd * other
     if region.sign() == -1:
         sign, region = -sign, -region
+    ways = [(sign, ())] if region.sign() == 1 else [(sign, (tidy(region),)), (-sign, (tidy(-region),))]
     return [
-        Branch(tuple(s * B * w / D for w in raised), -s * D, region=where)
-        for s, where in _either_sign(sign, region)
+        Branch(tuple(s * a * w / D for w in raised), -s * D, region=where).shifted(shift, momenta)
+        for s, where in ways
     ]
 
 
 def _odd_part(e: Expr) -> tuple[int, Expr]:
     """The sign of a number, and a product without squares, which together have the sign of an expression."""
-    coefficient, monomial = factored(e)
+    size, monomial = factored(e)
     odd = {a: 1 for a, n in monomial if n.numerator * n.denominator % 2 and not is_positive(a)}
-    return 1 if coefficient > 0 else -1, gathered(1, odd)
+    return 1 if size > 0 else -1, gathered(1, odd)
 
 
-def _either_sign(sign: int, region: Expr) -> list[tuple[int, tuple[Expr, ...]]]:
-    """The sign where `region` is positive, and the other one where it is not, if that can be."""
-    if region.sign() == 1:
-        return [(sign, ())]
-    return [(sign, (tidy(region),)), (-sign, (tidy(-region),))]
-
-
-def signs_of(e: Expr) -> list[tuple[int, tuple[Expr, ...]]]:
-    """The signs that an expression may have, and where: first that for positive symbols."""
-    return _either_sign(*_odd_part(e))
-
-
-_Solutions: TypeAlias = list[tuple[Expr, Expr, tuple[Expr, ...]]]
-
-
-def of_function(kernel: Kernel, P: Expr) -> list[Branch]:
-    """K = A f(c v + d), where f is a power or one of `INVERSE_SLOPES`."""
-    A, n = kernel.factor, kernel.exponent
-    c, d = coefficient(kernel.argument, 1, 0), coefficient(kernel.argument, 1)
-    r = tidy(P / (A * c))
-    if kernel.function in ("", "abs"):
-        solutions = [] if n == 1 else _of_power(r, n, kernel.function == "abs")
-    elif n == 1 and kernel.function in INVERSE_SLOPES:
-        solutions = INVERSE_SLOPES[kernel.function](r)
-    else:
+def _of_length(K: Expr, velocities: Sequence[str], momenta: Sequence[Expr]) -> list[Branch]:
+    """K = A (v.Q.v)^(n/2), from the power that it is of one velocity where the others vanish."""
+    form = _quadratic_form(K, velocities)
+    if form is None:
         return []
-    period = 2 * PI / abs(c) if kernel.function in ("sin", "cos") else None
+    linear = [coefficient(form, len(velocities), place) for place in range(len(velocities))]
+    Q = _form(form, len(velocities))
+    pivot = next((k for k, row in enumerate(Q) if row[k]), None)
+    if pivot is None or not matrices.is_regular(Q):
+        return []
+    Q = [[tidy(entry / Q[pivot][pivot]) for entry in row] for row in Q]
+    linear = [tidy(e / _form(form, len(velocities))[pivot][pivot]) for e in linear]
+    inverse = matrices.inverse(Q)
+    if inverse is None:
+        return []
+    shift = [tidy(e / 2) for e in _times(inverse, linear)]
+    length = symbol("length", positive=True)
+    place = {v: -s for v, s in zip(velocities, shift, strict=True)}
+    place[velocities[pivot]] += length
+    alone = tidy(substitute(K, place))
+    if len(alone.terms) != 1:
+        return []
+    n = next((k for atom, k in next(iter(alone.terms)) if atom.names == length.names), Fraction(0))
+    A = alone / length**n
+    if n in (0, 1) or not A.names.isdisjoint({*velocities, *length.names}):
+        return []
+    s = tidy(_value(inverse, momenta)) / (n * A) ** 2
+    raised = _times(inverse, momenta)
+    found = tuple(tidy(w * s ** ((2 - n) / Fraction(2 * n - 2)) / (n * A)) for w in raised)
+    energy = (n - 1) * A * s ** (n / Fraction(2 * n - 2))
+    return [Branch(found, energy, is_continued=n > 2).shifted(shift, momenta)]
+
+
+def _quadratic_form(K: Expr, velocities: Sequence[str]) -> Polynomial | None:
+    """A quadratic polynomial in the velocities that is raised to a power in K, or of which K is a power."""
+    for atom in K.atoms:
+        if isinstance(atom, Group) and not atom.names.isdisjoint(velocities):
+            found = coefficients(atom.inner, velocities)
+            return found if has_degrees(found, 0, 1, 2) else None
+    moving = [(e, n) for e, n in factors(K, Allowance(MAX_STEPS)) if not e.names.isdisjoint(velocities)]
+    found = coefficients(moving[0][0], velocities) if len(moving) == 1 else None
+    return found if has_degrees(found, 0, 1, 2) else None
+
+
+def _of_powers(K: Expr, v: str, P: Expr) -> list[Branch]:
+    """K = A (v + s)^n in one velocity, multiplied out or not, beside linear terms; or A |v + s|^n."""
+    found = coefficients(K, [v])
+    if found is not None:
+        (degree,) = max(found)
+        lead = found[(degree,)]
+        shift = tidy(coefficient(found, 1, *[0] * (degree - 1)) / (degree * lead))
+        moved = [
+            tidy(total(e * math.comb(n, k) * (-shift) ** (n - k) for (n,), e in found.items() if n >= k))
+            for k in range(degree)
+        ]
+        if degree < 3 or any(moved[2:]):
+            return []
+        return [
+            replace(
+                b, velocities=(b.velocities[0] - shift,), hamiltonian=b.hamiltonian - P * shift - moved[0]
+            )
+            for b in _of_power(lead, Fraction(degree), False, P - moved[1])
+        ]
+    if len(K.terms) != 1:
+        return []
+    ((monomial, number),) = K.terms.items()
+    ((atom, n), *others) = [factor for factor in monomial if v in factor[0].names]
+    inner, is_absolute = symbol(v), isinstance(atom, Applied)
+    if isinstance(atom, Applied):
+        inner = expr(atom.arguments[0])
+        others += [] if atom.function == "abs" else [(atom, n)]
+    elif isinstance(atom, Group):
+        inner = atom.inner
+    line = coefficients(inner, [v])
+    if others or not has_degrees(line, 0, 1):
+        return []
+    A, c, d = gathered(number, {a: k for a, k in monomial if a is not atom}), line[(1,)], coefficient(line, 1)
     return [
-        Branch(
-            ((u - d) / c,),
-            total([*(A * Expr({m: factor}) for m, factor in energy.terms.items()), -P * d / c]),
-            tuple(map(tidy, positive)),
-            period=period,
-        )
-        for u, energy, positive in solutions
+        replace(b, velocities=((b.velocities[0] - d) / c,), hamiltonian=b.hamiltonian - P * d / c)
+        for b in _of_power(A, Fraction(n), is_absolute, P / c)
     ]
 
 
-def _of_power(r: Expr, n: Fraction, is_absolute: bool) -> _Solutions:
-    """All u with f'(u) = r for f(u) = u^n, or |u|^n, with r u - f and with what must be positive."""
-    base = tidy(r / n)
+def _of_power(A: Expr, n: Fraction, is_absolute: bool, P: Expr) -> list[Branch]:
+    """K = A u^n, or A |u|^n."""
+    base = tidy(P / (n * A))
     if is_absolute or (n.denominator == 1 and n % 2 == 0):
         size = apply("abs", base)
         u = apply("sign", base) * size ** (1 / (n - 1))
-        return [(u, (n - 1) * size ** (n / (n - 1)), ())]
+        return [Branch((u,), (n - 1) * A * size ** (n / (n - 1)))]
     u = base ** (1 / (n - 1))
     roots = (u, -u) if n.denominator == 1 else (u,)
-    return [(root, (1 - 1 / n) * r * root, (base,)) for root in roots]
+    return [Branch((root,), (1 - 1 / n) * P * root, _positive([base])) for root in roots]
 
 
-def _root(e: Expr) -> Expr:
-    return e**HALF
+def _hyperbolic(K: Expr) -> Expr:
+    """The same with cosh or sinh for two exponentials that make one."""
+    for (first, a), (second, b) in combinations(K.terms.items(), 2):
+        rest = {atom: n for atom, n in first if not _is_exponential(atom)}
+        exponents = [
+            total(
+                n * atom.arguments[0] for atom, n in m if isinstance(atom, Applied) and _is_exponential(atom)
+            )
+            for m in (first, second)
+        ]
+        same = rest == {atom: n for atom, n in second if not _is_exponential(atom)}
+        if same and exponents[0] and exponents[0] == -exponents[1] and abs(a) == abs(b):
+            other = Expr({m: c for m, c in K.terms.items() if m not in (first, second)})
+            name = "cosh" if a == b else "sinh"
+            return other + 2 * gathered(a, rest) * apply(name, exponents[0])
+    return K
 
 
-_BOTH = (number(1), number(-1))
+def _is_exponential(atom: object) -> bool:
+    return isinstance(atom, Applied) and atom.function == "exp"
 
-INVERSE_SLOPES: dict[str, Callable[[Expr], _Solutions]] = {
-    "exp": lambda r: [(apply("log", r), r * apply("log", r) - r, (r,))],
-    "cosh": lambda r: [(apply("asinh", r), r * apply("asinh", r) - _root(1 + r**2), ())],
-    "sinh": lambda r: [
-        (s * apply("acosh", r), s * (r * apply("acosh", r) - _root(r**2 - 1)), (r - 1,)) for s in _BOTH
-    ],
-    "cos": lambda r: [
-        (-apply("asin", r), -r * apply("asin", r) - _root(1 - r**2), (1 - r, 1 + r)),
-        (PI + apply("asin", r), r * (PI + apply("asin", r)) + _root(1 - r**2), (1 - r, 1 + r)),
-    ],
-    "sin": lambda r: [
-        (s * apply("acos", r), s * (r * apply("acos", r) - _root(1 - r**2)), (1 - r, 1 + r)) for s in _BOTH
-    ],
-    "log": lambda r: [(1 / r, 1 - apply("log", 1 / r), (1 / r,))],
+
+def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
+    """The inverses of one velocity that come from undoing what is done to it, and hold at sample points."""
+    momentum = symbol("momentum P")
+    slope = tidy(derivative(K, v))
+    found: dict[Expr, Branch] = {}
+    for u, conditions, period in _solutions(slope, v, momentum):
+        with suppress(ExpressionError):
+            velocity, positive = tidy(u), _positive(conditions)
+            if velocity in found or not _holds(K, velocity, positive, slope, v, momentum):
+                continue
+            half = None if period is None else period / 2
+            twin = next((e for e in found if half is not None and tidy(velocity - e) in (half, -half)), None)
+            if twin is not None:
+                found[twin] = replace(found[twin], period=half)
+                continue
+            energy = tidy(momentum * velocity - _on_main_branch(substitute(K, {v: velocity})))
+            put = {str(momentum): P}
+            e, h = substitute(velocity, put), substitute(energy, put)
+            limits = tuple(tidy(substitute(c, put)) for c in positive)
+            found[velocity] = Branch((e,), h, limits, period=period)
+    return list(found.values())
+
+
+def _holds(K: Expr, u: Expr, conditions: Sequence[Expr], slope: Expr, v: str, momentum: Expr) -> bool:
+    """Whether a velocity is that of its momentum at one of some points, within the conditions."""
+    for place, point in enumerate(samples.points(sorted(K.names), {}, signed=[v])):
+        here = point | {v: point[v] * (1 + place % 4)}
+        with suppress(ExpressionError):
+            K.evaluate(**here)
+            here[str(momentum)] = slope.evaluate(**here)
+            values = [e.evaluate(**here) for e in (u, *conditions)]
+            if min(values[1:], default=1.0) > 0 and abs(values[0] - here[v]) <= SAME * abs(here[v]):
+                return True
+    return False
+
+
+def _positive(conditions: Sequence[Expr]) -> tuple[Expr, ...]:
+    """Conditions without the factors that do not change their sign, and without what always holds."""
+    parts = [_odd_part(tidy(e)) for e in conditions]
+    found = dict.fromkeys(tidy(sign * odd) for sign, odd in parts)
+    return tuple(e for e in found if not (e.sign() == 1 and e.is_strict()))
+
+
+_Solution = tuple[Expr, tuple[Expr, ...], Expr | None]
+"""A value, what must be positive for it, and the period of further values."""
+
+
+def _solutions(e: Expr, v: str, r: Expr) -> Iterator[_Solution]:
+    """The values of a name at which an expression is r, its operations undone one by one."""
+    e = _tangents(e)
+    still = total(Expr({m: c}) for m, c in e.terms.items() if all(v not in atom.names for atom, _ in m))
+    e, r = e - still, tidy(r - still)
+    found = coefficients(e, [v])
+    if found is not None:
+        a, b = (coefficient(found, 1, *[0] * n) for n in (2, 1))
+        if max(found) == (1,):
+            yield tidy(r / b), (), None
+        elif max(found) == (2,):
+            shift = tidy(b / (2 * a))
+            square = tidy(r / a + shift**2)
+            yield from ((side * square**HALF - shift, (square,), None) for side in (1, -1))
+        return
+    moving = {factor for m in e.terms for factor in m if v in factor[0].names}
+    if len(moving) > 1 or len(e.terms) > 1:
+        yield from _of_fraction(e, v, r)
+        return
+    ((atom, n),) = moving
+    w = tidy(r * gathered(1, {atom: n}) / e)
+    for u, conditions in _roots(w, Fraction(n)):
+        inner: Iterator[_Solution] = iter([(u, (), None)])
+        if isinstance(atom, Group):
+            inner = _solutions(atom.inner, v, u)
+        elif isinstance(atom, Applied):
+            inner = _of_function(atom, v, u)
+        yield from ((x, (*conditions, *further), period) for x, further, period in inner)
+
+
+def _roots(w: Expr, n: Fraction) -> Iterator[tuple[Expr, tuple[Expr, ...]]]:
+    """The real u with u^n = w."""
+    if n.numerator % 2 and n.denominator % 2:
+        size = apply("sign", w) * apply("abs", w) ** (1 / n) if n not in (1, -1) else power(w, n)
+        yield size, ()
+    else:
+        yield w ** (1 / n), (w,)
+        if n.numerator % 2 == 0:
+            yield -(w ** (1 / n)), (w,)
+
+
+def _of_fraction(e: Expr, v: str, r: Expr) -> Iterator[_Solution]:
+    """The solutions of a fraction of polynomials, or of roots of these: its square is one."""
+    if any(n.denominator == 2 for m in e.terms for atom, n in m if v in atom.names):
+        e, r = arithmetic.tidy(expand(e**2)), r**2
+    else:
+        e = arithmetic.tidy(e)
+    above, below = ONE, ONE
+    for factor, n in factors(e, Allowance(MAX_STEPS)):
+        above, below = (above * factor**n, below) if n > 0 else (above, below * factor**-n)
+    whole = expand(above - r * below)
+    found = coefficients(whole, [v])
+    if found is not None and max(found) in ((1,), (2,)):
+        yield from _solutions(whole, v, ZERO)
+
+
+def _of_function(atom: Applied[Expr], v: str, w: Expr) -> Iterator[_Solution]:
+    """The solutions of f(u) = w, where u is a function of the name."""
+    if atom.function not in _INVERSES or len(atom.arguments) > 1:
+        return
+    (inner,) = atom.arguments
+    for u, conditions in _INVERSES[atom.function](w):
+        for x, further, _ in _solutions(inner, v, u):
+            rate = derivative(inner, v)
+            turns = atom.function in ("sin", "cos", "tan")
+            yield x, (*conditions, *further), tidy(2 * PI / abs(rate)) if turns else None
+
+
+def _tangents(e: Expr) -> Expr:
+    """The expression with tan and tanh for quotients of a sine and a cosine."""
+    parts = []
+    for monomial, c in e.terms.items():
+        exponents = dict(monomial)
+        made = ONE
+        for atom, n in monomial:
+            if isinstance(atom, Applied) and atom.function in ("sin", "sinh") and exponents[atom] == n:
+                for other, k in monomial:
+                    is_other = isinstance(other, Applied) and other.function == f"cos{atom.function[3:]}"
+                    if is_other and other.arguments == atom.arguments and k == -n:  # type: ignore[attr-defined]
+                        made *= apply(f"tan{atom.function[3:]}", *atom.arguments) ** n
+                        exponents[atom] = exponents[other] = 0
+        parts.append(gathered(c, exponents) * made)
+    return total(parts)
+
+
+def _within(w: Expr) -> tuple[Expr, ...]:
+    """What is positive where -1 < w < 1."""
+    is_root = any(n.denominator > 1 for m in w.terms for _, n in m)
+    return (1 - w**2,) if is_root else (1 - w, 1 + w)
+
+
+_MAIN = {("asin", "sin"), ("acos", "cos"), ("atan", "tan"), ("acosh", "cosh")}
+
+
+def _on_main_branch(e: Expr) -> Expr:
+    """An expression with x for atan(tan(x)), as it is where the conditions of the inverses hold."""
+
+    def change(atom: Atom) -> Expr | None:
+        if isinstance(atom, Applied):
+            for other in atom.arguments[0].atoms:
+                whole = isinstance(other, Applied) and atom.arguments[0] == atomic(other)
+                if isinstance(other, Applied) and whole and (atom.function, other.function) in _MAIN:
+                    return expr(other.arguments[0])
+        return rebuilt(atom, _on_main_branch) if isinstance(atom, Applied | Group) else None
+
+    return mapped(e, change)
+
+
+_Inverse = Callable[[Expr], list[tuple[Expr, tuple[Expr, ...]]]]
+
+_INVERSES: Mapping[str, _Inverse] = {
+    "exp": lambda w: [(apply("log", w), (w,))],
+    "log": lambda w: [(apply("exp", w), ())],
+    "sin": lambda w: [(s, _within(w)) for s in (apply("asin", w), PI - apply("asin", w))],
+    "cos": lambda w: [(s * apply("acos", w), _within(w)) for s in (1, -1)],
+    "tan": lambda w: [(apply("atan", w), ()), (PI + apply("atan", w), ())],
+    "sinh": lambda w: [(apply("asinh", w), ())],
+    "cosh": lambda w: [(s * apply("acosh", w), (w - 1,)) for s in (1, -1)],
+    "tanh": lambda w: [(apply("atanh", w), _within(w))],
+    "asin": lambda w: [(apply("sin", w), (PI / 2 - w, PI / 2 + w))],
+    "acos": lambda w: [(apply("cos", w), (w, PI - w))],
+    "atan": lambda w: [(apply("tan", w), (PI / 2 - w, PI / 2 + w))],
+    "asinh": lambda w: [(apply("sinh", w), ())],
+    "acosh": lambda w: [(apply("cosh", w), (w,))],
+    "atanh": lambda w: [(apply("tanh", w), ())],
+    "abs": lambda w: [(s * w, (w,)) for s in (1, -1)],
 }
-"""For each function f all u with f'(u) = r, each with r u - f(u) and with what must be positive."""
+"""For each function f all u with f(u) = w, each with what must be positive."""

@@ -87,10 +87,6 @@ SYSTEMS: dict[str, tuple[list[str], list[str]]] = {
             "m*xdot^2*(m*xdot^2 + k*ydot^2)^2 + k*ydot^2*(m*xdot^2 + k*ydot^2)^2",
         ],
     ),
-    "quartic and square": (
-        ["x"],
-        ["m*xdot^4/4 + k*xdot^2/2 - x", "xdot^2*(m*xdot^2 + 2*k)/4 - x", "(m*xdot^4 + 2*k*xdot^2 - 4*x)/4"],
-    ),
     "three-halves": (
         PAIR,
         [

@@ -68,10 +68,6 @@ FORMS = {
     "rotational": (["x", "y"], "m*(xdot^2 + ydot^2)^2 - k*(x^2 + y^2)"),
     "rotational, a root": (["x", "y"], "m*(xdot^2 + ydot^2)^(3/2) + x*y"),
     "rotational in polar coordinates": (["r", "a"], "m*(rdot^2 + r^2*adot^2)^2 - k/r"),
-    "first correction of relativity": (
-        ["x", "y", "z"],
-        "m*(xdot^2 + ydot^2 + zdot^2)/2 + m*(xdot^2 + ydot^2 + zdot^2)^2/(8*c^2) + k*x*ydot - x*y*z",
-    ),
     "curved, of order two": (["x", "y"], "m*(2*xdot^2 + xdot*ydot + 3*ydot^2)^2 - x*y"),
     "two kinds at once": (["x", "y"], "m*exp(xdot) + k*ydot^2/2 - x*y"),
     "masses of both signs": (["x", "y"], "m*xdot*ydot + k*ydot^2 - x*y"),
@@ -102,12 +98,18 @@ def test_closed_inverses(name: str, sign: int) -> None:
         ("m*sinh(xdot) - x", 2, [0.7, -0.7]),
         ("m/xdot - x", 2, [0.7, -0.7]),
         ("m*xdot^5 + x*xdot", 2, [0.7, -0.7]),
-        ("xdot^4/12 - xdot^2/2 + x*xdot", 5, [-2.5, -1.9, -1.2, -0.6, 0.3, 1.1, 1.8, 3.0]),
-        ("m*(xdot + x)^4 - k*(xdot + x)^2", 5, [-3.0, -1.5, -0.7, -0.3, 0.4, 2.0]),
-        ("m*xdot^4/4 + k*xdot^2/2 + x*xdot^3/3", 1, [-2.0, -0.5, 0.5, 2.0]),
         ("xdot^3/3 + x*xdot^2/2 - x", 2, [-3.0, -0.9, 0.2, 2.0]),
         ("-m*cos(k*xdot + x)", 2, [-1.2, 0.3, 1.1, 2.0]),
         ("m*sin(xdot)", 2, [-1.2, -0.3, 0.3, 1.1, 2.5]),
+        ("xdot*log(xdot) - k*x", 1, [0.4, 3.0]),
+        ("log(cosh(m*xdot))", 1, [-0.4, 1.2]),
+        ("xdot*atan(xdot) - log(1 + xdot^2)/2", 1, [-3.0, 0.4]),
+        ("xdot*asinh(xdot) - sqrt(1 + xdot^2) + x*xdot", 1, [-3.0, 0.4]),
+        ("m*log(cos(xdot + x))", 1, [-1.2, 0.4]),
+        ("tanh(xdot)", 2, [-1.2, 0.4]),
+        ("xdot^2/(m + xdot)", 2, [-1.4, -5.0, 0.4]),
+        ("log((1 - xdot^2)^2)", 2, [-3.0, -0.4, 0.4, 5.0]),
+        ("tan(xdot)", 2, [-0.6, 0.4]),
     ],
 )
 def test_every_velocity_is_on_one_branch(lagrangian: str, count: int, velocities: list[float]) -> None:
@@ -123,7 +125,7 @@ def test_every_velocity_is_on_one_branch(lagrangian: str, count: int, velocities
 
 @pytest.mark.parametrize(
     "lagrangian",
-    ["xdot^6 + xdot^2 - x", "tan(xdot)", "exp(xdot) + xdot^2", "exp(xdot^2) - x", "xdot*exp(xdot)"],
+    ["xdot^6 + xdot^2 - x", "xdot^4/4 + xdot^2/2", "exp(xdot) + xdot^2", "exp(xdot^2) - x", "xdot*exp(xdot)"],
 )
 def test_what_has_no_closed_inverse_has_no_branch(lagrangian: str) -> None:
     assert transformed(lagrangian, ["x"]) == []

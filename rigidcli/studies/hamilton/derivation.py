@@ -273,7 +273,7 @@ def _branches(
     """The ways from momenta to velocities that pass the check, and the largest residual of it."""
     phase, velocities = derivation.phase, derivation.velocity_names
     good, residuals = [], []
-    for branch in legendre_transform(lagrangian, velocities, phase.momenta, values):
+    for branch in legendre_transform(lagrangian, velocities, phase.momenta, values, momenta):
         decided = [e.names for e in branch.region if e.names <= values.keys()]
         fixed = {name: values[name].evaluate() for names in decided for name in names}
         residual = residual_of(lagrangian, momenta, branch, phase, velocities, fixed)

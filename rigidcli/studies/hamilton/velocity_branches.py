@@ -43,6 +43,9 @@ VANISHING = 1e-2
 MOST_HALVINGS = 5_000
 """The most steps to one velocity: intervals may have to be halved down to the smallest float."""
 
+ENDLESS = 1e12
+"""Ends of intervals beyond this are where floats end, as of exp(v^2), and not where the branch does."""
+
 NO_VALUE = 2.0
 """What stands for the sign of M where it has no value."""
 
@@ -70,6 +73,7 @@ class Interval:
 
 
 def _between(low: float, high: float, name: str) -> str:
+    low, high = (end if abs(end) < ENDLESS else math.copysign(math.inf, end) for end in (low, high))
     if math.isfinite(low) and not math.isfinite(high):
         return f"{name} > {low:.6g}"
     above = f" < {high:.6g}" if math.isfinite(high) else ""

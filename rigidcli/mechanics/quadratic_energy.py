@@ -1,0 +1,261 @@
+"""The energy of momenta P, H = P.M^-1.P/2, of one connected block of a mass matrix M, in its shortest form.
+
+Several forms are the same function: sums of squares by M = L D L^T, with the last two momenta along the
+eigenvectors of their block where these are short; the inverse matrix; and what follows from a kinetic energy
+that was typed as a sum of squares sum_k a_k (w_k.v)^2. Of n squares in n velocities the momenta pi_k with
+P = W^T pi give sum_k pi_k^2/(4 a_k). Of any number of squares in two velocities
+
+    H = sum_k a_k (w_k x P)^2 / (4 sum_kl a_k a_l (w_k x w_l)^2)
+
+by the formula of Cauchy and Binet. Where M is indefinite, as a metric of space and time is, its entries pass
+zero at places where H has no pole. No square is completed there but by an entry of parameters alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from fractions import Fraction
+from itertools import combinations, combinations_with_replacement
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from rigidcli.algebra import matrices, samples
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.arithmetic import MAX_STEPS, root_of_either_sign
+from rigidcli.algebra.atoms import Group, Symbol
+from rigidcli.algebra.expansion import coefficients
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, gathered, total
+from rigidcli.algebra.matrices import Matrix
+from rigidcli.algebra.simplification import shortest, tidy
+from rigidcli.algebra.trigonometry import elementary_angles
+from rigidcli.errors import ComputationError, ExpressionError
+from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
+
+SHORT = 300
+"""Characters of an H as a sum of squares beyond which the inverse matrix is tried, too: four lines."""
+
+LONGEST_TO_TIDY = 2_000
+"""The longest key of a velocity that is made shorter: about ten lines of text."""
+
+LONGEST_KEYS = 20_000
+"""The longest keys of the entries, taken together, that are worked out for a sum of squares: a few pages."""
+
+HALF = Fraction(1, 2)
+
+Squares: TypeAlias = Sequence[tuple[Expr, Sequence[Expr]]]
+"""Pairs of a factor a and the row w of coefficients of the velocities in a (w.v)^2."""
+
+
+class Energy(NamedTuple):
+    """H of some momenta, and the velocities that they have."""
+
+    hamiltonian: Expr
+    velocities: Sequence[Expr]
+
+
+def energy(
+    matrix: Matrix, momenta: Sequence[Expr], typed: Squares, coordinates: Sequence[str]
+) -> Energy | None:
+    """H = P.M^-1.P/2 of a block (n by n); None where all forms are too long to print.
+
+    `typed` are the squares as whose sum the energy of the velocities was typed.
+    """
+    definite = _is_definite(matrix, coordinates)
+    inside = [(a, row) for a, row in typed if any(row)]
+    found: list[Energy] = []
+    if len(momenta) > 2 and definite:
+        orders = (False, True) if len(momenta) <= matrices.LARGEST else (False,)
+        found += [form for order in orders if (form := _as_squares(matrix, momenta, order))]
+    if not found or len(str(found[0].hamiltonian)) > SHORT:
+        fixed = [k for k, row in enumerate(matrix) if row[k] and (definite or _is_fixed(row[k], coordinates))]
+        found = [*_by_inverse(matrix, momenta, fixed), *found]
+    if not found:
+        return None
+    forms = [*(form.hamiltonian for form in found), *_by_rows(inside, momenta)]
+    return Energy(shortest(forms), found[0].velocities)
+
+
+def _is_definite(matrix: Matrix, coordinates: Sequence[str]) -> bool:
+    """Whether M is definite wherever random points of coordinates and positive parameters show it."""
+    entries = [entry for row in matrix for entry in row]
+    values = samples.values(entries, {}, count=8, signed=coordinates)
+    if values is None:
+        return True
+    sampled = np.linalg.eigvalsh(values.reshape(-1, len(matrix), len(matrix)))
+    return bool((sampled > 0).all() or (sampled < 0).all())
+
+
+def _is_fixed(entry: Expr, coordinates: Sequence[str]) -> bool:
+    """Whether an entry is a product of parameters: it vanishes nowhere."""
+    return len(entry.terms) == 1 and entry.names.isdisjoint(coordinates)
+
+
+def _by_inverse(matrix: Matrix, momenta: Sequence[Expr], pivots: Sequence[int]) -> Iterator[Energy]:
+    """H from the inverse matrix: of two momenta as squares by the `pivots`, or entry by entry."""
+    inverse = matrices.inverse(matrix)
+    if inverse is None:
+        return
+    size = range(len(momenta))
+    velocities = tuple(tidy(total(inverse[i][j] * momenta[j] for j in size)) for i in size)
+    if len(momenta) == 2:
+        # (M^-1)_ij/(M^-1)_ii = -M_ij/M_jj, and what is left when the square is complete is P_j^2/M_jj.
+        for j in reversed(pivots):
+            square = momenta[1 - j] - tidy(matrix[0][1] / matrix[j][j]) * momenta[j]
+            whole = inverse[1 - j][1 - j] * HALF * square**2
+            yield Energy(whole + tidy(HALF / matrix[j][j]) * momenta[j] ** 2, velocities)
+    if len(momenta) > 2 or len(pivots) < 2:
+        pairs = combinations_with_replacement(size, 2)
+        parts = [inverse[i][j] * (HALF if i == j else 1) * momenta[i] * momenta[j] for i, j in pairs]
+        forms = [total(parts), tidy(total(parts))]
+        yield Energy(shortest([e for e in forms if not _is_multiple(e, momenta)] or forms), velocities)
+
+
+def _is_multiple(e: Expr, momenta: Sequence[Expr]) -> bool:
+    """Whether a momentum is taken out of all terms, as nobody writes an energy."""
+    return len(e.terms) == 1 and any(atom in dict(*e.terms) for p in momenta for atom in p.atoms)
+
+
+def _as_squares(matrix: Matrix, momenta: Sequence[Expr], products_first: bool) -> Energy | None:
+    """H as a sum of as many squares as momenta, by the shortest entries first, or by the longest products.
+
+    With v.M.v = sum d_k w_k^2, where w_k = v_k + sum_j f_kj v_j, it is sum Q_k^2/(2 d_k), where
+    P_j = Q_j + sum_k f_kj Q_k. The velocities are dH/dP_j = sum_k Q_k/d_k dQ_k/dP_j. None if there is no
+    entry to begin with, or the squares become too long to be of use.
+    """
+    rows, left, length, size = [list(row) for row in matrix], set(range(len(matrix))), 0, range(len(matrix))
+    Q, slopes = list(momenta), [[ONE if i == j else ZERO for j in size] for i in size]
+    done: list[tuple[Expr, Expr, Sequence[Expr]]] = []
+    while left:
+        turned = _eigenvectors(rows, sorted(left)) if products_first and len(left) == 2 else None
+        if turned is not None:
+            i, j = sorted(left)
+            for d, a, b in turned:
+                along = [a * x + b * y for x, y in zip(slopes[i], slopes[j], strict=True)]
+                done.append((tidy(a * Q[i] + b * Q[j]), d, along))
+            break
+        lengths = {i: len(str(rows[i][i])) for i in left if rows[i][i]}
+        if not lengths:
+            return None
+        k = min(
+            lengths, key=lambda i: (len(rows[i][i].terms), -lengths[i]) if products_first else (lengths[i], i)
+        )
+        left.remove(k)
+        done.append((Q[k], rows[k][k], slopes[k]))
+        others = {j: tidy(rows[k][j] / rows[k][k]) for j in sorted(left) if rows[k][j]}
+        changed = {
+            (i, j): rows[i][j] - a * b * rows[k][k]
+            for (i, a), (j, b) in combinations_with_replacement(others.items(), 2)
+        }
+        length += sum(len(entry.key) for entry in changed.values())
+        if length > LONGEST_KEYS:
+            return None
+        for (i, j), entry in changed.items():
+            rows[i][j] = rows[j][i] = tidy(entry)
+        for j, factor in others.items():
+            Q[j] -= factor * Q[k]
+            slopes[j] = [a - factor * b for a, b in zip(slopes[j], slopes[k], strict=True)]
+    velocities = [total(slope[j] * q / d for q, d, slope in done) for j in size]
+    short = [v if len(v.key) > LONGEST_TO_TIDY else tidy(v) for v in velocities]
+    return Energy(total(tidy(1 / d) / 2 * q**2 for q, d, _ in done), short)
+
+
+def _eigenvectors(rows: Matrix, places: Sequence[int]) -> list[tuple[Expr, Expr, Expr]] | None:
+    """The eigenvalues and unit eigenvectors of two rows, where both are without roots and divisors."""
+    i, j = places
+    a, b, d = rows[i][i], rows[i][j], rows[j][j]
+    if not b:
+        return None
+    try:
+        allowance = Allowance(MAX_STEPS)
+        width = root_of_either_sign(elementary_angles((a - d) ** 2 + 4 * b**2, allowance))
+        large, small = (tidy((a + d + side * width) / 2) for side in (1, -1))
+        x = root_of_either_sign(elementary_angles(tidy((a - small) / width), allowance))
+        y = tidy(b / (width * x))
+    except (ComputationError, ExpressionError):
+        return None
+    plain = all(n > 0 and n.denominator == 1 for e in (x, y) for m in e.terms for _, n in m)
+    return [(large, x, y), (small, -y, x)] if plain else None
+
+
+def _by_rows(squares: Squares, momenta: Sequence[Expr]) -> Iterator[Expr]:
+    """H by the rows of the squares as they were typed, as far as these tell it."""
+    size, rows = len(momenta), [row for _, row in squares]
+    if size == len(squares) <= matrices.LARGEST and size > 1:
+        whole = tidy(matrices.determinant(rows))
+        if whole:
+            energies = []
+            for k, (factor, _) in enumerate(squares):
+                minors = (matrices.minor(rows, k, i) * (-1) ** (i + k) for i in range(size))
+                momentum = total(tidy(m / whole) * p for m, p in zip(minors, momenta, strict=True))
+                energies.append(tidy(1 / (4 * factor)) * tidy(momentum) ** 2)
+            yield total(energies)
+    elif size == 2 and len(squares) > 2:
+        above = tidy(total(a * tidy(_cross(row, momenta)) ** 2 for a, row in squares))
+        pairs = combinations(squares, 2)
+        below = tidy(total(4 * a * b * _cross(u, w) ** 2 for (a, u), (b, w) in pairs))
+        if below:
+            yield shortest([above / below, tidy(above / below)])
+
+
+def _cross(u: Sequence[Expr], w: Sequence[Expr]) -> Expr:
+    return u[0] * w[1] - u[1] * w[0]
+
+
+def typed_squares(e: Expr, velocities: Sequence[str]) -> Squares:
+    """The squares whose sum the terms of degree 2 are, as they are typed; none where there are others."""
+    try:
+        return list(_squares(e, velocities, ONE))
+    except ValueError:
+        return []
+
+
+def _squares(e: Expr, velocities: Sequence[str], factor: Expr) -> Iterator[tuple[Expr, Sequence[Expr]]]:
+    """The same of a sum that stands behind a factor. Raises ValueError where there are other terms."""
+    size = len(velocities)
+    for monomial, number in e.terms.items():
+        moving = [(atom, n) for atom, n in monomial if not atom.names.isdisjoint(velocities)]
+        if not moving:
+            continue
+        ((atom, exponent), *others) = moving
+        if others or exponent not in (1, 2) or not isinstance(atom, Symbol | Group):
+            raise ValueError("no square")
+        kept = factor * gathered(number, {other: n for other, n in monomial if other is not atom})
+        inner = atom.inner if isinstance(atom, Group) else Expr({((atom, 1),): 1})
+        found = coefficients(inner, velocities)
+        if has_degrees(found, 0, 1):
+            if exponent == 2:
+                yield kept, [coefficient(found, size, place) for place in range(size)]
+        elif exponent == 1:
+            yield from _squares(inner, velocities, kept)
+        else:
+            raise ValueError("no square")
+
+
+def of_blocks(
+    matrix: Matrix, momenta: Sequence[Expr], typed: Squares, coordinates: Sequence[str]
+) -> tuple[list[Expr], list[Expr]] | None:
+    """The velocities (n), and the terms of H = P.M^-1.P/2, block by block; None where one is too long."""
+    velocities, found = [ZERO] * len(momenta), list[Expr]()
+    alone: dict[Expr, list[Expr]] = {}
+    for block in matrices.blocks(matrix):
+        own, P = matrices.part(matrix, block, block), [momenta[place] for place in block]
+        if len(block) == 1 and len(P[0].terms) == 1:
+            velocities[block[0]] = tidy(P[0] / own[0][0])
+            alone.setdefault(tidy(1 / own[0][0]) / 2, []).append(P[0] ** 2)
+            continue
+        if len(block) == 1:
+            form: Energy | None = Energy(tidy(1 / own[0][0]) / 2 * P[0] ** 2, [tidy(P[0] / own[0][0])])
+        else:
+            form = energy(own, P, [(a, [row[i] for i in block]) for a, row in typed], coordinates)
+        if form is None:
+            return None
+        found.append(form.hamiltonian)
+        for place, velocity in zip(block, form.velocities, strict=True):
+            velocities[place] = velocity
+    return velocities, found + _sums(alone.items())
+
+
+def _sums(alone: Iterable[tuple[Expr, Sequence[Expr]]]) -> list[Expr]:
+    """Squares with the same factor in one bracket."""
+    return [factor * total(terms) for factor, terms in alone]
