@@ -43,6 +43,9 @@ VANISHING = 1e-2
 MOST_HALVINGS = 5_000
 """The most steps to one velocity: intervals may have to be halved down to the smallest float."""
 
+OVERFLOW = 1e100
+"""Momenta beyond this, a millionth beside an end, belong to no pole: floats end there."""
+
 ENDLESS = 1e12
 """Ends of intervals beyond this are where floats end, as of exp(v^2), and not where the branch does."""
 
@@ -108,8 +111,9 @@ def intervals(derivation: Derivation, known: Mapping[str, float]) -> list[Interv
         if place < len(speeds) - 1:
             high, following = _edge(signs, speeds, kinds, place)
         if abs(kinds[place]) == 1:
-            ends = [_momentum(momenta, v, inwards) for v, inwards in ((low, 1), (high, -1))]
-            found.append(Interval(low, high, *ends))
+            sides = [(_endless(momenta, v, inwards), inwards) for v, inwards in ((low, 1), (high, -1))]
+            ends = [_momentum(momenta, v, inwards) for v, inwards in sides]
+            found.append(Interval(sides[0][0], sides[1][0], *ends))
         low = following
     return found[1:-1] if is_cut else found
 
@@ -127,6 +131,14 @@ def _edge(
         else:
             high = middle
     return float(low), float(high)
+
+
+def _endless(momenta: _Momenta, end: float, inwards: int) -> float:
+    """An end of an interval; infinite where it is only that of floats, as momenta are as large beside it."""
+    if not math.isfinite(end):
+        return end
+    beside = momenta(np.array([[end + inwards * NEAR * (abs(end) or 1.0)]]))[0][0, 0]
+    return -inwards * math.inf if abs(beside) > OVERFLOW else end
 
 
 def _momentum(momenta: _Momenta, end: float, inwards: int) -> float:
