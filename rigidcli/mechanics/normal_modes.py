@@ -1,35 +1,40 @@
-"""Normal modes y = Re(v exp(s t)) of M y'' + C y' + K y = 0 in numbers: rates, mode vectors, stability.
+"""Normal modes y = Re(v exp(s t)) of M y'' + C y' + K y = 0: rates, mode vectors, stability.
 
-The eigenvalues are worked out to some 70 digits by python-flint. So a zero mode is told from a slow one, and
-one that neither grows nor decays from one that does, without any measure of what rounding may do.
+In symbols freedoms that do not act on each other are worked apart. Signs, and which mode is the slower one,
+are those for the given values of parameters and random positive ones of others.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
-from rigidcli.algebra.expressions import Expr
-from rigidcli.algebra.matrices import Matrix
-from rigidcli.algebra.values import enclosed
+from rigidcli.algebra import matrices, samples
+from rigidcli.algebra.arithmetic import tidy
+from rigidcli.algebra.expressions import ZERO, Expr, total
 from rigidcli.core.arithmetic import Array
+from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.small_oscillations import LinearMotion
-
-BITS = 256
-"""Bits of the numbers: 77 digits, of which a double eigenvalue without a second vector leaves one half."""
-
-ROUNDING = 1e-22
-"""What is smaller than this, in units of the largest, is rounding; real modes are not so far apart."""
+from rigidcli.mechanics.spectrum import (
+    BITS,
+    INDEPENDENT,
+    ROUNDING,
+    Eigenvalue,
+    Root,
+    S,
+    balls,
+    determinant,
+    eigenvalues,
+    factored_polynomial,
+    is_positive_definite,
+    roots,
+)
 
 FOUND = 1e-6
-"""The same where the equilibrium was found in floats: squares of rates have errors of some 1e-14."""
-
-INDEPENDENT = 1e-8
-"""Vectors of length 1 that depend on each other but for this, are parallel."""
+"""What is rounding where the equilibrium was found in floats: squares of rates have errors of some 1e-14."""
 
 NOISE = 1e-12
 """Entries of a vector below this, in units of its largest one, are zero."""
@@ -43,8 +48,8 @@ class Mode:
     """One mode: s = `growth` + i `angular`, with its vector v, real and imaginary parts apart (n each).
 
     `growth` (1/s) is negative where it decays. `is_stable` is None of a zero mode, which is displaced to
-    another equilibrium and drifts there, and where the signs of symbols decide: the mode is told for where
-    the `condition` is positive.
+    another equilibrium and drifts there, and where the signs of symbols decide: the mode is that for a
+    positive `condition`.
     """
 
     growth: float | Expr
@@ -64,82 +69,39 @@ class Mode:
 def numeric_modes(motion: LinearMotion, is_free: bool, rounding: float = ROUNDING) -> list[Mode]:
     """The modes, by ascending rates; the matrices are exact numbers.
 
-    Without forces (`is_free`) s and -s come in pairs, of which the growing one is told.
+    Without forces (`is_free`) s and -s come in pairs, of which the growing one is listed.
     """
-    from flint import acb_mat, arb, ctx
+    from flint import arb, arb_mat, ctx
 
     size = len(motion.masses)
+    masses, rates, stiffness = map(balls, motion.parts)
+    is_natural = is_free and not any(entry for row in motion.rates for entry in row)
     with ctx.workprec(BITS):
-        masses, rates, stiffness = map(_balls, motion.parts)
         back, damping = masses.solve(stiffness), masses.solve(rates)
-        if is_free and not any(entry for row in motion.rates for entry in row):
-            squares, vectors = acb_mat(-back).eig(right=True, algorithm="approx")
-            values = [square.sqrt() for square in squares]
-        else:
-            entries = [[int(j == i + size) for j in range(2 * size)] for i in range(size)]
-            entries += [[-back[i, j] for j in range(size)] for i in range(size)]
-            for i, row in enumerate(entries[size:]):
-                row += [-damping[i, j] for j in range(size)]
-            values, vectors = acb_mat(entries).eig(right=True, algorithm="approx")
+        whole = -back
+        if not is_natural:
+            rows = [[int(j == i + size) for j in range(2 * size)] for i in range(size)]
+            rows += [[-part[i, j] for part in (back, damping) for j in range(size)] for i in range(size)]
+            whole = arb_mat(rows)
         # Of coordinates in different units, entries are compared in units of 1/sqrt(M_ii).
         weights = [abs(masses[i, i]).sqrt() if masses[i, i] != 0 else arb(1) for i in range(size)]
-        columns = [_column(vectors, j, weights) for j in range(len(values))]
-        groups = _groups(values, rounding)
+    scale = np.array([float(weight.mid()) for weight in weights])
     modes = [
         mode
-        for places, growth, angular in groups
-        if angular >= 0 and (growth >= 0 or not is_free)
-        for mode in _modes(growth, angular, [columns[place] for place in places], weights)
+        for value in eigenvalues(whole, rounding, is_natural, weights)
+        if value.angular >= 0 and (value.growth >= 0 or not is_free)
+        for mode in _of_value(value, scale)
     ]
     return sorted(modes, key=lambda mode: (float(mode.rate), float(mode.angular)))
 
 
-def _balls(matrix: Matrix) -> Any:
-    from flint import arb_mat
-
-    return arb_mat([[enclosed(entry, {}, BITS).mid() for entry in row] for row in matrix])
-
-
-def _column(vectors: Any, j: int, weights: Sequence[Any]) -> Array:
-    """The upper part (n) of a column times the weights, of length 1."""
-    entries = [vectors[i, j] * weight for i, weight in enumerate(weights)]
-    scale = max(abs(entry) for entry in entries)
-    column = np.array([complex((entry / scale).mid()) for entry in entries])
-    return np.asarray(column / np.linalg.norm(column))
-
-
-def _groups(values: Sequence[Any], rounding: float) -> list[tuple[list[int], float, float]]:
-    """Places of equal eigenvalues, with their real and imaginary parts; what is rounding there is zero."""
-    sizes = [float(abs(value).mid()) for value in values]
-    largest = max(sizes)
-    found: list[tuple[list[int], Any]] = []
-    for place, value in enumerate(values):
-        if sizes[place] <= rounding * largest:
-            value = value * 0
-        limit = rounding * sizes[place]
-        group = next((places for places, other in found if float(abs(value - other).mid()) <= limit), None)
-        if group is None:
-            found.append(([place], value))
-        else:
-            group.append(place)
-    parts = [(places, float(value.real.mid()), float(value.imag.mid())) for places, value in found]
-
-    def cleared(part: float, size: float) -> float:
-        return 0.0 if abs(part) <= rounding * size else part
-
-    return [
-        (places, cleared(re, math.hypot(re, im)), cleared(im, math.hypot(re, im))) for places, re, im in parts
-    ]
-
-
-def _modes(growth: float, angular: float, columns: Sequence[Array], weights: Sequence[Any]) -> list[Mode]:
+def _of_value(value: Eigenvalue, weights: Array) -> list[Mode]:
     """The modes of one eigenvalue: as many as there are independent vectors."""
-    vectors = np.array(columns)
-    rank = int((np.linalg.svd(vectors, compute_uv=False) > INDEPENDENT).sum())
-    is_zero = not growth and not angular
+    growth, angular, vectors = value
     # With fewer vectors than there are equal eigenvalues, motion grows by powers of the time.
-    is_stable = None if is_zero else growth < 0 or (not growth and rank == len(columns))
-    rows = _reduced(vectors)[:rank] / np.array([float(weight.mid()) for weight in weights])
+    whole = value.rank == len(vectors)
+    is_stable = None if not growth and not angular else growth < 0 or (not growth and whole)
+    rows = _reduced(vectors)[: value.rank] / weights
     for row in rows:
         first = np.flatnonzero(row)[0]
         row /= row[first]
@@ -168,3 +130,77 @@ def _reduced(rows: Array) -> Array:
     parts = np.array([rows.real, rows.imag])
     parts[np.abs(parts) <= NOISE * np.abs(rows).max(axis=1, keepdims=True)] = 0.0
     return np.asarray(parts[0] + 1j * parts[1])
+
+
+def symbolic_modes(motion: LinearMotion, known: Mapping[str, Expr], is_free: bool) -> list[Mode] | None:
+    """The modes, by ascending rates; None where the polynomial does not factor."""
+    size, parts = len(motion.masses), motion.parts
+    blocks = matrices.connected(
+        size, lambda i, j: any(not (part[i][j].is_zero and part[j][i].is_zero) for part in parts)
+    )
+    modes: list[Mode] = []
+    for block in blocks:
+        own = LinearMotion(*(matrices.part(part, block, block) for part in parts))
+        try:
+            found = _of_block(own, known, is_free)
+        except ExpressionError:
+            return None
+        if found is None:
+            return None
+        for mode in found:
+            whole: list[Pair] = [(ZERO, ZERO)] * size
+            for place, entry in zip(block, mode.vector, strict=True):
+                whole[place] = entry
+            modes.append(replace(mode, vector=tuple(whole)))
+    rates = [rate for mode in modes if isinstance(rate := mode.rate, Expr)]
+    sizes = samples.values(rates, {name: float(value) for name, value in known.items()}, count=1)
+    order = range(len(modes)) if sizes is None else sizes[0].argsort(kind="stable")
+    return [modes[place] for place in order]
+
+
+def _of_block(motion: LinearMotion, known: Mapping[str, Expr], is_free: bool) -> list[Mode] | None:
+    """The modes of freedoms that act on each other."""
+    bounded = is_free and all(is_positive_definite(part, known) for part in (motion.masses, motion.stiffness))
+    modes = []
+    for factor, power in factored_polynomial(determinant(motion.pencil(S)), str(S)):
+        found = roots(factor, known, bounded)
+        if found is None:
+            return None
+        for root in found:
+            vectors = [*_vectors(motion, root)]
+            if not vectors:
+                return None
+            whole = len(vectors) == power
+            stable = root.is_stable and (whole or bool(root.growth))
+            modes += [Mode(root.growth, root.angular, tuple(v), stable, root.condition) for v in vectors]
+    return modes
+
+
+def _vectors(motion: LinearMotion, root: Root) -> Iterator[Iterator[tuple[Expr, Expr]]]:
+    """What M s^2 + C s + K takes to zero, over its first entry."""
+    growth, angular, *_ = root
+    rows = list(zip(*motion.parts, strict=True))
+    square, double = tidy(growth**2 - angular**2), tidy(2 * growth * angular)
+    real = [[tidy(m * square + c * growth + k) for m, c, k in zip(*row, strict=True)] for row in rows]
+    imaginary = [[tidy(m * double + c * angular) for m, c, _ in zip(*row, strict=True)] for row in rows]
+    if not any(e for row in imaginary for e in row):
+        for vector in matrices.null_vectors(real):
+            yield _from_first([(e, ZERO) for e in vector])
+        return
+    # For x + i y it is A x - B y = 0 and B x + A y = 0, which has each solution a second time, times i.
+    both = [[*x, *(-e for e in y)] for x, y in zip(real, imaginary, strict=True)]
+    both += [[*y, *x] for x, y in zip(real, imaginary, strict=True)]
+    found = matrices.null_vectors(both)
+    if len(found) == 2:
+        yield _from_first(list(zip(found[0][: len(rows)], found[0][len(rows) :], strict=True)))
+
+
+def _from_first(vector: Sequence[tuple[Expr, Expr]]) -> Iterator[tuple[Expr, Expr]]:
+    """The vector over its first entry that is not zero."""
+    re, im = next((re, im) for re, im in vector if re or im)
+    size = re**2 + im**2
+    for x, y in vector:
+        if im or y:
+            yield tidy(total([x * re, y * im]) / size), tidy(total([y * re, -(x * im)]) / size)
+        else:
+            yield tidy(x / re), ZERO

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from rigidcli.algebra import matrices
 from rigidcli.algebra.calculus import derivative
-from rigidcli.algebra.expressions import ZERO, Expr, symbol, total
+from rigidcli.algebra.expressions import ZERO, Expr, total
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
@@ -42,6 +42,11 @@ class LinearMotion:
     def entries(self) -> list[Expr]:
         """All entries of the matrices."""
         return [e for part in self.parts for row in part for e in row]
+
+    def pencil(self, s: Expr) -> list[list[Expr]]:
+        """M s^2 + C s + K, which takes the vector of a motion y = Re(v exp(s t)) to zero."""
+        rows = zip(*self.parts, strict=True)
+        return [[m * s**2 + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
 
     def changed(self, change: Callable[[Expr], Expr]) -> LinearMotion:
         """The same with other entries."""
@@ -109,13 +114,3 @@ def _inverse(matrix: Matrix) -> Matrix | None:
         return matrices.inverse(matrix)
     except ExpressionError:
         return None
-
-
-def pencil(motion: LinearMotion, s: Expr) -> list[list[Expr]]:
-    """M s^2 + C s + K, which takes the vector of a motion y = Re(v exp(s t)) to zero."""
-    rows = zip(*motion.parts, strict=True)
-    return [[m * s**2 + c * s + k for m, c, k in zip(*row, strict=True)] for row in rows]
-
-
-S = symbol("rate s")
-"""The variable of characteristic polynomials; with a blank in it, it is no name of a document."""

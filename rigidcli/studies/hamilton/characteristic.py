@@ -7,21 +7,18 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.algebra import matrices
-from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.arithmetic import EXACT
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import Expr, symbol
-from rigidcli.algebra.fractions import factors
+from rigidcli.algebra.expressions import total as all_of
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import tidy
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Node
-from rigidcli.mechanics.small_oscillations import pencil
-from rigidcli.mechanics.symbolic_modes import LARGEST as MOST_FREEDOMS
-from rigidcli.mechanics.symbolic_spectrum import MAX_STEPS
+from rigidcli.mechanics.spectrum import determinant as determinant_of
+from rigidcli.mechanics.spectrum import factored_polynomial
 from rigidcli.model.document import Document
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.derivation import TIME
@@ -65,15 +62,14 @@ def of_oscillations(
     else:
         equations = "M y'' + C y' + K y = 0"
         way = f"For y = Re(v exp({unknown} t)) this determinant vanishes; a root with Re {unknown} > 0 grows."
-        matrix = pencil(motion, x)
+        matrix = motion.pencil(x)
         title = f"det(M {unknown}^2 + C {unknown} + K)"
         head = rf"\det(\mathbf{{M}} {unknown}^2 + \mathbf{{C}} {unknown} + \mathbf{{K}})"
     fields: list[Field] = []
     if len(matrix) <= MOST_COLUMNS:
         named = zip("MCK", motion.parts, strict=True)
         fields += [_matrix(name, part, document) for name, part in named if name in equations]
-    if len(matrix) <= MOST_FREEDOMS:
-        fields += _polynomial(matrix, unknown, document, title, head)
+    fields += _polynomial(matrix, unknown, document, title, head)
     return Step(
         "Small oscillations",
         f"To first order in the displacement y from the equilibrium, {equations}. {way}",
@@ -96,7 +92,7 @@ def _matrix(name: str, matrix: Matrix, document: Document) -> Field:
 def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, head: str) -> Iterator[Field]:
     """The determinant as a polynomial in one name, and in factors where it has some."""
     try:
-        determinant = tidy(matrices.determinant(matrix))
+        determinant = tidy(determinant_of(matrix))
         found = coefficients(determinant, [unknown])
     except ExpressionError:
         return
@@ -122,9 +118,9 @@ def _polynomial(matrix: Matrix, unknown: str, document: Document, title: str, he
 def _factored(e: Expr, unknown: str) -> Node | None:
     """A polynomial in one name as a product; None where it has one factor only, or is too large."""
     try:
-        parts = [
-            (factor, times) for factor, times in factors(e, Allowance(MAX_STEPS)) if unknown in factor.names
-        ]
+        x = symbol(unknown)
+        found = factored_polynomial(e, unknown)
+        parts = [(all_of(c * x**k for k, c in polynomial.items()), times) for polynomial, times in found]
         rest: Any = e
         for factor, times in parts:
             rest = rest / factor**times

@@ -72,8 +72,7 @@ def _spectrum(
     matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr], document: Document
 ) -> Spectrum | None:
     """Of numbers where all parameters have values, else of what symbols allow."""
-    from rigidcli.mechanics.numeric_spectrum import drifts, numeric_spectrum
-    from rigidcli.mechanics.symbolic_spectrum import symbolic_spectrum
+    from rigidcli.mechanics.spectrum import drifts, numeric_spectrum, symbolic_spectrum
 
     known = known_values(document)
     used = {name for row in matrix for e in row for name in e.names}
@@ -82,7 +81,7 @@ def _spectrum(
     if used <= known.keys() and not document.exact_results:
         try:
             matrix = [[substitute(e, known) for e in row] for row in matrix]
-            found = numeric_spectrum(matrix)
+            found: Spectrum | None = numeric_spectrum(matrix)
         except ExpressionError:
             return None
     else:

@@ -13,9 +13,9 @@ from rigidcli.algebra.substitution import substitute, without
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import small_oscillations
-from rigidcli.mechanics.normal_modes import FOUND, ROUNDING, Mode, numeric_modes
+from rigidcli.mechanics.normal_modes import FOUND, Mode, numeric_modes, symbolic_modes
 from rigidcli.mechanics.small_oscillations import LinearMotion
-from rigidcli.mechanics.symbolic_modes import LARGEST, symbolic_modes
+from rigidcli.mechanics.spectrum import ROUNDING
 from rigidcli.model.document import Document
 from rigidcli.model.equilibrium import Equilibrium
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
@@ -96,7 +96,7 @@ def _motion(derivation: Derivation, there: Mapping[str, Expr]) -> LinearMotion |
 def _is_singular(motion: LinearMotion) -> bool:
     """Whether the mass matrix has no inverse, as far as small blocks tell."""
     blocks = (matrices.part(motion.masses, b, b) for b in matrices.blocks(motion.masses))
-    return any(is_zero(matrices.determinant(block)) for block in blocks if len(block) <= LARGEST)
+    return any(is_zero(matrices.determinant(block)) for block in blocks if len(block) <= matrices.LARGEST)
 
 
 def _modes(
@@ -110,7 +110,7 @@ def _modes(
         raise ComputationError("the equations of motion near the equilibrium change with time")
     if document.exact_results or _is_open(motion):
         known = known_values(document)
-        found = symbolic_modes(motion, known)
+        found = symbolic_modes(motion, known, not derivation.is_forced)
         if found is not None:
             return found
         motion = motion.changed(lambda e: substitute(e, known))
