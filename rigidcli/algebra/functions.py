@@ -95,7 +95,6 @@ _COMPOSED: dict[tuple[str, str], Callable[[Expr], Expr]] = {
     ("tan", "atan"): lambda x: x,
     ("tan", "asin"): lambda x: x / _root(1 - x**2),
     ("log", "exp"): lambda x: x,
-    ("exp", "log"): lambda x: x,
     **{(f, g): lambda x: x for f, g in (("sinh", "asinh"), ("cosh", "acosh"), ("tanh", "atanh"))},
     **{(f, g): lambda x: x for f, g in (("asinh", "sinh"), ("atanh", "tanh"))},
     ("cosh", "asinh"): lambda x: _root(1 + x**2),

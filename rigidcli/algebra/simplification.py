@@ -120,13 +120,23 @@ def _forms(e: Expr, allowance: Allowance) -> Iterator[Expr]:
     known: set[Expr] = set()
     for change in (_unchanged, _shortened, _over_one_denominator):
         with suppress(ExpressionError):
-            form = change(e, allowance)
+            form = _roots_tidied(change(e, allowance), allowance)
             if form not in known:
                 allowance.spend(_STEPS_TO_WRITE * len(form.terms))
                 known.add(form)
                 yield form
                 yield _with_factors(form)
                 yield _collected(form)
+
+
+def _roots_tidied(e: Expr, allowance: Allowance) -> Expr:
+    """The expression with the sums under roots in their shortest form, which multiplying out has undone."""
+
+    def change(atom: Atom, n: Rational) -> Expr | None:
+        is_root = isinstance(atom, Group) and n.denominator > 1
+        return _tidied(atom.inner, allowance) ** n if is_root and isinstance(atom, Group) else None
+
+    return with_powers(e, change)
 
 
 def _unchanged(e: Expr, allowance: Allowance) -> Expr:

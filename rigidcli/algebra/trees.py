@@ -115,7 +115,10 @@ def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
         share = _share(atom) if exponent.denominator == 1 else 1
         coefficient *= Fraction(share) ** int(exponent) if share != 1 else 1
         if isinstance(atom, Group) and not atom.plain and exponent in surds:
-            base = to_tree(_times(atom.inner, surds.pop(exponent)))  # sqrt(2)*sqrt(x/y) is sqrt(2*x/y)
+            surd = surds.pop(exponent)  # sqrt(2)*sqrt(x/y) is sqrt(2*x/y), and half of it sqrt(x/(2*y))
+            divides = exponent == Fraction(1, 2) and coefficient.denominator % surd == 0
+            coefficient *= surd if divides else 1
+            base = to_tree(_times(atom.inner, 1 / Fraction(surd) if divides else surd))
         elif isinstance(atom, Group) and share != 1:
             base = to_tree(_times(atom.inner, 1 / Fraction(share)))
         else:

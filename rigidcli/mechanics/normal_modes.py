@@ -14,7 +14,11 @@ import numpy as np
 
 from rigidcli.algebra import matrices, samples
 from rigidcli.algebra.arithmetic import tidy
-from rigidcli.algebra.expressions import ZERO, Expr, total
+from rigidcli.algebra.atoms import Atom, Group
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import ZERO, Expr, power, total
+from rigidcli.algebra.roots import Rational
+from rigidcli.algebra.substitution import with_powers
 from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.small_oscillations import LinearMotion
@@ -162,15 +166,16 @@ def _of_block(motion: LinearMotion, known: Mapping[str, Expr], is_free: bool) ->
     """The modes of freedoms that act on each other."""
     bounded = is_free and all(is_positive_definite(part, known) for part in (motion.masses, motion.stiffness))
     modes = []
-    for factor, power in factored_polynomial(determinant(motion.pencil(S)), str(S)):
+    for factor, times in factored_polynomial(determinant(motion.pencil(S)), str(S)):
         found = roots(factor, known, bounded)
         if found is None:
             return None
         for root in found:
-            vectors = [*_vectors(motion, root)]
+            written = _roots_within(root.growth + root.angular)
+            vectors = [[(_as_in(x, written), y) for x, y in v] for v in _vectors(motion, root)]
             if not vectors:
                 return None
-            whole = len(vectors) == power
+            whole = len(vectors) == times
             stable = root.is_stable and (whole or bool(root.growth))
             modes += [Mode(root.growth, root.angular, tuple(v), stable, root.condition) for v in vectors]
     return modes
@@ -193,6 +198,30 @@ def _vectors(motion: LinearMotion, root: Root) -> Iterator[Iterator[tuple[Expr, 
     found = matrices.null_vectors(both)
     if len(found) == 2:
         yield _from_first(list(zip(found[0][: len(rows)], found[0][len(rows) :], strict=True)))
+
+
+def _roots_within(e: Expr) -> dict[Expr, Expr]:
+    """The sums under roots in an expression as they are written there, by what they are multiplied out."""
+    found = {}
+    for monomial in e.terms:
+        for atom, n in monomial:
+            if isinstance(atom, Group):
+                found.update(_roots_within(atom.inner))
+                if n.denominator > 1:
+                    found[expand(atom.inner)] = atom.inner
+    return found
+
+
+def _as_in(e: Expr, written: Mapping[Expr, Expr]) -> Expr:
+    """An expression with the same roots in the same form."""
+
+    def change(atom: Atom, n: Rational) -> Expr | None:
+        if not isinstance(atom, Group):
+            return None
+        known = written.get(expand(atom.inner)) if n.denominator > 1 else None
+        return power(_as_in(atom.inner, written) if known is None else known, n)
+
+    return with_powers(e, change) if written else e
 
 
 def _from_first(vector: Sequence[tuple[Expr, Expr]]) -> Iterator[tuple[Expr, Expr]]:

@@ -327,8 +327,12 @@ def _holds(K: Expr, u: Expr, conditions: Sequence[Expr], slope: Expr, v: str, mo
 
 def _positive(conditions: Sequence[Expr]) -> tuple[Expr, ...]:
     """Conditions without the factors that do not change their sign, and without what always holds."""
-    parts = [_odd_part(tidy(e)) for e in conditions]
-    found = dict.fromkeys(tidy(sign * odd) for sign, odd in parts)
+    found = {}
+    for e in conditions:
+        size, monomial = factored(tidy(e))
+        odd = {a: 1 if n > 0 or isinstance(a, Group) else -1 for a, n in monomial if n.numerator % 2}
+        kept = gathered(1 if size > 0 else -1, {a: n for a, n in odd.items() if not is_positive(a)})
+        found[tidy(kept)] = True
     return tuple(e for e in found if not (e.sign() == 1 and e.is_strict()))
 
 
@@ -427,7 +431,7 @@ def _within(w: Expr) -> tuple[Expr, ...]:
     return (1 - w**2,) if is_root else (1 - w, 1 + w)
 
 
-_MAIN = {("asin", "sin"), ("acos", "cos"), ("atan", "tan"), ("acosh", "cosh")}
+_MAIN = {("exp", "log"), ("asin", "sin"), ("acos", "cos"), ("atan", "tan"), ("acosh", "cosh")}
 
 
 def _on_main_branch(e: Expr) -> Expr:
