@@ -184,7 +184,6 @@ def hamilton(
     settings: Sequence[str] = (),
     steps: bool = False,
     picture: str | None = None,
-    invariants: bool = False,
     program: bool = False,
     progress: Callable[[float], None] | None = None,
     max_steps: int | None = None,
@@ -192,10 +191,8 @@ def hamilton(
     """From a Lagrangian to momenta, the Hamiltonian, Hamilton's equations and orbits in phase space.
 
     COMMON
-    invariants : bool
-        Search for conserved quantities also where that takes longer.
     program : bool
-        Keep the equations as `program`, for the formats python, c and julia.
+        Keep the equations as `program`, for the formats python and c.
     progress : callable
         It is called with the fraction of the orbit that is done.
     max_steps : int
@@ -215,7 +212,7 @@ def hamilton(
     p_x**2/(2*m) + k*x**2/2
     """
     options: dict[str, Any] = {"steps": steps, "picture": picture, "program": program}
-    options |= {"invariants": invariants, "progress": progress, "max_steps": max_steps}
+    options |= {"progress": progress, "max_steps": max_steps}
     return _answer("hamilton", document, exact, settings, options, {"scene": True, "max_steps": max_steps})
 
 

@@ -52,9 +52,7 @@ def test_a_mapping_may_hold_arrays_and_exact_numbers() -> None:
 
 def test_settings_and_options() -> None:
     assert rigidcli.inertia(TEXT, settings=["body.mass=6"])["mass"] == 6
-    assert rigidcli.hamilton("system: {coordinates: [x], lagrangian: xdot**2/2}", invariants=True)[
-        "conserved"
-    ]
+    assert rigidcli.hamilton("system: {coordinates: [x], lagrangian: xdot**2/2}")["conserved"]
     done: list[float] = []
     motion = {"omega": [0, 0.1, 1], "torque": {"body": [0, 0, "-0.1*w3"]}, "duration": 1}
     assert rigidcli.euler({"body": BODY, "motion": motion}, progress=done.append)["motion"] == "driven"

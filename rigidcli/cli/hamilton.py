@@ -2,10 +2,6 @@
 
 # Annotations here are objects, not texts: `computing` makes options of them.
 
-from typing import Annotated
-
-import typer
-
 from rigidcli.cli.computing import computing
 from rigidcli.cli.options import Duration, MaxSteps, Samples
 
@@ -15,10 +11,6 @@ def hamilton(
     *,
     samples: Samples = None,
     duration: Duration = None,
-    invariants: Annotated[
-        bool,
-        typer.Option("--invariants", help="Search for conserved quantities also where that takes longer."),
-    ] = False,
     max_steps: MaxSteps = None,
 ) -> None:
     """From a Lagrangian to H, Hamilton's equations and orbits.

@@ -330,7 +330,11 @@ def _positive(conditions: Sequence[Expr]) -> tuple[Expr, ...]:
     found = {}
     for e in conditions:
         size, monomial = factored(tidy(e))
-        odd = {a: 1 if n > 0 or isinstance(a, Group) else -1 for a, n in monomial if n.numerator % 2}
+        odd = {
+            a: 1 if n > 0 or isinstance(a, Group) else -1
+            for a, n in monomial
+            if n.numerator * n.denominator % 2
+        }
         kept = gathered(1 if size > 0 else -1, {a: n for a, n in odd.items() if not is_positive(a)})
         found[tidy(kept)] = True
     return tuple(e for e in found if not (e.sign() == 1 and e.is_strict()))

@@ -234,7 +234,6 @@ def test_a_force_without_power_keeps_the_energy_and_not_the_momentum() -> None:
     damped = hamilton(
         "system: {coordinates: [x, y], kinetic: (xdot^2 + ydot^2)/2, potential: x^2 + y^2,"
         " forces: {x: -xdot}}\n",
-        invariants=True,
     )
     assert damped["invariants"] is None
 
@@ -323,7 +322,7 @@ def test_what_is_conserved_for_any_potential() -> None:
     assert radial["conserved"] == ["p_phi", "H"]
     pair = hamilton(
         "system: {coordinates: [x, y], functions: {V: [d]}, kinetic: (xdot^2 + ydot^2)/2,"
-        " potential: V(x - y)}\n", invariants=True
+        " potential: V(x - y)}\n"
     )  # fmt: skip
     assert "p_x + p_y" in [str(e) for e in pair["invariants"]]
     # An even function is not taken for granted, and two documents share no names.

@@ -33,7 +33,6 @@ LONGEST_SHOWN = 2_000
 def run(
     document: Document,
     *,
-    invariants: bool = False,
     progress: Callable[[float], None] | None = None,
     max_steps: int | None = None,
     steps: bool = False,
@@ -43,15 +42,14 @@ def run(
 ) -> Report:
     """Derive what the system of the document has, and follow its orbit; `progress` is told how far.
 
-    Further conserved quantities are searched for where that is quick, or `invariants` are asked for. An orbit
-    that needs more than `max_steps` is refused.
+    An orbit that needs more than `max_steps` is refused.
     """
     if document.ensemble is not None:
         from rigidcli.studies.ensembles import require_one_start, whole
 
         require_one_start(document, {"picture": picture, "program": program})
         return whole(document, lambda one: run(one, max_steps=max_steps))
-    found = find(document, invariants, progress, max_steps)
+    found = find(document, progress, max_steps)
     derivation, system = found.derivation, found.derivation.system
     phase = derivation.phase
     definitions = None if derivation.momenta is None else derivation.momenta.definitions

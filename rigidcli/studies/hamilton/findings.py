@@ -22,9 +22,6 @@ if TYPE_CHECKING:
     from rigidcli.studies.hamilton.transform import TransformedSystem
     from rigidcli.studies.hamilton.velocity_branches import Interval
 
-QUICK = 160
-"""The longest key of an H whose conserved quantities are searched for unasked, as that takes little time."""
-
 
 @dataclass(frozen=True, slots=True)
 class Found:
@@ -46,7 +43,6 @@ class Found:
 
 def find(
     document: Document,
-    invariants: bool,
     progress: Callable[[float], None] | None,
     max_steps: int | None,
 ) -> Found:
@@ -59,7 +55,7 @@ def find(
 
         small = oscillations(document, document.equilibrium, derivation)
     if document.orbit is None:
-        searched = _searched(derivation, invariants)
+        searched = _searched(derivation)
     else:
         from rigidcli.studies.hamilton.initial import initial_state
         from rigidcli.studies.hamilton.orbit import solve_orbit
@@ -67,7 +63,7 @@ def find(
         require_values(document, "an orbit")
         require_formulas(document, [derivation.generator, *derivation.system.forces], "an orbit")
         derivation, initial = initial_state(document, document.orbit, derivation)
-        searched = _searched(derivation, invariants)
+        searched = _searched(derivation)
         starts = document.shared.starts
         orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, max_steps, starts)
     if document.transform is not None:
@@ -92,15 +88,13 @@ def _intervals(document: Document, derivation: Derivation) -> list[Interval]:
 
 
 @lru_cache(maxsize=1)
-def _searched(derivation: Derivation, asked: bool) -> tuple[Expr, ...] | None:
-    """Conserved quantities besides H and the momenta of cyclic coordinates; None if not searched for."""
+def _searched(derivation: Derivation) -> tuple[Expr, ...] | None:
+    """Conserved quantities besides H and the momenta of cyclic coordinates; None where none is looked for."""
     hamiltonian = derivation.hamiltonian
-    if derivation.is_forced:
+    if derivation.is_forced or hamiltonian is None or not derivation.is_short or derivation.jumps:
         return None
     if len(derivation.phase.coordinates) == 1:
         return ()
-    if hamiltonian is None or not (asked or len(hamiltonian.key) <= QUICK):
-        return None
-    from rigidcli.mechanics.invariants.search import conserved_quantities
+    from rigidcli.mechanics.invariants import conserved_quantities
 
     return conserved_quantities(hamiltonian, derivation.phase, [symbol(f"p_{q}") for q in derivation.cyclic])

@@ -1,0 +1,276 @@
+"""Conserved quantities: sums of given terms whose Poisson bracket with H vanishes, by exact linear algebra.
+
+A term is a product of up to two momenta, a function of the coordinates, and a product of parameters. The
+functions are powers of the coordinates, sines and cosines of angles, and what stands in H; the products of
+parameters are ratios of the coefficients of H. The brackets {f, H} are multiplied out into monomials that no
+law connects, so that their coefficients make a matrix of rational numbers, whose null space has the sums that
+are conserved. Those linear in the momenta are always looked for, as total and angular momentum, others for
+up to three coordinates.
+
+Source: J. Hietarinta, Direct methods for the search of the second invariant, Physics Reports 147 (1987) 87.
+There the functions of the coordinates are free and solve differential equations; here they come from a list,
+so that what is not found may still exist.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import suppress
+from fractions import Fraction
+from itertools import combinations_with_replacement, permutations, product
+
+import numpy as np
+
+from rigidcli.algebra import samples
+from rigidcli.algebra.allowance import Allowance
+from rigidcli.algebra.atoms import Applied, Atom, Group, Monomial, Symbol
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import ONE, Expr, factored, gathered, symbol, total
+from rigidcli.algebra.functions import apply
+from rigidcli.algebra.roots import Rational
+from rigidcli.algebra.simplification import tidy
+from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.trigonometry import elementary_angles, without_squares
+from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import ExpressionError
+from rigidcli.mechanics.energies import TIME
+from rigidcli.mechanics.hamilton_equations import Phase
+
+MOST_COORDINATES = 12
+"""With more coordinates only sums of momenta are tried: there are n^2 products of coordinates and momenta."""
+
+FEW_COORDINATES = 3
+"""The most coordinates of terms of degree 2 in the momenta."""
+
+MOST_TERMS = 160
+"""The most terms of one sum: their brackets take a tenth of a second."""
+
+MOST_STEPS = 25_000
+"""Steps of multiplying out all brackets of one sum: a tenth of a second."""
+
+STEPS_OF_A_TERM = 10
+"""Steps for each factor of a bracket: derivatives and products took about as long."""
+
+MOST_INNER = 10
+"""The most functions by which the sine of a free angle is multiplied; these are the simplest ones."""
+
+MOST_FACTORS = 6
+"""The most products of parameters by which terms are multiplied; these are the simplest ones."""
+
+POINTS = 12
+"""Random points at which gradients are compared: those of dependent functions are combinations at all."""
+
+DEPENDENT = 1e-6
+"""What a pseudo-inverse may leave of a gradient of length 1 that is a combination of others."""
+
+
+def conserved_quantities(hamiltonian: Expr, phase: Phase, known: Sequence[Expr]) -> tuple[Expr, ...]:
+    """Quantities with {F, H} = 0 that are no functions of H, of the `known` ones and of each other.
+
+    An H that holds the time is not searched. The search ends where expressions become too large.
+    """
+    if TIME in hamiltonian.names or len(phase.coordinates) < 2 or hamiltonian.names.isdisjoint(phase.names):
+        return ()
+    found: list[Expr] = []
+    with suppress(ExpressionError):
+        for terms in _trial_sums(hamiltonian, phase):
+            candidates = [_primitive(e, phase) for e in _null_sums(terms, hamiltonian, phase)]
+            for e in sorted(dict.fromkeys(candidates), key=lambda e: (len(str(e)), str(e))):
+                if _is_new(e, [hamiltonian, *known, *found], phase):
+                    found.append(e)
+    return tuple(found)
+
+
+def _trial_sums(hamiltonian: Expr, phase: Phase) -> Iterator[list[Expr]]:
+    """The terms of each sum that is looked for: linear in the momenta, then of degree 2."""
+    momenta, coordinates = [symbol(p) for p in phase.momenta], [symbol(q) for q in phase.coordinates]
+    parts = _parts(hamiltonian, phase)
+    if len(coordinates) > MOST_COORDINATES:
+        yield momenta
+        return
+    straight, angles = _kinds(parts, phase)
+    waves = [apply(function, symbol(q)) for q in angles for function in ("sin", "cos")]
+    lines = [symbol(q) for q in straight]
+    pieces = _simplest(_pieces(parts, phase))
+    backwards = substitute(hamiltonian, {p: -symbol(p) for p in phase.momenta})
+    factors = _simplest([ONE, *(a / b for a, b in permutations(dict.fromkeys(parts.values()), 2))])[
+        :MOST_FACTORS
+    ]
+    functions = _simplest([ONE, *lines, *waves])
+    if len(coordinates) <= FEW_COORDINATES:
+        functions += _turning(parts, angles, pieces)
+    linear = _products(functions, momenta)
+    if backwards != hamiltonian:
+        squares = [a * b for a, b in combinations_with_replacement(lines, 2)]
+        linear += _products([*lines, *waves, *squares], factors)
+    yield linear[:MOST_TERMS]
+    if len(coordinates) > FEW_COORDINATES:
+        return
+    lines = [] if angles else lines
+    powers = [ONE, *lines, *(a * b for a, b in combinations_with_replacement(lines, 2))]
+    kinetic = [*powers, *pieces] if angles else powers
+    pairs = [a * b for a, b in combinations_with_replacement(momenta, 2)]
+    alone = _simplest([*powers, *waves, *pieces, *_products(pieces, lines)])
+    quadratic = [*_products(kinetic, pairs), *_products(alone[1:], factors)]
+    yield quadratic[:MOST_TERMS] if backwards == hamiltonian else [*quadratic, *linear][:MOST_TERMS]
+
+
+def _turning(parts: Iterable[Monomial], angles: Sequence[str], pieces: Sequence[Expr]) -> list[Expr]:
+    """Functions with the sine or cosine of an angle that is not in H, as angular momenta across its axis."""
+    used = {name for monomial in parts for atom, _ in monomial for name in atom.names}
+    free = [apply(f, symbol(q)) for q in angles if q not in used for f in ("sin", "cos")]
+    others = [apply(f, symbol(q)) for q in angles if q in used for f in ("sin", "cos")]
+    inner = [ONE, *pieces, *(a / b for a, b in permutations(others, 2)), *(1 / a for a in others)]
+    return _products(free, _simplest(inner)[:MOST_INNER])
+
+
+def _parts(hamiltonian: Expr, phase: Phase) -> dict[Monomial, Expr]:
+    """The terms of H, multiplied out: products of functions of coordinates and momenta, with coefficients."""
+    names = frozenset(phase.names)
+    found: dict[Monomial, list[Expr]] = {}
+    for monomial, coefficient in expand(hamiltonian).ordered:
+        moving = tuple(factor for factor in monomial if not names.isdisjoint(factor[0].names))
+        fixed = {atom: n for atom, n in monomial if names.isdisjoint(atom.names)}
+        if moving:
+            found.setdefault(moving, []).append(gathered(coefficient, fixed))
+    return {moving: total(values) for moving, values in found.items()}
+
+
+def _pieces(parts: Iterable[Monomial], phase: Phase) -> Iterator[Expr]:
+    """The factors of the terms of H that hold no momenta, and the roots of their squares."""
+    for monomial in parts:
+        still = {a: n for a, n in monomial if a.names.isdisjoint(phase.momenta)}
+        if still:
+            yield gathered(1, still)
+            if all(n % 2 == 0 for n in still.values()):
+                yield gathered(1, {a: n / Fraction(2) for a, n in still.items()})
+
+
+def _kinds(parts: Iterable[Monomial], phase: Phase) -> tuple[list[str], list[str]]:
+    """The coordinates that are taken by themselves, and the angles, as they stand in H; others are both."""
+    atoms = [atom for monomial in parts for atom, _ in monomial]
+    inside = {name for atom in _within(atoms) if isinstance(atom, Applied) for name in atom.names}
+    outside = {atom.name for atom in _within(atoms, functions=False) if isinstance(atom, Symbol)}
+    straight = [q for q in phase.coordinates if q in outside or q not in inside]
+    curved = any(
+        not a.names.isdisjoint(phase.coordinates)
+        for monomial in parts
+        for a, _ in monomial
+        if any(not b.names.isdisjoint(phase.momenta) for b, _ in monomial)
+    )
+    angles = [q for q in phase.coordinates if q in inside or (curved and q not in outside)]
+    return straight, angles if len(phase.coordinates) <= FEW_COORDINATES else []
+
+
+def _within(atoms: Iterable[Atom], functions: bool = True) -> Iterator[Atom]:
+    """Atoms, and those of their sums and, if these are asked for, arguments."""
+    for atom in atoms:
+        yield atom
+        if isinstance(atom, Group):
+            yield from _within(atom.inner.atoms, functions)
+        elif isinstance(atom, Applied) and functions:
+            for argument in atom.arguments:
+                yield from _within(argument.atoms, functions)
+
+
+def _null_sums(terms: Sequence[Expr], hamiltonian: Expr, phase: Phase) -> Iterator[Expr]:
+    """The sums of terms that are conserved: for two orders of the terms, as many as the null space has."""
+    from flint import fmpq, fmpq_mat
+
+    allowance = Allowance(MOST_STEPS)
+    slopes = {name: derivative(hamiltonian, name) for name in phase.names}
+    pairs = [*zip(phase.coordinates, phase.momenta, strict=True)]
+    columns = []
+    for f in terms:
+        parts = [derivative(f, q) * slopes[p] - derivative(f, p) * slopes[q] for q, p in pairs]
+        whole = total(parts)
+        allowance.spend(STEPS_OF_A_TERM * sum(len(monomial) for monomial in whole.terms))
+        columns.append(_normal(whole, allowance))
+    rows = {monomial: k for k, monomial in enumerate(dict.fromkeys(m for e in columns for m in e.terms))}
+    for order in (range(len(terms)), range(len(terms) - 1, -1, -1)):
+        matrix = fmpq_mat(len(rows) or 1, len(terms))
+        for place, column in enumerate(order):
+            for monomial, c in columns[column].terms.items():
+                matrix[rows[monomial], place] = fmpq(c.numerator, c.denominator)
+        reduced, rank = matrix.rref()
+        pivots = [next(j for j in range(len(terms)) if reduced[i, j] != 0) for i in range(rank)]
+        for free in sorted(set(range(len(terms))) - set(pivots)):
+            numbers = [(pivot, -reduced[i, free]) for i, pivot in enumerate(pivots)]
+            yield total(
+                [
+                    terms[order[free]],
+                    *(Fraction(int(c.p), int(c.q)) * terms[order[j]] for j, c in numbers if c),
+                ]
+            )
+
+
+def _normal(e: Expr, allowance: Allowance) -> Expr:
+    """An expression in monomials that no law connects: without squares of cosines, and of what roots hold.
+
+    Sines keep all of their powers, as they stand below fraction bars more often.
+    """
+    e = expand(elementary_angles(e, allowance), allowance)
+    for atom in e.atoms:
+        if isinstance(atom, Applied) and atom.function in ("cos", "cosh"):
+            e = without_squares(e, atom.function, atom.arguments[0], allowance)
+    roots = {a for m in e.terms for a, n in m if isinstance(a, Group) and n.denominator == 2}
+    for root in sorted(roots, key=lambda atom: atom.key):
+        for monomial, c in root.inner.ordered:
+            if len(monomial) == 1 and monomial[0][1] == 2:
+                e = _reduced(e, root, monomial[0][0], c, allowance)
+                break
+    return e
+
+
+def _reduced(e: Expr, root: Group[Expr], atom: Atom, c: Rational, allowance: Allowance) -> Expr:
+    """The expression with x^2 = (g - rest)/c wherever the root of g = c x^2 + rest stands beside it."""
+    rest, done = root.inner - c * gathered(1, {atom: 2}), False
+    while not done:
+        parts, done = [], True
+        for monomial, factor in e.terms.items():
+            powers = dict(monomial)
+            n = powers.get(atom, 0)
+            if n.denominator == 1 and n >= 2 and powers.get(root, 0).denominator == 2:
+                done = False
+                base = gathered(factor / Fraction(c), powers | {atom: n - 2})
+                parts.append(gathered(factor / Fraction(c), powers | {atom: n - 2, root: powers[root] + 1}))
+                parts.append(expand(-base * rest, allowance))
+            else:
+                parts.append(Expr({monomial: factor}))
+        e = total(parts)
+    return e
+
+
+def _is_new(e: Expr, known: Sequence[Expr], phase: Phase) -> bool:
+    """Whether the gradient of a function is no combination of others at random points."""
+    slopes = [derivative(f, name) for f in (*known, e) for name in phase.names]
+    values = samples.values(slopes, {}, count=POINTS, signed=phase.names)
+    if values is None:
+        return False
+    gradients: Floats = values.reshape(POINTS, len(known) + 1, -1)
+    sizes = np.linalg.norm(gradients, axis=2, keepdims=True)
+    units = gradients / np.where(sizes == 0, 1.0, sizes)
+    others, own = units[:, :-1], units[:, -1]
+    inside = np.linalg.pinv(others, rcond=DEPENDENT) @ others
+    left = own - np.einsum("pi,pij->pj", own, inside)
+    return bool((np.linalg.norm(left, axis=1) > DEPENDENT).any())
+
+
+def _primitive(e: Expr, phase: Phase) -> Expr:
+    """A short form, without numbers and parameters that all of its terms have in common."""
+    for _ in range(2):
+        coefficient, monomial = factored(e)
+        kept = {atom: n for atom, n in monomial if not atom.names.isdisjoint(phase.names)}
+        e = tidy(e if coefficient == 1 and len(kept) == len(monomial) else gathered(1, kept))
+    return e
+
+
+def _products(left: Iterable[Expr], right: Iterable[Expr]) -> list[Expr]:
+    """Each on the left times each on the right, once."""
+    return list(dict.fromkeys(a * b for a, b in product(left, list(right))))
+
+
+def _simplest(functions: Iterable[Expr]) -> list[Expr]:
+    """Each once, the simplest first."""
+    return sorted(dict.fromkeys(functions), key=lambda e: (e != ONE, len(e.key), e.key))
