@@ -18,7 +18,9 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.trigonometry import (
     exponentials_merged,
     has_functions,
+    mixes_tangents,
     shortened,
+    tangents_replaced,
 )
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import text
@@ -118,7 +120,7 @@ def _length(e: Expr) -> tuple[int, str]:
 def _forms(e: Expr, allowance: Allowance) -> Iterator[Expr]:
     """Forms of an expression; one that becomes too large is passed over."""
     known: set[Expr] = set()
-    for change in (_unchanged, _shortened, _over_one_denominator):
+    for change in (_unchanged, _shortened, _over_one_denominator, _over_lowest_powers):
         with suppress(ExpressionError):
             form = _roots_tidied(change(e, allowance), allowance)
             if form not in known:
@@ -151,6 +153,8 @@ def _reduced(e: Expr, allowance: Allowance) -> Expr:
     if len(e.terms) > MAX_TERMS_TO_TIDY:
         return e
     e = exponentials_merged(_roots_above(e))
+    if mixes_tangents(e):
+        e = expand(tangents_replaced(e), allowance)
     return shortened(e, allowance) if has_functions(e) else e
 
 
@@ -183,6 +187,21 @@ def _collected(e: Expr) -> Expr:
 
 def _is_parameter(atom: Atom) -> bool:
     return isinstance(atom, (Pi, Surd)) or (isinstance(atom, Symbol) and not atom.is_rate)
+
+
+def _over_lowest_powers(e: Expr, allowance: Allowance) -> Expr:
+    """Terms over different powers of a root over the highest of them: a/r^3 + b/r is (a + b r^2)/r^3."""
+    roots = {a for m in e.terms for a, n in m if isinstance(a, Group) and n.denominator > 1 and n < 0}
+    for root in sorted(roots, key=lambda atom: atom.key):
+        powers = {dict(m).get(root, 0) for m in e.terms}
+        low = min(powers)
+        if len(powers) > 1 and all((n - low).denominator == 1 for n in powers):
+            whole = total(
+                gathered(c, {a: n for a, n in m if a is not root}) * root.inner ** (dict(m)[root] - low)
+                for m, c in e.terms.items()
+            )
+            e = _shortened(whole, allowance) * gathered(1, {root: low})
+    return e
 
 
 def _over_one_denominator(e: Expr, allowance: Allowance) -> Expr:

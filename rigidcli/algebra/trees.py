@@ -18,7 +18,7 @@ from rigidcli.algebra.atoms import (
     Terms,
     key_of_atom,
 )
-from rigidcli.algebra.roots import Rational, magnitude
+from rigidcli.algebra.roots import Rational, content, magnitude
 from rigidcli.language import tree
 from rigidcli.language.text import text
 
@@ -112,8 +112,7 @@ def _written(monomial: Monomial, coefficient: Rational) -> tree.Node:
         if isinstance(atom, Surd):
             surds[exponent] = surds.get(exponent, 1) * atom.value
             continue
-        share = _share(atom) if exponent.denominator == 1 else 1
-        coefficient *= Fraction(share) ** int(exponent) if share != 1 else 1
+        share, coefficient = _taken_out(atom, exponent, coefficient)
         if isinstance(atom, Group) and not atom.plain and exponent in surds:
             surd = surds.pop(exponent)  # sqrt(2)*sqrt(x/y) is sqrt(2*x/y), and half of it sqrt(x/(2*y))
             divides = exponent == Fraction(1, 2) and coefficient.denominator % surd == 0
@@ -152,9 +151,26 @@ def _times(e: Terms, factor: Rational) -> Terms:
     return Terms({monomial: coefficient * factor for monomial, coefficient in e.terms.items()})
 
 
+def _taken_out(atom: Atom, exponent: Rational, coefficient: Rational) -> tuple[Rational, Rational]:
+    """The factor to take out of a sum below its power, and the coefficient with it."""
+    share = _share(atom)
+    if share == 1 or exponent.denominator > 2:
+        return 1, coefficient
+    if exponent.denominator == 1:
+        return share, coefficient * Fraction(share) ** int(exponent)
+    above, below = math.isqrt(share.numerator), math.isqrt(share.denominator)
+    if above**2 != share.numerator or below**2 != share.denominator:
+        return 1, coefficient
+    return share, coefficient * Fraction(above, below) ** exponent.numerator
+
+
+@lru_cache(4096)
 def _share(atom: Atom) -> Rational:
-    """The factor to take out of a sum for its one momentum or velocity to stand by itself: p + q*B/2."""
-    if not isinstance(atom, Group) or not atom.plain or not atom.has_rates:
+    """The factor to take out of a sum for its one momentum or velocity to stand by itself: p + q*B/2.
+
+    Else it is what its terms have in common as they are written: (4 (p + q*B/2)^2 + 4 m^2) has 4.
+    """
+    if not isinstance(atom, Group) or not atom.has_rates:
         return 1
     moving = [
         (monomial, coefficient)
@@ -162,8 +178,15 @@ def _share(atom: Atom) -> Rational:
         if any(not isinstance(part, Symbol) or part.is_rate for part, _ in monomial)
     ]
     if len(moving) == 1 and len(moving[0][0]) == 1 and moving[0][0][0][1] == 1:
-        return magnitude(moving[0][1])
-    return 1
+        return magnitude(moving[0][1]) if atom.plain else 1
+    return content([_as_written(monomial, c) for monomial, c in atom.inner.terms.items()])
+
+
+def _as_written(monomial: Monomial, coefficient: Rational) -> Rational:
+    """The coefficient of a term as it is written, with what its sums leave to it."""
+    for atom, exponent in monomial:
+        coefficient = _taken_out(atom, exponent, coefficient)[1]
+    return coefficient
 
 
 def _turned(monomial: Monomial) -> Atom | None:

@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeAlias
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Monomial, interned
 from rigidcli.algebra.expansion import expand
-from rigidcli.algebra.expressions import ONE, Expr, gathered, product, total
+from rigidcli.algebra.expressions import ONE, Expr, atomic, expr, gathered, product, total
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.substitution import mapped, rebuilt
@@ -141,7 +141,7 @@ def _in_one_function(e: Expr, allowance: Allowance) -> Expr:
     for pair in _PAIRS:
         for x in _arguments(e, pair):
             ways = [without_squares(e, function, x, allowance) for function in (pair.odd, pair.even)]
-            e = min([e, *ways], key=lambda way: len(way.terms))
+            e = min([e, *ways], key=lambda way: (len(way.terms), len(way.key)))
     return e
 
 
@@ -215,18 +215,44 @@ def _odd_and_even(pair: _Pair, x: Expr, allowance: Allowance) -> tuple[Expr, Exp
     return odd, even
 
 
+def mixes_tangents(e: Expr) -> bool:
+    """Whether tan or tanh stands beside the sine or cosine of the same angle."""
+    applied = [atom for atom in e.atoms if isinstance(atom, Applied)]
+    tangents = {(atom.function[3:], atom.arguments) for atom in applied if atom.function in ("tan", "tanh")}
+    return any((a.function[3:], a.arguments) in tangents for a in applied if a.function in _FUNCTIONS)
+
+
+def tangents_replaced(e: Expr) -> Expr:
+    """The expression with quotients of sines and cosines for tangents."""
+
+    def change(atom: Atom) -> Expr | None:
+        if isinstance(atom, Applied) and atom.function in ("tan", "tanh"):
+            end = atom.function[3:]
+            quotient: Expr = apply(f"sin{end}", *atom.arguments) / apply(f"cos{end}", *atom.arguments)
+            return quotient
+        return None
+
+    return mapped(e, change)
+
+
 def exponentials_merged(e: Expr) -> Expr:
-    """exp(x)*exp(y) as exp(x + y) in each term, and exp(n*log(x)) as x**n."""
+    """exp(x)*exp(y) as exp(x + y) in each term, x**a*x**b as x**(a + b), and exp(n*log(x)) as x**n."""
     parts = []
     for monomial, coefficient in e.terms.items():
         kept: dict[Atom, Rational] = {}
         exponents = []
+        powers: dict[Expr, list[Expr]] = {}
         for atom, exponent in monomial:
             if isinstance(atom, Applied) and atom.function == "exp":
                 exponents.append(exponent * atom.arguments[0])
+            elif isinstance(atom, Applied) and atom.function == "pow":
+                powers.setdefault(atom.arguments[0], []).append(exponent * atom.arguments[1])
             else:
                 kept[atom] = exponent
-        rest = gathered(coefficient, kept)
+        for atom in [*kept]:
+            if atomic(atom) in powers:
+                powers[atomic(atom)].append(expr(kept.pop(atom)))
+        rest = product([gathered(coefficient, kept), *(base ** total(own) for base, own in powers.items())])
         parts.append(rest * _exponential(total(exponents)) if exponents else rest)
     return total(parts)
 

@@ -48,7 +48,10 @@ FUNCTIONS: dict[str, Function] = {
 ALIASES = {"ln": "log"}
 """Further names of functions, which are read and never written."""
 
+QUOTIENTS = {"cot": ("cos", "sin"), "sec": ("", "cos"), "csc": ("", "sin")}
+"""Functions that are read as quotients of others, and never written: cot(x) is cos(x)/sin(x)."""
+
 CONSTANTS: dict[str, float] = {"pi": math.pi}
 
-RESERVED: frozenset[str] = frozenset(FUNCTIONS) | frozenset(ALIASES) | frozenset(CONSTANTS) | {"t"}
+RESERVED: frozenset[str] = frozenset(FUNCTIONS) | {*ALIASES, *QUOTIENTS} | frozenset(CONSTANTS) | {"t"}
 """Names that a document cannot give to a parameter of its own; `t` is time."""

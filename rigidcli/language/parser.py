@@ -19,7 +19,7 @@ from collections.abc import Mapping
 
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
-from rigidcli.language.functions import ALIASES, CONSTANTS, FUNCTIONS
+from rigidcli.language.functions import ALIASES, CONSTANTS, FUNCTIONS, QUOTIENTS
 from rigidcli.language.tokens import Token, tokenize
 
 _NONE: Mapping[str, tree.UnknownFunction] = {}
@@ -137,7 +137,7 @@ class _Reader:
             return tree.Number(token.text, float(token.text))
         if token.kind == "name":
             self.advance()
-            is_function = token.text in FUNCTIONS or token.text in ALIASES
+            is_function = token.text in FUNCTIONS or token.text in ALIASES or token.text in QUOTIENTS
             return self.call(token) if is_function else self.named(token)
         if token.kind == "root":
             return self.root()
@@ -178,7 +178,7 @@ class _Reader:
             )
         return tree.Call("sqrt", (operand,))
 
-    def call(self, function: Token) -> tree.Call:
+    def call(self, function: Token) -> tree.Node:
         """A function, whose name has been passed already, and its arguments."""
         name, opening = function.text, self.token
         if opening.text != "(":
@@ -198,12 +198,18 @@ class _Reader:
         self.close(opening)
         self.depth -= 1
         name = self.functions.get(name, ALIASES.get(name, name))
-        arity = len(name.parameters) if isinstance(name, tree.UnknownFunction) else FUNCTIONS[name].arity
+        arity = FUNCTIONS[name].arity if name in FUNCTIONS else 1
+        if isinstance(name, tree.UnknownFunction):
+            arity = len(name.parameters)
         if len(arguments) != arity:
             raise ExpressionError(
                 f"`{function.text}` takes {arity} argument{'s' if arity > 1 else ''}, not {len(arguments)}",
                 column=function.column,
             )
+        if function.text in QUOTIENTS and name == function.text:
+            above, below = QUOTIENTS[name]
+            divisor = tree.Reciprocal(tree.Call(below, tuple(arguments)))
+            return tree.Product((tree.Call(above, tuple(arguments)), divisor)) if above else divisor
         return tree.Call(name, tuple(arguments))
 
     def close(self, opening: Token) -> None:

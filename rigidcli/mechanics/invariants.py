@@ -37,7 +37,7 @@ from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.energies import TIME
 from rigidcli.mechanics.hamilton_equations import Phase
 
-MOST_COORDINATES = 12
+MOST_COORDINATES = 9
 """With more coordinates only sums of momenta are tried: there are n^2 products of coordinates and momenta."""
 
 FEW_COORDINATES = 3

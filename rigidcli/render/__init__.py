@@ -44,7 +44,6 @@ class Format(StrEnum):
     parquet = "parquet"
     python = "python"
     c = "c"
-    julia = "julia"
     urdf = "urdf"
     sdf = "sdf"
     mjcf = "mjcf"
@@ -54,7 +53,7 @@ PEOPLE = (Format.table, Format.latex, Format.html)
 """The formats that people read: in units of their choice, with as many digits as they ask for."""
 
 
-PROGRAMS = (Format.python, Format.c, Format.julia)
+PROGRAMS = (Format.python, Format.c)
 """The formats that are programs: of the equations of motion of a system."""
 
 BLOCKS = (Format.urdf, Format.sdf, Format.mjcf)

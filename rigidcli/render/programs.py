@@ -44,7 +44,8 @@ class Language:
     """How formulas are written in a language.
 
     `power` is the sign of a power, and empty where all powers are calls of `pow`; the latter are also made
-    for `fractional` powers. `functions` have names other than ours. No name of a document may be a `word`.
+    for `fractional` powers. `functions` have names other than ours. No name of a document may be a `word`;
+    each gets the `suffix`.
     """
 
     comment: str
@@ -52,6 +53,7 @@ class Language:
     fractional: bool
     functions: dict[str, str]
     words: frozenset[str]
+    suffix: str = ""
 
 
 class Source:
@@ -72,7 +74,7 @@ class Source:
         others = [name for name in program.quantities if name not in language.words]
         for name in dict.fromkeys([*program.constants, *program.variables, *others, *steps]):
             new = name.lstrip("._") or "x"
-            new = f"x{new}" if new[0].isdigit() else new
+            new = (f"x{new}" if new[0].isdigit() else new) + language.suffix
             while new in taken:
                 new += "_"
             taken.add(new)
@@ -103,7 +105,7 @@ class Source:
         lines = []
         for name, value in self.program.constants.items():
             new = self.names[name]
-            notes = [f"{name} of the document"] if new != name else []
+            notes = [f"{name} of the document"] if new != name + self.language.suffix else []
             notes += ["it has no value in the document: give it one here"] if value is None else []
             line = f"{before}{new} = {missing if value is None else repr(value)}{after}"
             lines.append(line + (f"  {mark} {'; '.join(notes)}" if notes else ""))

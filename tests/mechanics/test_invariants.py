@@ -281,7 +281,6 @@ def test_total_momentum_of_a_chain_is_found_though_the_whole_list_is_too_long() 
         ("x y", f"{FREE} + k*x*cos(w*t)"),
         ("x y", "k"),
         ("x y", f"{FREE} + sqrt(-1 - x**2 - y**2)"),
-        ("x y", "(p_x**2 + p_y**2)*10**200 + x**2/10**200 + y**2"),
     ],
 )
 def test_where_nothing_is_searched(coordinates: str, hamiltonian: str) -> None:

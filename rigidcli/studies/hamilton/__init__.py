@@ -139,7 +139,8 @@ def _is_energy(derivation: Derivation) -> Field:
     excess = derivation.energy_excess
     same = None if excess is None else excess.is_zero
     differ = f": T + V - H = {reading(to_tree(excess))}" if excess is not None and not same else ""
-    return told("hamilton", "h_equals_energy", same, words=f"{TRUTH[same]}{differ}")
+    found = told("hamilton", "h_equals_energy", same, words=f"{TRUTH[same]}{differ}")
+    return replace(found, title="") if same is None else found
 
 
 def _invariants(found: Found) -> list[Field]:
@@ -160,7 +161,10 @@ def _transform(found: Found) -> list[Field]:
         return []
     wrong = ", ".join(transform.wrong)
     where = ", ".join(transform.conditions)
-    words = f"no: of {wrong} the bracket is wrong" if wrong else f"yes, where {where}" if where else "yes"
+    words = f"yes, where {where}" if where else "yes"
+    if wrong:
+        only = ", ".join(f"{reading(to_tree(e))} = 1" for e in transform.open_brackets)
+        words = f"no: only where {only}" if only else f"no: of {wrong} the bracket is wrong"
     brackets, dots = transform.brackets.items(), [f"{name}dot" for name in transform.names]
     return [
         told("hamilton", "transform.canonical", not wrong, words=words),

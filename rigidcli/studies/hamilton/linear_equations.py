@@ -78,6 +78,8 @@ def _spectrum(
     used = {name for row in matrix for e in row for name in e.names}
     if TIME in used:
         return None
+    if any(e.unknown for row in matrix for e in row):
+        return None
     if used <= known.keys() and not document.exact_results:
         try:
             matrix = [[substitute(e, known) for e in row] for row in matrix]

@@ -49,6 +49,14 @@ class TransformedSystem:
     hamiltonian: Expr | None
     equations: tuple[Expr, ...] | None
 
+    @property
+    def open_brackets(self) -> list[Expr]:
+        """The wrong brackets, where each is a function of symbols that is 1 for a canonical change."""
+        size = len(self.names) // 2
+        conjugate = [_written(pair) for pair in zip(self.names[:size], self.names[size:], strict=True)]
+        found = [self.brackets[name] for name in self.wrong if name in conjugate]
+        return found if len(found) == len(self.wrong) and all(e.names for e in found) else []
+
 
 def transformed(document: Document, transform: Transform, derivation: Derivation) -> TransformedSystem:
     """Judge a change of variables, for all values of the parameters or else for the given ones."""
