@@ -219,6 +219,14 @@ def lowest_terms(e: Expr, allowance: Allowance) -> tuple[Expr, Expr]:
     return multiplied_out, product([factor**power for factor, power in _factors(found)])
 
 
+def vanishes(e: Expr, allowance: Allowance) -> bool:
+    """Whether the numerator of an expression is the zero polynomial in its atoms.
+
+    Raises ExpressionError where it is too large, or the denominator vanishes.
+    """
+    return bool(_quotient(e, allowance).above == 0)
+
+
 def factors(e: Expr, allowance: Allowance) -> list[tuple[Expr, int]]:
     """Factors that cannot be factored further, each with its exponent, negative below; numbers first.
 

@@ -34,6 +34,9 @@ MAX_STEPS_TO_TIDY = 20_000
 _STEPS_TO_WRITE = 50
 """Steps for one term of a form that is written as text, to compare its length."""
 
+DEEPEST_ROOT = 3
+"""Largest depth of a sum under a root that is made shorter again: each level takes three times as long."""
+
 MAX_DEPTH_TO_TIDY = 12
 """Largest depth of functions and groups inside each other that are made shorter at every level."""
 
@@ -135,7 +138,7 @@ def _roots_tidied(e: Expr, allowance: Allowance) -> Expr:
     """The expression with the sums under roots in their shortest form, which multiplying out has undone."""
 
     def change(atom: Atom, n: Rational) -> Expr | None:
-        is_root = isinstance(atom, Group) and n.denominator > 1
+        is_root = n.denominator > 1 and atom.depth <= DEEPEST_ROOT
         return _tidied(atom.inner, allowance) ** n if is_root and isinstance(atom, Group) else None
 
     return with_powers(e, change)
@@ -191,7 +194,9 @@ def _is_parameter(atom: Atom) -> bool:
 
 def _over_lowest_powers(e: Expr, allowance: Allowance) -> Expr:
     """Terms over different powers of a root over the highest of them: a/r^3 + b/r is (a + b r^2)/r^3."""
-    roots = {a for m in e.terms for a, n in m if isinstance(a, Group) and n.denominator > 1 and n < 0}
+    roots = {
+        a for m in e.terms for a, n in m if isinstance(a, Group) and a.plain and n < 0 and n.denominator > 1
+    }
     for root in sorted(roots, key=lambda atom: atom.key):
         powers = {dict(m).get(root, 0) for m in e.terms}
         low = min(powers)

@@ -1,13 +1,8 @@
-"""Values of exact expressions at points, as floats or with proved bounds; whether one is zero.
-
-python-flint's balls have the proved bounds. It is loaded only where floats leave a doubt.
-"""
+"""Values of exact expressions at points, with proved bounds by python-flint's balls; whether one is zero."""
 
 from __future__ import annotations
 
-import math
 import random
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
@@ -16,7 +11,7 @@ from typing import Any
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.atoms import Applied, Atom, Group, Pi, Surd, Symbol
 from rigidcli.algebra.expressions import Expr, factored, gathered, product
-from rigidcli.algebra.field import Point, depends_on_signs
+from rigidcli.algebra.fractions import vanishes
 from rigidcli.algebra.trigonometry import elementary_angles
 from rigidcli.errors import ExpressionError
 from rigidcli.language.functions import FUNCTIONS
@@ -29,19 +24,13 @@ POINTS = 3
 """Points at which an expression must seem to be zero. A polynomial vanishes at all of them by chance only."""
 
 SIGNED_POINTS = 24
-"""Points at which floats try what no law proves, so that most choices of signs of a few names are seen."""
+"""Points at which what no law proves is tried, so that most choices of signs of a few names are seen."""
 
 TRIALS = 60
 """Points that are tried at most, as an expression may have no value at some."""
 
-ROUNDING = 16 * sys.float_info.epsilon
-"""What one operation on floats may add to the relative error: library functions err by a few units."""
-
-UNCERTAIN = 0.1
-"""An error of an argument beyond which the change of a function, as of a sine, does not bound its error."""
-
 PRECISIONS = (64, 200, 1100)
-"""Bits of the balls that decide where floats do not. What all leave open is zero, to 330 digits."""
+"""Bits of the balls that decide, one after the other."""
 
 TINY = 1e-100
 """The radius of a ball around zero that leaves no doubt."""
@@ -54,42 +43,40 @@ def is_zero(e: Expr) -> bool:
     """Whether an expression vanishes wherever it has a value.
 
     Different products of powers of symbols are independent, so that a sum of these is not zero. Otherwise
-    values at random points tell an expression from zero, or a finite field and the laws of functions prove
-    it to be zero; where neither is sure, values with a proved bound of their error decide. An expression
-    for which no point with a value is found is not zero unless that is proved.
+    values at random points, with proved bounds, tell an expression from zero, or the laws of functions prove
+    it to be zero, or it vanishes as a fraction of polynomials in which roots and functions have names. What
+    all leave open is zero to 330 digits, and taken for zero. An expression for which no point with a value is
+    found is not zero unless that is proved.
     """
     if not e.terms:
         return True
-    if all(isinstance(atom, (Symbol, Pi)) for atom in e.atoms) or _seems_zero(e, _FLOATS) is False:
-        return False
-    if not depends_on_signs(e) and _vanishes_in_field(e):
-        return True
-    try:
-        allowance = Allowance(MAX_STEPS)
-        reduced = _numerator(elementary_angles(e, allowance), allowance)
-    except ExpressionError:
-        reduced = e
-    if not reduced.terms:
-        return True
-    if _seems_zero(reduced, _FLOATS) is False or _seems_zero(e, _FLOATS, SIGNED_POINTS) is False:
+    if all(isinstance(atom, (Symbol, Pi)) for atom in e.atoms):
         return False
     from flint import ctx
 
+    with ctx.workprec(PRECISIONS[0]):
+        if _seems_zero(e, _balls()) is False:
+            return False
+    if _is_proved(e):
+        return True
     verdict: bool | None = None
-    for bits in PRECISIONS:
+    for bits, points in zip(PRECISIONS, (SIGNED_POINTS, POINTS, POINTS), strict=True):
         with ctx.workprec(bits):
-            verdict = _seems_zero(e, _balls())
+            verdict = _seems_zero(e, _balls(), points)
         if verdict is False:
             break
     return verdict is True
 
 
-def _vanishes_in_field(e: Expr) -> bool:
-    """Whether it vanishes at a random point of a finite field: the chance of that is below 1e-30 else."""
-    try:
-        return Point("is it zero?", {}).value(e) == 0
-    except ValueError:
-        return False
+def _is_proved(e: Expr) -> bool:
+    """Whether the laws of functions, or of polynomials, prove that an expression vanishes."""
+    allowance = Allowance(MAX_STEPS)
+    with suppress(ExpressionError):
+        if not _numerator(elementary_angles(e, allowance), allowance).terms:
+            return True
+    with suppress(ExpressionError):
+        return vanishes(e, Allowance(MAX_STEPS))
+    return False
 
 
 def has_value(e: Expr) -> bool:
@@ -107,59 +94,7 @@ def _numerator(e: Expr, allowance: Allowance) -> Expr:
     return elementary_angles(product(above), allowance) if above else e
 
 
-class _Near:
-    """A float, and a bound of its rounding error to first order."""
-
-    __slots__ = ("error", "value")
-
-    def __init__(self, value: float, error: float = 0.0) -> None:
-        self.value = value
-        self.error = error + ROUNDING * abs(value)
-
-    def __add__(self, other: _Near) -> _Near:
-        return _Near(self.value + other.value, self.error + other.error)
-
-    def __mul__(self, other: _Near) -> _Near:
-        error = abs(self.value) * other.error + abs(other.value) * self.error
-        return _Near(self.value * other.value, error)
-
-    def contains(self, value: float) -> bool:
-        """Whether it may be this value."""
-        return not abs(self.value - value) > self.error
-
-    def is_finite(self) -> bool:
-        """Whether it is a number with a bound."""
-        return math.isfinite(self.value) and math.isfinite(self.error)
-
-
-def _near(function: Callable[..., float]) -> Callable[..., _Near]:
-    """A function of floats for values with errors, which change it as they change its arguments."""
-
-    def of_near(*arguments: _Near | int) -> _Near:
-        points = [a.value if isinstance(a, _Near) else a for a in arguments]
-        value = function(*points)
-        if isinstance(value, complex):
-            raise ValueError("no real value")
-        error = 0.0
-        for place, argument in enumerate(arguments):
-            if isinstance(argument, _Near):
-                if argument.error > UNCERTAIN:
-                    raise ValueError("the argument is not known well enough")
-                for moved in (points[place] - argument.error, points[place] + argument.error):
-                    error = max(error, abs(function(*points[:place], moved, *points[place + 1 :]) - value))
-        return _Near(value, error)
-
-    return of_near
-
-
 _Functions = Mapping[str, Callable[..., Any]]
-
-_FLOATS: _Functions = {
-    **{name: _near(function.real) for name, function in FUNCTIONS.items()},
-    "power": _near(pow),
-    "number": lambda value: _Near(float(value)),
-    "pi": lambda: _Near(math.pi),
-}
 
 
 def _balls() -> _Functions:

@@ -41,6 +41,9 @@ LONGEST_TO_TIDY = 2_000
 LONGEST_KEYS = 20_000
 """The longest keys of the entries, taken together, that are worked out for a sum of squares: a few pages."""
 
+LONGEST_TURNED = 120
+"""The longest key of an entry of two rows whose eigenvectors are looked for: longer ones have roots."""
+
 HALF = Fraction(1, 2)
 
 Squares: TypeAlias = Sequence[tuple[Expr, Sequence[Expr]]]
@@ -119,6 +122,8 @@ def _is_multiple(e: Expr, momenta: Sequence[Expr]) -> bool:
 def _as_squares(matrix: Matrix, momenta: Sequence[Expr], products_first: bool) -> Energy | None:
     """H as a sum of as many squares as momenta, by the shortest entries first, or by the longest products.
 
+    In the second order the last two are along the eigenvectors of their block, or there is no such form.
+
     With v.M.v = sum d_k w_k^2, where w_k = v_k + sum_j f_kj v_j, it is sum Q_k^2/(2 d_k), where
     P_j = Q_j + sum_k f_kj Q_k. The velocities are dH/dP_j = sum_k Q_k/d_k dQ_k/dP_j. None if there is no
     entry to begin with, or the squares become too long to be of use.
@@ -127,9 +132,11 @@ def _as_squares(matrix: Matrix, momenta: Sequence[Expr], products_first: bool) -
     Q, slopes = list(momenta), [[ONE if i == j else ZERO for j in size] for i in size]
     done: list[tuple[Expr, Expr, Sequence[Expr]]] = []
     while left:
-        turned = _eigenvectors(rows, sorted(left)) if products_first and len(left) == 2 else None
-        if turned is not None:
+        if products_first and len(left) == 2:
             i, j = sorted(left)
+            turned = _eigenvectors(rows, (i, j))
+            if turned is None:
+                return None
             for d, a, b in turned:
                 along = [a * x + b * y for x, y in zip(slopes[i], slopes[j], strict=True)]
                 done.append((tidy(a * Q[i] + b * Q[j]), d, along))
@@ -164,7 +171,7 @@ def _eigenvectors(rows: Matrix, places: Sequence[int]) -> list[tuple[Expr, Expr,
     """The eigenvalues and unit eigenvectors of two rows, where both are without roots and divisors."""
     i, j = places
     a, b, d = rows[i][i], rows[i][j], rows[j][j]
-    if not b:
+    if not b or max(len(e.key) for e in (a, b, d)) > LONGEST_TURNED:
         return None
     try:
         allowance = Allowance(MAX_STEPS)

@@ -91,9 +91,9 @@ def _intervals(document: Document, derivation: Derivation) -> list[Interval]:
 def _searched(derivation: Derivation) -> tuple[Expr, ...] | None:
     """Conserved quantities besides H and the momenta of cyclic coordinates; None where none is looked for."""
     hamiltonian = derivation.hamiltonian
-    if derivation.is_forced or hamiltonian is None or not derivation.is_short or derivation.jumps:
+    if derivation.is_forced or hamiltonian is None or not derivation.is_short:
         return None
-    if len(derivation.phase.coordinates) == 1:
+    if len(derivation.phase.coordinates) == 1 or derivation.jumps:
         return ()
     from rigidcli.mechanics.invariants import conserved_quantities
 
