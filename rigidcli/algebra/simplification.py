@@ -194,13 +194,12 @@ def _is_parameter(atom: Atom) -> bool:
 
 def _over_lowest_powers(e: Expr, allowance: Allowance) -> Expr:
     """Terms over different powers of a root over the highest of them: a/r^3 + b/r is (a + b r^2)/r^3."""
-    roots = {
-        a for m in e.terms for a, n in m if isinstance(a, Group) and a.plain and n < 0 and n.denominator > 1
-    }
+    powered = {factor for monomial in e.terms for factor in monomial}
+    roots = {a for a, n in powered if isinstance(a, Group) and len(a.inner.terms) > 1 and n < 0}
     for root in sorted(roots, key=lambda atom: atom.key):
         powers = {dict(m).get(root, 0) for m in e.terms}
         low = min(powers)
-        if len(powers) > 1 and all((n - low).denominator == 1 for n in powers):
+        if low.denominator > 1 and len(powers) > 1 and all((n - low).denominator == 1 for n in powers):
             whole = total(
                 gathered(c, {a: n for a, n in m if a is not root}) * root.inner ** (dict(m)[root] - low)
                 for m, c in e.terms.items()

@@ -1,0 +1,178 @@
+"""H without poles that the system does not have, and no longer than people write it."""
+
+from __future__ import annotations
+
+import json
+import random
+from typing import Any
+
+import pytest
+
+import rigidcli
+from rigidcli.language.evaluation import real
+from rigidcli.language.expression import parse
+from rigidcli.language.parser import read
+from rigidcli.report import Report
+from tests.conftest import Program
+
+LONGEST = 1.3
+"""The length of an H without blanks, in units of that of the shortest one by hand."""
+
+
+def hamilton(coordinates: str, kind: str, text: str, **more: Any) -> Report:
+    """What the program derives where no parameter has a value."""
+    names = coordinates.split()
+    own = {"t", *names, *(f"{q}dot" for q in names), *(f"p_{q}" for q in names)}
+    document = {
+        "system": {"coordinates": names, kind: text},
+        "parameters": dict.fromkeys(sorted(parse(text).names - own)),
+    }
+    return rigidcli.hamilton(rigidcli.loads(json.dumps(document | more)))
+
+
+SYSTEMS = {
+    # C. W. Misner, K. S. Thorne, J. A. Wheeler, Gravitation, box 31.2 and section 35.9.
+    "Eddington and Finkelstein": (
+        "v r",
+        "(-(1 - 2*M/r)*vdot**2 + 2*vdot*rdot)/2",
+        "p_v*p_r + (1 - 2*M/r)*p_r**2/2",
+        {"r": 2.0, "M": 1.0},
+    ),
+    "plane wave": (
+        "u v x y",
+        "udot*vdot + (x**2 - y**2)*udot**2/2 + (xdot**2 + ydot**2)/2",
+        "p_u*p_v - (x**2 - y**2)*p_v**2/2 + (p_x**2 + p_y**2)/2",
+        {"x": 0.7, "y": 0.7},
+    ),
+    "Kerr in the equatorial plane": (
+        "T r phi",
+        (
+            "(-(1 - 2*M/r)*Tdot**2 - 4*M*a*Tdot*phidot/r + r**2*rdot**2/(r**2 - 2*M*r + a**2)"
+            " + (r**2 + a**2 + 2*M*a**2/r)*phidot**2)/2"
+        ),
+        (
+            "(r**2 - 2*M*r + a**2)*p_r**2/(2*r**2) - ((r**3 + a**2*r + 2*M*a**2)*p_T**2 + 4*M*a*p_T*p_phi"
+            " - (r - 2*M)*p_phi**2)/(2*r*(r**2 - 2*M*r + a**2))"
+        ),
+        {"r": 2.0, "M": 1.0, "a": 0.6},
+    ),
+    "crane in space": (
+        "x y theta phi",
+        (
+            "M*(xdot**2 + ydot**2)/2"
+            " + m*((xdot + l*(thetadot*cos(theta)*cos(phi) - phidot*sin(theta)*sin(phi)))**2"
+            " + (ydot + l*(thetadot*cos(theta)*sin(phi) + phidot*sin(theta)*cos(phi)))**2"
+            " + l**2*thetadot**2*sin(theta)**2)/2 + m*g*l*cos(theta)"
+        ),
+        (
+            "p_theta**2/(2*m*l**2) + p_phi**2/(2*m*l**2*sin(theta)**2)"
+            " + (p_x*cos(phi) + p_y*sin(phi) - p_theta*cos(theta)/l)**2/(2*(M + m*sin(theta)**2))"
+            " + (p_x*sin(phi) - p_y*cos(phi) + p_phi/(l*sin(theta)))**2/(2*M) - m*g*l*cos(theta)"
+        ),
+        {},
+    ),
+    "frame of the Earth": (
+        "x y z",
+        "m*((xdot - W*y*sin(b) + W*z*cos(b))**2 + (ydot + W*x*sin(b))**2 + (zdot - W*x*cos(b))**2)/2 - m*g*z",
+        (
+            "(p_x**2 + p_y**2 + p_z**2)/(2*m) + W*((y*sin(b) - z*cos(b))*p_x - x*p_y*sin(b) + x*p_z*cos(b))"
+            " + m*g*z"
+        ),
+        {},
+    ),
+    "Gaussian hill": (
+        "x y",
+        (
+            "m*(xdot**2 + ydot**2 + (2*h*exp(-(x**2 + y**2)/a**2)*(x*xdot + y*ydot)/a**2)**2)/2"
+            " - m*g*h*exp(-(x**2 + y**2)/a**2)"
+        ),
+        (
+            "(a**4*(p_x**2 + p_y**2) + 4*h**2*(x*p_y - y*p_x)**2*exp(-(x**2 + y**2)/a**2)**2)"
+            "/(2*m*(a**4 + 4*h**2*(x**2 + y**2)*exp(-(x**2 + y**2)/a**2)**2)) + m*g*h*exp(-(x**2 + y**2)/a**2)"
+        ),
+        {},
+    ),
+    "rotating trap": (
+        "x y",
+        "m*((xdot - W*y)**2 + (ydot + W*x)**2)/2 - k1*x**2/2 - k2*y**2/2",
+        "(p_x**2 + p_y**2)/(2*m) + W*(y*p_x - x*p_y) + (k1*x**2 + k2*y**2)/2",
+        {},
+    ),
+    "relativistic charge": (
+        "r phi",
+        "-m*c**2*sqrt(1 - (rdot**2 + r**2*phidot**2)/c**2) + q*B*r**2*phidot/2",
+        "c*sqrt(p_r**2 + (p_phi - q*B*r**2/2)**2/r**2 + m**2*c**2)",
+        {},
+    ),
+    # L. D. Landau, E. M. Lifshitz, Mechanics, section 32, problem 7: a cone that rolls on a plane.
+    "rolling cone": (
+        "phi",
+        (
+            "9*M*h**2*cos(b)**2*phidot**2/32 + 3*M*((h*tan(b))**2 + h**2/4)*phidot**2*cos(b)**2/40"
+            " + 3*M*h**2*tan(b)**2*phidot**2*cos(b)**2*cot(b)**2/20"
+        ),
+        "10*p_phi**2/(3*M*h**2*(1 + 5*cos(b)**2))",
+        {},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SYSTEMS)
+def test_it_is_the_shortest_function_and_has_no_further_poles(name: str) -> None:
+    coordinates, lagrangian, expected, pole = SYSTEMS[name]
+    found = hamilton(coordinates, "lagrangian", lagrangian)
+    ours = str(found["hamiltonian"])
+    assert len("".join(ours.split())) <= LONGEST * len("".join(expected.split())), ours
+    chance = random.Random(name)
+    names = sorted(parse(ours).names | parse(expected).names)
+    for fixed in ({}, {}, pole):
+        point = {symbol: chance.uniform(0.5, 1.5) for symbol in names} | fixed
+        assert real(read(ours)[0], point) == pytest.approx(real(read(expected)[0], point), rel=1e-10)
+    assert found["verified"] < 1e-9
+
+
+def test_an_orbit_begins_at_a_horizon() -> None:
+    found = rigidcli.hamilton(
+        rigidcli.loads(
+            "system: {coordinates: [v, r], lagrangian: (-(1 - 2/r)*vdot**2 + 2*vdot*rdot)/2}\n"
+            "orbit: {initial: {v: 0, r: 2, p_v: -1, p_r: 0.5}, duration: 0.5, samples: 3}\n"
+        )
+    )
+    # H = p_v p_r + (1 - 2/r) p_r^2/2 = -1/2 is conserved, and r' = p_v + (1 - 2/r) p_r begins at -1.
+    assert found["orbit"]["H"] == pytest.approx([-0.5] * 3, rel=1e-11)
+    assert found["orbit"]["q"]["r"][1] < 2
+
+
+def test_an_h_comes_back_as_it_is_typed() -> None:
+    typed = "((p_x - B*q*y/2)**2 + (p_y + B*q*x/2)**2)/(2*m)"
+    assert str(hamilton("x y", "hamiltonian", typed)["hamiltonian"]) == typed
+
+
+def test_the_relativistic_mass_is_in_one_power() -> None:
+    found = hamilton("x", "lagrangian", "-m*c**2*sqrt(1 - xdot**2/c**2) - k*x**2/2")
+    assert str(found["lagrange_equations"]["x"]) == "m*xddot/(1 - xdot**2/c**2)**(3/2) + k*x"
+
+
+def test_two_modes_with_symbols_are_stable() -> None:
+    cart = (
+        "(M + m)*xdot**2/2 + m*l*xdot*thetadot*cos(theta) + m*l**2*thetadot**2/2 + m*g*l*cos(theta)"
+        " - k*x**2/2"
+    )
+    found = hamilton("x theta", "lagrangian", cart, equilibrium={"x": 0, "theta": 0})
+    middle = "M*g + m*g + k*l"
+    for mode, sign in zip(found["modes"], "-+", strict=True):
+        assert mode["stable"] is True
+        assert str(mode["rate"]) == f"sqrt(({middle} {sign} sqrt(({middle})**2 - 4*M*g*k*l))/(2*M*l))"
+        point = {"M": 0.7, "m": 1.3, "l": 0.6, "g": 9.7, "k": 2.1}
+        square = mode["rate"].evaluate(**point) ** 2
+        x, theta = (e.evaluate(**point) if e.names else float(e) for e in mode["vector"])
+        assert (2.1 - 2.0 * square) * x == pytest.approx(square * 1.3 * 0.6 * theta, rel=1e-12)
+
+
+def test_a_change_that_is_canonical_for_some_parameters(program: Program) -> None:
+    document = (
+        "parameters: {al: null, be: null}\n"
+        "system: {coordinates: [q], hamiltonian: p_q**2/2 + q**2/2}\n"
+        "transform: {new_variables: [Q, P], new: {Q: q**al*cos(be*p_q), P: q**al*sin(be*p_q)}}\n"
+    )
+    assert "no: only where al be q^(2 al - 1) = 1" in program("hamilton", "-", stdin=document).out
