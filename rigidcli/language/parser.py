@@ -208,8 +208,8 @@ class _Reader:
             )
         if function.text in QUOTIENTS and name == function.text:
             above, below = QUOTIENTS[name]
-            divisor = tree.Reciprocal(tree.Call(below, tuple(arguments)))
-            return tree.Product((tree.Call(above, tuple(arguments)), divisor)) if above else divisor
+            over = tree.Call(above, tuple(arguments)) if above else tree.Number("1", 1.0)
+            return tree.Product((over, tree.Reciprocal(tree.Call(below, tuple(arguments)))))
         return tree.Call(name, tuple(arguments))
 
     def close(self, opening: Token) -> None:

@@ -117,6 +117,8 @@ def test_values(text: str, expected: float) -> None:
         ("½ m v²", "0.5*m*v^2"),
         ("¼x + ¾", "0.25*x + 0.75"),
         ("ln(x)", "log(x)"),
+        ("2 cot(x)/m", "2*(cos(x)/sin(x))/m"),
+        ("sec(x)csc(y)", "(1/cos(x))*(1/sin(y))"),
     ],
 )
 def test_what_people_write_is_read_as_what_it_means(written: str, spelled: str) -> None:
