@@ -8,12 +8,14 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from typing import cast
+from typing import TypeGuard, cast
 
 from rigidcli.algebra.atoms import Applied, Atom, Group
 from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import Polynomial, coefficients
 from rigidcli.algebra.expressions import (
     ONE,
+    ZERO,
     Expr,
     Number,
     atomic,
@@ -22,7 +24,6 @@ from rigidcli.algebra.expressions import (
     symbol,
 )
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.isolation import Branch, isolated
 from rigidcli.algebra.roots import Rational
 from rigidcli.algebra.substitution import rebuilt, substitute, with_powers
 from rigidcli.algebra.values import is_zero
@@ -34,11 +35,6 @@ def is_constant_in(e: Expr, name: str) -> bool:
     if name not in e.names:
         return True
     return is_zero(derivative(e, name)) and is_zero(e - substitute(e, {name: symbol(f"{name}'")}))
-
-
-def smooth(e: Expr) -> Expr:
-    """The function with a gradual change in place of each step: tanh(u) for sign(u)."""
-    return _with_signs(e, lambda u: apply("tanh", u)) if any(_places(e)) else e
 
 
 def jumps(e: Expr, names: Sequence[str]) -> list[Expr]:
@@ -88,10 +84,17 @@ def _heights(e: Expr, u: Expr, names: Sequence[str]) -> Iterator[Expr]:
         return _with_signs(e, lambda v: side if v == u else apply("sign", v))
 
     height = beside(1) - beside(-1)
-    for name in names:
-        for value in isolated(u, name, Branch({})) if name in u.names else ():
-            with suppress(ExpressionError):
-                yield substitute(height, {name: value})
+    lines = {name: coefficients(u, [name]) for name in names if name in u.names}
+    solved = {name: -line.get((0,), ZERO) / line[(1,)] for name, line in lines.items() if _is_line(line)}
+    if lines and not solved:
+        yield height
+    for name, value in solved.items():
+        with suppress(ExpressionError):
+            yield substitute(height, {name: value})
+
+
+def _is_line(found: Polynomial | None) -> TypeGuard[Polynomial]:
+    return found is not None and max(found) == (1,)
 
 
 def _with_signs(e: Expr, sign: Callable[[Expr], Number]) -> Expr:
