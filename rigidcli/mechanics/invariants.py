@@ -52,6 +52,9 @@ MOST_STEPS = 25_000
 STEPS_OF_A_TERM = 10
 """Steps for each factor of a bracket: derivatives and products took about as long."""
 
+LONGEST_TURNING = 200
+"""The longest key of an H with angles in which more than sums of momenta is tried: spherical coordinates have 160."""
+
 MOST_INNER = 10
 """The most functions by which the sine of a free angle is multiplied; these are the simplest ones."""
 
@@ -90,6 +93,9 @@ def _trial_sums(hamiltonian: Expr, phase: Phase) -> Iterator[list[Expr]]:
         yield momenta
         return
     straight, angles = _kinds(parts, phase)
+    if angles and len(hamiltonian.key) > LONGEST_TURNING:
+        yield momenta
+        return
     waves = [apply(function, symbol(q)) for q in angles for function in ("sin", "cos")]
     lines = [symbol(q) for q in straight]
     pieces = _simplest(_pieces(parts, phase))
