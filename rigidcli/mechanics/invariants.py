@@ -53,7 +53,7 @@ STEPS_OF_A_TERM = 10
 """Steps for each factor of a bracket: derivatives and products took about as long."""
 
 LONGEST_TURNING = 200
-"""The longest key of an H with angles in which more than sums of momenta is tried: spherical coordinates have 160."""
+"""The longest key of an H with angles for which more than momenta is tried: in spherical coordinates 160."""
 
 MOST_INNER = 10
 """The most functions by which the sine of a free angle is multiplied; these are the simplest ones."""
