@@ -16,7 +16,7 @@ are derived here from dK/dv = P and H = P.v - K. Each way back is put to the tes
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -28,15 +28,11 @@ from rigidcli.algebra.atoms import Applied, Atom, Group, is_positive
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import MAX_STEPS, Polynomial, coefficients, expand
 from rigidcli.algebra.expressions import (
-    ONE,
-    PI,
-    ZERO,
     Expr,
     atomic,
     expr,
     factored,
     gathered,
-    power,
     symbol,
     total,
 )
@@ -46,6 +42,7 @@ from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics.hamilton_equations import coefficient, has_degrees
+from rigidcli.mechanics.undoing import solutions
 
 HALF = Fraction(1, 2)
 
@@ -294,7 +291,7 @@ def _undone(K: Expr, v: str, P: Expr) -> list[Branch]:
     momentum = symbol("momentum P")
     slope = tidy(derivative(K, v))
     found: dict[Expr, Branch] = {}
-    for u, conditions, period in _solutions(slope, v, momentum):
+    for u, conditions, period in solutions(slope, v, momentum):
         with suppress(ExpressionError):
             velocity, positive = tidy(u), _positive(conditions)
             if velocity in found or not _holds(K, velocity, positive, slope, v, momentum):
@@ -340,101 +337,6 @@ def _positive(conditions: Sequence[Expr]) -> tuple[Expr, ...]:
     return tuple(e for e in found if not (e.sign() == 1 and e.is_strict()))
 
 
-_Solution = tuple[Expr, tuple[Expr, ...], Expr | None]
-"""A value, what must be positive for it, and the period of further values."""
-
-
-def _solutions(e: Expr, v: str, r: Expr) -> Iterator[_Solution]:
-    """The values of a name at which an expression is r, its operations undone one by one."""
-    e = _tangents(e)
-    still = total(Expr({m: c}) for m, c in e.terms.items() if all(v not in atom.names for atom, _ in m))
-    e, r = e - still, tidy(r - still)
-    found = coefficients(e, [v])
-    if found is not None:
-        a, b = (coefficient(found, 1, *[0] * n) for n in (2, 1))
-        if max(found) == (1,):
-            yield tidy(r / b), (), None
-        elif max(found) == (2,):
-            shift = tidy(b / (2 * a))
-            square = tidy(r / a + shift**2)
-            yield from ((side * square**HALF - shift, (square,), None) for side in (1, -1))
-        return
-    moving = {factor for m in e.terms for factor in m if v in factor[0].names}
-    if len(moving) > 1 or len(e.terms) > 1:
-        yield from _of_fraction(e, v, r)
-        return
-    ((atom, n),) = moving
-    w = tidy(r * gathered(1, {atom: n}) / e)
-    for u, conditions in _roots(w, Fraction(n)):
-        inner: Iterator[_Solution] = iter([(u, (), None)])
-        if isinstance(atom, Group):
-            inner = _solutions(atom.inner, v, u)
-        elif isinstance(atom, Applied):
-            inner = _of_function(atom, v, u)
-        yield from ((x, (*conditions, *further), period) for x, further, period in inner)
-
-
-def _roots(w: Expr, n: Fraction) -> Iterator[tuple[Expr, tuple[Expr, ...]]]:
-    """The real u with u^n = w."""
-    if n.numerator % 2 and n.denominator % 2:
-        size = apply("sign", w) * apply("abs", w) ** (1 / n) if n not in (1, -1) else power(w, n)
-        yield size, ()
-    else:
-        yield w ** (1 / n), (w,)
-        if n.numerator % 2 == 0:
-            yield -(w ** (1 / n)), (w,)
-
-
-def _of_fraction(e: Expr, v: str, r: Expr) -> Iterator[_Solution]:
-    """The solutions of a fraction of polynomials, or of roots of these: its square is one."""
-    if any(n.denominator == 2 for m in e.terms for atom, n in m if v in atom.names):
-        e, r = arithmetic.tidy(expand(e**2)), r**2
-    else:
-        e = arithmetic.tidy(e)
-    above, below = ONE, ONE
-    for factor, n in factors(e, Allowance(MAX_STEPS)):
-        above, below = (above * factor**n, below) if n > 0 else (above, below * factor**-n)
-    whole = expand(above - r * below)
-    found = coefficients(whole, [v])
-    if found is not None and max(found) in ((1,), (2,)):
-        yield from _solutions(whole, v, ZERO)
-
-
-def _of_function(atom: Applied[Expr], v: str, w: Expr) -> Iterator[_Solution]:
-    """The solutions of f(u) = w, where u is a function of the name."""
-    if atom.function not in _INVERSES or len(atom.arguments) > 1:
-        return
-    (inner,) = atom.arguments
-    for u, conditions in _INVERSES[atom.function](w):
-        for x, further, _ in _solutions(inner, v, u):
-            rate = derivative(inner, v)
-            turns = atom.function in ("sin", "cos", "tan")
-            yield x, (*conditions, *further), tidy(2 * PI / abs(rate)) if turns else None
-
-
-def _tangents(e: Expr) -> Expr:
-    """The expression with tan and tanh for quotients of a sine and a cosine."""
-    parts = []
-    for monomial, c in e.terms.items():
-        exponents = dict(monomial)
-        made = ONE
-        for atom, n in monomial:
-            if isinstance(atom, Applied) and atom.function in ("sin", "sinh") and exponents[atom] == n:
-                for other, k in monomial:
-                    is_other = isinstance(other, Applied) and other.function == f"cos{atom.function[3:]}"
-                    if is_other and other.arguments == atom.arguments and k == -n:  # type: ignore[attr-defined]
-                        made *= apply(f"tan{atom.function[3:]}", *atom.arguments) ** n
-                        exponents[atom] = exponents[other] = 0
-        parts.append(gathered(c, exponents) * made)
-    return total(parts)
-
-
-def _within(w: Expr) -> tuple[Expr, ...]:
-    """What is positive where -1 < w < 1."""
-    is_root = any(n.denominator > 1 for m in w.terms for _, n in m)
-    return (1 - w**2,) if is_root else (1 - w, 1 + w)
-
-
 _MAIN = {("exp", "log"), ("asin", "sin"), ("acos", "cos"), ("atan", "tan"), ("acosh", "cosh")}
 
 
@@ -450,25 +352,3 @@ def _on_main_branch(e: Expr) -> Expr:
         return rebuilt(atom, _on_main_branch) if isinstance(atom, Applied | Group) else None
 
     return mapped(e, change)
-
-
-_Inverse = Callable[[Expr], list[tuple[Expr, tuple[Expr, ...]]]]
-
-_INVERSES: Mapping[str, _Inverse] = {
-    "exp": lambda w: [(apply("log", w), (w,))],
-    "log": lambda w: [(apply("exp", w), ())],
-    "sin": lambda w: [(s, _within(w)) for s in (apply("asin", w), PI - apply("asin", w))],
-    "cos": lambda w: [(s * apply("acos", w), _within(w)) for s in (1, -1)],
-    "tan": lambda w: [(apply("atan", w), ()), (PI + apply("atan", w), ())],
-    "sinh": lambda w: [(apply("asinh", w), ())],
-    "cosh": lambda w: [(s * apply("acosh", w), (w - 1,)) for s in (1, -1)],
-    "tanh": lambda w: [(apply("atanh", w), _within(w))],
-    "asin": lambda w: [(apply("sin", w), (PI / 2 - w, PI / 2 + w))],
-    "acos": lambda w: [(apply("cos", w), (w, PI - w))],
-    "atan": lambda w: [(apply("tan", w), (PI / 2 - w, PI / 2 + w))],
-    "asinh": lambda w: [(apply("sinh", w), ())],
-    "acosh": lambda w: [(apply("cosh", w), (w,))],
-    "atanh": lambda w: [(apply("tanh", w), ())],
-    "abs": lambda w: [(s * w, (w,)) for s in (1, -1)],
-}
-"""For each function f all u with f(u) = w, each with what must be positive."""
