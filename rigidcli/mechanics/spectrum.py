@@ -26,7 +26,7 @@ from rigidcli.algebra import matrices, samples
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.arithmetic import MAX_STEPS, root_of_either_sign, tidy, weak_sign
 from rigidcli.algebra.expansion import coefficients
-from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol
 from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import shortest
@@ -299,15 +299,6 @@ def _is_semisimple(matrix: Matrix, unit: Matrix, parts: Sequence[tuple[Mapping[i
 def _times(a: Matrix, b: Matrix) -> list[list[Expr]]:
     """The product of two matrices, its entries tidied."""
     return [[tidy(entry) for entry in row] for row in matrices.product(a, b)]
-
-
-def drifts(matrix: Matrix, offset: Sequence[Expr]) -> bool:
-    """Whether z' = A z + b has no point of rest: then b drives a mode of rate zero, and motion grows.
-
-    There is a point of rest if b is orthogonal to all that A^T takes to zero.
-    """
-    left = matrices.null_vectors([list(column) for column in zip(*matrix, strict=True)])
-    return any(not is_zero(total(x * b for x, b in zip(v, offset, strict=True))) for v in left)
 
 
 class Eigenvalue(NamedTuple):

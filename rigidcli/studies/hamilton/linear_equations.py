@@ -9,8 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra import matrices
+from rigidcli.algebra.expressions import Expr, total
 from rigidcli.algebra.substitution import substitute
+from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.hamilton_equations import linear
 from rigidcli.model.document import Document
@@ -72,7 +74,7 @@ def _spectrum(
     matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr], document: Document
 ) -> Spectrum | None:
     """Of numbers where all parameters have values, else of what symbols allow."""
-    from rigidcli.mechanics.spectrum import drifts, numeric_spectrum, symbolic_spectrum
+    from rigidcli.mechanics.spectrum import numeric_spectrum, symbolic_spectrum
 
     known = known_values(document)
     used = {name for row in matrix for e in row for name in e.names}
@@ -89,6 +91,15 @@ def _spectrum(
     else:
         found = symbolic_spectrum(matrix, known)
     is_shifted = any(not e.is_zero and TIME not in e.names for e in offset)
-    if found is None or found.stability != "stable" or not is_shifted or not drifts(matrix, offset):
+    if found is None or found.stability != "stable" or not is_shifted or not _drifts(matrix, offset):
         return found
     return replace(found, stability="marginal")
+
+
+def _drifts(matrix: Sequence[Sequence[Expr]], offset: Sequence[Expr]) -> bool:
+    """Whether z' = A z + b has no point of rest: then b drives a mode of rate zero, and motion grows.
+
+    There is a point of rest if b is orthogonal to all that A^T takes to zero.
+    """
+    left = matrices.null_vectors([list(column) for column in zip(*matrix, strict=True)])
+    return any(not is_zero(total(x * b for x, b in zip(v, offset, strict=True))) for v in left)
