@@ -14,6 +14,7 @@ from rigidcli.algebra.expressions import total as all_of
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import tidy
 from rigidcli.core.arithmetic import FLOAT
+from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Node

@@ -15,7 +15,6 @@ from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.hamilton_equations import linear
-from rigidcli.model.document import Document
 from rigidcli.report import Field
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import known_values

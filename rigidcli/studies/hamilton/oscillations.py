@@ -11,6 +11,8 @@ from rigidcli.algebra.expressions import ZERO, Expr
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute, without
 from rigidcli.algebra.values import is_zero
+from rigidcli.document.document import Document
+from rigidcli.document.equilibrium import Equilibrium
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import small_oscillations
 from rigidcli.mechanics.normal_modes import FOUND, Mode, numeric_modes, symbolic_modes
