@@ -20,7 +20,6 @@ from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Node
 from rigidcli.mechanics.spectrum import determinant as determinant_of
 from rigidcli.mechanics.spectrum import factored_polynomial
-from rigidcli.model.document import Document
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.derivation import TIME
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS

@@ -18,8 +18,6 @@ from rigidcli.mechanics import small_oscillations
 from rigidcli.mechanics.normal_modes import FOUND, Mode, numeric_modes, symbolic_modes
 from rigidcli.mechanics.small_oscillations import LinearMotion
 from rigidcli.mechanics.spectrum import ROUNDING
-from rigidcli.model.document import Document
-from rigidcli.model.equilibrium import Equilibrium
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
 from rigidcli.studies.hamilton.system import known_values
