@@ -1,0 +1,211 @@
+"""Whether an answer is the same as the key: yes, no, or the reason why that is open.
+
+Two formulas are the same when they agree in exact normal form; otherwise their values decide, at points that
+follow from the key, the answer and the name of the question, so that nobody can foresee them. Values are
+balls: where the ball of a difference does not hold zero, the formulas differ. A decimal is the ball of all
+numbers that round to it.
+
+Values at points cannot see everything. What shows one side only (the sign of an argument of abs) or nothing
+(a term far below its neighbours) leaves the question open, unless the key has the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import suppress
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+from rigidcli.algebra.atoms import Symbol
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import Expr, power, symbol
+from rigidcli.algebra.reading import from_tree
+from rigidcli.check.balls import BITS, NEVER, Ball, NoValue, Point, Unclear, Walk, coordinate, points
+from rigidcli.errors import ExpressionError
+from rigidcli.language import tree
+from rigidcli.language.text import reading
+from rigidcli.language.text import text as written
+from rigidcli.language.tree import Node
+
+if TYPE_CHECKING:
+    from rigidcli.check.reading import Names
+
+NEEDED = 4
+"""Points at which both must have values: at fewer, an agreement may be that of two branches only."""
+
+WIDEST = 0.25
+"""The largest relative radius of a difference, at which an agreement still says something."""
+
+ROUNDED = 3
+"""Figures from which a decimal in a key counts as rounded: 0.5 is a half, 0.333 may be a third."""
+
+MAX_EXACT = 400
+"""The most nodes of formulas that are brought to their normal form, which takes long for large ones."""
+
+
+def same(
+    answer: Node,
+    key: Node,
+    names: Names,
+    seed: str,
+    *,
+    constant: bool = False,
+    relative: float | None = None,
+) -> bool | str:
+    """Whether the answer is the key, or a sentence that says why this is open.
+
+    A `constant` may differ: all that changes neither with the states nor with the time. Numbers may be wrong
+    by a `relative` tolerance, as a share of the largest term of the key.
+    """
+    answer, key = names.without_derived(answer), names.without_derived(key)
+    if _identical(answer, key, names):
+        return True
+    return _Comparison(answer, key, names, seed, constant, relative).outcome()
+
+
+def values(node: Node, names: Names, seed: str) -> list[Ball | None]:
+    """The values of a formula at the points of a seed; None where it has none."""
+    from flint import ctx
+
+    walk = Walk(names.without_derived(node))
+    found: list[Ball | None] = []
+    with ctx.workprec(BITS):
+        for point in points(names.domains, seed):
+            try:
+                found.append(walk.value(point))
+            except (NoValue, Unclear):
+                found.append(None)
+    return found
+
+
+@lru_cache(64)
+def _exact(node: Node, positive: frozenset[str]) -> Expr:
+    return expand(from_tree(node, {name: symbol(name, True) for name in positive}))
+
+
+def _identical(answer: Node, key: Node, names: Names) -> bool:
+    """Whether both have the same normal form."""
+    if sum(1 for _ in tree.nodes([answer, key])) > MAX_EXACT:
+        return answer == key
+    positive = frozenset(name for name, domain in names.domains.items() if domain == "positive")
+    with suppress(ExpressionError, ArithmeticError, ValueError, KeyError):
+        return not expand(_exact(answer, positive) - _exact(key, positive)).terms
+    return False
+
+
+class _Comparison:
+    """An answer and its key at the points that follow from both."""
+
+    def __init__(
+        self, answer: Node, key: Node, names: Names, seed: str, constant: bool, relative: float | None
+    ) -> None:
+        exact = relative is not None
+        self.answer = Walk(answer, NEVER if exact else 1)
+        self.key = Walk(key, NEVER if exact else ROUNDED)
+        self.names = names
+        self.relative = relative
+        self.constant = constant
+        self.seed = f"{seed}\n{written(key)}\n{written(answer)}"
+        self.terms = [Walk(term) for term in (key.terms if isinstance(key, tree.Sum) else ())]
+
+    def outcome(self) -> bool | str:
+        from flint import ctx
+
+        agreeing = lost = unclear = 0
+        with ctx.workprec(BITS):
+            for point in self.points():
+                try:
+                    expected = self.difference(self.key, point)
+                except (NoValue, Unclear):
+                    continue
+                try:
+                    found = self.difference(self.answer, point)
+                except NoValue:
+                    lost += 1
+                    continue
+                except Unclear:
+                    unclear += 1
+                    continue
+                agrees = self.agree(found, expected, point)
+                if agrees is False:
+                    return False
+                agreeing += agrees is True
+        if not agreeing and lost:
+            return False
+        if agreeing < (NEEDED if self.names.domains else 1):
+            return "it cannot be worked out at enough points"
+        if lost or unclear:
+            return "it has no value at some points where the right answer has one"
+        return self.unseen() or True
+
+    def points(self) -> Iterator[dict[str, Ball]]:
+        """The points; with a constant allowed, each with another one for the states in `_partner`."""
+        for place, point in enumerate(points(self.names.domains, self.seed)):
+            if self.constant:
+                other = {
+                    name: coordinate(f"{self.seed}\npartner {place}\n{name}", domain, place)
+                    for name, domain in self.names.domains.items()
+                    if name in self.names.states or name == "t"
+                }
+                self.partner: Point = {**point, **other}
+            yield point
+
+    def difference(self, walk: Walk, point: Point) -> Ball:
+        """The value; with a constant allowed, its change between two states with the same parameters."""
+        value = walk.value(point)
+        return value - walk.value(self.partner) if self.constant else value
+
+    def agree(self, found: Ball, expected: Ball, point: Point) -> bool | None:
+        """Whether two values agree; None where the difference is too vague to say so."""
+        from flint import arb
+
+        gap = found - expected
+        size = max(abs(found.mid()), abs(expected.mid()))
+        if self.relative is not None:
+            for term in self.terms:
+                with suppress(NoValue, Unclear):
+                    size = max(size, abs(self.difference(term, point).mid()))
+            gap = gap + arb(0, self.relative * size)
+        if not gap.contains(0):
+            return False
+        radius = gap.rad() if self.relative is None else (found - expected).rad()
+        return True if radius <= size * WIDEST or radius < arb(2) ** -(BITS // 4) else None
+
+    def unseen(self) -> str:
+        """What values at points cannot see; empty where they see all."""
+        if (hidden := self.answer.hidden or self.key.hidden) is not None:
+            return f"`{_short(hidden)}` is too small beside its neighbours to be seen"
+        for walk, other in ((self.answer, self.key), (self.key, self.answer)):
+            for function, argument in walk.one_sided(self.names.domains):
+                shared = (a for f, a in other.signs if f == function)
+                if not any(self.proportional(argument, one) for one in shared):
+                    return f"the argument of {function} in `{_short(argument)}` shows one sign only"
+        return ""
+
+    def proportional(self, one: Node, other: Node) -> bool:
+        """Whether two arguments are the same up to a factor of one sign: a number, or positive names."""
+        from flint import ctx
+
+        if one == other:
+            return True
+        first, ratios = (Walk(one), Walk(other)), list[Ball]()
+        with ctx.workprec(BITS):
+            for point in points(self.names.domains, self.seed):
+                with suppress(NoValue, Unclear, ZeroDivisionError):
+                    above, below = (walk.value(point) for walk in first)
+                    if not below.contains(0):
+                        ratios.append(above / below)
+            if len(ratios) >= NEEDED and all(ratio.overlaps(ratios[0]) for ratio in ratios):
+                return True
+        positive = frozenset(name for name, domain in self.names.domains.items() if domain == "positive")
+        with suppress(ExpressionError, ArithmeticError, ValueError):
+            quotient = _exact(one, positive) * power(_exact(other, positive), -1)
+            return len(quotient.terms) == 1 and all(
+                isinstance(atom, Symbol) and atom.name in positive for atom in quotient.atoms
+            )
+        return False
+
+
+def _short(node: Node) -> str:
+    text = reading(node)
+    return text if len(text) <= 60 else f"{text[:57]}..."
