@@ -134,7 +134,7 @@ def expression(text: str, words: Words | None, *, leading: bool = True) -> tree.
 
     Raises:
         ExpressionError: the text is no formula, or can be read in two ways. Its `code` is `unknown_symbol`
-            for a name that the question does not have, `too_large` or `too_deep` beyond the bounds.
+            for a name that the question does not have, `too_large` beyond the bounds.
     """
     found = plain(text)
     return _Reader(slopes(unnamed(found) if leading else found), words).whole()
@@ -219,7 +219,7 @@ class _Reader:
         """Pass a token that puts what follows one level deeper."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise _error(f"nested deeper than {MAX_DEPTH} levels", code="too_deep")
+            raise _error(f"nested deeper than {MAX_DEPTH} levels", code="too_large")
         self.index += 1
 
     def whole(self) -> tree.Node:
