@@ -51,9 +51,9 @@ def read_jobs(text: str | None) -> Jobs | None:
 
 def usable_cores() -> int:
     """Processors that this process may run on."""
-    from rigidcli.grading import workers
+    from rigidcli import sandbox
 
-    return workers.usable_cores()
+    return sandbox.usable_cores()
 
 
 def ordered(
