@@ -24,6 +24,8 @@ from rigidcli.model.variables import acceleration, momentum, velocity
 
 Domain: TypeAlias = Literal["positive", "real"]
 
+POSITIVE: Domain = "positive"
+
 TIME = "t"
 
 MOVING = re.compile(r"(x|y|z|q|r|u|v|theta|phi|psi|alpha|beta|gamma|p)(_?\w{1,6})?|\w+dot")
@@ -207,14 +209,19 @@ Sides: TypeAlias = tuple[str, Node, Node]
 """The place of an equation in the answer, and its two sides."""
 
 
-def read_equations(answer: Tree, names: Names | None, tops: Mapping[str, str] | None = None) -> list[Sides]:
-    """The equations of a mapping, of a list of texts, or of lines. Raises Unreadable.
+def read_equations(
+    answer: Tree,
+    names: Names | None,
+    tops: Mapping[str, str] | None = None,
+    unread: list[Unreadable] | None = None,
+) -> list[Sides]:
+    """The equations of a mapping, of a list of texts, or of lines.
 
     In a mapping whose keys are all functions of the time, `x` stands for its derivative, which `tops` has.
+    Raises Unreadable; with a list for what is `unread`, only where no equation can be read.
     """
-    found = list(_texts(answer, ""))
-    if not found:
-        raise Unreadable("wrong_shape", "expected equations, such as `xdot = p/m`")
+    failed: list[Unreadable] = []
+    found = list(_texts(answer, "", failed))
     if len(found) > MAX_EQUATIONS:
         raise Unreadable("too_large", f"{len(found)} equations")
     tops = tops or {}
@@ -223,46 +230,59 @@ def read_equations(answer: Tree, names: Names | None, tops: Mapping[str, str] | 
         keys = [names.words.meaning(key) or key for key in keys]
     short = len(keys) == len(found) and all(key in tops for key in keys)
     sides = []
-    for number_, (place, left, right, _) in enumerate(found):
-        above = Name(tops[keys[number_]]) if short else read_expression(left, names, place, leading=False)
-        sides.append((place, above, read_expression(right, names, place, leading=False)))
+    for count, (place, left, right, _) in enumerate(found):
+        try:
+            above = Name(tops[keys[count]]) if short else read_expression(left, names, place, leading=False)
+            sides.append((place, above, read_expression(right, names, place, leading=False)))
+        except Unreadable as problem:
+            failed.append(problem)
+    if failed and (unread is None or not sides):
+        raise failed[0]
+    if not sides:
+        raise Unreadable("wrong_shape", "expected equations, such as `xdot = p/m`")
+    if unread is not None:
+        unread += failed
     return sides
 
 
-def _texts(answer: Tree, place: str) -> Iterator[tuple[str, str, str, bool]]:
-    """The place and the sides of every equation, and whether the left one was a key of a mapping."""
+def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple[str, str, str, bool]]:
+    """The place and the sides of every equation, and whether the left one was a key of a mapping.
+
+    What is no equation is added to what has `failed`.
+    """
     if isinstance(answer, dict):
         for key, value in answer.items():
             if not isinstance(value, str):
-                raise Unreadable(
-                    "wrong_shape", f"read {shown(value)}, expected an expression", place=str(key)
-                )
-            if "=" in value:
-                yield from _texts(value, str(key))
+                message = f"read {shown(value)}, expected an expression"
+                failed.append(Unreadable("wrong_shape", message, place=str(key)))
+            elif "=" in value:
+                yield from _texts(value, str(key), failed)
             else:
                 yield str(key), str(key), value, True
     elif isinstance(answer, list):
         for count, entry in enumerate(answer, 1):
-            yield from _texts(entry, f"equation {count}")
+            yield from _texts(entry, f"equation {count}", failed)
     elif isinstance(answer, str):
         try:
             pieces = list(_equations_in(without_latex(answer)))
         except ExpressionError as error:
-            raise Unreadable("parse_error", with_hint(error), place=place) from None
+            failed.append(Unreadable("parse_error", with_hint(error), place=place))
+            return
         for count, piece in enumerate(pieces, 1):
             here = place or (f"equation {count}" if len(pieces) > 1 else "")
             sides = re.split(r"==?", piece)
             if len(sides) != 2:
                 what = "no `=`" if len(sides) == 1 else "more than one `=`"
                 message = f"{what} in {shown(piece.strip())}, expected `left = right`"
-                raise Unreadable("parse_error", message, place=here)
-            yield here, sides[0], sides[1], False
+                failed.append(Unreadable("parse_error", message, place=here))
+            else:
+                yield here, sides[0], sides[1], False
     else:
-        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected equations", place=place)
+        failed.append(Unreadable("wrong_shape", f"read {shown(answer)}, expected equations", place=place))
 
 
 def _equations_in(text: str) -> Iterator[str]:
-    """The equations of a text: between lines, semicolons, `and`, and commas behind which another one begins."""
+    """The equations of a text, between lines, semicolons, `and`, and commas before another equation."""
     for line in re.split(r"[\n;]|\band\b", text):
         whole = ""
         for piece in re.split(r",(?![^(\[]*[)\]])", line):

@@ -106,7 +106,8 @@ class _Comparison:
         self.relative = relative
         self.constant = constant
         self.seed = f"{seed}\n{written(key)}\n{written(answer)}"
-        self.terms = [Walk(term) for term in (key.terms if isinstance(key, tree.Sum) else ())]
+        beside = (key,) if exact else (key, answer)
+        self.terms = [Walk(t) for node in beside if isinstance(node, tree.Sum) for t in node.terms]
 
     def outcome(self) -> bool | str:
         from flint import ctx
@@ -160,16 +161,15 @@ class _Comparison:
         from flint import arb
 
         gap = found - expected
-        size = max(abs(found.mid()), abs(expected.mid()))
-        if self.relative is not None:
-            for term in self.terms:
-                with suppress(NoValue, Unclear):
-                    size = max(size, abs(self.difference(term, point).mid()))
-            gap = gap + arb(0, self.relative * size)
-        if not gap.contains(0):
+        if self.relative is None and not gap.contains(0):
             return False
-        radius = gap.rad() if self.relative is None else (found - expected).rad()
-        return True if radius <= size * WIDEST or radius < arb(2) ** -(BITS // 4) else None
+        size = max(abs(found.mid()), abs(expected.mid()))
+        for term in self.terms:
+            with suppress(NoValue, Unclear):
+                size = max(size, abs(self.difference(term, point).mid()))
+        if self.relative is not None and not (gap + arb(0, self.relative * size)).contains(0):
+            return False
+        return True if gap.rad() <= size * WIDEST or gap.rad() < arb(2) ** -(BITS // 4) else None
 
     def unseen(self) -> str:
         """What values at points cannot see; empty where they see all."""

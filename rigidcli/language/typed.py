@@ -254,7 +254,8 @@ class _Reader:
             elif self.begins_factor():
                 if isinstance(divided := factors[-1], tree.Reciprocal):
                     raise self.unclear_quotient(factors[:-1], divided.operand)
-                factors.append(self.factor())
+                is_word, factor = self.token.kind == "name", self.factor()
+                factors += factor.factors if is_word and isinstance(factor, tree.Product) else [factor]
             else:
                 return _product(factors)
 
