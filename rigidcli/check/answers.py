@@ -51,11 +51,12 @@ _CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")
 """Characters that no text has; form feeds may stand in one."""
 
 _QUOTED = re.compile(r'"(?:[^"\\\n]|\\.)*"')
+_ESCAPE = re.compile(r"\\([a-zA-Z]+|.)")
 _LATEX = re.compile(
-    r"\\(?=(?:alpha|approx|begin|beta|bar|big[lr]?|end|epsilon|ell|eta|exp|frac|nabla|nu|rho|right|rm|tan|tau|text|"
-    r"tfrac|theta|times|varphi|vartheta|vec)(?![a-z]))"
+    r"[^0abtnvfreNLPxuU\W\d_].*|alpha|approx|begin|beta|bar|big[lr]?|end|epsilon|ell|eta|exp|frac|nabla|nu|rho|"
+    r"right|rm|tan|tau|text|tfrac|theta|times|varphi|vartheta|vec"
 )
-"""The backslash of a command of LaTeX, which between quotation marks would make another character."""
+"""Commands of LaTeX: some begin like an escape of YAML, such as `\\t`, and all others do not."""
 
 
 def folded(id: str) -> str:
@@ -78,7 +79,7 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
     """
     if _CONTROL.search(text):
         raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
-    text = _QUOTED.sub(lambda quoted: _LATEX.sub(r"\\\\", quoted[0]), text.removeprefix("\ufeff"))
+    text = _QUOTED.sub(_literal, text.removeprefix("\ufeff"))
     names = {folded(name) for name in known}
     lines = text.splitlines()
     sections = ((place, _SECTION.match(line.strip())) for place, line in enumerate(lines))
@@ -86,7 +87,8 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
     value = (section and section["value"]) or ""
     if value or text.lstrip().startswith("{"):
         try:
-            return _of_tree(tree_of(text), names), []
+            whole = text if text.lstrip().startswith("{") else "\n".join(lines[begin:])
+            return _of_tree(tree_of(whole), names), []
         except Unreadable as unreadable:
             if unreadable.findings[0].code in ("wrong_shape", "too_large", "not_allowed"):
                 raise
@@ -94,7 +96,7 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
             lines = [re.sub(r"[,{]\s*$|^\s*[{}][{}\s,]*", "", line) for line in lines]
             reader = _Lines(names)
             reader.read(lines[begin + 1 :], begin + 2)
-            if not reader.entries:
+            if names and names.isdisjoint(folded(entry.name) for entry in reader.entries):
                 raise
     else:
         reader = _Lines(names)
@@ -104,6 +106,13 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
         if not (heads & names if names else heads - ABOUT) and not heads & ABOUT:
             raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
     return reader.answers(), reader.notes()
+
+
+def _literal(quoted: re.Match[str]) -> str:
+    """A text between quotation marks, whose backslashes stay where they begin commands of LaTeX."""
+    if not any(_LATEX.fullmatch(escape) for escape in _ESCAPE.findall(quoted[0])):
+        return quoted[0]
+    return re.sub(r"\\(.)", lambda pair: pair[0] if pair[1] in '\\"' else f"\\{pair[0]}", quoted[0])
 
 
 def _of_tree(tree: Tree, names: set[str]) -> Answers:
@@ -124,9 +133,8 @@ def _of_tree(tree: Tree, names: set[str]) -> Answers:
 def _unreadable(problem: Problem) -> Unreadable:
     """A problem of YAML as one of an answer, with what helps."""
     place = "" if problem.line is None else f"line {problem.line}: "
-    return Unreadable(
-        problem.code or "parse_error", ": ".join(filter(None, [place + problem.message, problem.hint]))
-    )
+    message = ": ".join(filter(None, [place + problem.message, problem.hint]))
+    return Unreadable("too_large" if problem.code == "too_deep" else problem.code or "parse_error", message)
 
 
 @dataclass(slots=True)

@@ -96,15 +96,15 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Found
     """
     found = Found()
     seen = set() if assignment is None else {_spot(Path(assignment))}
-    single = [Path(given) for given in paths if given and not Path(given).is_dir()]
+    single = [Path(given) for given in paths if given and not os.path.isdir(given)]  # noqa: PTH112 - no name makes it raise
     above = os.path.commonpath([path.absolute().parent for path in single]) if single else ""
     for root, given in enumerate(paths):
         path = Path(given)
         try:
             if not given:
                 raise ValueError
-            into = path.is_dir() and not is_answer(path.name)
             path.lstat()
+            into = path.is_dir() and not is_answer(path.name)
         except (OSError, ValueError) as error:
             found.trouble(path, _reason(error))
             continue

@@ -143,16 +143,20 @@ def _students(places: Sequence[Place]) -> list[str]:
         ways[place.root].append(place.way)
     shared = {root: _shared(below) for root, below in ways.items()}
     held = {(place.root, place.way) for place in places if is_answer(place.file.name)}
+    # Where an answer file lies in the one folder that all share, or nothing lies deeper, it is a student's.
+    own = {
+        root: bool(common) and ((root, common) in held or not any(way > common for way in ways[root]))
+        for root, common in shared.items()
+    }
     stems = [CANVAS.fullmatch(place.file.stem) for place in places]
     numbers = Counter(stem["number"] for stem in stems if stem)
     students = []
     for place, stem in zip(places, stems, strict=True):
         common = shared[place.root]
-        if common and (place.root, common) in held:
-            # An answer file lies directly in the one folder that there is: it is a student's.
-            students.append(_seen_through(common[-1]))
-        elif len(place.way) > len(common):
-            students.append(_seen_through(place.way[len(common)]))
+        level = len(common) - own[place.root]
+        if len(place.way) > level:
+            platform = (submitted(folder, (MOODLE,))[0] for folder in place.way[: level + 1])
+            students.append(next(filter(None, platform), place.way[level]))
         else:
             # Numbers of files differ, while `hw_10_3_ada` and `hw_10_3_bob` are no names by Canvas.
             is_alike = stem is not None and numbers[stem["number"]] > 1
