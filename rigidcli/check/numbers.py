@@ -54,7 +54,7 @@ _KNOWN = frozenset(known_names())
 _UNIT_NAME = re.compile(r"(?P<name>[^\W\d]\w*)(?P<power>-\d+|\s*(?:\^|\*\*)\s*\(?\s*[-+]?\d+\s*\)?)?")
 _WORDS_OF_NUMBERS = rf"(?:{'|'.join(sorted(RESERVED - {'t', 'sec'}))})(?![^\W\d])"
 _UNIT_BEGINS = rf"(?!{_WORDS_OF_NUMBERS})[^\W\d_]|[°%]"
-_PER = r"/\s*(?!pi\b)[^\W\d_]"
+_PER = rf"/\s*(?!{_WORDS_OF_NUMBERS})[^\W\d_]"
 _DECIMAL = re.compile(
     r"(?P<sign>[-+]?)\s*(?P<mantissa>(?>\d++[.,]?+\d*+|[.,]\d++))"
     r"(?:[eE](?P<e>[-+]?\d++)|\s*[*xX]\s*10\s*(?:\^|\*\*)\s*(?P<open>\()?\s*(?P<p>[-+]?\s*\d++)\s*(?(open)\)))?+"
@@ -65,7 +65,7 @@ _GROUPED = re.compile(r"(?P<sign>[-+]?\s*)(?P<digits>\d{1,3}(?:,\d{3})+)(?P<rest
 """A number whose commas may stand for thousands."""
 
 _BEHIND = re.compile(rf"(?<=[\w.)])\s+(?={_UNIT_BEGINS}|1\s*/|{_PER})")
-_UNCERTAIN = re.compile(r"[\w.)°%]\s*(?:\+\s*/?\s*-|±|-\s*/\s*\+)")
+_UNCERTAIN = re.compile(r"[\w.)°%]\s*(?:\+/?-|±|-/?\+)")
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,9 +141,11 @@ def as_typed(answer: Tree, unit: Unit | None = None, place: str = "") -> Number:
             return Number(_finite(typed * scale), typed, scale, own)
         mantissa = decimal["mantissa"].replace(",", ".")
         power = int((decimal["e"] or decimal["p"] or "0").replace(" ", ""))
-        typed = float(f"{decimal['sign']}{mantissa}e{power}") if abs(power) < LONGEST else math.inf
-        if typed == 0 and mantissa.strip("0."):
-            raise ExpressionError("it is too small to be told from zero")
+        typed = float(f"{decimal['sign']}{mantissa}e{power}")
+        if typed == 0:
+            if mantissa.strip("0."):
+                raise ExpressionError("it is too small for a number")
+            power = 0
         return Number(_finite(typed * scale), typed, scale, own, mantissa, power, _thousands(text, unit))
     except ExpressionError as error:
         message = f"read {shown(answer)}: {with_hint(error)}"
@@ -178,12 +180,12 @@ def _split(text: str) -> tuple[str, str | None]:
 
 def _value(text: str) -> float:
     """The value of an expression without names."""
+    for slip, advice in _SLIPS:
+        if slip.match(text):
+            raise ExpressionError(advice)
     try:
         node = expression(text, None, leading=False)
     except ExpressionError as error:
-        for slip, advice in _SLIPS:
-            if slip.match(text):
-                raise ExpressionError(advice) from None
         error.code = "" if error.code == "parse_error" else error.code
         raise
     if names := sorted(tree.names_in(node)):
@@ -196,7 +198,7 @@ def _value(text: str) -> float:
 
 _SLIPS = (
     (re.compile(r"[-+.0-9]+[_'][._'0-9]+"), "nothing stands between digits"),
-    (re.compile(r"[-+.,0-9]+\s[.,\s0-9]+"), "no blank stands between digits"),
+    (re.compile(r"[-+]?\d[.,\d]*\s[.,\s]*\d"), "no blank stands between digits"),
     (re.compile(r"[-+]?0[xXoObB]"), "expected decimal digits"),
     (re.compile(r"[-+\s]*(?:inf|nan|\.inf|\.nan)", re.IGNORECASE), "expected a finite number"),
 )

@@ -120,7 +120,8 @@ class _Latex:
             elif script:
                 written.append(self.script(script))
             elif not match[0].startswith("$"):
-                written.append(match[0])
+                is_blank = match[0] == "~" and "".join(written).strip()
+                written.append(" " if is_blank else match[0])
         self.depth -= 1
         here = self.text[self.place : self.place + 1]
         if end == "}" and here != "}":
