@@ -64,7 +64,8 @@ class Ruler:
     """By what the entries of the question called `name` are read and compared.
 
     Numbers without a unit are in `unit`. `names` are the symbols; it is None where all entries are numbers.
-    A reference that is zero is measured by the `largest` number (SI) beside it.
+    A reference that is zero is measured by the `largest` number (SI) beside it. Where `numbers_allowed` says
+    so, the values of a document may stand for its symbols.
     """
 
     name: str
@@ -72,6 +73,7 @@ class Ruler:
     unit: Unit | None = None
     names: Names | None = None
     largest: float = 0.0
+    numbers_allowed: bool = False
 
     def read(self, typed: Tree, place: str = "") -> Entry:
         """An entry of an answer. Raises Unreadable."""
@@ -82,7 +84,15 @@ class Ruler:
     def same(self, entry: Entry, right: Right) -> Same:
         """Whether an entry is that of the key."""
         if self.names is not None:
-            return same(entry, right, self.names, self.name)  # type: ignore[arg-type]  # all of them are trees
+            assert not isinstance(entry, Number)
+            assert not isinstance(right, float)
+            found = same(entry, right, self.names, self.name)
+            if found is not False or not self.numbers_allowed:
+                return found
+            both = (
+                tree.bound(self.names.without_derived(each), self.names.values) for each in (entry, right)
+            )
+            return same(*both, self.names, self.name)
         assert isinstance(entry, Number)
         assert isinstance(right, float)
         if is_right(entry, right, self.tolerance, self.largest):
@@ -95,7 +105,8 @@ class Ruler:
         if self.names is not None:
             return same(one, other, self.names, self.name) is False  # type: ignore[arg-type]  # they are trees
         first, second = self.numbers([one, other])[:, 0].tolist()
-        return bool(abs(first - second) > (self.slack + EXACT) * max(abs(first), abs(second)))
+        allowed = self.slack * max(abs(first), abs(second)) + EXACT * self.largest
+        return bool(abs(first - second) > allowed)
 
     def are_zero(self, entries: Iterable[Right], besides: int = 0) -> list[bool]:
         """Which entries of the key are zero, or another whole number."""
@@ -131,7 +142,7 @@ class Ruler:
         array = np.asarray(value, dtype=object)
         found = [_entry(each) for each in array.flat]
         if self.names is None:
-            return np.array(list(map(_value, found))).reshape(array.shape)
+            return measured(self, np.array(list(map(_value, found))).reshape(array.shape))[1]
         return filled([_tree(each) if isinstance(each, float) else each for each in found], array.shape)
 
     def symbols(self, entries: Iterable[Right]) -> frozenset[str]:
@@ -231,7 +242,8 @@ def computed(asked: Asked, value: Any) -> tuple[Ruler, Array]:
     array = np.asarray(value, dtype=object)
     used = ruler.symbols(_entry(each) for each in array.flat)
     if used:
-        ruler = replace(ruler, names=names_of(asked, used))
+        allowed = asked.question.numbers == "allowed"
+        ruler = replace(ruler, names=names_of(asked, used), numbers_allowed=allowed)
         return ruler, ruler.entries(value)
     unit = parse_unit(asked.unit) if asked.unit else None
     return measured(replace(ruler, unit=unit), ruler.entries(value), _beside(asked))

@@ -85,7 +85,7 @@ class Key:
 class Arrays(Kind):
     """A kind of many numbers. `word` names an entry in a message."""
 
-    options: ClassVar[frozenset[str]] = frozenset({"symbols", "unit"})
+    options: ClassVar[frozenset[str]] = frozenset({"symbols", "unit", "numbers"})
     word: ClassVar[str] = "entry"
 
     def layout(self, answer: Tree) -> Layout:
@@ -182,6 +182,8 @@ def factor(
     """The code of the one factor by which all entries are wrong; None where there is no such factor."""
     own, expected = ruler.numbers(entries), ruler.numbers(right)
     used, slack = np.abs(expected) > NOISE * np.abs(expected).max(), max(ruler.slack, EXACT)
+    if not used.any():
+        return None
     with np.errstate(all="ignore"):
         ratios = (own / expected)[used]
         middle = float((ratios.min() + ratios.max()) / 2)

@@ -39,8 +39,8 @@ from rigidcli.check.entries import (
     shown_as,
     typed_as,
 )
-from rigidcli.check.kinds.arrays import are_bare, factor, has_unit_length, row, rows
-from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, TENSORS, mistaken_tensors
+from rigidcli.check.kinds.arrays import are_bare, factor, has_unit_length, row
+from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, TENSORS, Tensor, mistaken_tensors, whole
 from rigidcli.check.question import Question
 from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ValueProblem, shown
@@ -64,13 +64,15 @@ _LINES = re.compile(r"\s*[\n;]\s*")
 class Key:
     """The eigenproblem that axes must solve; `mistaken` has other tensors, with the codes of mistakes.
 
-    `alone` says that axes need no moments, `columns` that the axes of an answer stand in columns, by mistake.
+    `pairs` (3 by 4) are the right moments and axes. `alone` says that axes need no moments, `columns` that
+    the axes of an answer stand in columns, by mistake.
     """
 
     question: Question
     path: tuple[str, ...]
     eigen: Eigen
     alone: bool
+    pairs: Array
     mistaken: tuple[tuple[str, Array], ...] = ()
     columns: bool = False
 
@@ -94,12 +96,15 @@ class Axes(Kind):
             raise ValueProblem(
                 f"is in radians, expected at most {LARGEST_ANGLE}", path=("tolerance", "angle")
             )
-        ruler, tensor, usual = _literal(asked) if asked.report is None else _reported(asked)
+        ruler, usual, pairs = _literal(asked) if asked.report is None else _reported(asked)
         if ruler.names is not None and asked.question.order == "ascending":
             raise ValueProblem("the order of moments with symbols depends on these", path=("order",))
         mistaken = tuple((code, ruler.entries(each)) for code, each in mistaken_tensors(asked, usual))
         alone = len(asked.path) > 1 and asked.path[-1] == "axes"
-        return Key(asked.question, asked.path, solved(ruler, tensor), alone, mistaken)
+        eigen = solved(ruler, ruler.entries(usual))
+        if pairs is None:
+            pairs = np.column_stack([eigen.moments, eigen.axes])
+        return Key(asked.question, asked.path, eigen, alone, pairs, mistaken)
 
     def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
         """A list of pairs, or of axes. Raises Unreadable."""
@@ -129,13 +134,12 @@ class Axes(Kind):
         return earning((worth - max(0, count - 3)) / 3, *findings)
 
     def typed(self, key: Key) -> Tree:
-        """The moments and axes, or where these have symbols the tensor."""
-        eigen = key.eigen
-        if key.ruler.names is not None:
-            return {"tensor": [[typed_as(key.ruler, each) for each in line] for line in eigen.tensor]}
-        axes = [[repr(each) for each in line] for line in eigen.axes.tolist()]
-        pairs = zip(eigen.moments.tolist(), axes, strict=True)
-        return axes if key.alone else [{"moment": typed_as(key.ruler, m), "axis": axis} for m, axis in pairs]
+        """The moments and axes."""
+        direction = replace(key.ruler, unit=None)
+        moments = [typed_as(key.ruler, each) for each in key.pairs[:, 0].tolist()]
+        axes = [[typed_as(direction, each) for each in axis] for axis in key.pairs[:, 1:].tolist()]
+        pairs = zip(moments, axes, strict=True)
+        return axes if key.alone else [{"moment": moment, "axis": axis} for moment, axis in pairs]
 
     def names(self, key: Key) -> frozenset[str]:
         """The symbols of the tensor."""
@@ -239,37 +243,42 @@ def _components(axis: Tree, place: str) -> list[Cell]:
 # --- keys
 
 
-def _reported(asked: Asked) -> tuple[Ruler, Array, Array]:
-    """The ruler, the entries of the tensor and the tensor itself of a report. Raises ValueProblem."""
+def _reported(asked: Asked) -> tuple[Ruler, Array, Array | None]:
+    """The ruler, the tensor of a report, and where there are symbols the pairs. Raises ValueProblem."""
     assert asked.report is not None
     tensor = asked.value if asked.path[-1] in TENSORS else asked.report.get("tensor")
     if tensor is None:
         raise ValueProblem("this document has no principal axes")
-    ruler, entries = computed(replace(asked, unit="kg m^2"), tensor)
-    return ruler, entries, np.asarray(tensor)
+    ruler, _ = computed(replace(asked, unit="kg m^2"), tensor)
+    if ruler.names is None:
+        return ruler, np.asarray(tensor), None
+    moments, axes = asked.report.get("moments"), asked.report.get("axes")
+    if moments is None or axes is None or tensor is not asked.report["tensor"]:
+        raise ValueProblem("the axes of this tensor cannot be written in its symbols")
+    return ruler, np.asarray(tensor), ruler.entries(np.column_stack([moments, axes]))
 
 
-def _literal(asked: Asked) -> tuple[Ruler, Array, Array]:
-    """The same of a literal key: a tensor, or pairs. Raises ValueProblem."""
-    value = asked.value
+def _literal(asked: Asked) -> tuple[Ruler, Array, Array | None]:
+    """The same of a literal key: a tensor of numbers, or pairs. Raises ValueProblem."""
+    value, pairs = asked.value, None
     if isinstance(value, dict) and set(value) == {"tensor"}:
-        ruler, tensor = literal(replace(asked, value=value["tensor"]), rows)
-        if tensor.shape != (3, 3):
+        ruler, entries = literal(replace(asked, value=value["tensor"]), Tensor().layout)
+        if entries.shape != (3, 3):
             raise ValueProblem("expected a tensor of 3 rows of 3")
-        tensor = ruler.entries(tensor * OTHER_PRODUCTS) if asked.question.products == "plus" else tensor
+        tensor = whole(entries.ravel().tolist()).astype(float if ruler.names is None else object)
+        if ruler.names is not None:
+            raise ValueProblem("a tensor with symbols is no key", hint="write pairs: `[moment, [x, y, z]]`")
+        tensor = tensor * OTHER_PRODUCTS if asked.question.products == "plus" else tensor
     else:
         ruler, pairs = literal(asked, _pair_cells)
         tensor = _tensor_of_pairs(ruler, pairs)
-    if ruler.names is not None:
-        if any(ruler.differ(tensor[i, j], tensor[j, i]) for i, j in PAIRS):
-            raise ValueProblem("this tensor is not symmetric")
-    elif np.abs(tensor - tensor.T).max() > SLACK * np.abs(tensor).max():
-        raise ValueProblem("this tensor is not symmetric, or the axes are not at right angles")
-    else:
-        tensor = (tensor + tensor.T) / 2
+    if ruler.names is None:
+        if np.abs(tensor - tensor.T).max() > SLACK * np.abs(tensor).max():
+            raise ValueProblem("this tensor is not symmetric, or the axes are not at right angles")
+        tensor, pairs = (tensor + tensor.T) / 2, None
     if ruler.unit is not None and ruler.unit.dimension != KG_M2.dimension:
         raise ValueProblem(f"read a unit of {ruler.unit.dimension}, expected one of a moment of inertia")
-    return replace(ruler, unit=ruler.unit or KG_M2), tensor, tensor
+    return replace(ruler, unit=ruler.unit or KG_M2), tensor, pairs
 
 
 def _pair_cells(answer: Tree) -> Layout:

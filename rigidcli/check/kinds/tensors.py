@@ -68,10 +68,10 @@ class Tensor(Arrays):
         signs = OTHER_PRODUCTS if asked.question.products == "plus" else ALIKE
         if asked.report is None:
             # A literal key was laid out as an answer.
-            tensor = _whole(key.right)
+            tensor = whole(key.right)
             if any(key.ruler.differ(tensor[i, j], tensor[j, i]) for i, j in MIRRORED):
                 raise ValueProblem("this tensor is not symmetric")
-            usual = tensor * signs
+            usual = tensor * signs if key.ruler.names is not None else tensor.astype(float) * signs
         else:
             usual = np.asarray(asked.value)
         six = key.ruler.entries((usual * signs)[ROWS, COLUMNS])
@@ -89,7 +89,7 @@ class Tensor(Arrays):
 
     def arranged(self, entries: list[Any], shape: tuple[int, ...]) -> list[Any]:
         """Components and mirror images in rows."""
-        rows: list[Any] = _whole(entries).tolist()
+        rows: list[Any] = whole(entries).tolist()
         return rows
 
     def compared(self, key: Key, entries: Sequence[Entry]) -> list[Same]:
@@ -129,7 +129,7 @@ def _by_names(answer: dict[str, Tree]) -> list[Cell]:
     return [cells.get((i, j)) or cells[j, i] for i, j in (*SIX.values(), *MIRRORED)]
 
 
-def _whole(entries: Sequence[Any]) -> Array:
+def whole(entries: Sequence[Any]) -> Array:
     """The tensor (3 by 3) of six components and their mirror images."""
     tensor = np.empty((3, 3), dtype=object)
     for place, entry in zip((*SIX.values(), *MIRRORED), entries, strict=True):
