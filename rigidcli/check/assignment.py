@@ -39,7 +39,8 @@ LONGEST_KEY = 500
 DIGITS = 6
 """Of the numbers in it."""
 
-DECIMALS = re.compile(r"[0-9]*\.[0-9]{7,}(?:e[-+]?[0-9]+)?")
+DECIMALS = re.compile(r"[0-9]*\.(?:[0-9]{7,}|0(?![0-9]))(?:e[-+]?[0-9]+)?")
+"""Numbers in a key that are shown in fewer digits, or without a decimal point."""
 
 WIDE = 0.2
 """A relative tolerance above this may have been meant in per cent, and is noted."""
@@ -60,8 +61,6 @@ MOTIONS = ("orbit", "trajectory")
 
 OF_SYMBOLS = ("expression", "equations", "matrix")
 """Kinds of answers with symbols, which are compared by values: unknown functions have none."""
-
-_READ = re.compile(r"read `.*`,? (expected|(?=\())", re.DOTALL)
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,9 +97,7 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
         assignment = Assignment.model_validate(tree)
         title, questions = assignment.assignment, assignment.questions
     except ValidationError as error:
-        problems += [
-            placed(each.path, _discreet(each.path, each.message), each.hint) for each in explain(error)
-        ]
+        problems += [placed(each.path, each.message, each.hint) for each in explain(error)]
         title, questions = "", _sound(tree.get("questions"))
     library = _Library(Path() if path == STDIN else Path(path).parent, studies)
     for id, question in questions.items():
@@ -149,12 +146,6 @@ def _keep_typed(question: Any, typed: Any) -> None:
         if isinstance(accepted := question.get("accept"), list):
             for other, as_it_is in zip(accepted, typed["accept"], strict=True):
                 _keep_typed(other, as_it_is)
-
-
-def _discreet(keys: Keys, message: str) -> str:
-    """A message without what was read where that may be a key, put in the wrong place."""
-    option = keys[2:3] and keys[2] in Question.model_fields and keys[2] not in ("answer", "kind", "accept")
-    return message if option or keys[:1] != ("questions",) else _READ.sub("expected", message)
 
 
 def _sound(questions: object) -> dict[str, Question]:
@@ -210,7 +201,7 @@ def _changes(kind: Kind, key: Any, typed: Any) -> Iterator[tuple[str, Any]]:
 
 
 def _key(kind: Kind, asked: Asked, folder: Path, *place: str | int) -> Any:
-    """A key; what is wrong with one is said without what was read. Raises ValueProblem."""
+    """A key. Raises ValueProblem."""
     try:
         value = asked.value if asked.path else with_table(kind, asked.value, folder / "assignment")
         return kind.key(replace(asked, value=value))
@@ -218,9 +209,8 @@ def _key(kind: Kind, asked: Asked, folder: Path, *place: str | int) -> Any:
         raise problem if problem.path else problem.below(*place) from None
     except Unreadable as unreadable:
         first = unreadable.findings[0]
-        why = _READ.sub("expected", first.detail)
-        told = sentence(replace(first, detail="" if "`" in why else why))
-        raise ValueProblem(told if first.place else f"the key {told}", path=place) from None
+        words = sentence(first)
+        raise ValueProblem(words if first.place else f"the key {words}", path=place) from None
 
 
 # --- documents

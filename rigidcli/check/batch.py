@@ -9,12 +9,11 @@ from pathlib import Path
 from typing import TypeAlias
 
 from rigidcli.check.base import Outcome, Unreadable
-from rigidcli.check.files import read_file
+from rigidcli.check.files import read_file, safe_name
 from rigidcli.check.judge import Item, judge, same_for_all
 from rigidcli.check.records import Judgement, Sheet
 from rigidcli.check.roster import Paper
 from rigidcli.check.workers import Ended, each
-from rigidcli.errors import printable
 from rigidcli.sandbox import LIMITS, Limits, usable_cores
 
 Progress: TypeAlias = Callable[[float], None]
@@ -40,7 +39,7 @@ def run(
         if isinstance(result, Ended):
             result = Unreadable(result.code, result.detail).outcome
         sheet = same_for_all(items, result) if isinstance(result, Outcome) else Sheet.from_bytes(result)
-        student = printable(paper.student)
+        student = safe_name(paper.student)
         yield Judgement(student, paper.source, sheet.questions, sheet.notes, sheet.files)
 
 

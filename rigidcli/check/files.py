@@ -96,8 +96,7 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Found
     """
     found = Found()
     seen = set() if assignment is None else {_spot(Path(assignment))}
-    single = [Path(given) for given in paths if given and not os.path.isdir(given)]  # noqa: PTH112 - no name makes it raise
-    above = os.path.commonpath([path.absolute().parent for path in single]) if single else ""
+    ways = _ways([given for given in paths if given and os.path.isfile(given)])  # noqa: PTH113 - it never raises
     for root, given in enumerate(paths):
         path = Path(given)
         try:
@@ -121,7 +120,7 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Found
                 name = path.absolute().name
                 places = [Place(each.file, each.source, -1, (name, *each.way)) for each in places]
         else:
-            places = [Place(path, safe_name(path), -2, path.absolute().relative_to(above).parts[:-1])]
+            places = [Place(path, safe_name(path), -2, ways.get(given, ()))]
         explicit = not into and path.suffix.lower() != ".zip"
         if not places:
             found.trouble(path, "no answer files: their names end in .json, .yaml, .yml")
@@ -130,6 +129,14 @@ def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Found
                 seen.add(_spot(place.file))
                 (found.answers if explicit or is_answer(place.file.name) else found.others).append(place)
     return found
+
+
+def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """The folders above files that are given one by one, below the one of all, if all lie equally deep."""
+    parts = {given: Path(given).absolute().parts[:-1] for given in files}
+    above = os.path.commonpath([Path(given).absolute().parent for given in files]) if files else ""
+    ways = {given: way[len(Path(above).parts) :] for given, way in parts.items()}
+    return ways if len(set(map(len, ways.values()))) == 1 else {}
 
 
 def _walk(folder: Path, found: Found) -> Iterator[Path]:

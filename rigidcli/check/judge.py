@@ -24,19 +24,6 @@ MOST_STRANGERS = 5
 LONGEST_ANSWER = 2000
 """Characters of an answer that reports repeat."""
 
-GENERIC = frozenset(
-    {
-        "outside_tolerance",
-        "component_wrong",
-        "term_wrong",
-        "equation_wrong",
-        "constant_factor",
-        "not_an_eigenvector",
-    }
-)
-"""Codes that say what is wrong but not why: a mistake that explains the answer takes their place."""
-
-
 @dataclass(frozen=True, slots=True)
 class Accepted:
     """The key of another answer, the share (0 to 1) of the points, and what a student reads then."""
@@ -169,12 +156,9 @@ def _explained(item: Item, found: Outcome, value: Any) -> Outcome:
     named = {}
     for code, key in item.changes:
         with suppress(Unreadable, ArithmeticError, ValueError):
-            if code not in named and item.kind.judge(key, value).verdict == "correct":
-                named[code] = Finding(code)
-    if len(named) != 1:
-        return found
-    others = (each for each in found.findings if each.code not in GENERIC and each.code not in named)
-    return replace(found, findings=(*named.values(), *others))
+            if code not in named and (by_mistake := item.kind.judge(key, value)).verdict == "correct":
+                named[code] = (Finding(code), *by_mistake.findings)
+    return replace(found, findings=named.popitem()[1]) if len(named) == 1 else found
 
 
 def _credited(item: Item, found: Outcome) -> Outcome:

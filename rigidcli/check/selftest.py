@@ -24,7 +24,7 @@ def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> It
             f"{printable(id)}: {item.kind.name}, {item.points:.12g} point{'s' * (item.points != 1)}",
             f"  key        {printable(shortened(item.reference or read_as, LONGEST_KEY))}",
             f"  judged     {', '.join([found.verdict, *(CODES[each.code] for each in found.findings)])}",
-            f"  tolerance  {_tolerance(questions[id].tolerance)}",
+            "" if item.kind.name == "choice" else f"  tolerance  {_tolerance(questions[id].tolerance)}",
             f"  mistakes   {named}" if named else "",
             *(
                 f"  accepted   {other.credit:.0%} {printable(other.message)}".rstrip()

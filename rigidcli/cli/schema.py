@@ -31,7 +31,7 @@ def schema(
     """
     import orjson
 
-    from rigidcli.grading.question import AnswerFile, Assignment
+    from rigidcli.check.question import AnswerFile, Assignment
     from rigidcli.model.document import Document
     from rigidcli.model.schema import json_schema
     from rigidcli.model.section import Section

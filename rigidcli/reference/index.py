@@ -15,6 +15,12 @@ def _keys_of(root: int) -> str:
     return keys.top(keys.roots()[root])
 
 
+def _assignment() -> str:
+    from rigidcli.reference import keys
+
+    return keys.assignment()
+
+
 def _shapes() -> str:
     from rigidcli.reference.shapes import shapes_page
 
@@ -33,7 +39,7 @@ def _results() -> str:
 
 TOPICS: dict[str, tuple[str, Callable[[], str]]] = {
     "document": ("the keys at the top of a document", lambda: _keys_of(0)),
-    "assignment": ("the keys of an assignment of `check`", lambda: _keys_of(1)),
+    "assignment": ("the keys of an assignment of `check`", _assignment),
     "answers": ("the keys of an answer file", lambda: _keys_of(2)),
     "files": ("the files that commands read, by the endings of their names", tables.files),
     "shapes": ("the shapes of bodies with their dimensions", _shapes),

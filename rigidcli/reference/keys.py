@@ -26,7 +26,7 @@ class Key(NamedTuple):
 
 def roots() -> list[type[Section]]:
     """What files may be: documents, assignments, answers."""
-    from rigidcli.grading.question import AnswerFile, Assignment
+    from rigidcli.check.question import AnswerFile, Assignment
 
     return [Document, Assignment, AnswerFile]
 
@@ -107,6 +107,13 @@ def explained(key: Key) -> str:
 def top(root: type[Section]) -> str:
     """The page of a file: the keys at its top."""
     return page(root.__name__.lower(), _section(root))
+
+
+def assignment() -> str:
+    """The page of an assignment: its keys, and those of a question, a tolerance and an accepted answer."""
+    from rigidcli.check.question import Accepted, Assignment, Question, Tolerance
+
+    return page("assignment", *map(_section, (Assignment, Question, Tolerance, Accepted)))
 
 
 def _section(section: type[Section], is_one_of_several: bool = False, besides: Collection[str] = ()) -> str:

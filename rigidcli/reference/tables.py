@@ -68,9 +68,9 @@ def torque_variable(name: str) -> list[str]:
 
 def mistakes() -> dict[str, str]:
     """The codes of findings, each with its sentence."""
-    from rigidcli.grading.feedback import sentences
+    from rigidcli.check.codes import CODES
 
-    return dict(sorted(sentences().items()))
+    return CODES
 
 
 def files() -> str:

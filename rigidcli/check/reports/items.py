@@ -12,7 +12,6 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import astuple, dataclass, fields
 
 from rigidcli.check.base import VERDICTS, Verdict
-from rigidcli.check.judge import GENERIC
 from rigidcli.check.records import Judged, Judgement
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.formats import csv_rows, json_line
@@ -37,7 +36,10 @@ MOST_TOLD = 10
 LONGEST_ANSWER = 60
 """Characters of an answer that people are shown."""
 
-UNNAMED = GENERIC | {"wrong_initial_condition"}
+UNNAMED = {
+    "component_wrong", "equation_wrong", "not_an_eigenvector", "outside_tolerance", "term_wrong",
+    "wrong_initial_condition",
+}  # fmt: skip
 """Codes that say what is wrong, but not by which mistake."""
 
 # Possessive, so that long digits are passed over once.
