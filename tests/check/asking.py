@@ -61,8 +61,8 @@ def typed(text: str) -> Tree:
 def table(text: str, read: Callable[[str], Any] = typed) -> pytest.MarkDecorator:
     """The cases of a test: a line of names, then lines of cells, with bars between them.
 
-    The last cell of a line holds several values, two blanks or more apart, and each is a case. A line without a
-    bar goes on with the one before.
+    The last cell of a line holds several values, two blanks or more apart, and each is a case. A line
+    without a bar goes on with the one before.
     """
     head, *lines = (line.strip() for line in text.strip().splitlines())
     names, found, first = head.split(" | "), list[Any](), list[str]()

@@ -27,6 +27,8 @@ SHORT = {
     "CUBE": CUBE,
     "MATRIX": MATRIX,
     "KM": KM,
+    "PLATES": f"'M a^2/12 * {CUBE}'",
+    "MA": "symbols: {M: positive, a: positive}",
     "LAW": LAW,
     "FIGURES": "tolerance: {significant_figures: 3}",
 }
@@ -141,8 +143,7 @@ def question(kind: str, key: str, options: str = "") -> str:
     moments | [sqrt(k/m), k] | KM | 1/2 | component_wrong@moment-1 | [2*k*m, k]
     moments | [sqrt(k/m), k] | KM | 0 | constant_factor | [2*k, 2*sqrt(k/m)]
     matrix | [[0, 1/m], [-k, 0]] | KM | 1/2 | number_for_symbol@row-1,-column-2 | [[0, 0.5], [-k, 0]]
-    tensor | 'M a^2/12 * [[8, -3, -3], [-3, 8, -3], [-3, -3, 8]]' | 'symbols: {M: positive, a: positive}' |
-    1 | |
+    tensor | PLATES | MA | 1 | |
     'Ma^2/12 * [[8, -3, -3], [-3, 8, -3], [-3, -3, 8]]'
     '\\frac{M a^2}{12} [[8, -3, -3], [-3, 8, -3], [-3, -3, 8]]'
     {Ixx: 2Ma^2/3, Iyy: 2Ma²/3, Izz: 0.667*M*a^2, Ixy: -M*a^2/4, Ixz: -0.25Ma^2, Iyz: -Ma^2/4}
