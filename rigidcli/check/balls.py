@@ -35,6 +35,9 @@ COARSEST = Fraction(1, 50)
 NEVER = 10_000
 """More figures than a number has."""
 
+TINY = 2.0**-256
+"""The radius of a ball that holds nothing but rounding."""
+
 MAX_POWER = 10_000
 """The largest whole exponent that is worked out exactly."""
 
@@ -155,6 +158,11 @@ class Walk:
     def power(self, base: Node, exponent: Node, point: Point) -> Ball:
         """The value of a power, whose base must be positive unless the exponent is a whole number."""
         value, rational = self.of(base, point), _rational(exponent)
+        if rational is None:
+            raised = self.of(exponent, point)
+            whole = raised.unique_fmpz() if raised.rad() < TINY else None
+            if whole is not None and abs(whole) <= MAX_POWER:  # an exponent such as 2 + k - k
+                rational = Fraction(int(whole))
         if rational is not None and rational.denominator == 1:
             raised = value ** abs(int(rational))
             return raised if rational >= 0 else _inverse(raised)

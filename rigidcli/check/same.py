@@ -20,7 +20,7 @@ from rigidcli.algebra.atoms import Symbol
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, power, symbol
 from rigidcli.algebra.reading import from_tree
-from rigidcli.check.balls import BITS, NEVER, Ball, NoValue, Point, Unclear, Walk, coordinate, points
+from rigidcli.check.balls import BITS, NEVER, TINY, Ball, NoValue, Point, Unclear, Walk, coordinate, points
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
 from rigidcli.language.text import reading
@@ -169,7 +169,7 @@ class _Comparison:
                 size = max(size, abs(self.difference(term, point).mid()))
         if self.relative is not None and not (gap + arb(0, self.relative * size)).contains(0):
             return False
-        return True if gap.rad() <= size * WIDEST or gap.rad() < arb(2) ** -(BITS // 4) else None
+        return True if gap.rad() <= size * WIDEST or gap.rad() < TINY else None
 
     def unseen(self) -> str:
         """What values at points cannot see; empty where they see all."""

@@ -78,7 +78,9 @@ def plain(text: str) -> str:
         ExpressionError: braces do not match, or a command has no meaning in a formula.
     """
     if len(text) > MAX_TEXT:
-        raise ExpressionError(f"an answer has at most {MAX_TEXT} characters, this has {len(text)}")
+        problem = ExpressionError(f"an answer has at most {MAX_TEXT} characters, this has {len(text)}")
+        problem.code = "too_large"
+        raise problem
     if text.isascii() and not set("\\{}$").intersection(text):
         return text
     text = unicodedata.normalize("NFD", text).replace("\u0301", "") if not text.isascii() else text

@@ -217,6 +217,8 @@ def _findings(key: Key, answer: Node) -> list[Finding]:
         given = replace(key, tree=key.with_values(key.tree))
         if given.same(key.with_values(answer), constant=key.constant) is True:
             return [Finding("number_for_symbol")]
+    if not key.constant and key.names.states & names_in(key.tree) and key.same(answer, constant=True) is True:
+        return [Finding("additive_constant")]
     right, typed = (values(node, key.names, f"{key.name} {text(answer)}") for node in (key.tree, answer))
     pairs = [(a, b) for a, b in zip(typed, right, strict=True) if a is not None and b is not None]
     if len(pairs) < NEEDED:
