@@ -123,6 +123,11 @@ class Told:
     feedback: tuple[Remark, ...]
 
     @property
+    def reading(self) -> str:
+        """How the answer was read, where that says more than what was typed."""
+        return "" if "".join(self.read_as.split()) == "".join(self.answer.split()) else self.read_as
+
+    @property
     def codes(self) -> tuple[str, ...]:
         """The codes of the remarks, without repetition, in their order."""
         return tuple(dict.fromkeys(remark.code for remark in self.feedback))

@@ -5,11 +5,23 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, correct, earning
+from rigidcli.check.base import (
+    Asked,
+    Finding,
+    Kind,
+    Outcome,
+    Reading,
+    Tree,
+    Verdict,
+    correct,
+    earning,
+    review,
+)
+from rigidcli.check.records import Judged, judged
 
 
 class Same(Kind):
-    """A kind whose answer must be its key; `half` of a list of two is a part."""
+    """A kind whose answer must be its key."""
 
     name = "same"
 
@@ -26,3 +38,15 @@ class Same(Kind):
 
     def typed(self, key: Any) -> Tree:
         return key
+
+
+def mark(
+    id: str, verdict: Verdict, score: float, most: float, findings: tuple[Finding, ...] = (), answer: str = ""
+) -> Judged:
+    """A judged question without a title, whose answer was read as it stands."""
+    return Judged(id, "", answer, answer, verdict, score, most, findings)
+
+
+def waiting(id: str, most: float) -> Judged:
+    """A question whose answer waits for a person."""
+    return judged(id, "", most, review("it may be singular"))

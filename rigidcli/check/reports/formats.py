@@ -125,7 +125,7 @@ def _gradescope(students: Students, style: Style) -> Iterator[str]:
 
 def _output(question: Told) -> str:
     """What a student reads of a question."""
-    lines = {"": question.title, "your answer: ": question.answer, "read as: ": question.read_as}
+    lines = {"": question.title, "your answer: ": question.answer, "read as: ": question.reading}
     told = [f"{head}{text}" for head, text in lines.items() if text]
     return "\n".join(filter(None, [_earned(question), *told, question.message]))
 

@@ -261,7 +261,7 @@ def _first(students: Sequence[Student], tallies: Sequence[Tally], links: Sequenc
         yield "<h3>Answers that wait for a person to judge</h3>\n<p>They have no points yet; "
         yield f"<code>--overrides</code> gives them some.</p>\n{_list(asked['review'])}"
     if asked["invalid"]:
-        yield f"<h3>Answers that cannot be read</h3>\n{_list(asked['invalid'])}"
+        yield f"<h3>Answers that are not readable</h3>\n{_list(asked['invalid'])}"
     if doubted:
         yield "<h3>Keys that may be wrong</h3>\n<p>Several students gave the same answer, and no known "
         yield f"mistake leads to it.</p>\n{_list(doubted)}"

@@ -76,9 +76,8 @@ def _answer(question: Told, style: Style) -> str:
     """The answer as it was typed, and how it was read where that says more."""
     if not question.answer or not style.feedback.reasons:
         return ""
-    typed, read_as = (shortened(text, LONGEST_ANSWER) for text in (question.answer, question.read_as))
-    is_same = "".join(typed.split()) == "".join(read_as.split())
-    return f"`{typed}`" + (f", read as `{read_as}`" if read_as and not is_same else "")
+    typed, read_as = (shortened(text, LONGEST_ANSWER) for text in (question.answer, question.reading))
+    return f"`{typed}`" + (f", read as `{read_as}`" if read_as else "")
 
 
 def as_one(student: Student) -> Sequence[Told]:
