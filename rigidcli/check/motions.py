@@ -16,6 +16,7 @@ from rigidcli.algebra.matrices import null_vectors
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.trees import to_tree
 from rigidcli.check.base import Asked
+from rigidcli.check.question import Question
 from rigidcli.check.reading import Domain, Names, names_in_all, names_of, read_equations
 from rigidcli.check.same import same
 from rigidcli.errors import ExpressionError, ValueProblem
@@ -30,10 +31,11 @@ _DERIVATIVE = re.compile(r"(.+?)(d?)dot")
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """The motion: how the `states` change, and which second derivatives an answer may have.
+    """The motion: how the states change, and which second derivatives an answer may have.
 
     `rates` has the derivatives of the states: `xdot` and `p_xdot`, or `xddot` where `xdot` is a state itself.
-    Equations of second order are for `coordinates`. `potential` is the energy at rest of a Hamiltonian.
+    Equations of second order may be for `coordinates`, whose `momenta` (or velocities) are states, too.
+    `potential` is the energy at rest of a Hamiltonian.
     """
 
     name: str
@@ -71,12 +73,6 @@ class Motion:
         """A formula as an exact expression. Raises ExpressionError."""
         positive = (name for name, domain in self.names.domains.items() if domain == "positive")
         return from_tree(self.names.without_derived(node), {name: symbol(name, True) for name in positive})
-
-    @property
-    def tops(self) -> tuple[tuple[str, ...], ...]:
-        """The derivatives that equations may determine: those of all states, or second ones."""
-        second = tuple(map(acceleration, self.coordinates))
-        return (tuple(self.rates), second) if second else (tuple(self.rates),)
 
     def is_true(self, left: Node, right: Node) -> bool | str:
         """Whether an equation holds for the motion in all states."""
@@ -156,14 +152,14 @@ def of_text(asked: Asked) -> Motion:
     states = [*functions, *map(velocity, second)]
     names = names_of(asked, used - {*tops, *states, *aliases})
     names = replace(names, domains={n: d for n, d in names.domains.items() if n not in aliases or n in used})
-    coordinates = () if second else _coordinates(question.coordinates, functions, rates)
-    derivatives = [*rates, *map(acceleration, coordinates), *aliases, *map(velocity, functions)]
+    partners = {} if second else _partners(question, functions, rates)
+    derivatives = [*rates, *map(acceleration, partners), *aliases, *map(velocity, functions)]
     return Motion(
         asked.name,
         _with_rates(names, states, derivatives),
         rates,
-        coordinates,
-        tuple(name for name in functions if name in names.momenta),
+        tuple(partners),
+        tuple(partners.values()),
         aliases,
     )
 
@@ -186,20 +182,16 @@ def of_functions(key: Motion) -> dict[str, str]:
     return {re.sub("d?dot\\Z", "", rate): rate for rate in key.rates}
 
 
-def _coordinates(
-    listed: Sequence[str], functions: Sequence[str], rates: Mapping[str, Node]
-) -> tuple[str, ...]:
-    """The functions for which equations of second order say the same as the key."""
-    if listed:
-        return (
-            tuple(name for name in functions if name in listed) if len(listed) * 2 == len(functions) else ()
-        )
-    found = []
-    for name in functions:
-        partners = names_in(rates[velocity(name)]) & set(functions)
-        if partners == {momentum(name)} or rates[velocity(name)] in [Name(p) for p in partners - {name}]:
-            found.append(name)
-    return tuple(found) if 2 * len(found) == len(functions) else ()
+def _partners(question: Question, functions: Sequence[str], rates: Mapping[str, Node]) -> dict[str, str]:
+    """The momentum or velocity of each coordinate for which equations of second order say the same."""
+    listed = dict(zip(question.coordinates, question.momenta or question.velocities, strict=False))
+    found = {q: p for q, p in listed.items() if {q, p} <= {*functions}}
+    for name in () if found else functions:
+        rate = rates[velocity(name)]
+        others = names_in(rate) & {*functions} - {name}
+        if others == {momentum(name)} or (len(others) == 1 and rate == Name(*others)):
+            found[name] = others.pop()
+    return found if 2 * len(found) == len(functions) and not {*found} & {*found.values()} else {}
 
 
 def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str, Node]:

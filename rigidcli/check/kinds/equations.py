@@ -35,11 +35,15 @@ from rigidcli.check.base import (
     review,
 )
 from rigidcli.check.motions import Motion, of_document, of_functions, of_text, state_of
-from rigidcli.check.reading import Sides, plain, read_equations
+from rigidcli.check.reading import Sides, names_in_all, plain, read_equations
 from rigidcli.check.same import same, values
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.text import text
 from rigidcli.language.tree import Negative, Node, Sum, bound, names_in
+from rigidcli.model.variables import acceleration, velocity
+
+MAX_MIXED = 3
+"""The most coordinates of second order of which every part is tried as what is meant."""
 
 MAX_CHOICES = 50
 """The most ways to choose equations that are tried, for some of them to determine the motion everywhere."""
@@ -91,46 +95,41 @@ class Equations(Kind):
 
     def judge(self, key: Motion, value: Answer) -> Outcome:
         """What is true, what determines the motion, and what is too much."""
-        trivial = [
-            place for place, left, right in value.sides if same(left, right, key.names, key.name) is True
-        ]
-        kept = [side for side in value.sides if side[0] not in trivial or not side[0]]
-        kept = [side for side in kept if side[0] or not trivial]
+        trivial = [same(left, right, key.names, key.name) is True for _, left, right in value.sides]
+        kept = [side for side, says_nothing in zip(value.sides, trivial, strict=True) if not says_nothing]
+        places = [side[0] for side, says_nothing in zip(value.sides, trivial, strict=True) if says_nothing]
+        remarks = [*(Finding("trivial_equation", place) for place in places), *value.unread]
         truths = [key.is_true(left, right) for _, left, right in kept]
-        remarks = [Finding("trivial_equation", place) for place in trivial] + list(value.unread)
         true = [side for side, truth in zip(kept, truths, strict=True) if truth is True]
         wrong = [side[0] for side, truth in zip(kept, truths, strict=True) if truth is False]
-        systems = [_System(key, tops, true) for tops in key.tops]
-        best = max(
-            systems, key=lambda system: (system.rank == len(system.tops), system.rank / len(system.tops))
-        )
-        is_complete = best.rank == len(best.tops)
-        opened = [truth for truth in truths if isinstance(truth, str)]
-        if opened and not wrong:
-            return review(f"it is not proved that the equation is true: {opened[0]}", *remarks)
-        if not wrong and is_complete:
+        open_ = next((truth for truth in truths if isinstance(truth, str)), "")
+        if open_ and not wrong:
+            return review(f"it is not proved that the equation is true: {open_}", *remarks)
+        systems = [_System(key, second, true) for second in _readings(key, true)]
+        best = max(systems, key=lambda system: (system.is_complete, system.right / len(system.tops)))
+        if best.is_complete and not wrong:
             return self._complete(key, systems, remarks)
+        if best.unclear and not wrong:
+            return review(best.unclear, *remarks)
         findings = [Finding("equation_wrong", place) for place in wrong]
-        if len(kept) > len(best.tops) and findings:
-            findings = findings[:1] if len(findings) == 1 else [Finding("equation_wrong", "one or more")]
-        if not is_complete:
-            if best.unclear and not wrong:
-                return review(best.unclear, *remarks)
+        if len(findings) > 1 and len(kept) > len(best.tops):  # of many guesses, none is pointed out
+            findings = [Finding("equation_wrong", "one or more")]
+        if not best.is_complete:
             findings.append(Finding("missing_equation", ", ".join(best.missing)))
-        surplus = max(0, best.rank + len(wrong) - len(best.tops))
-        return earning((best.rank - surplus) / len(best.tops), *findings, *remarks)
+        surplus = max(0, best.right + len(wrong) - len(best.tops))
+        return earning((best.right - surplus) / len(best.tops), *findings, *remarks)
 
     def _complete(self, key: Motion, systems: Sequence[_System], remarks: list[Finding]) -> Outcome:
         """The outcome of true equations that determine the motion in general states."""
-        whole = [system for system in systems if system.rank == len(system.tops)]
-        is_second = whole[0].tops != tuple(key.rates)
-        if is_second and key.first_order:
+        whole = [system for system in systems if system.is_complete]
+        if key.first_order and not any(system.tops == tuple(key.rates) for system in whole):
             return earning(0.0, Finding("second_order_form"), *remarks)
         gaps = [system.gap() for system in whole]
         if all(gaps):
             return review(
                 f"the equations say less {gaps[0]}", Finding("extra_solutions", "", gaps[0]), *remarks
             )
+        is_second = all(len(system.tops) == len(key.coordinates) for system in whole)
         form = [Finding("second_order_form")] if is_second and key.is_hamiltonian else []
         return correct(*form, *remarks)
 
@@ -143,37 +142,85 @@ class Equations(Kind):
         return frozenset().union(*map(names_in, key.rates.values()), map(state_of, key.rates))
 
 
+def _readings(key: Motion, sides: Sequence[Sides]) -> list[frozenset[str]]:
+    """The coordinates that may be meant to have equations of second order: some of those that do, or none."""
+    used = names_in_all(sides)
+    second = [name for name in key.coordinates if acceleration(name) in used]
+    if len(second) > MAX_MIXED:
+        return [frozenset(), frozenset(second)]
+    sizes = range(len(second) + 1)
+    return [frozenset(some) for size in sizes for some in combinations(second, size)]
+
+
 class _System:
-    """True equations as linear equations for some derivatives, the `tops`."""
+    """True equations as linear equations for derivatives: for some coordinates for the `second` ones.
 
-    def __init__(self, key: Motion, tops: tuple[str, ...], sides: Sequence[Sides]) -> None:
-        self.key, self.tops = key, tops
+    The momenta of such coordinates, and their derivatives, are further unknowns where they are used.
+    """
+
+    def __init__(self, key: Motion, second: frozenset[str], sides: Sequence[Sides]) -> None:
+        self.key = key
+        partners = {p: q for q, p in zip(key.coordinates, key.momenta, strict=False) if q in second}
+        gone = {velocity(name) for name in (*second, *partners)}
+        self.tops = (*(rate for rate in key.rates if rate not in gone), *map(acceleration, sorted(second)))
+        used = names_in_all(sides)
+        further = [name for p in partners for name in (p, velocity(p)) if name in used]
+        excluded = key.meanings.keys() - {*self.tops, *further, *map(velocity, second)} - {*key.aliases}
         self.unclear = ""
-        self.rows: list[list[Expr]] = []
-        for _, left, right in sides:
-            self._add(Sum((left, Negative(right))))
-        self.rank, self.chosen, self.missing = 0, list[int](), list(tops)
-        table = [[self._values(slope) for slope in row] for row in self.rows]
-        for place in range(len(table[0][0]) if table and table[0] else 0):
-            matrix = [[entry[place] for entry in row] for row in table]
-            if all(ball is not None for row in matrix for ball in row):
-                self.chosen, columns = _pivots(matrix)
-                self.rank = len(self.chosen)
-                self.missing = [top for k, top in enumerate(tops) if k not in columns]
-                break
+        self.unknowns = [*self.tops, *further]
+        self.alternatives: dict[str, list[Expr]] = {}
+        residuals = [Sum((left, Negative(right))) for _, left, right in sides]
+        fitting = [node for node in residuals if names_in(bound(node, key.aliases)).isdisjoint(excluded)]
+        self.rows = self._reduced([bound(node, key.aliases) for node in fitting])
+        pivots, columns = self._rank()
+        self.chosen = pivots
+        missing = [name for k, name in enumerate(self.unknowns) if k not in columns]
+        self.missing = [name for name in self.tops if name in missing]
+        self.right = max(0, len(self.tops) - len(missing))
+        self.is_complete = not missing
 
-    def _add(self, residual: Node) -> None:
-        """The slopes of an equation by the tops; an equation in which they are not linear has none."""
+    def _reduced(self, residuals: list[Node]) -> list[list[Expr]]:
+        """The slopes of the equations by the unknowns that no equation gives by itself."""
+        while True:
+            slopes = [found for node in residuals if (found := self._slopes(node)) is not None]
+            single = {
+                name: [row[k] for row in slopes if row[k].terms and sum(bool(e.terms) for e in row) == 1]
+                for k, name in enumerate(self.unknowns)
+            }
+            given = {name: several for name, several in single.items() if several}
+            if not given:
+                return slopes
+            self.unclear = ""
+            self.alternatives |= given
+            self.unknowns = [name for name in self.unknowns if name not in given]
+
+    def _slopes(self, residual: Node) -> list[Expr] | None:
+        """The slopes of an equation by the unknowns; None for an equation in which they are not linear."""
         try:
-            e = self.key.exact(bound(residual, self.key.aliases))
-            slopes = [expand(derivative(e, top)) if top in e.names else ZERO for top in self.tops]
+            e = self.key.exact(residual)
+            slopes = [expand(derivative(e, name)) if name in e.names else ZERO for name in self.unknowns]
         except ExpressionError as error:
             self.unclear = f"the equations cannot be solved for the derivatives: {error.message}"
-            return
-        if any(not slope.names.isdisjoint(self.tops) for slope in slopes):
+            return None
+        if any(not slope.names.isdisjoint(self.unknowns) for slope in slopes):
             self.unclear = "an equation is not linear in the derivatives"
-            return
-        self.rows.append(slopes)
+            return None
+        return [ZERO if self._vanishes(slope) else slope for slope in slopes]
+
+    def _vanishes(self, slope: Expr) -> bool:
+        """Whether a slope is zero for the motion, but for rounding."""
+        return bool(slope.terms) and all(ball is None or ball.contains(0) for ball in self._values(slope))
+
+    def _rank(self) -> tuple[list[int], list[int]]:
+        """The rows and the columns that hold pivots at the first point where all slopes have values."""
+        if not self.rows or not self.unknowns:
+            return [], []
+        table = [[self._values(slope) for slope in row] for row in self.rows]
+        for place in range(len(table[0][0])):
+            matrix = [[entry[place] for entry in row] for row in table]
+            if all(ball is not None for row in matrix for ball in row):
+                return _pivots(matrix)
+        return [], []
 
     def _values(self, slope: Expr) -> list[Ball | None]:
         names = replace(self.key.names, derived={})
@@ -181,16 +228,23 @@ class _System:
 
     def gap(self) -> str:
         """Where equations that determine the motion in general do not; empty where they do everywhere."""
+        for several in self.alternatives.values():
+            found = [self._zero(slope) for slope in several]
+            if all(found):
+                return found[0]
+        if not self.unknowns:
+            return ""
         first = ""
-        choices = [tuple(self.chosen), *combinations(range(len(self.rows)), len(self.tops))][:MAX_CHOICES]
-        for chosen in choices:
+        for chosen in [tuple(self.chosen), *combinations(range(len(self.rows)), len(self.unknowns))][
+            :MAX_CHOICES
+        ]:
             try:
-                found = self._zero(determinant([self.rows[k] for k in chosen]))
+                zero = self._zero(determinant([self.rows[k] for k in chosen]))
             except ExpressionError as error:
-                found = f"where it cannot be worked out: {error.message}"
-            if not found:
+                zero = f"where it cannot be worked out: {error.message}"
+            if not zero:
                 return ""
-            first = first or found
+            first = first or zero
         return first
 
     def _zero(self, e: Expr) -> str:
@@ -198,12 +252,10 @@ class _System:
         if not e.terms:
             return "everywhere"
         for atom, _ in factored(expand(e))[1]:
-            node = to_tree(atomic(atom))
-            signs = {
-                ball > 0 for ball in self._values(atomic(atom)) if ball is not None and not ball.contains(0)
-            }
+            factor = atomic(atom)
+            signs = {ball > 0 for ball in self._values(factor) if ball is not None and not ball.contains(0)}
             if len(signs) > 1 and atom not in self._poles:
-                return f"where `{plain(node)}` is zero"
+                return f"where `{plain(to_tree(factor))}` is zero"
         return ""
 
     @cached_property
