@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 TABULAR = {
     "--items": ("table", "json", "csv"),
-    "--regrade": ("table", "json", "csv"),
+    "--regrade": ("table", "csv"),
     "--canvas": ("table", "csv"),
     "--selftest": ("table",),
 }

@@ -1,4 +1,4 @@
-"""One answer file: which answers go to which question, what a failing kind costs, and which mistake is named."""
+"""One answer file: which answer goes to which question, what a failure costs, and what is named."""
 
 from __future__ import annotations
 
@@ -96,7 +96,7 @@ def test_a_question_has_its_name_in_any_spelling_and_others_are_noted() -> None:
     notes = judge(text, Path("a.yaml"), ITEMS).notes
     assert len(notes) == 6
     assert "995 more" in notes[-1]
-    assert judged("answers: {b: 42, B: 41}")["b"].codes == ("duplicate_key",)
+    assert judged("answers: {' b': 42, B: 41}")["b"].codes == ("duplicate_key",)
 
 
 @pytest.mark.parametrize(

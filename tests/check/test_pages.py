@@ -16,7 +16,7 @@ from rigidcli.check.base import VERDICTS, Finding
 from rigidcli.check.codes import CODES
 from rigidcli.check.records import Judged, Judgement
 from rigidcli.check.reports import Style
-from rigidcli.check.reports.pages import BINS, Course, file_name, one_page, pages
+from rigidcli.check.reports.pages import Course, file_name, one_page, pages
 from rigidcli.render.web.page import page
 from tests.check.homework import cases
 from tests.check.standins import mark, waiting
@@ -84,27 +84,14 @@ def test_the_page_of_a_class_tells_scores_facility_mistakes_and_what_waits() -> 
     # Of `b` one answer waits: the others have 1, 0.5 and 0 points.
     assert "b50%1 review, 1 correct, 1 partial, 1 invalid" in told
     assert "a25%1 correct, 1 incorrect, 1 invalid, 1 missing" in told
-    assert f"1{SAYS['sign_error']}sign_errora (1)" in told
     assert "nowhere: cannot be read" in told
     assert "-3 incorrect, sign_error" in told
-
-
-@pytest.mark.parametrize(
-    ("score", "most", "place"),
-    [(0, 4, 0), (4, 4, 9), (2, 4, 5), (0.3, 1, 3), (2.1, 3, 7), (5.8, 10, 5), (5, 4, 9)],
-)
-def test_scores_are_counted_by_tenths(score: float, most: float, place: int) -> None:
-    source = "".join(one_page([student("x", mark("a", "partial", score, most))], Course("H"), Style()))
-    widths = [float(width) for width in re.findall(r'class="bar" style="width:([0-9.]+)%"', source)]
-    assert len(widths) == BINS
-    assert [index for index, width in enumerate(widths) if width] == [place]
 
 
 def test_a_class_of_nobody_and_questions_without_points_are_told() -> None:
     assert "There are no answers to judge." in one().text
     told = one(student("x", mark("a", "correct", 0.0, 0.0))).text
     assert "1 student; mean 0/0, median 0" in told
-    assert "Scores" not in told
 
 
 def test_a_folder_has_a_page_for_each_student_and_links_to_it() -> None:

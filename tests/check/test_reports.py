@@ -283,7 +283,8 @@ def test_at_level_none_texts_for_students_do_not_tell_the_verdict() -> None:
 def test_at_level_verdict_students_see_verdicts_and_no_more() -> None:
     style = Style(Feedback.verdict)
     results = json.loads(text("gradescope", [BOB], style))
-    assert [test["output"] for test in results["tests"]] == ["incorrect (0/3)\nyour answer: -3", "partial (0.5/2)"]
+    outputs = [test["output"] for test in results["tests"]]
+    assert outputs == ["incorrect (0/3)\nyour answer: -3", "partial (0.5/2)"]
     (failure, _) = ET.fromstring(text("junit", [BOB], style)).iter("failure")
     assert failure.get("message") == "incorrect (0/3)"
 

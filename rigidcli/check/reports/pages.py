@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
@@ -16,11 +15,10 @@ from statistics import median
 from urllib.parse import quote
 
 from rigidcli.check.base import VERDICTS, Verdict
-from rigidcli.check.codes import CODES
-from rigidcli.check.records import URGENT, Judged, Judgement, Student, Told, told
+from rigidcli.check.records import URGENT, Judgement, Student, Told, told
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.items import LONGEST_ANSWER, MOST_TOLD, Tally, tally
-from rigidcli.check.reports.table import as_one, counted, points, score
+from rigidcli.check.reports.table import as_one, counted, points, score, share
 from rigidcli.errors import ExpressionError, printable, shortened
 from rigidcli.render import Look
 from rigidcli.render.web.page import page, resource, text
@@ -46,17 +44,7 @@ LONGEST_TYPESET = 300
 _FORMULA = re.compile(r"(?![-+]?[0-9.]+(?:e[-+]?[0-9]+)? [A-Za-z])(?=.*[A-Za-z])(?=.*[-+*/^=(]).*")
 """What is set as a formula: more than a word, and no number with its unit."""
 
-BINS = 10
-"""Bars of the distribution of scores, each for a tenth of the points."""
-
-MARKS: dict[Verdict, str] = {
-    "review": "?",
-    "correct": "✓",
-    "partial": "◐",
-    "incorrect": "✗",
-    "invalid": "!",
-    "missing": "–",
-}
+MARKS: dict[Verdict, str] = dict(zip(VERDICTS, "?✓◐✗!–", strict=True))
 """What stands for a verdict in the table of students, so that nobody depends on colours."""
 
 
@@ -76,7 +64,7 @@ def one_page(judgements: Iterable[Judgement], course: Course, style: Style) -> I
     """The class on one page, with the feedback for each student folded in it."""
     judged = tuple(judgements)
     links = [f"#student{number}" for number in range(1, len(judged) + 1)]
-    return _class_page(judged, course, style, links, folded=True)
+    return _page(course.title, _class(judged, course, style, links, folded=True))
 
 
 def pages(judgements: Iterable[Judgement], course: Course, style: Style) -> Iterator[tuple[str, str]]:
@@ -87,8 +75,19 @@ def pages(judgements: Iterable[Judgement], course: Course, style: Style) -> Iter
         name = file_name(judgement.student, taken)
         judged.append(judgement)
         links.append(quote(name))
-        yield name, "".join(student_page(told(judgement, style.feedback), course))
-    yield INDEX, "".join(_class_page(judged, course, style, links, folded=False))
+        student = told(judgement, style.feedback)
+        body = [
+            f"<h1>{own(student.student)}</h1>\n<p>{own(course.title)}: <strong>{score(student)}",
+            f"{share(student.score, student.max_score)}</strong></p>\n",
+            *_answers(student, course.solutions),
+            f'<p class="quiet">{own(Path(student.source).name)}</p>\n' if student.source else "",
+        ]
+        yield name, "".join(_page(f"{course.title}: {student.student}", body))
+    yield INDEX, "".join(_page(course.title, _class(judged, course, style, links, folded=False)))
+
+
+def _page(title: str, body: Iterable[str]) -> Iterator[str]:
+    return page(title, body, styles=[resource(STYLE)])
 
 
 def file_name(student: str, taken: set[str]) -> str:
@@ -106,19 +105,16 @@ def file_name(student: str, taken: set[str]) -> str:
     return f"{name}.html"
 
 
+def own(words: str) -> str:
+    """Words of somebody else: text, whose direction changes nothing beside it."""
+    return f"<bdi>{text(words)}</bdi>"
+
+
+def _list(entries: Iterable[str]) -> str:
+    return "<ul>\n" + "".join(f"<li>{entry}</li>\n" for entry in entries) + "</ul>\n"
+
+
 # --- a student
-
-
-def student_page(student: Student, course: Course) -> Iterator[str]:
-    """The page of a student, piece by piece."""
-    part = _share(student.score, student.max_score)
-    body = [
-        f"<h1>{own(student.student)}</h1>\n",
-        f"<p>{own(course.title)}: <strong>{score(student)}{part}</strong></p>\n",
-        *_answers(student, course.solutions),
-        f'<p class="quiet">{own(Path(student.source).name)}</p>\n' if student.source else "",
-    ]
-    return page(f"{course.title}: {student.student}", body, styles=[resource(STYLE)])
 
 
 def _answers(student: Student, solutions: Mapping[str, str]) -> Iterator[str]:
@@ -133,8 +129,7 @@ def _answers(student: Student, solutions: Mapping[str, str]) -> Iterator[str]:
         if question.read_as:
             yield f"<p>Read as: {typeset(question.read_as)}</p>\n"
         if question.feedback:
-            remarks = (f"<li>{own(remark.message)}</li>" for remark in question.feedback)
-            yield f"<ul>{''.join(remarks)}</ul>\n"
+            yield _list(own(remark.message) for remark in question.feedback)
         yield solutions.get(question.id, "")
         yield "</section>\n"
 
@@ -148,145 +143,97 @@ def _has_formulas() -> bool:
 
 def typeset(words: str) -> str:
     """An expression, or equations, as a formula where the library for it is there; other words as text."""
-    from rigidcli.language.expression import parse
-    from rigidcli.language.text import latex
-
     if len(words) > LONGEST_TYPESET or not _has_formulas() or not _FORMULA.fullmatch(words):
         return own(words)
+    from rigidcli.language.expression import parse
+    from rigidcli.language.text import latex
     from rigidcli.render.web.mathml import formula
 
     try:
-        lines = [
-            " = ".join(latex(parse(side).root) for side in line.split("=")) for line in words.split("; ")
-        ]
-        return "<br>".join(map(formula, lines))
+        lines = [[latex(parse(side).root) for side in line.split("=")] for line in words.split("; ")]
     except ExpressionError:
         return own(words)
+    return "<br>".join(formula(" = ".join(sides)) for sides in lines)
 
 
 def worked(solutions: Mapping[str, Report]) -> dict[str, str]:
     """The working of questions, folded, by their names as they are shown."""
-    tell = _as_formulas if _has_formulas() else _as_text
-    return {
-        printable(id): f'<details class="solution"><summary>Solution</summary>\n{tell(report)}</details>\n'
-        for id, report in solutions.items()
-    }
-
-
-def _as_formulas(report: Report) -> str:
     from rigidcli.render.html import fragment
-
-    return fragment(replace(report, pictures=()), Look(steps=True))
-
-
-def _as_text(report: Report) -> str:
     from rigidcli.render.table import render
 
-    lines = "\n".join(map(text, "".join(render([report], Look(steps=True))).split("\n")))
-    return f"<pre>{lines}</pre>"
-
-
-def own(words: str) -> str:
-    """Words of somebody else: text, whose direction changes nothing beside it."""
-    return f"<bdi>{text(words)}</bdi>"
-
-
-def _lines(words: str) -> str:
-    """The lines of somebody else's words."""
-    return "<br>".join(map(own, words.split("\n"))) if words else ""
-
-
-def _share(score: float, most: float) -> str:
-    """A share of the points in brackets, if there are points."""
-    return f" ({score / most:.0%})" if most else ""
+    found = {}
+    for id, report in solutions.items():
+        if _has_formulas():
+            work = fragment(replace(report, pictures=()), Look(steps=True))
+        else:
+            work = f"<pre>{text(''.join(render([report], Look(steps=True))))}</pre>"
+        solution = f'<details class="solution"><summary>Solution</summary>\n{work}</details>\n'
+        found[printable(id)] = solution
+    return found
 
 
 # --- the class
 
 
-def _class_page(
-    judged: Sequence[Judgement], course: Course, style: Style, links: Sequence[str], *, folded: bool
-) -> Iterator[str]:
-    return page(course.title, _class(judged, course, style, links, folded=folded), styles=[resource(STYLE)])
-
-
 def _class(
     judged: Sequence[Judgement], course: Course, style: Style, links: Sequence[str], *, folded: bool
 ) -> Iterator[str]:
+    """What needs a person, each question, each student, notes, and where it is `folded` in, the feedback."""
     students = [told(judgement, style.feedback) for judgement in judged]
-    tallies = tally(judged)
     yield f"<h1>{own(course.title)}</h1>\n"
-    if students:
+    if not students:
+        yield "<p>There are no answers to judge.</p>\n"
+    else:
+        tallies = tally(judged)
         yield f"<p>{_summary(students)}</p>\n"
         yield from _first(students, tallies, links)
-        yield from _distribution(students)
         yield from _questions(tallies, course, style)
-        yield from _mistakes(students)
-        yield from _table(judged, links)
-    else:
-        yield "<p>There are no answers to judge.</p>\n"
+        yield from _students(judged, links)
     if course.remarks:
-        yield f"<h2>Files and notes</h2>\n{_list(map(_lines, course.remarks))}"
+        remarks = ("<br>".join(map(own, remark.split("\n"))) for remark in course.remarks)
+        yield f"<h2>Files and notes</h2>\n{_list(remarks)}"
     if folded and students:
         yield "<h2>Feedback</h2>\n"
         for number, student in enumerate(students, 1):
-            yield f"<details><summary>{own(student.student)}, {score(student)}</summary>\n"
-            yield f'<div id="student{number}">\n'
+            yield f'<details id="student{number}"><summary>{own(student.student)}, '
+            yield f"{score(student)}</summary>\n"
             yield from _answers(student, {})
-            yield "</div></details>\n"
+            yield "</details>\n"
 
 
 def _summary(students: Sequence[Student]) -> str:
     scores, most = [student.score for student in students], students[-1].max_score
     mean = sum(scores) / len(scores)
     count = "1 student" if len(students) == 1 else f"{len(students):,} students"
-    return f"{count}; mean {points(mean)}/{points(most)}{_share(mean, most)}, median {points(median(scores))}"
+    return f"{count}; mean {points(mean)}/{points(most)}{share(mean, most)}, median {points(median(scores))}"
 
 
 def _first(students: Sequence[Student], tallies: Sequence[Tally], links: Sequence[str]) -> Iterator[str]:
     """What a person must look at: answers that the program cannot judge or read, and keys in doubt."""
-    asked: dict[Verdict, list[str]] = {verdict: [] for verdict in URGENT}
-    for student, link in zip(students, links, strict=True):
-        who = f'<a href="{link}">{own(student.student)}</a>'
-        for question in as_one(student):
-            if question.verdict in URGENT:
-                answer = _short_code(question)
-                parts = [f"{who}, {own(question.id)}", answer, _lines(question.message)]
-                asked[question.verdict].append("<br>".join(filter(None, parts)))
-    doubted = [own(tally.question) for tally in tallies if tally.suspicious]
-    if not (any(asked.values()) or doubted):
-        return
-    yield "<h2>To look at first</h2>\n"
-    if asked["review"]:
-        yield "<h3>Answers that wait for a person to judge</h3>\n<p>They have no points yet; "
-        yield f"<code>--overrides</code> gives them some.</p>\n{_list(asked['review'])}"
-    if asked["invalid"]:
-        yield f"<h3>Answers that are not readable</h3>\n{_list(asked['invalid'])}"
-    if doubted:
-        yield "<h3>Keys that may be wrong</h3>\n<p>Several students gave the same answer, and no known "
-        yield f"mistake leads to it.</p>\n{_list(doubted)}"
+    hands = [
+        (student, link, each)
+        for student, link in zip(students, links, strict=True)
+        for each in as_one(student)
+    ]
+    heads = ("Answers that wait for a person to judge", "Answers that are not readable")
+    found = {
+        head: [_asked(*hand) for hand in hands if hand[2].verdict == verdict]
+        for head, verdict in zip(heads, URGENT, strict=True)
+    }
+    found["Keys that may be wrong: several gave the same answer, and no known mistake leads to it"] = [
+        own(each.question) for each in tallies if each.suspicious
+    ]
+    if any(found.values()):
+        yield "<h2>To look at first</h2>\n"
+        yield from (f"<h3>{head}</h3>\n{_list(entries)}" for head, entries in found.items() if entries)
 
 
-def _short_code(question: Told) -> str:
+def _asked(student: Student, link: str, question: Told) -> str:
+    """An answer that a person must look at, and what is said of it."""
+    who = f'<a href="{link}">{own(student.student)}</a>, {own(question.id)}'
     answer = shortened(question.answer, LONGEST_ANSWER)
-    return f"<code>{own(answer)}</code>" if answer else ""
-
-
-def _distribution(students: Sequence[Student]) -> Iterator[str]:
-    """How many students have each tenth of the points."""
-    most = students[-1].max_score
-    if not most:
-        return
-    counts = Counter(min(int(BINS * student.score / most), BINS - 1) for student in students)
-    longest = max(counts.values())
-    yield f"<h2>Scores</h2>\n<p>Students by their share of {points(most)} points.</p>\n"
-    yield '<table class="bars">\n'
-    for place in range(BINS):
-        width = 85 * counts[place] / longest
-        ends = f"{100 * place // BINS}–{100 * (place + 1) // BINS} %"
-        yield f'<tr><th scope="row">{ends}</th>'
-        yield f'<td><span class="bar" style="width:{width:.4g}%"></span>{counts[place] or ""}</td></tr>\n'
-    yield "</table>\n"
+    typed = [f"<code>{own(answer)}</code>"] if answer else []
+    return "<br>".join([who, *typed, *(own(remark.message) for remark in question.feedback)])
 
 
 def _questions(tallies: Sequence[Tally], course: Course, style: Style) -> Iterator[str]:
@@ -326,42 +273,18 @@ def _taken(each: Tally, style: Style) -> Iterator[str]:
         yield f"and {len(each.answers) - MOST_TOLD} other answers"
 
 
-def _mistakes(students: Sequence[Student]) -> Iterator[str]:
-    """The codes of what is not right, in plain words, the most frequent first."""
-    found: dict[str, Counter[str]] = defaultdict(Counter)
-    for student in students:
-        for question in as_one(student):
-            for code in question.codes if question.verdict not in ("correct", "review") else ():
-                found[code][question.id] += 1
-    if not found:
-        return
-    yield '<h2>Mistakes</h2>\n<div class="wide"><table>\n<tr><th scope="col" class="number">Answers</th>'
-    yield '<th scope="col">Meaning</th><th scope="col">Code</th><th scope="col">Questions</th></tr>\n'
-    for code, where in sorted(found.items(), key=lambda entry: (-entry[1].total(), entry[0])):
-        places = ", ".join(f"{own(id)} ({count})" for id, count in where.most_common())
-        yield f'<tr><td class="number">{where.total()}</td><td class="words">{text(CODES[code])}</td>'
-        yield f'<td><code>{code}</code></td><td class="words">{places}</td></tr>\n'
-    yield "</table></div>\n"
-
-
-def _table(judged: Sequence[Judgement], links: Sequence[str]) -> Iterator[str]:
+def _students(judged: Sequence[Judgement], links: Sequence[str]) -> Iterator[str]:
     """The students, each with the verdict on every question, in the order of the assignment."""
     legend = (f'<span class="mark {verdict}">{MARKS[verdict]} {verdict}</span>' for verdict in VERDICTS)
     yield f'<h2>Students</h2>\n<p class="legend">{"".join(legend)}</p>\n'
-    ids = (f'<th scope="col">{own(question.id)}</th>' for question in judged[0].questions)
     yield '<div class="wide"><table class="class">\n'
+    ids = (f'<th scope="col">{own(question.id)}</th>' for question in judged[0].questions)
     yield f'<thead><tr><th scope="col">Student</th><th scope="col">Score</th>{"".join(ids)}</tr></thead>\n'
     for judgement, link in zip(judged, links, strict=True):
         yield f'<tr><th scope="row"><a href="{link}">{own(judgement.student)}</a></th>'
         yield f'<td class="number">{points(judgement.score)}</td>'
-        yield f"{''.join(map(_cell, judgement.questions))}</tr>\n"
+        for question in judgement.questions:
+            sign = f'<span role="img" aria-label="{question.verdict}">{MARKS[question.verdict]}</span>'
+            yield f'<td><span class="mark {question.verdict}">{sign} {points(question.score)}</span></td>'
+        yield "</tr>\n"
     yield "</table></div>\n"
-
-
-def _cell(question: Judged) -> str:
-    mark = f'<span role="img" aria-label="{question.verdict}">{MARKS[question.verdict]}</span>'
-    return f'<td><span class="mark {question.verdict}">{mark} {points(question.score)}</span></td>'
-
-
-def _list(entries: Iterable[str]) -> str:
-    return "<ul>\n" + "".join(f"<li>{entry}</li>\n" for entry in entries) + "</ul>\n"

@@ -118,8 +118,8 @@ def _summary(students: Sequence[Student], style: Style) -> str:
         for id, verdicts in sorted(counts.items(), key=lambda entry: not entry[1]["review"])
     ]
     mean, most = sum(student.score for student in students) / len(students), students[-1].max_score
-    share = f" ({mean / most:.0%})" if most else ""
-    return block(((f"{len(students)} students, mean {points(mean)}/{points(most)}{share}", ""),), rows, style)
+    head = f"{len(students)} students, mean {points(mean)}/{points(most)}{share(mean, most)}"
+    return block(((head, ""),), rows, style)
 
 
 def block(head: Sequence[Part], rows: Sequence[Row], style: Style) -> str:
@@ -155,6 +155,11 @@ def counted(verdicts: Mapping[Verdict, int]) -> str:
 def points(number: float) -> str:
     """A score for people: two decimals at most."""
     return f"{round(number, 2) or number:.12g}"
+
+
+def share(part: float, most: float) -> str:
+    """A share of the points in brackets, if there are points."""
+    return f" ({part / most:.0%})" if most else ""
 
 
 def score(earned: Student | Told) -> str:
