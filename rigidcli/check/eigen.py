@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -115,9 +116,12 @@ class Trees:
     def __init__(self, eigen: Eigen, pairs: Pairs) -> None:
         self.ruler, self.tensor, self.moments = eigen.ruler, eigen.tensor, pairs.moments
         self.axes = filled([each for axis in pairs.axes for each in axis], (len(pairs.axes), 3))
-        off = [self.tensor[i, j] for i, j in PAIRS]
+
+    @cached_property
+    def isotropic(self) -> bool:
+        """Whether every direction is an axis."""
         differences = [self.tensor[k, k] - self.tensor[0, 0] for k in (1, 2)]
-        self.isotropic = self.ruler.vanish([*off, *differences]) is True
+        return self.ruler.vanish([*(self.tensor[i, j] for i, j in PAIRS), *differences]) is True
 
     def moment(self, k: int) -> Same:
         """Whether det(I - lambda) = 0."""

@@ -89,10 +89,10 @@ class Ruler:
             found = same(entry, right, self.names, self.name)
             if found is not False or not self.numbers_allowed:
                 return found
-            both = (
+            own, key = (
                 tree.bound(self.names.without_derived(each), self.names.values) for each in (entry, right)
             )
-            return same(*both, self.names, self.name)
+            return same(own, key, self.names, self.name)
         assert isinstance(entry, Number)
         assert isinstance(right, float)
         if is_right(entry, right, self.tolerance, self.largest):
@@ -127,7 +127,8 @@ class Ruler:
 
     def numbers(self, entries: Iterable[Entry | Right]) -> Floats:
         """Entries (n) as SI numbers (n by 1), trees by their values at some points (n by k); NaN for none."""
-        return np.array([self._numbers(entry) for entry in entries], dtype=np.float64)
+        rows = [self._numbers(entry) for entry in entries]
+        return np.array(rows, dtype=np.float64).reshape(len(rows), -1 if rows else 1)
 
     def _numbers(self, entry: Entry | Right) -> list[float]:
         if isinstance(entry, Number | float):
@@ -221,7 +222,7 @@ def is_constant(entry: Entry | Right) -> bool:
 
 def literal(asked: Asked, layout: Callable[[Tree], Layout]) -> tuple[Ruler, Array]:
     """The ruler and the entries of a literal key, laid out as answers are. Raises Unreadable."""
-    shape, cells = layout(opened(asked.value))
+    shape, cells = layout(asked.value)
     ruler = Ruler(asked.name, asked.question.tolerance)
     try:
         numbers = [as_typed(typed, place=place) for place, typed in cells]

@@ -92,17 +92,20 @@ class Arrays(Kind):
         """The shape of an answer, and its cells row by row. Raises Unreadable."""
         return row(answer, self.word)
 
+    def _laid_out(self, answer: Tree) -> Layout:
+        return self.layout(opened(answer))
+
     def key(self, asked: Asked) -> Key:
         """The key of a question, literal or computed. Raises ValueProblem."""
         is_literal = asked.report is None
-        ruler, entries = literal(asked, self.layout) if is_literal else computed(asked, asked.value)
+        ruler, entries = literal(asked, self._laid_out) if is_literal else computed(asked, asked.value)
         size = entries.size
         labels = tuple(f"{self.word} {k + 1}" for k in range(size))
         return Key(asked.question, asked.path, ruler, entries, labels, (True,) * size)
 
     def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
         """The entries of an answer of the shape that is asked. Raises Unreadable."""
-        shape, cells = self.layout(opened(answer))
+        shape, cells = self._laid_out(answer)
         if not self.fits(key, shape):
             sizes = (" by ".join(map(str, each)) for each in (shape, key.entries.shape))
             raise Unreadable("wrong_shape", "read {} entries, expected {}".format(*sizes))

@@ -15,6 +15,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from rigidcli.algebra.reading import from_tree
 from rigidcli.check.base import (
     Asked,
     Finding,
@@ -29,6 +30,7 @@ from rigidcli.check.base import (
 )
 from rigidcli.check.eigen import PAIRS, Eigen, Numbers, Pairs, Trees, solved
 from rigidcli.check.entries import (
+    EXACT,
     Cell,
     Layout,
     Ruler,
@@ -65,7 +67,8 @@ class Key:
     """The eigenproblem that axes must solve; `mistaken` has other tensors, with the codes of mistakes.
 
     `pairs` (3 by 4) are the right moments and axes. `alone` says that axes need no moments, `columns` that
-    the axes of an answer stand in columns, by mistake.
+    the axes of an answer stand in columns, by mistake. Of a key that `is_changed` by a mistake nobody asks
+    what is wrong.
     """
 
     question: Question
@@ -75,6 +78,7 @@ class Key:
     pairs: Array
     mistaken: tuple[tuple[str, Array], ...] = ()
     columns: bool = False
+    is_changed: bool = False
 
     @property
     def ruler(self) -> Ruler:
@@ -128,7 +132,7 @@ class Axes(Kind):
             findings.insert(0, Finding("missing_axis"))
         if count == 3 and not findings:
             return review(opens[0]) if opens else _by_rules(key, value, solver)
-        if count == 3 and {finding.code for finding in findings} == {"outside_tolerance"}:
+        if count == 3 and not key.is_changed and {each.code for each in findings} == {"outside_tolerance"}:
             code = factor(key.ruler, key.path, value.moments, [solver.rayleigh(k) for k in range(3)])
             findings = findings if code is None else [Finding(code)]
         return earning((worth - max(0, count - 3)) / 3, *findings)
@@ -151,12 +155,15 @@ def _by_pairs(key: Key, pairs: Pairs, solver: Numbers | Trees) -> tuple[float, l
     worth, findings, opens = 0.0, list[Finding](), list[str]()
     seen, sound = list[int](), list[int]()
     for k in range(len(pairs.axes)):
-        place, axis = f"axis {k + 1}", solver.axis(k)
+        place = f"axis {k + 1}"
+        together = solver.pair(k) if pairs.moments else solver.axis(k)
+        if together is False and key.is_changed:
+            return 0.0, [Finding("outside_tolerance")], []
+        axis = solver.axis(k) if together is False else together
         if axis is not False and not solver.independent([*seen, k]):
             findings.append(Finding("missing_axis", place))  # it stands twice, or is made up of others
             continue
         seen += [k] * (axis is not False)
-        together = solver.pair(k) if pairs.moments else axis
         if isinstance(together, str):
             opens.append(together)
         elif together and key.question.orthogonal == "required" and not solver.orthogonal([*sound, k]):
@@ -262,7 +269,7 @@ def _literal(asked: Asked) -> tuple[Ruler, Array, Array | None]:
     """The same of a literal key: a tensor of numbers, or pairs. Raises ValueProblem."""
     value, pairs = asked.value, None
     if isinstance(value, dict) and set(value) == {"tensor"}:
-        ruler, entries = literal(replace(asked, value=value["tensor"]), Tensor().layout)
+        ruler, entries = literal(replace(asked, value=opened(value["tensor"])), Tensor().layout)
         if entries.shape != (3, 3):
             raise ValueProblem("expected a tensor of 3 rows of 3")
         tensor = whole(entries.ravel().tolist()).astype(float if ruler.names is None else object)
@@ -273,7 +280,8 @@ def _literal(asked: Asked) -> tuple[Ruler, Array, Array | None]:
         ruler, pairs = literal(asked, _pair_cells)
         tensor = _tensor_of_pairs(ruler, pairs)
     if ruler.names is None:
-        if np.abs(tensor - tensor.T).max() > SLACK * np.abs(tensor).max():
+        allowed = EXACT if pairs is None else SLACK
+        if np.abs(tensor - tensor.T).max() > allowed * np.abs(tensor).max():
             raise ValueProblem("this tensor is not symmetric, or the axes are not at right angles")
         tensor, pairs = (tensor + tensor.T) / 2, None
     if ruler.unit is not None and ruler.unit.dimension != KG_M2.dimension:
@@ -296,7 +304,7 @@ def _tensor_of_pairs(ruler: Ruler, pairs: Array) -> Array:
         if ruler.vanish([axes[i] @ axes[j] for i, j in PAIRS]) is not True:
             raise ValueProblem("the axes are not at right angles")
         terms = (np.outer(e, e) * (moment / (e @ e)) for moment, e in zip(moments, axes, strict=True))
-        return ruler.entries(sum(terms))
+        return ruler.entries(np.vectorize(from_tree, otypes=[object])(sum(terms)))
     # I e = lambda e for three axes, which need be at right angles only where the moments differ.
     with np.errstate(all="ignore"):
         units = axes / np.linalg.norm(axes, axis=1, keepdims=True)
@@ -314,11 +322,11 @@ def worked_out(code: str) -> Callable[[Key], Iterator[Key]]:
     def changes(key: Key) -> Iterator[Key]:
         for name, tensor in key.mistaken:
             if name == code:
-                yield replace(key, eigen=solved(key.ruler, tensor), mistaken=())
+                yield replace(key, eigen=solved(key.ruler, tensor), mistaken=(), is_changed=True)
 
     return changes
 
 
 def in_columns(key: Key) -> Iterator[Key]:
     """The key for which the axes of an answer stand in columns."""
-    yield replace(key, columns=True, mistaken=())
+    yield replace(key, columns=True, mistaken=(), is_changed=True)

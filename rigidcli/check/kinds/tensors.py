@@ -9,7 +9,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import permutations
-from typing import Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 import numpy as np
 
@@ -19,6 +19,9 @@ from rigidcli.check.kinds.arrays import AXES, Arrays, Key, named, rows, settled
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.tensor import point_tensor, rotate
 from rigidcli.errors import ValueProblem, shown
+
+if TYPE_CHECKING:
+    from rigidcli.model.document import Document
 
 SIX = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
 """The components of a tensor, by their usual names; the last three have mirror images."""
@@ -230,14 +233,21 @@ def mistaken_tensors(asked: Asked, tensor: Array) -> Mistaken:
     if tensor.dtype == float:
         moments = np.linalg.eigvalsh(tensor)
         yield from (("other_frame", np.diag(moments[order])) for order in orders)
-    if asked.document is not None and asked.document.frame is not None:
-        axes = asked.document.physical.axes
+    if asked.document is not None and asked.report is not None:
+        tidy = asked.document.arithmetic.tidy
+        yield from ((code, tidy(each)) for code, each in _of_document(asked, asked.document, tensor))
+
+
+def _of_document(asked: Asked, document: Document, tensor: Array) -> Mistaken:
+    """The tensor along the axes of the document or turned the wrong way, and Steiner's theorem misused."""
+    if document.frame is not None:
+        axes = document.physical.axes
         yield "other_frame", rotate(tensor, axes)
-        yield "other_frame", rotate(tensor, axes @ axes)  # turned the wrong way
+        yield "other_frame", rotate(tensor, axes @ axes)
     results = {} if asked.report is None else asked.report.tree()
     if all(results.get(name) is not None for name in NEEDED):
         mass, com, about, here, central = (np.asarray(results[name]) for name in NEEDED)
-        term = mass * point_tensor(about - com)  # of Steiner's theorem
+        term = mass * point_tensor(about - com)
         about_com = asked.path[-1:] == ("tensor_com",)
         yield "parallel_axis_missing", here if about_com else central
         yield "parallel_axis_sign", here + term if about_com else central - term
