@@ -53,7 +53,7 @@ KEYS = {
     plate | 2/3 | missing_axis | 1: h h 0; 3: h -h 0
     plate | 1/3 | missing_axis | 1: h h 0
     plate | 2/3 | missing_axis@axis-2 | 1: h h 0; 3: h h 0; 4: 0 0 1  1: h h 0; 1: -h -h 0; 4: 0 0 1
-    cube | 2/3 | moment_axis_pairing@pair-1 moment_axis_pairing@pair-3 | 11: t t t; 2: h -h 0; 11: s s -2*s
+    cube | 2/3 | moment_axis_pairing@pair-1 moment_axis_pairing@pair-2 | 11: t t t; 2: h -h 0; 11: s s -2*s
     plate | 5/6 | not_an_eigenvector@axis-3 | 1: h h 0; 3: h -h 0; 4: .6 0 .8  1: h h 0; 3: h -h 0; 4: 0 0 0
     plate | 5/6 | outside_tolerance@moment-2 | 1: h h 0; 3.1: h -h 0; 4: 0 0 1
     plate | 1/2 | constant_factor | 2: h h 0; 6: h -h 0; 8: 0 0 1
@@ -206,7 +206,7 @@ MASSES = "5*m*a^2: 0 1 -1; 7*m*a^2: 0 1 1; 10*m*a^2: 1 0 0"
     share | said | answer
     1 | | 5*m*a^2: 0 1 -1; 7ma^2: 0 1 1; 10ma^2: 1 0 0
     10*m*a^2: a 0 0; 5.00*m*a^2: 0 h -h; (6+1)*m*a*a: 0 h h
-    2/3 | moment_axis_pairing@pair-1 moment_axis_pairing@pair-2 |
+    2/3 | moment_axis_pairing@pair-1 moment_axis_pairing@pair-3 |
     10*m*a^2: 0 1 -1; 7*m*a^2: 0 1 1; 5*m*a^2: 1 0 0
     1/2 | constant_factor | 15*m*a^2: 0 1 -1; 21*m*a^2: 0 1 1; 30*m*a^2: 1 0 0
     5/6 | outside_tolerance@moment-3 | 5*m*a^2: 0 1 -1; 7*m*a^2: 0 1 1; 10*m*a^3: 1 0 0

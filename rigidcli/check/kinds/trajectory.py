@@ -78,9 +78,6 @@ MAGNIFIED = 3
 
 TOO_FAR = "the key has few rows, and those of the answer are at other times, too far apart to compare"
 
-LEAST_HORIZON = 0.02
-"""The part of the span that must be predictable."""
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Key:
@@ -165,6 +162,8 @@ class Trajectory(Kind):
         if isinstance(seen, str):
             return review(seen, *missing)
         times, own, expected = seen
+        if not len(times):
+            return earning(0.0, *missing, Finding("time_range_short"))
         off = np.abs(_wrapped(key, own - expected)) / key.margins
         until, complete = _reach(key, times if key.reference is None else value.times)
         wrong = np.asarray(there & (off > 1).any(axis=0))
@@ -408,20 +407,20 @@ NOISE = 1e-9
 
 
 def _horizon(asked: Asked) -> float:
-    """The part of the span until which a motion can be predicted. Raises ValueProblem for too little.
+    """The part of the span until which a motion can be predicted. Raises ValueProblem where that is unknown.
 
     In a chaotic motion digits are lost evenly; the report tells how many are left at the end.
     """
     results = {} if asked.report is None else asked.report.tree()
     digits = results.get("trusted_digits", results.get("orbit", {}).get("trusted_digits"))
-    section = getattr(asked.document, "orbit", None) or getattr(asked.document, "motion", None)
-    tolerance = float(getattr(section, "tolerance", None) or DEFAULT_TOLERANCE)
-    lost = 0.0 if digits is None else -math.log10(tolerance) - float(digits)
-    horizon = MAGNIFIED / max(MAGNIFIED, lost)
-    if horizon < LEAST_HORIZON:
+    if digits is None:
+        return 1.0
+    if digits < 1:
         hint = "ask for a shorter time, or lower the tolerance of the orbit itself"
         raise ValueProblem("only a small part of this motion can be predicted", hint=hint)
-    return horizon
+    section = getattr(asked.document, "orbit", None) or getattr(asked.document, "motion", None)
+    tolerance = float(getattr(section, "tolerance", None) or DEFAULT_TOLERANCE)
+    return MAGNIFIED / max(MAGNIFIED, -math.log10(tolerance) - float(digits))
 
 
 def _of_report(asked: Asked) -> Table:
