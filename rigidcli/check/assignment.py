@@ -196,7 +196,7 @@ def _changes(kind: Kind, key: Any, typed: Any) -> Iterator[tuple[str, Any]]:
     right = kind.read(key, typed, Path()).value
     for code, changed in mistakes.changed(kind.name, key):
         with contextlib.suppress(Unreadable, ArithmeticError, ValueError):
-            if kind.judge(changed, right).verdict != "correct":
+            if not kind.is_right(changed, right):
                 yield code, changed
 
 

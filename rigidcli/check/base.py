@@ -64,7 +64,9 @@ def review(detail: str, *findings: Finding) -> Outcome:
 class Unreadable(Exception):  # noqa: N818 - it carries findings to their outcome
     """The answer cannot be read as one of the kind that is asked. `findings` has all that is wrong with it."""
 
-    def __init__(self, code: str, detail: str = "", *, place: str = "", also: tuple[Finding, ...] = ()) -> None:
+    def __init__(
+        self, code: str, detail: str = "", *, place: str = "", also: tuple[Finding, ...] = ()
+    ) -> None:
         super().__init__(detail)
         self.findings = (Finding(code, place, detail), *also)
 
@@ -120,6 +122,10 @@ class Kind(ABC):
     @abstractmethod
     def judge(self, key: Any, value: Any) -> Outcome:
         """The outcome of an answer that has been read, with the share that `credit: parts` gives."""
+
+    def is_right(self, key: Any, value: Any) -> bool:
+        """Whether the outcome would be `correct`; a kind may say so sooner than it finds what is wrong."""
+        return self.judge(key, value).verdict == "correct"
 
     @abstractmethod
     def typed(self, key: Any) -> Tree:

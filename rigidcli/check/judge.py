@@ -156,8 +156,8 @@ def _explained(item: Item, found: Outcome, value: Any) -> Outcome:
     named = {}
     for code, key in item.changes:
         with suppress(Unreadable, ArithmeticError, ValueError):
-            if code not in named and (by_mistake := item.kind.judge(key, value)).verdict == "correct":
-                named[code] = (Finding(code), *by_mistake.findings)
+            if code not in named and item.kind.is_right(key, value):
+                named[code] = (Finding(code), *item.kind.judge(key, value).findings)
     return replace(found, findings=named.popitem()[1]) if len(named) == 1 else found
 
 

@@ -63,7 +63,8 @@ def test_each_question_gets_its_own_answer_title_and_points() -> None:
 
 def test_a_share_of_the_points() -> None:
     question = judged("answers: {b: [42, 42, 0]}")["b"]
-    assert (question.verdict, question.score) == ("partial", pytest.approx(4 / 3, abs=1e-6))
+    assert question.verdict == "partial"
+    assert question.score == pytest.approx(4 / 3, abs=1e-6)
 
 
 @pytest.mark.parametrize(
