@@ -15,14 +15,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from rigidcli.check.base import Unreadable
-from rigidcli.check.numbers import read_number, read_unit
+from rigidcli.check.numbers import read_number, read_unit, scale_in
 from rigidcli.core.arithmetic import Floats
-from rigidcli.errors import ExpressionError, shown
+from rigidcli.errors import ExpressionError, ValueProblem, shown
 from rigidcli.language.tree import Name
 from rigidcli.language.typed import expression
-from rigidcli.model.units import Unit
+from rigidcli.model.units import Unit, parse_unit
 
 TIME = "t"
+
+SECOND = parse_unit("s")
 
 MOST_CHARACTERS = 1_000_000
 """The most characters of a table."""
@@ -46,6 +48,16 @@ class Column:
     name: str
     unit: Unit | None
     values: Floats
+
+    def in_si(self, unit: Unit | None) -> Floats:
+        """The numbers in SI units; a column without a unit of its own is in `unit`. Raises Unreadable."""
+        if self.unit is None or unit is None:
+            own = self.unit or unit
+            return self.values * (1.0 if own is None else own.scale)
+        try:
+            return self.values * scale_in(self.unit, unit.dimension)
+        except ValueProblem as problem:
+            raise Unreadable("unit_incompatible", problem.message, place=shown(self.name)) from None
 
 
 def read_table(text: str, wanted: Collection[str] | None = None) -> dict[str, Column]:

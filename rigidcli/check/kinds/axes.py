@@ -28,7 +28,6 @@ from rigidcli.check.base import (
     earning,
     review,
 )
-from rigidcli.check.eigen import PAIRS, Eigen, Numbers, Pairs, Trees, solved
 from rigidcli.check.entries import (
     EXACT,
     Cell,
@@ -42,6 +41,7 @@ from rigidcli.check.entries import (
     typed_as,
 )
 from rigidcli.check.kinds.arrays import are_bare, factor, has_unit_length, row
+from rigidcli.check.kinds.eigen import PAIRS, Eigen, Numbers, Pairs, Trees, solved
 from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, TENSORS, Tensor, mistaken_tensors, whole
 from rigidcli.check.question import Question
 from rigidcli.core.arithmetic import Array
