@@ -143,10 +143,11 @@ class Arrays(Kind):
         right = key.right
         if all(_is_short(key, entries[k], right[k]) for k in wrong):
             return [Finding("too_few_sig_figs", named(key, wrong) if partly else "")]
-        numbers = [k for k in wrong if is_constant(entries[k]) and not is_constant(right[k])]
-        if numbers:
-            return [Finding("number_for_symbol", named(key, numbers))]
-        if code := factor(key.ruler, key.path, entries, right):
+        plain = [k for k in wrong if is_constant(entries[k]) and not is_constant(right[k])]
+        if plain:
+            return [Finding("number_for_symbol", named(key, plain))]
+        numbers = key.ruler.numbers
+        if code := factor(key.ruler, key.path, numbers(entries), numbers(right)):
             return [Finding(code)]
         return [Finding("component_wrong", named(key, wrong)) if partly else Finding("outside_tolerance")]
 
@@ -179,11 +180,8 @@ def named(key: Key, places: Sequence[int]) -> str:
     return ("; " if "," in names[0] else ", ").join(names[:MOST_PLACES]) + more
 
 
-def factor(
-    ruler: Ruler, path: tuple[str, ...], entries: Sequence[Entry], right: Sequence[Right]
-) -> str | None:
-    """The code of the one factor by which all entries are wrong; None where there is no such factor."""
-    own, expected = ruler.numbers(entries), ruler.numbers(right)
+def factor(ruler: Ruler, path: tuple[str, ...], own: Floats, expected: Floats) -> str | None:
+    """The code of the one factor by which all entries (n by k) are wrong; None where there is none."""
     used, slack = np.abs(expected) > NOISE * np.abs(expected).max(), max(ruler.slack, EXACT)
     if not used.any():
         return None

@@ -41,7 +41,7 @@ from rigidcli.check.entries import (
     typed_as,
 )
 from rigidcli.check.kinds.arrays import are_bare, factor, has_unit_length, row
-from rigidcli.check.kinds.eigen import PAIRS, Eigen, Numbers, Pairs, Trees, solved
+from rigidcli.check.kinds.eigen import Eigen, Pairs, Solver, solved
 from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, TENSORS, Tensor, mistaken_tensors, whole
 from rigidcli.check.question import Question
 from rigidcli.core.arithmetic import Array
@@ -126,14 +126,14 @@ class Axes(Kind):
         count = len(value.axes)
         if key.columns and count == 3:
             value = Pairs(value.moments, tuple(zip(*value.axes, strict=True)))
-        solver = (Numbers if key.ruler.names is None else Trees)(key.eigen, value)
+        solver = Solver(key.eigen, value)
         worth, findings, opens = _by_pairs(key, value, solver)
         if count < 3:
             findings.insert(0, Finding("missing_axis"))
         if count == 3 and not findings:
             return review(opens[0]) if opens else _by_rules(key, value, solver)
         if count == 3 and not key.is_changed and {each.code for each in findings} == {"outside_tolerance"}:
-            code = factor(key.ruler, key.path, value.moments, [solver.rayleigh(k) for k in range(3)])
+            code = factor(key.ruler, key.path, key.ruler.numbers(value.moments), solver.expected())
             findings = findings if code is None else [Finding(code)]
         return earning((worth - max(0, count - 3)) / 3, *findings)
 
@@ -150,13 +150,13 @@ class Axes(Kind):
         return key.ruler.symbols(key.eigen.tensor.flat) if key.ruler.names is not None else frozenset()
 
 
-def _by_pairs(key: Key, pairs: Pairs, solver: Numbers | Trees) -> tuple[float, list[Finding], list[str]]:
+def _by_pairs(key: Key, pairs: Pairs, solver: Solver) -> tuple[float, list[Finding], list[str]]:
     """How many pairs are right, what is said of the others, and why some are open."""
     worth, findings, opens = 0.0, list[Finding](), list[str]()
     seen, sound = list[int](), list[int]()
     for k in range(len(pairs.axes)):
         place = f"axis {k + 1}"
-        together = solver.pair(k) if pairs.moments else solver.axis(k)
+        together = solver.pair(k)
         if together is False and key.is_changed:
             return 0.0, [Finding("outside_tolerance")], []
         axis = solver.axis(k) if together is False else together
@@ -173,7 +173,7 @@ def _by_pairs(key: Key, pairs: Pairs, solver: Numbers | Trees) -> tuple[float, l
             sound.append(k)
             worth += 1
         else:
-            moment = solver.moment(k) is True
+            moment = solver.moment(k)
             # Where every direction is an axis, one is worth nothing without its moment.
             worth += 0.5 * (moment or (axis is True and not solver.isotropic))
             if axis is not True:
@@ -185,15 +185,14 @@ def _by_pairs(key: Key, pairs: Pairs, solver: Numbers | Trees) -> tuple[float, l
     return worth, findings, opens
 
 
-def _by_rules(key: Key, pairs: Pairs, solver: Numbers | Trees) -> Outcome:
+def _by_rules(key: Key, pairs: Pairs, solver: Solver) -> Outcome:
     """The outcome of three right pairs: whether they keep the rules of the question."""
     half = 0.5 * bool(pairs.moments)
     if key.question.unit == "required" and key.ruler.has_units and are_bare(pairs.moments):
         return earning(half, Finding("unit_missing"))
-    if key.question.order == "ascending":
-        moments = key.ruler.numbers(solver.rayleigh(k) for k in range(3))[:, 0]
-        if any(own < before - key.ruler.slack * abs(before) for before, own in pairwise(moments)):
-            return earning(0.0, Finding("wrong_order"))
+    moments = solver.expected()[:, 0] if key.question.order == "ascending" else ()
+    if any(own < before - key.ruler.slack * abs(before) for before, own in pairwise(moments)):
+        return earning(0.0, Finding("wrong_order"))
     for k, axis in enumerate(pairs.axes if key.question.normalized == "required" else ()):
         if not has_unit_length(key.ruler, axis):
             return earning(half, Finding("axis_not_normalised", f"axis {k + 1}"))
@@ -301,7 +300,7 @@ def _tensor_of_pairs(ruler: Ruler, pairs: Array) -> Array:
     """The tensor with three moments and axes (3 by 4). Raises ValueProblem."""
     moments, axes = pairs[:, 0], pairs[:, 1:]
     if ruler.names is not None:
-        if ruler.vanish([axes[i] @ axes[j] for i, j in PAIRS]) is not True:
+        if ruler.vanish([axes[i] @ axes[j] for i, j in ((0, 1), (0, 2), (1, 2))]) is not True:
             raise ValueProblem("the axes are not at right angles")
         terms = (np.outer(e, e) * (moment / (e @ e)) for moment, e in zip(moments, axes, strict=True))
         return ruler.entries(np.vectorize(from_tree, otypes=[object])(sum(terms)))

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Outcome, Tree, Unreadable, earning
-from rigidcli.check.entries import Cell, Entry, Layout, Right, Ruler, Same, filled, typed_as
+from rigidcli.check.entries import Cell, Entry, Layout, Ruler, Same, filled, typed_as
 from rigidcli.check.kinds.arrays import AXES, Arrays, Key, named, rows, settled
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.tensor import point_tensor, rotate
@@ -165,23 +165,23 @@ class Moments(Arrays):
         return replace(key, entries=np.sort(key.entries), mistaken=mistaken)
 
     def fits(self, key: Key, shape: tuple[int, ...]) -> bool:
-        """Any number of moments can be judged."""
-        return True
+        """Moments may be missing, or too many."""
+        return len(shape) == 1 and shape[0] <= 2 * key.entries.size
 
     def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
         """The outcome of a list of moments: first without their order."""
-        places = matched(key.ruler, value, key.right)
-        used = [place for place in places if isinstance(place, int)]
-        opens = [place for place in places if isinstance(place, str)]
-        if len(used) + len(opens) == len(key.right) == len(places):
+        right, zero = key.right, key.ruler.are_zero(key.right)
+        same = [[key.ruler.same(entry, each) for each in right] for entry in value]
+        places = matched(same)
+        wrong = [k for k, place in enumerate(places) if place is None]
+        opens = [next((each for each in same[k] if isinstance(each, str)), False) for k in wrong]
+        if len(value) == len(right) and False not in opens:
             in_order = key.question.order == "free" or False not in self.compared(key, value)
             return settled(key, value, opens) if in_order else earning(0.0, Finding("wrong_order"))
-        zero = key.ruler.are_zero(key.right)
-        if not all(zero) and all(zero[place] for place in used):
-            used = []  # where only zeros are right, nothing is
-        surplus = max(0, len(places) - len(key.right))
-        wrong = [k for k, place in enumerate(places) if place is None]
-        return earning((len(used) - surplus) / len(key.right), *self._said_of(key, value, wrong, bool(used)))
+        count, surplus = len(value) - len(wrong), max(0, len(value) - len(right))
+        if not all(zero) and all(place is None or zero[place] for place in places):
+            count = 0  # where only zeros are right, nothing is
+        return earning((count - surplus) / len(right), *self._said_of(key, value, wrong, count > 0))
 
     def _said_of(self, key: Key, entries: Sequence[Entry], wrong: list[int], partly: bool) -> list[Finding]:
         """What is said of wrong moments, those of the same rank beside each other."""
@@ -200,24 +200,25 @@ def _ranked(ruler: Ruler, entries: Sequence[Any]) -> list[Any]:
     return [entries[place] for place in np.argsort(sizes, kind="stable")]
 
 
-def matched(ruler: Ruler, entries: Sequence[Entry], right: Sequence[Right]) -> list[int | str | None]:
-    """The place in `right` (ascending, where these are numbers) of each entry, or why that is open, or None.
+def matched(same: Sequence[Sequence[Same]]) -> list[int | None]:
+    """The column of each row of a table of which entries are the same, each used once, for as many as can be.
 
-    Trees that are the same are so to all others; of numbers, the least that fits leaves most to the rest.
+    Rows find columns by augmenting paths (H. Kuhn, Naval Research Logistics Quarterly 2 (1955) 83).
     """
-    free, found = list(range(len(right))), list[int | str | None]([None] * len(entries))
-    order = range(len(entries))
-    if ruler.names is None:
-        order = np.argsort(ruler.numbers(entries)[:, 0]).tolist()
-    for k in order:
-        for place in free:
-            same = ruler.same(entries[k], right[place])
-            if same is not False:
-                found[k] = place if same is True else same
-            if same is True:
-                free.remove(place)
-                break
-    return found
+    rows = dict[int, int]()
+
+    def found(row: int, seen: set[int]) -> bool:
+        for column in (k for k, each in enumerate(same[row]) if each is True and k not in seen):
+            seen.add(column)
+            if column not in rows or found(rows[column], seen):
+                rows[column] = row
+                return True
+        return False
+
+    for row in range(len(same)):
+        found(row, set())
+    columns = {row: column for column, row in rows.items()}
+    return [columns.get(row) for row in range(len(same))]
 
 
 # --- mistakes on the way to a tensor
