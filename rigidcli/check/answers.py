@@ -164,12 +164,15 @@ class _Entry:
             tree = tree_of("x: " + "\n ".join(self.lines) + "\n")["x"]
         except Unreadable as unreadable:
             found = unreadable.findings[0]
-            if found.code == "parse_error":
-                return "\n".join(texts)
-            return Unreadable(found.code, f"line {self.number}: {found.detail.partition(': ')[2]}")
+            if found.code != "parse_error":
+                return Unreadable(found.code, f"line {self.number}: {found.detail.partition(': ')[2]}")
+            is_list = texts and not self.lines[0].strip() and all(text.startswith("- ") for text in texts)
+            return [text[2:].strip() for text in texts] if is_list else "\n".join(texts)
         is_text = isinstance(tree, str) and texts and not texts[0].startswith(("'", '"', "|", ">"))
-        # YAML would join the lines of a text, each of which may be an equation.
-        return "\n".join(texts) if is_text else tree
+        # YAML would join the lines of a text, each of which may be an equation; and where semicolons separate
+        # numbers, it would cut these at their decimal commas.
+        is_cut = texts and texts[0].startswith(("[", "{")) and any(";" in text for text in texts)
+        return "\n".join(texts) if is_text or is_cut else tree
 
 
 @dataclass(slots=True)
@@ -208,7 +211,7 @@ class _Lines:
         for name in sorted(self.names, key=len, reverse=True):
             if plain[: len(name)].casefold() == name:
                 behind = plain[len(name) :].lstrip("\"'")
-                blank = r"|\s+(?=\S)" if re.search(r"[0-9]", name) else ""
+                blank = r"|\s+(?=\S)" if re.search(r"[0-9]", name) else r"|\s+(?=[-+~]?[0-9.\[({\\$])"
                 if found := re.match(rf"\s*[:=]\s*|[.)]\s+{blank}", behind):
                     return plain[: len(name)], behind[found.end() :]
         name, colon, behind = text[: LONGEST_NAME + 1].partition(":")

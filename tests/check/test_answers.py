@@ -87,6 +87,8 @@ def test_an_entry_may_be_written_in_many_ways(line: str, end: str, head: str) ->
         ("p^2/2m\n    + k*x^2/2", "p^2/2m\n+ k*x^2/2"),
         ("p^2/2m\n  + k*x^2/2", "p^2/2m\n+ k*x^2/2"),
         ("[1,\n  2]", ["1", "2"]),
+        ("[[1,5; 2], [3; 4,5]]", "[[1,5; 2], [3; 4,5]]"),
+        ("\n  - [1, \\frac{1}{2}]\n  - [2, 0]", ["[1, \\frac{1}{2}]", "[2, 0]"]),
     ],
 )
 def test_an_answer_is_the_text_that_was_typed_or_its_lists_and_mappings(value: str, expected: Tree) -> None:
