@@ -133,38 +133,12 @@ def run(*arguments: str, stdin: str = "") -> Outcome:
     return Outcome(done.returncode, done.stdout.decode(), done.stderr.decode())
 
 
-def check_of_a_class(folder: Path) -> Sequence[str]:
-    """The command that judges some answers, among them some that can harm or that cannot be read."""
-    assignment = folder / "assignment.yaml"
-    assignment.write_text(
-        f"questions:\n  1: {{document: {ROOT}/configs/taylor_13_02.yaml, ask: hamilton.hamiltonian}}\n"
-        "  2: {answer: {csv: 't,x\\n0,1\\n1,2\\n2,3'}, kind: trajectory}\n"
-    )
-    answers = folder / "answers"
-    answers.mkdir()
-    for student in range(200):
-        sign = "-+"[student % 3 == 0]
-        (answers / f"s{student:03}.yaml").write_text(
-            f"answers:\n  1: p_x**2/(2*m) {sign} m*g*x\n  2: {{file: s{student:03}.csv}}\n"
-        )
-        if student % 4:
-            (answers / f"s{student:03}.csv").write_text("t,x\n0,1\n1,2\n2,3\n")
-    (answers / "broken.yaml").write_text("answers: [\n")
-    (answers / "deep.yaml").write_text(f"answers: {{1: {'(' * 5000}x{')' * 5000}}}\n")
-    (answers / "link.yaml").symlink_to(assignment)
-    return ("check", os.path.relpath(assignment, ROOT), os.path.relpath(answers, ROOT), "-f", "json")
-
-
 @needs_dask
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
-@pytest.mark.parametrize("work", ["a sweep", "homework"])
-def test_no_row_is_lost_or_comes_twice_when_a_worker_is_killed(
-    work: str, one_worker: Cluster, program: Program, tmp_path: Path
-) -> None:
-    command = SWEEP if work == "a sweep" else check_of_a_class(tmp_path)
-    expected = program(*command)
-    second = one_worker.worker(f"second for {work}")
-    with begin(*command, "--jobs", one_worker.address) as running:
+def test_no_row_is_lost_or_comes_twice_when_a_worker_is_killed(one_worker: Cluster, program: Program) -> None:
+    expected = program(*SWEEP)
+    second = one_worker.worker("second")
+    with begin(*SWEEP, "--jobs", one_worker.address) as running:
         assert running.stdout is not None
         # The pipe takes no more than some hundred rows before these are read: most are still to come.
         head = running.stdout.read(100)
