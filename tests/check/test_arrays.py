@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
+from collections.abc import Callable
 from fractions import Fraction
 from typing import Any
 
@@ -153,7 +154,8 @@ def test_an_array(kind: str, key: str, options: str, share: str, said: str, answ
         options = options.strip("'").replace(short, long)
     answer = typed(SHORT.get(answer, "")) if isinstance(answer, str) and answer in SHORT else answer
     outcome = judged(asked(question(kind, key, options)), answer)
-    assert (told(outcome), outcome.share) == (said, pytest.approx(float(Fraction(share))))
+    assert told(outcome) == said
+    assert outcome.share == pytest.approx(float(Fraction(share)))
 
 
 RIGHT = {"vector": "[1 cm, -2 cm, 0 cm]", "moments": "[2, 11, 11]", "matrix": MATRIX, "tensor": CUBE}
@@ -260,7 +262,8 @@ def test_mistakes_on_the_way_to_a_tensor(
 
 
 def test_moments_of_mistaken_tensors() -> None:
-    points, origin = [(1.0, 1, 0, 0), (2, 0, 1, 1), (3, 0.5, 1, -1)], np.array([1.0, -1, 2])
+    points: list[tuple[float, ...]] = [(1, 1, 0, 0), (2, 0, 1, 1), (3, 0.5, 1, -1)]
+    origin = np.array([1.0, -1, 2])
     item = asked("{ask: axes.moments}", json.dumps({"body": {"points": points}, "about": origin.tolist()}))
     tensors = mistaken(points, origin, np.eye(3))
     for code in ("", "products_of_inertia_sign", "products_of_inertia_missing", "parallel_axis_missing"):
@@ -283,7 +286,8 @@ def test_angular_momentum_in_other_axes() -> None:
     assert judged(item, [f"{value:.3g}" for value in along]).verdict == "correct"
     assert judged(item, [f"{value * 1000:.4g} g m^2/s" for value in along]).verdict == "correct"
     outcome = judged(item, [repr(float(value)) for value in momentum])
-    assert (codes(outcome), outcome.share) == (["other_frame"], pytest.approx(1 / 3))
+    assert codes(outcome) == ["other_frame"]
+    assert outcome.share == pytest.approx(1 / 3)
 
 
 def test_a_centre_of_mass_at_the_origin() -> None:
@@ -322,7 +326,8 @@ def test_documents_with_symbols(ask: str, document: str, share: str, said: str, 
     outcome = judged(asked(f"{{ask: {ask}}}", {"CORNER": CORNER, "SPRING": SPRING}[document]), answer)
     if said == "parallel_axis_missing":
         share = "0"  # no component of the corner's tensor is right
-    assert (told(outcome), outcome.share) == (said, pytest.approx(float(Fraction(share))))
+    assert told(outcome) == said
+    assert outcome.share == pytest.approx(float(Fraction(share)))
 
 
 @pytest.mark.parametrize(
@@ -378,7 +383,7 @@ def test_right_is_never_wrong(made: tuple[str, Floats], relative: float | None, 
     assert judged(item, answer).verdict == "correct"
 
 
-CHANGES = {
+CHANGES: dict[str, Callable[[Floats], Floats]] = {
     "another order": lambda values: np.roll(values, 1, axis=-1),
     "another sign": lambda values: -values,
     "zeros": np.zeros_like,

@@ -67,8 +67,7 @@ class Key:
     """The eigenproblem that axes must solve; `mistaken` has other tensors, with the codes of mistakes.
 
     `pairs` (3 by 4) are the right moments and axes. `alone` says that axes need no moments, `columns` that
-    the axes of an answer stand in columns, by mistake. Of a key that `is_changed` by a mistake nobody asks
-    what is wrong.
+    the axes of an answer stand in columns, by mistake.
     """
 
     question: Question
@@ -78,7 +77,6 @@ class Key:
     pairs: Array
     mistaken: tuple[tuple[str, Array], ...] = ()
     columns: bool = False
-    is_changed: bool = False
 
     @property
     def ruler(self) -> Ruler:
@@ -124,18 +122,23 @@ class Axes(Kind):
     def judge(self, key: Key, value: Pairs) -> Outcome:
         """The outcome of pairs, one by one; one counts half where only its moment or its axis is right."""
         count = len(value.axes)
-        if key.columns and count == 3:
-            value = Pairs(value.moments, tuple(zip(*value.axes, strict=True)))
+        value = _in_rows(key, value)
         solver = Solver(key.eigen, value)
         worth, findings, opens = _by_pairs(key, value, solver)
         if count < 3:
             findings.insert(0, Finding("missing_axis"))
         if count == 3 and not findings:
             return review(opens[0]) if opens else _by_rules(key, value, solver)
-        if count == 3 and not key.is_changed and {each.code for each in findings} == {"outside_tolerance"}:
+        if count == 3 and {each.code for each in findings} == {"outside_tolerance"}:
             code = factor(key.ruler, key.path, key.ruler.numbers(value.moments), solver.expected())
             findings = findings if code is None else [Finding(code)]
         return earning((worth - max(0, count - 3)) / 3, *findings)
+
+    def is_right(self, key: Key, value: Pairs) -> bool:
+        """Whether the outcome is `correct`: most pairs are soon seen not to be."""
+        solver = Solver(key.eigen, _in_rows(key, value))
+        solves = len(value.axes) == 3 and all(solver.pair(k) is True for k in range(3))
+        return solves and super().is_right(key, value)
 
     def typed(self, key: Key) -> Tree:
         """The moments and axes."""
@@ -150,6 +153,12 @@ class Axes(Kind):
         return key.ruler.symbols(key.eigen.tensor.flat) if key.ruler.names is not None else frozenset()
 
 
+def _in_rows(key: Key, pairs: Pairs) -> Pairs:
+    """Pairs with axes that by mistake stand in columns."""
+    is_turned = key.columns and len(pairs.axes) == 3
+    return Pairs(pairs.moments, tuple(zip(*pairs.axes, strict=True))) if is_turned else pairs
+
+
 def _by_pairs(key: Key, pairs: Pairs, solver: Solver) -> tuple[float, list[Finding], list[str]]:
     """How many pairs are right, what is said of the others, and why some are open."""
     worth, findings, opens = 0.0, list[Finding](), list[str]()
@@ -157,8 +166,6 @@ def _by_pairs(key: Key, pairs: Pairs, solver: Solver) -> tuple[float, list[Findi
     for k in range(len(pairs.axes)):
         place = f"axis {k + 1}"
         together = solver.pair(k)
-        if together is False and key.is_changed:
-            return 0.0, [Finding("outside_tolerance")], []
         axis = solver.axis(k) if together is False else together
         if axis is not False and not solver.independent([*seen, k]):
             findings.append(Finding("missing_axis", place))  # it stands twice, or is made up of others
@@ -321,11 +328,11 @@ def worked_out(code: str) -> Callable[[Key], Iterator[Key]]:
     def changes(key: Key) -> Iterator[Key]:
         for name, tensor in key.mistaken:
             if name == code:
-                yield replace(key, eigen=solved(key.ruler, tensor), mistaken=(), is_changed=True)
+                yield replace(key, eigen=solved(key.ruler, tensor), mistaken=())
 
     return changes
 
 
 def in_columns(key: Key) -> Iterator[Key]:
     """The key for which the axes of an answer stand in columns."""
-    yield replace(key, columns=True, mistaken=(), is_changed=True)
+    yield replace(key, columns=True, mistaken=())

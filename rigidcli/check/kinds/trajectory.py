@@ -27,7 +27,7 @@ from rigidcli.check.base import (
     review,
 )
 from rigidcli.check.factors import common_factor
-from rigidcli.check.kinds.motion import LEAST_SAMPLES, OFF, Key, key_of, smooth, spline, text_of
+from rigidcli.check.kinds.trajectory_keys import LEAST_SAMPLES, OFF, Key, key_of, smooth, spline, text_of
 from rigidcli.check.tables import SECOND, TIME, read_table
 from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.errors import shown

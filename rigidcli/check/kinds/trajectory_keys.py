@@ -79,6 +79,7 @@ def spline(times: Floats, values: Floats, margins: Floats) -> Columns | None:
 
     Its error is estimated from every second sample, by which the others are missed by more.
     """
+    from scipy.interpolate import make_interp_spline
 
     for degree in (5, 3, 1):  # the low ones are better where a motion is not smooth
         if degree < len(times[::2]):
