@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import operator
 from collections.abc import Callable, Iterator, Mapping
 from fractions import Fraction
@@ -83,10 +84,13 @@ class Walk:
         self.node = node
         self.rounded = rounded
         self.signs: dict[tuple[str, Node], set[int]] = {}
-        self.terms: dict[Node, bool] = {}
+        self.unseen: dict[int, Node] = {}
+        self.seen = set[int]()
+        self._values: dict[int, Ball] = {}
 
     def value(self, point: Point) -> Ball:
         """The value at a point. Raises NoValue, Unclear."""
+        self._values = {}
         value = self.of(self.node, point)
         if not value.is_finite():
             raise Unclear
@@ -95,7 +99,7 @@ class Walk:
     @property
     def hidden(self) -> Node | None:
         """A term that no point has shown."""
-        return next((term for term, is_seen in self.terms.items() if not is_seen), None)
+        return next((term for place, term in self.unseen.items() if place not in self.seen), None)
 
     def one_sided(self, domains: Mapping[str, str]) -> Iterator[tuple[str, Node]]:
         """The functions whose argument has shown one sign only, and is not positive by its form."""
@@ -105,9 +109,13 @@ class Walk:
                 yield function, argument
 
     def of(self, node: Node, point: Point) -> Ball:
-        """The value of a part of the formula."""
-        from flint import arb
+        """The value of a part of the formula, which may stand in it more than once."""
+        place = id(node)
+        if place not in self._values:
+            self._values[place] = self._of(node, point)
+        return self._values[place]
 
+    def _of(self, node: Node, point: Point) -> Ball:
         match node:
             case tree.Name(name):
                 if name not in point:
@@ -116,7 +124,7 @@ class Walk:
             case tree.Number(text, _):
                 return _number(text, self.rounded)
             case tree.Constant():
-                return arb.pi()
+                return _pi()
             case tree.Negative(operand):
                 return -self.of(operand, point)
             case tree.Reciprocal(operand):
@@ -124,36 +132,31 @@ class Walk:
             case tree.Sum(terms):
                 return self.sum(terms, point)
             case tree.Product(factors):
-                product = arb(1)
-                for factor in factors:
-                    product *= self.of(factor, point)
-                return product
+                return math.prod(self.of(factor, point) for factor in factors)
             case tree.Power(base, exponent):
                 return self.power(base, exponent, point)
             case tree.Call(function, arguments):
                 inner = [self.of(argument, point) for argument in arguments]
                 for argument, value in zip(arguments, inner, strict=True):
-                    if not self.terms.get(argument, False):
-                        self.terms[argument] = bool(value.is_zero() or value.abs_upper() > HIDDEN)
+                    self.note(argument, bool(value.is_zero() or value.abs_upper() > HIDDEN))
                 if function in _SIDED:
                     self.show(function, arguments[0], inner[0])
                 return _call(function, inner)
 
     def sum(self, terms: tuple[Node, ...], point: Point) -> Ball:
         """The value of a sum, of which the terms that can be seen are noted."""
-        from flint import arb
-
         found = [self.of(term, point) for term in terms]
         sizes = [abs(value) for value in found]
-        largest = max(size.abs_upper() for size in sizes)
+        least = max(size.abs_upper() for size in sizes) * HIDDEN
         for term, size in zip(terms, sizes, strict=True):
-            if not self.terms.get(term, False):
-                is_nothing = size.is_zero() and not tree.names_in(term)
-                self.terms[term] = bool(is_nothing or size.abs_lower() > largest * HIDDEN)
-        total = arb(0)
-        for value in found:
-            total += value
-        return total
+            self.note(term, bool(size.abs_lower() > least or (size.is_zero() and not tree.names_in(term))))
+        return sum(found)
+
+    def note(self, term: Node, is_seen: bool) -> None:
+        """Note whether a term can be seen beside the others at a point."""
+        self.unseen[id(term)] = term
+        if is_seen:
+            self.seen.add(id(term))
 
     def power(self, base: Node, exponent: Node, point: Point) -> Ball:
         """The value of a power, whose base must be positive unless the exponent is a whole number."""
@@ -183,6 +186,14 @@ class Walk:
             self.signs.setdefault((function, argument), set()).add(1 if value > 0 else -1)
         else:
             self.signs.setdefault((function, argument), set())
+
+
+@lru_cache(1)
+def _pi() -> Ball:
+    from flint import arb, ctx
+
+    with ctx.workprec(BITS):
+        return arb.pi()
 
 
 @lru_cache(1024)

@@ -79,7 +79,14 @@ class Motion:
         both = [bound(self.names.without_derived(side), self.meanings) for side in (left, right)]
         if self.numbers:
             both = [bound(side, self.names.values) for side in both]
-        return same(both[0], both[1], self.names, self.name, relative=self.relative)
+        if self.relative is None:
+            found = same(both[0], both[1], self.names, self.name)
+            return found if found is not True else same(both[1], both[0], self.names, self.name)
+        with suppress(ExpressionError):  # a tolerance is relative to the terms of the equation
+            gap = to_tree(expand(self.exact(Sum((left, Negative(right))))))
+            meant = bound(gap, self.meanings)
+            both = [bound(meant, self.names.values) if self.numbers else meant, to_tree(ZERO)]
+        return same(both[0], both[1], self.names, self.name, relative=self.relative, by_answer=True)
 
 
 def state_of(rate: str) -> str:
@@ -121,6 +128,11 @@ def _with_rates(names: Names, states: Sequence[str], rates: Sequence[str]) -> Na
         for dots in ("dot", "ddot"):
             if f"{name}{dots}" in rates:
                 spelled[f"{other}{dots}"] = f"{name}{dots}"
+    for name in states:  # `pdot_x` for p_xdot, `xdot_1` for x_1dot
+        letters, _, index = name.partition("_")
+        if index:
+            spelled |= {f"{letters}{dots}_{index}": f"{name}{dots}" for dots in ("dot", "ddot")}
+    spelled = {other: name for other, name in spelled.items() if name in {*names.domains, *rates}}
     domains: dict[str, Domain] = dict.fromkeys((*states, *rates), "real")
     domains |= names.domains
     further = tuple(name for name in (*names.further, *states, *rates) if name not in names.states)

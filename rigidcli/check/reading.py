@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import cached_property
 from typing import Literal, TypeAlias
 
@@ -18,7 +19,7 @@ from rigidcli.errors import ExpressionError, shown
 from rigidcli.language import typed
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.text import reading
-from rigidcli.language.tree import Name, Node, Number, bound, names_in, nodes, number
+from rigidcli.language.tree import Name, Negative, Node, Number, Product, Reciprocal, bound, names_in, nodes
 from rigidcli.model.parameters import read_name
 from rigidcli.model.variables import acceleration, momentum, velocity
 
@@ -88,7 +89,7 @@ def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
     further: tuple[str, ...] = ()
     if document is not None:
         known = {name: document.arithmetic.value(value) for name, value in document.values.items()}
-        values = {name: number(float(value)) for name, value in known.items() if value is not None}
+        values = {name: exactly(float(value)) for name, value in known.items() if value is not None}
         signs = {name: float(value) > 0 for name, value in known.items() if value is not None}
         derived = {
             name: definition.root
@@ -117,6 +118,14 @@ def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
         further,
         frozenset(new) if document is None else frozenset(),
     )
+
+
+def exactly(value: float) -> Node:
+    """A number as the quotient of two whole ones: a decimal would stand for all that rounds to it."""
+    above, below = Fraction(repr(value)).as_integer_ratio()
+    whole, divisor = (Number(str(abs(part)), float(abs(part))) for part in (above, below))
+    node: Node = whole if below == 1 else Product((whole, Reciprocal(divisor)))
+    return Negative(node) if above < 0 else node
 
 
 def spellings(names: Iterable[str], momenta: Sequence[str], velocities: Sequence[str]) -> dict[str, str]:
@@ -266,7 +275,7 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
         try:
             pieces = list(_equations_in(without_latex(answer)))
         except ExpressionError as error:
-            failed.append(Unreadable("parse_error", with_hint(error), place=place))
+            failed.append(Unreadable(error.code or "parse_error", with_hint(error), place=place))
             return
         for count, piece in enumerate(pieces, 1):
             here = place or (f"equation {count}" if len(pieces) > 1 else "")
@@ -283,7 +292,7 @@ def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple
 
 def _equations_in(text: str) -> Iterator[str]:
     """The equations of a text, between lines, semicolons, `and`, and commas before another equation."""
-    for line in re.split(r"[\n;]|\band\b", text):
+    for line in re.split(r"[\n;]|\band\b", re.sub(r"\s*\n\s*(?==)", " ", text)):
         whole = ""
         for piece in re.split(r",(?![^(\[]*[)\]])", line):
             if whole and "=" in piece and "=" in whole:

@@ -14,13 +14,25 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import suppress
 from functools import lru_cache
+from itertools import islice
 from typing import TYPE_CHECKING
 
-from rigidcli.algebra.atoms import Symbol
 from rigidcli.algebra.expansion import expand
-from rigidcli.algebra.expressions import Expr, power, symbol
+from rigidcli.algebra.expressions import Expr, symbol
 from rigidcli.algebra.reading import from_tree
-from rigidcli.check.balls import BITS, NEVER, TINY, Ball, NoValue, Point, Unclear, Walk, coordinate, points
+from rigidcli.check.balls import (
+    BITS,
+    NEVER,
+    RANGES,
+    TINY,
+    Ball,
+    NoValue,
+    Point,
+    Unclear,
+    Walk,
+    coordinate,
+    points,
+)
 from rigidcli.errors import ExpressionError
 from rigidcli.language import tree
 from rigidcli.language.text import reading
@@ -51,26 +63,35 @@ def same(
     *,
     constant: bool = False,
     relative: float | None = None,
+    by_answer: bool = False,
 ) -> bool | str:
     """Whether the answer is the key, or a sentence that says why this is open.
 
     A `constant` may differ: all that changes neither with the states nor with the time. Numbers may be wrong
-    by a `relative` tolerance, as a share of the largest term of the key.
+    by a `relative` tolerance, as a share of the largest term of the key, or `by_answer` of either.
     """
     answer, key = names.without_derived(answer), names.without_derived(key)
-    if _identical(answer, key, names):
-        return True
-    return _Comparison(answer, key, names, seed, constant, relative).outcome()
+    comparison = _Comparison(answer, key, names, seed, constant, relative)
+    if by_answer:
+        comparison.terms += comparison.terms_of(answer)
+    if comparison.outcome(most=1) is False:  # most wrong answers are seen at the first point
+        return False
+    if not _identical(answer, key, names):
+        return comparison.outcome()
+    found = comparison.outcome() if comparison.answer.signs else True
+    return found if comparison.lost else True  # exp(log(x)) is x where it has a value
 
 
-def values(node: Node, names: Names, seed: str) -> list[Ball | None]:
-    """The values of a formula at the points of a seed; None where it has none."""
+def values(node: Node, names: Names, seed: str, most: int = len(RANGES)) -> list[Ball | None]:
+    """The values of a formula at the points of a seed, or at the first ones; None where it has none."""
     from flint import ctx
 
-    walk = Walk(names.without_derived(node))
+    tree_of_own = names.without_derived(node)
+    walk, used = Walk(tree_of_own), tree.names_in(tree_of_own)
+    domains = {name: domain for name, domain in names.domains.items() if name in used}
     found: list[Ball | None] = []
     with ctx.workprec(BITS):
-        for point in points(names.domains, seed):
+        for point in islice(points(domains, seed), most):
             try:
                 found.append(walk.value(point))
             except (NoValue, Unclear):
@@ -102,19 +123,27 @@ class _Comparison:
         exact = relative is not None
         self.answer = Walk(answer, NEVER if exact else 1)
         self.key = Walk(key, NEVER if exact else ROUNDED)
-        self.names = names
+        used = tree.names_in(answer) | tree.names_in(key)
+        self.domains = {name: domain for name, domain in names.domains.items() if name in used}
+        self.states = names.states | {"t"}
         self.relative = relative
         self.constant = constant
         self.seed = f"{seed}\n{written(key)}\n{written(answer)}"
-        beside = (key,) if exact else (key, answer)
-        self.terms = [Walk(t) for node in beside if isinstance(node, tree.Sum) for t in node.terms]
+        self.terms = [*self.terms_of(key), *([] if exact else self.terms_of(answer))]
+        self.lost = 0
 
-    def outcome(self) -> bool | str:
+    @staticmethod
+    def terms_of(node: Node) -> list[Walk]:
+        """The terms of a sum."""
+        return [Walk(term) for term in (node.terms if isinstance(node, tree.Sum) else ())]
+
+    def outcome(self, most: int = len(RANGES)) -> bool | str:
+        """Whether both agree at all points, or at the first ones, and nothing is left unseen."""
         from flint import ctx
 
-        agreeing = lost = unclear = 0
+        agreeing = unclear = self.lost = 0
         with ctx.workprec(BITS):
-            for point in self.points():
+            for point in islice(self.points(), most):
                 try:
                     expected = self.difference(self.key, point)
                 except (NoValue, Unclear):
@@ -122,7 +151,7 @@ class _Comparison:
                 try:
                     found = self.difference(self.answer, point)
                 except NoValue:
-                    lost += 1
+                    self.lost += 1
                     continue
                 except Unclear:
                     unclear += 1
@@ -131,22 +160,22 @@ class _Comparison:
                 if agrees is False:
                     return False
                 agreeing += agrees is True
-        if not agreeing and lost:
+        if not agreeing and self.lost:
             return False
-        if agreeing < (NEEDED if self.names.domains else 1):
+        if agreeing < (NEEDED if self.domains else 1):
             return "it cannot be worked out at enough points"
-        if lost or unclear:
+        if self.lost or unclear:
             return "it has no value at some points where the right answer has one"
         return self.unseen() or True
 
     def points(self) -> Iterator[dict[str, Ball]]:
         """The points; with a constant allowed, each with another one for the states in `_partner`."""
-        for place, point in enumerate(points(self.names.domains, self.seed)):
+        for place, point in enumerate(points(self.domains, self.seed)):
             if self.constant:
                 other = {
                     name: coordinate(f"{self.seed}\npartner {place}\n{name}", domain, place)
-                    for name, domain in self.names.domains.items()
-                    if name in self.names.states or name == "t"
+                    for name, domain in self.domains.items()
+                    if name in self.states
                 }
                 self.partner: Point = {**point, **other}
             yield point
@@ -164,6 +193,8 @@ class _Comparison:
         if self.relative is None and not gap.contains(0):
             return False
         size = max(abs(found.mid()), abs(expected.mid()))
+        if self.relative is None and (gap.rad() <= size * WIDEST or gap.rad() < TINY):
+            return True
         for term in self.terms:
             with suppress(NoValue, Unclear):
                 size = max(size, abs(self.difference(term, point).mid()))
@@ -176,34 +207,40 @@ class _Comparison:
         if (hidden := self.answer.hidden or self.key.hidden) is not None:
             return f"`{_short(hidden)}` is too small beside its neighbours to be seen"
         for walk, other in ((self.answer, self.key), (self.key, self.answer)):
-            for function, argument in walk.one_sided(self.names.domains):
+            for function, argument in walk.one_sided(self.domains):
                 shared = (a for f, a in other.signs if f == function)
                 if not any(self.proportional(argument, one) for one in shared):
                     return f"the argument of {function} in `{_short(argument)}` shows one sign only"
         return ""
 
     def proportional(self, one: Node, other: Node) -> bool:
-        """Whether two arguments are the same up to a factor of one sign: a number, or positive names."""
+        """Whether the quotient or the product of two arguments has one sign, and holds no real name.
+
+        Then one is positive where the other is: what is left are parameters, which are positive.
+        """
         from flint import ctx
 
         if one == other:
             return True
-        first, ratios = (Walk(one), Walk(other)), list[Ball]()
+        walks = Walk(one), Walk(other)
+        quotients, products = list[tuple[Ball, Ball]](), list[tuple[Ball, Ball]]()
         with ctx.workprec(BITS):
-            for point in points(self.names.domains, self.seed):
-                with suppress(NoValue, Unclear, ZeroDivisionError):
-                    above, below = (walk.value(point) for walk in first)
-                    if not below.contains(0):
-                        ratios.append(above / below)
-            if len(ratios) >= NEEDED and all(ratio.overlaps(ratios[0]) for ratio in ratios):
-                return True
-        positive = frozenset(name for name, domain in self.names.domains.items() if domain == "positive")
-        with suppress(ExpressionError, ArithmeticError, ValueError):
-            quotient = _exact(one, positive) * power(_exact(other, positive), -1)
-            return len(quotient.terms) == 1 and all(
-                isinstance(atom, Symbol) and atom.name in positive for atom in quotient.atoms
-            )
-        return False
+            for place, point in enumerate(points(self.domains, self.seed)):
+                moved = {
+                    name: coordinate(f"{self.seed}\nmoved {place}\n{name}", domain, place)
+                    for name, domain in self.domains.items()
+                    if domain == "real"
+                }
+                with suppress(NoValue, Unclear):
+                    a, b, c, d = (walk.value(at) for at in (point, {**point, **moved}) for walk in walks)
+                    quotients.append((a * d - b * c, a * b))
+                    products.append((a * b - c * d, a * b))
+        return any(
+            len(found) >= NEEDED
+            and all(change.contains(0) for change, _ in found)
+            and len({sign > 0 for _, sign in found if not sign.contains(0)}) == 1
+            for found in (quotients, products)
+        )
 
 
 def _short(node: Node) -> str:

@@ -53,7 +53,7 @@ _SLOPE = re.compile(
 )
 """`dx/dt`, `d^2 x/dt^2`, `d(theta)/dt`, `d/dt x`."""
 
-_PRIMED = re.compile(rf"({_NAME})('{{1,2}}|\")")
+_PRIMED = re.compile(rf"({_NAME})('{{1,2}}|\")(?:\(t\))?")
 _TOKEN = re.compile(
     r"""\s*+(?: (?P<number> (?: \d++ \.?+ \d*+ | \.\d++ ) (?: [eE][+-]?\d++ (?!\w) )?+ )
       | (?P<name> [^\W\d]\w*+ )
@@ -364,7 +364,8 @@ class _Reader:
         """Whether `(t)` follows a name that depends on the time."""
         following = [token.text for token in self.tokens[self.index : self.index + 3]]
         is_moving = self.words is None or name in self.words.moving
-        return following == ["(", "t", ")"] and self.token.touches and is_moving
+        touches = self.token.touches or name.endswith("dot")
+        return following == ["(", "t", ")"] and touches and is_moving
 
     def call(self, function: str) -> tree.Node:
         """A function, whose name has been passed already, perhaps with a power, and its arguments."""

@@ -50,8 +50,8 @@ def test_spelling_does_not_count(data: st.DataObject, words: list[str]) -> None:
     θ | correct | theta
     theta | correct | ϑ
     phi | outside_tolerance | psi
-    asymmetric | correct | Asymmetric.  ASYMMETRIC .
-    asymmetric | outside_tolerance | asymmetric top
+    asymmetric | correct | Asymmetric.  ASYMMETRIC .  asymmetric top
+    asymmetric | outside_tolerance | asymmetric rotor
     3.5 | correct | 3.5.
     3.5 | outside_tolerance | 35
     """)

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, Phase, assume, given, seed, settings
 from hypothesis import strategies as st
 
 from rigidcli.check.judge import Item
-from rigidcli.check.reading import Names, read_expression
+from rigidcli.check.reading import Domain, Names, read_expression
 from rigidcli.check.same import same
 from rigidcli.errors import DocumentError
 from rigidcli.language.text import text
@@ -35,7 +35,8 @@ every = settings(
 some = settings(every, max_examples=25)
 
 FORMULA = Asking("expression")
-NAMES = Names(dict.fromkeys(POSITIVE, "positive") | dict.fromkeys(REAL, "real"))
+DOMAINS: dict[str, Domain] = {**dict.fromkeys(POSITIVE, "positive"), **dict.fromkeys(REAL, "real")}
+NAMES = Names(DOMAINS)
 
 
 def told(item: Item, answer: Any) -> str:

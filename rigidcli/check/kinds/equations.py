@@ -101,23 +101,37 @@ class Equations(Kind):
         remarks = [*(Finding("trivial_equation", place) for place in places), *value.unread]
         truths = [key.is_true(left, right) for _, left, right in kept]
         true = [side for side, truth in zip(kept, truths, strict=True) if truth is True]
-        wrong = [side[0] for side, truth in zip(kept, truths, strict=True) if truth is False]
+        false = [side for side, truth in zip(kept, truths, strict=True) if truth is False]
         open_ = next((truth for truth in truths if isinstance(truth, str)), "")
-        if open_ and not wrong:
+        if open_ and not false:
             return review(f"it is not proved that the equation is true: {open_}", *remarks)
         systems = [_System(key, second, true) for second in _readings(key, true)]
-        best = max(systems, key=lambda system: (system.is_complete, system.right / len(system.tops)))
-        if best.is_complete and not wrong:
+        best = max(
+            systems,
+            key=lambda system: (system.is_complete, system.right / len(system.tops), not system.unclear),
+        )
+        if best.is_complete and not false:
             return self._complete(key, systems, remarks)
-        if best.unclear and not wrong:
+        if best.unclear and not false:
             return review(best.unclear, *remarks)
-        findings = [Finding("equation_wrong", place) for place in wrong]
+        findings = [Finding(self._slip(key, side), side[0]) for side in false]
         if len(findings) > 1 and len(kept) > len(best.tops):  # of many guesses, none is pointed out
             findings = [Finding("equation_wrong", "one or more")]
         if not best.is_complete:
             findings.append(Finding("missing_equation", ", ".join(best.missing)))
-        surplus = max(0, best.right + len(wrong) - len(best.tops))
+        surplus = max(0, best.right + len(false) - len(best.tops))
         return earning((best.right - surplus) / len(best.tops), *findings, *remarks)
+
+    def _slip(self, key: Motion, side: Sides) -> str:
+        """The code of an equation that is not true."""
+        has_numbers = bool(key.names.values) and replace(key, numbers=True).is_true(*side[1:]) is True
+        return "number_for_symbol" if has_numbers else "equation_wrong"
+
+    def is_right(self, key: Motion, value: Answer) -> bool:
+        """Whether all equations are true, and determine the motion."""
+        if any(key.is_true(left, right) is not True for _, left, right in value.sides):
+            return False
+        return self.judge(key, value).verdict == "correct"
 
     def _complete(self, key: Motion, systems: Sequence[_System], remarks: list[Finding]) -> Outcome:
         """The outcome of true equations that determine the motion in general states."""
@@ -148,8 +162,8 @@ def _readings(key: Motion, sides: Sequence[Sides]) -> list[frozenset[str]]:
     second = [name for name in key.coordinates if acceleration(name) in used]
     if len(second) > MAX_MIXED:
         return [frozenset(), frozenset(second)]
-    sizes = range(len(second) + 1)
-    return [frozenset(some) for size in sizes for some in combinations(second, size)]
+    found = [frozenset(some) for size in range(len(second) + 1) for some in combinations(second, size)]
+    return [*found, frozenset(key.coordinates)] if 0 < len(second) < len(key.coordinates) else found
 
 
 class _System:

@@ -45,7 +45,10 @@ ENERGIES = ("hamiltonian", "lagrangian", "energy")
 DIGITS = 12
 """Digits of a number of a report that count: rounding has spoiled those behind."""
 
-MAX_TERMS = 40
+HINTED = NEEDED + 1
+"""The points at which an answer that is wrong is looked at for a hint."""
+
+MAX_TERMS = 12
 """The most terms of a key of which each is tried as the one that is wrong."""
 
 EXACT = 1e-12
@@ -140,6 +143,10 @@ class Expression(Kind):
             return review(f"right where {listed} are positive: if so, list them in `symbols`")
         return earning(0.0, *_findings(key, value))
 
+    def is_right(self, key: Key, value: Node) -> bool:
+        """Whether the answer is the key, perhaps up to a constant."""
+        return key.same(value, constant=key.constant) is True
+
     def typed(self, key: Key) -> Tree:
         """The key in the language of documents."""
         return text(key.tree)
@@ -219,7 +226,8 @@ def _findings(key: Key, answer: Node) -> list[Finding]:
             return [Finding("number_for_symbol")]
     if not key.constant and key.names.states & names_in(key.tree) and key.same(answer, constant=True) is True:
         return [Finding("additive_constant")]
-    right, typed = (values(node, key.names, f"{key.name} {text(answer)}") for node in (key.tree, answer))
+    seed = f"{key.name} {text(answer)}"
+    right, typed = (values(node, key.names, seed, HINTED) for node in (key.tree, answer))
     pairs = [(a, b) for a, b in zip(typed, right, strict=True) if a is not None and b is not None]
     if len(pairs) < NEEDED:
         return [Finding("outside_tolerance")]
@@ -246,7 +254,7 @@ def _is_term_wrong(
     """Whether the answer differs from the key by a multiple of one of its terms."""
     seed = f"{key.name} {text(answer)}"
     for term in _terms(key):
-        found = values(term, key.names, seed)
+        found = values(term, key.names, seed, HINTED)
         rows = zip(typed, right, found, strict=True)
         ratios = [
             (a - b) / c for a, b, c in rows if a is not None and b is not None and c and not c.contains(0)
