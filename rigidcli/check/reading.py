@@ -19,17 +19,16 @@ from rigidcli.errors import ExpressionError, shown
 from rigidcli.language import typed
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.text import reading
-from rigidcli.language.tree import Name, Negative, Node, Number, Product, Reciprocal, bound, names_in, nodes
+from rigidcli.language.tree import Name, Negative, Node, Number, Product, Reciprocal, bound, names_in
+from rigidcli.language.vocabulary import Words
 from rigidcli.model.parameters import read_name
 from rigidcli.model.variables import acceleration, momentum, velocity
 
 Domain: TypeAlias = Literal["positive", "real"]
 
-POSITIVE: Domain = "positive"
-
 TIME = "t"
 
-MOVING = re.compile(r"(x|y|z|q|r|u|v|theta|phi|psi|alpha|beta|gamma|p)(_?\w{1,6})?|\w+dot")
+MOVING = re.compile(r"(x|y|z|q|u|v|theta|phi|psi|alpha|beta|gamma|p)(_?\w{1,6})?|\w+dot")
 """Names that usually belong to what moves, and so may have either sign; others are parameters."""
 
 
@@ -39,7 +38,7 @@ class Names:
 
     `domains` has the independent ones, `derived` names that stand for expressions in these, as a document
     defines them, and `spellings` other ways to write some. `values` has the numbers of a document's
-    parameters. `unlisted` are names of a literal key whose sign nobody has told.
+    parameters.
     """
 
     domains: Mapping[str, Domain]
@@ -50,7 +49,6 @@ class Names:
     momenta: tuple[str, ...] = ()
     velocities: tuple[str, ...] = ()
     further: tuple[str, ...] = ()
-    unlisted: frozenset[str] = frozenset()
 
     @cached_property
     def states(self) -> frozenset[str]:
@@ -59,9 +57,9 @@ class Names:
         return frozenset((*self.coordinates, *self.momenta, *self.velocities, *self.further, *rates))
 
     @cached_property
-    def words(self) -> typed.Words:
+    def words(self) -> Words:
         """The names for the reader."""
-        return typed.Words((*self.domains, *self.derived), self.spellings, self.states)
+        return Words((*self.domains, *self.derived), self.spellings, self.states)
 
     def without_derived(self, node: Node) -> Node:
         """The tree in independent names."""
@@ -116,7 +114,6 @@ def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
         momenta,
         velocities,
         further,
-        frozenset(new) if document is None else frozenset(),
     )
 
 
@@ -159,11 +156,6 @@ def read_expression(answer: Tree, names: Names | None, place: str = "", *, leadi
 def plain(node: Node) -> str:
     """A formula as the student is shown it."""
     return reading(node)
-
-
-def has_decimals(node: Node) -> bool:
-    """Whether a decimal number stands in a formula."""
-    return any(isinstance(part, Number) and re.search(r"[.eE]", part.text) for part in nodes([node]))
 
 
 # --- without a question

@@ -160,6 +160,8 @@ class _Comparison:
                 if agrees is False:
                     return False
                 agreeing += agrees is True
+        if most < len(RANGES):
+            return "not all points are seen"
         if not agreeing and self.lost:
             return False
         if agreeing < (NEEDED if self.domains else 1):

@@ -17,27 +17,20 @@ What can be read in two ways is refused, and both are named. No text is given to
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
-from functools import cached_property
 from typing import NamedTuple
 
-from rigidcli.errors import ExpressionError, nearest, shown
+from rigidcli.errors import ExpressionError, shown
 from rigidcli.language import tree
 from rigidcli.language.functions import ALIASES, CONSTANTS, FUNCTIONS
 from rigidcli.language.latex import plain
 from rigidcli.language.text import text as written
+from rigidcli.language.vocabulary import Words, unknown, unreadable
 
 MAX_DEPTH = 100
 """How deep brackets, calls, signs and powers may be nested, so that recursion never ends the program."""
 
 MAX_DIGITS = 400
 """The most digits of a number, so that its exact fraction stays small."""
-
-LONGEST_PRODUCT = 40
-"""The most letters of names that are run together: more is a sentence, and no product."""
-
-MOST_LISTED = 40
-"""The most names that a message lists."""
 
 _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
 """Names that are the whole argument of a sine, so that `sin theta x` has one meaning."""
@@ -62,69 +55,6 @@ _TOKEN = re.compile(
     re.VERBOSE | re.DOTALL,
 )
 _BRACKETS = {"[": "(", "]": ")", "**": "^"}
-
-
-class Words:
-    """The names that an answer may hold, in all the ways in which people spell them.
-
-    Of `spellings`, each means a name. Underscores may be left out or added where that leaves one meaning.
-    `moving` are the names that depend on the time, and may be written as `x(t)`.
-    """
-
-    def __init__(
-        self, names: Iterable[str], spellings: Mapping[str, str] | None = None, moving: Collection[str] = ()
-    ) -> None:
-        self.names = tuple(names)
-        self.spellings = dict(spellings or {})
-        self.moving = frozenset(moving)
-
-    @cached_property
-    def _meanings(self) -> dict[str, str]:
-        """What every spelling means."""
-        bare: dict[str, set[str]] = {}
-        for word, name in (*((name, name) for name in self.names), *self.spellings.items()):
-            bare.setdefault(word.replace("_", ""), set()).add(name)
-        single = {word: meant.pop() for word, meant in bare.items() if len(meant) == 1}
-        return single | self.spellings | {name: name for name in self.names}
-
-    def meaning(self, word: str) -> str | None:
-        """The name that a word is, or None."""
-        meanings = self._meanings
-        return meanings.get(word) or meanings.get(word.replace("_", ""))
-
-    def products(self, word: str) -> list[tuple[str, ...]]:
-        """The products of names and functions that a word spells: at most two that differ."""
-        found: dict[tuple[str, ...], tuple[str, ...]] = {}
-        if len(word) <= LONGEST_PRODUCT:
-            for way in self._ways(word):
-                found.setdefault(tuple(sorted(way)), way)
-                if len(found) == 2:
-                    break
-        return list(found.values())
-
-    def _ways(self, word: str) -> Iterator[tuple[str, ...]]:
-        """Every way to cut a word into names, and perhaps a function or pi; the dead ends are kept."""
-        dead = set[int]()
-
-        def from_place(start: int) -> Iterator[tuple[str, ...]]:
-            if start == len(word):
-                yield ()
-                return
-            if start in dead:
-                return
-            alive = False
-            for end in range(start + 1, len(word) + 1):
-                part = word[start:end]
-                meant = part if part in FUNCTIONS or part in CONSTANTS else self.meaning(part)
-                if meant is None or part[0] == "_":
-                    continue
-                for rest in from_place(end):
-                    alive = True
-                    yield (meant, *rest)
-            if not alive:
-                dead.add(start)
-
-        return from_place(0)
 
 
 def expression(text: str, words: Words | None, *, leading: bool = True) -> tree.Node:
@@ -172,9 +102,9 @@ def _tokens(text: str) -> list[_Token]:
         kind = match.lastgroup or "end"
         piece = match[kind]
         if kind == "stranger":
-            raise _error(f"unexpected {shown(piece)}", _HINTS.get(piece))
+            raise unreadable(f"unexpected {shown(piece)}", _HINTS.get(piece))
         if kind == "number" and (len(piece) > MAX_DIGITS or len(piece.lower().partition("e")[2]) > 5):
-            raise _error(f"a number has at most {MAX_DIGITS} digits", code="too_large")
+            raise unreadable(f"a number has at most {MAX_DIGITS} digits", code="too_large")
         found.append(_Token(kind, _BRACKETS.get(piece, piece), match.start() == match.start(kind)))
         if kind == "end":
             break
@@ -195,12 +125,6 @@ _HINTS = {
 }
 
 
-def _error(message: str, hint: str | None = None, code: str = "parse_error") -> ExpressionError:
-    problem = ExpressionError(message, hint=hint)
-    problem.code = code
-    return problem
-
-
 class _Reader:
     """A place in the tokens of one text, with a method for each rule of the grammar."""
 
@@ -219,12 +143,12 @@ class _Reader:
         """Pass a token that puts what follows one level deeper."""
         self.depth += 1
         if self.depth > MAX_DEPTH:
-            raise _error(f"nested deeper than {MAX_DEPTH} levels", code="too_large")
+            raise unreadable(f"nested deeper than {MAX_DEPTH} levels", code="too_large")
         self.index += 1
 
     def whole(self) -> tree.Node:
         if self.token.kind == "end":
-            raise _error("the answer is empty")
+            raise unreadable("the answer is empty")
         node = self.sum()
         if self.token.kind != "end":
             raise self.misplaced()
@@ -316,7 +240,7 @@ class _Reader:
 
     def close(self, opening: str) -> None:
         if self.token.text != {"(": ")", "|": "|"}[opening]:
-            raise _error(f"`{opening}` is never closed") if self.token.kind == "end" else self.misplaced()
+            raise unreadable(f"`{opening}` is never closed") if self.token.kind == "end" else self.misplaced()
         self.index += 1
 
     def word(self, word: str) -> list[tree.Node]:
@@ -353,7 +277,7 @@ class _Reader:
         ways = self.words.products(word)
         if len(ways) == 2:
             first, second = (" ".join(way) for way in ways)
-            raise _error(
+            raise unreadable(
                 f"`{word}` can be read as `{first}` and as `{second}`", "put blanks or `*` between names"
             )
         if not ways:
@@ -374,13 +298,13 @@ class _Reader:
             power = self.exponent()
         if power == tree.Negative(tree.Number("1", 1.0)):
             if f"a{function}" not in FUNCTIONS:
-                raise _error(f"the inverse of `{function}` is not clear", f"write `1/{function}(...)`")
+                raise unreadable(f"the inverse of `{function}` is not clear", f"write `1/{function}(...)`")
             function, power = f"a{function}", None
         function = ALIASES.get(function, function)
         arguments = self.arguments() if self.token.text == "(" else (self.bare(function, power),)
         arity = FUNCTIONS[function].arity
         if len(arguments) != arity:
-            raise _error(f"`{function}` takes {arity} argument{'s'[: arity - 1]}, not {len(arguments)}")
+            raise unreadable(f"`{function}` takes {arity} argument{'s'[: arity - 1]}, not {len(arguments)}")
         node = tree.Call(function, arguments)
         return node if power is None else tree.Power(node, power)
 
@@ -408,7 +332,7 @@ class _Reader:
             factors += self.word(self.tokens[self.index - 1].text)
             self.depth -= 1
         if not factors:
-            raise _error(f"`{function}` needs its argument in brackets", f"write `{function}(...)`")
+            raise unreadable(f"`{function}` needs its argument in brackets", f"write `{function}(...)`")
         if self.token.text == "t" and factors[-1] != tree.Name("t"):
             self.index += 1
             factors.append(tree.Name("t"))
@@ -452,12 +376,12 @@ class _Reader:
         """What is wrong with the token that no rule of the grammar can use here."""
         here, before = self.token, self.tokens[self.index - 1] if self.index else None
         if here.kind == "end":
-            return _error("the formula ends too early")
+            return unreadable("the formula ends too early")
         if here.kind == "number" and before is not None and before.kind != "sign":
-            return _error(f"no sign before `{here.text[:24]}`")
+            return unreadable(f"no sign before `{here.text[:24]}`")
         if here.text == ")":
-            return _error("`)` closes nothing")
-        return _error(f"unexpected `{here.text[:24]}`")
+            return unreadable("`)` closes nothing")
+        return unreadable(f"unexpected `{here.text[:24]}`")
 
 
 def _product(factors: list[tree.Node]) -> tree.Node:
@@ -466,14 +390,4 @@ def _product(factors: list[tree.Node]) -> tree.Node:
 
 def _unclear(what: str, *readings: tree.Node) -> ExpressionError:
     one, other = (written(reading) for reading in readings)
-    return _error(f"{what} can be read in two ways", f"write `{one}` or `{other}`"[:200])
-
-
-def unknown(word: str, words: Words) -> ExpressionError:
-    """What is wrong with a name that the question does not have."""
-    near = nearest(word, words.names)
-    listed = ", ".join(f"`{name}`" for name in words.names[:MOST_LISTED]) or "none"
-    more = ", ..." if len(words.names) > MOST_LISTED else ""
-    hint = f"the symbols are {listed}{more}"
-    message = f"read {shown(word)}" + (f" (did you mean `{near}`?)" if near else "")
-    return _error(message, hint, "unknown_symbol")
+    return unreadable(f"{what} can be read in two ways", f"write `{one}` or `{other}`"[:200])

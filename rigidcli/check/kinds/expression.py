@@ -32,7 +32,7 @@ from rigidcli.check.base import (
 )
 from rigidcli.check.factors import common_factor
 from rigidcli.check.question import Tolerance
-from rigidcli.check.reading import POSITIVE, Domain, Names, names_of, plain, read_expression
+from rigidcli.check.reading import Names, names_of, plain, read_expression
 from rigidcli.check.same import NEEDED, same, values
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language import evaluation
@@ -138,9 +138,6 @@ class Expression(Kind):
                 return correct()
         if isinstance(found, str):
             return review(found)
-        if names := _right_where_positive(key, value):
-            listed = ", ".join(f"`{name}`" for name in names)
-            return review(f"right where {listed} are positive: if so, list them in `symbols`")
         return earning(0.0, *_findings(key, value))
 
     def is_right(self, key: Key, value: Node) -> bool:
@@ -201,16 +198,6 @@ def _relative(tolerance: Tolerance, tree: Node) -> float | None:
             raise ValueProblem("the key has no value, or is zero") from None
     figures = tolerance.significant_figures
     return tolerance.relative if figures is None else 0.5 * 10.0 ** (1 - figures)
-
-
-def _right_where_positive(key: Key, answer: Node) -> list[str]:
-    """Names of a literal key without a listed sign, for which the answer is right where they are positive."""
-    names = [name for name in key.names.unlisted if key.names.domains.get(name) == "real"]
-    if not names:
-        return []
-    domains: dict[str, Domain] = {**key.names.domains, **dict.fromkeys(names, POSITIVE)}
-    other = replace(key, names=replace(key.names, domains=domains))
-    return sorted(set(names) & names_in(answer)) if other.same(answer) is True else []
 
 
 def _findings(key: Key, answer: Node) -> list[Finding]:
