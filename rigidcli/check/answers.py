@@ -44,6 +44,9 @@ _GOES_ON = re.compile(r"[-+*/=&|)\]},;.<>^\\]")
 _PLAIN = re.compile(r"[\w.()-]{1,20}")
 """A name that is no part of a formula or an address, even if no blank stands behind its colon."""
 
+_KEY = re.compile(r"[\w.()'\"-]{1,100}:\s")
+"""A key that begins the next answer, also where a bracket before it was never closed."""
+
 _NUMBERED = re.compile(r"(?P<name>[0-9][\w.]{0,20}?)(?:\s*=\s*|[.)]\s+|\s+)(?P<value>\S.*)")
 """A number that may be the name of a question, with `=`, a dot, or a blank behind it."""
 
@@ -96,7 +99,8 @@ def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[
             lines = [re.sub(r"[,{]\s*$|^\s*[{}][{}\s,]*", "", line) for line in lines]
             reader = _Lines(names)
             reader.read(lines[begin + 1 :], begin + 2)
-            if names and names.isdisjoint(folded(entry.name) for entry in reader.entries):
+            heads = {folded(entry.name) for entry in reader.entries}
+            if not heads & names if names else section is None:
                 raise
     else:
         reader = _Lines(names)
@@ -153,6 +157,11 @@ class _Entry:
         self.open += sum(line.count(bracket) for bracket in "([{") - sum(line.count(end) for end in ")]}")
 
     @property
+    def is_list(self) -> bool:
+        """Whether no brace is open, in which keys may stand."""
+        return sum(line.count("{") - line.count("}") for line in self.lines) <= 0
+
+    @property
     def is_begun(self) -> bool:
         """Whether nothing stands behind the name as yet."""
         return not any(line.strip() for line in self.lines)
@@ -190,7 +199,8 @@ class _Lines:
             text = line.lstrip(" ")
             indent = len(line) - len(text)
             last = self.entries[-1] if self.entries else None
-            if _SILENT.match(text) or (last and (indent > last.indent or last.open > 0)):
+            is_open = last is not None and last.open > 0 and not (_KEY.match(text) and last.is_list)
+            if _SILENT.match(text) or is_open or (last and indent > last.indent):
                 if last:
                     last.add(line)
             elif head := self._head(text, last):
