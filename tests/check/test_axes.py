@@ -97,6 +97,7 @@ def test_units_where_they_are_required() -> None:
     answer
     [[1, [1, 1, 0]], [3, [1, -1, 0]], [4, [0, 0, 1]]]  '[[1, [1, 1, 0]], [3, [1, -1, 0]], [4, [0, 0, 1]]]'
     "1: (1, 1, 0)\\n3: (1, -1, 0)\\n4: (0, 0, 1)"  "1: 1 1 0; 3: 1 -1 0; 4: 0 0 1"
+    "1,0: (0,707; 0,707; 0)\\n3,0: (0,707; -0,707; 0)\\n4: (0; 0; 1)"
     {moments: [1, 3, 4], axes: [[1, 1, 0], [1, -1, 0], [0, 0, 1]]}
     [['1', '(1, 1, 0)'], [3, '1; -1; 0'], [4, [0, 0, 1]]]
     [{moment: 1, axis: {x: 1, y: 1, z: 0}}, {moment: 3, axis: '(1, -1, 0)'}, {axis: [0, 0, 1], moment: 4}]
@@ -207,6 +208,7 @@ MASSES = "5*m*a^2: 0 1 -1; 7*m*a^2: 0 1 1; 10*m*a^2: 1 0 0"
     share | said | answer
     1 | | 5*m*a^2: 0 1 -1; 7ma^2: 0 1 1; 10ma^2: 1 0 0
     10*m*a^2: a 0 0; 5.00*m*a^2: 0 h -h; (6+1)*m*a*a: 0 h h
+    5.00*m*a^2: 0 .707 -.707; 7.00*m*a^2: 0 .707 .707; 10.0*m*a^2: 1 0 0
     2/3 | moment_axis_pairing@pair-1 moment_axis_pairing@pair-3 |
     10*m*a^2: 0 1 -1; 7*m*a^2: 0 1 1; 5*m*a^2: 1 0 0
     1/2 | constant_factor | 15*m*a^2: 0 1 -1; 21*m*a^2: 0 1 1; 30*m*a^2: 1 0 0
@@ -242,6 +244,8 @@ def test_any_basis_of_equal_moments_in_symbols() -> None:
         == "correct"
     )
     assert codes(judged(item, pairs(right.replace("11*M*a^2/12", "M*a^2/6")))) == ["parallel_axis_missing"]
+    figures = "0.167*M*a^2: .577 .577 .577; 0.917*M*a^2: .707 -.707 0; 0.917*M*a^2: .408 .408 -.816"
+    assert judged(item, pairs(figures)).verdict == "correct"
 
 
 def test_a_frame_turned_by_an_angle_without_a_value() -> None:

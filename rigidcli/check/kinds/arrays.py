@@ -312,13 +312,13 @@ def _along(key: Key, entries: Sequence[Entry]) -> bool:
     apart = [angle(own, right) for own, right in both]
     if key.question.direction == "parallel":
         apart = [min(each, math.pi - each) for each in apart]
-    return max(apart) <= (key.ruler.angle if key.ruler.names is None else EXACT)
+    return max(apart) <= key.ruler.angle
 
 
 def has_unit_length(ruler: Ruler, entries: Sequence[Entry]) -> bool:
     """Whether a vector has the length 1, at all points."""
-    slack = EXACT if ruler.names is not None else max(ruler.slack, EXACT)
-    return bool((np.abs(np.linalg.norm(ruler.numbers(entries), axis=0) - 1) <= slack).all())
+    lengths = np.linalg.norm(ruler.numbers(entries), axis=0)
+    return bool((np.abs(lengths - 1) <= max(ruler.slack, EXACT)).all())
 
 
 def angle(one: Floats, other: Floats) -> float:

@@ -59,7 +59,8 @@ MOST_PAIRS = 6
 
 KG_M2 = parse_unit("kg m^2")
 
-_LINES = re.compile(r"\s*[\n;]\s*")
+_LINES = re.compile(r"\s*(?:\n|;(?![^(\[]*[)\]]))\s*")
+"""Between pairs that are typed as lines, or with semicolons outside of brackets."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

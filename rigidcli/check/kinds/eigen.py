@@ -1,7 +1,7 @@
 """The eigenproblem I e = lambda e of an inertia tensor, and which pairs of an answer solve it.
 
 With symbols it is solved at a point, where they have values: what is wrong there is wrong. What is right
-there is asked again in symbols.
+there, within the tolerance, is asked again in symbols.
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from rigidcli.check.entries import EXACT, Entry, Ruler, Same, filled
 from rigidcli.check.kinds.tensors import matched
 from rigidcli.core.arithmetic import Array, Floats, Mask
 from rigidcli.errors import ValueProblem
+from rigidcli.language import tree
 
 EQUAL = 1e-3
 """Moments that differ by less, in units of the largest, are equal: three figures do not tell their axes."""
@@ -58,7 +59,7 @@ def solved(ruler: Ruler, tensor: Array) -> Eigen:
     moments, vectors = np.linalg.eigh(numbers / scale)
     largest = float(np.abs(moments).max())
     moments[np.abs(moments) < ZERO * largest] = 0.0
-    near = (EXACT if ruler.names else max(ZERO, min(EQUAL, ruler.slack))) * largest
+    near = max(ZERO, min(EQUAL, ruler.slack)) * largest
     equal = np.asarray(np.abs(moments[:, None] - moments) <= near)
     return Eigen(replace(ruler, largest=largest * scale), tensor, moments * scale, vectors.T, equal)
 
@@ -68,7 +69,6 @@ class Solver:
 
     def __init__(self, eigen: Eigen, pairs: Pairs) -> None:
         self.eigen, self.ruler, self.pairs = eigen, eigen.ruler, pairs
-        self.angle = EXACT if self.ruler.names else self.ruler.angle
         self.isotropic = bool(eigen.equal.all())
         axes = np.array([self.ruler.numbers(axis)[:, 0] for axis in pairs.axes])
         with np.errstate(all="ignore"):
@@ -79,12 +79,17 @@ class Solver:
         self.partners = matched(self.moments)
         squares = (self.units @ eigen.axes.T) ** 2
         inside, outside = np.sqrt(squares @ eigen.equal), np.sqrt(squares @ np.logical_not(eigen.equal))
-        self.axes = np.where(inside > 0, np.arctan2(outside, inside), math.pi) <= self.angle
+        self.axes = np.where(inside > 0, np.arctan2(outside, inside), math.pi) <= self.ruler.angle
 
     def _same(self, entry: Entry, moment: float) -> Same:
         if self.ruler.names is None:
             return self.ruler.same(entry, moment)
-        return abs(float(self.ruler.numbers([entry])[0, 0]) - moment) <= EXACT * self.ruler.largest
+        allowed = self.ruler.slack * abs(moment) + EXACT * self.ruler.largest
+        return abs(float(self.ruler.numbers([entry])[0, 0]) - moment) <= allowed
+
+    @property
+    def _tensor(self) -> Array:
+        return _without_zeros(self.eigen.tensor.ravel().tolist()).reshape(3, 3)
 
     def moment(self, k: int) -> bool:
         """Whether the moment of a pair is one of the body, and not that of another pair."""
@@ -94,8 +99,8 @@ class Solver:
         """Whether e and I e are parallel."""
         if not self.axes[k].any() or self.ruler.names is None:
             return bool(self.axes[k].any())
-        own = filled(self.pairs.axes[k], (3,))
-        return self.ruler.vanish(np.cross(self.eigen.tensor @ own, own))
+        own = _without_zeros(self.pairs.axes[k])
+        return self.ruler.vanish(np.cross(self._tensor @ own, own))
 
     def pair(self, k: int) -> Same:
         """Whether I e = lambda e; without moments, whether e is an axis."""
@@ -105,18 +110,18 @@ class Solver:
         found = True in both or next((same for same in both if same), False)
         if found is False or self.ruler.names is None:
             return found
-        own = filled(self.pairs.axes[k], (3,))
-        return self.ruler.vanish(self.eigen.tensor @ own - own * self.pairs.moments[k])
+        own = _without_zeros(self.pairs.axes[k])
+        return self.ruler.vanish(self._tensor @ own - own * self.pairs.moments[k])
 
     def independent(self, places: Sequence[int]) -> bool:
         """Whether axes span as many dimensions as they are."""
         least = np.linalg.svd(self.units[list(places)], compute_uv=False)[-1]
-        return len(places) <= 3 and bool(least > min(2 * self.angle, INDEPENDENT))
+        return len(places) <= 3 and bool(least > min(2 * self.ruler.angle, INDEPENDENT))
 
     def orthogonal(self, places: Sequence[int]) -> bool:
         """Whether the last of some axes is at right angles to the others."""
         *others, last = self.units[list(places)]
-        return all(abs(float(last @ other)) <= math.sin(2 * self.angle) for other in others)
+        return all(abs(float(last @ other)) <= math.sin(2 * self.ruler.angle) for other in others)
 
     def expected(self) -> Floats:
         """The moments about the axes, e.I.e/e.e (n by k), at all points."""
@@ -125,3 +130,9 @@ class Solver:
         with np.errstate(all="ignore"):
             above, below = np.einsum("kip,ijp,kjp->kp", axes, tensor, axes), (axes**2).sum(axis=1)
             return np.asarray(above / below)
+
+
+def _without_zeros(trees: Sequence[Entry]) -> Array:
+    """Trees with zeros that their arithmetic leaves out."""
+    found = [tree.ZERO if isinstance(each, tree.Number) and each.value == 0 else each for each in trees]
+    return filled(found, (len(found),))
