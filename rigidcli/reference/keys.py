@@ -113,7 +113,8 @@ def assignment() -> str:
     """The page of an assignment: its keys, and those of a question, a tolerance and an accepted answer."""
     from rigidcli.check.question import Accepted, Assignment, Question, Tolerance
 
-    return page("assignment", *map(_section, (Assignment, Question, Tolerance, Accepted)))
+    sections: tuple[type[Section], ...] = (Assignment, Question, Tolerance, Accepted)
+    return page("assignment", *map(_section, sections))
 
 
 def _section(section: type[Section], is_one_of_several: bool = False, besides: Collection[str] = ()) -> str:

@@ -436,10 +436,8 @@ def test_validate_tells_what_answers_are_read_as(tmp_path: Path, program: Progra
     )
     done = program("validate", str(path))
     assert done.code == 3
-    assert (
-        done.out
-        == f"{path}: 2 of 4 answers can be read\n  a: read as 20.8 rad/s\n  c: a table with 2 rows below `t,x`\n"
-    )
+    read = "  a: read as 20.8 rad/s\n  c: a table with 2 rows below `t,x`\n"
+    assert done.out == f"{path}: 2 of 4 answers can be read\n{read}"
     assert f"{path}: line 6 is no answer: `so?`" in done.err
     assert f"{path}: answers.b: " in done.err
     assert f"{path}: answers.d: `x.csv`: there is no such file" in done.err
