@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
@@ -26,8 +25,8 @@ VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
 class Finding:
     """One remark on an answer.
 
-    `place` names the part that is meant (`Ixy`, `row 2`), `detail` says more of what was read. Neither may hold
-    a reference value or lead to one. `reference` may; only `--feedback full` shows it.
+    `place` names the part that is meant (`Ixy`, `row 2`), `detail` says more of what was read. Neither may
+    hold a reference value or lead to one. `reference` may; only `--feedback full` shows it.
     """
 
     code: str
@@ -62,7 +61,7 @@ def review(detail: str, *findings: Finding) -> Outcome:
 
 
 class Unreadable(Exception):  # noqa: N818 - it carries findings to their outcome
-    """The answer cannot be read as one of the kind that is asked. `findings` has all that is wrong with it."""
+    """The answer cannot be read as one of its kind. `findings` has all that is wrong with it."""
 
     def __init__(
         self, code: str, detail: str = "", *, place: str = "", also: tuple[Finding, ...] = ()
@@ -80,7 +79,7 @@ class Unreadable(Exception):  # noqa: N818 - it carries findings to their outcom
 class Asked:
     """The right answer of the question called `name`, and where it comes from.
 
-    A literal key (`answer` of a question) is a `Tree` in `value`, read by the same rules as a student's answer.
+    A literal key (`answer` of a question) is a `Tree` in `value`, read by the rules of a student's answer.
     A key from a document (`ask`) has the `document`, the `report` of its study, the `path` of the ask
     (`("inertia", "tensor")`), and in `value` the report's value there (floats, arrays, trees of expressions,
     texts), in the SI unit `unit`.
@@ -96,7 +95,7 @@ class Asked:
 
 
 class Reading(NamedTuple):
-    """An answer as it was read: the `value` for the judge, and `read_as`, the text that the student is shown."""
+    """An answer as it was read: the `value` for the judge, and `read_as`, the text that students see."""
 
     value: Any
     read_as: str
@@ -130,10 +129,6 @@ class Kind(ABC):
     @abstractmethod
     def typed(self, key: Any) -> Tree:
         """The key as a student would type it; judging this answer gives `correct`."""
-
-    def changed(self, key: Any) -> Iterator[tuple[str, Any]]:
-        """The codes of named mistakes, each with the key of the problem that the mistake makes of this one."""
-        return iter(())
 
     def names(self, key: Any) -> frozenset[str] | None:
         """The symbols in a key; None for a kind without symbols."""

@@ -24,6 +24,7 @@ MOST_STRANGERS = 5
 LONGEST_ANSWER = 2000
 """Characters of an answer that reports repeat."""
 
+
 @dataclass(frozen=True, slots=True)
 class Accepted:
     """The key of another answer, the share (0 to 1) of the points, and what a student reads then."""
