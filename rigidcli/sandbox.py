@@ -1,7 +1,7 @@
 """What a process may do that works on untrusted text: compute, read files, and answer; nothing else.
 
-The limits on memory and files are those of POSIX, and a clock bounds the time of each piece of work. Where there
-are none, Python itself still refuses what it would do to anything outside the process.
+The limits on memory and files are those of POSIX, and a clock bounds the time of each piece of work. Where
+there are none, Python itself still refuses what it would do to anything outside the process.
 """
 
 from __future__ import annotations
