@@ -91,7 +91,7 @@ def _parts(text: str) -> tuple[str, str, str]:
         if sign not in _OPEN:
             continue
         end = _closing(text, start)
-        if len(_split(text[start + 1 : end])) > 1 or text[start + 1 : end].lstrip()[:1] in ("[", "{"):
+        if len(split(text[start + 1 : end])) > 1 or text[start + 1 : end].lstrip()[:1] in ("[", "{"):
             factor = re.sub(r"[\s*]+\Z", "", text[:start])
             if re.search(r"[\w)]\Z", text[:start]) and re.search(r"[^\W\d]\w*\Z", factor) and sign == "(":
                 continue  # the bracket of a function, as in `atan2(1, 2), 3`
@@ -107,7 +107,7 @@ def _parts(text: str) -> tuple[str, str, str]:
     return "", text, ""
 
 
-def _split(text: str) -> list[str]:
+def split(text: str) -> list[str]:
     """A text cut at the weakest sign that separates entries outside of brackets."""
     for sign in ("\n", ";", ","):
         pieces, depth, start = [], 0, 0
@@ -126,7 +126,7 @@ def _split(text: str) -> list[str]:
 
 def _entries(text: str) -> Any:
     """The entries of a text, of rows where its pieces are lists themselves."""
-    pieces = [piece for piece in _split(text) if piece]
+    pieces = [piece for piece in split(text) if piece]
     pairs = [_PAIR.match(piece) for piece in pieces]
     if pieces and all(pairs):
         return {pair["name"].strip(): pair["value"].strip() for pair in pairs if pair}
@@ -151,7 +151,7 @@ def _inner(piece: str) -> Any:
     """An entry, or the list that stands in its brackets."""
     piece = piece.strip()
     bracketed = piece[:1] in tuple(_OPEN) and not _is_call(piece)
-    if bracketed and (piece[0] != "(" or len(_split(piece[1:-1])) > 1):
+    if bracketed and (piece[0] != "(" or len(split(piece[1:-1])) > 1):
         return _entries(piece[1:-1])
     return piece
 
@@ -161,7 +161,7 @@ def _row(piece: str) -> Any:
     inner = _inner(piece)
     if not isinstance(inner, str):
         return inner
-    commas = _split(inner)
+    commas = split(inner)
     decimal = re.fullmatch(r"[^,]*\d,\d[^,]*", inner) is not None
     if len(commas) > 1 and not decimal:
         return [_inner(comma) for comma in commas]

@@ -13,7 +13,7 @@ from functools import cached_property
 from typing import Literal, TypeAlias
 
 from rigidcli.check.base import Asked, Tree, Unreadable
-from rigidcli.check.lists import read_list
+from rigidcli.check.lists import read_list, split
 from rigidcli.check.numbers import as_typed, with_hint
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.language import typed
@@ -286,7 +286,7 @@ def _equations_in(text: str) -> Iterator[str]:
     """The equations of a text, between lines, semicolons, `and`, and commas before another equation."""
     for line in re.split(r"[\n;]|\band\b", re.sub(r"\s*\n\s*(?==)", " ", text)):
         whole = ""
-        for piece in re.split(r",(?![^(\[]*[)\]])", line):
+        for piece in split(line):
             if whole and "=" in piece and "=" in whole:
                 yield whole
                 whole = piece

@@ -38,7 +38,7 @@ _ANGLE = re.compile(r"(theta|phi|psi|alpha|beta|gamma|chi|vartheta)[_0-9]*")
 _LEADING = re.compile(r"\s*(?!\d)[\w']+(?:\s*\((?:[\w',\s]|dot)*\))?\s*(?::=|={1,2}|:)(?!=)|\s*[~=]")
 """A name before the answer: `H =`, `H(x, p) =`; or the sign of `~20.8`."""
 
-_NAME = r"[^\W\d]\w*"
+_NAME = r"[^\W\d]\w*+"
 _SLOPE = re.compile(
     rf"\bd\s*(?P<second>\^\s*2|2(?=\s*[\(\w]))?\s*(?:(?P<name>{_NAME})|\(\s*(?P<inner>{_NAME})\s*\))"
     rf"\s*/\s*(?P<open>\()?\s*d\s*t\s*(?:\^?\s*2)?\s*(?(open)\))(?!\w)"

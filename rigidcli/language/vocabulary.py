@@ -80,7 +80,7 @@ class Words:
 
 def unknown(word: str, words: Words) -> ExpressionError:
     """What is wrong with a name that the question does not have."""
-    near = nearest(word, words.names)
+    near = nearest(word, words.names) if len(word) <= LONGEST_PRODUCT else None
     listed = ", ".join(f"`{name}`" for name in words.names[:MOST_LISTED]) or "none"
     more = ", ..." if len(words.names) > MOST_LISTED else ""
     hint = f"the symbols are {listed}{more}"
