@@ -267,8 +267,9 @@ class _System:
             return "everywhere"
         for atom, _ in factored(expand(e))[1]:
             factor = atomic(atom)
-            signs = {ball > 0 for ball in self._values(factor) if ball is not None and not ball.contains(0)}
-            if len(signs) > 1 and atom not in self._poles:
+            found = [ball for ball in self._values(factor) if ball is not None]
+            changes = len({ball > 0 for ball in found}) > 1 or any(ball.contains(0) for ball in found)
+            if changes and atom not in self._poles:
                 return f"where `{plain(to_tree(factor))}` is zero"
         return ""
 
