@@ -121,9 +121,9 @@ class Ruler:
         """Whether all trees are zero."""
         assert self.names is not None
         found = [same(node, NOTHING, self.names, self.name) for node in trees]
-        return next(
-            (each for each in found if isinstance(each, str) and False not in found), False not in found
-        )
+        if False in found:
+            return False
+        return next((each for each in found if isinstance(each, str)), True)
 
     def numbers(self, entries: Iterable[Entry | Right]) -> Floats:
         """Entries (n) as SI numbers (n by 1), trees by their values at some points (n by k); NaN for none."""
@@ -163,7 +163,7 @@ class Ruler:
     @property
     def angle(self) -> float:
         """The angle (rad) by which a direction may be off: what rounding of its components comes to."""
-        return self.tolerance.angle or max(EXACT, min(self.slack, WIDEST))
+        return self.tolerance.angle or min(self.slack or RELATIVE, WIDEST)
 
     @property
     def has_units(self) -> bool:

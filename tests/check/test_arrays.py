@@ -320,7 +320,7 @@ system: {coordinates: [x], kinetic: m*xdot^2/2, potential: k*x^2/2}
     hamilton.matrix | SPRING | 0 | transposed | [[0, -k], [1/m, 0]]
     hamilton.matrix | SPRING | 0 | number_for_symbol@row-1,-column-2;-row-2,-column-1 | [[0, 1], [-4, 0]]
     hamilton.matrix, numbers: allowed | SPRING | 1 | | [[0, 1], [-4, 0]]  [[0, 1/m], [-4, 0]]
-    hamilton.matrix, numbers: allowed | SPRING | 1/2 | number_for_symbol@row-2,-column-1 | [[0, 1], [4, 0]]
+    hamilton.matrix, numbers: allowed | SPRING | 1/2 | component_wrong@row-2,-column-1 | [[0, 1], [4, 0]]
     """)
 def test_documents_with_symbols(ask: str, document: str, share: str, said: str, answer: Any) -> None:
     outcome = judged(asked(f"{{ask: {ask}}}", {"CORNER": CORNER, "SPRING": SPRING}[document]), answer)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from itertools import permutations
 from pathlib import Path
 from typing import Any, ClassVar
@@ -68,7 +68,7 @@ class Key:
     entries: Array
     labels: tuple[str, ...] = ()
     counted: tuple[bool, ...] = ()
-    mistaken: tuple[tuple[str, Array], ...] = field(default=())
+    mistaken: tuple[tuple[str, Array], ...] = ()
 
     @property
     def right(self) -> list[Right]:
@@ -144,7 +144,7 @@ class Arrays(Kind):
         if all(_is_short(key, entries[k], right[k]) for k in wrong):
             return [Finding("too_few_sig_figs", named(key, wrong) if partly else "")]
         plain = [k for k in wrong if is_constant(entries[k]) and not is_constant(right[k])]
-        if plain:
+        if plain and not key.ruler.numbers_allowed:
             return [Finding("number_for_symbol", named(key, plain))]
         numbers = key.ruler.numbers
         if code := factor(key.ruler, key.path, numbers(entries), numbers(right)):
@@ -318,7 +318,7 @@ def _along(key: Key, entries: Sequence[Entry]) -> bool:
 def has_unit_length(ruler: Ruler, entries: Sequence[Entry]) -> bool:
     """Whether a vector has the length 1, at all points."""
     lengths = np.linalg.norm(ruler.numbers(entries), axis=0)
-    return bool((np.abs(lengths - 1) <= max(ruler.slack, EXACT)).all())
+    return bool((np.abs(lengths - 1) <= ruler.angle).all())
 
 
 def angle(one: Floats, other: Floats) -> float:
@@ -364,6 +364,10 @@ class Matrix(Arrays):
         counted = tuple(not (zero or one) for zero, one in plain)
         labels = tuple(label(i, j) for i, j in np.ndindex(*key.entries.shape))
         return replace(key, labels=labels, counted=counted if any(counted) else key.counted)
+
+    def is_right(self, key: Key, value: Sequence[Entry]) -> bool:
+        """Whether the outcome is `correct`, without a word on what is wrong."""
+        return False not in self.compared(key, value) and super().is_right(key, value)
 
 
 # --- what mistakes make of a key
