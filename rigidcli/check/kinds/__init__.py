@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from rigidcli.check.base import Kind
-from rigidcli.check.kinds.arrays import Matrix, Moments, Tensor, Vector
+from rigidcli.check.kinds.arrays import Matrix, Vector
 from rigidcli.check.kinds.axes import Axes
 from rigidcli.check.kinds.choice import Choice
+from rigidcli.check.kinds.equations import Equations
 from rigidcli.check.kinds.expression import Expression
 from rigidcli.check.kinds.number import Quantity
+from rigidcli.check.kinds.tensors import Moments, Tensor
 from rigidcli.check.kinds.trajectory import Trajectory
 
 KINDS: dict[str, Kind] = {
@@ -19,6 +21,7 @@ KINDS: dict[str, Kind] = {
     "tensor": Tensor(),
     "axes": Axes(),
     "expression": Expression(),
+    "equations": Equations(),
     "trajectory": Trajectory(),
     "choice": Choice(),
 }
