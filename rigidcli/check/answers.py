@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 from rigidcli.check.base import Tree, Unreadable
+from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, Problem, shown
-from rigidcli.model.syntax import read_tree
 
 Answers: TypeAlias = dict[str, Tree | Unreadable]
 """Answers by the names of questions; one that cannot be read is what is wrong with it."""

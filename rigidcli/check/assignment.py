@@ -20,15 +20,15 @@ from rigidcli.check.judge import Accepted, Item, with_table
 from rigidcli.check.kinds import KINDS
 from rigidcli.check.question import EVERYWHERE, Assignment, Question
 from rigidcli.check.records import sentence
+from rigidcli.document.load import explain, load
+from rigidcli.document.places import Places
+from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, nearest, shown
 from rigidcli.errors import Path as Keys
-from rigidcli.model.load import explain, load
-from rigidcli.model.places import Places
-from rigidcli.model.syntax import read_tree
-from rigidcli.model.texts import STDIN, read_text
+from rigidcli.fields.texts import STDIN, read_text
 
 if TYPE_CHECKING:
-    from rigidcli.model.document import Document
+    from rigidcli.document.document import Document
     from rigidcli.report import Report
 
     Study = Callable[[Document], Report]

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias,
 
 if TYPE_CHECKING:
     from rigidcli.check.question import Question
-    from rigidcli.model.document import Document
+    from rigidcli.document.document import Document
     from rigidcli.report import Report
 
 Tree: TypeAlias = Any

@@ -23,11 +23,11 @@ from rigidcli.check.reading import Names, names_of, plain, read_expression
 from rigidcli.check.same import same, values
 from rigidcli.core.arithmetic import Array, Floats
 from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
+from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.language import tree
 from rigidcli.language.evaluation import real
 from rigidcli.language.text import text
-from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS
-from rigidcli.model.units import Unit, parse_unit
 
 Entry: TypeAlias = Number | tree.Node
 """An entry of an answer: a number as it was typed, or a tree."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from rigidcli.model.dimensions import DIMENSIONLESS
-from rigidcli.model.units import Unit
+from rigidcli.fields.dimensions import DIMENSIONLESS
+from rigidcli.fields.units import Unit
 
 TENS = tuple(10.0**power for power in range(1, 13))
 """What a slip in a power of ten comes to."""

@@ -19,9 +19,9 @@ from rigidcli.check.base import Asked
 from rigidcli.check.question import Question
 from rigidcli.check.reading import Domain, Names, names_in_all, names_of, read_equations
 from rigidcli.check.same import same
+from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
-from rigidcli.model.variables import acceleration, momentum, velocity
 
 MAX_SIGNS = 6
 """The most equations whose signs are tried one by one."""

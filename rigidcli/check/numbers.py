@@ -19,12 +19,12 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.check.base import Tree, Unreadable
 from rigidcli.errors import ExpressionError, ValueProblem, shown
+from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension
+from rigidcli.fields.units import MAX_TEXT, Unit, known_names, parse_unit
 from rigidcli.language import evaluation, tree
 from rigidcli.language.expression import RESERVED
 from rigidcli.language.latex import plain
 from rigidcli.language.typed import expression, unnamed
-from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension
-from rigidcli.model.units import MAX_TEXT, Unit, known_names, parse_unit
 
 if TYPE_CHECKING:
     from rigidcli.check.question import Tolerance

@@ -15,14 +15,14 @@ from typing import Literal, TypeAlias
 from rigidcli.check.base import Asked, Tree, Unreadable
 from rigidcli.check.lists import read_list, split
 from rigidcli.check.numbers import as_typed, with_hint
+from rigidcli.document.parameters import read_name
+from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, shown
 from rigidcli.language import typed
 from rigidcli.language.latex import plain as without_latex
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Negative, Node, Number, Product, Reciprocal, bound, names_in
 from rigidcli.language.vocabulary import Words
-from rigidcli.model.parameters import read_name
-from rigidcli.model.variables import acceleration, momentum, velocity
 
 Domain: TypeAlias = Literal["positive", "real"]
 

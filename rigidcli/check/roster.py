@@ -18,7 +18,7 @@ from rigidcli.check.files import Found, Place
 from rigidcli.check.names import CANVAS, MOODLE, is_answer, listed, noted, submitted, uncounted
 from rigidcli.check.records import MISSING
 from rigidcli.errors import DocumentError, Problem, printable
-from rigidcli.model.texts import read_text
+from rigidcli.fields.texts import read_text
 
 NAMES = ("Student", "LastName", "FirstName")
 """The columns of a student's name, in one or in two."""

@@ -18,9 +18,9 @@ from rigidcli.check.base import Unreadable
 from rigidcli.check.numbers import read_number, read_unit, scale_in
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError, ValueProblem, shown
+from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.language.tree import Name
 from rigidcli.language.typed import expression
-from rigidcli.model.units import Unit, parse_unit
 
 TIME = "t"
 

@@ -21,7 +21,7 @@ from rigidcli.errors import UsageError
 
 if TYPE_CHECKING:
     from rigidcli.check.assignment import Prepared
-    from rigidcli.model.document import Document
+    from rigidcli.document.document import Document
     from rigidcli.report import Report
 
 TABULAR = {

@@ -16,7 +16,7 @@ import rigidcli
 from rigidcli.check.assignment import prepare
 from rigidcli.check.base import Outcome, Tree
 from rigidcli.check.judge import Item, outcome
-from rigidcli.model.syntax import read_tree
+from rigidcli.document.syntax import read_tree
 
 STUDIES = {name: getattr(rigidcli, name) for name in ("inertia", "axes", "precess", "euler", "hamilton")}
 

@@ -15,9 +15,9 @@ from hypothesis import strategies as st
 from rigidcli.check.base import Unreadable
 from rigidcli.check.judge import Item, outcome
 from rigidcli.check.numbers import as_typed, read_number, read_unit
+from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError
-from rigidcli.model.syntax import read_tree
-from rigidcli.model.units import parse_unit
+from rigidcli.fields.units import parse_unit
 from tests.check.asking import judged
 from tests.check.homework import Asking, cases, details
 

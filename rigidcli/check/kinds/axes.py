@@ -46,7 +46,7 @@ from rigidcli.check.kinds.tensors import OTHER_PRODUCTS, TENSORS, Tensor, mistak
 from rigidcli.check.question import Question
 from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model.units import parse_unit
+from rigidcli.fields.units import parse_unit
 
 SLACK = 1e-2
 """How far a key that is typed with few digits may miss the laws, in units of its largest entry."""

@@ -37,10 +37,10 @@ from rigidcli.check.base import (
 from rigidcli.check.motions import Motion, of_document, of_functions, of_text, state_of
 from rigidcli.check.reading import Sides, names_in_all, plain, read_equations
 from rigidcli.check.same import same, values
+from rigidcli.document.variables import acceleration, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.language.text import text
 from rigidcli.language.tree import Negative, Node, Sum, bound, names_in
-from rigidcli.model.variables import acceleration, velocity
 
 MAX_MIXED = 3
 """The most coordinates of second order of which every part is tried as what is meant."""

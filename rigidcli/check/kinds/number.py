@@ -25,8 +25,8 @@ from rigidcli.check.factors import TURN, common_factor
 from rigidcli.check.numbers import PURE, Number, as_typed, margin, scale_in, too_few, with_hint
 from rigidcli.check.question import Tolerance
 from rigidcli.errors import ValueProblem
-from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS
-from rigidcli.model.units import Unit, parse_unit
+from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
+from rigidcli.fields.units import Unit, parse_unit
 
 NOISE = 1e-12
 """A result below this, in units of the largest number beside it, is zero but for rounding."""

@@ -21,7 +21,7 @@ from rigidcli.core.tensor import point_tensor, rotate
 from rigidcli.errors import ValueProblem, shown
 
 if TYPE_CHECKING:
-    from rigidcli.model.document import Document
+    from rigidcli.document.document import Document
 
 SIX = {"Ixx": (0, 0), "Iyy": (1, 1), "Izz": (2, 2), "Ixy": (0, 1), "Ixz": (0, 2), "Iyz": (1, 2)}
 """The components of a tensor, by their usual names; the last three have mirror images."""

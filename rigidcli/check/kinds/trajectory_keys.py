@@ -16,11 +16,11 @@ from rigidcli.check.numbers import margin, read_number
 from rigidcli.check.question import Question
 from rigidcli.check.tables import SECOND, TIME, read_table
 from rigidcli.core.arithmetic import Floats
+from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ExpressionError, ValueProblem, shown
+from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.language import evaluation, tree
 from rigidcli.language.expression import parse
-from rigidcli.model.sampling import DEFAULT_TOLERANCE
-from rigidcli.model.units import Unit, parse_unit
 from rigidcli.report import single_cells
 
 BY_DEFAULT = {"orbit": ("q", "p"), "trajectory": ("omega",)}
