@@ -87,7 +87,7 @@ class Chart:
         These are polynomials of degree 5 at most, or such in the sine and cosine of an angle.
         """
         turn = self.coordinates[coordinate]
-        if _right_angles(turn) == 4:
+        if turn_is_whole(turn):
             return np.arange(8) / 8, np.full(8, 1 / 8)  # exact for harmonics below the eighth
         nodes, weights = np.polynomial.legendre.leggauss(4 if turn is None else 16)
         return (1 + nodes) / 2, weights / 2
@@ -96,9 +96,10 @@ class Chart:
     def _turns(self) -> Sequence[Turn]:
         return [turn for turn in self.coordinates if isinstance(turn, Turn)]
 
-    def cuts(self) -> list[Floats]:
-        """Where panels begin and end in each coordinate: at half turns."""
-        return [np.linspace(0, 1, 1 + math.ceil(_right_angles(turn) / 2)) for turn in self.coordinates]
+
+def turn_is_whole(turn: Turn | Barycentric | None) -> bool:
+    """Whether a coordinate is an angle that goes all the way round."""
+    return _right_angles(turn) == 4
 
 
 def _right_angles(turn: Turn | Barycentric | None) -> int:
