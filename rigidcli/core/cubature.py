@@ -76,8 +76,8 @@ class Integral(NamedTuple):
 def integral(f: Integrand, surfaces: Sequence[Surfaces], periodic: Sequence[bool], smooth: bool) -> Integral:
     """The integral of `f` over the unit box, the best that any of the ways gives.
 
-    Each coordinate (0 to 3 of them) may be `periodic`. At the `surfaces` the function may have kinks, jumps, or
-    changes that are quick. Where it is `smooth` as far as is known beforehand, lines are cut last.
+    Each coordinate (0 to 3 of them) may be `periodic`. At the `surfaces` the function may have kinks or jumps
+    or change quickly. Where it is `smooth` as far as is known beforehand, lines are cut last.
     """
     depth = len(periodic)
     best = _products(f, periodic) if smooth else None

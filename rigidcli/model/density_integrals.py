@@ -182,7 +182,7 @@ class Field:
     def _is_narrow(self, chart: Chart, net: Floats, node: tree.Node, inner: tree.Node) -> bool:
         """Whether a function in the density is much higher between the points of a net than on it.
 
-        Its argument tells: a search goes on from its highest and lowest points, where the density is looked at.
+        A search goes on from the extremes of its argument on the net; the density is looked at there.
         """
         known, _ = self._located(chart, net)
         heights, seen = (of_node(each, self.formula, known) for each in (inner, node))
