@@ -35,8 +35,9 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
 
 def _is_foreign(shape: type[Shape], key: str, value: object) -> bool:
     """Whether a key is none of the shape, or has a list of another length than there."""
-    is_other = isinstance(value, list) and key in shape.dimensions() and not shape.holds(key, value)
-    return is_other or key not in shape.model_fields
+    if key not in shape.model_fields:
+        return True
+    return isinstance(value, list) and key in shape.dimensions() and not shape.holds(key, value)
 
 
 def _likeness(shape: type[Shape], raw: Mapping[str, Any]) -> int:
