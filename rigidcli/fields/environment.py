@@ -96,8 +96,7 @@ class Environment:
         digits, unit = quantity
         if self.arithmetic.exact:
             return _exact(parse(digits), {}) * unit.factor * self.arithmetic.pi**unit.pi_power
-        # Through the shortest decimal, so that 120 g cm^2 is the float nearest to 1.2e-5.
-        return unit.si(Fraction(repr(finite(digits))))
+        return _in_si(digits, unit)
 
     def _quantity(
         self, text: str, dimension: Dimension | None, variables: tuple[str, ...] = ()
@@ -119,9 +118,7 @@ class Environment:
             if is_meant:
                 return None
         try:
-            unit = parse_unit(written.unit)
-            if dimension is not None:
-                check_dimension(unit.text, unit.dimension, dimension)
+            unit = _unit(written.unit, dimension)
         except ValueProblem:
             if is_known:
                 return None
@@ -265,6 +262,21 @@ class Environment:
             f"{f' (did you mean {near}?)' if near else ''}",
             hint=f"declared parameters: {_listed(self._declared_in_order)}{also}",
         )
+
+
+@lru_cache(maxsize=4096)
+def _in_si(digits: str, unit: Unit) -> float:
+    """The float nearest to a quantity: through the shortest decimal, so that 120 g cm^2 is 1.2e-5 kg m^2."""
+    return unit.si(Fraction(repr(finite(digits))))
+
+
+@lru_cache(maxsize=1024)
+def _unit(text: str, dimension: Dimension | None) -> Unit:
+    """The unit of this text, which must fit the dimension. Raises ValueProblem."""
+    unit = parse_unit(text)
+    if dimension is not None:
+        check_dimension(unit.text, unit.dimension, dimension)
+    return unit
 
 
 @lru_cache(maxsize=1024)
