@@ -91,7 +91,7 @@ class Draft:
         while True:
             document, found = _read(origin, exact, positive)
             if found <= positive:
-                return document
+                return _tried(origin, document) if _has_symbols(origin.tree) else document
             # Symbols that stand for masses and lengths are positive; knowing that, read once more.
             positive |= found
 
@@ -237,10 +237,38 @@ def _no_mapping(tree: object) -> ValueProblem:
     return ValueProblem(f"read {shown(tree)}, expected a mapping", hint=hint, typed=cure and str(tree))
 
 
-def _read(origin: Origin, exact: bool, positive: frozenset[str]) -> tuple[Document, set[str]]:
+def _tried(origin: Origin, document: Document) -> Document:
+    """The document, with notes on values of its symbols that it cannot have.
+
+    Raises DocumentError where it can have none.
+    """
+    if document.body is None and document.top is None:
+        return document
+    from rigidcli.document.trials import tried
+
+    def with_numbers(tree: Mapping[str, Any]) -> Document:
+        found, _ = _read(replace(origin, tree=tree), False, frozenset(), is_physical=False)
+        return found
+
+    refused, notes = [], []
+    for problem, sentence, always in tried(origin.tree, with_numbers):
+        if always:
+            line = origin.place(tuple(problem.key.split(".")))[1]
+            refused.append(Problem(origin.source, sentence, line, problem.key))
+        else:
+            notes.append(f"{problem.key}: {sentence}" if problem.key else sentence)
+    if refused:
+        raise DocumentError(refused)
+    return document.came_from(origin, [*document.notes, *notes]) if notes else document
+
+
+def _read(
+    origin: Origin, exact: bool, positive: frozenset[str], *, is_physical: bool = True
+) -> tuple[Document, set[str]]:
     """The document of a tree, and the symbols that make sense only as positive numbers.
 
-    Those in `positive` are taken to be positive. Raises DocumentError with all problems.
+    Those in `positive` are taken to be positive. It is looked at whether what is described can exist, if
+    `is_physical`. Raises DocumentError with all problems.
     """
     tree = origin.tree
     # A system alone keeps its expressions symbolic, and its numbers are floats.
@@ -255,7 +283,7 @@ def _read(origin: Origin, exact: bool, positive: frozenset[str]) -> tuple[Docume
     problems = read_parameters(env, parameters, positive) if isinstance(parameters, dict) else []
     try:
         document = Document.model_validate(tree, context=env)
-        if not problems and not env.faults:
+        if is_physical and not problems and not env.faults:
             document.physical.require()
     except ValidationError as error:
         problems += explain(error)
