@@ -31,6 +31,7 @@ PENDULUM = "system: {coordinates: [a], lagrangian: adot**2/2 + cos(a)}\n"
         (f"frame: {{axis: [0, 0, 1], angle: 6.28319}}\n{CUBE}", None),
         (f"frame: {{axis: [0, 0, 1], angle: -6.283185307179586}}\n{CUBE}", None),
         (f"{PENDULUM}orbit: {{initial: {{a: 30, adot: 0}}, duration: 1}}", "`orbit.initial.a` of 30 rad"),
+        (f"{PENDULUM}orbit: {{initial: {{a: 30.5, adot: 0}}, duration: 1}}", "`orbit.initial.a` of 30.5 rad"),
         (f"{PENDULUM}orbit: {{initial: {{a: 30 deg, adot: 0}}, duration: 1}}", None),
         (f"{PENDULUM}orbit: {{initial: {{a: 3, adot: 100}}, duration: 1}}", None),
         (f"{SPRING}orbit: {{initial: {{x: 30, xdot: 0}}, duration: 1}}", None),
