@@ -66,7 +66,6 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     helpers = {"body", "common", "ensembles", "pictures", "results", "robots", "rotor", "steps"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
     parts = {
-        "alike",
         "app",
         "cluster",
         "computing",
@@ -82,7 +81,6 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
         "progress",
         "requirements",
         "sweeps",
-        "together",
         "work",
     }
     assert _names("rigidcli.cli") - parts == set(app.COMMANDS)

@@ -31,7 +31,7 @@ from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require
 from rigidcli.cli.work import FOLLOW, Answer, Texts, Work, answers, tasks, texts
 from rigidcli.errors import RigidError, UsageError
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
-from rigidcli.report import Report, points_of
+from rigidcli.report import Report
 
 if TYPE_CHECKING:
     from rigidcli.studies.ensembles import Form
@@ -170,7 +170,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                             notes = known[told.source].new(told.notes) if again else told.notes
                             tell_notes(told.source, notes, quiet)
                             yield told
-                            points = len(told.texts) if isinstance(told, Texts) else points_of(told) or 1
+                            points = len(told.texts) if isinstance(told, Texts) else 1
                     for _ in range(points):
                         done()
             failures.end()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from decimal import Decimal
 from functools import reduce
@@ -14,9 +14,6 @@ from pydantic import Field, ValidationError, ValidationInfo, model_validator
 
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Scalar
-from rigidcli.core.groups import agreed
-from rigidcli.core.many import Many
-from rigidcli.core.many_arithmetic import alone
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.model import holes
 from rigidcli.model.environment import Environment
@@ -111,26 +108,9 @@ class KnownTensor(Form):
 
 def _require_physical(central: Any, n: Arithmetic) -> None:
     """`tensor.require_physical` for a tensor without open symbols; of others nothing can be said."""
-    if isinstance(central, Many):
-        agreed(True, [tensor.shortfall(one) is None for one in central.values])
-        return
     values = [n.value(entry) for entry in central.flat]
     if None not in values:
         tensor.require_physical(np.array(values, dtype=np.float64).reshape(3, 3))
-
-
-def _require_material(leaves: Sequence[holes.Leaf], entries: Any, n: Arithmetic) -> None:
-    """`holes.require_material`, run by run where the `entries` of the tensor are many."""
-    if not isinstance(entries, Many):
-        holes.require_material(leaves, n)
-        return
-    fits = np.ones(len(entries.values), dtype=bool)
-    for run in range(len(fits)):
-        try:
-            holes.require_material(leaves, alone(run))
-        except ValueProblem:
-            fits[run] = False
-    agreed(True, fits)
 
 
 class Composite(Form):
@@ -153,7 +133,7 @@ class Composite(Form):
             bodies.append(body)
         whole = mass_properties.combine(bodies, arithmetic)
         if any(part.hole for part in self.parts):
-            _require_material(list(self.leaves(arithmetic)), whole.inertia.entries, arithmetic)
+            holes.require_material(list(self.leaves(arithmetic)), arithmetic)
             assert whole.mass is not None
             if arithmetic.sign(whole.mass) in (0, -1):
                 raise ValueProblem(f"the holes leave no mass: {arithmetic.size(whole.mass):.6g} kg")

@@ -10,13 +10,11 @@ from functools import cached_property
 from typing import Any
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
-from rigidcli.core.groups import UnfitError
 from rigidcli.errors import LONGEST_SHOWN, UNSETTLED, ExpressionError, ValueProblem, nearest, shown
 from rigidcli.language.expression import Expression, parse
 from rigidcli.language.tree import UnknownFunction
 from rigidcli.model.dimensional_analysis import dimension_of
 from rigidcli.model.dimensions import Dimension, check_dimension
-from rigidcli.model.several import Several, evaluated
 from rigidcli.model.typed_numbers import (
     exact_text,
     finite,
@@ -82,11 +80,6 @@ class Environment:
 
         `dimension` is what a unit must fit; None fits all. Raises ValueProblem.
         """
-        if isinstance(raw, Several):
-            if raw.unit is None and dimension is None:
-                raise UnfitError  # a parameter has the dimension of what is typed
-            read = raw.read if raw.unit is None else raw.numbers
-            return read(lambda one: self.read(one, dimension), self.notes)
         scalar = number_or_text(raw, number_of(dimension))
         if not isinstance(scalar, str):
             return _exact(parse(str(scalar)), {}) if self.arithmetic.exact else finite(scalar)
@@ -214,8 +207,6 @@ class Environment:
 
     def dimension(self, raw: object) -> Dimension | None:
         """The dimension of a value as it is written; None where it may be any."""
-        if isinstance(raw, Several):
-            raw = f"1 {raw.unit}" if raw.unit else None
         if not isinstance(raw, str):
             return None
         quantity = self._quantity(raw, None)
@@ -229,7 +220,7 @@ class Environment:
         if self.arithmetic.exact:
             return _exact(expression, self.parameters)
         used = {name: value for name, value in self.parameters.items() if name in expression.names}
-        return evaluated(expression.evaluate, used)
+        return expression.evaluate(used)
 
     def _without_value(self, names: frozenset[str]) -> frozenset[str]:
         """The parameters among `names` that lack the value that a number needs; each is noted as a fault."""

@@ -20,11 +20,6 @@ class Drafts(NamedTuple):
     each: Sequence[Draft]
     notes: Sequence[str]
 
-    @property
-    def single(self) -> Draft | None:
-        """The draft of a file that is one document by itself."""
-        return self.each[0] if len(self.each) == 1 and not self.notes else None
-
 
 def drafts(path: str | os.PathLike[str], **options: Any) -> Drafts:
     """The documents of a file: a robot description has one a link, all else is one.

@@ -13,14 +13,12 @@ from typing import TypeAlias
 from pydantic import ValidationError
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic
-from rigidcli.core.many_arithmetic import MANY
 from rigidcli.errors import UNSETTLED, DocumentError, Path, ValueProblem, shown
 from rigidcli.model.document import Document
 from rigidcli.model.environment import Environment
 from rigidcli.model.parameters import read_parameters
 from rigidcli.model.places import BodyPlaces, Places, body_form
 from rigidcli.model.settings import SWEEP, Change, apply, split_setting
-from rigidcli.model.several import Several
 from rigidcli.model.syntax import read_tree
 from rigidcli.model.texts import STDIN, read_text
 from rigidcli.model.words import with_colon
@@ -138,26 +136,6 @@ class Draft:
             tree, _ = self._changed(swept, Decimal)
         places = self.places.with_changes(changed, (*self.settings, *swept))
         return _document(tree, places, self.folder, _arithmetic(exact))
-
-    def documents(self, swept: Sequence[str], several: Sequence[Several]) -> Document:
-        """One document for several values of keys, of which `swept` are the first: its numbers are many.
-
-        Raises as `load`, and PartedError or UnfitError where the values do not go together.
-        """
-        tree, changed = self._changed(swept, float)
-        changes: list[Change] = [(split_setting(f"{each.key}=")[0], each) for each in several]
-        tree, _ = apply(tree, changes, self.source, SWEEP)
-        places = self.places.with_changes(changed, (*self.settings, *swept))
-        return _document(tree, places, self.folder, MANY)
-
-    def tree(self) -> object | None:
-        """The tree with what is given from outside; None for an exact document. Raises as `load`."""
-        tree, _ = self._changed((), float)
-        return None if self.exact or _has_symbols(tree) else tree
-
-    def with_tree(self, tree: object) -> Document:
-        """The document with another tree, some of whose numbers are many. Raises as `documents`."""
-        return _document(tree, self.places, self.folder, MANY)
 
     def is_exact(self, swept: Sequence[str]) -> bool:
         """Whether the document is worked exactly with these values swept. Raises as `load`."""

@@ -25,7 +25,6 @@ from rigidcli.model.dimensions import (
 from rigidcli.model.environment import Environment
 from rigidcli.model.readers import SHARED, Alternative, ReadBy, Reader
 from rigidcli.model.section import environment
-from rigidcli.model.several import Several
 from rigidcli.model.typed_numbers import number_of
 from rigidcli.model.words import not_one_of
 
@@ -71,9 +70,6 @@ class Quantity(Reader):
     def read(self, raw: object, info: ValidationInfo) -> Scalar:
         """The SI value, of a size and sign that fit."""
         env = environment(info)
-        if isinstance(raw, Several) and (raw.unit is None or (self.dimension == ANGLE and not raw.unit)):
-            many: Scalar = raw.read(lambda one: self.read(one, info), env.notes)
-            return many
         value: Scalar = env.read(raw, self.dimension)
         is_bare = self.dimension == ANGLE and isinstance(raw, int | float | Decimal)
         if is_bare and abs(float(str(raw))) > FULL_TURN:

@@ -11,19 +11,14 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from decimal import Decimal
-from fractions import Fraction
 from functools import cached_property
 from typing import Any, Protocol, TypeAlias
 
-import numpy as np
-
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.core.groups import ALONE
 from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
 from rigidcli.model.environment import Environment
 from rigidcli.model.ranges import FORMS, Range, read_range
 from rigidcli.model.settings import SWEEP, split_setting
-from rigidcli.model.several import Several
 from rigidcli.model.syntax import read_tree
 from rigidcli.model.typed_numbers import split_quantity
 from rigidcli.model.units import parse_unit
@@ -98,11 +93,6 @@ class Sweep:
         """For each key its name, its value as results tell it, and the unit of that where one is typed."""
         for key, text in zip(self.keys, point, strict=True):
             yield key.name, *_told(text, exact)
-
-    def together(self, places: Sequence[int]) -> list[Several]:
-        """The values of each key at several places. Raises RigidError where some cannot be read."""
-        columns = zip(*(self._indices(place) for place in places), strict=True)
-        return [_several(key, indices) for key, indices in zip(self.keys, columns, strict=True)]
 
 
 def read_sweep(texts: Sequence[str], paired: bool) -> Sweep:
@@ -180,42 +170,6 @@ def _cells(path: str, rows: Iterator[list[str]], place: int) -> Iterator[str]:
             if not value:
                 raise UsageError(f"{path}:{line}: this cell of the column is empty")
             yield value
-
-
-def _several(key: Key, indices: Sequence[int]) -> Several:
-    """Some values of a key, for a document that is read once for all of them."""
-    written: list[Any]
-    if isinstance(key.values, Range):
-        unit, written = key.values.unit, [key.values.number(index) for index in indices]
-    else:
-        unit, written = "", [_written(key.values[index]) for index in indices]
-    are_numbers = all(type(value) is float for value in written)
-    if unit:
-        typed = parse_unit(unit)
-        told = [(typed.si(Fraction(repr(number))), typed.dimension.unit) for number in written]
-    elif are_numbers:
-        told = [(value, "") for value in written]
-    else:
-        told = [_told(key.values[index], False) for index in indices]
-    numbers = np.array([value if type(value) is float else math.nan for value, _ in told])
-    units = list(dict.fromkeys(unit for _, unit in told))
-    labels = np.array([units.index(unit) for _, unit in told])
-    labels[~np.isfinite(numbers)] = ALONE
-    return Several(key.name, written, unit if are_numbers else None, numbers, labels, units)
-
-
-def _written(text: str) -> Any:
-    """What a document has for a value that is typed."""
-    if _WHOLE.fullmatch(text):
-        return int(text)
-    return float(text) if _FLOAT.fullmatch(text) else read_tree(text, SWEEP)
-
-
-_WHOLE = re.compile(r"-?[1-9]\d{0,15}")
-"""An integer in YAML, too."""
-
-_FLOAT = re.compile(r"[-+]?\d+\.\d*(e[-+]?\d+)?")
-"""A decimal that is a float in YAML, too, as most values of a sweep are: its parser takes longer."""
 
 
 def _told(text: str, exact: bool) -> tuple[Any, str]:

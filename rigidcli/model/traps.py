@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic
-from rigidcli.core.groups import UnfitError
 from rigidcli.model.bodies import Composite
 from rigidcli.model.form import Form
 from rigidcli.model.meshes import Mesh
-from rigidcli.model.several import Several
 from rigidcli.model.shape import Solid
 
 if TYPE_CHECKING:
@@ -42,20 +40,10 @@ def traps(document: Document, tree: Mapping[str, Any]) -> Iterator[str]:
     for section, key in (("motion", "omega"), ("top", "spin")):
         typed = (tree.get(section) or {}).get(key)
         several = typed if isinstance(typed, list) else [typed]
-        rates = [rate for one in several for rate in _bare(one)]
-        bare = [abs(float(rate)) for rate in rates if not isinstance(rate, str | bool | list | type(None))]
+        bare = [abs(float(rate)) for rate in several if not isinstance(rate, str | bool | list | type(None))]
         if max(bare, default=0.0) > FAST and _length(document, n) > LARGE:
-            if len(rates) > len(several):
-                raise UnfitError  # the note is on one of them
             rate = max(bare)
             yield f"`{section}.{key}` has {rate:.6g} rad/s for a body over {LARGE:g} m; {rate:.6g} rpm meant?"
-
-
-def _bare(rates: Any) -> Sequence[Any]:
-    """The rates of which one is given, or several at once, where they have no unit."""
-    if not isinstance(rates, Several):
-        return [rates]
-    return () if rates.unit else rates.written
 
 
 def _densities(body: Form, path: str, n: Arithmetic) -> Iterator[tuple[str, float]]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from rigidcli.core import principal
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
-from rigidcli.core.many_arithmetic import MANY
 from rigidcli.core.principal import PrincipalFrame
 from rigidcli.core.tensor import MISPLACED, ROUNDING, Inertia
 from rigidcli.errors import ComputationError
@@ -133,7 +134,7 @@ def _holding_torque(omega: Array, momentum: Array, n: Arithmetic) -> Array | Non
 def _is_about_massless_axis(body: Inertia, omega: Floats) -> bool:
     """Whether a linear body turns about its line, so that L is zero but for rounding."""
     rates, size = np.abs(omega @ body.axes), np.abs(body.entries)
-    rounding = rates @ body.noise + MISPLACED * MANY.hypot(*omega) * size.max(axis=0)
+    rounding = rates @ body.noise + MISPLACED * math.hypot(*omega) * size.max(axis=0)
     momentum = np.abs(omega @ body.axes @ body.entries)
     return bool((momentum <= rounding).all() and np.isfinite(momentum).all())
 

@@ -144,7 +144,6 @@ run()
         "picture",
         "program",
         "scene",
-        "cli.alike",
     )
     assert not {f"rigidcli.{name}" for name in others} & found
 
