@@ -3,10 +3,10 @@
 The modulus k is given by the complementary modulus k' = sqrt(1 - k^2), which tells moduli near 1 apart.
 For k' = 0 the functions are tanh and sech.
 
-Sources: NIST Digital Library of Mathematical Functions (DLMF), chapters 19 and 22; R. Bulirsch, Numer. Math. 7
-(1965) 78 for the functions and 13 (1969) 305 for the complete integrals; B. C. Carlson, Numer. Algorithms 10
-(1995) 13 for the symmetric integrals. scipy.special has all of them, but importing it takes longer than
-most runs of the program, and its `ellipj` is wrong for moduli near 1.
+Sources: NIST Digital Library of Mathematical Functions (DLMF), chapters 19 and 22; R. Bulirsch, Numer.
+Math. 7 (1965) 78 for the functions and 13 (1969) 305 for the complete integrals; B. C. Carlson, Numer.
+Algorithms 10 (1995) 13 for the symmetric integrals. scipy.special has all of them, but importing it takes
+longer than most runs of the program, and its `ellipj` is wrong for moduli near 1.
 """
 
 from __future__ import annotations
@@ -81,7 +81,7 @@ def complete(complement: Any, p: Any, a: Any, b: Any) -> Any:
 
 
 def beyond_first(k: float, complement: float, p: float) -> float:
-    """p Pi/K - 1, where Pi is the integral of 1/(cn^2 + p^2 sn^2) over a quarter period, for p > 0 and k' > 0.
+    """p Pi/K - 1 for p > 0 and k' > 0, with Pi the integral of 1/(cn^2 + p^2 sn^2) over a quarter period.
 
     It vanishes as k^2. This is (p - 1)/K times `complete` with a = 1 and b = -p, in which b + a m = r is
     carried in place of b, and m - k' by its own formula: so nothing is lost for small k.

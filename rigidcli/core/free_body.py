@@ -148,8 +148,8 @@ class Circulation:
 
     `axes` are the rows a, b, c in body axes, but for the `signs` (m, 1, 3) of each motion. Per motion (m, 1):
     `start` is u0, `quarter` K, infinite on the separatrix; `mean_rate` is that of the turn about L (rad/s),
-    `swing` is L (Ib-Ia)/(Ia Ib rate), and `mean_growth` the mean of G with u. `amplitudes` (m, 1, 3) are those
-    of omega (rad/s), `shares` (m, 1, 3) those of the unit vector along L.
+    `swing` is L (Ib-Ia)/(Ia Ib rate), and `mean_growth` the mean of G with u. `amplitudes` (m, 1, 3) are
+    those of omega (rad/s), `shares` (m, 1, 3) those of the unit vector along L.
     """
 
     axes: Floats

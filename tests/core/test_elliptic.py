@@ -12,9 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
+from rigidcli.core.high_precision import CONTEXT
 
 from rigidcli.core.elliptic import carlson_rf, carlson_rj, complete_first, complete_third, jacobi
-from rigidcli.core.high_precision import CONTEXT
 
 Floats = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.core.heavy_top import Nutation, nutation
+from rigidcli.core.nutation import Nutation, nutation
 from rigidcli.core.top import sleeping, steady
 from tests.core.tops import MOMENTS, RATES, SPINS, TILTS, WEIGHTS, Start, moved
 

@@ -15,9 +15,10 @@ from rigidcli.errors import ValueProblem
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Step, Table
 from rigidcli.studies.common import if_known, report, trusted
+from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
 from rigidcli.studies.euler.columns import COLUMNS, trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
-from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory, free_trajectory
+from rigidcli.studies.euler.trajectory import Trajectory
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
 
@@ -62,7 +63,6 @@ def run(
     """
     if document.ensemble is not None:
         from rigidcli.studies.ensembles import require_one_start, whole
-        from rigidcli.studies.euler.ensemble import together
 
         require_one_start(document, {"picture": picture})
         return whole(document, lambda one: run(one, engine=engine, max_steps=max_steps), together)
@@ -102,14 +102,9 @@ def follow(
     """
     problem = initial_value_problem(document)
     memory.require(len(problem.times), len(COLUMNS))
-    if problem.torque is None and not problem.weight.any():
-        return free_trajectory(problem)
-    if problem.torque is None and engine == "auto":
-        from rigidcli.studies.euler.heavy_top import heavy_top_trajectory
-
-        motion = heavy_top_trajectory(problem)
-        if motion is not None:
-            return motion
+    motion = closed_form(problem) if engine == "auto" or not problem.weight.any() else None
+    if motion is not None:
+        return motion
     from rigidcli.studies.euler.driven import driven_trajectory
 
     try:

@@ -6,8 +6,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.core.polhode import Polhode
+from rigidcli.core.free_body import circulation
 from rigidcli.report import Field, Step, Table
+from rigidcli.studies.euler.closed import along_entries
 from rigidcli.studies.euler.trajectory import Trajectory
 from rigidcli.studies.steps.writing import filled
 
@@ -59,13 +60,14 @@ def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -
         return
     found = [told["angular_momentum"], told["kinetic_energy"]]
     sentence = f"No torque acts: L in space and T are constant. Kind of motion: {words}."
-    if isinstance(free.path, Polhode) and free.regime.startswith("about"):
-        path = free.path
+    body, omegas, _ = along_entries(motion.problem)
+    path = circulation(body, omegas[0]) if free.regime.startswith("about") else None
+    if path is not None:
         sentence += " The components of omega are Jacobi's elliptic functions cn, sn and dn of the modulus k."
         found += [
-            Field("", path.k**2, "k^2", "k^2"),
-            Field("", path.rate, "rate of their argument", "", "rad/s"),
-            Field("", path.amplitudes, "amplitudes", "", "rad/s"),
+            Field("", float(path.k[0, 0]) ** 2, "k^2", "k^2"),
+            Field("", float(path.rate[0, 0]), "rate of their argument", "", "rad/s"),
+            Field("", path.amplitudes[0, 0], "amplitudes", "", "rad/s"),
             told["period"],
         ]
     yield Step("Motion", sentence, tuple(found))
