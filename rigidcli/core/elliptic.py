@@ -87,10 +87,11 @@ def beyond_first(k: float, complement: float, p: float) -> float:
     carried in place of b, and m - k' by its own formula: so nothing is lost for small k.
     """
     root, kc, m, less, a, r = p, complement, 1.0, k * k / (1 + complement), 1.0, 0.0
+    least = CONVERGED * less
     while True:
         r, a = r * (2 + (m + kc) / p) - a * less * (1 + m / p), a + (r - a * m) / p
         p = p + kc * m / p
-        if less <= CONVERGED * m:
+        if less <= least:
             m = m + kc
             whole = float(complete(complement, 1.0, 1.0, 1.0))
             return (root - 1) * math.pi / 2 * r / (m * (m + p)) / whole
@@ -175,7 +176,7 @@ def growth(n: Any, k: Any, complement: Any, sn: Floats, cn: Floats, dn: Floats) 
 
 
 def lag(n: Any, rest: Any, sn: Floats, cn: Floats, dn: Floats) -> Any:
-    """The integral from 0 to u of n sn^2/(1 - n sn^2), with 1 - n = `rest` > 0, for 0 <= n < 1.
+    """The integral from 0 to u of n sn^2/(1 - n sn^2), with 1 - n = `rest`, for k^2 <= n < 1.
 
     It is (n/3) sn^3 R_J(cn^2, dn^2, 1, 1 - n sn^2), DLMF 19.25.14.
     """

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elliptic import EPS, carlson_rf, complete, growth, jacobi
-from rigidcli.core.principal import EQUAL_MOMENTS, SOLVED, diagonal_form
+from rigidcli.core.principal import EQUAL_MOMENTS, diagonal_form
 from rigidcli.core.rotation import as_quaternion, compose, continuous
 from rigidcli.core.sensitivity import GROWN, representative, to_rounding
 from rigidcli.core.tensor import ROUNDING, Inertia
@@ -101,7 +101,7 @@ class State:
         """From a `body` and its `omegas` (m, 3), both along the axes of its entries."""
         tensor = body.without_noise()
         mass = _power_of_two(np.abs(tensor).max())
-        values, axes = diagonal_form(tensor / mass, np.eye(3), SOLVED)
+        values, axes = diagonal_form(tensor / mass)
         order = np.argsort(values, kind="stable")
         low, middle, high = (float(value) for value in values[order])
         first, second = axes[order[:2]]

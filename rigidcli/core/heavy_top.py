@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.elliptic import EPS, carlson_rf, complete, growth, jacobi, lag
 from rigidcli.core.free_body import BLOCK
-from rigidcli.core.nutation import Start, Swing, swing
+from rigidcli.core.nutation import Start, Swing, rate_unit, swing
 from rigidcli.core.sensitivity import GROWN, representative, to_rounding
 
 Complexes: TypeAlias = NDArray[np.complex128]
@@ -53,10 +53,11 @@ class Phase:
 class HeavyMotion:
     """The constants of the motion; the letters are those of the module's docstring.
 
-    `start` is v0. `total` is phi + psi and `difference` phi - psi, but for their values at t = 0: `leads` are
-    the two factors exp(i/2 ...) that these make.
+    All rates are in units of `unit` (rad/s). `start` is v0. `total` is phi + psi and `difference` phi - psi,
+    but for their values at t = 0: `leads` are the two factors exp(i/2 ...) that these make.
     """
 
+    unit: float
     spin: float
     limits: Swing
     k: float
@@ -72,14 +73,15 @@ class HeavyMotion:
         first, last = self.leads
         for begin in range(0, len(times), BLOCK):
             part = slice(begin, begin + BLOCK)
-            cosine, sine, across = self.parts(times[part])
+            cosine, sine, across = self.parts(times[part] * self.unit)
             cosine, sine, across = first * cosine, last * sine, first * np.conj(last) * across
             orientation[part] = np.column_stack([cosine.real, sine.real, sine.imag, cosine.imag])
-            omega[part] = np.column_stack([across.imag, across.real, np.full(len(cosine), self.spin)])
+            rates = np.column_stack([across.imag, across.real, np.full(len(cosine), self.spin)])
+            omega[part] = rates * self.unit
         return omega, orientation
 
     def parts(self, times: Floats) -> tuple[Complexes, Complexes, Complexes]:
-        """q0 + i q3, q1 + i q2 and omega2 + i omega1 (each n), but for the leads.
+        """q0 + i q3, q1 + i q2 and omega2 + i omega1 (n), but for the leads, at times in units of 1/`unit`.
 
         These are cos(theta/2) exp(i (phi + psi)/2), sin(theta/2) exp(i (phi - psi)/2) and
         (phi-dot sin(theta) + i theta-dot) exp(i psi).
@@ -133,12 +135,14 @@ def heavy_motion(
     `weight_moment` is M g R > 0 (N m). `omega` (3, rad/s) and `orientation` (4, to axes of space with z
     upward) at t = 0 are in axes of the body, the third of which points from the pivot to the centre of mass.
     """
-    w1, w2, w3 = omega.tolist()
+    fall = math.sqrt(2 * weight_moment / lambda1)
+    unit = rate_unit(fall, *omega, lambda3 * omega[2] / lambda1)
+    w1, w2, w3 = (omega / unit).tolist()
     q0, q1, q2, q3 = (orientation / np.hypot.reduce(orientation)).tolist()
     z1, z2 = 2 * (q1 * q3 - q0 * q2), 2 * (q2 * q3 + q0 * q1)
     start = Start(
         lambda3 * w3 / lambda1,
-        2 * weight_moment / lambda1,
+        (fall / unit) ** 2,
         w1 * z1 + w2 * z2,
         w2 * z1 - w1 * z2,
         w1 * w1 + w2 * w2,
@@ -148,6 +152,7 @@ def heavy_motion(
     limits = swing(start)
     rate, own = math.sqrt(limits.rise) / 2, w3 * (lambda1 - lambda3) / lambda1
     motion = HeavyMotion(
+        unit,
         w3,
         limits,
         math.sqrt(start.beta * limits.width / limits.rise),
@@ -156,7 +161,7 @@ def heavy_motion(
         _total(own, limits, rate),
         _difference(-own, limits, rate),
     )
-    return replace(motion, leads=_leads(motion, omega, orientation))
+    return replace(motion, leads=_leads(motion, omega / unit, orientation))
 
 
 def _first_argument(limits: Swing, slope: float) -> float:

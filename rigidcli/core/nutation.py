@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
 import numpy as np
@@ -202,6 +202,38 @@ def nutation(
     asked, if theta-dot is zero: at a horizontal axis, the rounding of a quarter turn weighs the more the
     slower the spin is.
     """
+    unit = rate_unit(lambda3 * spin / lambda1, precession, nutation, math.sqrt(2 * weight_moment / lambda1))
+    given = (spin / unit, tilt, precession / unit, nutation / unit, weight_moment / unit / unit)
+    found = _in_units(lambda1, lambda3, *given, is_steady)
+    return replace(
+        found,
+        phi_dot_at_theta_min=_times(found.phi_dot_at_theta_min, unit),
+        phi_dot_at_theta_max=_times(found.phi_dot_at_theta_max, unit),
+        period=_times(found.period, 1 / unit),
+        mean_rate=_times(found.mean_rate, unit),
+    )
+
+
+def _times(number: float | None, unit: float) -> float | None:
+    return None if number is None else number * unit
+
+
+def rate_unit(*rates: float) -> float:
+    """The power of two about the largest of the rates, in units of which no square vanishes or overflows."""
+    return math.ldexp(1.0, math.frexp(max(map(abs, rates)))[1])
+
+
+def _in_units(
+    lambda1: float,
+    lambda3: float,
+    spin: float,
+    tilt: float,
+    precession: float,
+    nutation: float,
+    weight_moment: float,
+    is_steady: bool,
+) -> Nutation:
+    """The nutation in units of time in which no rate is far above 1."""
     down, up = 2 * math.sin(tilt / 2) ** 2, 2 * math.cos(tilt / 2) ** 2
     if abs(tilt - math.pi) <= ROUNDING:
         down, up = 2.0, 0.0

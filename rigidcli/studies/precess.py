@@ -118,7 +118,7 @@ def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
         **{key: getattr(top, key) for key in ("mass", "distance", "lambda1", "lambda3")},
         **{key: getattr(section, key) for key in ("spin", "tilt", "gravity")},
         "gyroscopic_rate": rate,
-        "gyroscopic_period": None if rate is None else precession.period(rate, n),
+        "gyroscopic_period": heavytop.gyroscopic_period(top.lambda3, section.spin, fall, n),
     }
     if section.tilt is not None:
         torque = fall * heavytop.sine(section.tilt, n)

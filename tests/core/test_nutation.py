@@ -46,25 +46,21 @@ def limits(start: Sequence[Any], digits: int = 60) -> dict[str, Any]:
             "middle": (u1 + u2) / 2,
             "half": (u2 - u1) / 2,
             "speed": lambda u: mpmath.sqrt(beta * (third[0] - u) if third else alpha + a * a),
-            "phi_dot": lambda u: (b - a * u) / (1 - u * u),
+            "beta": beta,
+            "poles": (b - a, b + a),
         }
 
 
 def reference(start: Start, digits: int = 60) -> dict[str, Any]:
-    """The same, with the period and the advance of phi by quadrature."""
+    """The same, with the period and the advance of phi by Legendre's integrals, or without weight by sines."""
     with mpmath.workdps(digits):
         found = limits(start, digits)
-
-        def over_a_period(f: Any) -> Any:
-            # u = middle - half cos(psi) takes the roots out of the integrand.
-            def integrand(psi: Any) -> Any:
-                u = found["middle"] - found["half"] * mpmath.cos(psi)
-                return 2 * f(u) / found["speed"](u)
-
-            with mpmath.workdps(digits * 2 // 3):
-                return mpmath.quad(integrand, [0, mpmath.pi / 2, mpmath.pi])
-
-        period, advance = over_a_period(lambda u: 1), over_a_period(found["phi_dot"])
+        low, high = found["middle"] - found["half"], found["middle"] + found["half"]
+        whole = found["speed"](low)
+        m = found["half"] * 2 * found["beta"] / whole**2
+        down = found["poles"][0] / (1 - low) * mpmath.ellippi((high - low) / (1 - low), m)
+        up = found["poles"][1] / (1 + low) * mpmath.ellippi((low - high) / (1 + low), m)
+        period, advance = 4 * mpmath.ellipk(m) / whole, 2 * (down + up) / whole
         return {**found, "period": period, "precession_per_nutation": advance}
 
 

@@ -7,10 +7,19 @@ from dataclasses import replace
 
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.core.free_body import circulation
+from rigidcli.core.principal import PrincipalFrame
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.euler.closed import along_entries
 from rigidcli.studies.euler.trajectory import Trajectory
 from rigidcli.studies.steps.writing import filled
+
+
+def _about_axes(frame: PrincipalFrame) -> str:
+    """What the equation of a small component says about the axes of a body."""
+    if len(frame.groups) == 3:
+        return "It oscillates about the axes of the least and of the greatest moment, and grows between them."
+    alone = " It oscillates about the symmetry axis." if len(frame.groups) == 2 else ""
+    return f"About axes of equal moments the coefficient is zero: they are neutral.{alone}"
 
 
 def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -> Iterator[Step]:
@@ -38,8 +47,7 @@ def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -
     yield Step(
         "Stability",
         "Near a rotation w about axis i, a small component x along another obeys x'' = -w^2 (lambda_i - "
-        "lambda_j) (lambda_i - lambda_k)/(lambda_j lambda_k) x: it oscillates about the axes of the least "
-        "and of the greatest moment, and grows about the one between.",
+        "lambda_j) (lambda_i - lambda_k)/(lambda_j lambda_k) x. " + _about_axes(frame),
         tuple(
             filled(
                 f"-w^2*x*(lambda{i} - lambda{j})*(lambda{i} - lambda{k})/(lambda{j}*lambda{k})",
