@@ -81,9 +81,9 @@ def complete(complement: Any, p: Any, a: Any, b: Any) -> Any:
 
 
 def beyond_first(k: float, complement: float, p: float) -> float:
-    """p Pi/K - 1 for p > 0 and k' > 0, with Pi the integral of 1/(cn^2 + p^2 sn^2) over a quarter period.
+    """p Pi - K for p > 0 and k' > 0, with Pi the integral of 1/(cn^2 + p^2 sn^2) over a quarter period.
 
-    It vanishes as k^2. This is (p - 1)/K times `complete` with a = 1 and b = -p, in which b + a m = r is
+    It vanishes as k^2. This is (p - 1) times `complete` with a = 1 and b = -p, in which b + a m = r is
     carried in place of b, and m - k' by its own formula: so nothing is lost for small k.
     """
     root, kc, m, less, a, r = p, complement, 1.0, k * k / (1 + complement), 1.0, 0.0
@@ -93,8 +93,7 @@ def beyond_first(k: float, complement: float, p: float) -> float:
         p = p + kc * m / p
         if less <= least:
             m = m + kc
-            whole = float(complete(complement, 1.0, 1.0, 1.0))
-            return (root - 1) * math.pi / 2 * r / (m * (m + p)) / whole
+            return (root - 1) * math.pi / 2 * r / (m * (m + p))
         less = (less / (math.sqrt(m) + math.sqrt(kc))) ** 2
         m, kc = m + kc, 2 * math.sqrt(m * kc)
 

@@ -260,7 +260,8 @@ def _in_units(
     ends = (min(least, tilt), max(largest, tilt), _amplitude(found), upper, lower)
     if not found.gap:
         return Nutation(*ends, None, None, None, kind)
-    mean, period = _mean_rate(found, start), 4 * found.quarter / math.sqrt(found.rise)
+    quarter = found.quarter
+    mean, period = _mean_rate(found, start, quarter), 4 * quarter / math.sqrt(found.rise)
     return Nutation(*ends, period, mean * period, mean, kind)
 
 
@@ -281,7 +282,7 @@ def _amplitude(found: Swing) -> float:
     )
 
 
-def _mean_rate(found: Swing, start: Start) -> float:
+def _mean_rate(found: Swing, start: Start, quarter: float) -> float:
     """The mean of phi-dot = ((b - a)/(1 - u) + (b + a)/(1 + u))/2 in time.
 
     By f(1) and f(-1), |b -+ a| is sqrt(beta (u3 -+ 1) (1 -+ u1)(1 -+ u2)), and the mean of the root of
@@ -291,7 +292,7 @@ def _mean_rate(found: Swing, start: Start) -> float:
     k = math.sqrt(start.beta * found.width / found.rise)
     signs = [(pole > 0) - (pole < 0) for pole in found.poles]
     top, bottom = (
-        beyond_first(k, found.complement, math.sqrt(last / first)) if sign else 0.0
+        beyond_first(k, found.complement, math.sqrt(last / first)) / quarter if sign else 0.0
         for sign, (first, last) in zip(signs, (found.down, found.up), strict=True)
     )
     less, more = math.sqrt(found.third), math.sqrt(found.third + 2 * start.beta)

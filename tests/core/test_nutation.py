@@ -52,7 +52,7 @@ def limits(start: Sequence[Any], digits: int = 60) -> dict[str, Any]:
 
 
 def reference(start: Start, digits: int = 60) -> dict[str, Any]:
-    """The same, with the period and the advance of phi by Legendre's integrals, or without weight by sines."""
+    """The same, with the period and the advance of phi by Legendre's integrals."""
     with mpmath.workdps(digits):
         found = limits(start, digits)
         low, high = found["middle"] - found["half"], found["middle"] + found["half"]
