@@ -67,6 +67,14 @@ class HeavyMotion:
     difference: Phase
     leads: tuple[complex, complex] = (1, 1)
 
+    def rounding(self, times: Floats) -> float:
+        """What the rounding of the phases turns the body by (rad) at the last of the `times` (n, s).
+
+        Where the axis swings by the vertical, phi and psi jump, and their mean growth is rounded for nothing.
+        """
+        growth = self.rate + abs(self.total.mean) + abs(self.difference.mean)
+        return EPS * growth * self.unit * float(np.abs(times).max())
+
     def at(self, times: Floats) -> tuple[Floats, Floats]:
         """omega (n, 3; rad/s) and orientation (n, 4), in the axes of `heavy_motion`, at `times` (n, s)."""
         omega, orientation = np.empty((len(times), 3)), np.empty((len(times), 4))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
@@ -89,9 +90,11 @@ def _heavy_top(problem: InitialValueProblem) -> Trajectory | None:
         axes.T @ problem.omega,
         rotation.compose(problem.orientation, turn),
     )
-    omega, orientation = heavy_top.heavy_motion(*given).at(problem.times)
+    motion = heavy_top.heavy_motion(*given)
+    omega, orientation = motion.at(problem.times)
     orientation = rotation.continuous(rotation.compose(orientation, turn * [1, -1, -1, -1]))
-    return _trajectory(problem, omega @ axes.T, orientation, heavy_top.sensitivity(*given, problem.times))
+    error = math.hypot(heavy_top.sensitivity(*given, problem.times), motion.rounding(problem.times))
+    return _trajectory(problem, omega @ axes.T, orientation, error)
 
 
 def together(document: Document, sampling: Sampling) -> Callable[[range], Iterator[Found]] | None:
