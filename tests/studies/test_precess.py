@@ -286,6 +286,8 @@ def test_symbols_give_formulas(program: Program) -> None:
     )
     found = json.loads(program("precess", "-q", "-f", "json", "-", stdin=document).out)["top"]
     assert found["gyroscopic_rate"] == "M*g*R/(I*w)"
+    assert found["gyroscopic_period"].count("abs") == 1
+    assert "1/" not in found["gyroscopic_period"]
     assert found["spin"] == "w"
 
 

@@ -14,7 +14,7 @@ from rigidcli.core.arithmetic import FLOAT
 from rigidcli.errors import ValueProblem
 from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Step, Table
-from rigidcli.studies.common import if_known, report, trusted
+from rigidcli.studies.common import SHOWN_DIGITS, if_known, report, trusted
 from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
 from rigidcli.studies.euler.columns import COLUMNS, trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
@@ -81,6 +81,8 @@ def run(
     samples, title = trajectory_table(motion), "motion by Euler's equations"
     pictures = drawn("euler", picture, motion, samples)
     notes, tables = motion.problem.notes, (stable, shown, samples)
+    if motion.method == CLOSED_FORM and motion.trusted_digits < SHOWN_DIGITS:
+        notes = (*notes, "few digits can be trusted, because the rounding of the input decides the others")
     result = report(document, SCHEMA, title, fields, notes, tables, working, pictures)
     if not scene:
         return result
