@@ -136,7 +136,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             write = partial(json.render, look=Look(columns=chosen))
         work = Work(study.__name__, options, exact, changes, named, chosen, require, told, in_rows, write)
 
-        from rigidcli.model.robots import is_robot
+        from rigidcli.bodies.robots import is_robot
 
         total = len(files) * (1 if swept is None else swept.count)
         processes = hands(jobs, total, alone=swept is None and "-" in files)

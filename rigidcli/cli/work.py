@@ -16,10 +16,10 @@ from rigidcli.report import Field, Report
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigidcli.model.document import Document
-    from rigidcli.model.files import Drafts
-    from rigidcli.model.load import Draft
-    from rigidcli.model.sweeps import Sweep
+    from rigidcli.document.document import Document
+    from rigidcli.document.files import Drafts
+    from rigidcli.document.load import Draft
+    from rigidcli.document.sweeps import Sweep
     from rigidcli.studies.ensembles import Form
 
 Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
@@ -62,7 +62,7 @@ class Work:
 
     def drafts(self, file: str) -> Drafts:
         """What is in a file, for documents. Raises DocumentError."""
-        from rigidcli.model.files import drafts
+        from rigidcli.document.files import drafts
 
         return drafts(file, exact=self.exact, settings=self.settings, options=self.named)
 

@@ -13,8 +13,8 @@ from rigidcli.core import free_body, heavy_top, rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.solution import digits
 from rigidcli.core.tensor import Inertia
-from rigidcli.model.document import Document
-from rigidcli.model.motion import QUATERNION, RATES
+from rigidcli.document.document import Document
+from rigidcli.document.motion import QUATERNION, RATES
 from rigidcli.report import Column
 from rigidcli.studies.common import report
 from rigidcli.studies.ensembles import Found, Sampling

@@ -12,8 +12,8 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.heavy_top import heavy_motion
 from rigidcli.core.nutation import effective_potential
 from rigidcli.core.tensor import Inertia
+from rigidcli.document.document import Document
 from rigidcli.errors import UsageError
-from rigidcli.model.document import Document
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.report import Value
 from rigidcli.studies.body import body_frame, principal_omega
