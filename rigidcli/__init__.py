@@ -24,8 +24,7 @@ STUDIES = ("inertia", "axes", "precess", "euler", "hamilton")
 _PLACES = {
     **dict.fromkeys(STUDIES, "api"),
     "Result": "result",
-    **dict.fromkeys(("load", "load_all"), "document.files"),
-    "loads": "document.load",
+    **dict.fromkeys(("load", "load_all", "loads"), "document.load"),
     **dict.fromkeys(("DocumentError", "RigidError"), "errors"),
     "Document": "document.document",
 }
@@ -53,8 +52,7 @@ if TYPE_CHECKING:
 
     from rigidcli.api import axes, euler, hamilton, inertia, precess
     from rigidcli.document.document import Document
-    from rigidcli.document.files import load, load_all
-    from rigidcli.document.load import loads
+    from rigidcli.document.load import load, load_all, loads
     from rigidcli.errors import DocumentError, RigidError
     from rigidcli.result import Result
 

@@ -9,7 +9,7 @@ from importlib import import_module
 from inspect import cleandoc
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from rigidcli.document.sources import MAPPING, Source, read
+from rigidcli.document.load import MAPPING, Source, read
 from rigidcli.errors import DocumentError
 from rigidcli.result import Result
 

@@ -157,7 +157,7 @@ def _parts(
     number = rows = 0
     for task in tasks:
         for file in task.files:
-            documents.setdefault(file, None if task.draft is None else task.draft.places.text)
+            documents.setdefault(file, None if task.draft is None else task.draft.origin.text)
         some.append(task)
         rows += len(task.places) or len(task.files)
         if rows >= size:

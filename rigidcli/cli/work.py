@@ -17,8 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from rigidcli.document.document import Document
-    from rigidcli.document.files import Drafts
-    from rigidcli.document.load import Draft
+    from rigidcli.document.load import Draft, Drafts
     from rigidcli.document.sweeps import Sweep
     from rigidcli.studies.ensembles import Form
 
@@ -62,7 +61,7 @@ class Work:
 
     def drafts(self, file: str) -> Drafts:
         """What is in a file, for documents. Raises DocumentError."""
-        from rigidcli.document.files import drafts
+        from rigidcli.document.load import drafts
 
         return drafts(file, exact=self.exact, settings=self.settings, options=self.named)
 

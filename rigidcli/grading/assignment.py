@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from rigidcli.document.load import explain
-from rigidcli.document.places import Places
+from rigidcli.document.complaints import explain
+from rigidcli.document.origins import of_text
 from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, shown
 from rigidcli.errors import Path as Keys
@@ -72,7 +72,7 @@ def prepare(path: str | os.PathLike[str], studies: Mapping[str, Study], text: st
     file = os.fspath(path)
     source = os.fsencode(file).decode(errors="backslashreplace")
     text = read_text(file, source) if text is None else text
-    tree, places = _tree(text, source), Places(text, source)
+    tree, places = _tree(text, source), of_text(text, source)
     items, problems, notes = dict[str, Item](), list[Problem](), list[Problem]()
     solutions: dict[str, Report] = {}
 

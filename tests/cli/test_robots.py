@@ -341,7 +341,7 @@ def test_a_link_is_a_form_of_body_in_documents(program: Program, tmp_path: Path)
         ("", "body.robot: {file}: there are 3 links with a mass, expected the name of one"),
         (", link: paw", "body.robot: {file}: there is no link `paw`, expected the name of one"),
         (", link: tool", "body.robot: {file}:6: link tool: no mass"),
-        (", link: a", "body.robot: {file}:1: link a: read `-1.0`, expected a positive mass (kg)"),
+        (", link: a", "body.robot: {file}:1: link a: read `-1`, expected a positive mass (kg)"),
         (", link: b", "body.robot: {file}:3: link b: no body has this inertia tensor"),
         (", link: c", "body.robot: {file}:4: link c: `value` of `<mass>`: read `1,0`"),
     ],

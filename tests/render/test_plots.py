@@ -17,7 +17,6 @@ from rigidcli.core.nutation import effective_potential
 from rigidcli.document.load import loads
 from rigidcli.picture import Mark, Panel
 from rigidcli.studies.pictures import KINDS
-from rigidcli.studies.pictures.surfaces import surface
 from tests.conftest import ROOT, Program
 from tests.shapes import DIMENSIONS
 
@@ -193,7 +192,7 @@ def test_where_parts_meet_nothing_is_drawn() -> None:
 @pytest.mark.parametrize("name", SHAPES)
 def test_the_surface_of_a_shape_has_its_extent_and_of_a_thin_one_its_measure(name: str) -> None:
     shape = shape_of(name)
-    faces = surface(shape)
+    faces = shape.faces()
     points = np.vstack(faces)
     if isinstance(shape, Solid):
         assert isinstance(shape, Region)
