@@ -267,7 +267,7 @@ def _of_document(
 
     several: Together | None = None
     if work.study == "euler":
-        from rigidcli.studies.euler.ensemble import together as several
+        from rigidcli.studies.euler.closed import together as several
     alone = {key: value for key, value in work.options.items() if key not in ("picture", "scene", "steps")}
 
     def run(one: Document) -> Report:

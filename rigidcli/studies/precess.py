@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
-from rigidcli.core import freebody, precession
+from rigidcli.core import free_body, precession
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
 from rigidcli.core.principal import PrincipalFrame, body_class
@@ -118,7 +118,7 @@ def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
         **{key: getattr(top, key) for key in ("mass", "distance", "lambda1", "lambda3")},
         **{key: getattr(section, key) for key in ("spin", "tilt", "gravity")},
         "gyroscopic_rate": rate,
-        "gyroscopic_period": None if rate is None else precession.period(rate, n),
+        "gyroscopic_period": heavytop.gyroscopic_period(top.lambda3, section.spin, fall, n),
     }
     if section.tilt is not None:
         torque = fall * heavytop.sine(section.tilt, n)
@@ -204,7 +204,7 @@ def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]
 
 def _asymmetric(frame: PrincipalFrame, omega: Floats) -> dict[str, Value]:
     """The periods of an asymmetric body with this `omega` (3, rad/s) along its principal axes."""
-    motion = freebody.periods(Inertia.of(np.diag(frame.moments)), omega)
+    motion = free_body.periods(Inertia.of(np.diag(frame.moments)), omega)
     rate = motion.mean_space_rate
     return {
         "polhode_period": motion.period,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -14,10 +14,11 @@ from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ValueProblem
 from rigidcli.report import Column, Field, Report, Step, Table
-from rigidcli.studies.common import if_known, report, trusted
+from rigidcli.studies.common import SHOWN_DIGITS, if_known, report, trusted
+from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
 from rigidcli.studies.euler.columns import COLUMNS, trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
-from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory, free_trajectory
+from rigidcli.studies.euler.trajectory import Trajectory
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
 
@@ -62,17 +63,16 @@ def run(
     """
     if document.ensemble is not None:
         from rigidcli.studies.ensembles import require_one_start, whole
-        from rigidcli.studies.euler.ensemble import together
 
         require_one_start(document, {"picture": picture})
         return whole(document, lambda one: run(one, engine=engine, max_steps=max_steps), together)
     motion = follow(document, engine, progress, max_steps)
-    fields, stable = (*_body(motion), *_kind(motion), *_quality(motion)), _stability(motion)
+    fields, (stable, shown) = (*_body(motion), *_kind(motion), *_quality(motion)), _stability(motion)
     working: list[Step] = []
     if steps:
         from rigidcli.studies.euler.steps import euler_steps
 
-        working += euler_steps(motion, fields, stable)
+        working += euler_steps(motion, fields, shown)
     rates = next(column for column in stable.columns if column.key == "rate")
     fields += tuple(
         Field("", rate, unit=rates.unit, cells={f"stability.{place}.rate": ()})
@@ -80,7 +80,9 @@ def run(
     )
     samples, title = trajectory_table(motion), "motion by Euler's equations"
     pictures = drawn("euler", picture, motion, samples)
-    notes, tables = motion.problem.notes, (stable, samples)
+    notes, tables = motion.problem.notes, (stable, shown, samples)
+    if motion.method == CLOSED_FORM and motion.trusted_digits < SHOWN_DIGITS:
+        notes = (*notes, "few digits can be trusted, because the rounding of the input decides the others")
     result = report(document, SCHEMA, title, fields, notes, tables, working, pictures)
     if not scene:
         return result
@@ -102,14 +104,9 @@ def follow(
     """
     problem = initial_value_problem(document)
     memory.require(len(problem.times), len(COLUMNS))
-    if problem.torque is None and not problem.weight.any():
-        return free_trajectory(problem)
-    if problem.torque is None and engine == "auto":
-        from rigidcli.studies.euler.heavy_top import heavy_top_trajectory
-
-        motion = heavy_top_trajectory(problem)
-        if motion is not None:
-            return motion
+    motion = closed_form(problem) if engine == "auto" or not problem.weight.any() else None
+    if motion is not None:
+        return motion
     from rigidcli.studies.euler.driven import driven_trajectory
 
     try:
@@ -163,21 +160,44 @@ def _quality(motion: Trajectory) -> tuple[Field, ...]:
     )
 
 
-def _stability(motion: Trajectory) -> Table:
-    """The three axes, and what becomes of a rotation about each with the initial |omega|."""
+def _stability(motion: Trajectory) -> tuple[Table, Table]:
+    """The axes, and what becomes of a rotation about each with the initial |omega|: for programs, for people.
+
+    People see one row for axes of equal moments.
+    """
     frame = motion.problem.frame
     found = stability.about_axes(frame.moments, frame.groups)
     speed = FLOAT.hypot(*motion.problem.omega)
-    rates = [None if one.rate_per_spin is None else one.rate_per_spin * speed for one in found]
-    return Table(
-        "stability",
-        "rotation about the principal axes, when left alone",
-        (
-            Column("axis", list(AXES), ("axis",), words=tuple(AXES.values())),
-            Column("moment", [float(moment) for moment in frame.moments], ("moment",), "kg m^2"),
-            Column("stable", [one.stable for one in found], ("stable",)),
-            Column("rate_per_spin", [one.rate_per_spin for one in found], ("rate/spin",)),
-            Column("rate", rates, ("rate",), "1/s"),
-        ),
-        records=True,
+    moments = [float(moment) for moment in frame.moments]
+    per_spin = [one.rate_per_spin for one in found]
+    rates = [None if rate is None else rate * speed for rate in per_spin]
+    shown = [group[0] for group in frame.groups]
+    verdicts = {True: "yes", False: "no", None: "neutral"}
+    whole = (
+        Column("axis", list(AXES), ("axis",), hidden=True),
+        Column("moment", moments, ("moment",), "kg m^2", hidden=True),
+        Column("stable", [one.stable for one in found], ("stable",), hidden=True),
+        Column("rate_per_spin", per_spin, ("rate/spin",), hidden=True),
+        Column("rate", rates, ("rate",), "1/s", hidden=True),
+    )
+    axes = [_axes_in_words(group) for group in frame.groups]
+    stable = [verdicts[found[k].stable] if moments[k] else "" for k in shown]
+    people = (
+        replace(whole[0], values=axes, hidden=False),
+        replace(whole[1], values=[moments[k] for k in shown], hidden=False),
+        replace(whole[2], values=stable, hidden=False),
+        replace(whole[3], values=[per_spin[k] for k in shown], hidden=False),
+        replace(whole[4], values=[rates[k] for k in shown], hidden=False),
+    )
+    title = "rotation about the principal axes, when left alone"
+    return Table("stability", title, whole, records=True), Table("", title, people)
+
+
+def _axes_in_words(group: Sequence[int]) -> str:
+    """The axes of one moment."""
+    names = list(AXES)
+    if len(group) == 1:
+        return AXES[names[group[0]]]
+    return (
+        "any axis" if len(group) == 3 else f"any axis in the plane of {names[group[0]]} and {names[group[1]]}"
     )
