@@ -92,3 +92,20 @@ class Failures:
             yield
         except (RigidError, MemoryError) as error:
             self.tell(failure(error, source))
+
+
+class Known:
+    """Notes that were told: at each value of a sweep they are mostly the same."""
+
+    MOST = 1000
+    """The most notes that are kept, which is more than anybody reads."""
+
+    def __init__(self) -> None:
+        self._told = set[str]()
+
+    def new(self, notes: Sequence[str]) -> list[str]:
+        """Those that were not told yet; none, when very many were."""
+        new = [note for note in notes if note not in self._told]
+        new = new[: self.MOST - len(self._told)]
+        self._told.update(new)
+        return new

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 
 from rigidcli.render import Look
-from rigidcli.render.csv import row_of
 from rigidcli.render.table import number
 from rigidcli.render.terminal import GAP, cells
-from rigidcli.render.values import plain
+from rigidcli.render.values import plain, row_of
 from rigidcli.report import Column, Report, Table, Value
 
 
