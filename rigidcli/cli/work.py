@@ -12,7 +12,7 @@ from rigidcli.cli.failures import Failure, failure
 from rigidcli.commands import COMMANDS, STUDIES, Command
 from rigidcli.errors import UNKNOWN, ComputationError, DocumentError, RigidError, UsageError
 from rigidcli.processes import Jobs
-from rigidcli.render import TRAITS, Format, Look, piece
+from rigidcli.render import TRAITS, Format, Look, piece, require_columns
 from rigidcli.report import Field, Report
 
 if TYPE_CHECKING:
@@ -76,6 +76,7 @@ class Work:
 
             is_chart = self.plot == CHARACTERS
             picture = chart(report, self.look.width) if is_chart else picture_file(report, self.plot)
+        require_columns(report, self.look.columns, TRAITS[self.format])
         found = piece(self.format, report, self.look)
         return Answer(report.source, found, report.notes, files=files, picture=picture)
 

@@ -92,6 +92,13 @@ def has_words(column: Column) -> bool:
     return all(isinstance(value, str | bool | None) for value in column.words or column.values)
 
 
+def worded(column: Column, texts: Sequence[str]) -> list[tuple[str, bool]]:
+    """The texts of a column, and which of them are words: all, or texts among numbers, or none."""
+    if isinstance(column.values, list) and len(column.values) == len(texts) and not has_words(column):
+        return [(text, isinstance(value, str)) for text, value in zip(texts, column.values, strict=True)]
+    return [(text, has_words(column)) for text in texts]
+
+
 def without_noise(column: Column) -> Column:
     """The column with zeros for what is noise beside its largest entry."""
     values = column.values
