@@ -71,7 +71,8 @@ def _entries(entry: Field) -> Iterator[tuple[str, Value]]:
     """The entries of a result by their columns in csv; those of a tensor without columns by their axes."""
     value = tidied(entry)
     if not isinstance(value, np.ndarray):
-        yield "", value if value is None or isinstance(value, str | bool) or is_number(value) else entry.words
+        is_cell = value is None or isinstance(value, str | bool | int | float) or is_exact(value)
+        yield "", value if is_cell else entry.words
         return
     places = entry.cells or {
         "".join("xyz123456789"[step] for step in place): place
@@ -83,8 +84,10 @@ def _entries(entry: Field) -> Iterator[tuple[str, Value]]:
 
 
 def is_number(value: Value) -> bool:
-    """Whether a value is a float or an exact expression."""
-    return is_exact(value) or (isinstance(value, int | float) and not isinstance(value, bool))
+    """Whether a value is a float, or an exact number without symbols."""
+    return (
+        not value.names if is_exact(value) else isinstance(value, int | float) and not isinstance(value, bool)
+    )
 
 
 def _label(title: str, name: str, unit: str) -> str:
@@ -95,13 +98,5 @@ def _percent(first: Value, other: Value) -> Value:
     """The difference to the first in percent; None where one is no number, or the first is zero."""
     if not (is_number(first) and is_number(other)):
         return None
-    if first == other:
-        return 0.0
-    if not first:
-        return None
-    ratio = (other - first) / first
-    if is_exact(ratio):
-        if ratio.as_number is None:
-            return None
-        return 100 * ratio if first.as_number is None or first.as_number > 0 else -100 * ratio
-    return 100 * ratio if first > 0 else -100 * ratio
+    first, other = (value.evaluate() if is_exact(value) else value for value in (first, other))
+    return 0.0 if first == other else 100 * float(other - first) / abs(first) if first else None
