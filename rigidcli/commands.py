@@ -15,10 +15,11 @@ class Command:
     `needs` are the sections of which a document has one. A study with a `section` follows a motion: that
     section has the `samples` and the `duration`, which options set, too. `options` are further options, which
     the study takes as they are. `pictures` are the kinds that it draws, the best first, and the modules of
-    `rigidcli.studies` with a function of that name. `python` is an example for its help in Python.
+    `rigidcli.studies` with a function of that name. `python` is an example for its help in Python. The
+    `module` has the function of its name, unless it is a study.
     """
 
-    __slots__ = ("help", "name", "needs", "options", "pictures", "python", "section")
+    __slots__ = ("help", "module", "name", "needs", "options", "pictures", "python", "section")
 
     def __init__(
         self,
@@ -29,9 +30,10 @@ class Command:
         options: tuple[str, ...] = (),
         pictures: Mapping[str, str] = {},
         python: str = "",
+        module: str = "",
     ) -> None:
         self.name, self.help, self.needs, self.section = name, help, needs, section
-        self.options, self.pictures, self.python = options, pictures, python
+        self.options, self.pictures, self.python, self.module = options, pictures, python, module or name
 
     @property
     def about(self) -> str:
@@ -121,12 +123,13 @@ _ROWS = (
         p_x**2/(2*m) + k*x**2/2
         """,
     ),
-    *map(Command, ("check", "validate", "explain", "schema", "new")),
+    *map(Command, ("check", "validate")),
+    *(Command(name, module="printing") for name in ("explain", "schema", "new")),
 )
 
 COMMANDS = {row.name: row for row in _ROWS}
 """The commands. A study is the function `run` of the module of its name in `rigidcli.studies`; another one is
-the function of its name in a module of `rigidcli.cli`, where its help stands, too."""
+the function of its name in its module of `rigidcli.cli`, where its help stands, too."""
 
 STUDIES = tuple(row.name for row in _ROWS if row.needs)
 """The names of the studies, each of which is also a function of the package."""

@@ -49,7 +49,7 @@ def _function(name: str) -> Callable[..., None]:
         from rigidcli.cli.computing import command_of
 
         return command_of(name)
-    function: Callable[..., None] = getattr(import_module(f"rigidcli.cli.{name}"), name)
+    function: Callable[..., None] = getattr(import_module(f"rigidcli.cli.{COMMANDS[name].module}"), name)
     return function
 
 

@@ -8,14 +8,14 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from functools import partial
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
 from rigidcli.cli import options as shared
-from rigidcli.cli.failures import Failure, Failures, Known, complain, tell_notes
-from rigidcli.cli.output import Output, is_folder, write_whole
-from rigidcli.cli.pictures import picture_kind
+from rigidcli.cli.failures import Failure, Failures, bad_parameter, complain, fresh, tell_notes
+from rigidcli.cli.output import Output, is_folder, require_apart, write_whole
 from rigidcli.cli.progress import counted, progress
 from rigidcli.cli.work import Answer, Work, answers, lost, require_comparable, tasks
 from rigidcli.commands import COMMANDS, Command
@@ -99,7 +99,7 @@ def command_of(name: str) -> Callable[..., None]:
             tell_notes("--units", [f"{form} has SI units, whatever `--units` says"], quiet)
         picture = None
         if swept is None and not compare:
-            picture = picture_kind(name, traits, plot, plot_kind, files, output)
+            picture = _picture_kind(name, traits, plot, plot_kind, files, output)
             if picture and wanted:
                 tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
         given = {key: value for key in shared.OF_MOTIONS if (value := options.pop(key, None)) is not None}
@@ -125,7 +125,7 @@ def command_of(name: str) -> Callable[..., None]:
 
 def _with_options(command: Callable[..., None], row: Command) -> Callable[..., None]:
     """The command with the formats and the options that its study has."""
-    formats = StrEnum("Format", [(format.value, format.value) for format in formats_of(row.name)])  # type: ignore[misc]
+    formats = StrEnum("Format", [(format.value, format.value) for format in formats_of(row.name)])  # type: ignore[misc]  # names of a table
     format = Annotated[formats, typer.Option("-f", "--format", help="What to print.")]
     own = {key: (option, None) for key, option in shared.OF_MOTIONS.items() if row.section}
     own |= {key: shared.OWN[key] for key in row.options}
@@ -174,6 +174,36 @@ def _require_sense(asked: Asked, form: Format, traits: Traits, single: dict[str,
             raise typer.BadParameter(problem, param_hint=f"'{option}'")
 
 
+def _picture_kind(
+    command: str,
+    traits: Traits,
+    path: str | None,
+    kind: str | None,
+    files: Sequence[str],
+    output: str | None,
+) -> str | None:
+    """The kind of picture that is asked for, if one is; refused where it cannot be drawn or written."""
+    if path is None and kind is None and not traits.page:
+        return None
+    from rigidcli.render.plots import CHARACTERS, require_ending, require_library, use_for
+    from rigidcli.studies.pictures import ANY, BEST, require_kind
+
+    with bad_parameter("--plot"):
+        require_kind(command, kind or BEST)
+        if path is None:
+            if traits.page:
+                return kind or ANY
+            raise UsageError("`--plot-kind` chooses a picture", hint="say with `--plot` where it goes")
+        require_ending(path)
+        if len(files) > 1:
+            raise UsageError("`--plot` draws one picture, of one FILE", hint="call it for each FILE")
+        require_apart(path, files)
+        if path != CHARACTERS and output is not None and Path(path).resolve() == Path(output).resolve():
+            raise UsageError(f"`-o` writes the results to `{path}`", hint="give the picture another name")
+        require_library(use_for(path))
+    return kind or BEST
+
+
 def _run(asked: Asked, work: Work) -> int:
     """Work all that is asked for, write it, and tell the exit code."""
     from rigidcli.model.robots import is_robot
@@ -210,7 +240,7 @@ def _pieces(
     asked: Asked, work: Work, failures: Failures, target: Output, pictures: list[str | bytes]
 ) -> Iterator[Any]:
     """The pieces of the output, one after the other; what is to be told of them is told on the way."""
-    known = defaultdict[str, Known](Known)
+    known = defaultdict[str, set[str]](set)
     here = asked.hands == 1 and asked.sweep is None
     do = partial(answers, work=work, watch=partial(progress, pulse=PULSE) if here else None)
     # On a terminal, rows that stream show the progress themselves.
@@ -222,7 +252,7 @@ def _pieces(
             with failures.of(answer.source):
                 target.protect(*answer.files)
                 tell_notes(
-                    answer.source, [*answer.about, *known[answer.source].new(answer.notes)], asked.quiet
+                    answer.source, [*answer.about, *fresh(answer.notes, known[answer.source])], asked.quiet
                 )
                 if isinstance(answer.found, Failure):
                     failures.tell(answer.found)

@@ -94,18 +94,12 @@ class Failures:
             self.tell(failure(error, source))
 
 
-class Known:
-    """Notes that were told: at each value of a sweep they are mostly the same."""
+MOST_NOTES = 1000
+"""The most different notes on a FILE that are told, which is more than anybody reads."""
 
-    MOST = 1000
-    """The most notes that are kept, which is more than anybody reads."""
 
-    def __init__(self) -> None:
-        self._told = set[str]()
-
-    def new(self, notes: Sequence[str]) -> list[str]:
-        """Those that were not told yet; none, when very many were."""
-        new = [note for note in notes if note not in self._told]
-        new = new[: self.MOST - len(self._told)]
-        self._told.update(new)
-        return new
+def fresh(notes: Sequence[str], told: set[str]) -> list[str]:
+    """The notes that were not told yet: at each value of a sweep they are mostly the same."""
+    new = [note for note in notes if note not in told][: MOST_NOTES - len(told)]
+    told.update(new)
+    return new

@@ -2,14 +2,43 @@
 
 # Annotations here are objects, not texts: commands are made of them.
 
+import os
+import sys
 from collections.abc import Sequence
 from enum import StrEnum
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
 from rigidcli.cli.failures import bad_parameter
 from rigidcli.cli.output import check_path
+from rigidcli.errors import UsageError, shown
+
+LIST = "@"
+"""What begins the name of a list; `./@name` is a file whose own name begins so."""
+
+
+def _names_in(file: str) -> list[str]:
+    """The names in a list: one on a line, blanks within it included.
+
+    Blanks round a name, empty lines and comments (#) are passed over. `@-` is standard input. Raises
+    UsageError.
+    """
+    name = file.removeprefix(LIST)
+    try:
+        if name == "-" and sys.stdin is None:
+            raise OSError
+        data = sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "no file has such a name"
+        hint = f"it lists names of files, one on a line; a file of this name is `./{file}`"
+        raise UsageError(f"`{file}` cannot be read: {reason}", hint=hint) from None
+    lines = (os.fsdecode(line).strip() for line in data.removeprefix(b"\xef\xbb\xbf").splitlines())
+    names = [line for line in lines if line and not line.startswith("#")]
+    if not names:
+        raise UsageError(f"`{file}` lists no files", hint="one name on a line")
+    return names
 
 
 def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -17,11 +46,10 @@ def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
 
     Raises BadParameter.
     """
-    from rigidcli.cli.lists import LIST, names_in
-
+    lists = [file for file in files if file.startswith(LIST)]
     with bad_parameter():
-        names = [name for file in files for name in names_in(file)]
-    return names, [file.removeprefix(LIST) for file in files if file.startswith(LIST)]
+        names = [name for file in files for name in (_names_in(file) if file in lists else [file])]
+    return names, [file.removeprefix(LIST) for file in lists]
 
 
 def _check_settings(settings: list[str] | None) -> list[str]:
@@ -67,8 +95,6 @@ def _read_jobs(text: str | None) -> int | str | None:
         return text
     if text.isdecimal() and 1 <= int(text[:9]) <= MOST_JOBS:
         return int(text)
-    from rigidcli.errors import shown
-
     problem = f"read {shown(text)}, expected a number of processes from 1 to {MOST_JOBS}"
     raise typer.BadParameter(f"{problem} (or the scheduler of a Dask cluster, as in `tcp://host:8786`)")
 

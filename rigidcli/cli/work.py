@@ -59,14 +59,12 @@ class Work:
     def run(self, document: Document, watch: Watch | None = None) -> Report:
         """What the study finds, within the context in which it may tell its progress."""
         require_fitting(document, self.command)
-        run = import_module(f"rigidcli.studies.{self.command.name}").run
+        run: Callable[..., Report] = import_module(f"rigidcli.studies.{self.command.name}").run
         with document.placing():
             if watch is None or not self.command.section:
-                report: Report = run(document, **self.options)
-            else:
-                with watch() as show:
-                    report = run(document, **self.options, progress=show)
-        return report
+                return run(document, **self.options)
+            with watch() as show:
+                return run(document, **self.options, progress=show)
 
     def answer(self, report: Report, files: Sequence[Path]) -> Answer:
         """The answer that is a report, as it is handed over."""

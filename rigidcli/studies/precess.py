@@ -87,7 +87,9 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
 
 
 _FIELDS = [
-    replace(entry, cells={} if entry.counts else {entry.key: ()}) for entry in RESULTS["precess"] if entry.title
+    replace(entry, cells={} if entry.counts else {entry.key: ()})
+    for entry in RESULTS["precess"]
+    if entry.title
 ]
 """The results, each a column of CSV under its own key."""
 

@@ -24,8 +24,7 @@ import pytest
 
 import rigidcli
 from rigidcli.cli.app import COMMANDS
-from rigidcli.cli.new import ENDINGS, Kind
-from rigidcli.cli.schema import SchemaKind
+from rigidcli.cli.printing import ENDINGS, Kind, SchemaKind
 from rigidcli.errors import DocumentError
 from rigidcli.model.load import loads
 from rigidcli.model.syntax import read_tree
