@@ -89,12 +89,12 @@ def is_explained(key: str, value: Any, command: str) -> bool:
 def test_runs_in_every_command_and_format(run: tuple[Path, str, str], program: Program) -> None:
     path, command, form = run
     outcome = program(command, "-f", form, str(path))
-    if TRAITS[form].studies == ("inertia",) and outcome.code:
+    if TRAITS[Format(form)].studies == ("inertia",) and outcome.code:
         assert outcome.code == 4
         return
     orbit = yaml.safe_load(path.read_text()).get("orbit")
     starts = starts_of(orbit, path.parent)
-    if TRAITS[form].program and ("functions:" in path.read_text() or starts > 1):
+    if TRAITS[Format(form)].program and ("functions:" in path.read_text() or starts > 1):
         assert outcome.code == (3 if starts == 1 else 2)
         return
     assert outcome.code == 0, outcome.err
