@@ -6,10 +6,15 @@ import os
 import signal
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
+from rigidcli.model.document import Document
 from rigidcli.processes import Lost, each
+from rigidcli.report import Report
+from rigidcli.studies import axes
+from tests.conftest import Program
 
 NUMBERS = range(100)
 
@@ -73,3 +78,23 @@ def test_tasks_are_taken_when_there_is_room_for_them() -> None:
 def test_an_error_of_the_work_is_that_of_the_call(jobs: int) -> None:
     with pytest.raises(ZeroDivisionError):
         list(each(broken, NUMBERS, jobs))
+
+
+def test_a_document_that_ends_its_process_is_a_failure_and_the_others_stay(
+    program: Program, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    run = axes.run
+
+    def deadly(document: Document, **options: Any) -> Report:
+        if document.name == "bad":
+            os.kill(os.getpid(), signal.SIGKILL)
+        return run(document, **options)
+
+    files = []
+    for name in ("a", "b", "bad", "c", "d"):
+        files.append(str(tmp_path / f"{name}.yaml"))
+        Path(files[-1]).write_text(f"name: {name}\nbody: {{shape: cube, side: 1, mass: 1}}")
+    monkeypatch.setattr(axes, "run", deadly)
+    outcome = program("axes", "-f", "csv", "--columns", "name,mass", "-j", "2", *files)
+    assert (outcome.code, outcome.out) == (4, "name,mass\na,1.0\nb,1.0\nc,1.0\nd,1.0\n")
+    assert outcome.err.startswith(f"{files[2]}: the process that worked on it has ended, twice\n  hint: ")
