@@ -23,8 +23,8 @@ import numpy as np
 import pytest
 
 import rigidcli
-from rigidcli.cli.app import COMMANDS
 from rigidcli.cli.printing import ENDINGS, Kind, SchemaKind
+from rigidcli.commands import COMMANDS
 from rigidcli.errors import DocumentError
 from rigidcli.model.load import loads
 from rigidcli.model.syntax import read_tree

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from rigidcli.cli.app import COMMANDS
+from rigidcli.commands import COMMANDS
 from rigidcli.errors import EXIT_CODES, RigidError
 from rigidcli.language.functions import FUNCTIONS
 from rigidcli.model.shapes import SHAPES
