@@ -11,8 +11,8 @@ from textwrap import indent
 from typing import Any, Protocol
 
 from rigidcli.commands import COMMANDS, Command
+from rigidcli.document.sources import MAPPING, Source, read
 from rigidcli.errors import DocumentError
-from rigidcli.model.sources import MAPPING, Source, read
 from rigidcli.reference import tables
 from rigidcli.result import Result
 

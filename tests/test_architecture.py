@@ -14,6 +14,8 @@ import typer
 
 import rigidcli
 from rigidcli import STUDIES
+from rigidcli.bodies import flat_shapes, prism_shapes, shapes, solid_shapes, thin_shapes
+from rigidcli.bodies.shape import Lamina, Shape, Shell, Solid, Wire
 from rigidcli.cli import app
 from rigidcli.cli.judgements import CheckFormat
 from rigidcli.cli.printing import Kind
@@ -24,8 +26,6 @@ from rigidcli.grading.kinds.base import Kind as KindOfAnswer
 from rigidcli.grading.mistakes import MISTAKES
 from rigidcli.grading.question import KindName
 from rigidcli.grading.reports.formats import FORMATS
-from rigidcli.model import flat_shapes, prism_shapes, shapes, solid_shapes, thin_shapes
-from rigidcli.model.shape import Lamina, Shape, Shell, Solid, Wire
 from rigidcli.render import TRAITS, Format, renderer
 from rigidcli.render.plots import LIBRARIES
 from rigidcli.studies.pictures import KINDS as KINDS_OF_PICTURES

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from rigidcli.model.document import Document
+from rigidcli.document.document import Document
 from rigidcli.processes import Lost, each
 from rigidcli.report import Report
 from rigidcli.studies import axes

@@ -28,9 +28,9 @@ from rigidcli.errors import UsageError
 from rigidcli.grading import Feedback
 
 if TYPE_CHECKING:
+    from rigidcli.document.document import Document
     from rigidcli.grading.judgement import Judgement
     from rigidcli.grading.reports import Style
-    from rigidcli.model.document import Document
     from rigidcli.report import Report
 
     View: TypeAlias = Callable[[Iterator[Judgement], Style], Iterator[str]]

@@ -24,7 +24,7 @@ from rigidcli.processes import Jobs, Lost, each, usable_cores
 from rigidcli.render import TRAITS, Format, Look, Traits, formats_of, joined
 
 if TYPE_CHECKING:
-    from rigidcli.model.sweeps import Sweep
+    from rigidcli.document.sweeps import Sweep
     from rigidcli.render.units import Units
     from rigidcli.report import Report
 
@@ -206,7 +206,7 @@ def _picture_kind(
 
 def _run(asked: Asked, work: Work) -> int:
     """Work all that is asked for, write it, and tell the exit code."""
-    from rigidcli.model.robots import is_robot
+    from rigidcli.bodies.robots import is_robot
 
     failures, traits, pictures = Failures(), TRAITS[work.format], list[str | bytes]()
     with failures.of(asked.output or ""), Output(asked.output) as target:

@@ -14,7 +14,7 @@ from rigidcli.errors import ComputationError, DocumentError, UsageError
 from rigidcli.render import parquet
 
 if TYPE_CHECKING:
-    from rigidcli.model.sweeps import Sweep
+    from rigidcli.document.sweeps import Sweep
 
 Part: TypeAlias = Sequence[tuple[Task, range]]
 """Documents, each with the places of the sweep at which it is worked."""

@@ -53,7 +53,7 @@ def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
 
 
 def _check_settings(settings: list[str] | None) -> list[str]:
-    from rigidcli.model.settings import split_setting
+    from rigidcli.document.settings import split_setting
 
     with bad_parameter():
         for setting in settings or ():
@@ -79,7 +79,7 @@ def read_sweep(texts: Sequence[str] | None, pair: bool) -> Any:
     """The sweep that is asked for, if one is. Raises BadParameter."""
     if not texts and not pair:
         return None
-    from rigidcli.model import sweeps
+    from rigidcli.document import sweeps
 
     with bad_parameter("--sweep"):
         return sweeps.read_sweep(texts or (), pair)

@@ -18,10 +18,10 @@ from rigidcli.report import Field, Report
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigidcli.model.document import Document
-    from rigidcli.model.files import Drafts
-    from rigidcli.model.load import Draft
-    from rigidcli.model.sweeps import Sweep
+    from rigidcli.document.document import Document
+    from rigidcli.document.files import Drafts
+    from rigidcli.document.load import Draft
+    from rigidcli.document.sweeps import Sweep
 
 Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
 """What makes a context in which progress is told, as a share of the whole."""
@@ -52,7 +52,7 @@ class Work:
 
     def drafts(self, file: str) -> Drafts:
         """What is in a file, for documents. Raises DocumentError."""
-        from rigidcli.model.files import drafts
+        from rigidcli.document.files import drafts
 
         return drafts(file, exact=self.exact, settings=self.settings, options=self.named)
 
@@ -120,7 +120,7 @@ def require_fitting(document: Document, command: Command) -> None:
 
 def require_comparable(work: Work, files: Sequence[str]) -> None:
     """Raise UsageError where a FILE has several results, which have no column of their own to stand in."""
-    from rigidcli.model.robots import is_robot
+    from rigidcli.bodies.robots import is_robot
 
     for file in filter(is_robot, files):
         with suppress(DocumentError):  # which is told when the file is worked

@@ -10,8 +10,8 @@ from rigidcli.core import principal
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
 from rigidcli.core.principal import PrincipalFrame
 from rigidcli.core.tensor import MISPLACED, ROUNDING, Inertia
+from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
-from rigidcli.model.document import Document
 from rigidcli.report import Field, Report, Step
 from rigidcli.studies.body import axis_fields, body_frame, inertia_fields, mesh_fields, require_one_start
 from rigidcli.studies.common import field_of, if_known, report

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, DocumentError, UsageError
-from rigidcli.model.document import Document
-from rigidcli.model.texts import STDIN
+from rigidcli.fields.texts import STDIN
 from rigidcli.report import NOISE, Field, Report, Step, Table, Value
 from rigidcli.studies.results import told
 

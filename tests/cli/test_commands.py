@@ -25,9 +25,9 @@ import pytest
 import rigidcli
 from rigidcli.cli.printing import ENDINGS, Kind, SchemaKind
 from rigidcli.commands import COMMANDS
+from rigidcli.document.load import loads
+from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError
-from rigidcli.model.load import loads
-from rigidcli.model.syntax import read_tree
 from tests.conftest import ROOT, Program
 from tests.shapes import DIMENSIONS
 
@@ -867,7 +867,7 @@ def test_a_narrow_encoding_is_no_trouble(form: str, folder: Path) -> None:
 
 @pytest.fixture(scope="module")
 def schema() -> Any:
-    from rigidcli.model.schema import json_schema
+    from rigidcli.document.schema import json_schema
 
     return json.loads(json.dumps(json_schema()))
 

@@ -17,9 +17,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rigidcli.document.ranges import Range
+from rigidcli.document.sweeps import read_sweep
 from rigidcli.errors import UsageError
-from rigidcli.model.ranges import Range
-from rigidcli.model.sweeps import read_sweep
 from rigidcli.studies.hamilton import derivation
 from tests.cli.test_commands import shell
 from tests.conftest import ROOT, Program

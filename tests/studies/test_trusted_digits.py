@@ -18,7 +18,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from rigidcli.model.load import loads
+from rigidcli.document.load import loads
 from rigidcli.report import Report
 from rigidcli.studies import euler, hamilton
 

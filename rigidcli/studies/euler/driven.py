@@ -14,12 +14,12 @@ from rigidcli.core.arithmetic import Floats
 from rigidcli.core.narrow import begun_anew, merged, solved
 from rigidcli.core.second_opinion import estimated_error
 from rigidcli.core.solution import digits
+from rigidcli.document.motion import VARIABLES, SpaceTorque
 from rigidcli.errors import Path, ValueProblem, at
+from rigidcli.fields.environment import Formula
 from rigidcli.language import code
 from rigidcli.language.tree import ZERO, Name, Node, bound, insides, number
 from rigidcli.mechanics import rigid_body
-from rigidcli.model.environment import Formula
-from rigidcli.model.motion import VARIABLES, SpaceTorque
 from rigidcli.studies.euler.balance import BalanceErrors, balance_errors
 from rigidcli.studies.euler.initial import InitialValueProblem
 from rigidcli.studies.euler.trajectory import Trajectory, drift_of

@@ -17,9 +17,9 @@ from rigidcli.core.narrow import solved
 from rigidcli.core.second_opinion import estimated_error
 from rigidcli.core.sensitivity import representative
 from rigidcli.core.solution import ROUNDING, digits
+from rigidcli.document.orbit import Orbit
+from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ComputationError
-from rigidcli.model.orbit import Orbit
-from rigidcli.model.sampling import DEFAULT_TOLERANCE
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import (
     EquationsOfMotion,
