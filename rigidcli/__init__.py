@@ -13,13 +13,12 @@ and `loads` read a document once for several of them, `load_all` the links of a 
 
 from __future__ import annotations
 
+from rigidcli.commands import STUDIES
+
 TYPE_CHECKING = False
 """As in `typing`, which would take longer to load than all else before the program can be interrupted."""
 
 __version__ = "0.1.0"
-
-STUDIES = ("inertia", "axes", "precess", "euler", "hamilton")
-"""The studies: each is the function `run` of a module in `rigidcli.studies`, and a command of that name."""
 
 _PLACES = {
     **dict.fromkeys(STUDIES, "api"),

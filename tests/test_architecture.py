@@ -18,16 +18,18 @@ from rigidcli.bodies import flat_shapes, prism_shapes, shapes, solid_shapes, thi
 from rigidcli.bodies.shape import Lamina, Shape, Shell, Solid, Wire
 from rigidcli.cli import app
 from rigidcli.cli.judgements import CheckFormat
-from rigidcli.cli.new import Kind
+from rigidcli.cli.printing import Kind
+from rigidcli.commands import COMMANDS
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.kinds.base import Kind as KindOfAnswer
 from rigidcli.grading.mistakes import MISTAKES
 from rigidcli.grading.question import KindName
 from rigidcli.grading.reports.formats import FORMATS
-from rigidcli.render import Format, renderer
+from rigidcli.render import TRAITS, Format, renderer
 from rigidcli.render.plots import LIBRARIES
 from rigidcli.studies.pictures import KINDS as KINDS_OF_PICTURES
+from rigidcli.studies.results import RESULTS
 
 MOST_LINES = {
     "algebra": 4100,
@@ -87,37 +89,26 @@ def test_a_shape_has_the_name_under_which_it_is_listed(name: str) -> None:
 
 def test_every_format_is_a_module_and_every_module_a_format() -> None:
     assert {*FORMATS, "html"} == set(CheckFormat)
-    helpers = {"terminal", "values", "plots", "programs", "sweeps", "units", "inertial", "web"}
+    helpers = {"terminal", "values", "plots", "programs", "sweeps", "compare", "units", "inertial", "web"}
     assert _names("rigidcli.render") - helpers == set(Format)
     assert all(callable(renderer(name)) for name in Format)
+    assert set(TRAITS) == set(Format)
 
 
 def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     helpers = {"body", "common", "ensembles", "pictures", "results", "robots", "rotor", "steps"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
-    parts = {
-        "app",
-        "cluster",
-        "computing",
-        "failures",
-        "help",
-        "judgements",
-        "lists",
-        "options",
-        "output",
-        "parts",
-        "pictures",
-        "plan",
-        "progress",
-        "requirements",
-        "sweeps",
-        "work",
-    }
-    assert _names("rigidcli.cli") - parts == set(app.COMMANDS)
+    parts = {"app", "computing", "failures", "folder", "help", "judgements", "options", "output"}
+    parts |= {"progress", "work"}
+    others = {row.module for row in COMMANDS.values() if not row.needs}
+    assert _names("rigidcli.cli") - parts == others
     program = typer.main.get_command(app.app)
     assert isinstance(program, app.Commands)
-    assert all(program.get_command(typer.Context(program), name) for name in app.COMMANDS)
-    assert all(callable(getattr(rigidcli, name)) for name in rigidcli.__all__ if name in STUDIES)
+    assert all(program.get_command(typer.Context(program), name) for name in COMMANDS)
+    assert {name for name in rigidcli.__all__ if callable(getattr(rigidcli, name)) and name in COMMANDS} == {
+        *STUDIES
+    }
+    assert set(RESULTS) == set(STUDIES)
 
 
 def test_every_study_has_pictures() -> None:

@@ -21,10 +21,9 @@ from rigidcli.cli.judgements import (
     solutions,
     view_of,
 )
-from rigidcli.cli.options import NoHeader, OutputPath, Quiet, listed
+from rigidcli.cli.options import Jobs, NoHeader, OutputPath, Quiet, listed
 from rigidcli.cli.output import Folder, Output
 from rigidcli.cli.progress import progress
-from rigidcli.cli.sweeps import Jobs, named_hands
 from rigidcli.errors import UsageError
 from rigidcli.grading import Feedback
 
@@ -118,7 +117,7 @@ def check(
         raise typer.BadParameter("--steps shows the keys: it is for table and html with --feedback full")
     if column is not None and canvas is None:
         raise typer.BadParameter("--column is for --canvas")
-    hands = named_hands(jobs)
+    hands: int | str | None = jobs
     if isinstance(hands, str):
         reason = "homework is judged on this machine: expected a number of processes"
         raise typer.BadParameter(reason, param_hint="'--jobs'")

@@ -76,7 +76,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     if not found.values:
         problem = "nothing here precesses, expected a `top`, a `tide`, or a `body` with `motion.omega`"
         raise DocumentError([Problem(document.source, problem)])
-    fields = [_field(entry, found.values) for entry in RESULTS["precess"] if entry.title]
+    fields = [_field(entry, found.values) for entry in _FIELDS]
     working: list[Step] = []
     if steps:
         from rigidcli.studies.steps.precess import precess_steps
@@ -86,15 +86,21 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     return report(document, SCHEMA, "precession", fields, found.notes, found.tables, working, pictures)
 
 
+_FIELDS = [
+    replace(entry, cells={} if entry.counts else {entry.key: ()})
+    for entry in RESULTS["precess"]
+    if entry.title
+]
+"""The results, each a column of CSV under its own key."""
+
+
 def _field(entry: Field, sections: Mapping[str, Mapping[str, Value]]) -> Field:
     """A result; of a section that does not apply only the column of CSV."""
     section, _, key = entry.key.partition(".")
-    column = {} if entry.counts else {entry.key: ()}
     if section not in sections:
-        return Field("", None, unit=entry.unit, cells=column)
+        return Field("", None, unit=entry.unit, cells=entry.cells)
     value = sections[section].get(key)
-    words = WORDS[key].get(value, "") if key in WORDS else ""
-    return if_known(replace(entry, value=value, cells=column, words=words))
+    return if_known(entry.with_value(value, WORDS[key].get(value, "") if key in WORDS else ""))
 
 
 def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:

@@ -1,4 +1,4 @@
-"""The command `new`."""
+"""The commands that print what there is: `new`, `schema` and `explain`."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from rigidcli.cli.failures import complain
+from rigidcli.cli.failures import Failures, complain
 from rigidcli.cli.options import OutputPath
 from rigidcli.cli.output import Output, is_file
 from rigidcli.errors import Problem, UsageError, shown
@@ -77,3 +77,58 @@ def new(
     starter = resources.files("rigidcli").joinpath("starters", kind + ENDINGS.get(Kind(kind), ".yaml"))
     with Output(output) as target:
         target.write(starter.read_text(encoding="utf-8"))
+
+
+class SchemaKind(StrEnum):
+    """What there are schemas of."""
+
+    document = "document"
+    assignment = "assignment"
+    answers = "answers"
+
+
+def schema(
+    kind: Annotated[
+        SchemaKind, typer.Argument(metavar="KIND", help=f"One of {', '.join(SchemaKind)}.")
+    ] = SchemaKind.document,
+    output: OutputPath = None,
+) -> None:
+    """Print the JSON Schema of a kind of file, for editors.
+
+    Example: rigidcli schema -o .rigidcli.schema.json
+    """
+    import orjson
+
+    from rigidcli.document.document import Document
+    from rigidcli.document.schema import json_schema
+    from rigidcli.fields.section import Section
+    from rigidcli.grading.question import AnswerFile, Assignment
+
+    roots: dict[str, type[Section]] = {
+        "document": Document,
+        "assignment": Assignment,
+        "answers": AnswerFile,
+    }
+    with Output(output) as target:
+        target.write(orjson.dumps(json_schema(roots[kind]), option=orjson.OPT_INDENT_2).decode() + "\n")
+
+
+def explain(
+    path: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="PATH", help="A key, shape, unit, function, result or mistake.", show_default=False
+        ),
+    ] = None,
+) -> None:
+    """Tell what a key, shape, unit, function, result or mistake is.
+
+    Example: rigidcli explain body.shape.cone
+    """
+    from rigidcli.reference.index import explain as page
+    from rigidcli.reference.index import overview
+
+    failures = Failures()
+    with failures.of("explain"), Output(None) as target:
+        target.write(overview() if path is None else page(path))
+    raise typer.Exit(failures.code)
