@@ -7,14 +7,11 @@ from dataclasses import fields, replace
 from functools import partial
 from importlib import import_module
 from inspect import cleandoc
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 from rigidcli.errors import DocumentError
 from rigidcli.model.sources import MAPPING, Source, read
 from rigidcli.result import Result
-
-if TYPE_CHECKING:
-    from rigidcli.core.integrate import Engine
 
 _COMMON = """Parameters
 ----------
@@ -143,19 +140,13 @@ def euler(
     settings: Sequence[str] = (),
     steps: bool = False,
     picture: str | None = None,
-    engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
-    max_steps: int | None = None,
 ) -> Result:
     """Motion by Euler's equations: omega, L, T and orientation in time; stability of the axes.
 
     COMMON
-    engine : {"auto", "runge-kutta", "taylor"}
-        What integrates driven motion; "taylor" needs the extra of that name.
     progress : callable
         It is called with the fraction that is done.
-    max_steps : int
-        The most steps of an integration; by default 1,000,000.
 
     Returns
     -------
@@ -171,9 +162,8 @@ def euler(
     >>> result["motion"]
     'about_highest'
     """
-    motion = {"engine": engine, "max_steps": max_steps}
-    options = {"steps": steps, "picture": picture, "progress": progress, **motion}
-    return _answer("euler", document, exact, settings, options, {"scene": True, **motion})
+    options = {"steps": steps, "picture": picture, "progress": progress}
+    return _answer("euler", document, exact, settings, options, {"scene": True})
 
 
 @_study
@@ -187,7 +177,6 @@ def hamilton(
     invariants: bool = False,
     program: bool = False,
     progress: Callable[[float], None] | None = None,
-    max_steps: int | None = None,
 ) -> Result:
     """From a Lagrangian to momenta, the Hamiltonian, Hamilton's equations and orbits in phase space.
 
@@ -198,8 +187,6 @@ def hamilton(
         Keep the equations as `program`, for the formats python, c and julia.
     progress : callable
         It is called with the fraction of the orbit that is done.
-    max_steps : int
-        The most steps of an integration; by default 1,000,000.
 
     Returns
     -------
@@ -215,8 +202,8 @@ def hamilton(
     p_x**2/(2*m) + k*x**2/2
     """
     options: dict[str, Any] = {"steps": steps, "picture": picture, "program": program}
-    options |= {"invariants": invariants, "progress": progress, "max_steps": max_steps}
-    return _answer("hamilton", document, exact, settings, options, {"scene": True, "max_steps": max_steps})
+    options |= {"invariants": invariants, "progress": progress}
+    return _answer("hamilton", document, exact, settings, options, {"scene": True})
 
 
 def _answer(

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from rigidcli.cli.computing import computing
-from rigidcli.cli.options import Duration, MaxSteps, Samples
+from rigidcli.cli.options import Duration, Samples
 
 
 @computing
@@ -19,7 +19,6 @@ def hamilton(
         bool,
         typer.Option("--invariants", help="Search for conserved quantities also where that takes longer."),
     ] = False,
-    max_steps: MaxSteps = None,
 ) -> None:
     """From a Lagrangian to H, Hamilton's equations and orbits.
 

@@ -66,11 +66,6 @@ OutputPath = Annotated[
 
 NoHeader = Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")]
 
-MaxSteps = Annotated[
-    int | None,
-    typer.Option("--max-steps", min=1, metavar="N", help="Most steps of an integration (default 1,000,000)."),
-]
-
 Exact = Annotated[
     bool,
     typer.Option("--exact", help="Exact arithmetic: decimals are rationals, parameters may stay symbols."),

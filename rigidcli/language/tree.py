@@ -7,7 +7,6 @@ a tree is only as deep as the parentheses of its text.
 
 from __future__ import annotations
 
-import math
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -199,14 +198,14 @@ def names_in(node: Node) -> set[str]:
     return {part.name for part in nodes([node]) if isinstance(part, Name)}
 
 
-def insides(node: Node) -> set[Node]:
-    """The arguments of functions in a tree, what it divides by, and the bases of powers above 16.
+def insides(trees: Iterable[Node]) -> set[Node]:
+    """The arguments of functions in trees, what these divide by, and the bases of powers above 16.
 
     Where one of them passes zero, or is largest or smallest, something narrow may be: a peak, a kink, a wall.
     Sines, cosines and low powers have nothing narrow of their own.
     """
     found: set[Node] = set()
-    for part in nodes([node]):
+    for part in nodes(trees):
         match part:
             case Call(function, arguments) if function not in ("sin", "cos"):
                 found.update(arguments)
@@ -217,6 +216,13 @@ def insides(node: Node) -> set[Node]:
             case Power(base, exponent) if not (isinstance(exponent, Number) and exponent.value in range(17)):
                 found.add(base)
     return found
+
+
+def phases(trees: Iterable[Node]) -> set[Node]:
+    """The arguments of sines and cosines in trees."""
+    periodic = ("sin", "cos", "tan", "cot", "sec", "csc")
+    calls = (part for part in nodes(trees) if isinstance(part, Call) and part.function in periodic)
+    return {argument for call in calls for argument in call.arguments}
 
 
 def _base(node: Node) -> Node:
@@ -242,36 +248,3 @@ def bound(node: Node, values: Mapping[str, Node]) -> Node:
     if isinstance(node, Name):
         return values.get(node.name, node)
     return rebuilt(node, lambda operand: bound(operand, values))
-
-
-def rounding(node: Node) -> Node:
-    """The rounding error of a tree to first order, in units of that of one operation.
-
-    What is to be added is rounded before, and each product, quotient and power when it is made. So the error
-    is large beside a sum whose terms nearly cancel, and is passed on by what is made of that sum.
-    """
-    match node:
-        case Negative(operand):
-            return rounding(operand)
-        case Sum(terms):
-            return sum((rounding(term) + size(term) for term in terms), ZERO)
-        case Product(factors):
-            sizes = [size(factor) for factor in factors]
-            passed_on = (
-                math.prod([*sizes[:i], *sizes[i + 1 :]], start=rounding(factor))
-                for i, factor in enumerate(factors)
-            )
-            return sum(passed_on, size(node))
-        case Reciprocal(operand):
-            return rounding(operand) * size(node) * size(node) + size(node)
-        case Power(base, Number(_, value) as exponent):
-            return rounding(base) * size(exponent) * size(Power(base, number(value - 1))) + size(node)
-        case Call() | Power():
-            return size(node)
-        case _:
-            return ZERO
-
-
-def size(node: Node) -> Node:
-    """The absolute value of a tree."""
-    return node if isinstance(node, Constant) else Call("abs", (node,))
