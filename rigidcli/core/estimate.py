@@ -34,7 +34,7 @@ PER_QUARTER = 4
 NOISE = 1e-13
 """Changes of a quantity below this, in units of its size, are rounding errors, and no extremum."""
 
-ROUNDS, PARTS = 8, 64
+ROUNDS, PARTS = 11, 64
 """How often a time is narrowed down, and to one of how many parts: beyond the digits of a float."""
 
 AT_ONCE = 2048

@@ -46,6 +46,7 @@ def integrate(
     longest: float = math.inf,
     stops: Sequence[float] = (),
     like: Solution | None = None,
+    roundings: Flow | None = None,
     starts: int = 1,
 ) -> Solution:
     """Solve y' = f(t, y), y(t0) = `start` (n), over the span (t0, t1), where t1 may come before t0.
@@ -58,6 +59,7 @@ def integrate(
     `auto` begins with `runge-kutta`, and changes to `taylor` when heyoka is installed, can express the
     flow, and will pay. This depends on numbers of steps alone, never on the clock, so
     that the same problem has the same result. `progress` is given the fraction done, a few times a second.
+    `roundings` are the rounding errors of the flow, in units of those of one operation.
     With another solution of the problem that it is `like`, its method is taken, and its sizes of variables.
     The same flow is to be solved from so many `starts`, which are taken to need as many steps: it is compiled
     once for all. Only `runge-kutta` has steps for `stops`, and for what has no Taylor series: it is taken
@@ -98,23 +100,24 @@ def integrate(
 
     if engine == "taylor" and like is not None:
         return compiled()
-    f = flow(math)
+    f, errors = flow(math), None if roundings is None else roundings(math)
     least = None if like is None else like.sizes
     if least is None:
         least = runge_kutta.least_sizes(f, t0, y0.tolist(), t1, sizes, longest=longest, stops=stops)
-    steps = runge_kutta.march(f, times, states, t1, least=least, stops=stops, **common)
+    steps = runge_kutta.march(f, times, states, t1, least=least, stops=stops, roundings=errors, **common)
     if engine == "taylor":
         from rigidcli.core import taylor
 
         taylor.loaded()
-        with suppress(ComputationError):
-            next(steps, None)
         try:
+            next(steps, None)
             return compiled()
         except TooManySteps:
             raise
         except ComputationError as error:
             note = f"{error}: the method `auto` is taken"
+        del times[1:], states[len(y0) :]
+        steps = runge_kutta.march(f, times, states, t1, least=least, stops=stops, roundings=errors, **common)
     may_change = engine == "auto" and not len(stops) and find_spec("heyoka") is not None
     trial = TRIAL / starts if may_change else math.inf
     for t in steps:

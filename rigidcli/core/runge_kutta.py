@@ -73,12 +73,14 @@ def march(
     least: State | None = None,
     longest: float = math.inf,
     stops: Sequence[float] = (),
+    roundings: Function | None = None,
 ) -> Iterator[float]:
     """Go on from the last of `times` and `states` to `end`, and append each step to them.
 
     Every `ROUND` steps it yields the time that it has reached. `least` has for each block the size to which
     its error is relative at least; by default those of `least_sizes`. No step is longer than `longest`, and
-    one ends at each of the `stops`, times on the way in the order in which they come.
+    one ends at each of the `stops`, times on the way in the order in which they come. `roundings` tells the
+    rounding errors of f, in units of those of one operation: no step is short for those of small differences.
 
     Raises:
         Stopped: there is no solution as far as `end`.
@@ -94,8 +96,8 @@ def march(
     goal = next(goals)
     h = math.copysign(min(abs(span) / 1000, longest), span)
     failures = taken = jumps = 0
-    regular = True
-    floor = floors(f, t, y, k, regular, blocks, tolerance)
+    regular, reach = True, abs(h)
+    floor = floors(f, roundings, t, y, k, regular, blocks, tolerance, h)
     least = least_sizes(f, t, y, end, blocks, longest=longest, stops=stops) if least is None else least
     most = min(MOST_STEPS, MOST_NUMBERS // count)
     while t != end:
@@ -134,12 +136,15 @@ def march(
                 if hopeless(times, taken, end, most):
                     raise TooManySteps(name, taken, t, end, most)
                 yield t
-                floor = floors(f, t, y, k, regular, blocks, tolerance)
+            if not taken % ROUND or abs(h) > 4 * reach:
+                reach = abs(h)
+                floor = floors(f, roundings, t, y, k, regular, blocks, tolerance, h)
         else:
             failures += 1
             h *= max(0.1, SAFETY * error**-0.125) if error < math.inf else 0.25
             if failures == 4:  # rounding errors may be the reason
-                floor = floors(f, t, y, k, regular, blocks, tolerance)
+                reach = abs(h)
+                floor = floors(f, roundings, t, y, k, regular, blocks, tolerance, h)
 
 
 def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, ...], **steps: Any) -> State:
@@ -186,21 +191,35 @@ def _crossed(
 
 
 def floors(
-    f: Function, t: float, y: State, k: State, regular: bool, blocks: Sequence[int], tolerance: float
+    f: Function,
+    roundings: Function | None,
+    t: float,
+    y: State,
+    k: State,
+    regular: bool,
+    blocks: Sequence[int],
+    tolerance: float,
+    h: float = 0.0,
 ) -> tuple[float, ...]:
     """For each block, the size of f below which a step need not follow it to `tolerance`.
 
     That is where rounding errors are all there is, as they are in a body that rests in equilibrium. They show
     when the arguments of f move by a few ulps, each pair of them together in one try and against each other
-    in another. Where steps are no longer `regular`, a pole is near, which must not pass for rounding errors.
+    in another; and those of small differences are told by the `roundings` of f. Where steps are no longer
+    `regular`, a pole is near, which must not pass for rounding errors.
     """
     noise = [0.0] * len(y)
+    with suppress(*NO_VALUE):
+        noise = [ROUNDING * size for size in roundings(t, *y)] if roundings is not None else noise
     bits = range(max(1, (len(y) - 1).bit_length()))
     for bit, move in itertools.product(bits, MOVES):
         moved = [value * (1 + (move if i >> bit & 1 else -move)) for i, value in enumerate(y)]
         with suppress(*NO_VALUE):
             other = f(t * (1 + move), *moved)
             noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
+    with suppress(*NO_VALUE):  # where those of one variable get in a few steps
+        other = f(t, *(value + 4 * h * error for value, error in zip(y, noise, strict=True)))
+        noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
     sizes, first = [], 0
     for size in blocks:
         block = slice(first, first := first + size)

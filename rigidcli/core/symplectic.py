@@ -197,7 +197,7 @@ def march(
         try:
             if not index % 256:
                 tell(t)
-                noise = runge_kutta.floors(f, t, y, f(t, *y), True, (1,) * len(y), GRAIN)
+                noise = runge_kutta.floors(f, None, t, y, f(t, *y), True, (1,) * len(y), GRAIN)
                 floors = [abs(h) * floor for floor in noise]
             made = step(f, t, h, y, e, guess, sizes, floors)
         except NO_VALUE:

@@ -7,6 +7,7 @@ a tree is only as deep as the parentheses of its text.
 
 from __future__ import annotations
 
+import math
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -248,3 +249,36 @@ def bound(node: Node, values: Mapping[str, Node]) -> Node:
     if isinstance(node, Name):
         return values.get(node.name, node)
     return rebuilt(node, lambda operand: bound(operand, values))
+
+
+def rounding(node: Node) -> Node:
+    """The rounding error of a tree to first order, in units of that of one operation.
+
+    What is to be added is rounded before, and each product, quotient and power when it is made. So the error
+    is large beside a sum whose terms nearly cancel, and is passed on by what is made of that sum.
+    """
+    match node:
+        case Negative(operand):
+            return rounding(operand)
+        case Sum(terms):
+            return sum((rounding(term) + size(term) for term in terms), ZERO)
+        case Product(factors):
+            sizes = [size(factor) for factor in factors]
+            passed_on = (
+                math.prod([*sizes[:i], *sizes[i + 1 :]], start=rounding(factor))
+                for i, factor in enumerate(factors)
+            )
+            return sum(passed_on, size(node))
+        case Reciprocal(operand):
+            return rounding(operand) * size(node) * size(node) + size(node)
+        case Power(base, Number(_, value) as exponent):
+            return rounding(base) * size(exponent) * size(Power(base, number(value - 1))) + size(node)
+        case Call() | Power():
+            return size(node)
+        case _:
+            return ZERO
+
+
+def size(node: Node) -> Node:
+    """The absolute value of a tree."""
+    return node if isinstance(node, Constant) else Call("abs", (node,))

@@ -23,7 +23,7 @@ from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
 from rigidcli.language import code
 from rigidcli.language.elimination import Step, solved
-from rigidcli.language.tree import Name, Node
+from rigidcli.language.tree import Name, Node, rounding
 from rigidcli.mechanics.hamilton_equations import Phase
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.initial import InitialState
@@ -39,11 +39,13 @@ No name of a document has a dot.
 class EquationsOfMotion:
     """What is integrated from where, and how its variables (k by m) at times (k) are `observed`.
 
-    That gives q and p (k by n each), H (k), and the terms of H (any number by k). What is `watched` tells
-    where something sudden may be.
+    That gives q and p (k by n each), H (k), and the terms of H (any number by k). `roundings` are the
+    rounding errors of the flow, in units of those of one operation. What is `watched` tells where something
+    sudden may be.
     """
 
     flow: Flow
+    roundings: Flow
     start: Floats
     watched: Watched
     observed: Callable[[Floats, Floats], tuple[Floats, Floats, Floats, Floats]]
@@ -92,7 +94,7 @@ def equations_of_motion(derivation: Derivation, initial: InitialState) -> Equati
 
     Raises ComputationError where the initial velocities are needed, and not given.
     """
-    equations, observe, flow, watched = _in_code(derivation, tuple(initial.parameters.items()))
+    equations, observe, flow, roundings, watched = _in_code(derivation, tuple(initial.parameters.items()))
     size, start = len(initial.q), equations.start(initial)
     if derivation.energy_changes:
         start = np.append(start, 0.0)
@@ -101,17 +103,17 @@ def equations_of_motion(derivation: Derivation, initial: InitialState) -> Equati
         rows = columns(observe, times, states[:, : 2 * size])
         return states[:, :size], rows[:size].T, rows[size:].sum(axis=0), rows[size:]
 
-    return EquationsOfMotion(flow, start, watched, observed)
+    return EquationsOfMotion(flow, roundings, start, watched, observed)
 
 
 @lru_cache(maxsize=1)
 def _in_code(
     derivation: Derivation, parameters: tuple[tuple[str, float], ...]
-) -> tuple[Equations, Flow, Flow, Watched]:
+) -> tuple[Equations, Flow, Flow, Flow, Watched]:
     """The equations of a system with values of its parameters, which serve all starts of an ensemble.
 
-    Behind them are the flow of the momenta and of the terms of H, that of the slopes of the variables, and
-    what is to be watched.
+    Behind them are the flows of the momenta and of the terms of H, of the slopes of the variables, and of
+    their rounding errors, and what is to be watched.
     """
     equations, constants = symbolic_equations(derivation), dict(parameters)
     slopes, arguments, steps = list(equations.slopes), [TIME, *equations.names], equations.steps
@@ -120,8 +122,10 @@ def _in_code(
     if derivation.energy_changes:
         arguments = [*arguments, ENERGY_CHANGE]
         slopes.append(to_tree(derivation.power))
-    flow = code.function(slopes, arguments, constants, steps)
-    return equations, observe, flow, code.watched(slopes, arguments, constants, steps)
+    flow, roundings = (
+        code.function(nodes, arguments, constants, steps) for nodes in (slopes, list(map(rounding, slopes)))
+    )
+    return equations, observe, flow, roundings, code.watched(slopes, arguments, constants, steps)
 
 
 def _hamilton(derivation: Derivation) -> Equations:

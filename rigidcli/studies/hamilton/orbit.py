@@ -81,6 +81,7 @@ def solve_orbit(
         integrate.integrate,
         motion.flow,
         motion.start,
+        roundings=motion.roundings,
         name=name,
         longest=min(longest, orbit.max_step or math.inf),
         starts=starts,
