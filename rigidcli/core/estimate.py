@@ -37,6 +37,9 @@ NOISE = 1e-13
 ROUNDS, PARTS = 11, 64
 """How often a time is narrowed down, and to one of how many parts: beyond the digits of a float."""
 
+DISTANCES = 2.0 ** np.arange(12, -52, -1)
+"""Distances from such a time, in units of the way to the next time of the grid."""
+
 AT_ONCE = 2048
 """Times that are narrowed down together, so that the arrays stay small."""
 
@@ -87,10 +90,9 @@ def foreseen(watched: Watched, end: float, name: str) -> tuple[Floats, float]:
             raise TooManySteps(name, 0, 0.0, end, MOST_STEPS)
         grid = _grid(max(GRID, math.ceil(PER_QUARTER * end / longest)), end)
     places = landmarks(timed, grid)
-    inner = places[(places > 0) & (places < end)]
-    if len(inner) > MOST_STEPS:
+    if len(places) > MOST_STEPS:
         raise TooManySteps(name, 0, 0.0, end, MOST_STEPS)
-    return inner, longest
+    return places, longest
 
 
 def _grid(count: int, end: float) -> Floats:
@@ -130,22 +132,35 @@ def landmarks(values: Callable[[Floats], Floats], grid: Floats, most: int = MOST
     places = [_narrowed(values, rows[some], up[some], grid[first[some]], grid[last[some]])
               for some in np.array_split(best, 1 + len(best) // AT_ONCE)]  # fmt: skip
     found: Floats = np.unique(np.concatenate(places))
-    return found
+    return found[(found > grid[0]) & (found < grid[-1])]
 
 
 def _narrowed(
     values: Callable[[Floats], Floats], rows: Indices, up: Floats, low: Floats, high: Floats
 ) -> Floats:
-    """The times (k) between `low` and `high` at which `up` times a value is largest, or its size smallest."""
+    """The times (k) between `low` and `high` at which `up` times a value is largest, or its size smallest.
+
+    Beside them are times at which the value differs by about 1, as the slope of a peak is zero at its top.
+    """
     each = np.arange(len(rows))
+
+    def chosen(times: Floats) -> Floats:
+        return values(times.ravel())[rows[:, None], np.arange(times.size).reshape(times.shape)]
+
+    begin, end = low, high
     for _ in range(ROUNDS):
-        times = np.linspace(low, high, PARTS, axis=-1)
-        value = values(times.ravel())[rows[:, None], each[:, None] * PARTS + np.arange(PARTS)]
+        times = np.linspace(begin, end, PARTS, axis=-1)
+        value = chosen(times)
         place = np.nan_to_num(np.where(up[:, None] == 0, -np.abs(value), up[:, None] * value), nan=-np.inf)
         best = place.argmax(axis=1)
-        low, high = times[each, np.maximum(best - 1, 0)], times[each, np.minimum(best + 1, PARTS - 1)]
-    narrowed: Floats = times[each, best]
-    return narrowed
+        begin, end = times[each, np.maximum(best - 1, 0)], times[each, np.minimum(best + 1, PARTS - 1)]
+    top, beside = times[each, best], []
+    for side in (low, high):
+        times = top[:, None] + (side - top)[:, None] * DISTANCES
+        far = np.abs(chosen(times) - value[each, best][:, None]) >= 1
+        nearest = len(DISTANCES) - 1 - far[:, ::-1].argmax(axis=1)
+        beside.append(times[each, nearest][far.any(axis=1)])
+    return np.concatenate([top, *beside])
 
 
 def walls(watched: Watched, solution: Solution) -> Floats:
@@ -156,6 +171,7 @@ def walls(watched: Watched, solution: Solution) -> Floats:
     grid = (knots[longest, None] + steps[:, None] * np.arange(IN_STEP) / IN_STEP).ravel()
 
     def along(times: Floats) -> Floats:
+        times = np.clip(times, knots[0], knots[-1])
         return values(times, *solution.sample(times).T)
 
     return landmarks(along, np.append(grid, knots[longest[-1:] + 1]), MOST_WALLS)
