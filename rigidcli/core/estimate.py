@@ -190,6 +190,8 @@ def compared(
     `again` solves the problem of the `first` to a tolerance, in steps that end at given times, among which
     are the `stops` of the first. `distance` tells how far states (k by n) are from each other.
     """
+    if not first.steps:
+        return 0.0, None
     other = first.tolerance * COARSER
     other = other if other <= COARSEST else first.tolerance / COARSER
     try:

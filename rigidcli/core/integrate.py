@@ -81,8 +81,8 @@ def integrate(
     common: Any = {"tolerance": tolerance, "name": name, "longest": longest}
     tell = _by_percent(progress, t0, t1)
     engine = engine if like is None else like.engine
-    if len(stops) and engine in ("taylor", "symplectic"):
-        note = f"the method `{engine}` goes over what is sudden, near t = {stops[0]:.6g}"
+    if len(stops) and like is None and engine in ("taylor", "symplectic"):
+        note = f"the method `{engine}` goes over what acts for a moment: the method `auto` is taken"
         engine = "runge-kutta"
     if engine == "symplectic":
         from rigidcli.core import symplectic
@@ -91,15 +91,18 @@ def integrate(
     common["blocks"] = sizes
     times, states = array("d", [t0]), array("d", y0)
 
-    def compiled() -> Solution:
+    def compiled(stops: Sequence[float] = ()) -> Solution:
         from rigidcli.core import taylor
 
         seen = np.array(states).reshape(-1, len(y0))
         scales = taylor.scales_of(seen, sizes) if like is None else np.array(like.sizes)
-        return taylor.solve(flow, y0, scales, (t0, t1), tell=tell, **common)
+        return taylor.solve(flow, y0, scales, (t0, t1), tell=tell, stops=stops, **common)
 
     if engine == "taylor" and like is not None:
-        return compiled()
+        # Another tolerance would be compiled anew, which takes longer than the steps: they get shorter.
+        common |= {"tolerance": like.tolerance, "longest": min(longest, 0.6 * abs(t1 - t0) / like.steps)}
+        # A stop takes heyoka as long as a hundred steps, and hardly anything hides where there are many.
+        return compiled(stops if like.steps < 4096 else ())
     f, errors = flow(math), None if roundings is None else roundings(math)
     least = None if like is None else like.sizes
     if least is None:

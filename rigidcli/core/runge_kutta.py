@@ -210,16 +210,17 @@ def floors(
     """
     noise = [0.0] * len(y)
     with suppress(*NO_VALUE):
-        noise = [ROUNDING * size for size in roundings(t, *y)] if roundings is not None else noise
+        if roundings is not None:
+            noise = [ROUNDING * size for size in roundings(t, *y)]
+            # In a few steps those of one variable get into others.
+            other = f(t, *(value + 4 * h * error for value, error in zip(y, noise, strict=True)))
+            noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
     bits = range(max(1, (len(y) - 1).bit_length()))
     for bit, move in itertools.product(bits, MOVES):
         moved = [value * (1 + (move if i >> bit & 1 else -move)) for i, value in enumerate(y)]
         with suppress(*NO_VALUE):
             other = f(t * (1 + move), *moved)
             noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
-    with suppress(*NO_VALUE):  # where those of one variable get in a few steps
-        other = f(t, *(value + 4 * h * error for value, error in zip(y, noise, strict=True)))
-        noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
     sizes, first = [], 0
     for size in blocks:
         block = slice(first, first := first + size)

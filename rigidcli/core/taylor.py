@@ -60,6 +60,7 @@ def solve(
     tell: Callable[[float], None],
     name: str,
     longest: float,
+    stops: Sequence[float] = (),
 ) -> Solution:
     """The solution of y' = f(t, y) over `span` (t0, t1) from `start` (n), in units of the `scales` (n).
 
@@ -77,22 +78,23 @@ def solve(
     most = min(MOST_STEPS, MOST_NUMBERS // (len(scales) * (integrator.order + 1)))
     # A power of two, as those at which it is asked whether the end can be reached.
     at_once = 1 << max(1, ROUND // len(scales)).bit_length() - 1
-    f, knots, outputs, name_of_end = flow(np), array("d", [t0]), list[Any](), "step_limit"
-    while name_of_end == "step_limit":
+    f, knots, outputs, goals = flow(np), array("d", [t0]), list[Any](), [t1, *reversed(stops)]
+    while goals:
         taken = len(knots) - 1
         tell(knots[-1])
         if hopeless(knots, taken, t1, most):
             raise TooManySteps(name, taken, knots[-1], t1, most)
         outcome, *_, output, _ = integrator.propagate_until(
-            t1, c_output=True, max_steps=min(at_once, most - taken), max_delta_t=longest
+            goals[-1], c_output=True, max_steps=min(at_once, most - taken), max_delta_t=longest
         )
-        name_of_end = outcome.name
-        if output is None or name_of_end == "err_nf_state":
+        if output is None or outcome.name == "err_nf_state":
             raise ComputationError(f"the Taylor series of {name} ends near t = {knots[-1]:.6g}")
         outputs.append(output)
         if not _follows(f, output.times, output.tcs, scales, tolerance, blocks):
             raise ComputationError(f"{name} does not follow its Taylor series beyond t = {knots[-1]:.6g}")
         knots.extend(output.times[1:])
+        if outcome.name != "step_limit":
+            goals.pop()
     ahead = 1.0 if t1 >= t0 else -1.0
     starts = ahead * np.array([output.times[0] for output in outputs])
 
