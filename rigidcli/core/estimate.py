@@ -132,7 +132,8 @@ def landmarks(values: Callable[[Floats], Floats], grid: Floats, most: int = MOST
     places = [_narrowed(values, rows[some], up[some], grid[first[some]], grid[last[some]])
               for some in np.array_split(best, 1 + len(best) // AT_ONCE)]  # fmt: skip
     found: Floats = np.unique(np.concatenate(places))
-    return found[(found > grid[0]) & (found < grid[-1])]
+    inside: Floats = found[(found > grid[0]) & (found < grid[-1])]
+    return inside
 
 
 def _narrowed(

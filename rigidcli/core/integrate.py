@@ -100,7 +100,7 @@ def integrate(
 
     if engine == "taylor" and like is not None:
         # Another tolerance would be compiled anew, which takes longer than the steps: they get shorter.
-        common |= {"tolerance": like.tolerance, "longest": min(longest, 0.6 * abs(t1 - t0) / like.steps)}
+        common |= {"tolerance": like.tolerance, "longest": min(longest, 0.75 * abs(t1 - t0) / like.steps)}
         # A stop takes heyoka as long as a hundred steps, and hardly anything hides where there are many.
         return compiled(stops if like.steps < 4096 else ())
     f, errors = flow(math), None if roundings is None else roundings(math)

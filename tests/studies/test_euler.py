@@ -374,16 +374,19 @@ def test_digits_are_trusted_that_a_finer_integration_confirms(torque: str, toler
 
 
 def test_what_two_integrations_do_not_share_is_noted() -> None:
-    # The body turns past a narrow wall, which only the second integration sees.
-    wall = '{space: [0, 0, "1e5*(uy + 0.5)*exp(-((uy + 0.5)/0.00002)^2)"]}'
-    text = "omega: [0.3, 0, 0.02], duration: 5, tolerance: 1e-3"
-    report = driven(BODY, wall, text)
+    # A body in even rotation meets a short push where it has turned by some angle.
+    push = '{body: [0, 0, "1000*exp(-((q3 - 0.3)/0.0001)^2)"]}'
+    report = driven(BODY, push, "omega: [0, 0, 1], duration: 1")
     assert report["trusted_digits"] == 0
     (note,) = report.notes
     assert "integrations in other steps do not agree" in note
     assert "`motion.max_step`" in note
-    careful = driven(BODY, wall, text + ", max_step: 0.0001")
-    assert careful["trusted_digits"] > 1
+    seen = driven(BODY, push, "omega: [0, 0, 1], duration: 1, max_step: 0.0001")
+    # Its work is the integral of the torque over the angle: that over q3 by 1/2 of q0.
+    work = 1000 * 1e-4 * math.sqrt(math.pi) * 2 / math.sqrt(1 - 0.3**2)
+    assert arrays(seen)["omega"][-1, 2] == pytest.approx(math.sqrt(1 + 2 * work / 2.5), rel=1e-6)
+    assert seen["trusted_digits"] > 5
+    assert seen.notes == ()
 
 
 def test_the_method_of_a_motion_is_asked_for() -> None:
