@@ -29,7 +29,7 @@ __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "int
 TRIAL = 512
 """Steps, of all starts, after which `auto` estimates how many are left."""
 
-WORTH_COMPILING = 400_000
+WORTH_COMPILING = 150_000
 """Steps left times variables, of all starts, beyond which heyoka saves more than it takes to start."""
 
 

@@ -138,17 +138,6 @@ CLAIMS = (
         needs=("heyoka",),
     ),
     Claim(
-        "orbit-alone",
-        "the same without the extra `taylor`",
-        "a script with sympy's lambdify and `solve_ivp` (DOP853, 1e-12)",
-        "hamilton -q -f csv orbit.yaml",
-        "peers/sympy_pendulum.py {part} {samples}",
-        size=1000,
-        quick=1,
-        make="pendulum_alone",
-        needs=("sympy",),
-    ),
-    Claim(
         "check",
         "`check`, an answer file of 6 questions, of 300",
         "starting Python and `import numpy`",

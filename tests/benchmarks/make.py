@@ -75,12 +75,6 @@ parameters: {m1: 1, m2: 0.6, l1: 1, l2: 0.7, g: 9.81}
     Path("orbit.yaml").write_text(f"{system}orbit: {{{orbit}}}\n")
 
 
-def pendulum_alone(duration: int) -> None:
-    """The same where heyoka, which stands beside it, cannot be loaded."""
-    pendulum(duration)
-    Path("heyoka.py").write_text("raise ImportError\n")
-
-
 PENDULUMS = (
     "((m1 + m2)*l1**2*p_theta2**2 + m2*l2**2*p_theta1**2"
     " - 2*m2*l1*l2*p_theta1*p_theta2*cos(theta1 - theta2))"
@@ -127,8 +121,7 @@ def classroom(number: int) -> None:
 
 
 KINDS: dict[str, Callable[[int], None]] = {
-    make.__name__: make
-    for make in (documents, points, ball, free, starts, pendulum, pendulum_alone, classroom)
+    make.__name__: make for make in (documents, points, ball, free, starts, pendulum, classroom)
 }
 
 if __name__ == "__main__":
