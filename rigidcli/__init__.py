@@ -24,10 +24,10 @@ STUDIES = ("inertia", "axes", "precess", "euler", "hamilton")
 _PLACES = {
     **dict.fromkeys(STUDIES, "api"),
     "Result": "result",
-    **dict.fromkeys(("load", "load_all"), "model.files"),
-    "loads": "model.load",
+    **dict.fromkeys(("load", "load_all"), "document.files"),
+    "loads": "document.load",
     **dict.fromkeys(("DocumentError", "RigidError"), "errors"),
-    "Document": "model.document",
+    "Document": "document.document",
 }
 """The modules of what the package offers."""
 
@@ -52,10 +52,10 @@ if TYPE_CHECKING:
     from typing import Any
 
     from rigidcli.api import axes, euler, hamilton, inertia, precess
+    from rigidcli.document.document import Document
+    from rigidcli.document.files import load, load_all
+    from rigidcli.document.load import loads
     from rigidcli.errors import DocumentError, RigidError
-    from rigidcli.model.document import Document
-    from rigidcli.model.files import load, load_all
-    from rigidcli.model.load import loads
     from rigidcli.result import Result
 
 

@@ -9,8 +9,8 @@ from importlib import import_module
 from inspect import cleandoc
 from typing import Any, TypeVar
 
+from rigidcli.document.sources import MAPPING, Source, read
 from rigidcli.errors import DocumentError
-from rigidcli.model.sources import MAPPING, Source, read
 from rigidcli.result import Result
 
 _COMMON = """Parameters

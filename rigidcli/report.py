@@ -162,42 +162,6 @@ class Report(Mapping[str, Value]):
         return len(self.tree())
 
 
-def points_of(report: Report) -> int | None:
-    """At how many points of a sweep the report is at once; None for a report on one document."""
-    from rigidcli.core.many import Many
-
-    swept = report.swept[0].value if report.swept else None
-    return len(swept.values) if isinstance(swept, Many) else None
-
-
-def part(report: Report, points: slice | int) -> Report:
-    """The report on some of its points, or on one of them."""
-    from rigidcli.core.many import Many
-
-    def at(value: Value) -> Value:
-        if isinstance(value, Many):
-            found = value.values[points]
-            return Many(found) if isinstance(points, slice) else found if found.ndim else float(found)
-        return [at(entry) for entry in value] if isinstance(value, list) else value
-
-    def table(one: Table) -> Table:
-        return replace(one, columns=tuple(replace(each, values=at(each.values)) for each in one.columns))
-
-    fields, swept = (
-        tuple(entry.with_value(at(entry.value)) for entry in entries)
-        for entries in (report.fields, report.swept)
-    )
-    return replace(report, fields=fields, swept=swept, tables=tuple(map(table, report.tables)))
-
-
-def at_each(value: Value, points: int) -> Sequence[Value]:
-    """The value at each of so many points, which may be the same at all."""
-    from rigidcli.core.many import Many
-
-    found: Sequence[Value] = value.values.tolist() if isinstance(value, Many) else [value] * points
-    return found
-
-
 def single_cells(table: Table, names: Sequence[str] = ()) -> list[Column]:
     """The columns of a table cut into those of one cell each: these `names` in that order, or all."""
     every = [

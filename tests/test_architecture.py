@@ -14,6 +14,8 @@ import typer
 
 import rigidcli
 from rigidcli import STUDIES
+from rigidcli.bodies import flat_shapes, prism_shapes, shapes, solid_shapes, thin_shapes
+from rigidcli.bodies.shape import Lamina, Shape, Shell, Solid, Wire
 from rigidcli.cli import app
 from rigidcli.cli.judgements import CheckFormat
 from rigidcli.cli.new import Kind
@@ -23,8 +25,6 @@ from rigidcli.grading.kinds.base import Kind as KindOfAnswer
 from rigidcli.grading.mistakes import MISTAKES
 from rigidcli.grading.question import KindName
 from rigidcli.grading.reports.formats import FORMATS
-from rigidcli.model import flat_shapes, prism_shapes, shapes, solid_shapes, thin_shapes
-from rigidcli.model.shape import Lamina, Shape, Shell, Solid, Wire
 from rigidcli.render import Format, renderer
 from rigidcli.render.plots import LIBRARIES
 from rigidcli.studies.pictures import KINDS as KINDS_OF_PICTURES
@@ -66,7 +66,6 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
     helpers = {"body", "common", "ensembles", "pictures", "results", "robots", "rotor", "steps"}
     assert _names("rigidcli.studies") - helpers == set(STUDIES)
     parts = {
-        "alike",
         "app",
         "cluster",
         "computing",
@@ -82,7 +81,6 @@ def test_every_study_and_command_is_listed_and_has_its_modules() -> None:
         "progress",
         "requirements",
         "sweeps",
-        "together",
         "work",
     }
     assert _names("rigidcli.cli") - parts == set(app.COMMANDS)

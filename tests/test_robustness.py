@@ -11,18 +11,18 @@ import numpy as np
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from rigidcli.model.bodies import Composite, KnownTensor
-from rigidcli.model.document import Document
-from rigidcli.model.motion import Motion
-from rigidcli.model.orbit import Orbit
-from rigidcli.model.point_masses import PointMasses
-from rigidcli.model.section import Section
-from rigidcli.model.shapes import SHAPES
-from rigidcli.model.syntax import read_tree
-from rigidcli.model.system import Particle, System
-from rigidcli.model.tide import Tide
-from rigidcli.model.top import Top
-from rigidcli.model.transform import Transform
+from rigidcli.bodies.bodies import Composite, KnownTensor
+from rigidcli.bodies.point_masses import PointMasses
+from rigidcli.bodies.shapes import SHAPES
+from rigidcli.document.document import Document
+from rigidcli.document.motion import Motion
+from rigidcli.document.orbit import Orbit
+from rigidcli.document.syntax import read_tree
+from rigidcli.document.system import Particle, System
+from rigidcli.document.tide import Tide
+from rigidcli.document.top import Top
+from rigidcli.document.transform import Transform
+from rigidcli.fields.section import Section
 
 from .conftest import ROOT, Program
 

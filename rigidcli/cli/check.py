@@ -4,7 +4,6 @@
 
 import os
 from collections.abc import Callable, Iterator
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, TypeAlias
 
@@ -30,10 +29,9 @@ from rigidcli.errors import UsageError
 from rigidcli.grading import Feedback
 
 if TYPE_CHECKING:
-    from rigidcli.grading.batch import Elsewhere
+    from rigidcli.document.document import Document
     from rigidcli.grading.judgement import Judgement
     from rigidcli.grading.reports import Style
-    from rigidcli.model.document import Document
     from rigidcli.report import Report
 
     View: TypeAlias = Callable[[Iterator[Judgement], Style], Iterator[str]]
@@ -121,6 +119,9 @@ def check(
     if column is not None and canvas is None:
         raise typer.BadParameter("--column is for --canvas")
     hands = named_hands(jobs)
+    if isinstance(hands, str):
+        reason = "homework is judged on this machine: expected a number of processes"
+        raise typer.BadParameter(reason, param_hint="'--jobs'")
     failures = Failures()
     with failures.of(assignment), _target(format, output, feedback) as target:
         from rigidcli.grading import batch, files
@@ -158,8 +159,7 @@ def check(
             with progress() as show:
                 # On a terminal, the results themselves show the progress.
                 seen = (lambda fraction: None) if width else show
-                here, elsewhere = (None, _cluster(hands)) if isinstance(hands, str) else (hands, None)
-                judgements = batch.run(prepared.items, papers, here, seen, elsewhere=elsewhere)
+                judgements = batch.run(prepared.items, papers, hands, seen)
                 others = [files.safe_name(str(file)) for file in found.others]
                 judged = noted(judgements, others, prepared.source, failures, remarks, target)
                 for piece in view(judged, style):
@@ -186,11 +186,3 @@ def _target(format: CheckFormat, path: str | None, feedback: Feedback) -> Output
         hint = f"`--feedback verdict` tells them more; `-o {place}.html` writes the class on one page"
         raise UsageError("`--feedback none` leaves nothing to say on the pages of students", hint=hint)
     return Folder(str(path))
-
-
-def _cluster(address: str) -> "Elsewhere":
-    """What has answer files judged by the workers of the cluster at an address."""
-    from rigidcli.cli.plan import ordered
-    from rigidcli.grading.afar import everywhere
-
-    return partial(everywhere, partial(ordered, jobs=address))

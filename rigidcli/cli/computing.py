@@ -31,7 +31,7 @@ from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require
 from rigidcli.cli.work import FOLLOW, Answer, Texts, Work, answers, tasks, texts
 from rigidcli.errors import RigidError, UsageError
 from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
-from rigidcli.report import Report, points_of
+from rigidcli.report import Report
 
 if TYPE_CHECKING:
     from rigidcli.studies.ensembles import Form
@@ -136,7 +136,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
             write = partial(json.render, look=Look(columns=chosen))
         work = Work(study.__name__, options, exact, changes, named, chosen, require, told, in_rows, write)
 
-        from rigidcli.model.robots import is_robot
+        from rigidcli.bodies.robots import is_robot
 
         total = len(files) * (1 if swept is None else swept.count)
         processes = hands(jobs, total, alone=swept is None and "-" in files)
@@ -170,7 +170,7 @@ def computing(study: Callable[..., None]) -> Callable[..., None]:
                             notes = known[told.source].new(told.notes) if again else told.notes
                             tell_notes(told.source, notes, quiet)
                             yield told
-                            points = len(told.texts) if isinstance(told, Texts) else points_of(told) or 1
+                            points = len(told.texts) if isinstance(told, Texts) else 1
                     for _ in range(points):
                         done()
             failures.end()

@@ -36,7 +36,7 @@ Files = Annotated[
 
 
 def _check_settings(settings: list[str] | None) -> list[str]:
-    from rigidcli.model.settings import split_setting
+    from rigidcli.document.settings import split_setting
 
     with bad_parameter():
         for setting in settings or ():

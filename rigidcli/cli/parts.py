@@ -23,7 +23,6 @@ from rigidcli.cli.work import AT_A_TIME, Task, answers
 from rigidcli.errors import UsageError
 from rigidcli.render import Look
 from rigidcli.render.parquet import Kinds, Rows, described, differ, joined, recast, require_library
-from rigidcli.report import points_of
 
 MANIFEST = "manifest.json"
 """The file that is written last: where it is, all parts are."""
@@ -178,7 +177,7 @@ def _written(part: Part, look: Look) -> Iterator[Written]:
         with Rows(part.path, look) as rows:
             for task in part.tasks:
                 for answer in answers(task):
-                    count += 1 if isinstance(answer.found, Failure) else points_of(answer.found) or 1
+                    count += 1
                     if isinstance(answer.found, Failure):
                         told.append(Told(answer.source, answer.notes, answer.found))
                         continue

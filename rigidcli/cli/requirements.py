@@ -9,7 +9,7 @@ from rigidcli.errors import UsageError
 from rigidcli.report import Report
 
 if TYPE_CHECKING:
-    from rigidcli.model.document import Document
+    from rigidcli.document.document import Document
 
 NEEDS = {
     "inertia": ("body",),

@@ -31,10 +31,10 @@ def schema(
     """
     import orjson
 
+    from rigidcli.document.document import Document
+    from rigidcli.document.schema import json_schema
+    from rigidcli.fields.section import Section
     from rigidcli.grading.question import AnswerFile, Assignment
-    from rigidcli.model.document import Document
-    from rigidcli.model.schema import json_schema
-    from rigidcli.model.section import Section
 
     roots: dict[str, type[Section]] = {
         "document": Document,

@@ -11,7 +11,7 @@ from rigidcli.cli.failures import bad_parameter
 from rigidcli.render import PEOPLE, PROGRAMS, Format
 
 if TYPE_CHECKING:
-    from rigidcli.model.sweeps import Sweep
+    from rigidcli.document.sweeps import Sweep
 
 Sweeps = Annotated[
     list[str] | None,
@@ -39,7 +39,7 @@ def asked(texts: list[str] | None, pair: bool) -> Sweep | None:
     """The sweep that is asked for, if one is. Raises BadParameter."""
     if not texts and not pair:
         return None
-    from rigidcli.model.sweeps import read_sweep
+    from rigidcli.document.sweeps import read_sweep
 
     with bad_parameter("--sweep"):
         return read_sweep(texts or (), pair)

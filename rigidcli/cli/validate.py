@@ -30,10 +30,10 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
 
     Example: rigidcli validate cube.yaml homework.yaml arm.urdf
     """
-    from rigidcli.model.load import draft, loads
-    from rigidcli.model.places import body_form
-    from rigidcli.model.robots import is_robot
-    from rigidcli.model.texts import read_text
+    from rigidcli.bodies.robots import is_robot
+    from rigidcli.document.load import draft, loads
+    from rigidcli.document.places import body_form
+    from rigidcli.fields.texts import read_text
 
     failures = Failures()
     files, _ = listed(files)
@@ -68,7 +68,7 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
 
 def _kind(text: str) -> str | None:
     """Which of `questions` and `answers` the file has; None for a document."""
-    from rigidcli.model.syntax import read_tree
+    from rigidcli.document.syntax import read_tree
 
     found = HOMEWORK.search(text)
     if found is None:
@@ -90,7 +90,7 @@ def _robot(
     text: str, source: str, folder: Path, failures: Failures, quiet: bool, options: dict[str, Any]
 ) -> list[str]:
     """How many links of a robot are valid; what is wrong with others is printed as errors."""
-    from rigidcli.model.link_documents import link_documents
+    from rigidcli.document.link_documents import link_documents
     from rigidcli.studies.robots import remarks, uncompared
     from rigidcli.studies.robots.repair import repair
 

@@ -5,23 +5,21 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeAlias, TypeVar
 
 from rigidcli.cli.failures import Failure, Failures, failure
 from rigidcli.cli.requirements import require_columns, require_fitting
-from rigidcli.cli.together import AT_ONCE, STUDIES, go_together, together
 from rigidcli.errors import UNKNOWN, DocumentError, RigidError, UsageError
 from rigidcli.report import Field, Report
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from rigidcli.model.document import Document
-    from rigidcli.model.files import Drafts
-    from rigidcli.model.load import Draft
-    from rigidcli.model.sweeps import Sweep
+    from rigidcli.document.document import Document
+    from rigidcli.document.files import Drafts
+    from rigidcli.document.load import Draft
+    from rigidcli.document.sweeps import Sweep
     from rigidcli.studies.ensembles import Form
 
 Watch: TypeAlias = Callable[[], AbstractContextManager[Callable[[float], None]]]
@@ -37,10 +35,7 @@ AT_A_TIME = 32
 """Points of a sweep of one task: they take longer than to hand them to a process."""
 
 FILES_AT_A_TIME = 64
-"""FILES of one task: documents that are alike take hardly longer than one of them."""
-
-MOST_TEXT = 1_000_000
-"""Characters of the documents of a task beyond which they are worked before more are read."""
+"""FILES of one task."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,7 +62,7 @@ class Work:
 
     def drafts(self, file: str) -> Drafts:
         """What is in a file, for documents. Raises DocumentError."""
-        from rigidcli.model.files import drafts
+        from rigidcli.document.files import drafts
 
         return drafts(file, exact=self.exact, settings=self.settings, options=self.named)
 
@@ -148,10 +143,8 @@ def tasks(
             for draft in work.drafts(file).each:
                 fitting = _fitting(draft, sweep, work.study)
                 draft = draft.absolute() if afar else draft
-                at_once = go_together(draft, fitting, work.study, partial(_together, work, []))
-                size = AT_ONCE if at_once else AT_A_TIME
-                for begin in range(0, sweep.count, size):
-                    places = range(begin, min(begin + size, sweep.count))
+                for begin in range(0, sweep.count, AT_A_TIME):
+                    places = range(begin, min(begin + AT_A_TIME, sweep.count))
                     yield Task(work, [file], None, draft, fitting, places)
 
 
@@ -208,22 +201,7 @@ def answers(task: Task, watch: Watch | None = None) -> Iterator[Answer[Report]]:
     if task.draft is None or task.sweep is None:
         yield from _of_files(task, watch)
         return
-    if len(task.places) <= AT_A_TIME:
-        yield from (_at_point(task, task.draft, task.sweep, place) for place in task.places)
-        return
-    files: list[Path] = []
-    for places, report in together(task.draft, task.sweep, task.places, partial(_together, task.work, files)):
-        if report is not None:
-            yield Answer(report.source, report, tuple(files))
-        else:
-            yield from (_at_point(task, task.draft, task.sweep, place) for place in places)
-
-
-def _together(work: Work, files: list[Path], document: Document) -> Report:
-    """The report on a document whose numbers are many; the `files` become those that it names."""
-    files[:] = document.files
-    with document.placing():
-        return work.report(document, None)
+    yield from (_at_point(task, task.draft, task.sweep, place) for place in task.places)
 
 
 def _at_point(task: Task, draft: Draft, sweep: Sweep, place: int) -> Answer[Report]:
@@ -255,57 +233,10 @@ def _read(work: Work, file: str, *, afar: bool = False) -> Drafts | Failure:
 
 
 def _of_files(task: Task, watch: Watch | None) -> Iterator[Answer[Report]]:
-    """The answers to all documents of FILES; those that are alike are worked at once."""
-    work = task.work
-    files = zip(task.files, task.read or (_read(work, file) for file in task.files), strict=True)
-    if not _may_be_alike(task):
-        for file, found in files:
-            yield from _of_file(work, file, found, watch)
-        return
-
-    from rigidcli.cli.alike import at_once
-
-    def run(document: Document) -> Report:
-        with document.placing():
-            return work.report(document, None)
-
-    for some in _within_memory(files):
-        single = [None if isinstance(found, Failure) else found.single for _, found in some]
-        known = at_once(single, run)
-        for place, (file, found) in enumerate(some):
-            if place in known:
-                report, named = known[place]
-                yield Answer(report.source, report, named)
-            else:
-                yield from _of_file(work, file, found, watch)
-
-
-def _may_be_alike(task: Task) -> bool:
-    """Whether the FILES of a task are read before any of them is worked.
-
-    Few are not, nor are those that stand before the standard input, which may be long in coming.
-    """
-    if len(task.files) == 1 or task.work.study not in STUDIES or any(task.work.options.values()):
-        return False
-    from rigidcli.core.groups import FEW
-    from rigidcli.model.texts import STDIN
-
-    return len(task.files) >= FEW and STDIN not in task.files
-
-
-def _within_memory(
-    files: Iterable[tuple[str, Drafts | Failure]],
-) -> Iterator[list[tuple[str, Drafts | Failure]]]:
-    """Files that are read before any of them is worked, whose texts are not too long together."""
-    some: list[tuple[str, Drafts | Failure]] = []
-    length = 0
+    """The answers to all documents of FILES."""
+    files = zip(task.files, task.read or (_read(task.work, file) for file in task.files), strict=True)
     for file, found in files:
-        some.append((file, found))
-        length += 0 if isinstance(found, Failure) else sum(len(draft.places.text) for draft in found.each)
-        if length > MOST_TEXT:
-            yield some
-            some, length = [], 0
-    yield some
+        yield from _of_file(task.work, file, found, watch)
 
 
 def _of_file(work: Work, file: str, found: Drafts | Failure, watch: Watch | None) -> Iterator[Answer[Report]]:

@@ -19,8 +19,8 @@ from functools import lru_cache
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.high_precision import CONTEXT, LONG, PI
-from rigidcli.core.pairs import Long, exceeds, settled, widened
+from rigidcli.core.high_precision import CONTEXT, LONG, NOISE, PI
+from rigidcli.core.pairs import Long
 
 NEGLIGIBLE = Decimal("1e-18")
 """Where 1 - k' is less than this, 1 - k^2 rounds to 1, and the elliptic functions are the circular ones."""
@@ -184,11 +184,11 @@ def complete_first(complement: Long) -> Long:
     """K, the complete integral of the first kind, infinite for k' = 0 (DLMF 19.8.5); within CONTEXT."""
     if not complement:
         return Decimal("inf")
-    a, g, noise = Decimal(1), complement, settled(complement)
-    while exceeds(abs(a - g), noise * a):
+    a, g = Decimal(1), complement
+    while abs(a - g) > NOISE * a:
         a, g = (a + g) / 2, (a * g).sqrt()
     # The mean lies between the two.
-    return PI / widened(a + g, abs(a - g))
+    return PI / (a + g)
 
 
 def complete_third(complement: Long, p: Long) -> Long:
@@ -198,12 +198,12 @@ def complete_third(complement: Long, p: Long) -> Long:
     """
     if not complement:
         return Decimal(0)
-    a, g, q, total, noise = Decimal(1), complement, Decimal(1), Decimal(1), settled(complement)
-    while exceeds(abs(a - g), noise * a) or exceeds(abs(q), noise):
+    a, g, q, total = Decimal(1), complement, Decimal(1), Decimal(1)
+    while abs(a - g) > NOISE * a or abs(q) > NOISE:
         square, product = p * p, a * g
         q *= (square - product) / (2 * (square + product))
         total += q
         p = (square + product) / (2 * p)
         a, g = (a + g) / 2, product.sqrt()
     # The rest of the sum is less than the last term.
-    return widened(total, abs(q)) / 2
+    return total / 2

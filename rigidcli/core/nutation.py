@@ -11,9 +11,8 @@ from decimal import Decimal, localcontext
 from typing import Literal, TypeAlias
 
 from rigidcli.core.elliptic import complete_first, complete_third
-from rigidcli.core.high_precision import CONTEXT, PI
-from rigidcli.core.many_arithmetic import MANY
-from rigidcli.core.pairs import Long, exactly, exceeds, rounded, settled, widened
+from rigidcli.core.high_precision import CONTEXT, NOISE, PI
+from rigidcli.core.pairs import Long, exactly, rounded
 from rigidcli.core.swing import Start, Swing, swing
 from rigidcli.core.top import ROUNDING
 from rigidcli.errors import ComputationError
@@ -147,7 +146,7 @@ def _limit(x: Long, start: Start, tilt: float, variation: Long) -> _Limit:
         return _Limit(x, _ZERO, _TWO, 0.0, start.a / 2, start.a == 0)
     if up <= _TOUCHING * (start.up + abs(x)):
         return _Limit(x, _TWO, _ZERO, math.pi, -start.a / 2, start.a == 0)
-    theta = tilt if x == 0 else 2 * MANY.atan2(rounded(down.sqrt()), rounded(up.sqrt()))
+    theta = tilt if x == 0 else 2 * math.atan2(rounded(down.sqrt()), rounded(up.sqrt()))
     turning = start.turning - start.a * x
     resting = abs(turning) <= Decimal(CUSP) * (abs(start.turning) + variation)
     return _Limit(x, down, up, theta, turning / (down * up), resting)
@@ -157,7 +156,7 @@ def _amplitude(lower: _Limit, upper: _Limit) -> float:
     """The angle between two limits, by the sine and cosine of its half."""
     sine = (upper.x - lower.x) / ((lower.down * upper.up).sqrt() + (lower.up * upper.down).sqrt())
     twice_cosine = (lower.up * upper.up).sqrt() + (lower.down * upper.down).sqrt()
-    return 2 * MANY.atan2(rounded(2 * sine), rounded(twice_cosine))
+    return 2 * math.atan2(rounded(2 * sine), rounded(twice_cosine))
 
 
 def _mean_rate(start: Start, lower: _Limit, upper: _Limit, complement: Long) -> Long:
@@ -200,9 +199,9 @@ def _distances(tilt: float) -> tuple[Long, Long]:
 def _sine(x: Long) -> Long:
     """The sine of 0 <= x <= pi/2, by its series."""
     term, total, power = x, x, 1
-    while exceeds(abs(term), settled(x) * total):
+    while abs(term) > NOISE * total:
         power += 2
         term = -term * x * x / (power * (power - 1))
         total = total + term
     # Terms of alternating signs: the rest is less than the last.
-    return widened(total, abs(term))
+    return total

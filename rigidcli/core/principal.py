@@ -14,8 +14,6 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats
-from rigidcli.core.groups import common
-from rigidcli.core.many import Many, runs
 from rigidcli.core.tensor import Inertia
 from rigidcli.errors import ComputationError
 
@@ -58,9 +56,6 @@ def principal_frame(inertia: Inertia) -> PrincipalFrame:
 
     Raises ComputationError for entries beyond the range of floats.
     """
-    parts = inertia.entries, inertia.noise, inertia.axes
-    if any(isinstance(part, Many) for part in parts):
-        return _together([principal_frame(Inertia(*one)) for one in runs(*parts)])
     entries = inertia.without_noise()
     if not entries.any():
         return PrincipalFrame(np.zeros(3), np.eye(3), ((0, 1, 2),))
@@ -76,16 +71,6 @@ def principal_frame(inertia: Inertia) -> PrincipalFrame:
     rows = rows @ inertia.axes.T
     projectors = [rows[group].T @ rows[group] for group in map(list, groups)]
     return PrincipalFrame(values, canonical_axes(projectors, groups), groups)
-
-
-def _together(frames: Sequence[PrincipalFrame]) -> PrincipalFrame:
-    """The frames of many bodies, which have the same groups of equal moments."""
-    kinds = [frame.groups for frame in frames]
-    found = list(dict.fromkeys(kinds))
-    groups = found[common(np.array([found.index(kind) for kind in kinds]))]
-    moments: Any = Many(np.array([frame.moments for frame in frames]))
-    axes: Any = Many(np.array([frame.axes for frame in frames]))
-    return PrincipalFrame(moments, axes, groups)
 
 
 def diagonal_form(tensor: Array, axes: Array, solved: Any) -> tuple[Array, Array]:

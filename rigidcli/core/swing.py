@@ -14,14 +14,11 @@ the root x = 0.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from decimal import Decimal
 
-import numpy as np
-
-from rigidcli.core.groups import UnfitError
-from rigidcli.core.pairs import Long, Pairs, exceeds, settled, widened
+from rigidcli.core.high_precision import NOISE
+from rigidcli.core.pairs import Long
 
 _ZERO = Decimal(0)
 
@@ -93,26 +90,13 @@ def _turning_points(c0: Long, c1: Long, c2: Long, c3: Long, bottom: Long) -> tup
         other = _near_root(c1, c2, c3)
         return min(other, _ZERO), max(other, _ZERO)
     low, last = bottom, 2 * bottom
-    while exceeds(low - last, -low * settled(low)):
+    while low - last > -low * NOISE:
         # Newton's method goes up to the lowest root; this form of the step does not cancel for tiny roots.
         last, low = low, ((2 * c3 * low + c2) * low**2 - c0) / ((3 * c3 * low + 2 * c2) * low + c1)
-    low = _between_signs(low, lambda x: c0 + x * (c1 + x * (c2 + x * c3)))
     g0 = -c0 / low
     # The linear coefficient of f/(x - low), from the lower or the higher terms: as less cancels.
     from_below = (abs(c2) + abs(c3 * low)) * -low > _CLEARLY * (g0 + abs(c1))
     return low, _near_root(g0, (g0 - c1) / low if from_below else c2 + c3 * low, c3)
-
-
-def _between_signs(root: Long, f: Callable[[Long], Long]) -> Long:
-    """A root < 0 at which f changes its sign from below, with a bound on its error where it has one."""
-    if not isinstance(root, Pairs):
-        return root
-    # Errors on the way to the root do not matter: the signs tell where it is.
-    root = Pairs(root.high, root.low, np.zeros_like(root.high))
-    error = -root * _BRACKET
-    if not f(root - error) < 0 < f(root + error):
-        raise UnfitError
-    return widened(root, error)
 
 
 def _near_root(g0: Long, g1: Long, g2: Long) -> Long:

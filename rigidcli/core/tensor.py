@@ -10,13 +10,13 @@ tensor along axes in which it is known best, with a bound on the rounding of eac
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Scalar
-from rigidcli.core.many_arithmetic import MANY
 from rigidcli.errors import ValueProblem
 
 PHYSICAL_SLACK = 1e-10
@@ -39,7 +39,7 @@ def misplaced(*vectors: Array) -> float:
     """By how much rounding may misplace a sum of `vectors` (3, m), each turned; exact ones not at all."""
     if any(vector.dtype == object for vector in vectors):
         return 0.0
-    return MISPLACED * sum(MANY.hypot(*vector) for vector in vectors)
+    return MISPLACED * sum(math.hypot(*vector) for vector in vectors)
 
 
 def spread_noise(mass: Scalar, spread: Array, error: float) -> Floats:

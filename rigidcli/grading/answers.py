@@ -11,10 +11,10 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeAlias
 
+from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, Problem, shown
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.outcome import Unreadable
-from rigidcli.model.syntax import read_tree
 
 Answers: TypeAlias = dict[str, Tree | Unreadable]
 """Answers by the names of questions; one that cannot be read is what is wrong with it."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from rigidcli.grading.question import Question
 
 if TYPE_CHECKING:
-    from rigidcli.model.document import Document
+    from rigidcli.document.document import Document
     from rigidcli.report import Report
 
 Tree: TypeAlias = Any

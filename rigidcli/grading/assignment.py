@@ -12,8 +12,12 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
+from rigidcli.document.load import explain
+from rigidcli.document.places import Places
+from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, shown
 from rigidcli.errors import Path as Keys
+from rigidcli.fields.texts import STDIN, read_text
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.feedback import sentence, sentences
 from rigidcli.grading.judge import Accepted, Item
@@ -22,10 +26,6 @@ from rigidcli.grading.kinds.base import Kind
 from rigidcli.grading.library import Library, asked_by, known
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import EVERYWHERE, Assignment, Question
-from rigidcli.model.load import explain
-from rigidcli.model.places import Places
-from rigidcli.model.syntax import read_tree
-from rigidcli.model.texts import STDIN, read_text
 
 if TYPE_CHECKING:
     from rigidcli.grading.library import Study

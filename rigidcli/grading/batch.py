@@ -15,14 +15,11 @@ from rigidcli.grading.judge import Item, judge, same_for_all
 from rigidcli.grading.judgement import Judgement, from_bytes, to_bytes
 from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.roster import Paper
-from rigidcli.grading.workers import Ended, Result, each, usable_cores
+from rigidcli.grading.workers import Ended, each, usable_cores
 from rigidcli.sandbox import LIMITS, Limits
 
 Progress: TypeAlias = Callable[[float], None]
 """What is told the share that is done."""
-
-Elsewhere: TypeAlias = Callable[[Mapping[str, Item], Sequence[Path], Limits, Progress], Iterator[Result]]
-"""What comes of each of some files, in that order, where other machines judge them."""
 
 
 def run(
@@ -31,19 +28,14 @@ def run(
     jobs: int | None = None,
     progress: Progress = lambda fraction: None,
     limits: Limits = LIMITS,
-    elsewhere: Elsewhere | None = None,
 ) -> Iterator[Judgement]:
     """Judge what was handed in, in that order, whatever is done first; `jobs` at a time, or as many as pay.
 
-    `progress` is told the share that is done. Files are judged here, unless that is done `elsewhere`. Raises
-    ComputationError where no process can be started.
+    `progress` is told the share that is done. Raises ComputationError where no process can be started.
     """
     files = [paper.file for paper in papers if paper.file is not None and paper.outcome is None]
-    if elsewhere is not None:
-        results = elsewhere(items, files, limits, progress)
-    else:
-        warm_up(items)
-        results = each(partial(judge_file, dict(items)), files, jobs or usable_cores(), limits, progress)
+    warm_up(items)
+    results = each(partial(judge_file, dict(items)), files, jobs or usable_cores(), limits, progress)
     for paper in papers:
         result = paper.outcome or next(results)
         if isinstance(result, Ended):

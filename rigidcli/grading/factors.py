@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from rigidcli.model.dimensions import DIMENSIONLESS, Dimension
+from rigidcli.fields.dimensions import DIMENSIONLESS, Dimension
 
 TENS = tuple(10.0**power for power in range(1, 13))
 """What a slip in a power of ten may come to."""

@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from rigidcli.document.load import load
+from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ValueProblem, nearest, shown
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.infer import kind_of
 from rigidcli.grading.question import Question
-from rigidcli.model.load import load
-from rigidcli.model.sampling import DEFAULT_TOLERANCE
 
 if TYPE_CHECKING:
-    from rigidcli.model.document import Document
+    from rigidcli.document.document import Document
     from rigidcli.report import Report, Value
 
     Study = Callable[[Document], Report]

@@ -21,13 +21,13 @@ from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError, ValueProblem, shown
+from rigidcli.fields.dimensions import DIMENSIONLESS
+from rigidcli.fields.units import Unit
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import RELATIVE, Tolerance
 from rigidcli.grading.units import read_unit, scale_in, with_hint
 from rigidcli.language.expression import FUNCTIONS, RESERVED, parse
-from rigidcli.model.dimensions import DIMENSIONLESS
-from rigidcli.model.units import Unit
 
 LONGEST = 400
 """Characters of a number."""

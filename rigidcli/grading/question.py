@@ -8,10 +8,10 @@ from typing import Annotated, Any, Literal
 from pydantic import ConfigDict, Field, ValidationInfo
 
 from rigidcli.errors import ValueProblem, shown
-from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS
-from rigidcli.model.quantities import AsList, Quantity
-from rigidcli.model.readers import Alternative, ReadBy, Title
-from rigidcli.model.section import Section
+from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
+from rigidcli.fields.quantities import AsList, Quantity
+from rigidcli.fields.readers import Alternative, ReadBy, Title
+from rigidcli.fields.section import Section
 
 Positive = Annotated[float, Quantity(DIMENSIONLESS, "positive")]
 NotNegative = Annotated[float, Quantity(DIMENSIONLESS, "nonnegative")]

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from rigidcli.errors import DocumentError, Problem, printable, shown
+from rigidcli.fields.texts import read_text
 from rigidcli.grading.outcome import MISSING, Outcome, Unreadable
-from rigidcli.model.texts import read_text
 
 NAMES = ("Student", "LastName", "FirstName")
 """The columns of a student's name, in one or in two."""

@@ -16,6 +16,8 @@ from typing import Any
 import numpy as np
 
 from rigidcli.errors import ValueProblem, at, shown
+from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
+from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.grading.arrays.keys import is_product, size_beside
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
@@ -24,8 +26,6 @@ from rigidcli.grading.numbers import NOISE, Written, margin, narrowed, read_writ
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Tolerance
 from rigidcli.grading.units import PERCENT, read_unit, scale_in
-from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS
-from rigidcli.model.units import Unit, parse_unit
 
 MOST_PERIODS = 1e6
 """Periods away from zero beyond which no number is reduced: its digits say nothing of the rest."""

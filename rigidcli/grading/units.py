@@ -9,10 +9,10 @@ from fractions import Fraction
 from functools import cache
 
 from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension
+from rigidcli.fields.units import MAX_TEXT, Unit, known_names, parse_unit
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.language.expression import RESERVED
-from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS, Dimension, check_dimension
-from rigidcli.model.units import MAX_TEXT, Unit, known_names, parse_unit
 
 SCALES = (1e-100, 1e100)
 """Units in SI units: no answer needs one beyond these."""

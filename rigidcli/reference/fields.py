@@ -9,11 +9,11 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 from pydantic.fields import FieldInfo
 
-from rigidcli.model.ensembles import OrMany
-from rigidcli.model.quantities import Quantity
-from rigidcli.model.readers import Alternative, Choice, Elsewhere, ReadBy
-from rigidcli.model.section import Section, sections_in
-from rigidcli.model.system import SystemExpression
+from rigidcli.document.ensembles import OrMany
+from rigidcli.document.system import SystemExpression
+from rigidcli.fields.quantities import Quantity
+from rigidcli.fields.readers import Alternative, Choice, Elsewhere, ReadBy
+from rigidcli.fields.section import Section, sections_in
 from rigidcli.reference.page import rows
 
 

@@ -91,8 +91,8 @@ def _below(command: str, key: str) -> list[str]:
 
 def _by_name(name: str) -> list[str]:
     """Pages of what has a name, wherever it is; mistakes come last, as they take long to load."""
+    from rigidcli.bodies.shapes import SHAPES
     from rigidcli.language.functions import FUNCTIONS, RESERVED
-    from rigidcli.model.shapes import SHAPES
     from rigidcli.reference import keys
     from rigidcli.reference.shapes import dimension_page, shape_page
 
@@ -114,7 +114,7 @@ def _by_name(name: str) -> list[str]:
 
 def _names(path: str) -> list[str]:
     """What may have been meant by a path that is not there: the names at its last step."""
-    from rigidcli.model.shapes import SHAPES
+    from rigidcli.bodies.shapes import SHAPES
     from rigidcli.reference import keys
 
     above, _, _ = path.rpartition(".")

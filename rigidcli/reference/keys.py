@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 from pydantic.fields import FieldInfo
 
-from rigidcli.model.document import Document
-from rigidcli.model.section import Section, sections_in
-from rigidcli.model.shape import Shape
-from rigidcli.model.shapes import SHAPES
+from rigidcli.bodies.shape import Shape
+from rigidcli.bodies.shapes import SHAPES
+from rigidcli.document.document import Document
+from rigidcli.fields.section import Section, sections_in
 from rigidcli.reference.fields import fields_of, first_sentence, holding, said
 from rigidcli.reference.page import page, paragraph, rows, words
 from rigidcli.reference.shapes import shape_page, shapes_page

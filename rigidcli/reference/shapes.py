@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any, get_args, get_origin
 
+from rigidcli.bodies.shape import Shape
+from rigidcli.bodies.shapes import SHAPES
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.model.shape import Shape
-from rigidcli.model.shapes import SHAPES
 from rigidcli.reference.fields import first_sentence, said
 from rigidcli.reference.page import page, paragraph, rows
 

@@ -14,7 +14,7 @@ def exit_codes() -> str:
 
 def units() -> str:
     """All units, by what they measure."""
-    from rigidcli.model.units import PREFIXES, TABLE, parse_unit
+    from rigidcli.fields.units import PREFIXES, TABLE, parse_unit
 
     by_dimension: dict[str, list[str]] = {}
     for names, *_ in TABLE:
@@ -33,7 +33,7 @@ def units() -> str:
 def unit(name: str) -> str | None:
     """One unit; None for what is none."""
     from rigidcli.errors import ValueProblem
-    from rigidcli.model.units import TABLE, parse_unit
+    from rigidcli.fields.units import TABLE, parse_unit
 
     try:
         found = parse_unit(name)
@@ -60,7 +60,7 @@ def functions() -> str:
 
 def torque_variable(name: str) -> list[str]:
     """The page of a variable on which a torque may depend; none of another name."""
-    from rigidcli.model.motion import VARIABLES
+    from rigidcli.document.motion import VARIABLES
 
     head = f"{name}: in the components of `motion.torque`"
     return [page(head, paragraph(VARIABLES[name]))] if name in VARIABLES else []
@@ -75,8 +75,8 @@ def mistakes() -> dict[str, str]:
 
 def files() -> str:
     """The kinds of FILES."""
-    from rigidcli.model.places import BODY_FILES
-    from rigidcli.model.robots import READERS
+    from rigidcli.bodies.robots import READERS
+    from rigidcli.document.places import BODY_FILES
 
     bodies = [
         (", ".join(end for end in BODY_FILES if BODY_FILES[end] == form), f"`body.{form}` by itself")

@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from itertools import pairwise, repeat
+from itertools import pairwise
 
 import numpy as np
 import orjson
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.many import Many
 from rigidcli.render import Look
-from rigidcli.render.json import texts_at_points
 from rigidcli.render.values import plain
-from rigidcli.report import Column, Report, Value, points_of, single_cells
+from rigidcli.report import Column, Report, Value, single_cells
 
 ROWS = 50_000
 """Rows of a table that are written at a time, which bounds the memory that the text takes."""
-
-AT_ONCE = 4096
-"""Bytes that a pipe takes at once or not at all (POSIX, `write`): an interrupt leaves whole rows."""
 
 
 def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
@@ -36,9 +31,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
             row = {_head(name, unit, look): value for name, (value, unit) in chosen.items()}
             row = dict.fromkeys(written) | row if in_rows else row
             in_rows = True
-            points = points_of(report) or 1
-            rows = zip(*(_texts(value, points) for value in row.values()), strict=True)
-            header, lines = list(row), _whole(",".join(cells) + "\n" for cells in rows)
+            header, lines = list(row), iter([",".join(map(_cell, row.values())) + "\n"])
         else:
             in_rows = False
             columns = single_cells(data, look.columns)
@@ -52,18 +45,6 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         if look.header and is_new:
             yield ",".join(map(_cell, header)) + "\n" + next(lines)
         yield from lines
-
-
-def _whole(rows: Iterable[str]) -> Iterator[str]:
-    """The rows, as many together as a pipe takes at once."""
-    piece, size = "", 0
-    for row in rows:
-        own = len(row.encode())
-        if piece and size + own > AT_ONCE:
-            yield piece
-            piece, size = "", 0
-        piece, size = piece + row, size + own
-    yield piece
 
 
 def row_of(report: Report, names: Sequence[str] = ()) -> dict[str, tuple[Value, str]]:
@@ -105,11 +86,6 @@ def _by_start(start: Column, columns: Sequence[Column], name: str) -> Iterator[s
             continue
         block = np.column_stack([column.values[begin : begin + ROWS] for column in columns])
         yield "".join(_lines(block[first:last], f"{name}{places[first]},") for first, last in ends)
-
-
-def _texts(value: Value, points: int) -> Iterable[str]:
-    """The cells of a value at so many points of a sweep."""
-    return texts_at_points(value) if isinstance(value, Many) else repeat(_cell(value), points)
 
 
 def _at(value: Value, place: tuple[int, ...]) -> Value:

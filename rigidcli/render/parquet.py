@@ -17,7 +17,7 @@ from rigidcli.errors import UsageError
 from rigidcli.render import Look
 from rigidcli.render.csv import row_of
 from rigidcli.render.values import plain
-from rigidcli.report import Report, Value, at_each, points_of, single_cells
+from rigidcli.report import Report, Value, single_cells
 
 ROWS = 65_536
 """Rows of a group, which is what is kept in memory: 30 MB for 60 columns."""
@@ -103,11 +103,10 @@ class Rows:
         data = next((table for table in report.tables if table.data), None)
         if data is None or report.swept:
             chosen = row_of(report, self.look.columns)
-            points = points_of(report) or 1
-            cells = {name: at_each(plain(value), points) for name, (value, _) in chosen.items()}
-            self._join({name: Kind(_type(cells[name][0]), unit) for name, (_, unit) in chosen.items()})
-            self._singles += (dict(zip(cells, row, strict=True)) for row in zip(*cells.values(), strict=True))
-            self._grow(points)
+            cells = {name: plain(value) for name, (value, _) in chosen.items()}
+            self._join({name: Kind(_type(cells[name]), unit) for name, (_, unit) in chosen.items()})
+            self._singles.append(cells)
+            self._grow(1)
             return
         self._end_singles()
         columns = single_cells(data, self.look.columns)

@@ -9,7 +9,7 @@ from rigidcli.render.csv import row_of
 from rigidcli.render.table import number
 from rigidcli.render.terminal import GAP, cells
 from rigidcli.render.values import plain
-from rigidcli.report import Column, Report, Table, Value, at_each, points_of
+from rigidcli.report import Column, Report, Table, Value
 
 
 def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None]) -> Iterator[Report]:
@@ -25,9 +25,7 @@ def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None])
     told, points = set[str](), set[str]()
     for last in reports:
         keys = tuple(entry.key for entry in last.swept)
-        size = points_of(last) or 1
-        places = (at_each(plain(entry.value), size) for entry in last.swept)
-        points.update(map(str, zip(*places, strict=True)))
+        points.add(str([plain(entry.value) for entry in last.swept]))
         row = row_of(last)
         told.update(
             head for entry in last.fields if look.verbose or not entry.diagnostic for head in entry.cells
@@ -36,8 +34,8 @@ def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None])
             columns.setdefault(name, [None] * count)
             units.setdefault(name, unit)
         for name, column in columns.items():
-            column += at_each(row.get(name, _EMPTY)[0], size)
-        count += size
+            column.append(row.get(name, _EMPTY)[0])
+        count += 1
     if last is None:
         return
     fixed = [*keys, *(["name"] if len(set(columns["name"])) > 1 else [])]

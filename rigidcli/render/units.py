@@ -11,8 +11,8 @@ from typing import TypeAlias
 import numpy as np
 
 from rigidcli.errors import ValueProblem
-from rigidcli.model.dimensions import ANGLE, ANGULAR_VELOCITY, DIMENSIONLESS, LENGTH, MASS, TIME, Dimension
-from rigidcli.model.units import Unit, is_unit, parse_unit
+from rigidcli.fields.dimensions import ANGLE, ANGULAR_VELOCITY, DIMENSIONLESS, LENGTH, MASS, TIME, Dimension
+from rigidcli.fields.units import Unit, is_unit, parse_unit
 from rigidcli.render.values import is_exact
 from rigidcli.report import Field, Report, Table, Value
 

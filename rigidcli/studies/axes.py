@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from rigidcli.core import principal
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
-from rigidcli.core.many_arithmetic import MANY
 from rigidcli.core.principal import PrincipalFrame
 from rigidcli.core.tensor import MISPLACED, ROUNDING, Inertia
+from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError
-from rigidcli.model.document import Document
 from rigidcli.report import Field, Report, Step
 from rigidcli.studies.body import axis_fields, body_frame, inertia_fields, mesh_fields, require_one_start
 from rigidcli.studies.common import field_of, if_known, report
@@ -133,7 +134,7 @@ def _holding_torque(omega: Array, momentum: Array, n: Arithmetic) -> Array | Non
 def _is_about_massless_axis(body: Inertia, omega: Floats) -> bool:
     """Whether a linear body turns about its line, so that L is zero but for rounding."""
     rates, size = np.abs(omega @ body.axes), np.abs(body.entries)
-    rounding = rates @ body.noise + MISPLACED * MANY.hypot(*omega) * size.max(axis=0)
+    rounding = rates @ body.noise + MISPLACED * math.hypot(*omega) * size.max(axis=0)
     momentum = np.abs(omega @ body.axes @ body.entries)
     return bool((momentum <= rounding).all() and np.isfinite(momentum).all())
 

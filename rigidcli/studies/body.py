@@ -10,14 +10,14 @@ from rigidcli.core import principal
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.principal import PrincipalFrame
 from rigidcli.core.tensor import ROUNDING
+from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, DocumentError, Problem
-from rigidcli.model.document import Document
 from rigidcli.report import Field
 from rigidcli.studies.common import if_known
 from rigidcli.studies.results import told
 
 if TYPE_CHECKING:
-    from rigidcli.model.top import HeavyTop, Top
+    from rigidcli.document.top import HeavyTop, Top
 
 NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn about it"
 """Why an angular velocity along the line of a linear body is refused: no angular momentum determines it."""
@@ -53,7 +53,7 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
 
 def mesh_fields(document: Document) -> list[Field]:
     """What the mesh is that the body consists of, if it is one."""
-    from rigidcli.model.meshes import Mesh
+    from rigidcli.bodies.meshes import Mesh
 
     body = document.body
     found = body.report() if isinstance(body, Mesh) else {}

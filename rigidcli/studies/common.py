@@ -10,11 +10,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from rigidcli.core.groups import agreed
-from rigidcli.core.many import Many
+from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, DocumentError, UsageError
-from rigidcli.model.document import Document
-from rigidcli.model.texts import STDIN
+from rigidcli.fields.texts import STDIN
 from rigidcli.report import NOISE, Field, Report, Step, Table, Value
 from rigidcli.studies.results import told
 
@@ -76,8 +74,6 @@ def _unsigned(value: Value) -> Value:
 def _representable(field: Field) -> Field:
     """The field; floats without a signed zero, and arrays of them contiguous in memory."""
     value = field.value
-    if isinstance(value, Many):
-        return field.with_value(_many_representable(value))
     if isinstance(value, float):
         size, value = abs(value), float(value) + 0.0
     elif isinstance(value, np.ndarray) and value.dtype.kind == "f":
@@ -90,13 +86,6 @@ def _representable(field: Field) -> Field:
             f"the {field.title or field.key} is beyond the range of floating-point numbers"
         )
     return field.with_value(value)
-
-
-def _many_representable(value: Many) -> Many:
-    """The numbers without signed zeros. Raises PartedError where floats cannot hold some."""
-    sizes = np.abs(value.values)
-    agreed(True, (np.isfinite(sizes) & ((sizes == 0) | (sizes >= TINY))).reshape(len(sizes), -1).all(axis=1))
-    return Many(np.ascontiguousarray(value.values) + 0.0)
 
 
 TINY = float(np.finfo(np.float64).tiny)

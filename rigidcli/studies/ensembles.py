@@ -10,10 +10,10 @@ from typing import Literal, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
+from rigidcli.document.document import Document
+from rigidcli.document.motion import Motion
+from rigidcli.document.orbit import Orbit
 from rigidcli.errors import RigidError, UsageError
-from rigidcli.model.document import Document
-from rigidcli.model.motion import Motion
-from rigidcli.model.orbit import Orbit
 from rigidcli.report import Column, Field, Report, Table, single_cells
 from rigidcli.studies.pictures import ANY
 from rigidcli.studies.results import told

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rigidcli.model.document import Document
+from rigidcli.document.document import Document
 from rigidcli.report import Report, Step
 from rigidcli.studies.body import axis_fields, inertia_fields, mesh_fields
 from rigidcli.studies.common import field_of, report

@@ -13,11 +13,11 @@ from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
 from rigidcli.core.principal import PrincipalFrame, body_class
 from rigidcli.core.tensor import Inertia
+from rigidcli.document.document import Document
+from rigidcli.document.motion import Motion
+from rigidcli.document.tide import Perturber, Tide
+from rigidcli.document.top import Top
 from rigidcli.errors import DocumentError, Problem
-from rigidcli.model.document import Document
-from rigidcli.model.motion import Motion
-from rigidcli.model.tide import Perturber, Tide
-from rigidcli.model.top import Top
 from rigidcli.report import Column, Field, Report, Step, Table, Value
 from rigidcli.studies.body import body_frame, principal_omega, require_one_start, require_spin
 from rigidcli.studies.common import if_known, report

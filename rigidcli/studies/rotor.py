@@ -8,7 +8,7 @@ import numpy as np
 
 from rigidcli.core import principal
 from rigidcli.core.arithmetic import FLOAT, Floats
-from rigidcli.model.document import Document
+from rigidcli.document.document import Document
 from rigidcli.report import Field
 from rigidcli.studies.common import if_known
 from rigidcli.studies.results import told

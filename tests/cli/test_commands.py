@@ -26,9 +26,9 @@ import rigidcli
 from rigidcli.cli.app import COMMANDS
 from rigidcli.cli.new import ENDINGS, Kind
 from rigidcli.cli.schema import SchemaKind
+from rigidcli.document.load import loads
+from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError
-from rigidcli.model.load import loads
-from rigidcli.model.syntax import read_tree
 from tests.conftest import ROOT, Program
 from tests.shapes import DIMENSIONS
 
@@ -868,7 +868,7 @@ def test_a_narrow_encoding_is_no_trouble(form: str, folder: Path) -> None:
 
 @pytest.fixture(scope="module")
 def schema() -> Any:
-    from rigidcli.model.schema import json_schema
+    from rigidcli.document.schema import json_schema
 
     return json.loads(json.dumps(json_schema()))
 

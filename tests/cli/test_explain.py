@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
+from rigidcli.bodies.shapes import SHAPES
 from rigidcli.cli.app import COMMANDS
 from rigidcli.errors import EXIT_CODES, RigidError
+from rigidcli.fields.units import TABLE
 from rigidcli.language.functions import FUNCTIONS
-from rigidcli.model.shapes import SHAPES
-from rigidcli.model.units import TABLE
 from rigidcli.reference import index, keys, tables
 from rigidcli.reference.fields import said
 from tests.conftest import Program
@@ -149,7 +149,7 @@ def test_every_key_is_told_what_it_holds() -> None:
 
 def _keys(dimensions: str) -> list[str]:
     """`size: [1, 2], height: 3` -> its keys."""
-    from rigidcli.model.syntax import read_tree
+    from rigidcli.document.syntax import read_tree
 
     return list(read_tree(f"{{{dimensions}}}", ""))
 

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 import yaml
 
-from rigidcli.model import words
-from rigidcli.model.shapes import SHAPES
+from rigidcli.bodies.shapes import SHAPES
+from rigidcli.fields import words
 from rigidcli.reference import keys
 from tests.conftest import Program
 

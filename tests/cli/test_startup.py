@@ -112,13 +112,16 @@ for path in sys.argv[1:]:
     )
     parts = {
         *(f"rigidcli.core.{name}" for name in ("edges", "inside", "solid_sums", "surfaces")),
-        *(f"rigidcli.model.{name}" for name in ("mesh_checks", "mesh_files", "molecules", "robots.elements")),
+        *(
+            f"rigidcli.bodies.{name}"
+            for name in ("mesh_checks", "mesh_files", "molecules", "robots.elements")
+        ),
         "pyexpat",
     }
     shapes, *_, earth, benzene, bracket = (parts & set(line.split()) for line in done.stdout.splitlines())
     assert shapes == earth == set()
-    assert benzene == {"rigidcli.model.molecules"}
-    assert {"rigidcli.core.inside", "rigidcli.model.mesh_files"} <= bracket
+    assert benzene == {"rigidcli.bodies.molecules"}
+    assert {"rigidcli.core.inside", "rigidcli.bodies.mesh_files"} <= bracket
     assert not {"pyexpat", "rigidcli.core.solid_sums"} & bracket
 
 
@@ -135,16 +138,15 @@ run()
         [sys.executable, "-c", script], cwd=ROOT, input=document, capture_output=True, text=True, check=True
     )
     found = set(done.stderr.split())
-    assert "rigidcli.model.flat_shapes" in found
+    assert "rigidcli.bodies.flat_shapes" in found
     others = (
-        "model.solid_shapes",
-        "model.thin_shapes",
-        "model.slips",
-        "model.top",
+        "bodies.solid_shapes",
+        "bodies.thin_shapes",
+        "document.slips",
+        "document.top",
         "picture",
         "program",
         "scene",
-        "cli.alike",
     )
     assert not {f"rigidcli.{name}" for name in others} & found
 

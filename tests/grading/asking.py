@@ -11,13 +11,13 @@ from typing import Any
 import pytest
 
 import rigidcli
+from rigidcli.document.syntax import read_tree
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.kinds.base import Kind
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.question import Question
 from rigidcli.grading.selftest import REMARKS
-from rigidcli.model.syntax import read_tree
 
 
 class Same(Kind):

@@ -18,11 +18,11 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from rigidcli.document.syntax import read_tree
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.question import Question
-from rigidcli.model.syntax import read_tree
 from tests.grading.asking import Asking, answers, codes, require_examples, tolerance
 
 Floats = NDArray[np.float64]

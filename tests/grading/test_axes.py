@@ -25,6 +25,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from rigidcli.document.document import Document
+from rigidcli.document.load import load
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.feedback import sentence, sentences
@@ -33,8 +35,6 @@ from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.principal import eigen
 from rigidcli.grading.principal.key import Key
 from rigidcli.grading.question import Question, Tolerance
-from rigidcli.model.document import Document
-from rigidcli.model.load import load
 from rigidcli.report import Report
 from rigidcli.studies import axes as study
 from tests.grading.asking import Asking, answers, cases, judged_alone, require_examples

@@ -10,13 +10,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rigidcli.document.load import load
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds.choice import Choice, Key
 from rigidcli.grading.question import Question
-from rigidcli.model.load import load
 from rigidcli.report import Report
 from rigidcli.studies import hamilton, precess
 from tests.conftest import ROOT

@@ -14,6 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rigidcli.algebra.substitution import substitute
+from rigidcli.document.load import load, loads
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.equations.key import Key
@@ -22,7 +23,6 @@ from rigidcli.grading.feedback import sentence
 from rigidcli.grading.kinds import KINDS
 from rigidcli.grading.question import Question
 from rigidcli.language.expression import parse
-from rigidcli.model.load import load, loads
 from rigidcli.studies import hamilton
 from tests.grading.asking import Asking, answers, cases, codes, require_examples
 

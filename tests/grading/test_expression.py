@@ -15,6 +15,8 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from rigidcli.algebra.reading import from_tree
+from rigidcli.document.document import Document
+from rigidcli.document.load import load, loads
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.expressions.formula import names_in
@@ -26,8 +28,6 @@ from rigidcli.grading.question import Question
 from rigidcli.language.parser import read as parse
 from rigidcli.language.text import text
 from rigidcli.language.tree import Node
-from rigidcli.model.document import Document
-from rigidcli.model.load import load, loads
 from rigidcli.report import Report
 from rigidcli.studies import axes, hamilton, inertia
 from tests.conftest import ROOT

@@ -14,7 +14,10 @@ import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 
+from rigidcli.document.load import load
+from rigidcli.document.syntax import read_tree
 from rigidcli.errors import ValueProblem
+from rigidcli.fields import units
 from rigidcli.grading import numbers
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
@@ -25,9 +28,6 @@ from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import Question, Tolerance
 from rigidcli.grading.scalars import Key
 from rigidcli.grading.units import read_unit
-from rigidcli.model import units
-from rigidcli.model.load import load
-from rigidcli.model.syntax import read_tree
 from rigidcli.report import Field, Report
 from rigidcli.studies import precess
 from tests.grading.asking import Asking, answers, cases, require_examples

@@ -21,6 +21,8 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import make_interp_spline
 from scipy.spatial.transform import Rotation
 
+from rigidcli.document.load import loads
+from rigidcli.document.syntax import read_tree
 from rigidcli.errors import ValueProblem
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.feedback import sentence
@@ -29,8 +31,6 @@ from rigidcli.grading.outcome import Outcome, Unreadable
 from rigidcli.grading.question import Question
 from rigidcli.grading.trajectories.key import Key
 from rigidcli.grading.trajectories.tables import MOST_CHARACTERS, read_columns
-from rigidcli.model.load import loads
-from rigidcli.model.syntax import read_tree
 from rigidcli.studies import euler, hamilton
 from tests.conftest import ROOT
 from tests.grading.asking import answers, cases, codes, judged_alone, require_examples

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import rigidcli
+from rigidcli.bodies.shape import Region, Shape, Solid
+from rigidcli.bodies.shapes import SHAPES
 from rigidcli.core import poinsot
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.effective_potential import effective_potential
-from rigidcli.model.load import loads
-from rigidcli.model.shape import Region, Shape, Solid
-from rigidcli.model.shapes import SHAPES
+from rigidcli.document.load import loads
 from rigidcli.picture import Mark, Panel
 from rigidcli.studies.pictures import KINDS
 from rigidcli.studies.pictures.surfaces import surface

@@ -14,7 +14,7 @@ import pytest
 import rigidcli
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.model.load import load
+from rigidcli.document.load import load
 from rigidcli.picture import Mark
 from rigidcli.render.units import in_units, read_units
 from rigidcli.render.web.replay import MOST_TRIANGLES, replay

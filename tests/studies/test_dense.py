@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import rigidcli
-from rigidcli.model.load import loads
+from rigidcli.document.load import loads
 from rigidcli.studies.hamilton.derivation import derive
 from rigidcli.studies.hamilton.equations_of_motion import equations_of_motion
 from rigidcli.studies.hamilton.initial import initial_state

@@ -16,8 +16,8 @@ from rigidcli.core import integrate as core_integrate
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.rotation import turned
 from rigidcli.core.tensor import Inertia
+from rigidcli.document.document import Document
 from rigidcli.errors import RigidError
-from rigidcli.model.document import Document
 from rigidcli.report import Report
 from rigidcli.studies.ensembles import reports, summaries
 from rigidcli.studies.hamilton import derivation

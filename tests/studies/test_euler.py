@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 from scipy.spatial.transform import Rotation
 
 from rigidcli.core import rotation
+from rigidcli.document.load import loads
 from rigidcli.errors import ComputationError, DocumentError, UsageError
-from rigidcli.model.load import loads
 from rigidcli.report import Report
 from rigidcli.studies.euler import run
 from tests.conftest import Program

@@ -15,8 +15,8 @@ from scipy.spatial.transform import Rotation
 
 import rigidcli
 from rigidcli.algebra.expressions import Expr
+from rigidcli.bodies.shapes import SHAPES
 from rigidcli.errors import ComputationError, DocumentError
-from rigidcli.model.shapes import SHAPES
 from tests.exact import numeric
 from tests.shapes import DIMENSIONS
 

@@ -12,8 +12,8 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from rigidcli.algebra.expressions import Expr
+from rigidcli.document.load import loads
 from rigidcli.errors import ComputationError, DocumentError
-from rigidcli.model.load import loads
 from rigidcli.report import Report
 from rigidcli.studies.precess import run
 from tests.conftest import Program

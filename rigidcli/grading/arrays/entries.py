@@ -13,14 +13,14 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats
+from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, ExpressionError, nearest, shown
+from rigidcli.fields.typed_numbers import split_quantity
+from rigidcli.fields.units import Unit
 from rigidcli.grading.asked import Tree
 from rigidcli.grading.numbers import read_written, scale_of, unnamed
 from rigidcli.grading.outcome import Finding, Unreadable
 from rigidcli.language.expression import Expression, parse
-from rigidcli.model.syntax import read_tree
-from rigidcli.model.typed_numbers import split_quantity
-from rigidcli.model.units import Unit
 
 Entry: TypeAlias = float | Expression
 """A number in SI units, or an expression in symbols."""

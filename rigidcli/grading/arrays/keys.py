@@ -14,6 +14,7 @@ import numpy as np
 from rigidcli.algebra.expressions import Expr
 from rigidcli.core.arithmetic import Array
 from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.fields.units import Unit, parse_unit
 from rigidcli.grading.arrays.entries import (
     Cell,
     Entry,
@@ -34,7 +35,6 @@ from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.units import read_unit
 from rigidcli.language.expression import Expression, parse
 from rigidcli.language.tree import Node
-from rigidcli.model.units import Unit, parse_unit
 
 POINTS = 5
 """Points at which entries with symbols are compared."""

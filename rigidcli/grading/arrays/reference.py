@@ -11,6 +11,8 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Array, Floats, Mask
+from rigidcli.fields.dimensions import ANGLE, DIMENSIONLESS
+from rigidcli.fields.units import Unit
 from rigidcli.grading.arrays.entries import (
     Layout,
     Point,
@@ -28,8 +30,6 @@ from rigidcli.grading.numbers import NOISE, ROUNDING, margin, margins, narrowed
 from rigidcli.grading.question import Question, Tolerance
 from rigidcli.language.expression import Expression
 from rigidcli.language.tree import Node
-from rigidcli.model.dimensions import ANGLE, DIMENSIONLESS
-from rigidcli.model.units import Unit
 
 SURELY = 10
 """A factor is one if it differs from 1 by more than so many tolerances."""

@@ -15,6 +15,7 @@ from rigidcli.algebra.matrices import null_vectors
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
+from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
@@ -25,7 +26,6 @@ from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.question import RELATIVE, Question
 from rigidcli.language import parser
 from rigidcli.mechanics.energies import TIME
-from rigidcli.model.variables import acceleration, momentum, velocity
 
 if TYPE_CHECKING:
     from rigidcli.report import Report

@@ -12,12 +12,12 @@ from typing import Literal, TypeAlias
 from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, scaled, total
+from rigidcli.document.variables import acceleration, velocity
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.equations.key import Key
 from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.system import System
 from rigidcli.grading.equations.text import Equation
-from rigidcli.model.variables import acceleration, velocity
 
 FACTORS = tuple(Fraction(*each) for each in ((2, 1), (1, 2), (3, 1), (1, 3), (4, 1), (1, 4), (3, 2), (2, 3)))
 """By which an equation is often wrong."""

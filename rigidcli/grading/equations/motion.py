@@ -19,11 +19,11 @@ from rigidcli.algebra.field import Point, depends_on_signs, reduced
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
+from rigidcli.document.variables import acceleration, momentum, velocity
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.expressions.formula import Domain, Vocabulary, spellings
 from rigidcli.language.tree import Node
 from rigidcli.mechanics.energies import TIME
-from rigidcli.model.variables import acceleration, momentum, velocity
 
 FEW = 60
 """Points of the field among which one is looked for that has values."""

@@ -15,12 +15,12 @@ from rigidcli.algebra.atoms import is_positive
 from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import ONE, Expr, atomic, factored, gathered, symbol
 from rigidcli.algebra.field import reduced
+from rigidcli.document.variables import acceleration, velocity
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.equations.elimination import determined, gaps, matrix, slopes, valued
 from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.truth import vanishes
 from rigidcli.grading.expressions.domains import least_sign
-from rigidcli.model.variables import acceleration, velocity
 
 
 class Reading(NamedTuple):

@@ -12,6 +12,7 @@ from rigidcli.algebra.expansion import expand
 from rigidcli.algebra.expressions import Expr, number
 from rigidcli.algebra.field import reduced
 from rigidcli.algebra.substitution import substitute
+from rigidcli.document.variables import acceleration, velocity
 from rigidcli.errors import ExpressionError
 from rigidcli.grading.equations.domain import has_no_value, has_value
 from rigidcli.grading.equations.elimination import matrix, slopes, valued
@@ -20,7 +21,6 @@ from rigidcli.grading.equations.motion import Motion
 from rigidcli.grading.equations.solution import Reading, Solution, solution
 from rigidcli.grading.equations.text import Equation
 from rigidcli.grading.equations.truth import differs, is_refuted, is_trivial, vanishes
-from rigidcli.model.variables import acceleration, velocity
 
 Truth: TypeAlias = Literal["true", "wrong", "open"]
 

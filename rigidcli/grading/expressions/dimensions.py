@@ -14,7 +14,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
+from rigidcli.document.parameters import read_name
 from rigidcli.errors import ValueProblem
+from rigidcli.fields.dimensional_analysis import dimension_of
+from rigidcli.fields.dimensions import DIMENSIONLESS, ENERGY, TIME, Dimension
+from rigidcli.fields.typed_numbers import split_quantity
+from rigidcli.fields.units import parse_unit
 from rigidcli.grading.expressions.formula import names_in, parts_of, size_of
 from rigidcli.language.tree import (
     Call,
@@ -28,14 +33,9 @@ from rigidcli.language.tree import (
     Reciprocal,
     Sum,
 )
-from rigidcli.model.dimensional_analysis import dimension_of
-from rigidcli.model.dimensions import DIMENSIONLESS, ENERGY, TIME, Dimension
-from rigidcli.model.parameters import read_name
-from rigidcli.model.typed_numbers import split_quantity
-from rigidcli.model.units import parse_unit
 
 if TYPE_CHECKING:
-    from rigidcli.model.document import Document
+    from rigidcli.document.document import Document
 
 MOST_NODES = 400
 """Of an expression whose dimensions are looked at."""

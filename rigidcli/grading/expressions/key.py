@@ -10,7 +10,10 @@ import numpy as np
 
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
+from rigidcli.document.variables import velocity
 from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.fields.dimensional_analysis import dimension_of
+from rigidcli.fields.dimensions import DIMENSIONLESS
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.expressions.agreement import Function, Told
@@ -25,9 +28,6 @@ from rigidcli.grading.question import Tolerance
 from rigidcli.language import evaluation
 from rigidcli.language.text import text
 from rigidcli.language.tree import Node, bound
-from rigidcli.model.dimensional_analysis import dimension_of
-from rigidcli.model.dimensions import DIMENSIONLESS
-from rigidcli.model.variables import velocity
 
 ENERGIES = ("hamiltonian", "lagrangian", "energy")
 """Last names of results to which a constant may be added."""

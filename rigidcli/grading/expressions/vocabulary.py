@@ -11,17 +11,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from rigidcli.algebra.trees import to_tree
+from rigidcli.document.parameters import read_name
+from rigidcli.document.variables import momentum, velocity
+from rigidcli.fields.dimensions import Dimension
 from rigidcli.grading.asked import Asked
 from rigidcli.grading.expressions.dimensions import declared, followed
 from rigidcli.grading.expressions.formula import Domain, Vocabulary, draw, names_in, spellings
 from rigidcli.language.tree import Node, bound, number
-from rigidcli.model.dimensions import Dimension
-from rigidcli.model.parameters import read_name
-from rigidcli.model.variables import momentum, velocity
 
 if TYPE_CHECKING:
-    from rigidcli.model.document import Document
-    from rigidcli.model.transform import Transform
+    from rigidcli.document.document import Document
+    from rigidcli.document.transform import Transform
 
 TIME = "t"
 

@@ -18,6 +18,7 @@ from rigidcli.algebra.expressions import symbol, total
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
+from rigidcli.document.variables import velocity
 from rigidcli.errors import ExpressionError, ValueProblem
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.equations import key as equation_key
@@ -33,7 +34,6 @@ from rigidcli.grading.mistakes import variants
 from rigidcli.grading.outcome import Finding, Outcome, correct, review, wrong
 from rigidcli.language.text import text
 from rigidcli.mechanics.energies import TIME
-from rigidcli.model.variables import velocity
 
 LONGEST_EXAMPLE = 4000
 """Characters of an equation of an example."""

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import ClassVar
 
 from rigidcli.errors import ValueProblem
+from rigidcli.fields.dimensions import MASS
+from rigidcli.fields.units import Unit
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.factors import TURN
 from rigidcli.grading.kinds.base import Example, Kind
@@ -16,8 +18,6 @@ from rigidcli.grading.numbers import NOISE, Written, read_written, unnamed
 from rigidcli.grading.outcome import Finding, Outcome, Unreadable, correct, wrong
 from rigidcli.grading.scalars import Key, Scalar, read_key
 from rigidcli.grading.units import other_units, read_unit, scale_in
-from rigidcli.model.dimensions import MASS
-from rigidcli.model.units import Unit
 
 TYPABLE = (1e-290, 1e290)
 """Sizes of numbers that are typed with all their digits."""

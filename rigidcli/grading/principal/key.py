@@ -9,11 +9,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from rigidcli.core.arithmetic import Array, Floats
+from rigidcli.fields.units import Unit
 from rigidcli.grading.arrays.entries import worked
 from rigidcli.grading.arrays.reference import Reference
 from rigidcli.grading.principal.eigen import Answer, Eigen, solve
 from rigidcli.grading.question import Question, Tolerance
-from rigidcli.model.units import Unit
 
 SMALLEST, LARGEST = 1e-290, 1e290
 """The range (kg m^2) in which the largest entry of a tensor must be."""

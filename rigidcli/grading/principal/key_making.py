@@ -10,6 +10,7 @@ import numpy as np
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.tensor import rotate, shortfall
 from rigidcli.errors import ValueProblem
+from rigidcli.fields.units import parse_unit
 from rigidcli.grading.arrays.entries import times, worked
 from rigidcli.grading.arrays.keys import computed, reference
 from rigidcli.grading.arrays.reference import Reference
@@ -21,7 +22,6 @@ from rigidcli.grading.principal.eigen import Answer, default_angle, match, solve
 from rigidcli.grading.principal.key import LARGEST, SMALLEST, Key
 from rigidcli.grading.principal.reading import pair_cells, tensor_cells
 from rigidcli.grading.tensors import OTHER_PRODUCTS, mistaken_tensors
-from rigidcli.model.units import parse_unit
 
 LARGEST_ANGLE = 0.5
 """An angle (rad) that a question may allow to an axis; what is more was hardly meant in radians."""

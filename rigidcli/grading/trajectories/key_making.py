@@ -12,6 +12,7 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.units import parse_unit
 from rigidcli.grading.factors import TURN
 from rigidcli.grading.numbers import NOISE, margin, read_number
 from rigidcli.grading.outcome import Unreadable
@@ -23,7 +24,6 @@ from rigidcli.grading.trajectories.splines import Trajectory, interpolated, smoo
 from rigidcli.grading.trajectories.tables import TIME
 from rigidcli.language import evaluation
 from rigidcli.language.tree import Node
-from rigidcli.model.units import parse_unit
 
 QUATERNION = ("q0", "q1", "q2", "q3")
 

@@ -9,7 +9,9 @@ import numpy as np
 
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
+from rigidcli.document.parameters import read_name
 from rigidcli.errors import ValueProblem
+from rigidcli.fields.units import parse_unit
 from rigidcli.grading.asked import Asked, Tree
 from rigidcli.grading.codes import CODES
 from rigidcli.grading.expressions.formula import names_in
@@ -20,8 +22,6 @@ from rigidcli.grading.trajectories.tables import TIME, read_columns
 from rigidcli.language import evaluation
 from rigidcli.language.expression import parse
 from rigidcli.language.tree import Name, Node, Sum
-from rigidcli.model.parameters import read_name
-from rigidcli.model.units import parse_unit
 from rigidcli.report import Report, Table, single_cells
 
 ANGLES = ("phi", "psi")

@@ -20,13 +20,13 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import ExpressionError, shown
+from rigidcli.fields.dimensions import TIME as OF_TIME
 from rigidcli.grading.expressions.formula import spellings
 from rigidcli.grading.numbers import read_written
 from rigidcli.grading.outcome import Unreadable
 from rigidcli.grading.units import read_unit
 from rigidcli.language.expression import parse
 from rigidcli.language.tree import Name
-from rigidcli.model.dimensions import TIME as OF_TIME
 
 TIME = "t"
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from rigidcli.core import memory, stability
 from rigidcli.core.arithmetic import FLOAT
+from rigidcli.document.document import Document
 from rigidcli.errors import ValueProblem
-from rigidcli.model.document import Document
 from rigidcli.report import Column, Field, Report, Step, Table
 from rigidcli.studies.common import if_known, report, trusted
 from rigidcli.studies.euler.columns import COLUMNS, trajectory_table

@@ -12,7 +12,9 @@ from rigidcli.core import integrate, rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.estimate import compared, foreseen, unshared
 from rigidcli.core.solution import digits
+from rigidcli.document.motion import VARIABLES, SpaceTorque
 from rigidcli.errors import Path, ValueProblem, at
+from rigidcli.fields.environment import Formula
 from rigidcli.language import code
 from rigidcli.language.tree import ZERO, Name, Node, bound, number
 from rigidcli.mechanics import rigid_body

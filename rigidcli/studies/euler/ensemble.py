@@ -10,8 +10,8 @@ import numpy as np
 
 from rigidcli.core import freebodies, rotation
 from rigidcli.core.solution import digits
-from rigidcli.model.document import Document
-from rigidcli.model.motion import QUATERNION, RATES
+from rigidcli.document.document import Document
+from rigidcli.document.motion import QUATERNION, RATES
 from rigidcli.report import Column
 from rigidcli.studies.common import report
 from rigidcli.studies.ensembles import Found, Sampling

@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from rigidcli.bodies.rotations import Quaternion
 from rigidcli.core import rotation
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.principal import PrincipalFrame, principal_frame
 from rigidcli.core.tensor import Inertia
+from rigidcli.document.document import Document
+from rigidcli.document.motion import Motion, OwnTorque, Weight
+from rigidcli.document.sampling import DEFAULT_TOLERANCE
+from rigidcli.document.top import Top
 from rigidcli.errors import ComputationError, DocumentError
-from rigidcli.model.document import Document
-from rigidcli.model.motion import Motion, OwnTorque, Weight
-from rigidcli.model.rotations import Quaternion
-from rigidcli.model.sampling import DEFAULT_TOLERANCE
-from rigidcli.model.top import Top
 from rigidcli.studies.body import body_frame, principal_omega, require_spin
 from rigidcli.studies.common import require_values
 

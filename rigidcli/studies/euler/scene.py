@@ -9,7 +9,7 @@ import numpy as np
 
 from rigidcli.core import poinsot, rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
-from rigidcli.model.document import Document
+from rigidcli.document.document import Document
 from rigidcli.picture import Mark
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage

@@ -12,7 +12,6 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.core.estimate import unshared
 from rigidcli.language.latex_names import latex_name
 from rigidcli.language.text import reading
-from rigidcli.model.document import Document
 from rigidcli.picture import Picture
 from rigidcli.report import NOISE, Column, Field, Report, Step, Table
 from rigidcli.studies.common import if_known, noise, report, trusted

@@ -16,13 +16,13 @@ from rigidcli.algebra.fractions import factors
 from rigidcli.algebra.matrices import Matrix
 from rigidcli.algebra.simplification import tidy
 from rigidcli.core.arithmetic import FLOAT
+from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
 from rigidcli.language.text import reading
 from rigidcli.language.tree import Name, Node
 from rigidcli.mechanics.small_oscillations import pencil
 from rigidcli.mechanics.symbolic_modes import LARGEST as MOST_FREEDOMS
 from rigidcli.mechanics.symbolic_spectrum import MAX_STEPS
-from rigidcli.model.document import Document
 from rigidcli.report import Field, Step, Table
 from rigidcli.studies.hamilton.derivation import TIME
 from rigidcli.studies.hamilton.linear_equations import MOST_COLUMNS

@@ -14,14 +14,14 @@ from rigidcli.algebra.expressions import PI, ZERO, Expr, number, symbol, total
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
+from rigidcli.document.document import Document
+from rigidcli.document.variables import acceleration
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import constraints, energies, jumps
 from rigidcli.mechanics.hamilton_equations import Phase, equations
 from rigidcli.mechanics.lagrange_equations import LagrangeEquations, lagrange_equations
 from rigidcli.mechanics.legendre import NOTHING, Momenta, canonical_momenta, legendre_transform
 from rigidcli.mechanics.velocity_inversion import Branch
-from rigidcli.model.document import Document
-from rigidcli.model.variables import acceleration
 from rigidcli.studies.hamilton.system import SystemFunctions, known_values, system_functions
 from rigidcli.studies.hamilton.verification import MOST_RESIDUAL, is_short, residual_of
 

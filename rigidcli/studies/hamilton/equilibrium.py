@@ -20,12 +20,12 @@ from rigidcli.algebra.trees import to_tree
 from rigidcli.algebra.values import is_zero
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
+from rigidcli.document.document import Document
+from rigidcli.document.equilibrium import Equilibrium
 from rigidcli.errors import ComputationError
 from rigidcli.language import code
 from rigidcli.language.tree import UnknownFunction
 from rigidcli.mechanics import small_oscillations
-from rigidcli.model.document import Document
-from rigidcli.model.equilibrium import Equilibrium
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values, require_formulas

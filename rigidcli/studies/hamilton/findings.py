@@ -8,9 +8,9 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from rigidcli.algebra.expressions import Expr, symbol
+from rigidcli.document.document import Document
 from rigidcli.mechanics.legendre import MOST_BRANCHES
 from rigidcli.mechanics.velocity_inversion import Branch
-from rigidcli.model.document import Document
 from rigidcli.studies.common import require_values
 from rigidcli.studies.hamilton.derivation import Derivation, derive
 from rigidcli.studies.hamilton.system import require_formulas

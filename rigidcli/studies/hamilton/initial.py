@@ -14,12 +14,12 @@ from rigidcli.algebra.functions import apply
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import NO_VALUE
+from rigidcli.document.document import Document
+from rigidcli.document.orbit import Orbit
 from rigidcli.errors import ComputationError, DocumentError
 from rigidcli.language import code
 from rigidcli.mechanics.legendre import MOST_BRANCHES
 from rigidcli.mechanics.velocity_inversion import Branch
-from rigidcli.model.document import Document
-from rigidcli.model.orbit import Orbit
 from rigidcli.studies.hamilton import velocity_branches
 from rigidcli.studies.hamilton.derivation import TIME, Derivation, on_this_side
 

@@ -11,9 +11,9 @@ import numpy as np
 
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.substitution import substitute
+from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.hamilton_equations import linear
-from rigidcli.model.document import Document
 from rigidcli.report import Field
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import known_values

@@ -15,9 +15,9 @@ from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.estimate import compared, foreseen
 from rigidcli.core.solution import ROUNDING, digits
+from rigidcli.document.orbit import Orbit
+from rigidcli.document.sampling import DEFAULT_TOLERANCE
 from rigidcli.errors import ComputationError
-from rigidcli.model.orbit import Orbit
-from rigidcli.model.sampling import DEFAULT_TOLERANCE
 from rigidcli.studies.hamilton.derivation import Derivation
 from rigidcli.studies.hamilton.equations_of_motion import (
     EquationsOfMotion,

@@ -11,13 +11,13 @@ from rigidcli.algebra.expressions import ZERO, Expr
 from rigidcli.algebra.simplification import tidy
 from rigidcli.algebra.substitution import substitute, without
 from rigidcli.algebra.values import is_zero
+from rigidcli.document.document import Document
+from rigidcli.document.equilibrium import Equilibrium
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import small_oscillations
 from rigidcli.mechanics.normal_modes import FOUND, ROUNDING, Mode, numeric_modes
 from rigidcli.mechanics.small_oscillations import LinearMotion
 from rigidcli.mechanics.symbolic_modes import LARGEST, symbolic_modes
-from rigidcli.model.document import Document
-from rigidcli.model.equilibrium import Equilibrium
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.equilibrium import KEY, Place, forces_at_rest, found_place, given_place
 from rigidcli.studies.hamilton.system import known_values

@@ -18,7 +18,7 @@ from rigidcli.studies.hamilton.equations_of_motion import columns, flow_of_terms
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from rigidcli.model.document import Document
+    from rigidcli.document.document import Document
     from rigidcli.studies.hamilton.derivation import Derivation
     from rigidcli.studies.hamilton.orbit import OrbitSolution
     from rigidcli.studies.hamilton.oscillations import Oscillations

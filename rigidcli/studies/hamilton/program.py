@@ -7,10 +7,10 @@ import numpy as np
 from rigidcli.algebra.expressions import total
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.solution import Flow
+from rigidcli.document.document import Document
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.language import code
 from rigidcli.language.sharing import shared
-from rigidcli.model.document import Document
 from rigidcli.program import Program, Run
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.equations_of_motion import columns, symbolic_equations

@@ -8,8 +8,8 @@ from itertools import combinations
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
+from rigidcli.document.document import Document
 from rigidcli.language import code
-from rigidcli.model.document import Document
 from rigidcli.picture import Mark
 from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage

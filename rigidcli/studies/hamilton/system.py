@@ -10,12 +10,12 @@ from rigidcli.algebra.calculus import derivative
 from rigidcli.algebra.expressions import ZERO, Expr, total
 from rigidcli.algebra.reading import from_tree
 from rigidcli.algebra.values import is_zero
+from rigidcli.document.document import Document
+from rigidcli.document.system import System
 from rigidcli.errors import DocumentError, ExpressionError
 from rigidcli.language.expression import Expression
 from rigidcli.mechanics import energies
 from rigidcli.mechanics.hamilton_equations import linear
-from rigidcli.model.document import Document
-from rigidcli.model.system import System
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,12 +21,12 @@ from rigidcli.algebra.simplification import shortest, tidy
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trigonometry import exponentials_merged
 from rigidcli.algebra.values import is_zero, vanish_together
+from rigidcli.document.document import Document
+from rigidcli.document.transform import Transform
 from rigidcli.errors import ComputationError, ExpressionError
 from rigidcli.mechanics import canonical
 from rigidcli.mechanics.hamilton_equations import Phase, equations
 from rigidcli.mechanics.inverse_change import inverse
-from rigidcli.model.document import Document
-from rigidcli.model.transform import Transform
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.system import derived_parameters, known_values
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from rigidcli.algebra.expressions import Expr
-from rigidcli.model.document import Document
+from rigidcli.document.document import Document
 from rigidcli.report import Field, Value
 
 DECIMAL = re.compile(r"\.\d|\de-")

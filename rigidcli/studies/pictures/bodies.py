@@ -8,14 +8,14 @@ from dataclasses import replace
 
 import numpy as np
 
+from rigidcli.bodies.bodies import Composite
+from rigidcli.bodies.holes import Leaf
+from rigidcli.bodies.meshes import Mesh
+from rigidcli.bodies.point_masses import PointMasses
+from rigidcli.bodies.shape import Shape, Wire
 from rigidcli.core import poinsot
 from rigidcli.core.arithmetic import FLOAT, Floats
-from rigidcli.model.bodies import Composite
-from rigidcli.model.document import Document
-from rigidcli.model.holes import Leaf
-from rigidcli.model.meshes import Mesh
-from rigidcli.model.point_masses import PointMasses
-from rigidcli.model.shape import Shape, Wire
+from rigidcli.document.document import Document
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.studies.body import body_frame
 from rigidcli.studies.common import require_values

@@ -11,8 +11,8 @@ from rigidcli.core import freebody, lagrange, rotation
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.effective_potential import effective_potential
 from rigidcli.core.tensor import Inertia
+from rigidcli.document.document import Document
 from rigidcli.errors import UsageError
-from rigidcli.model.document import Document
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.report import Value
 from rigidcli.studies.body import body_frame, principal_omega

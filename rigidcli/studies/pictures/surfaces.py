@@ -7,8 +7,8 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from rigidcli.bodies.shape import Shape
 from rigidcli.core.arithmetic import Floats
-from rigidcli.model.shape import Shape
 
 TURNS = 32
 """Faces round a circle: enough to look round, and few enough for a light file."""

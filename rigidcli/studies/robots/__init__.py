@@ -6,9 +6,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from rigidcli.bodies.robots.links import Link, listed
+from rigidcli.document.document import Document
 from rigidcli.errors import Problem
-from rigidcli.model.document import Document
-from rigidcli.model.robots.links import Link, listed
 from rigidcli.studies.robots.geometry import Remark, Weighed, forms_of, misfits
 from rigidcli.studies.robots.placeholders import placeholder
 

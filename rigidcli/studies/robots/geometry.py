@@ -11,16 +11,16 @@ from typing import Any, NamedTuple
 import numpy as np
 from pydantic import ValidationError
 
+from rigidcli.bodies.bodies import Composite
+from rigidcli.bodies.holes import Leaf
+from rigidcli.bodies.meshes import Mesh
+from rigidcli.bodies.robots.links import Body, Link
+from rigidcli.bodies.shape import Shape
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.mass_properties import MassProperties, combine
 from rigidcli.core.tensor import shift_to_com, shortfall
 from rigidcli.errors import RigidError
-from rigidcli.model.bodies import Composite
-from rigidcli.model.environment import Environment
-from rigidcli.model.holes import Leaf
-from rigidcli.model.meshes import Mesh
-from rigidcli.model.robots.links import Body, Link
-from rigidcli.model.shape import Shape
+from rigidcli.fields.environment import Environment
 
 LIGHTEST, HEAVIEST = 10.0, 23_000.0
 """The densities (kg/m^3) between which a link lies: a hollow one of foam, and one of osmium (22,590)."""

@@ -8,11 +8,11 @@ from itertools import combinations
 
 import numpy as np
 
+from rigidcli.bodies.robots.links import COLUMNS, ENTRIES, ROWS, Link, matrix
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.tensor import point_tensor, shortfall
+from rigidcli.document.link_documents import alone
 from rigidcli.errors import DocumentError
-from rigidcli.model.link_documents import alone
-from rigidcli.model.robots.links import COLUMNS, ENTRIES, ROWS, Link, matrix
 from rigidcli.studies.robots.geometry import NEAR, Weighed, forms_of, moments_agree
 
 POWERS = (-3, -2, -1, 1, 2, 3)

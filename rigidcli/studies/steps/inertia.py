@@ -6,16 +6,16 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from rigidcli.bodies.bodies import Composite
+from rigidcli.bodies.form import Form
+from rigidcli.bodies.point_masses import PointMasses
+from rigidcli.bodies.shape import Shape
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.core.charts import Barycentric, Chart, Turn
 from rigidcli.core.mass_properties import MassProperties
-from rigidcli.model.bodies import Composite
-from rigidcli.model.document import Document
-from rigidcli.model.environment import Formula
-from rigidcli.model.form import Form
-from rigidcli.model.point_masses import PointMasses
-from rigidcli.model.shape import Shape
+from rigidcli.document.document import Document
+from rigidcli.fields.environment import Formula
 from rigidcli.report import Column, Field, Step, Table
 from rigidcli.studies.steps.writing import free_name
 
@@ -139,7 +139,7 @@ def _density(body: Form, density: Formula, n: Arithmetic) -> Step:
 
 def _in_coordinates(density: Formula | Scalar, chart: Chart, n: Arithmetic) -> Step:
     """The element of mass in the coordinates of a part of a shape."""
-    from rigidcli.model.density_exact import placed  # only exact densities need it
+    from rigidcli.bodies.density_exact import placed  # only exact densities need it
 
     left, symbols, limits = [list(names) for names in COORDINATES], [], []
     taken = set(density.constants) if isinstance(density, Formula) else set[str]()

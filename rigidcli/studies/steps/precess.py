@@ -8,9 +8,9 @@ from typing import Any
 from rigidcli.core import precession
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import Arithmetic
-from rigidcli.model.document import Document
-from rigidcli.model.tide import Tide
-from rigidcli.model.top import Top
+from rigidcli.document.document import Document
+from rigidcli.document.tide import Tide
+from rigidcli.document.top import Top
 from rigidcli.report import Field, Step, Value
 from rigidcli.studies.steps.writing import filled, law
 

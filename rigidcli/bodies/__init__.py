@@ -1,0 +1,1 @@
+"""What has mass: shapes and their densities, points, meshes, molecules, robots, and bodies of parts."""

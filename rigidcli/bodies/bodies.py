@@ -1,0 +1,253 @@
+"""The forms of body besides shapes and point masses (composites, known tensors), and the choice of one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from decimal import Decimal
+from functools import reduce
+from operator import add
+from typing import Annotated, Any, ClassVar, Self, TypeAlias
+
+import numpy as np
+from pydantic import Field, ValidationError, ValidationInfo, model_validator
+
+from rigidcli.bodies import holes
+from rigidcli.bodies.form import Form
+from rigidcli.bodies.meshes import Mesh
+from rigidcli.bodies.point_masses import PointMasses
+from rigidcli.bodies.robots import one_link
+from rigidcli.bodies.shape_names import shape_called
+from rigidcli.bodies.shapes import SHAPES
+from rigidcli.core import mass_properties, tensor
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Scalar
+from rigidcli.errors import ValueProblem, at, shown
+from rigidcli.fields.environment import Environment
+from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
+from rigidcli.fields.readers import Alternative, Choice, FileName, by_key, reference
+from rigidcli.fields.section import Section, refuse
+from rigidcli.fields.words import keys_called, with_colon
+
+SYMMETRY_TOLERANCE = 1e-9
+"""How far Ixy and Iyx may differ, in units of the largest entry: given tensors are rounded."""
+
+
+class TensorEntries(Section):
+    """The entries of a symmetric tensor; products of inertia that are not given are zero."""
+
+    Ixx: MomentOfInertia
+    Iyy: MomentOfInertia
+    Izz: MomentOfInertia
+    Ixy: MomentOfInertia = Field(default=0, description="-sum m x y (kg m^2)")
+    Ixz: MomentOfInertia = Field(default=0, description="-sum m x z (kg m^2)")
+    Iyz: MomentOfInertia = Field(default=0, description="-sum m y z (kg m^2)")
+
+
+def _rows(raw: Mapping[str, Any], env: Environment) -> tuple[tuple[Scalar, ...], ...]:
+    e = TensorEntries.model_validate(raw, context=env)
+    return ((e.Ixx, e.Ixy, e.Ixz), (e.Ixy, e.Iyy, e.Iyz), (e.Ixz, e.Iyz, e.Izz))
+
+
+TensorRow = Annotated[tuple[MomentOfInertia, MomentOfInertia, MomentOfInertia], AsList]
+
+
+class KnownTensor(Form):
+    """A body known by its inertia tensor, or by its moments along the form's own x, y and z.
+
+    Without a mass the tensor cannot be shifted: it is good for the point that it is given about.
+    """
+
+    ONE_OF: ClassVar = ("inertia", "moments")
+
+    inertia: (
+        Annotated[
+            tuple[TensorRow, TensorRow, TensorRow],
+            Alternative(
+                dict,
+                _rows,
+                otherwise=Annotated[tuple[TensorRow, TensorRow, TensorRow], AsList],
+                schema=reference(TensorEntries),
+            ),
+        ]
+        | None
+    ) = Field(default=None, description="The tensor by its rows, or by Ixx, Iyy, Izz, Ixy, Ixz, Iyz")
+    moments: Annotated[tuple[PrincipalMoment, PrincipalMoment, PrincipalMoment], AsList] | None = Field(
+        default=None, description="Moments along the form's own x, y and z"
+    )
+    mass: Mass | None = Field(default=None, description="Without it the tensor cannot be shifted")
+    com: Vector3 | None = Field(default=None, description="Where the centre of mass is; default the origin")
+    given_about: Point = Field(default="com", description="The point about which the tensor is given")
+
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
+        """The tensor shifted to the centre of mass; without a mass, as given and about that point."""
+        given = self._given(arithmetic)
+        com = arithmetic.array([0, 0, 0] if self.com is None else self.com)
+        point = {"com": com, "origin": 0 * com}.get(str(self.given_about))
+        offset = (arithmetic.array(self.given_about) if point is None else point) - com
+        if self.mass is None:
+            _require_physical(given.entries, arithmetic)
+            at_com = all(arithmetic.sign(component) == 0 for component in offset)
+            return mass_properties.MassProperties(None, com + offset, given, at_com=at_com)
+        central = given.shifted(-self.mass, offset, tensor.misplaced(com, com + offset))
+        _require_physical(central.entries, arithmetic)
+        return mass_properties.MassProperties(self.mass, com, central, tensor.misplaced(com))
+
+    def _given(self, n: Arithmetic) -> tensor.Inertia:
+        if self.moments is not None:
+            return tensor.Inertia.of(np.diag(n.array(self.moments)))
+        given = n.array(self.inertia)
+        skew = n.tidy(given - given.T)
+        worst = max(abs(n.size(entry)) for entry in skew.flat)
+        if worst > SYMMETRY_TOLERANCE * max(abs(n.size(entry)) for entry in given.flat):
+            raise ValueProblem(
+                f"not symmetric: entries across the diagonal differ by up to {worst:.3g} kg m^2",
+                path=("inertia",),
+            )
+        return tensor.Inertia.of((given + given.T) / 2)
+
+
+def _require_physical(central: Any, n: Arithmetic) -> None:
+    """`tensor.require_physical` for a tensor without open symbols; of others nothing can be said."""
+    values = [n.value(entry) for entry in central.flat]
+    if None not in values:
+        tensor.require_physical(np.array(values, dtype=np.float64).reshape(3, 3))
+
+
+class Composite(Form):
+    """Several bodies taken as one; parts with `hole: true` are missing."""
+
+    parts: Annotated[tuple[Body, ...], AsList, Field(min_length=1)] = Field(
+        description="Bodies of any form; one with `hole: true` is cut out of the others"
+    )
+
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
+        """Parts added and holes taken away, refused where nothing would be left."""
+        bodies = []
+        for index, part in enumerate(self.parts):
+            with at("parts", index):
+                body = part.properties(arithmetic)
+                if body.mass is None:
+                    raise ValueProblem("missing, expected the mass of a part", path=("mass",))
+            if part.hole:
+                body = replace(body, mass=-body.mass, inertia=body.inertia.times(-1))
+            bodies.append(body)
+        whole = mass_properties.combine(bodies, arithmetic)
+        if any(part.hole for part in self.parts):
+            holes.require_material(list(self.leaves(arithmetic)), arithmetic)
+            assert whole.mass is not None
+            if arithmetic.sign(whole.mass) in (0, -1):
+                raise ValueProblem(f"the holes leave no mass: {arithmetic.size(whole.mass):.6g} kg")
+            _require_physical(whole.tensor, arithmetic)
+        return whole
+
+    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
+        """The sum over the parts, less that over the holes, along axes that they have in common."""
+        found = (part.inertia_about(point, n, error).times(-1 if part.hole else 1) for part in self.parts)
+        return reduce(add, found)
+
+    @property
+    def rounding(self) -> float | None:
+        """The largest of molecules taken as one (m); None unless all parts are molecules."""
+        found = [None if part.hole else part.rounding for part in self.parts]
+        known = [each for each in found if each is not None]
+        return max(known) if len(known) == len(found) else None
+
+    def leaves(self, arithmetic: Arithmetic) -> Iterator[holes.Leaf]:
+        """The shapes of which the composite is made, however deep, each with sign and place."""
+        for index, part in enumerate(self.parts):
+            place = part.motion(arithmetic)
+            inner = part.leaves(arithmetic) if isinstance(part, Composite) else [holes.Leaf(part)]
+            for leaf in inner:
+                yield leaf.within(place, -1 if part.hole else 1, ("parts", index))
+
+
+class RobotLink(Form):
+    """A link of a robot, with the mass and the tensor that its file says, in the frame of the link."""
+
+    robot: FileName = Field(description="A robot in URDF, SDF or MJCF, beside the document")
+    link: str | None = Field(default=None, description="The name of one; needed where several have a mass")
+
+    @model_validator(mode="after")
+    def _look(self) -> Self:
+        """Raise ValueProblem, which names the file and the line, where there is no such link, or no body."""
+        with at("robot"):
+            link = one_link(self.robot, self.link, float)
+            try:
+                self._part(FLOAT).local(FLOAT)
+            except (ValidationError, ValueProblem) as error:
+                said: object = error
+                if isinstance(error, ValidationError):
+                    complaint = error.errors()[0]
+                    said = complaint.get("ctx", {}).get("error", complaint["msg"])
+                message = f"{self.robot}:{link.line_of('inertia')}: link {link.name}: {said}"
+                raise ValueProblem(message, hint=getattr(said, "hint", None)) from None
+        return self
+
+    def _part(self, n: Arithmetic) -> Form:
+        """The link as the one part of a composite."""
+        link = one_link(self.robot, self.link, Decimal if n.exact else float)
+        return Composite.model_validate({"parts": [link.body]}, context=Environment(n))
+
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
+        """The mass properties in the frame of the link."""
+        return self._part(arithmetic).local(arithmetic)
+
+    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
+        """Inertia about `point` (3, m, to within `error`), both in the frame of the link."""
+        return self._part(n).local_inertia_about(point, n, error)
+
+
+FORMS: dict[str, type[Form]] = {
+    "points": PointMasses,
+    "parts": Composite,
+    "mesh": Mesh,
+    "robot": RobotLink,
+    "inertia": KnownTensor,
+    "moments": KnownTensor,
+}
+"""The forms besides the shapes, by the key that tells them."""
+
+
+class _AnyForm(Choice):
+    """Marks a field that takes a body of any form, told by its key; a primitive by the name of its shape."""
+
+    def read(self, raw: object, info: ValidationInfo) -> Section:
+        """The form. All problems of a shape are told at once, also where it is called by another word."""
+        if isinstance(raw, str) and raw.strip() and with_colon(raw) is None:
+            meant = shape_called(raw, {})[0] or SHAPES["box"]
+            hint = f"write `{{shape: {meant.word()}, ...}}`: {meant.summary()}"
+            raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
+        if isinstance(raw, list) and all(isinstance(entry, dict) for entry in raw):
+            bodies = [entry for entry in raw if entry.keys() & {"shape", *FORMS}]
+            hint = "the lines of one body begin without dashes"
+            if len(bodies) == len(raw):
+                hint = "bodies that are taken as one are its `parts`: write `body: {parts: [...]}`"
+            raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
+        if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
+            return super().read(raw, info)
+        called = ("shape", *(key for key in raw if "shape" in keys_called(key)))
+        key = next((key for key in called if key in raw), None)
+        if key is None:
+            return super().read(raw, info)
+        shape, problem = shape_called(raw[key], raw)
+        if key != "shape":
+            cure = None if problem is None else problem.hint
+            problem = ValueProblem("unknown key (did you mean shape?)", hint=cure)
+        if shape is None or (problem is not None and problem.hint is None and key == "shape"):
+            assert problem is not None
+            raise problem.below(key)  # a guess by its letters alone says nothing of the other keys
+        rest = {name: value for name, value in raw.items() if name != key} | {"shape": shape.word()}
+        read: Section = refuse(
+            shape.__name__,
+            [] if problem is None else [problem.below(key)],
+            lambda: shape.model_validate(rest, context=info.context),
+        )
+        return read
+
+
+BODY = _AnyForm(
+    by_key({"shape": Form, **FORMS}).choose, lambda: (*SHAPES.values(), *dict.fromkeys(FORMS.values()))
+)
+"""Marks a field that takes a body of any form."""
+
+Body: TypeAlias = Annotated[Form, BODY]

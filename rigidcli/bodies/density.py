@@ -1,0 +1,70 @@
+"""Densities that vary over a shape: expressions in its own x, y, z, r and s."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationInfo
+
+from rigidcli.core.arithmetic import Array, Floats
+from rigidcli.core.charts import Spot
+from rigidcli.fields.environment import Formula
+from rigidcli.fields.quantities import Quantity
+from rigidcli.fields.section import environment
+from rigidcli.language import evaluation
+from rigidcli.language.tree import Node
+
+VARIABLES = ("x", "y", "z", "r", "s")
+"""What a density may depend on: places in the shape's own axes (m), r = |(x, y, z)|, s = |(x, y)|."""
+
+SAID = "A number, or an expression in the place: the shape's own x, y, z, r = |(x, y, z)|, s = |(x, y)|"
+"""What the reference says of a density."""
+
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""The entries of a symmetric matrix, in the order in which integrals of products are taken."""
+
+
+@dataclass(frozen=True)
+class Density(Quantity):
+    """Marks a field as a density: a number with a dimension, or an expression in `VARIABLES`."""
+
+    def read(self, raw: object, info: ValidationInfo) -> Any:
+        """The SI value, or a `Formula` where it varies over the shape. A parameter hides a variable."""
+        env = environment(info)
+        assert self.dimension is not None
+        variables = tuple(name for name in VARIABLES if name not in env.declared)
+        hidden = env.names_in(raw, VARIABLES).intersection(VARIABLES).difference(variables)
+        env.notes += [f"`{name}` in a density is the parameter, not a place in the shape" for name in hidden]
+        formula = env.formula(raw, self.dimension, variables)
+        return super().read(raw, info) if formula.expression.names.isdisjoint(variables) else formula
+
+
+def places(spot: Spot, origin: Floats, names: Collection[str] = VARIABLES) -> Mapping[str, Floats]:
+    """What x, y, z, and variables of these names, are at points (n) of a chart with this `origin`."""
+    x, y, z = (part + start for part, start in zip((spot.x, spot.y, spot.z), origin, strict=True))
+    known = {"x": x, "y": y, "z": z}
+    if "s" in names or "r" in names:
+        known["s"] = np.hypot(x, y) if spot.s is None else spot.s
+    if "r" in names:
+        known["r"] = np.hypot(known["s"], z) if spot.r is None else spot.r
+    return known
+
+
+def values(formula: Formula, at: Mapping[str, Floats]) -> Floats:
+    """The density (n) where its variables have these values; infinite or NaN where there is none."""
+    return of_node(formula.expression.root, formula, at)
+
+
+def of_node(node: Node, formula: Formula, at: Mapping[str, Floats]) -> Floats:
+    """The values (n) of a part of the formula."""
+    found = evaluation.array(node, {**at, **formula.constants})
+    return np.broadcast_to(found, at["x"].shape)
+
+
+def symmetric(entries: Array) -> Array:
+    """The symmetric matrix (3 by 3) with these entries (6) at `PAIRS`."""
+    matrix: Array = entries[np.array([[0, 3, 4], [3, 1, 5], [4, 5, 2]])]
+    return matrix

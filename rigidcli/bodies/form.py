@@ -1,0 +1,72 @@
+"""The base of all forms of body, which have a place: turned about their own origin, then moved."""
+
+from abc import abstractmethod
+from dataclasses import replace
+from typing import ClassVar
+
+import numpy as np
+from pydantic import Field
+
+from rigidcli.bodies.rotations import Rotation
+from rigidcli.core import mass_properties, rotation, tensor
+from rigidcli.core.arithmetic import Arithmetic, Array
+from rigidcli.errors import at
+from rigidcli.fields.quantities import Direction, Vector3
+from rigidcli.fields.readers import Title
+from rigidcli.fields.section import Section
+
+
+class Form(Section):
+    """One form of body, placed: first turned about its own origin, then moved."""
+
+    AT_MOST_ONE_OF: ClassVar = ("rotation", "axis")
+
+    name: Title | None = Field(default=None, description="What messages call it, and `--set`")
+    position: Vector3 | None = Field(default=None, description="Where the form's own origin goes (m)")
+    rotation: Rotation | None = Field(default=None, description="Turns the form about its own origin")
+    axis: Direction | None = Field(default=None, description="Direction onto which local +z is turned")
+    hole: bool = Field(default=False, description="In `parts`: what is missing there")
+
+    @property
+    def rounding(self) -> float | None:
+        """By how much the coordinates of the atoms of a molecule may be off (m); None for other bodies."""
+        return None
+
+    @abstractmethod
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
+        """Mass properties in the form's own axes and from its own origin."""
+
+    def pivot(self, arithmetic: Arithmetic) -> Array:
+        """The point of the form, in its own axes, that is put at `position` (3, m)."""
+        return arithmetic.array([0, 0, 0])
+
+    def motion(self, arithmetic: Arithmetic) -> tuple[Array, Array]:
+        """Rotation (3 by 3) and displacement (3, m) that take the form from its own axes to its place."""
+        turn = arithmetic.array(np.eye(3, dtype=int))
+        with at("rotation" if self.axis is None else "axis"):
+            if self.rotation is not None:
+                turn = self.rotation.as_matrix(arithmetic)
+            elif self.axis is not None:
+                turn = rotation.onto(self.axis, arithmetic)
+        return turn, arithmetic.array(self.position or [0, 0, 0]) - turn @ self.pivot(arithmetic)
+
+    def properties(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
+        """Mass properties in the axes in which the form is placed."""
+        placed = mass_properties.place(self.local(arithmetic), *self.motion(arithmetic))
+        return replace(placed, error=placed.error + tensor.misplaced(self.pivot(arithmetic)))
+
+    def inertia_about(self, point: Array, n: Arithmetic, error: float = 0.0) -> tensor.Inertia:
+        """Inertia about `point` (3, m, to within `error`), in the axes in which the form is placed.
+
+        It is summed about that point itself, and so free of the rounding of a centre of mass between.
+        """
+        turn, shift = self.motion(n)
+        error += tensor.misplaced(point, shift, self.pivot(n))
+        own = self.local_inertia_about(n.tidy(turn.T @ (point - shift)), n, error)
+        return replace(own, entries=n.tidy(own.entries), axes=n.tidy(turn @ own.axes))
+
+    def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
+        """Inertia about `point` (3, m, to within `error`), both in the form's own axes."""
+        body = self.local(n)
+        assert body.mass is not None
+        return body.inertia.shifted(body.mass, body.com - point, body.error + error)

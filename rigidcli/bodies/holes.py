@@ -1,0 +1,267 @@
+"""Whether holes are where something is: the density left at points of every hole must not be negative.
+
+A hole outside its body, larger than it, overlapping another, or denser than what it is cut from, can
+leave a total mass and tensor that look harmless; at some point in the hole the material then falls
+below zero. The points are a grid over the hole, its corners, and its surface as seen from a few of them in
+many directions: of a round hole, half a per cent of its radius may escape them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from itertools import product
+
+import numpy as np
+
+from rigidcli.bodies.density import places, values
+from rigidcli.bodies.floats import NoValueError, floats
+from rigidcli.bodies.form import Form
+from rigidcli.bodies.meshes import Mesh
+from rigidcli.bodies.shape import Lamina, Region, Shape
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask
+from rigidcli.core.charts import Spot
+from rigidcli.errors import Path, ValueProblem
+from rigidcli.fields.environment import Formula
+
+GRID = 9
+"""Points along each side of a hole's bounding box: 729 for a solid, which take milliseconds."""
+
+DIRECTIONS = 600
+"""Rays along which the surface of a solid hole is looked for, 8 degrees apart; of a flat one, a fifth."""
+
+BISECTIONS = 40
+"""Halvings by which the surface is found along a ray: to a part in 10^12 of its length."""
+
+MARGIN = 1e-9
+"""How far points of a hole are drawn in and bodies are grown, in units of their size: beyond all rounding."""
+
+UNPLACED = {"name": None, "position": None, "rotation": None, "axis": None, "mass": None, "density": None}
+"""What the points of a shape do not depend on."""
+
+DENSITY_SLACK = 0.01
+"""How much denser than its body a hole may be, in units of its own density: given masses are rounded."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leaf:
+    """A form that is no composite, in a composite: +1 or -1 for a hole, its place, and the way to it."""
+
+    form: Form
+    sign: int = 1
+    rotation: Array = field(default_factory=lambda: np.eye(3, dtype=int))
+    displacement: Array = field(default_factory=lambda: np.zeros(3, dtype=int))
+    path: Path = ()
+
+    def fills_unknown_space(self) -> bool:
+        """Whether the form does not tell where its mass is, as a known tensor does not."""
+        return not isinstance(self.form, Shape | Mesh) and not hasattr(self.form, "points")
+
+    def fills_space(self) -> bool:
+        """Whether the form has an inside, of which it can tell the points."""
+        return isinstance(self.form, Region) or (isinstance(self.form, Mesh) and not self.form.shell)
+
+    def within(self, place: tuple[Array, Array], sign: int, path: Path) -> Leaf:
+        """The leaf seen from the composite in which its own is placed."""
+        turn, shift = place
+        moved = turn @ self.displacement + shift
+        return Leaf(self.form, self.sign * sign, turn @ self.rotation, moved, (*path, *self.path))
+
+
+def require_material(leaves: Sequence[Leaf], n: Arithmetic) -> None:
+    """Raise ValueProblem where a hole takes away what is not there.
+
+    Nothing is said where dimensions depend on symbols without a value, and of bodies in which a
+    known tensor stands for a shape that nobody knows.
+    """
+    for leaf in leaves:
+        if leaf.sign < 0 and not leaf.fills_space():
+            raise ValueProblem("no hole can be of this form, expected a solid or flat shape", path=leaf.path)
+    found = [_Placed.of(leaf, n) for leaf in leaves if leaf.fills_space()]
+    placed = [region for region in found if region is not None]
+    if len(placed) < len(found) or any(leaf.sign > 0 and leaf.fills_unknown_space() for leaf in leaves):
+        return
+    middles, halves = np.array([region.box() for region in placed]).reshape(-1, 2, 3).swapaxes(0, 1)
+    for index, region in enumerate(placed):
+        if region.sign < 0:
+            gaps = np.abs(middles - middles[index]) - (halves + halves[index])
+            near = (gaps <= 2 * MARGIN * (np.abs(middles).max() + halves.max())).all(axis=1)
+            others = [placed[k] for k in np.flatnonzero(near)]
+            _require_material_in(region, [other for other in others if other.flat == region.flat])
+
+
+def _require_material_in(region: _Placed, others: Sequence[_Placed]) -> None:
+    holes = [other for other in others if other.sign < 0]
+    if len(holes) == 1 and any(other.surrounds(region) for other in others if other.sign > 0):
+        return
+    points = region.samples()
+    if not points.size:
+        raise ValueProblem(
+            f"the hole is thinner than {MARGIN:g} of its size, and rounding hides where it is",
+            path=region.path,
+            hint="leave it out, or give a shell as a body of its own",
+        )
+    there, taken = np.zeros(points.shape[1]), np.zeros(points.shape[1])
+    for other in others:
+        if other.sign > 0:
+            there += other.density_at(points, other.reaches(points, region.size))
+        else:
+            taken += other.density_at(points, other.contains(points, region.size))
+    slack = DENSITY_SLACK * region.density_at(points, np.ones(points.shape[1], dtype=bool))
+    worst = int(np.argmax(taken - there - slack))
+    if taken[worst] - there[worst] > slack[worst]:
+        amounts = f"{taken[worst]:.6g} from {there[worst]:.6g} {region.shape.UNIT}"
+        what = f"more is taken away than is there ({amounts})"
+        where = ", ".join(f"{coordinate:.6g}" for coordinate in points[:, worst])
+        reason = what if there[worst] else "the hole reaches outside the body"
+        raise ValueProblem(f"{reason}: at ({where}) m", path=region.path)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Placed:
+    """A solid or flat shape, or a mesh, in its place, in floats."""
+
+    shape: Region | Mesh
+    sign: int
+    rotation: Floats
+    displacement: Floats
+    density: float | Formula
+    path: Path
+
+    @classmethod
+    def of(cls, leaf: Leaf, n: Arithmetic) -> _Placed | None:
+        """The region of a leaf; None when some number of it has no value."""
+        try:
+            turn, shift = (np.array(floats(part.tolist(), n)) for part in (leaf.rotation, leaf.displacement))
+            if isinstance(leaf.form, Mesh):
+                mesh = leaf.form
+                density = mesh.density if isinstance(mesh.density, Formula) else mesh.mean_density(FLOAT)
+                return cls(mesh, leaf.sign, turn, shift, density, leaf.path)
+            shape = leaf.form.model_copy(update=floats(leaf.form.__dict__, n))
+        except NoValueError:
+            return None
+        assert isinstance(shape, Region)
+        plane, origin = shape.plane()
+        turn, shift = turn @ plane, turn @ origin + shift
+        alike = shape.model_copy(update=UNPLACED)  # shapes of one size are equal then
+        density = shape.density if isinstance(shape.density, Formula) else shape.mean_density(FLOAT)
+        return cls(alike, leaf.sign, turn, shift, density, leaf.path)
+
+    @property
+    def flat(self) -> bool:
+        """Whether it fills an area, and no volume."""
+        return isinstance(self.shape, Lamina)
+
+    @property
+    def size(self) -> float:
+        """The longest side of the bounding box, m."""
+        return float(max(high - low for low, high in self.shape.bounds()))
+
+    def box(self) -> Floats:
+        """The middle and the half sides (2 by 3, m) of a box about it, along the axes of the body."""
+        bounds = np.array(self.shape.bounds())
+        middle = self.rotation @ bounds.mean(axis=1) + self.displacement
+        return np.array([middle, np.abs(self.rotation) @ np.ptp(bounds, axis=1) / 2])
+
+    def density_at(self, points: Floats, inside: Mask) -> Floats:
+        """The density at the points (3 by n) that are inside, and zero at the others."""
+        if not isinstance(self.density, Formula):
+            return np.where(inside, self.density, 0.0)
+        local = self.rotation.T @ (points - self.displacement[:, None])
+        if isinstance(self.shape, Region):
+            plane, origin = self.shape.plane()
+            local = plane @ local + origin[:, None]
+        x, y, z = np.where(inside, local, np.nan)
+        found: Floats = values(self.density, places(Spot(x, y, z, 1), np.zeros(3)))
+        return np.where(inside, found, 0.0)
+
+    def contains(self, points: Floats, size: float, step: Sequence[float] = (0, 0, 0)) -> Mask:
+        """Which of the points (3 by n), moved by `step` along local axes, it fills.
+
+        A plane is as thick as rounding makes it for bodies of the given size (m).
+        """
+        local = self.rotation.T @ (points - self.displacement[:, None])
+        x, y, z = local + np.reshape(step, (3, 1))
+        inside = self.shape.contains(x, y, z)
+        return inside & (abs(z) <= 2 * MARGIN * max(size, self.size)) if self.flat else inside
+
+    def reaches(self, points: Floats, size: float) -> Mask:
+        """Which of the points it fills or all but touches: between parts side by side is no gap."""
+        step = (self.shape.MARGIN if isinstance(self.shape, Mesh) else MARGIN) * max(size, self.size)
+        near = self.contains(points, size)
+        for direction in (*np.eye(3), *-np.eye(3)):
+            near = near | self.contains(points, size, step * direction)
+        return near
+
+    def surrounds(self, hole: _Placed) -> bool:
+        """Whether it holds a box about the `hole` and is as dense: then no points in it need be looked at."""
+        bounds = np.array(hole.shape.bounds())
+        middle, half = bounds.mean(axis=1), (1 - MARGIN) * np.ptp(bounds, axis=1) / 2
+        corners = middle + half * np.array(list(product((-1, 1), repeat=3)))
+        placed = hole.rotation @ corners.T + hole.displacement[:, None]
+        if isinstance(hole.density, Formula) or isinstance(self.density, Formula):
+            return False
+        dense = hole.density - self.density <= DENSITY_SLACK * hole.density
+        return self.shape.CONVEX and dense and bool(self.reaches(placed, hole.size).all())
+
+    def samples(self) -> Floats:
+        """Points of the region (3 by n): a grid over it, its corners and its surface, drawn in a little."""
+        own = self.shape.samples() if isinstance(self.shape, Mesh) else _samples(self.shape)
+        placed: Floats = self.rotation @ own + self.displacement[:, None]
+        return placed
+
+
+@lru_cache(maxsize=8)
+def _samples(shape: Region) -> Floats:
+    """Points of the shape (3 by n): a grid over it, its corners and its surface, drawn in a little."""
+    flat = isinstance(shape, Lamina)
+    bounds = np.array(shape.bounds())
+    middle, half = bounds.mean(axis=1)[:, None], np.ptp(bounds, axis=1)[:, None] / 2
+    steps = np.linspace(MARGIN - 1, 1 - MARGIN, GRID)
+    grid = np.stack(np.meshgrid(steps, steps, [0.0] if flat else steps, indexing="ij"))
+    inner = middle + half * grid.reshape(3, -1)
+    inner = inner[:, shape.contains(*inner)]
+    plane, origin = shape.plane()
+    centre = plane.T @ (np.array(shape.geometry(FLOAT).centre) - origin)[:, None]
+    corners = plane.T @ (shape.corners() - origin).T
+    parts = [inner, centre, centre + (1 - MARGIN) * (corners - centre)]
+    starts = np.hstack([centre, inner[:, :: max(1, inner.shape[1] // 8)]])
+    parts.append(_surface(shape, starts, 2 * half * _directions(flat=flat)))
+    circle = _directions(flat=True)
+    for axis in range(0 if flat else 3):
+        # Edges, such as the rim of a cylinder, are seen from the middle of the faces that they bound.
+        across = 2 * half * np.roll(circle, axis + 1, axis=0)
+        for side in (MARGIN - 1, 1 - MARGIN):
+            face = middle + side * half * np.eye(3)[:, [axis]]
+            if shape.contains(*face).all():
+                parts.append(_surface(shape, face, across))
+    local = np.hstack(parts)
+    return local[:, shape.contains(*local)]
+
+
+def _surface(shape: Region, starts: Floats, reach: Floats) -> Floats:
+    """The points (3 by k n) where rays from points in the shape (3 by k) leave it, drawn in by MARGIN.
+
+    `reach` (3 by n) are the rays from each of them, long enough to end outside.
+    """
+    start, reach = np.repeat(starts, reach.shape[1], axis=1), np.tile(reach, starts.shape[1])
+    low, high = np.zeros(reach.shape[1]), np.ones(reach.shape[1])
+    for _ in range(BISECTIONS):
+        trial = (low + high) / 2
+        inside = shape.contains(*(start + trial * reach))
+        low, high = np.where(inside, trial, low), np.where(inside, high, trial)
+    found: Floats = start + np.maximum(low - MARGIN, 0.0) * reach
+    return found
+
+
+def _directions(*, flat: bool) -> Floats:
+    """Unit vectors spread evenly (3 by n): by the golden angle over the sphere, or round a circle."""
+    if flat:
+        angle = np.arange(DIRECTIONS // 5) * (2 * np.pi / (DIRECTIONS // 5))
+        return np.array([np.cos(angle), np.sin(angle), 0 * angle])
+    count = np.arange(DIRECTIONS)
+    z = 1 - (2 * count + 1) / DIRECTIONS
+    angle = count * np.pi * (3 - 5**0.5)
+    around = np.sqrt(1 - z**2)
+    return np.array([around * np.cos(angle), around * np.sin(angle), z])

@@ -1,0 +1,243 @@
+"""Whether a mesh in a file encloses a body: what is wrong with it, and where; and what can be made of it."""
+
+from __future__ import annotations
+
+import pathlib
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import chain
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidcli.bodies import mesh_files
+from rigidcli.core import edges, inside, surfaces
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.edges import Read
+from rigidcli.core.surfaces import Surface
+from rigidcli.core.tensor import ROUNDING
+from rigidcli.errors import ValueProblem
+
+MOST_MENDED = 100_000
+"""The most edges of holes that are closed."""
+
+NEARLY = 1e-3
+"""Ends of open edges nearer than this, in units of an edge, were probably meant to be one vertex."""
+
+FEW = 20
+"""So many open edges are searched for ends that are nearly one: where a file has them, it has many."""
+
+MOST_COMPARED = 50_000
+"""With the ends of so many open edges, at most."""
+
+UNEVEN = 1e-6
+"""A rim farther from its plane than this, in units of the mesh, is told to be uneven."""
+
+FARTHEST = 1e50
+"""The largest coordinate, in the unit of the file: no sum goes beyond the range of floats."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Checked:
+    """The surface in a file, with its holes closed if that was asked for, how to read it, and notes.
+
+    `components` is the number of parts that hang together, None where the mesh is too large to count them.
+    It `is_inward` where it is wound inside out.
+    """
+
+    surface: Surface
+    read: Read
+    notes: tuple[str, ...]
+    components: int | None
+    is_inward: bool
+
+    def windings(self, points: Floats) -> NDArray[np.intp] | None:
+        """`inside.windings` of the surface round points (n, 3) in the unit of the file."""
+        return inside.windings(self.read, self.surface.box, points)
+
+    def triangles(self, numbers: NDArray[np.intp]) -> Floats:
+        """The triangles (k, 3, 3) of these numbers, ascending, in the unit of the file."""
+        return surfaces.chosen(self.read, numbers)
+
+    def faces(self, most: int, cells: int) -> Floats:
+        """The triangles (k, 3, 3), in the unit of the file; simplified where there are more than `most`."""
+        if self.surface.triangles > most:
+            return surfaces.simplified(self.read, self.surface.box, cells)
+        return self.triangles(np.arange(self.surface.triangles))
+
+
+def checked(path: pathlib.Path, *, thin: bool, mend: bool) -> Checked:
+    """The surface in a file, which is read once for any number of documents.
+
+    A `thin` shell may be open. With `mend` holes are closed. Raises ValueProblem for what encloses no body.
+    """
+    try:
+        found = path.stat()
+    except (OSError, ValueError):
+        state = (0, 0, 0)  # the reader says what is wrong
+    else:
+        state = found.st_ino, found.st_size, found.st_mtime_ns
+    return _checked(path, state, thin, mend)
+
+
+@lru_cache(maxsize=4)
+def _checked(path: pathlib.Path, state: tuple[int, int, int], thin: bool, mend: bool) -> Checked:
+    """`checked` for a file in this state."""
+    read, notes = mesh_files.reader(path), []
+    surface = _summed(read, path, thin)
+    if mend and not surface.is_closed:
+        patch, note = _patch(read, path, surface.size)
+        read = _with(read, patch)
+        surface = _summed(read, path, thin)
+        notes.append(note)
+    elif mend:
+        notes.append("it has no holes to repair")
+    if not thin:
+        if not surface.is_closed:
+            raise _gap(edges.unpaired(read), path)
+        if surface.is_flat:
+            raise ValueProblem(
+                f"{path}: flat: it encloses {abs(surface.volume):.3g} cubic units, and has an area of "
+                f"{surface.area:.6g} square units",
+                hint="`shell: true` takes it as a thin shell",
+            )
+    is_inward = surface.is_closed and surface.volume < 0
+    labels = None if surface.keys is None else surfaces.components(surface.keys)
+    first = None if labels is None else np.unique(labels, return_index=True)[1]
+    if not thin:
+        _require_once(read, path, surface, first, -1 if is_inward else 1)
+        if is_inward:
+            notes.append("it is wound inside out, and was turned")
+    count = None if first is None else len(first)
+    return Checked(replace(surface, keys=None), read, tuple(notes), count, is_inward)
+
+
+def _with(read: Read, patch: Floats) -> Read:
+    """The blocks of a surface, and a patch on it."""
+    return lambda: chain(read(), (patch,))
+
+
+def _summed(read: Read, path: pathlib.Path, thin: bool) -> Surface:
+    """The sums over a surface. Raises ValueProblem where there are none that are finite."""
+    try:
+        surface = surfaces.measured(read, thin=thin)
+    except surfaces.NotFiniteError as error:
+        raise ValueProblem(
+            f"{path}: triangle {error.triangle:,} (counted from 0) has a coordinate that is no finite number"
+        ) from error
+    if surface.triangles == 0:
+        raise ValueProblem(f"{path}: no triangles")
+    if np.abs(surface.box).max() > FARTHEST:
+        raise ValueProblem(
+            f"{path}: a coordinate of {np.abs(surface.box).max():.3g}, expected at most {FARTHEST:g}"
+        )
+    if not np.isfinite(surface.area) or surface.area <= 0:
+        raise ValueProblem(f"{path}: the triangles have no area")
+    return surface
+
+
+def _gap(found: edges.Unpaired, path: pathlib.Path) -> ValueProblem:
+    """Why a surface is not closed and wound in one sense, and where."""
+    if not len(found.edges):
+        return ValueProblem(f"{path}: the surface is not closed")
+    if not found.is_open.any():
+        return _misfit(found, path)
+    open_edges = found.edges[found.is_open]
+    return ValueProblem(
+        f"{path}: open: {_least(found)}{_edges(len(open_edges))} to one triangle only, "
+        f"{_from(open_edges[0])}",
+        hint=_nearly_closed(open_edges)
+        or "`repair: holes` closes holes with flat fans, `shell: true` takes the surface as a thin shell",
+    )
+
+
+def _misfit(found: edges.Unpaired, path: pathlib.Path) -> ValueProblem:
+    """What is wrong with the first edge that is not open, and has several triangles."""
+    shared = found.edges[~found.is_open]
+    edge, uses = shared[0], int(found.uses[~found.is_open][0].sum())
+    if uses == 2:
+        return ValueProblem(
+            f"{path}: wound inconsistently: {_least(found)}{_edges(len(shared))} to triangles that do not "
+            f"agree where outside is, {_from(edge)}",
+            hint="let the program that made the file orient its faces (or recalculate its normals)",
+        )
+    return ValueProblem(
+        f"{path}: not the surface of a body: {uses} triangles meet in an edge, {_from(edge)}",
+        hint="inside and outside alternate round an edge, so that an even number of triangles meet there",
+    )
+
+
+def _least(found: edges.Unpaired) -> str:
+    return "" if found.is_all else "at least "
+
+
+def _edges(count: int) -> str:
+    return "1 edge belongs" if count == 1 else f"{count:,} edges belong"
+
+
+def _point(point: Floats) -> str:
+    return f"({', '.join(f'{coordinate:.9g}' for coordinate in point)})"
+
+
+def _from(edge: Floats) -> str:
+    return f"such as that from {_point(edge[0])} to {_point(edge[1])}"
+
+
+def _nearly_closed(open_edges: Floats) -> str | None:
+    """A hint where an end of an open edge is very near to one of another, and was meant to be the same."""
+    ends = open_edges[:MOST_COMPARED].reshape(-1, 3)
+    for start, end in open_edges[:FEW]:
+        distances = np.linalg.norm(ends - start, axis=1)
+        gap = distances[distances > 0].min(initial=np.inf)
+        if gap < NEARLY * np.linalg.norm(end - start):
+            other = ends[np.flatnonzero(distances == gap)[0]]
+            return (
+                f"{_point(start)} and {_point(other)} are {gap:.3g} apart, and so are two vertices: only "
+                "equal coordinates make one; merge near vertices in the program that made the file"
+            )
+    return None
+
+
+def _patch(read: Read, path: pathlib.Path, size: float) -> tuple[Floats, str]:
+    """Triangles that close the holes of a surface, and the note that says so."""
+    found = edges.unpaired(read)
+    if not found.is_open.all():
+        raise _misfit(found, path)
+    if not found.is_all or len(found.edges) > MOST_MENDED:
+        raise _gap(found, path)
+    # The patch runs along the rims in the other sense.
+    patch, holes, off = edges.fans(found.edges)
+    area = surfaces.measured(lambda: (patch,), thin=True).area
+    plural = "s" if holes > 1 else ""
+    text = f"{holes} hole{plural} with {len(found.edges)} edges closed by {patch.shape[2]} new triangles"
+    text += f", {area:.6g} square units"
+    if off > UNEVEN * size:
+        text += f"; a rim is not plane, but off by {off:.3g} units"
+    return patch, text
+
+
+def _require_once(
+    read: Read, path: pathlib.Path, surface: Surface, first: NDArray[np.intp] | None, orientation: int
+) -> None:
+    """Raise ValueProblem where a closed surface goes round a place more than once, or the wrong way."""
+    places = surface.places
+    if first is not None and len(first) > 1:
+        step = -(-len(first) // surfaces.PROBES)
+        places = np.vstack([places, surfaces.chosen(read, np.sort(first)[::step]).mean(axis=1)])
+    found = inside.overlap(read, surface.box, places, orientation)
+    if found is None:
+        # What no line has met may still be seen in the sums: no body has a negative mean of squares.
+        spread = np.linalg.eigvalsh(surface.second)
+        if spread[0] < -ROUNDING * surface.cancelled * spread[2]:
+            raise ValueProblem(f"{path}: overlaps itself: no body has the moments that come out")
+        return
+    where = _point(found.place)
+    if found.windings < 0:
+        raise ValueProblem(
+            f"{path}: a part is wound the other way, and is no cavity, as it is outside the others: {where}",
+            hint="let the program that made the file orient its faces",
+        )
+    raise ValueProblem(
+        f"{path}: overlaps itself: {where} is inside {found.windings} times",
+        hint="unite its parts in the program that made the file; a cavity is wound the other way",
+    )

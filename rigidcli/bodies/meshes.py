@@ -1,0 +1,220 @@
+"""A body whose surface is a mesh of triangles in a file: solid, or a thin shell."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
+
+import numpy as np
+from pydantic import Field, ValidationInfo, model_validator
+
+from rigidcli.bodies.density import Density
+from rigidcli.bodies.form import Form
+from rigidcli.bodies.geometry import Bounds
+from rigidcli.core import mass_properties, solids, tensor
+from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
+from rigidcli.errors import ComputationError, ValueProblem, at
+from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY
+from rigidcli.fields.environment import Formula
+from rigidcli.fields.quantities import Length, Mass, Quantity
+from rigidcli.fields.readers import FileName, ReadBy
+from rigidcli.fields.section import environment
+
+if TYPE_CHECKING:
+    from rigidcli.bodies.mesh_checks import Checked
+
+LARGE = 10.0
+"""A mesh without a `scale` that is larger than this (m) has probably millimetres for its unit."""
+
+
+SAMPLED = 500
+"""The most triangles of a hole that are compared with what it is cut from."""
+
+THINNEST = 1000
+"""Where a mesh is so large that fewer than one in so many points could be looked at, none is."""
+
+DRAWN_IN = 1e-2
+"""How far corners of such a triangle are drawn to its middle, as they may be at sharp edges of the hole."""
+
+
+def _read_density(raw: object, info: ValidationInfo) -> Scalar | Formula:
+    """Mass per volume; of a shell without a thickness, per area."""
+    shell = info.data.get("shell")
+    thin = shell and info.data.get("thickness") is None
+    kind = Quantity if shell else Density
+    found: Scalar | Formula = kind(AREA_DENSITY if thin else DENSITY, "positive").read(raw, info)
+    return found
+
+
+class Mesh(Form):
+    """What is inside a closed surface of triangles from a file, such as .stl or .obj; or a thin shell."""
+
+    UNIT: ClassVar = "kg/m^3"
+
+    ONE_OF: ClassVar = ("mass", "density")
+    CONVEX: ClassVar = False
+    MARGIN: ClassVar = 1e-6
+    """How far, in units of its size, single precision may leave the surface from where it was meant to be."""
+
+    mesh: FileName = Field(description="An .stl, .obj, .ply, .off or .glb file, beside the document")
+    scale: Length | None = Field(
+        default=None, description="The unit of the file's coordinates; 1 m if not given"
+    )
+    shell: bool = Field(default=False, description="Whether it is a thin shell, which need not be closed")
+    thickness: Length | None = Field(default=None, description="Of a shell; `density` is then per volume")
+    mass: Mass | None = Field(default=None, description="The mass of all of it; or give `density`")
+    density: (
+        Annotated[Scalar | Formula, ReadBy(_read_density, Density(DENSITY, "positive").json_schema())] | None
+    ) = Field(
+        default=None,
+        description="Per volume (kg/m^3), also an expression in x, y, z, r, s of the file; of a shell "
+        "a number, and per area (kg/m^2) without a thickness",
+    )
+    anchor: Literal["com"] | None = Field(
+        default=None, description="`com` puts the centre of mass at `position`, in place of the file's origin"
+    )
+    repair: Literal["holes"] | None = Field(default=None, description="`holes` closes holes with flat fans")
+
+    @model_validator(mode="after")
+    def _look(self, info: ValidationInfo) -> Self:
+        if self.thickness is not None and not self.shell:
+            raise ValueProblem(
+                "only a shell has a thickness", path=("thickness",), hint="write `shell: true`, too"
+            )
+        env = environment(info)
+        if not env.arithmetic.exact:
+            env.notes.extend(f"{self.mesh}: {note}" for note in (*self.checked.notes, *self._doubts()))
+        return self
+
+    @cached_property
+    def checked(self) -> Checked:
+        """What the file holds. Raises ValueProblem, with its path, for what encloses no body."""
+        from rigidcli.bodies.mesh_checks import checked  # with all that reads meshes
+
+        with at("mesh"):
+            return checked(self.mesh, thin=self.shell, mend=self.repair == "holes")
+
+    def bounds(self) -> Bounds:
+        """The least box round the mesh (m, axes of the file)."""
+        return solids.bounds(self.checked.surface.box * self.unit)
+
+    def contains(self, x: Floats, y: Floats, z: Floats) -> Mask:
+        """Which of the points (n; m, axes of the file) are inside.
+
+        Where a mesh is too large to look at all points, some are looked at, and the others are said to be.
+        """
+        points = np.stack(np.broadcast_arrays(x, y, z), axis=1) / self.unit
+        counts: Mask = np.ones(len(points), dtype=bool)
+        step, found = 1, None
+        while found is None and step < THINNEST:
+            found = self.checked.windings(points[::step])
+            if found is not None:
+                counts[::step] = found != 0
+            step *= 4
+        return counts
+
+    def samples(self) -> Floats:
+        """Points inside (3 by n; m, axes of the file), near the middles and corners of triangles."""
+        surface = self.checked.surface
+        numbers = np.arange(0, surface.triangles, -(-surface.triangles // SAMPLED))
+        corners = self.checked.triangles(numbers)
+        middles = corners.mean(axis=1, keepdims=True)
+        normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normals /= np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), np.finfo(float).tiny)
+        depth = (-1 if self.checked.is_inward else 1) * self.MARGIN * surface.size
+        places = np.concatenate([middles, corners + DRAWN_IN * (middles - corners)], axis=1)
+        points = (places - depth * normals[:, None]).reshape(-1, 3).T * self.unit
+        found: Floats = points[:, self.contains(*points)]
+        return found
+
+    def faces(self, most: int, cells: int) -> Floats:
+        """The triangles (k, 3, 3; m, axes of the file); simplified where there are more than `most`."""
+        return self.checked.faces(most, cells) * self.unit
+
+    @property
+    def unit(self) -> float:
+        """The unit of the file's coordinates, m."""
+        return 1.0 if self.scale is None else float(self.scale)
+
+    @property
+    def measure(self) -> float:
+        """The volume (m^3), or the area of a shell (m^2)."""
+        surface = self.checked.surface
+        return abs(surface.measure) * self.unit ** (2 if self.shell else 3)
+
+    def mean_density(self, n: Arithmetic) -> Scalar:
+        """Mass per volume, or per area of a shell."""
+        if self.density is None:
+            return (self.mass or 0) / self.measure
+        if isinstance(self.density, Formula):
+            return (self.local(n).mass or 0) / self.measure
+        return self.density * (1 if self.thickness is None else self.thickness)
+
+    def pivot(self, arithmetic: Arithmetic) -> Array:
+        """The point that is put at `position`: the origin of the file, or the centre of mass."""
+        return super().pivot(arithmetic) if self.anchor is None else self.local(arithmetic).com
+
+    def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
+        """Mass properties along the axes of the file, and from its origin."""
+        if arithmetic.exact:
+            raise ComputationError(
+                f"a mesh has no exact results: {self.mesh.name}",
+                hint="leave out `--exact` and give every parameter a value",
+            )
+        if isinstance(self.density, Formula):
+            return self._of_field
+        surface, unit = self.checked.surface, self.unit
+        mass = self.mass if self.mass is not None else self.mean_density(FLOAT) * self.measure
+        offset = surface.centre * unit
+        inertia = tensor.Inertia.of_sums(mass, offset, mass * unit**2 * surface.second)
+        inertia = replace(inertia, noise=surface.cancelled * inertia.noise)
+        com, spread = surface.origin * unit + offset, unit * np.sqrt(np.maximum(surface.second.diagonal(), 0))
+        error = tensor.misplaced(com, spread)
+        com[np.abs(com) <= error] = 0.0
+        return mass_properties.MassProperties(mass, com, inertia, error)
+
+    @cached_property
+    def _of_field(self) -> mass_properties.MassProperties:
+        """`local` for a density that varies; the integrals are taken once."""
+        from rigidcli.bodies.mesh_density import MeshDensity
+
+        assert isinstance(self.density, Formula)
+        found, contains = self.checked, lambda points: self.contains(*points)
+        varying = MeshDensity(self.density, found.read, found.surface, self.unit, found.is_inward, contains)
+        return varying.properties()
+
+    def report(self) -> dict[str, Any]:
+        """What the mesh is, by the names of the results: lengths, areas and volumes in SI units."""
+        found, unit = self.checked, self.unit
+        surface = found.surface
+        winding = "inward, turned" if found.is_inward else "outward"
+        return {
+            "triangles": surface.triangles,
+            "components": found.components,
+            "watertight": surface.is_closed,
+            "winding": winding if surface.is_closed else None,
+            "volume": abs(surface.volume) * unit**3 if surface.is_closed else None,
+            "area": surface.area * unit**2,
+            "bounding_box": surface.box * unit,
+            "unit": self._unit_guess(),
+        }
+
+    def _unit_guess(self) -> str:
+        """The unit of the file's coordinates, as given, or as the size of the mesh lets one guess."""
+        if self.scale is not None:
+            return f"{self.unit:g} m"
+        return f"{'m' if self._largest <= LARGE else 'mm'}, a guess by the size"
+
+    @property
+    def _largest(self) -> float:
+        """The longest side of the bounding box, in the unit of the file."""
+        return float(np.ptp(self.checked.surface.box, axis=0).max())
+
+    def _doubts(self) -> Iterator[str]:
+        if self.scale is None and self._largest > LARGE:
+            yield (
+                f"the mesh is {self._largest:.6g} m long; are its coordinates millimetres? "
+                "`scale: 0.001` says so, and `scale: 1` that they are metres"
+            )

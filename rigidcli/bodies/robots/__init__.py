@@ -1,0 +1,79 @@
+"""Robot descriptions: URDF, SDF and MJCF, read into links, whatever simulator they were written for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from functools import lru_cache
+from importlib import import_module
+from pathlib import Path, PurePath
+from typing import TYPE_CHECKING
+
+from rigidcli.errors import DocumentError, Problem, ValueProblem, shown
+
+if TYPE_CHECKING:
+    from rigidcli.bodies.robots.links import Decimals, Link, Robot
+
+READERS = {".urdf": "urdf", ".sdf": "sdf", ".xml": "mjcf"}
+"""The reader of each ending of a file: a module of this package with the tag `ROOT` of a file and `read`."""
+
+
+def is_robot(path: str) -> bool:
+    """Whether a file has the name of a robot description."""
+    return PurePath(path).suffix.lower() in READERS
+
+
+def read_robot(text: str, source: str, folder: Path, decimal: Decimals = float) -> Robot:
+    """The links of the robot in `text`; the root of the file tells its format, as some end in `.xml` alike.
+
+    `decimal` makes numbers of texts; files that are named are looked for below `folder`. Raises
+    DocumentError for what is no robot. What is wrong with one link is the problem of that link.
+    """
+    from rigidcli.bodies.robots.elements import read_elements
+    from rigidcli.bodies.robots.links import bounded, named_once
+
+    root = read_elements(text, source)
+    for name in READERS.values():
+        reader = import_module(f"{__name__}.{name}")
+        if root.tag == reader.ROOT:
+            robot: Robot = reader.read(root, folder, decimal)
+            if not robot.links:
+                raise root.refusal("there are no links in this robot", hint="; ".join(robot.notes) or None)
+            return bounded(named_once(robot))
+    raise root.refusal(
+        f"read `<{root.tag[:40]}>`, expected a robot: `<robot>` of URDF, `<sdf>`, or `<mujoco>` of MJCF"
+    )
+
+
+@lru_cache(maxsize=4)
+def links_of(text: str, source: str, folder: Path, decimal: Decimals) -> Sequence[Link]:
+    """The links of `read_robot`, kept for other documents that have one of them."""
+    return read_robot(text, source, folder, decimal).links
+
+
+def one_link(path: Path, name: str | None, decimal: Decimals) -> Link:
+    """The link of this name that has a mass, or without a name the only one.
+
+    Raises ValueProblem, of which the message begins with the file and the line.
+    """
+    from rigidcli.bodies.robots.links import listed
+    from rigidcli.fields.texts import read_text
+
+    try:
+        found = links_of(read_text(str(path), str(path)), str(path), path.parent, decimal)
+    except DocumentError as error:
+        raise _told(error.problems[0]) from None
+    named = [link for link in found if (not link.without if name is None else link.name == name)]
+    if len(named) == 1 and not named[0].without:
+        if named[0].problem is not None:
+            raise _told(named[0].problem)
+        return named[0]
+    if named and name is not None:
+        raise ValueProblem(f"{path}:{named[0].line}: link {name}: {named[0].without}")
+    known = listed([link.name for link in found if not link.without])
+    read = f"there is no link {shown(name)}" if name else f"there are {len(named)} links with a mass"
+    raise ValueProblem(f"{path}: {read}, expected the name of one", hint=f"with a mass: {known}")
+
+
+def _told(problem: Problem) -> ValueProblem:
+    return ValueProblem(str(replace(problem, hint=None)), hint=problem.hint)

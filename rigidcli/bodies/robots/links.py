@@ -1,0 +1,251 @@
+"""The links of a robot as every format describes them: what a document says of each, and its geometry."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from rigidcli.bodies.robots.elements import Element
+from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import DocumentError, Problem, shortened, shown
+
+Decimals = Callable[[str], Any]
+"""What makes numbers of texts: `float`, or `Decimal` where they are to be kept digit by digit."""
+
+Body = dict[str, Any]
+"""A form of body, as the section `body` of a document has it."""
+
+NUMBER = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?")
+"""A number as XML files write it."""
+
+MOST_DIGITS = 400
+"""The most characters of a number: more than any float needs, fewer than are slow to read."""
+
+LARGEST = 1e100
+"""The largest number: no robot has it, and its square is still a float."""
+
+ENTRIES = ("Ixx", "Ixy", "Ixz", "Iyy", "Iyz", "Izz")
+"""The entries of a tensor, in the order in which URDF and SDF write them."""
+
+ROWS, COLUMNS = np.triu_indices(3)
+"""The places of `ENTRIES` in the matrix of a tensor."""
+
+MOST_FORMS = 3000
+"""The most geometry of a file that is compared with its links, which takes two seconds; 400 is much."""
+
+LARGEST_MESH = 20_000_000
+"""The largest file (bytes) of a mesh that is compared with its link: one of 400,000 triangles."""
+
+LISTED = 20
+"""The most links that a message lists."""
+
+TEMPLATE = "this is a template: `xacro FILE > robot.urdf` fills it in"
+"""What to do with a file that has macros of ROS in it."""
+
+NO_MASS = "no mass"
+"""Why a link has no mass properties, in most cases."""
+
+
+@dataclass(frozen=True, slots=True)
+class Geometry:
+    """What a link looks like, or collides with, as its `role` says: of density 1 along the axes of the link.
+
+    `body` is None for what has no form of which the volume is known, such as most meshes.
+    """
+
+    role: str
+    body: Body | None
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """A link: its name, where it is, and its mass properties as a document's body.
+
+    `inertial` holds the body: a mass and a tensor about the centre of mass, at a `position` and turned by
+    a `rotation` in the axes of the link, or `parts` that are added up; each of the `frames` about it, the
+    innermost first, moves and turns it once more. A link that has none is `without` it for a reason, or has
+    a `problem`. `lines` are those of the mass, the tensor and so on. `geometry` is along the axes of the
+    link.
+    """
+
+    name: str
+    source: str
+    line: int
+    inertial: Body | None = None
+    frames: Sequence[Body] = ()
+    lines: Mapping[str, int] = field(default_factory=dict)
+    geometry: Sequence[Geometry] = ()
+    without: str = ""
+    problem: Problem | None = None
+
+    @property
+    def body(self) -> Body:
+        """The mass properties as the section `body` of a document."""
+        assert self.inertial is not None
+        return framed(self.inertial, self.frames)
+
+    def line_of(self, key: str) -> int:
+        """The line of the mass, the tensor or the position; of the tensor where that is not given."""
+        return self.lines.get(key, self.lines.get("inertia", self.line))
+
+
+@dataclass(frozen=True, slots=True)
+class Robot:
+    """The links of a file, and what is to be said of the file as a whole."""
+
+    links: Sequence[Link]
+    notes: Sequence[str] = ()
+
+
+def described(bare: Link, inertial: Callable[[], tuple[Body, Mapping[str, int]] | str]) -> Link:
+    """A link with its mass properties and their lines, the reason why there are none, or their problem."""
+    try:
+        found = inertial()
+    except DocumentError as error:
+        (problem,) = error.problems
+        return replace(bare, problem=replace(problem, key=f"link {bare.name}"))
+    if isinstance(found, str):
+        return replace(bare, without=found)
+    body, lines = found
+    if body.get("mass") == 0:
+        return replace(bare, without=NO_MASS)
+    return replace(bare, inertial=body, lines=lines)
+
+
+def bounded(robot: Robot) -> Robot:
+    """The robot with the geometry of as many links as take no more than a few seconds to be compared."""
+    links, forms = [], 0
+    for link in robot.links:
+        forms += len(link.geometry)
+        links.append(link if forms <= MOST_FORMS else replace(link, geometry=()))
+    more = f"more than {MOST_FORMS:,} visuals, collisions or geoms: those of the last links are left out"
+    return replace(robot, links=links, notes=[*robot.notes, *([more] if forms > MOST_FORMS else [])])
+
+
+def named_once(robot: Robot) -> Robot:
+    """The robot, in which a link has a problem where its name is missing or stands before; none is long."""
+    links, first = [], dict[str, int]()
+    for link in robot.links:
+        link = replace(link, name=shortened(link.name))
+        message = "" if link.name else "missing, expected a `name` of the link"
+        if link.name in first:
+            message = f"this name stands twice, first in line {first[link.name]}"
+        first.setdefault(link.name, link.line)
+        if message and link.problem is None:
+            problem = Problem(link.source, message, link.line, f"link {link.name}".rstrip())
+            link = replace(link, problem=problem)
+        links.append(link)
+    return replace(robot, links=links)
+
+
+def listed(names: Sequence[str]) -> str:
+    """The names of links, as many as a message has room for."""
+    more = f" and {len(names) - LISTED} more" if len(names) > LISTED else ""
+    return ", ".join(names[:LISTED]) + more
+
+
+def framed(body: Body, frames: Sequence[Body]) -> Body:
+    """A body in frames, the innermost first: each a mapping with a `position` and a `rotation`, or none."""
+    for frame in frames:
+        body = {"parts": [body], **frame} if frame else body
+    return body
+
+
+def numbers(
+    element: Element, attribute: str, count: int | None, read: Decimals, default: str | None = None
+) -> list[Any]:
+    """The numbers in an attribute, `count` of them. Raises DocumentError for anything else.
+
+    Without the attribute those of the `default`, where there is one.
+    """
+    text = element.attributes.get(attribute, default)
+    if text is None:
+        raise element.refusal(f"`<{element.tag}>` has no `{attribute}`, expected {_counted(count)}")
+    return in_text(text, f"`{attribute}` of `<{element.tag}>`", element, count, read)
+
+
+def in_text(text: str, what: str, element: Element, count: int | None, read: Decimals) -> list[Any]:
+    """The numbers in a text of an element, `count` of them, separated by blanks. Raises DocumentError."""
+    words = text.split()
+    bad = [word for word in words if len(word) > MOST_DIGITS or NUMBER.fullmatch(word) is None]
+    large = [word for word in words if not bad and abs(float(word)) > LARGEST]
+    if not bad and not large and (len(words) == count or count is None):
+        return [read(word) for word in words]
+    hint = None
+    if "${" in text or "$(" in text:
+        hint = TEMPLATE
+    elif bad and "," in text:
+        hint = "numbers are separated by blanks, and the sign in a decimal is a point"
+    elif large:
+        hint = f"no number of a robot is larger than {LARGEST:g}"
+    raise element.refusal(f"{what}: read {shown(text)}, expected {_counted(count)}", hint=hint)
+
+
+def _counted(count: int | None) -> str:
+    return {1: "a number", None: "numbers"}.get(count, f"{count} numbers")
+
+
+def tensor(entries: Sequence[Any]) -> dict[str, Any]:
+    """The entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz of a tensor by their names."""
+    return dict(zip(ENTRIES, entries, strict=True))
+
+
+def matrix(entries: Sequence[float] | Floats) -> Floats:
+    """The symmetric tensor (3 by 3) of its entries Ixx, Ixy, Ixz, Iyy, Iyz, Izz."""
+    found = np.empty((3, 3))
+    found[ROWS, COLUMNS] = found[COLUMNS, ROWS] = entries
+    return found
+
+
+def placed(position: Sequence[Any], rotation: Body | None = None) -> Body:
+    """A frame at a position, turned by a rotation; nothing is said where it does not move or turn."""
+    frame: Body = {"position": list(position)} if any(position) else {}
+    return frame | ({"rotation": rotation} if rotation else {})
+
+
+def geometries(elements: Iterable[Element], body: Callable[[Element], Body | None]) -> list[Geometry]:
+    """The geometry that each element describes; one that cannot be read is like one of unknown volume."""
+    found = []
+    for element in elements:
+        form = None
+        with suppress(DocumentError):
+            form = body(element)
+        found.append(Geometry(element.tag, form))
+    return found
+
+
+def solid(shape: str, frame: Body, **sizes: Any) -> Body:
+    """A shape of density 1 in a frame."""
+    return {"shape": shape, "density": 1, **sizes, **frame}
+
+
+def mesh(name: str, folder: Path, scale: Sequence[Any], frame: Body) -> Body | None:
+    """A mesh of density 1 in a frame, from a file below the folder of the robot.
+
+    `package://` and the like stand for that folder, or for what is above the next name. None where there is
+    no such file, or a very large one, where another library would have to read it, once for each link,
+    and where the scales along x, y and z differ.
+    """
+    from rigidcli.bodies.mesh_files import OWN
+
+    if Path(name).suffix.lower() not in OWN:
+        return None
+    rest = re.sub(r"^\w+://", "", name)
+    for guess in (rest, rest.partition("/")[2]):
+        path = folder / guess
+        with suppress(OSError, ValueError):  # no file has such a name
+            inside = path.resolve().is_relative_to(folder.resolve())
+            if inside and path.is_file() and path.stat().st_size <= LARGEST_MESH and len(set(scale)) == 1:
+                return {"mesh": str(path.resolve()), "density": 1, "scale": scale[0], **frame}
+    return None
+
+
+def roll_pitch_yaw(angles: Sequence[Any]) -> Body | None:
+    """The rotation of roll, pitch and yaw (rad): turns about the fixed x, then y, then z."""
+    return {"euler": list(reversed(angles)), "sequence": "zyx"} if any(angles) else None

@@ -1,0 +1,189 @@
+"""Ensembles: many starts of one motion, as a list in the document or as a table beside it."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import orjson
+from pydantic import GetJsonSchemaHandler, ValidationError, ValidationInfo
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, InitErrorDetails
+from pydantic_core.core_schema import ValidatorFunctionWrapHandler
+
+from rigidcli.bodies.points import opened
+from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.readers import Wrapper
+from rigidcli.fields.section import details, environment
+
+_T = TypeVar("_T")
+
+MOST_STARTS = 1_000_000
+"""The most starts of an ensemble: as many rows with seven numbers take 56 MB."""
+
+LINE_BYTES = 10_000
+"""The most bytes of a line of a table: seven numbers take two hundred."""
+
+_NUMBER = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+_PLAIN = b"0123456789+-.eE, \t\r\n"
+"""What lines of numbers consist of."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ensemble:
+    """The values (m by k, SI units) of k quantities by their `names`, for each of m starts."""
+
+    names: tuple[str, ...]
+    values: Floats
+
+    def __len__(self) -> int:
+        return len(self.values)
+
+    def of(self, place: int, names: Sequence[str]) -> tuple[float, ...]:
+        """The values of these quantities at one start."""
+        return tuple(float(self.values[place, self.names.index(name)]) for name in names)
+
+
+@dataclass(slots=True, eq=False)
+class Shared:
+    """What the documents of all `starts` of an ensemble have in common, and what is worked out of it once."""
+
+    starts: int
+    _kept: dict[str, Any] = field(default_factory=dict)
+
+    def once(self, name: str, make: Callable[[], _T]) -> _T:
+        """What `make` makes, which depends on no start; it is made for the first one that asks for it."""
+        if name not in self._kept:
+            self._kept[name] = make()
+        made: _T = self._kept[name]
+        return made
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OrMany(Wrapper):
+    """Marks a field of one start (`otherwise`) in which a list of starts, or the name of a table, may stand.
+
+    `is_one` tells a start from a list of them. `named` makes of it the values by their names. `table` reads
+    the file of that path and raises ValueProblem.
+    """
+
+    is_one: Callable[[Any], bool]
+    named: Callable[[Any], dict[str, Any]]
+    table: Callable[[Path, ValidationInfo], Ensemble]
+    otherwise: Any
+    example: str
+
+    def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
+        """One start as it is otherwise read, or several as an ensemble."""
+        if isinstance(raw, Ensemble):
+            return raw
+        if isinstance(raw, str) and raw.lower().endswith(".csv"):
+            return self.table(environment(info).file(raw), info)
+        many = isinstance(raw, list) and raw and not self.is_one(raw)
+        return self._many(raw, otherwise, info) if many else otherwise(raw)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        one = handler(schema)
+        words = f"A .csv file of starts, beside the document, with heads such as {self.example}"
+        table = {"type": "string", "pattern": r"\.[cC][sS][vV]$", "description": words}
+        return {"anyOf": [one, {"type": "array", "items": one, "minItems": 1}, table]}
+
+    def _many(
+        self, raw: list[object], otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo
+    ) -> Ensemble:
+        """The starts of a list, or the problems of all of them."""
+        if len(raw) > MOST_STARTS:
+            raise ValueProblem(f"read {len(raw):,} starts, expected at most {MOST_STARTS:,}")
+        n, errors, rows = environment(info).arithmetic, list[InitErrorDetails](), list[dict[str, Any]]()
+        for place, entry in enumerate(raw):
+            try:
+                rows.append(self.named(otherwise(entry)))
+            except ValidationError as error:
+                errors += details(error, place)
+        if errors:
+            raise ValidationError.from_exception_data("starts", errors)
+        names = tuple(rows[0])
+        for place, row in enumerate(rows):
+            if row.keys() != rows[0].keys():
+                expected = f"expected {', '.join(names)}, as the first start has"
+                raise ValueProblem(f"read {', '.join(row)}, {expected}", path=(place,))
+        values = [[n.value(row[name]) for name in names] for row in rows]
+        for place, numbers in enumerate(values):
+            if None in numbers:
+                raise ValueProblem("a parameter in it has no value; expected numbers", path=(place,))
+        return Ensemble(names, np.array(values, dtype=np.float64))
+
+
+def read_starts(
+    path: Path,
+    check: Callable[[Sequence[str]], tuple[str, ...]],
+    fault: Callable[[Ensemble], tuple[int, str] | None] = lambda ensemble: None,
+) -> Ensemble:
+    """The starts in a .csv file; `check` makes names of its heads, or raises ValueProblem.
+
+    `fault` tells the place of a start that cannot be one, and what is wrong with it.
+
+    Raises ValueProblem where the file cannot be read or holds something else; the message begins with `path`
+    as given and the line.
+    """
+    with opened(path) as file:
+        heads = file.readline(LINE_BYTES).decode("utf-8-sig", "replace").strip()
+        titles = [title.strip() for title in heads.split(",")]
+        try:
+            if len(set(titles)) < len(titles):
+                raise ValueProblem(f"header {shown(heads)}, expected each head once")
+            names = check(titles)
+        except ValueProblem as problem:
+            raise ValueProblem(f"{path}:1: {problem.message}", hint=problem.hint) from None
+        rows = list(_rows(iter(lambda: file.readline(LINE_BYTES), b""), titles, path))
+    if not rows:
+        raise ValueProblem(f"{path}: no starts")
+    ensemble = Ensemble(names, np.array([values for _, values in rows], dtype=np.float64))
+    if (found := fault(ensemble)) is not None:
+        raise ValueProblem(f"{path}:{rows[found[0]][0]}: {found[1]}")
+    return ensemble
+
+
+def _rows(lines: Iterator[bytes], titles: Sequence[str], path: Path) -> Iterator[tuple[int, list[float]]]:
+    """The number of each line that is not blank, and the numbers in it."""
+    count = 0
+    for line, text in enumerate(lines, start=2):
+        if not text.strip():
+            continue
+        count += 1
+        if count > MOST_STARTS:
+            raise ValueProblem(f"{path}:{line}: more than {MOST_STARTS:,} starts")
+        try:
+            values = orjson.loads(b"[%b]" % text) if not text.translate(None, _PLAIN) else []
+        except orjson.JSONDecodeError:  # JSON has no `+1`, `.5`, `1.` and `01`
+            values = []
+        if len(values) != len(titles) or not all(map(math.isfinite, values)):
+            values = _numbers(text, titles, f"{path}:{line}")
+        yield line, values
+
+
+def _numbers(text: bytes, titles: Sequence[str], place: str) -> list[float]:
+    """The numbers of any line; raises ValueProblem."""
+    if len(text) == LINE_BYTES:
+        raise ValueProblem(f"{place}: a line of more than {LINE_BYTES:,} bytes")
+    cells = text.split(b",")
+    if len(cells) != len(titles):
+        raise ValueProblem(f"{place}: read {len(cells)} values, expected {len(titles)}")
+    values = []
+    for title, cell in zip(titles, map(bytes.strip, cells), strict=True):
+        value = float(cell) if _NUMBER.fullmatch(cell) else math.nan
+        if not math.isfinite(value):
+            kind = "a finite number" if value == math.inf or value == -math.inf else "a number"
+            raise ValueProblem(
+                f"{place}: column {title}: read {shown(cell.decode('utf-8', 'replace'))}, expected {kind}"
+            )
+        values.append(value)
+    return values

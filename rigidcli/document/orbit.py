@@ -1,0 +1,182 @@
+"""The orbit of a system in phase space: where it begins, its span of time, and how it is followed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
+
+import numpy as np
+from pydantic import Field, ValidationError, ValidationInfo
+
+from rigidcli.core.arithmetic import Floats, Scalar
+from rigidcli.document.ensembles import Ensemble, OrMany, read_starts
+from rigidcli.document.parameters import read_names
+from rigidcli.document.sampling import Sampling
+from rigidcli.document.variables import EXPRESSION_SCHEMA, MOST_COORDINATES, momentum, require_known, velocity
+from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.fields.quantities import FULL_TURN
+from rigidcli.fields.readers import ReadBy
+from rigidcli.fields.section import environment, refuse
+
+if TYPE_CHECKING:
+    from rigidcli.document.system import System
+
+
+def _read_initial(raw: object, info: ValidationInfo) -> dict[str, Scalar]:
+    env = environment(info)
+    if not isinstance(raw, Mapping):
+        raise ValueProblem(f"read {shown(raw)}, expected a mapping, such as {{x: 1, p_x: 0}}")
+    if len(raw) > 3 * MOST_COORDINATES:
+        raise ValueProblem(f"read {len(raw)} values, expected at most {2 * MOST_COORDINATES}")
+    values: dict[str, Scalar] = {}
+    spelling, problems = read_names({key: value for key, value in raw.items() if key != "t"})
+    if "t" in raw:
+        hint = "put the beginning into the system: t + t0 for t"
+        problems.append(ValueProblem("an orbit begins at t = 0", path=("t",), hint=hint))
+    names = env.coordinates or ()
+    known = [*names, *map(momentum, names), *map(velocity, names)] or None
+    for name, key in spelling.items():
+        with gathered(problems, key):
+            require_known(name, known, f"expected {_all_of(names)}, and {_second_half(names)}")
+            values[name] = env.read(raw[key], None)
+    problems += _missing(spelling, names) if names else ()
+    refuse("initial", problems)
+    return values
+
+
+def _missing(given: Mapping[str, str], coordinates: tuple[str, ...]) -> Iterator[ValueProblem]:
+    """The problems of initial values that are incomplete, or contradict each other."""
+    for name in coordinates:
+        if name not in given:
+            yield ValueProblem("missing, expected its value at t = 0", path=(name,))
+    by_momenta = [name for name in coordinates if momentum(name) in given]
+    by_velocities = [name for name in coordinates if velocity(name) in given]
+    twice = [name for name in by_momenta if name in by_velocities]
+    for name in twice:
+        yield ValueProblem(
+            f"the momentum `{momentum(name)}` is given, too; expected one of them",
+            path=(given[velocity(name)],),
+        )
+    if twice:
+        return
+    if by_momenta and by_velocities:
+        yield ValueProblem(
+            f"momenta and velocities are mixed: read {_all_of(tuple(map(momentum, by_momenta)))} "
+            f"and {_all_of(tuple(map(velocity, by_velocities)))}",
+            hint=f"expected {_second_half(coordinates)}",
+        )
+    elif not by_momenta and not by_velocities:
+        yield ValueProblem(f"no momenta and no velocities, expected {_second_half(coordinates)}")
+    else:
+        expected, present = (momentum, by_momenta) if by_momenta else (velocity, by_velocities)
+        for name in coordinates:
+            if name not in present:
+                yield ValueProblem("missing, expected its value at t = 0", path=(expected(name),))
+
+
+def _second_half(coordinates: tuple[str, ...]) -> str:
+    momenta, velocities = (tuple(map(kind, coordinates)) for kind in (momentum, velocity))
+    return f"all momenta ({_all_of(momenta)}) or all velocities ({_all_of(velocities)})"
+
+
+def _all_of(names: tuple[str, ...]) -> str:
+    """The names, of more than six the first five and the last."""
+    return ", ".join(names if len(names) <= 6 else [*names[:5], "...", names[-1]])
+
+
+_INITIAL = ReadBy(
+    _read_initial, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA, "minProperties": 2}
+)
+
+
+def _read_table(path: Path, info: ValidationInfo) -> Ensemble:
+    def check(heads: Sequence[str]) -> tuple[str, ...]:
+        try:
+            return tuple(_read_initial(dict.fromkeys(heads, 0.0), info))
+        except ValidationError as error:
+            told = error.errors(include_url=False)[0]
+            problem = told.get("ctx", {}).get("error")
+            where = ".".join(map(str, getattr(problem, "path", ())))
+            raise ValueProblem(
+                ": ".join(filter(None, [where, str(getattr(problem, "message", told))]))
+            ) from None
+
+    return read_starts(path, check)
+
+
+_OR_MANY = OrMany(
+    lambda raw: not isinstance(raw[0], Mapping),
+    dict,
+    _read_table,
+    Annotated[dict[str, Scalar], _INITIAL],
+    "x,p_x",
+)
+
+
+_OF_ANGLES = re.compile(r"\b(?:sin|cos|tan)\(([^()]*)\)")
+"""A sine, cosine or tangent without another function in it, and its argument."""
+
+
+class Orbit(Sampling):
+    """An orbit from t = 0 on: all coordinates are given there, and all momenta or all velocities."""
+
+    initial: Annotated[dict[str, Scalar] | Ensemble, _OR_MANY] = Field(
+        description="Coordinates at t = 0, and all momenta or all velocities; or several starts: an ensemble"
+    )
+    method: Literal["auto", "symplectic", "taylor"] = Field(
+        default="auto",
+        description="`symplectic` keeps the energy error bounded over very long spans, with a fixed step; "
+        "`taylor` is by heyoka (extra `taylor`)",
+    )
+
+    @classmethod
+    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
+        yield from super()._contradictions(raw)
+        if all(raw.get(key) is None for key in ("duration", "times", "step")):
+            yield ValueProblem("missing, expected how long the orbit is followed", path=("duration",))
+
+    @classmethod
+    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+        problem = super()._unknown(key, raw)
+        if raw.get("initial") is None and "known keys" in (problem.hint or ""):
+            return ValueProblem("belongs inside `initial`", hint=f"write `initial: {{{key}: ...}}`")
+        return problem
+
+    def degrees_meant(self, system: System, typed: Mapping[str, Any]) -> Iterator[str]:
+        """Notes on coordinates that are angles, and begin with a bare number beyond a full turn.
+
+        A coordinate is taken for an angle where a sine or a cosine has it as its argument, without a
+        parameter beside it.
+        """
+        arguments = _OF_ANGLES.findall(" ".join(expression.text for expression in system.expressions()))
+        names = [set(re.findall(r"[^\W\d]\w*", argument)) - {"pi"} for argument in arguments]
+        angles = set[str]().union(*(found for found in names if found <= {*system.coordinates}))
+        for name, value in typed.items():
+            is_bare = isinstance(value, int | float) and not isinstance(value, bool)
+            if name in angles and is_bare and abs(value) > FULL_TURN:
+                yield f"`orbit.initial.{name}` of {value} rad is beyond a full turn; {value} deg meant?"
+
+    def start(self, system: System) -> tuple[Floats, Floats | None, Floats | None]:
+        """Coordinates, momenta and velocities at t = 0, each (n); None for those that are not given."""
+        assert not isinstance(self.initial, Ensemble)
+        q, p, v = (
+            np.array([self.initial[name] for name in names]) if names[0] in self.initial else None
+            for names in (system.coordinates, system.momenta, system.velocities)
+        )
+        assert q is not None
+        return q, p, v
+
+    @property
+    def ensemble(self) -> Ensemble | None:
+        """The starts, where there is not one."""
+        return self.initial if isinstance(self.initial, Ensemble) else None
+
+    def at_start(self, place: int) -> Self:
+        """The orbit from one start of the ensemble."""
+        assert self.ensemble is not None
+        names = self.ensemble.names
+        return self.model_copy(
+            update={"initial": dict(zip(names, self.ensemble.of(place, names), strict=True))}
+        )

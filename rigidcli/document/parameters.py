@@ -1,0 +1,124 @@
+"""The parameters of a document: names, and values that may use each other in any order."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterable, Mapping
+from graphlib import CycleError, TopologicalSorter
+from typing import Any
+
+from rigidcli.errors import ExpressionError, ValueProblem, gathered, shown
+from rigidcli.fields.environment import Environment
+from rigidcli.language.expression import RESERVED, Expression, parse
+from rigidcli.language.functions import CONSTANTS
+from rigidcli.language.tree import Constant, Name
+
+_RESERVED_FOR = {"t": "the time", **dict.fromkeys(CONSTANTS, "a constant")}
+"""What reserved names are; those that are not here are functions."""
+
+
+def read_parameters(env: Environment, raw: Mapping[str, Any], positive: Iterable[str]) -> list[ValueProblem]:
+    """Give the parameters in `raw` to `env`; what is wrong with them, each with its path.
+
+    A parameter without a value becomes a symbol, known to be positive if it is in `positive`; where numbers
+    are floats, it and what hangs on it are only `open`. One with a problem is `broken` in the
+    environment, so that what uses it is not blamed.
+    """
+    spelling, problems = read_names(raw)
+    env.declared |= spelling.keys()
+    uses = {}
+    for name, key in spelling.items():
+        with gathered(problems, key):
+            uses[name] = env.names_in(raw[key]) & spelling.keys()
+    env.broken |= spelling.keys() - uses.keys()
+    for name in _in_order(uses, env, problems, spelling):
+        if name in env.broken:
+            continue
+        env.broken.add(name)  # until it is read
+        with gathered(problems, spelling[name]):
+            value = raw[spelling[name]]
+            symbols = frozenset[str]().union(*(env.open.get(other, ()) for other in uses[name]))
+            if value is None:
+                symbols = frozenset([name])
+            if symbols:
+                env.open[name] = symbols
+            if not symbols or env.arithmetic.exact:
+                env.parameters[name] = (
+                    env.arithmetic.symbol(name, name in positive) if value is None else env.read(value, None)
+                )
+            elif value is not None:
+                env.admit(env.symbolic(value), ())
+            dimension = env.dimension(value)
+            if dimension is not None:
+                env.dimensions[name] = dimension
+            env.broken.discard(name)
+    return [problem.below("parameters") for problem in problems]
+
+
+def definitions(env: Environment, raw: Mapping[str, Any]) -> dict[str, Expression | None]:
+    """The parameters in `raw`, which have been read, as what they are said to be: each after those it uses.
+
+    A symbol has none. Quantities are SI numbers, digit by digit.
+    """
+    values = {read_name(key): value for key, value in raw.items()}
+    uses = {name: env.names_in(value) & values.keys() for name, value in values.items()}
+    order = TopologicalSorter(uses).static_order()
+    return {name: None if values[name] is None else env.symbolic(values[name]) for name in order}
+
+
+def read_names(raw: Mapping[str, Any]) -> tuple[dict[str, str], list[ValueProblem]]:
+    """The names that the keys of a mapping are, each with its key; and what is wrong with other keys."""
+    spelling: dict[str, str] = {}
+    problems: list[ValueProblem] = []
+    for key in raw:
+        with gathered(problems, key):
+            name = read_name(key)
+            if name in spelling:
+                raise ValueProblem(f"the same name as {shown(spelling[name])}, in another spelling")
+            spelling[name] = key
+    return spelling, problems
+
+
+def read_name(key: object) -> str:
+    """A name that a document gives, in its ASCII spelling. Raises ValueProblem for what is no name."""
+    root = None
+    if isinstance(key, str):
+        with contextlib.suppress(ExpressionError):
+            root = Name(key) if key in RESERVED else parse(key).root
+    if isinstance(root, Constant | Name) and root.name in RESERVED:
+        what = _RESERVED_FOR.get(root.name, "a function")
+        raise ValueProblem(f"{shown(key)} is reserved: it is {what}, expected another name")
+    if not isinstance(root, Name):
+        raise ValueProblem(f"read {shown(key)}, expected a name: letters, digits and `_`, no digit first")
+    return root.name
+
+
+def _in_order(
+    uses: Mapping[str, frozenset[str]],
+    env: Environment,
+    problems: list[ValueProblem],
+    spelling: Mapping[str, str],
+) -> list[str]:
+    """The names so that each comes after those it uses; circles, and what hangs on them, are broken."""
+    sorter = TopologicalSorter(uses)
+    with contextlib.suppress(CycleError):  # the names outside of circles come all the same
+        sorter.prepare()
+    order: list[str] = []
+    while ready := sorter.get_ready():
+        order += ready
+        sorter.done(*ready)
+    stuck = uses.keys() - set(order)
+    env.broken |= stuck
+    seen: set[str] = set()
+    for name in sorted(stuck):
+        path: dict[str, None] = {}
+        while name not in seen:
+            seen.add(name)
+            path[name] = None
+            name = min(uses[name] & stuck)
+        if name in path:
+            names = list(path)
+            circle = [*names[names.index(name) :], name]
+            problem = ValueProblem(f"parameters in a circle: {' -> '.join(circle)}")
+            problems.append(problem.below(spelling[name]))
+    return order

@@ -1,0 +1,152 @@
+"""The numbers that the sections of a document describe: of the body, of its top, and of the axes.
+
+They are worked out when a document is read, so that a body or a top that cannot exist is refused at once.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from rigidcli.bodies.rotations import Rotation
+from rigidcli.core import rotation
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
+from rigidcli.core.mass_properties import MassProperties
+from rigidcli.core.tensor import Inertia
+from rigidcli.errors import ValueProblem, at
+from rigidcli.fields.quantities import ReferencePoint
+
+if TYPE_CHECKING:
+    from rigidcli.bodies.bodies import Body
+    from rigidcli.document.top import HeavyTop, Top
+
+SAME_POINT = 1e-12
+"""Two points closer than this, in units of their distance from the origin, differ by rounding only."""
+
+
+@dataclass(frozen=True, eq=False)
+class Physical:
+    """The numbers of a document, each worked out once, when it is first asked for.
+
+    Vectors and tensors are along the document's axes; `turned` is the orientation that the body begins with.
+    Every property raises ValueProblem, with the path in the document, for what cannot exist.
+    """
+
+    arithmetic: Arithmetic
+    body: Body | None
+    about: ReferencePoint
+    axis: tuple[Scalar, Scalar, Scalar] | None
+    frame: Rotation | None
+    top: Top | None
+    turned: Rotation | None
+
+    @np.errstate(over="ignore", invalid="ignore")
+    def require(self) -> None:
+        """Raise ValueProblem unless all that the document describes can exist."""
+        _ = (
+            self.axes,
+            self.direction,
+            self.body and self.properties,
+            self.top and self.heavy_top,
+            self.orientation,
+        )
+
+    @cached_property
+    def properties(self) -> MassProperties:
+        """Mass, centre of mass (3, m) and the tensor of the body."""
+        if self.body is None:
+            raise ValueProblem("missing, expected a body", path=("body",))
+        with at("body"):
+            properties = self.body.properties(self.arithmetic)
+        if properties.mass is None:
+            self._require_known(properties)
+        return properties
+
+    def _require_known(self, properties: MassProperties) -> None:
+        """Raise ValueProblem unless a tensor without a mass is given about the point that is asked for."""
+        n = self.arithmetic
+        if self.about == "com" and not properties.at_com:
+            raise ValueProblem("missing: without it the tensor cannot be shifted", path=("body", "mass"))
+        asked = self._point(properties)
+        off = max(abs(n.size(component)) for component in asked - properties.com)
+        far = max(abs(n.size(component)) for component in (*asked, *properties.com))
+        if off > SAME_POINT * far:
+            point = ", ".join(f"{n.size(component):.6g}" for component in properties.com)
+            raise ValueProblem(
+                f"missing: without it the tensor is known about ({point}) only",
+                path=("body", "mass"),
+                hint="give `mass`, or the tensor about the point asked for in `about`",
+            )
+
+    @property
+    def point(self) -> Array:
+        """The point O about which the tensor is asked (3, m)."""
+        return self._point(self.properties)
+
+    def _point(self, properties: MassProperties) -> Array:
+        if self.about == "com":
+            return properties.com
+        if isinstance(self.about, str) and self.about != "origin":
+            from rigidcli.bodies.shape import Shape
+
+            assert isinstance(self.body, Shape)
+            return self.body.point_named(self.about, self.arithmetic)
+        return self.arithmetic.array([0, 0, 0] if self.about == "origin" else self.about)
+
+    @cached_property
+    def inertia(self) -> Inertia:
+        """The inertia about the point O, along axes in which it was worked out."""
+        # A centre of mass is rounded, and the inertia about it known better; exact sums have axes in common.
+        if (
+            self.body is None
+            or self.properties.mass is None
+            or (self.about == "com" and not self.arithmetic.exact)
+        ):
+            return self.properties.inertia
+        return self.body.inertia_about(self.point, self.arithmetic)
+
+    @cached_property
+    def tensor(self) -> Array:
+        """The inertia tensor about the point O (3 by 3, kg m^2)."""
+        return self.arithmetic.tidy(self.inertia.tensor)
+
+    @cached_property
+    def direction(self) -> Array | None:
+        """The unit vector (3) along the axis through O about which the moment is asked, if one is."""
+        with at("axis"):
+            return None if self.axis is None else rotation.direction(self.axis, self.arithmetic)
+
+    @cached_property
+    def heavy_top(self) -> HeavyTop:
+        """The top that the section `top` describes by itself or by the body, held at the point O."""
+        if self.top is None:
+            raise ValueProblem("missing, expected a top", path=("top",))
+        from rigidcli.document.top import described, of_body
+
+        try:
+            if self.body is None:
+                return described(self.top, self.arithmetic)
+            return of_body(self.top, self.properties, self.point, self.inertia, self.arithmetic)
+        except ValueProblem as problem:
+            if problem.path[:1] != ("body",):
+                problem.below("top")
+            raise
+
+    @cached_property
+    def axes(self) -> Array:
+        """The axes of the results, as columns (3 by 3)."""
+        return self._matrix(self.frame, "frame")
+
+    @cached_property
+    def orientation(self) -> Array:
+        """The rotation from the document's axes to those of space at t = 0 (3 by 3)."""
+        return self._matrix(self.turned, "motion", "orientation")
+
+    def _matrix(self, rotation: Rotation | None, *path: str) -> Array:
+        if rotation is None:
+            return self.arithmetic.array(np.eye(3, dtype=int))
+        with at(*path):
+            return rotation.as_matrix(self.arithmetic)

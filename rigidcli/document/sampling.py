@@ -1,0 +1,99 @@
+"""When a motion is looked at: its span of time, the samples in it, and how exactly it is followed."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Annotated, ClassVar, Self
+
+import numpy as np
+from pydantic import Field, ValidationInfo, model_validator
+
+from rigidcli.core.arithmetic import Floats, Scalar
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.quantities import AsList, Duration, Number, Time, WholeNumber
+from rigidcli.fields.section import Section, environment
+
+MOST_SAMPLES = 10_000_000
+"""The most samples of a motion: a trajectory of as many rows takes a gigabyte."""
+
+LEAST_TOLERANCE, LARGEST_TOLERANCE = 1e-15, 1e-3
+"""Bounds of the relative error of a step: rounding is larger than less, and more is no solution."""
+
+DEFAULT_SAMPLES = 1001
+"""Samples where a document says nothing: with both ends, they cut its duration into a thousand parts."""
+
+DEFAULT_TOLERANCE = 1e-12
+"""Relative error of a step where a document says nothing: small beside what most are asked for."""
+
+WHOLE_STEP = 1e-9
+"""A last step that misses the end by less than this, in units of the step, was meant to end there."""
+
+
+class Sampling(Section):
+    """The span of a motion that begins at t = 0, and its samples."""
+
+    AT_MOST_ONE_OF: ClassVar = ("samples", "step", "times")
+
+    duration: Duration | None = Field(default=None, description="End of the motion (s)")
+    samples: WholeNumber | None = Field(
+        default=None, description="How many times, evenly spaced (default 1001)"
+    )
+    step: Duration | None = Field(default=None, description="Time between two samples (s)")
+    times: Annotated[tuple[Time, ...], AsList] | None = Field(
+        default=None, description="The times themselves, ascending"
+    )
+    tolerance: Number | None = Field(
+        default=None, description="Relative error of a step of numerical integration (default 1e-12)"
+    )
+    max_step: Duration | None = Field(default=None, description="The longest step of the integration (s)")
+
+    @model_validator(mode="after")
+    def _check_sampling(self, info: ValidationInfo) -> Self:
+        n = environment(info).arithmetic
+        if self.samples is not None and not 2 <= self.samples <= MOST_SAMPLES:
+            raise ValueProblem(
+                f"read {shown(self.samples)}, expected a whole number from 2 to {MOST_SAMPLES:,}",
+                path=("samples",),
+            )
+        if self.step is not None and self.duration is None:
+            raise ValueProblem("missing, expected how long `step` is repeated", path=("duration",))
+        if self.step is not None and self.duration is not None:
+            steps = n.size(self.duration / self.step)
+            if not 1 - WHOLE_STEP <= steps < MOST_SAMPLES:
+                raise ValueProblem(
+                    f"there are {steps:.6g} steps in the duration, expected 1 to {MOST_SAMPLES:,}",
+                    path=("step",),
+                )
+        if self.times is not None:
+            self._check_times([n.size(time) for time in self.times])
+        if self.tolerance is not None:
+            tolerance = n.value(self.tolerance)
+            if tolerance is not None and not LEAST_TOLERANCE <= tolerance <= LARGEST_TOLERANCE:
+                expected = f"a number from {LEAST_TOLERANCE:g} to {LARGEST_TOLERANCE:g}"
+                raise ValueProblem(f"read {tolerance:g}, expected {expected}", path=("tolerance",))
+        return self
+
+    def _check_times(self, times: list[float]) -> None:
+        if not times:
+            raise ValueProblem("read an empty list, expected times", path=("times",))
+        if times[0] < 0:
+            raise ValueProblem(f"read {times[0]:g}, expected a time that is not negative", path=("times", 0))
+        for index, (before, after) in enumerate(pairwise(times), start=1):
+            if not before < after:
+                raise ValueProblem(
+                    f"read {after:g} after {before:g}, expected ascending times", path=("times", index)
+                )
+        if self.duration is not None:
+            raise ValueProblem("give `duration` or `times`, not both", path=("duration",))
+
+    def instants(self, default: Scalar) -> Floats:
+        """The times of the samples (n, s); `default` is the duration where none is given."""
+        if self.times is not None:
+            return np.array(self.times)
+        duration = default if self.duration is None else self.duration
+        if self.step is None:
+            return np.linspace(0.0, duration, self.samples or DEFAULT_SAMPLES)
+        whole = round(duration / self.step)
+        if abs(duration / self.step - whole) > WHOLE_STEP:
+            return np.arange(int(duration / self.step) + 1, dtype=np.float64) * self.step
+        return np.append(np.arange(whole, dtype=np.float64) * self.step, duration)

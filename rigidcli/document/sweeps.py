@@ -1,0 +1,195 @@
+"""`--sweep KEY=VALUES`: the values over which a key of a document runs, and the grid of several keys.
+
+Values are texts, as after `--set`, and are made when they are asked for: a sweep of 1e9 takes no memory.
+"""
+
+from __future__ import annotations
+
+import csv
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from decimal import Decimal
+from functools import cached_property
+from typing import Any, Protocol, TypeAlias
+
+from rigidcli.core.arithmetic import FLOAT
+from rigidcli.document.ranges import FORMS, Range, read_range
+from rigidcli.document.settings import SWEEP, split_setting
+from rigidcli.document.syntax import read_tree
+from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
+from rigidcli.fields.environment import Environment
+from rigidcli.fields.typed_numbers import split_quantity
+from rigidcli.fields.units import parse_unit
+
+Point: TypeAlias = tuple[str, ...]
+"""The text of a value for each key of a sweep."""
+
+
+class Values(Protocol):
+    """The texts of the values of one key, each made when it is asked for."""
+
+    def __len__(self) -> int: ...
+
+    def __getitem__(self, index: int, /) -> str: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Key:
+    """A key of a document, the values over which it runs, and the file that they are read from, if any."""
+
+    name: str
+    values: Values
+    file: str = ""
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """Values of one key or several: a grid, in which the first key changes slowest, or pairs of them."""
+
+    keys: tuple[Key, ...]
+    paired: bool = False
+
+    @cached_property
+    def count(self) -> int:
+        """How many points there are; it may be more than a list can have."""
+        if self.paired:
+            return len(self.keys[0].values)
+        return math.prod(len(key.values) for key in self.keys)
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """The tables that values are read from."""
+        return tuple(key.file for key in self.keys if key.file)
+
+    def point(self, index: int) -> Point:
+        """The values at a place of the sweep."""
+        return tuple(key.values[own] for key, own in zip(self.keys, self._indices(index), strict=True))
+
+    def _indices(self, index: int) -> tuple[int, ...]:
+        """Which value each key has at a place of the sweep."""
+        if self.paired or len(self.keys) == 1:
+            return (index,) * len(self.keys)
+        indices: list[int] = []
+        for key in reversed(self.keys):
+            index, own = divmod(index, len(key.values))
+            indices.append(own)
+        return tuple(reversed(indices))
+
+    def exactly(self) -> Sweep:
+        """The same sweep for exact numbers. Raises UsageError where values are rounded."""
+        keys = (
+            replace(key, values=key.values.exactly()) if isinstance(key.values, Range) else key
+            for key in self.keys
+        )
+        return replace(self, keys=tuple(keys))
+
+    def settings(self, point: Point) -> list[str]:
+        """The point as texts `KEY=VALUE`."""
+        return [f"{key.name}={text}" for key, text in zip(self.keys, point, strict=True)]
+
+    def told(self, point: Point, exact: bool) -> Iterator[tuple[str, Any, str]]:
+        """For each key its name, its value as results tell it, and the unit of that where one is typed."""
+        for key, text in zip(self.keys, point, strict=True):
+            yield key.name, *_told(text, exact)
+
+
+def read_sweep(texts: Sequence[str], paired: bool) -> Sweep:
+    """The sweep that the texts after `--sweep` describe. Raises UsageError."""
+    keys = tuple(map(_read_key, texts))
+    names = [key.name for key in keys]
+    for name in names:
+        if names.count(name) > 1:
+            raise UsageError(f"`{name}` is swept twice")
+    lengths = {len(key.values) for key in keys}
+    if paired and len(keys) < 2:
+        raise UsageError("`--zip` pairs the values of several keys", hint="give `--sweep` for each of them")
+    if paired and len(lengths) > 1:
+        each = ", ".join(f"{len(key.values):,} of `{key.name}`" for key in keys)
+        raise UsageError(f"`--zip` needs as many values of each key, read {each}")
+    return Sweep(keys, paired)
+
+
+def _read_key(text: str) -> Key:
+    path, values = split_setting(text, SWEEP, f"KEY={FORMS}", "top.spin=100:2000:20")
+    values = values.strip()
+    name = ".".join(map(str, path))
+    if values.startswith("@"):
+        return Key(name, *_column(name, values[1:]))
+    parts = split_outside(values, ":")
+    if len(parts) > 1:
+        return Key(name, read_range(name, values, parts))
+    texts = split_outside(values, ",")
+    if not all(texts):
+        raise UsageError(f"`{name}`: read {shown(values)}, expected {FORMS}")
+    return Key(name, texts)
+
+
+_PIECES = re.compile(r'"(?:[^"\\]|\\.)*"|\'[^\']*\'|.', re.DOTALL)
+"""A text in quotes, or one character."""
+
+
+def split_outside(text: str, mark: str) -> tuple[str, ...]:
+    """The parts of a text between marks that stand outside of brackets and quotes."""
+    parts, depth = [""], 0
+    for piece in _PIECES.findall(text):
+        depth += (piece in "[{(") - (piece in "]})") if len(piece) == 1 else 0
+        if piece == mark and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += piece
+    return tuple(part.strip() for part in parts)
+
+
+def _column(name: str, text: str) -> tuple[tuple[str, ...], str]:
+    """The values of a column of a table, and the file of that. Raises UsageError."""
+    path, _, head = text.rpartition(":")
+    if not path or not head:
+        raise UsageError(f"`{name}`: read {shown('@' + text)}, expected @table.csv:column")
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:  # noqa: PTH123 - as typed
+            rows = csv.reader(file)
+            heads = [each.strip() for each in next(rows, [])]
+            if head not in heads:
+                near = nearest(head, heads)
+                guess = f" (did you mean {near}?)" if near else ""
+                raise UsageError(
+                    f"`{path}` has no column {shown(head)}{guess}", hint=f"its columns are {', '.join(heads)}"
+                )
+            return tuple(_cells(path, rows, heads.index(head))), path
+    except (OSError, UnicodeDecodeError, csv.Error, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "it is no table in UTF-8"
+        raise UsageError(f"`{path}` cannot be read: {reason}") from None
+
+
+def _cells(path: str, rows: Iterator[list[str]], place: int) -> Iterator[str]:
+    for line, row in enumerate(rows, start=2):
+        if any(cell.strip() for cell in row):
+            value = row[place].strip() if place < len(row) else ""
+            if not value:
+                raise UsageError(f"{path}:{line}: this cell of the column is empty")
+            yield value
+
+
+def _told(text: str, exact: bool) -> tuple[Any, str]:
+    """A value as results tell it, and the unit of that where one is typed.
+
+    A number or a quantity is told in SI units, any other text as it is typed.
+    """
+    try:
+        if not exact:
+            return Environment().read(float(text), None), ""
+    except ValueError:
+        pass
+    arithmetic = FLOAT
+    if exact:
+        from rigidcli.algebra.arithmetic import EXACT
+
+        arithmetic = EXACT
+    try:
+        value = Environment(arithmetic).read(read_tree(text, "", Decimal if exact else float), None)
+    except (DocumentError, ValueProblem):
+        return text, ""
+    quantity = None if value == text else split_quantity(text)
+    return value, "" if quantity is None else parse_unit(quantity.unit).dimension.unit

@@ -1,0 +1,240 @@
+"""A system in generalized coordinates: by its Lagrangian, its energies, its particles or its Hamiltonian."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from types import MappingProxyType
+from typing import Annotated, Any, ClassVar, Literal, TypeAlias
+
+from pydantic import Field, ValidationInfo
+from pydantic.json_schema import JsonSchemaValue
+
+from rigidcli.document.functions import FUNCTIONS
+from rigidcli.document.parameters import read_names
+from rigidcli.document.variables import (
+    EXPRESSION_SCHEMA,
+    MOST_COORDINATES,
+    RESULTS,
+    acceleration,
+    blame_parameter,
+    derived_names,
+    momentum,
+    names_schema,
+    read_expression,
+    read_new_names,
+    require_known,
+    velocity,
+)
+from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.fields.dimensions import ANGLE, ENERGY, LENGTH, MASS, MOMENT_OF_INERTIA, Dimension
+from rigidcli.fields.quantities import AsList
+from rigidcli.fields.readers import ReadBy, Reader
+from rigidcli.fields.section import Section, environment, refuse
+from rigidcli.language.expression import Expression
+from rigidcli.language.tree import UnknownFunction
+
+MOST_PARTICLES = 200
+"""The most particles of a system: far more than anybody writes, and still worked in bounded time."""
+
+
+def _read_coordinates(raw: object, info: ValidationInfo) -> tuple[str, ...]:
+    env = environment(info)
+    index, problems = read_new_names(raw, env, RESULTS, MOST_COORDINATES, "coordinates")
+    meaning: dict[str, str] = {}
+    for coordinate in index:
+        for name, what in derived_names([coordinate]).items():
+            if name in index:
+                message = f"`{name}` is {what}, expected another name"
+                problems.append(ValueProblem(message, path=(index[name],)))
+            elif name in meaning:
+                message = f"`{name}` would be {what}, and {meaning[name]}"
+                problems.append(ValueProblem(message, path=(index[coordinate],)))
+            meaning[name] = what
+            blame_parameter(name, what, env)
+    refuse("coordinates", problems)
+    env.coordinates = tuple(index)
+    return env.coordinates
+
+
+Kinds: TypeAlias = tuple[Literal["velocities", "momenta"], ...]
+
+
+@lru_cache(maxsize=8)
+def _variables(coordinates: tuple[str, ...], besides: Kinds) -> tuple[tuple[str, ...], Mapping[str, str]]:
+    """What an expression may contain besides parameters, and what the system's other names mean."""
+    of = {"velocities": velocity, "momenta": momentum}
+    variables = (*coordinates, *(of[kind](name) for kind in besides for name in coordinates), "t")
+    meanings = derived_names(coordinates) | {
+        acceleration(name): f"the acceleration of `{name}`" for name in coordinates
+    }
+    elsewhere = {name: what for name, what in meanings.items() if name not in variables}
+    return variables, MappingProxyType(elsewhere)
+
+
+@dataclass(frozen=True)
+class SystemExpression(Reader):
+    """Marks a field as an expression in the parameters, the coordinates of the system, t, and `besides`.
+
+    It is worth a number of this dimension, as far as the parameters have units that tell.
+    `hint` says what to write for what is of the system, but does not stand there.
+    """
+
+    dimension: Dimension
+    besides: Kinds
+    hint: str
+    sign: Literal["positive", "nonnegative"] | None = None
+
+    def json_schema(self) -> JsonSchemaValue:
+        """A number or a text, with the variables that may stand in it."""
+        variables = " and ".join(
+            ", ".join(["the parameters", "coordinates", *self.besides, "t"]).rsplit(", ", 1)
+        )
+        return EXPRESSION_SCHEMA | {"description": f"An expression in {variables}"}
+
+    def read(self, raw: object, info: ValidationInfo) -> Expression:
+        """The expression, in which names stay names."""
+        env = environment(info)
+        if env.coordinates is None:
+            return env.symbolic(raw, self.dimension)
+        variables, misplaced = _variables(env.coordinates, self.besides)
+        expression = read_expression(raw, env, variables, misplaced, self.hint, self.dimension)
+        if self.sign is not None:
+            value = env.value(expression)
+            if value is not None and (value < 0 or (value == 0 and self.sign == "positive")):
+                worked = f" (which is {value:.6g})" if isinstance(raw, str) else ""
+                raise ValueProblem(f"read {shown(raw)}{worked}, expected a {self.sign} number")
+        return expression
+
+
+_ENERGY_HINT = "write it in coordinates, velocities and t; momenta belong to a `hamiltonian`"
+_HAMILTONIAN_HINT = "write it in coordinates, momenta and t; velocities belong to a `lagrangian`"
+_POSITION_HINT = "where a particle is depends on coordinates and t; its velocity follows from that"
+_MASS_HINT = "a mass may depend on coordinates and t; give what moves otherwise by its `lagrangian`"
+
+InVelocities: TypeAlias = Annotated[Expression, SystemExpression(ENERGY, ("velocities",), _ENERGY_HINT)]
+InMomenta: TypeAlias = Annotated[Expression, SystemExpression(ENERGY, ("momenta",), _HAMILTONIAN_HINT)]
+CartesianCoordinate: TypeAlias = Annotated[Expression, SystemExpression(LENGTH, (), _POSITION_HINT)]
+Turning: TypeAlias = Annotated[Expression, SystemExpression(ANGLE, (), _POSITION_HINT)]
+Inertia: TypeAlias = Annotated[Expression, SystemExpression(MASS, (), _MASS_HINT, "positive")]
+RotationalInertia: TypeAlias = Annotated[
+    Expression, SystemExpression(MOMENT_OF_INERTIA, (), _MASS_HINT, "nonnegative")
+]
+
+
+def _read_forces(raw: object, info: ValidationInfo) -> dict[str, Expression]:
+    """Generalized forces by their coordinates."""
+    env = environment(info)
+    if not isinstance(raw, Mapping):
+        raise ValueProblem(f"read {shown(raw)}, expected a mapping, such as {{x: -c*xdot}}")
+    if len(raw) > MOST_COORDINATES:
+        raise ValueProblem(f"read {len(raw)} forces, expected at most {MOST_COORDINATES}")
+    spelling, problems = read_names(raw)
+    forces = {}
+    for name, key in spelling.items():
+        with gathered(problems, key):
+            if env.coordinates is None:
+                forces[name] = env.symbolic(raw[key])
+                continue
+            require_known(name, env.coordinates, f"expected one of {', '.join(env.coordinates)}")
+            variables, misplaced = _variables(env.coordinates, ("velocities", "momenta"))
+            forces[name] = read_expression(raw[key], env, variables, misplaced, _FORCE_HINT)
+    refuse("forces", problems)
+    return forces
+
+
+_FORCE_HINT = "write a force in coordinates, velocities, momenta and t"
+_FORCES = ReadBy(_read_forces, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
+
+
+# --- sections
+
+
+class Particle(Section):
+    """A point mass, or a rigid body by its centre of mass and the angle of which it turns about an axis."""
+
+    mass: Inertia | None = None
+    position: Annotated[tuple[CartesianCoordinate, ...], AsList, Field(min_length=1, max_length=3)] | None = (
+        Field(default=None, description="One to three Cartesian coordinates, in an inertial frame")
+    )
+    moment_of_inertia: RotationalInertia | None = Field(
+        default=None, description="About the axis on which it turns, or that through its centre of mass"
+    )
+    angle: Turning | None = Field(default=None, description="The angle of which it has turned (rad)")
+    potential: InVelocities | None = None
+
+    @classmethod
+    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
+        yield from super()._contradictions(raw)
+        given = {key for key in cls.model_fields if raw.get(key) is not None}
+        if "position" in given and "mass" not in given:
+            yield ValueProblem("missing, expected the mass at the `position`", path=("mass",))
+        if "moment_of_inertia" in given and "angle" not in given:
+            yield ValueProblem("missing, expected the angle of which the body turns", path=("angle",))
+        if "angle" in given and "moment_of_inertia" not in given:
+            yield ValueProblem("missing, expected what turns by the `angle`", path=("moment_of_inertia",))
+        if not given & {"position", "moment_of_inertia", "angle"}:
+            hint = "a body that only turns has a `moment_of_inertia` and an `angle` instead"
+            yield ValueProblem("missing, expected where the particle is", path=("position",), hint=hint)
+
+
+class System(Section):
+    """What moves, in generalized coordinates. The velocity of x is xdot, its momentum p_x, the time t.
+
+    A `lagrangian` may stand beside `kinetic` and `potential`: it then moves the system, and T + V is what
+    the Hamiltonian is compared with.
+    """
+
+    FORMS: ClassVar = ("lagrangian", "kinetic", "particles", "hamiltonian")
+
+    coordinates: Annotated[tuple[str, ...], ReadBy(_read_coordinates, names_schema(1, MOST_COORDINATES))] = (
+        Field(description="Names of the generalized coordinates; the velocity of x is xdot, its momentum p_x")
+    )
+    functions: Annotated[tuple[UnknownFunction, ...], FUNCTIONS] = Field(
+        default=(), description="Functions without a formula; the derivative of V(x) is written dV_dx(x)"
+    )
+    lagrangian: InVelocities | None = Field(default=None, description="L, in coordinates and velocities")
+    kinetic: InVelocities | None = Field(default=None, description="T, in coordinates and velocities")
+    potential: InVelocities | None = Field(default=None, description="V, in coordinates")
+    particles: (
+        Annotated[tuple[Particle, ...], AsList, Field(min_length=1, max_length=MOST_PARTICLES)] | None
+    ) = None
+    hamiltonian: InMomenta | None = Field(default=None, description="H, in coordinates and momenta")
+    forces: Annotated[dict[str, Expression], _FORCES] | None = Field(
+        default=None,
+        description="Generalized forces beside those of the potential, by their coordinates: {x: -c*xdot}",
+    )
+
+    def expressions(self) -> list[Expression]:
+        """The expressions that make the system."""
+        whole = (self.lagrangian, self.kinetic, self.potential, self.hamiltonian)
+        parts = [part for each in self.particles or () for part in (*(each.position or ()), each.potential)]
+        return [expression for expression in (*whole, *parts) if expression is not None]
+
+    @property
+    def velocities(self) -> tuple[str, ...]:
+        """Names of the velocities, in the order of the coordinates."""
+        return tuple(map(velocity, self.coordinates))
+
+    @property
+    def momenta(self) -> tuple[str, ...]:
+        """Names of the momenta, in the order of the coordinates."""
+        return tuple(map(momentum, self.coordinates))
+
+    @classmethod
+    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
+        yield from super()._contradictions(raw)
+        given = [key for key in cls.FORMS if raw.get(key) is not None]
+        if len(given) != 1 and given != ["lagrangian", "kinetic"]:
+            read = _listed(given) if given else "none of them"
+            hint = "`lagrangian` may stand beside `kinetic` and `potential` only" if given else None
+            yield ValueProblem(f"expected exactly one of {_listed(cls.FORMS)}; read {read}", hint=hint)
+        elif raw.get("potential") is not None and given[-1] not in ("kinetic", "particles"):
+            hint = "a Lagrangian is T - V already, a Hamiltonian has V in it"
+            message = f"goes with `kinetic` or `particles`; `{given[0]}` is given"
+            yield ValueProblem(message, path=("potential",), hint=hint)
+
+
+def _listed(keys: Sequence[str]) -> str:
+    return ", ".join(f"`{key}`" for key in keys)

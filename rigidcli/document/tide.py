@@ -1,0 +1,84 @@
+"""The torque of distant bodies on the equatorial bulge of a planet: precession of the equinoxes."""
+
+from __future__ import annotations
+
+from typing import Annotated, ClassVar, Self
+
+from pydantic import Field, ValidationInfo, model_validator
+
+from rigidcli.core.arithmetic import Scalar
+from rigidcli.errors import ValueProblem
+from rigidcli.fields.dimensions import GRAVITATIONAL_PARAMETER
+from rigidcli.fields.quantities import (
+    AngularVelocity,
+    AsList,
+    Length,
+    Mass,
+    Number,
+    PolarAngle,
+    PositiveMoment,
+    Quantity,
+    limited,
+)
+from rigidcli.fields.readers import Title
+from rigidcli.fields.section import Section, environment
+
+Eccentricity = Annotated[
+    Number,
+    limited(lambda e, n: n.sign(e) != -1 and n.sign(1 - e) not in (0, -1), "a number from 0 to below 1"),
+]
+Ellipticity = Annotated[
+    Number, limited(lambda x, n: n.sign(1 - 2 * x) != -1, "(C - A)/C with C <= 2 A, a number up to 1/2")
+]
+
+
+class Perturber(Section):
+    """A body that pulls at the bulge, on an orbit as it is seen from the planet."""
+
+    ONE_OF: ClassVar = ("mass", "gm")
+
+    name: Title | None = None
+    mass: Mass | None = None
+    gm: Annotated[Scalar, Quantity(GRAVITATIONAL_PARAMETER, "positive")] | None = Field(
+        default=None, description="Gravitational parameter G m (m^3/s^2), often known better than the mass"
+    )
+    distance: Length = Field(description="Semi-major axis of the orbit (m)")
+    eccentricity: Eccentricity = Field(default=0, validate_default=True)
+    inclination: PolarAngle = Field(
+        default=0, validate_default=True, description="Of the orbit to the plane from which obliquity counts"
+    )
+
+
+class Tide(Section):
+    """A spinning planet, and what pulls at its bulge."""
+
+    ONE_OF: ClassVar = ("moments", "ellipticity")
+
+    obliquity: PolarAngle = Field(
+        description="Angle between the spin and the normal of the orbits' plane (rad)"
+    )
+    spin: AngularVelocity = Field(description="Angular velocity of the planet")
+    moments: Annotated[tuple[PositiveMoment, PositiveMoment, PositiveMoment], AsList] | None = Field(
+        default=None, description="A, B, C; C about the spin"
+    )
+    ellipticity: Ellipticity | None = Field(
+        default=None, description="(C - A)/C; A is the mean of the moments across the spin"
+    )
+    perturbers: Annotated[tuple[Perturber, ...], AsList, Field(min_length=1)] = Field(
+        description="The bodies that pull at the bulge"
+    )
+
+    @model_validator(mode="after")
+    def _check(self, info: ValidationInfo) -> Self:
+        n = environment(info).arithmetic
+        if n.sign(self.spin) == 0:
+            raise ValueProblem("read zero, expected a planet that spins", path=("spin",))
+        moments = self.moments or ()
+        for index in range(len(moments)):
+            a, b, c = (moments[(index + k) % 3] for k in range(3))
+            if n.sign(b + c - a) == -1:
+                raise ValueProblem(
+                    f"{n.size(a):.6g} > {n.size(b):.6g} + {n.size(c):.6g}: no body has these moments",
+                    path=("moments", index),
+                )
+        return self

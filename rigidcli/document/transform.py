@@ -1,0 +1,112 @@
+"""A change of variables in phase space, from the old to the new ones or back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, ClassVar
+
+from pydantic import Field, ValidationInfo
+
+from rigidcli.document.parameters import read_names
+from rigidcli.document.variables import (
+    EXPRESSION_SCHEMA,
+    MOST_COORDINATES,
+    RESULTS,
+    derived_names,
+    momentum,
+    names_schema,
+    read_expression,
+    read_new_names,
+    require_known,
+)
+from rigidcli.errors import ValueProblem, gathered, shown
+from rigidcli.fields.readers import ReadBy
+from rigidcli.fields.section import Section, environment, refuse
+from rigidcli.language.expression import Expression
+
+
+def _meanings(coordinates: tuple[str, ...]) -> dict[str, str]:
+    """What the names of a system are."""
+    return {name: f"the coordinate `{name}`" for name in coordinates} | derived_names(coordinates)
+
+
+def _read_new_variables(raw: object, info: ValidationInfo) -> tuple[str, ...]:
+    env = environment(info)
+    taken = {**RESULTS, **_meanings(env.coordinates or ())}
+    index, problems = read_new_names(raw, env, taken, 2 * MOST_COORDINATES, "new variables")
+    refuse("new variables", problems)
+    names = tuple(index)
+    if len(names) % 2:
+        hint = "new coordinates first, then their momenta in the same order, as in [Q1, Q2, P1, P2]"
+        raise ValueProblem(f"read {len(names)} names, expected an even number of them", hint=hint)
+    if env.coordinates is not None and len(names) != 2 * len(env.coordinates):
+        raise ValueProblem(
+            f"read {len(names)} names, expected {2 * len(env.coordinates)}: "
+            f"as many as there are coordinates and momenta"
+        )
+    return names
+
+
+def _read_side(raw: object, info: ValidationInfo) -> dict[str, Expression]:
+    """The variables of one side as expressions in those of the other; `info` tells which side it is."""
+    env = environment(info)
+    if not isinstance(raw, Mapping):
+        raise ValueProblem(f"read {shown(raw)}, expected a mapping from variables to expressions")
+    if len(raw) > 2 * MOST_COORDINATES:
+        raise ValueProblem(f"read {len(raw)} expressions, expected at most {2 * MOST_COORDINATES}")
+    new: tuple[str, ...] | None = info.data.get("new_variables")
+    coordinates = env.coordinates
+    old = None if coordinates is None else (*coordinates, *map(momentum, coordinates))
+    if info.field_name == "old":
+        side, other, hint = old, new, "under `old` the old variables are written in the new ones"
+    else:
+        side, other = new, old
+        hint = "under `new` the new variables are written in the old coordinates and momenta"
+    meanings = _meanings(coordinates or ()) | dict.fromkeys(new or (), "a new variable")
+    misplaced = {name: what for name, what in meanings.items() if name not in (other or ())}
+    found: dict[str, Expression] = {}
+    spelling, problems = read_names(raw)
+    for name, key in spelling.items():
+        with gathered(problems, key):
+            require_known(name, side, f"expected {', '.join(side or ())}")
+            if other is None:
+                found[name] = env.symbolic(raw[key])
+            else:
+                found[name] = read_expression(raw[key], env, (*other, "t"), misplaced, hint)
+    problems += [
+        ValueProblem("missing, expected an expression for it", path=(name,))
+        for name in side or ()
+        if name not in spelling
+    ]
+    refuse("transform", problems)
+    return {name: found[name] for name in side or found}
+
+
+_SIDE = ReadBy(_read_side, {"type": "object", "additionalProperties": EXPRESSION_SCHEMA})
+
+
+class Transform(Section):
+    """New variables of phase space: half of them coordinates, then their momenta in the same order."""
+
+    ONE_OF: ClassVar = ("old", "new")
+
+    # The first to be read: the expressions are in these names.
+    new_variables: Annotated[
+        tuple[str, ...], ReadBy(_read_new_variables, names_schema(2, 2 * MOST_COORDINATES))
+    ] = Field(description="New coordinates, then their momenta in the same order: [Q1, Q2, P1, P2]")
+    old: Annotated[dict[str, Expression], _SIDE] | None = Field(
+        default=None, description="Old coordinates and momenta, as expressions in the new variables and t"
+    )
+    new: Annotated[dict[str, Expression], _SIDE] | None = Field(
+        default=None, description="New variables, as expressions in the old coordinates, momenta and t"
+    )
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The new coordinates."""
+        return self.new_variables[: len(self.new_variables) // 2]
+
+    @property
+    def momenta(self) -> tuple[str, ...]:
+        """The new momenta, in the order of the new coordinates."""
+        return self.new_variables[len(self.new_variables) // 2 :]

@@ -1,0 +1,116 @@
+"""Variables of a system in phase space, old and new: their names, and expressions in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from pydantic.json_schema import JsonSchemaValue
+
+from rigidcli.document.parameters import read_name
+from rigidcli.errors import ExpressionError, ValueProblem, gathered, nearest, shown
+from rigidcli.fields.dimensions import Dimension
+from rigidcli.fields.environment import Environment
+from rigidcli.language.expression import Expression
+
+MOST_COORDINATES = 40
+"""The most coordinates of a system: far more than anybody writes, and still worked in bounded time."""
+
+EXPRESSION_SCHEMA: JsonSchemaValue = {"type": ["number", "string"]}
+"""JSON Schema of an expression."""
+
+
+def names_schema(least: int, most: int) -> JsonSchemaValue:
+    """JSON Schema of a list of names, or of names in a text."""
+    names = {"type": "array", "items": {"type": "string"}, "minItems": least, "maxItems": most}
+    return {"anyOf": [names, {"type": "string"}]}
+
+
+RESULTS: Mapping[str, str] = {"H": "the Hamiltonian"}
+"""Names that no variable may have, because columns of an orbit have them."""
+
+
+def velocity(coordinate: str) -> str:
+    """The name of a coordinate's velocity."""
+    return f"{coordinate}dot"
+
+
+def momentum(coordinate: str) -> str:
+    """The name of a coordinate's momentum."""
+    return f"p_{coordinate}"
+
+
+def derived_names(coordinates: Iterable[str]) -> dict[str, str]:
+    """The names of the velocities and momenta, and what they are."""
+    return {
+        name: f"the {kind} of `{coordinate}`"
+        for coordinate in coordinates
+        for name, kind in ((velocity(coordinate), "velocity"), (momentum(coordinate), "momentum"))
+    }
+
+
+def acceleration(coordinate: str) -> str:
+    """The name that a coordinate's second derivative would have."""
+    return f"{coordinate}ddot"
+
+
+def read_new_names(
+    raw: object, env: Environment, taken: Mapping[str, str], most: int, what: str
+) -> tuple[dict[str, int], list[ValueProblem]]:
+    """The new names in a list of the document, each with its index, and the problems of the others.
+
+    `taken` tells what a name is already. A parameter of the same name is at fault, not the name.
+    """
+    if isinstance(raw, str):
+        raw = [name.strip() for name in raw.split(",")]
+    if not isinstance(raw, list | tuple):
+        raise ValueProblem(f"read {shown(raw)}, expected a list of {what}, such as [x, y]")
+    if not 1 <= len(raw) <= most:
+        raise ValueProblem(f"read {shown(raw)}, expected 1 to {most} {what}")
+    found: dict[str, int] = {}
+    problems: list[ValueProblem] = []
+    for index, entry in enumerate(raw):
+        with gathered(problems, index):
+            name = read_name(entry)
+            if name in found:
+                raise ValueProblem(f"{shown(entry)} stands here already")
+            if name in taken:
+                raise ValueProblem(f"`{name}` is {taken[name]}, expected another name")
+            found[name] = index
+            blame_parameter(name, f"one of the {what}", env)
+    return found, problems
+
+
+def require_known(name: str, known: Sequence[str] | None, hint: str) -> None:
+    """Raise ValueProblem for a name that is none of the `known` ones, where these are known."""
+    if known is not None and name not in known:
+        near = nearest(name, known)
+        raise ValueProblem(f"unknown name{f' (did you mean {near}?)' if near else ''}", hint=hint)
+
+
+def blame_parameter(name: str, what: str, env: Environment) -> None:
+    """Let a parameter of this name, if there is one, be refused: the name means something else."""
+    if name in env.declared:
+        env.faults[name] = ValueProblem(f"`{name}` is {what}, expected another name for a parameter")
+
+
+def read_expression(
+    raw: object,
+    env: Environment,
+    variables: tuple[str, ...],
+    misplaced: Mapping[str, str],
+    hint: str,
+    dimension: Dimension | None = None,
+) -> Expression:
+    """An expression in `variables` and the parameters, which stay names.
+
+    `misplaced` tells what names are that mean something, but elsewhere; `hint` says what to write for
+    them. Raises ValueProblem.
+    """
+    expression = env.symbolic(raw, dimension, variables)
+    calls = {name: f"a function, and needs its argument: `{name}(...)`" for name in env.functions}
+    for name in sorted(expression.names & calls.keys() - env.declared - {*variables}):
+        raise ExpressionError(f"`{name}` is {calls[name]}")
+    for name in sorted(expression.names & misplaced.keys() - env.declared):
+        raise ExpressionError(f"`{name}` is {misplaced[name]}, which cannot stand here", hint=hint)
+    env.admit(expression, variables, dimension)
+    return expression

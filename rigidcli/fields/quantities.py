@@ -1,0 +1,173 @@
+"""Numbers of a document by their dimension, sign and size; lists of them, and points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from decimal import Decimal
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import AfterValidator, BeforeValidator, Strict, ValidationInfo
+from pydantic.json_schema import JsonSchemaValue
+
+from rigidcli.core.arithmetic import Arithmetic, Scalar
+from rigidcli.errors import ValueProblem, shown
+from rigidcli.fields.dimensions import (
+    ANGLE,
+    ANGULAR_VELOCITY,
+    DIMENSIONLESS,
+    LENGTH,
+    MASS,
+    MOMENT_OF_INERTIA,
+    TIME,
+    Dimension,
+)
+from rigidcli.fields.environment import Environment
+from rigidcli.fields.readers import SHARED, Alternative, ReadBy, Reader
+from rigidcli.fields.section import environment
+from rigidcli.fields.typed_numbers import number_of
+from rigidcli.fields.words import not_one_of
+
+LIMITS: dict[Dimension | None, float] = {
+    LENGTH: 1e50,
+    MASS: 1e100,
+    MOMENT_OF_INERTIA: 1e200,
+}
+"""The largest number of a dimension, in SI units; its inverse is the least. No formula goes beyond floats."""
+
+DEFAULT_LIMIT = 1e160
+"""The limit of numbers of other dimensions."""
+
+FULL_TURN = 6.2832
+"""A bare number beyond this (rad) is probably an angle in degrees; 2 pi, as it is typed, is not beyond it."""
+
+
+@dataclass(frozen=True)
+class Quantity(Reader):
+    """Marks a field as a number with a dimension, which becomes an SI value once, when it is read.
+
+    A dimension of None is any.
+    """
+
+    dimension: Dimension | None
+    sign: Literal["positive", "nonnegative"] | None = None
+
+    def json_schema(self) -> JsonSchemaValue:
+        """A number, or a text for one, under a name of its own."""
+        number: dict[str, object] = {"type": "number"}
+        if self.sign is not None:
+            number["exclusiveMinimum" if self.sign == "positive" else "minimum"] = 0
+        text = f"{self.words}; or a quantity with a unit, or an expression in the parameters"
+        name = " ".join(filter(None, [self.sign, str(self.dimension or "number").partition(" (")[0]]))
+        body = {"anyOf": [number, {"type": "string"}], "description": text[0].upper() + text[1:]}
+        return {SHARED: name.replace(" ", "-"), "schema": body}
+
+    @property
+    def words(self) -> str:
+        """What is expected, in words."""
+        return number_of(self.dimension, self.sign)
+
+    def read(self, raw: object, info: ValidationInfo) -> Scalar:
+        """The SI value, of a size and sign that fit."""
+        env = environment(info)
+        value: Scalar = env.read(raw, self.dimension)
+        is_bare = self.dimension == ANGLE and isinstance(raw, int | float | Decimal)
+        if is_bare and abs(float(str(raw))) > FULL_TURN:
+            env.notes.append(f"an angle of {raw} rad is beyond a full turn; {raw} deg meant?")
+        limit = LIMITS.get(self.dimension, DEFAULT_LIMIT)
+        if not env.arithmetic.exact and value and not 1 / limit <= abs(value) <= limit:
+            raise ValueProblem(
+                f"read {shown(raw)}, expected {self.words} from {1 / limit:.0e} to {limit:.0e}"
+            )
+        if self.sign is not None:
+            sign = env.arithmetic.sign(value)
+            if sign == -1 or (sign == 0 and self.sign == "positive"):
+                worked = "" if not isinstance(raw, str) else f" (which is {env.arithmetic.size(value):.6g})"
+                raise ValueProblem(f"read {shown(raw)}{worked}, expected {self.words}")
+            if sign is None:
+                env.assume_positive(value)
+        return value
+
+
+def _read_whole(raw: object, info: ValidationInfo) -> int:
+    """A whole number, be it written as one, as 3.0 or as an expression."""
+    env = environment(info)
+    value = env.arithmetic.value(env.read(raw, DIMENSIONLESS))
+    if value is None or not value.is_integer():
+        worked = f" (which is {value:.6g})" if isinstance(raw, str) and value is not None else ""
+        raise ValueProblem(f"read {shown(raw)}{worked}, expected a whole number")
+    return int(value)
+
+
+def limited(fits: Callable[[Any, Arithmetic], bool], expected: str, unit: str = "") -> AfterValidator:
+    """Marks a number that is refused where it does not fit; `expected` says in words what does."""
+
+    def check(value: Scalar, info: ValidationInfo) -> Scalar:
+        n = environment(info).arithmetic
+        if not fits(value, n):
+            hint = f"{n.size(value):.6g} deg meant?" if unit == " rad" else None
+            raise ValueProblem(f"read {n.size(value):.6g}{unit}, expected {expected}", hint=hint)
+        return value
+
+    return AfterValidator(check)
+
+
+Mass = Annotated[Scalar, Quantity(MASS, "positive")]
+Length = Annotated[Scalar, Quantity(LENGTH, "positive")]
+OptionalLength = Annotated[Scalar, Quantity(LENGTH, "nonnegative")]
+Coordinate = Annotated[Scalar, Quantity(LENGTH)]
+Angle = Annotated[Scalar, Quantity(ANGLE)]
+PolarAngle = Annotated[
+    Angle, limited(lambda x, n: -1 not in (n.sign(x), n.sign(n.pi - x)), "an angle from 0 to 180 deg", " rad")
+]
+AngularVelocity = Annotated[Scalar, Quantity(ANGULAR_VELOCITY)]
+MomentOfInertia = Annotated[Scalar, Quantity(MOMENT_OF_INERTIA)]
+PrincipalMoment = Annotated[Scalar, Quantity(MOMENT_OF_INERTIA, "nonnegative")]
+PositiveMoment = Annotated[Scalar, Quantity(MOMENT_OF_INERTIA, "positive")]
+Time = Annotated[Scalar, Quantity(TIME)]
+Duration = Annotated[Scalar, Quantity(TIME, "positive")]
+Number = Annotated[Scalar, Quantity(DIMENSIONLESS)]
+WholeNumber = Annotated[int, ReadBy(_read_whole, {"type": ["integer", "string"]})]
+
+# A YAML list is read as a tuple; everything else stays strict.
+AsList = Strict(False)
+Vector3 = Annotated[tuple[Coordinate, Coordinate, Coordinate], AsList]
+Direction = Annotated[tuple[Number, Number, Number], AsList]
+Rates3 = Annotated[tuple[AngularVelocity, AngularVelocity, AngularVelocity], AsList]
+
+
+def _list_along(axes: str) -> BeforeValidator:
+    """Marks lengths along these axes, so that what is no list is told how it is written."""
+
+    def check(raw: object) -> object:
+        if not isinstance(raw, list | tuple):
+            hint = f"write `[{raw.strip('[]() ')}]`" if isinstance(raw, str) and "," in raw else None
+            raise ValueProblem(
+                f"read {shown(raw)}, expected a list, such as [{axes}]", hint=hint, typed=hint and str(raw)
+            )
+        return raw
+
+    return BeforeValidator(check)
+
+
+Size2 = Annotated[tuple[Length, Length], AsList, _list_along("x, y")]
+
+Size3 = Annotated[tuple[Length, Length, Length], AsList, _list_along("x, y, z")]
+
+
+def _read_point(raw: str, env: Environment) -> str:
+    if raw not in ("origin", "com"):
+        raise ValueProblem(not_one_of(raw, ("origin", "com")))
+    return raw
+
+
+Point: TypeAlias = Annotated[
+    tuple[Scalar, Scalar, Scalar] | str,
+    Alternative(str, _read_point, otherwise=Vector3, schema={"enum": ["origin", "com"]}),
+]
+
+ReferencePoint: TypeAlias = Annotated[
+    tuple[Scalar, Scalar, Scalar] | str,
+    Alternative(str, lambda raw, env: raw, otherwise=Vector3, schema={"type": "string"}),
+]
+"""A point of the document, which may have a name."""

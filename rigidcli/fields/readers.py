@@ -1,0 +1,199 @@
+"""Marks on fields: how what is written becomes what a field holds, and which JSON Schema that has."""
+
+from __future__ import annotations
+
+import pathlib
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass
+from decimal import Decimal
+from importlib import import_module
+from types import UnionType
+from typing import Annotated, Any, TypeAlias
+
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler, ValidationInfo
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
+from pydantic_core.core_schema import ValidatorFunctionWrapHandler
+
+from rigidcli.errors import ValueProblem, nearest, shown
+from rigidcli.fields.environment import Environment
+from rigidcli.fields.section import Holder, Section, environment, sections_in
+from rigidcli.fields.words import AS_WRITTEN, key_slip, keys_called, with_colon
+
+SECTION = "x-section"
+"""Key that stands for `$ref` in the JSON Schema of one section, as bodies contain bodies."""
+
+SHARED = "x-shared"
+"""Key with the name of the schema that stands under `schema` beside it: written once, and referred to."""
+
+
+class Reader:
+    """Marks a field with a reader of its own: `read` turns what is written into what the field holds.
+
+    It raises ValueProblem. `json_schema` gives the JSON Schema of what may be written.
+    """
+
+    read: Callable[[Any, ValidationInfo], Any]
+    json_schema: Callable[[], JsonSchemaValue]
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return core_schema.with_info_plain_validator_function(self.read)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        # pydantic adds defaults to what it gets, which is not for other fields of the same kind.
+        return deepcopy(self.json_schema())
+
+
+@dataclass(frozen=True, eq=False)
+class ReadBy(Reader):
+    """Marks a field that a function, `read`, reads; `schema` is its JSON Schema."""
+
+    read: Callable[[Any, ValidationInfo], Any]
+    schema: JsonSchemaValue
+
+    def json_schema(self) -> JsonSchemaValue:
+        """The schema that was given."""
+        return self.schema
+
+
+class Wrapper(Holder):
+    """Marks a field in which something else may stand for what it `otherwise` holds."""
+
+    otherwise: Any
+
+    @abstractmethod
+    def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
+        """What the field holds by what is written: read here, or `otherwise`."""
+
+    def __get_pydantic_core_schema__(self, source: object, handler: GetCoreSchemaHandler) -> CoreSchema:
+        schema = handler.generate_schema(self.otherwise)
+        return core_schema.with_info_wrap_validator_function(self.wrapped, schema)
+
+    def sections(self) -> list[type[Section]]:
+        """Those that the field otherwise holds."""
+        return sections_in(self.otherwise)
+
+
+@dataclass(frozen=True, eq=False)
+class Alternative(Wrapper):
+    """Marks a field in which a value of another type (`kind`) may stand for what it otherwise holds.
+
+    `read` makes of that value what the field then holds; `schema` is its JSON Schema.
+    """
+
+    kind: type | UnionType
+    read: Callable[[Any, Environment], object]
+    otherwise: Any
+    schema: JsonSchemaValue
+
+    def wrapped(self, raw: Any, otherwise: ValidatorFunctionWrapHandler, info: ValidationInfo) -> object:
+        """What `read` makes of a value of the other type."""
+        return self.read(raw, environment(info)) if isinstance(raw, self.kind) else otherwise(raw)
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> JsonSchemaValue:
+        return {"anyOf": [deepcopy(self.schema), handler(schema)]}
+
+
+@dataclass(frozen=True)
+class Choice(Reader, Holder):
+    """Marks a field as one of several sections, told apart by `choose` from the mapping as read."""
+
+    choose: Callable[[Mapping[str, Any]], type[Section]]
+    options: Callable[[], Sequence[type[Section]]]
+    example: str = ""
+    """A mapping that may stand there, for messages."""
+
+    def json_schema(self) -> JsonSchemaValue:
+        """One of the sections."""
+        return {"oneOf": [reference(option) for option in self.options()]}
+
+    def sections(self) -> list[type[Section]]:
+        """Those to choose from."""
+        return list(self.options())
+
+    def read(self, raw: object, info: ValidationInfo) -> Section:
+        """The section that was chosen."""
+        if isinstance(raw, Section):
+            return raw
+        if not isinstance(raw, Mapping):
+            message = f"read {shown(raw)}, expected a mapping{self.example and f', such as {self.example}'}"
+            if isinstance(raw, str) and (cure := with_colon(raw)) is not None:
+                raise ValueProblem(message, hint=AS_WRITTEN.format(cure), typed=raw)
+            raise ValueProblem(message)
+        return self.choose(raw).model_validate(raw, context=info.context)
+
+
+def by_key(forms: Mapping[str, type[Section]], example: str = "") -> Choice:
+    """Marks a field that takes the section of the one key of `forms` that the mapping has."""
+
+    def choose(raw: Mapping[str, Any]) -> type[Section]:
+        present = [key for key in forms if key in raw]
+        if len({forms[key] for key in present}) == 1:
+            return forms[present[0]]
+        read = " and ".join(f"`{key}`" for key in present) or "none of them"
+        if slips := [slip.below(key) for key in raw if (slip := key_slip(key, forms)) is not None]:
+            raise slips[0]
+        called = [name for key in raw for name in keys_called(key) if name in forms]
+        guess = next((name for name in (*called, *(nearest(key, list(forms)) for key in raw)) if name), None)
+        also = f" (did you mean {guess}?)" if guess and not present else ""
+        raise ValueProblem(f"expected exactly one of {', '.join(forms)}; read {read}{also}")
+
+    return Choice(choose, lambda: tuple(dict.fromkeys(forms.values())), example)
+
+
+@dataclass(frozen=True)
+class Elsewhere(Reader, Holder):
+    """Marks a field for a section, or a choice, of another module, loaded when there is one to read."""
+
+    module: str
+    name: str
+
+    @property
+    def choice(self) -> Choice:
+        """The choice; one section is a choice, too."""
+        there = getattr(import_module(self.module), self.name)
+        return there if isinstance(there, Choice) else Choice(lambda raw: there, lambda: (there,))
+
+    def json_schema(self) -> JsonSchemaValue:
+        """That of the choice."""
+        return self.choice.json_schema()
+
+    def sections(self) -> list[type[Section]]:
+        """Those of the choice."""
+        return self.choice.sections()
+
+    def read(self, raw: object, info: ValidationInfo) -> Section:
+        """The section that was chosen."""
+        return self.choice.read(raw, info)
+
+
+def reference(section: type[Section]) -> JsonSchemaValue:
+    """JSON Schema of a section, by its name; the schema of the whole document has them all."""
+    return {SECTION: section.__name__}
+
+
+def _read_title(raw: object, info: ValidationInfo) -> str:
+    """A text; a number is one, too, as `13.2` may name a problem."""
+    if isinstance(raw, bool) or not isinstance(raw, str | int | float | Decimal):
+        raise ValueProblem(f"read {shown(raw)}, expected a text")
+    return str(raw)
+
+
+Title = Annotated[str, ReadBy(_read_title, {"type": ["string", "number"]})]
+"""A text that may look like a number."""
+
+
+def _read_file(raw: object, info: ValidationInfo) -> pathlib.Path:
+    if not isinstance(raw, str):
+        raise ValueProblem(f"read {shown(raw)}, expected the name of a file, such as bracket.stl or arm.urdf")
+    return environment(info).file(raw)
+
+
+FileName: TypeAlias = Annotated[pathlib.Path, ReadBy(_read_file, {"type": "string"})]
+"""The path of a file that is named beside the document, which is taken note of."""

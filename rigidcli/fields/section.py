@@ -1,0 +1,134 @@
+"""A section: a mapping of the document, of which keys and types are known.
+
+The errors of all its keys are reported together, each with a cure where one is known.
+"""
+
+# Annotations here are objects, not texts: pydantic reads those of a section for all that are built on it.
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from importlib import import_module
+from typing import Any, ClassVar, Self, get_args
+
+from pydantic import (
+    BaseModel,
+    ConfigDict,
+    ModelWrapValidatorHandler,
+    ValidationError,
+    ValidationInfo,
+    model_validator,
+)
+from pydantic_core import InitErrorDetails
+
+from rigidcli.errors import UNKNOWN, ValueProblem, nearest
+from rigidcli.fields.environment import Environment
+from rigidcli.fields.words import key_slip, keys_called
+
+
+class Section(BaseModel):
+    """A mapping of the document: unknown keys and wrong types are refused, and nothing changes later.
+
+    `ONE_OF` and `AT_MOST_ONE_OF` name keys that exclude each other; of the former one must be given. The
+    validator is built when the first such section is read: a document uses two or three of thirty.
+    """
+
+    model_config = ConfigDict(frozen=True, strict=True, extra="forbid", defer_build=True)
+
+    ONE_OF: ClassVar[tuple[str, ...]] = ()
+    AT_MOST_ONE_OF: ClassVar[tuple[str, ...]] = ()
+
+    @model_validator(mode="wrap")
+    @classmethod
+    def _report_keys(cls, raw: object, validate: ModelWrapValidatorHandler[Self]) -> Self:
+        """Refuse unknown, missing and contradicting keys here, beside whatever else is wrong."""
+        if not isinstance(raw, dict):
+            return validate(raw)
+        fields = cls.model_fields
+        unknown = [key for key in raw if key not in fields]
+        problems = [(key_slip(key, cls.model_fields) or cls._unknown(key, raw)).below(key) for key in unknown]
+        for problem in problems:
+            problem.code = UNKNOWN
+        problems += cls._contradictions(raw)
+        if not problems:
+            return validate(raw)
+        known = {key: value for key, value in raw.items() if key in cls.model_fields}
+        read: Self = refuse(cls.__name__, problems, lambda: validate(known))
+        return read
+
+    @classmethod
+    def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
+        for keys, least, expected in ((cls.ONE_OF, 1, "exactly"), (cls.AT_MOST_ONE_OF, 0, "at most")):
+            given = [key for key in keys if raw.get(key) is not None]
+            if keys and not least <= len(given) <= 1:
+                words = " and ".join(f"`{key}`" for key in given or keys)
+                which = "both" if given else "neither"
+                yield ValueProblem(f"{which} of {words} given, expected {expected} one")
+
+    @classmethod
+    def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
+        """The problem of a key that the section does not have."""
+        known = list(cls.model_fields)
+        called = cls.called(key, raw)
+        top = import_module("rigidcli.document.document").Document.model_fields
+        if called is None and key in top:
+            for name, field in top.items():
+                if cls in sections_in(field.annotation):
+                    return ValueProblem(f"belongs beside `{name}`, at the top of the document")
+        near = called or nearest(key, known)
+        if near is not None:
+            return ValueProblem(f"unknown key (did you mean {near}?)")
+        return ValueProblem("unknown key", hint=f"known keys here: {', '.join(known)}")
+
+    @classmethod
+    def called(cls, word: str, raw: Mapping[str, Any]) -> str | None:
+        """The key of the section for which `word` stands, if there is one that `raw` does not give."""
+        free = (key for key in keys_called(word) if key in cls.model_fields and raw.get(key) is None)
+        return next(free, None)
+
+
+class Holder(ABC):
+    """A mark on a field that may hold sections."""
+
+    @abstractmethod
+    def sections(self) -> list[type[Section]]:
+        """The sections, each once."""
+
+
+def environment(info: ValidationInfo) -> Environment:
+    """The environment in which `info` says that a document is read; a plain one outside a document."""
+    return info.context if isinstance(info.context, Environment) else Environment()
+
+
+def refuse(title: str, problems: Sequence[ValueProblem], rest: Callable[[], Any] = lambda: None) -> Any:
+    """Raise the problems of one value together, with those that reading the `rest` of it raises.
+
+    Each has the path that leads to it. Without any problem, what the rest is.
+    """
+    errors = [
+        InitErrorDetails(type="value_error", loc=(), input=None, ctx={"error": problem})
+        for problem in problems
+    ]
+    try:
+        value = rest()
+    except ValidationError as error:
+        errors += details(error)
+    if errors:
+        raise ValidationError.from_exception_data(title, errors)
+    return value
+
+
+def details(error: ValidationError, *path: str | int) -> Iterator[InitErrorDetails]:
+    """What pydantic has to tell of a value, as seen from where the `path` to that value begins."""
+    for e in error.errors(include_url=False):
+        yield InitErrorDetails(type=e["type"], loc=(*path, *e["loc"]), input=e["input"], ctx=e.get("ctx", {}))
+
+
+def sections_in(annotation: Any) -> list[type[Section]]:
+    """The sections that a field of this type may hold, at any depth of its lists and choices."""
+    if isinstance(annotation, type) and issubclass(annotation, Section):
+        return [annotation]
+    if isinstance(annotation, Holder):
+        return annotation.sections()
+    *types, metadata = (*get_args(annotation), getattr(annotation, "__metadata__", ()))
+    marked = [section for mark in metadata for section in sections_in(mark)]
+    return marked or list(dict.fromkeys(section for part in types for section in sections_in(part)))

@@ -1,0 +1,75 @@
+"""The text of a file, a pipe or standard input, which is untrusted."""
+
+from __future__ import annotations
+
+import errno
+import io
+import os
+import pathlib
+import stat
+import sys
+
+from rigidcli.errors import DocumentError, Problem
+
+MAX_BYTES = 2_000_000
+"""The longest text in UTF-8, which takes about half a second to read."""
+
+STDIN = "-"
+"""The name of a file that stands for standard input."""
+
+NOT_READ = {".3ds", ".3mf", ".amf", ".blend", ".dae", ".fbx", ".iges", ".igs", ".step", ".stp", ".wrl"}
+"""The endings of meshes and solids that are not read: who gives one is told so."""
+
+CONVERT = "save it as STL in the program that made it, or in one that converts meshes"
+"""What to do about a mesh or solid of which the format is not read."""
+
+
+def read_text(name: str, source: str) -> str:
+    """The text of a regular file, a pipe or standard input, bounded. Raises DocumentError."""
+    hint = None
+    ending = pathlib.PurePath(name).suffix.lower()
+    if ending in NOT_READ:
+        message = f"{ending} is not read, expected a mesh such as .stl, .obj or .glb"
+        raise DocumentError([Problem(source, message, hint=CONVERT)])
+    try:
+        if name == STDIN:
+            if sys.stdin is None:
+                raise OSError(errno.EBADF, "standard input is closed")
+            data = sys.stdin.buffer.read(MAX_BYTES + 1)
+        else:
+            # A pipe without a writer, or a device, named by mistake is refused, not waited for.
+            descriptor = os.open(name, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
+            with os.fdopen(descriptor, "rb") as file:
+                mode = os.fstat(descriptor).st_mode
+                if not (stat.S_ISREG(mode) or stat.S_ISFIFO(mode)):
+                    raise OSError(errno.EINVAL, "not a regular file")
+                data = _of_pipe(file) if stat.S_ISFIFO(mode) else file.read(MAX_BYTES + 1)
+        require_bounded(data, source)
+        return data.decode("utf-8-sig")
+    except OSError as error:
+        message = f"cannot be read: {error.strerror or error}"
+    except UnicodeDecodeError as error:
+        message = f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}"
+        hint = "save the file as UTF-8 in the editor, or with `iconv -f ENCODING -t UTF-8`"
+        if name == STDIN:
+            hint = "a document is text; a mesh is given by the name of its file"
+    except ValueError:  # there is a NUL in it
+        message = "cannot be read: no file has such a name"
+    raise DocumentError([Problem(source, message, hint=hint)])
+
+
+def _of_pipe(file: io.BufferedReader) -> bytes:
+    """What is written to a pipe, as by a process substitution; raises OSError where nobody writes."""
+    first = file.raw.read(MAX_BYTES + 1)  # None where a writer is there, and has written nothing yet
+    if first == b"":
+        raise OSError(errno.EPIPE, "nothing is written to this pipe")
+    os.set_blocking(file.fileno(), True)
+    return (first or b"") + file.read(MAX_BYTES + 1)
+
+
+def require_bounded(data: bytes, source: str) -> None:
+    """Raise DocumentError for a text of more than MAX_BYTES."""
+    if len(data) > MAX_BYTES:
+        hint = "many points are read faster from a .csv or .npy file: `points: cloud.npy`"
+        message = f"too long, expected at most {MAX_BYTES:,} bytes"
+        raise DocumentError([Problem(source, message, hint=hint, code="too_large")])

@@ -1,0 +1,267 @@
+"""Units: the text of a unit becomes an exact factor to SI and a dimension.
+
+The table `units.csv` defines the units of mechanics courses, each by others. What follows is exact: a
+rational factor times a power of pi. A name that the table lacks is refused, with the names that are like it.
+
+    unit   =  factor, then more of them joined by `*`, `·`, a blank (all of them products) or `/`
+    factor =  (name | `(` unit `)`) [power]        `1` may stand for a name before `/`, as in `1/s`
+    power  =  `^n`, `**n` or superscript digits    a whole number from -12 to 12
+
+A product is worked from left to right and a blank binds like `*`: `N m/rad s` is `(N m/rad) s`.
+A point or a hyphen before a letter is a product, too: `kg.m^2`, `N-m`.
+Write `kg/(m s)` for several names below the line. Case matters: `Mm` is not `mm`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import deque
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from fractions import Fraction
+from functools import lru_cache
+from importlib import resources
+from typing import NamedTuple
+
+from rigidcli.errors import ValueProblem
+from rigidcli.fields.dimensions import DIMENSIONLESS, FREQUENCY, Dimension
+from rigidcli.language.tokens import LOWERED, SUPERSCRIPT
+
+MAX_TEXT = 200
+"""The most characters of a unit: far more than any has, and read at once."""
+
+MAX_POWER = 12
+"""The largest power in a unit: no law of mechanics has one beyond it."""
+
+MAX_BITS = 4096
+"""The most bits of a factor's numerator or denominator: far beyond any float, and still worked at once."""
+
+_PI = Fraction("3.14159265358979323846264338327950288419716939937510582097494")
+"""Pi to 60 digits, so that a factor is rounded only when it becomes a float."""
+
+
+@dataclass(frozen=True, slots=True)
+class Unit:
+    """A unit: one of it is `factor` pi^`pi_power` of the SI unit of `dimension`, exactly."""
+
+    text: str
+    factor: Fraction
+    pi_power: int
+    dimension: Dimension
+
+    @property
+    def scale(self) -> float:
+        """One of the unit in SI units."""
+        return self.si(Fraction(1))
+
+    def si(self, number: Fraction) -> float:
+        """`number` of the unit in SI units, rounded once: 1.1 cm is 0.011, not 1.1 * 0.01.
+
+        Raises:
+            ValueProblem: the result is too large for a float.
+        """
+        try:
+            return float(number * self.factor * _PI**self.pi_power)
+        except OverflowError as error:
+            raise ValueProblem(f"a value in `{self.text}` is too large") from error
+
+    def times(self, other: Unit, power: int = 1) -> Unit:
+        """The product with `other` raised to `power`; it keeps this unit's text."""
+        factor = self.factor * other.factor**power
+        pi_power = self.pi_power + power * other.pi_power
+        return Unit(self.text, factor, pi_power, self.dimension.times(other.dimension, power))
+
+
+# --- the table
+
+# fmt: off
+PREFIXES = {prefix: power for power, prefixes in {
+    -30: "q quecto", -27: "r ronto", -24: "y yocto", -21: "z zepto", -18: "a atto", -15: "f femto",
+    -12: "p pico", -9: "n nano", -6: "u µ micro", -3: "m milli", -2: "c centi", -1: "d deci", 1: "da deca",
+    2: "h hecto", 3: "k kilo", 6: "M mega", 9: "G giga", 12: "T tera", 15: "P peta", 18: "E exa",
+    21: "Z zetta", 24: "Y yotta", 27: "R ronna", 30: "Q quetta",
+}.items() for prefix in prefixes.split()}
+# fmt: on
+"""SI prefixes with their powers of ten; up to two letters stand before symbols, the others before words."""
+
+_BASE = {name: Dimension(**{name: 1}) for name in Dimension._fields} | {"frequency": FREQUENCY}
+"""What a unit measures that is not defined by others, by the word that stands for its definition."""
+
+
+class Row(NamedTuple):
+    """A row of `units.csv`: the names of a unit, and its definition by a number and others, or by `_BASE`."""
+
+    names: str
+    definition: str
+    prefixed: str
+    """Those of the names before which a short prefix may stand; a long one stands before the longer names."""
+    remark: str
+    """Where a value is from, or which of several is meant."""
+
+
+_LINES = resources.files("rigidcli.fields").joinpath("units.csv").read_text("utf-8").splitlines()
+
+TABLE = tuple(Row(*line.split(",")) for line in _LINES[1:])
+"""The units of mechanics courses."""
+
+_REFUSED = {
+    "degC": ("has its zero elsewhere than the kelvin", "write a temperature in `K`"),
+    "degF": ("has its zero elsewhere than the kelvin", "write a temperature in `K`"),
+    "mil": ("is a length to some and an angle to others", "write `thou` or `mrad`"),
+    "ton": ("differs from country to country", "write `t`, `long_ton` or `short_ton`"),
+    "month": ("has no fixed length", "write `d`"),
+    "rads": ("is a dose of radiation", "write `rad`"),
+    "Nm": ("is not a unit but a product of two", "write `N m`"),
+}
+"""Names that are likely to mean something else than their reader would take them for: why, and a hint."""
+
+_ONE = Unit("1", Fraction(1), 0, DIMENSIONLESS)
+
+_DEFINED = {name: row.definition for row in TABLE for name in row.names.split()}
+"""The definition of each name in the table."""
+
+_SYMBOLS = frozenset(name for row in TABLE for name in row.prefixed.split())
+"""The units before which a short prefix may stand."""
+
+_WORDS = frozenset(name for row in TABLE if row.prefixed for name in row.names.split() if len(name) > 3)
+"""The units before which a long prefix may stand."""
+
+_DEFINITION = re.compile(r"(?:(pi|[0-9][^ /]*)(?:/(pi|[^ ]+))? )?(.+)")
+"""The number in a definition, if there is one, its divisor, and the units."""
+
+
+def _may_follow(prefix: str) -> frozenset[str]:
+    return _SYMBOLS if len(prefix) <= 2 else _WORDS
+
+
+def known_names() -> list[str]:
+    """Every name of the table, those with an SI prefix too."""
+    prefixed = (prefix + name for prefix in PREFIXES for name in sorted(_may_follow(prefix)))
+    return list(dict.fromkeys(["1", *_DEFINED, *prefixed]))
+
+
+def _from_table(name: str) -> Unit | None:
+    if name == "1":
+        return _ONE
+    if name in _DEFINED:
+        return _defined(name, _DEFINED[name])
+    for prefix, power in PREFIXES.items():
+        rest = name.removeprefix(prefix)
+        if rest != name and rest in _may_follow(prefix):
+            unit = _named(rest)
+            return replace(unit, text=name, factor=unit.factor * Fraction(10) ** power)
+    return None
+
+
+def is_unit(name: str) -> bool:
+    """Whether a name is that of a unit."""
+    return _from_table(name) is not None
+
+
+def _defined(name: str, definition: str) -> Unit:
+    """The unit that a row of the table defines by others: `550 ft lbf/s`, `1/16 lb`, `pi/180 rad`."""
+    if definition in _BASE:
+        return Unit(name, Fraction(1), 0, _BASE[definition])
+    found = _DEFINITION.fullmatch(definition)
+    assert found is not None
+    unit = parse_unit(found[3])
+    for number, sign in ((found[1], 1), (found[2], -1)):
+        pi_power = sign if number == "pi" else 0
+        factor = Fraction(1 if pi_power else number or 1) ** sign
+        unit = unit.times(Unit("", factor, pi_power, DIMENSIONLESS))
+    return replace(unit, text=name)
+
+
+def _named(name: str) -> Unit:
+    if name in _REFUSED:
+        reason, hint = _REFUSED[name]
+        raise ValueProblem(f"`{name}` {reason}", hint=hint)
+    unit = _from_table(name)
+    if unit is None:
+        raise ValueProblem(f"unknown unit `{name}`", hint=_hint_for(name))
+    return unit
+
+
+@lru_cache(maxsize=128)
+def _hint_for(name: str) -> str:
+    stem = name.rstrip("0123456789")
+    if stem != name and _from_table(stem):
+        return f"write a power as `{stem}^{name.removeprefix(stem)}`"
+    if same := [known for known in known_names() if known.lower() == name.lower()]:
+        return f"case matters, did you mean {_listed(same)}?"
+    near = get_close_matches(name, known_names(), cutoff=0.7)
+    if near:
+        return f"did you mean {_listed(near)}?"
+    return "units are those of the SI with their prefixes, and others of mechanics, `rigidcli explain units`"
+
+
+def _listed(texts: list[str]) -> str:
+    return " or ".join(f"`{text}`" for text in texts)
+
+
+# --- reading
+
+_SPELLINGS = str.maketrans(
+    {"°": "deg", "′": "arcmin", "″": "arcsec", "Å": "angstrom", "\u212b": "angstrom"}
+    | {"μ": "µ", "\u2126": "Ω", "ℓ": "l", "·": "*", "⋅": "*", "−": "-"}
+)
+"""Characters for which ASCII, or another character of the same look, is read."""
+
+_JOINED = re.compile(r"(?<=[^\W_])[.-](?=[^\W\d_])")
+"""The point of `kg.m^2` and the hyphen of `N-m`."""
+
+_TOKEN = re.compile(r"[^\W\d_]\w*|1(?=\s*/)|(?:\^|\*\*)\s*[-+]?[0-9]+|\S")
+"""A name, a power, or any other character, which is a sign or an error."""
+
+
+@lru_cache(maxsize=1024)
+def parse_unit(text: str) -> Unit:
+    """The unit that a text such as `g/cm^3`, `N m` or `1/s` names.
+
+    Raises:
+        ValueProblem: the text is no unit, or names one that is unknown, ambiguous, offset
+            (`degC`), or too large or too small for a float.
+    """
+    if len(text) > MAX_TEXT:
+        raise ValueProblem(f"a unit of {len(text)} characters, expected at most {MAX_TEXT}")
+    plain = re.sub(SUPERSCRIPT, lambda raised: "^" + raised[0].translate(LOWERED), text.translate(_SPELLINGS))
+    tokens = deque([*_TOKEN.findall(_JOINED.sub("*", plain)), ""])
+    unit = replace(_product(tokens), text=text.strip())
+    if tokens[0]:
+        raise _unexpected(tokens[0])
+    if unit.scale == 0:
+        raise ValueProblem(f"a value in `{unit.text}` is too small")
+    return unit
+
+
+def _product(tokens: deque[str]) -> Unit:
+    """Factors up to the end or a closing parenthesis, which is left in place."""
+    unit = _factor(tokens)
+    while tokens[0] not in ("", ")"):
+        sign = tokens.popleft() if tokens[0] in ("*", "/") else "*"
+        unit = unit.times(_factor(tokens), -1 if sign == "/" else 1)
+    return unit
+
+
+def _factor(tokens: deque[str]) -> Unit:
+    """A name or a parenthesis, with its power."""
+    head = tokens.popleft()
+    if head == "(":
+        unit = _product(tokens)
+        if tokens.popleft() != ")":
+            raise ValueProblem("a parenthesis is not closed in a unit")
+    elif head == "1" or head[:1].isalpha():
+        unit = _named(head)
+    else:
+        raise _unexpected(head)
+    if len(tokens[0]) > 1 and tokens[0][0] in "^*":
+        power = int(tokens.popleft().lstrip("^* "))
+        bits = max(unit.factor.numerator, unit.factor.denominator).bit_length()
+        if abs(power) > MAX_POWER or bits * abs(power) > MAX_BITS:
+            raise ValueProblem(f"power {power} in a unit is out of bounds", hint=f"at most {MAX_POWER}")
+        unit = _ONE.times(unit, power)
+    return unit
+
+
+def _unexpected(head: str) -> ValueProblem:
+    return ValueProblem(f"unexpected `{head}` in a unit" if head else "a unit ends too early")

@@ -1,1 +1,0 @@
-"""The document: what a person may write, read into frozen models that are the domain objects."""

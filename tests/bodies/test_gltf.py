@@ -1,0 +1,172 @@
+"""Meshes in glTF, which trimesh reads in a process of its own; and those that nothing here reads."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import rigidcli
+from rigidcli import RigidError
+from rigidcli.bodies import mesh_gltf
+from tests.conftest import Program
+from tests.meshes import box, indexed
+
+VERTICES, FACES = indexed(box((0, 0, 0), (1, 2, 3)))
+DATA = VERTICES.astype("<f4").tobytes() + FACES.astype("<u4").tobytes()
+SCENE: dict[str, Any] = {
+    "asset": {"version": "2.0"},
+    "buffers": [{"byteLength": len(DATA), "uri": "box%20data.bin"}],
+    "bufferViews": [
+        {"buffer": 0, "byteLength": VERTICES.size * 4},
+        {"buffer": 0, "byteOffset": VERTICES.size * 4, "byteLength": FACES.size * 4},
+    ],
+    "accessors": [
+        {"bufferView": 0, "componentType": 5126, "count": len(VERTICES), "type": "VEC3"},
+        {"bufferView": 1, "componentType": 5125, "count": FACES.size, "type": "SCALAR"},
+    ],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+    "nodes": [
+        {"children": [1, 2], "translation": [0, 0, 10]},
+        {"mesh": 0, "rotation": [0, 0, 0.5**0.5, 0.5**0.5]},
+        {"mesh": 0, "translation": [5, 0, 0], "scale": [-1, 2, 1]},
+    ],
+    "scenes": [{"nodes": [0]}],
+    "scene": 0,
+}
+PARTS = """
+body:
+  position: [0, 0, 10]
+  parts:
+    - {shape: box, size: [1, 2, 3], anchor: corner, density: 7850, rotation: {axis: [0, 0, 1], angle: pi/2}}
+    - {shape: box, size: [1, 4, 3], anchor: corner, density: 7850, position: [4, 0, 0]}
+"""
+
+
+def written(folder: Path, name: str = "scene.gltf", **changes: Any) -> Path:
+    (folder / "box data.bin").write_bytes(DATA)
+    path = folder / name
+    path.write_text(json.dumps(SCENE | changes))
+    return path
+
+
+def test_what_a_scene_shows_is_the_body(program: Program, tmp_path: Path) -> None:
+    found = json.loads(
+        program("axes", str(written(tmp_path)), "-f", "json", "--set", "body.density=7850").out
+    )
+    parts = rigidcli.axes(PARTS)
+    for key in ("mass", "center_of_mass", "tensor"):
+        np.testing.assert_allclose(found[key], parts[key], rtol=1e-6, atol=1e-6 * parts["mass"])
+    assert (found["mesh"]["triangles"], found["mesh"]["components"]) == (24, 2)
+
+
+@pytest.mark.parametrize(
+    ("changes", "reason"),
+    [
+        ({"buffers": [{"byteLength": 9, "uri": "../box%20data.bin"}]}, "is not in its folder"),
+        ({"buffers": [{"byteLength": 9, "uri": "none.bin"}]}, "`none.bin`, expected a file"),
+        (
+            {"accessors": [{**SCENE["accessors"][0], "count": 10**9}, SCENE["accessors"][1]]},
+            "trimesh cannot read it",
+        ),
+        (
+            {"accessors": [{**SCENE["accessors"][0], "count": 7}, SCENE["accessors"][1]]},
+            r"a face has the vertex 7 \(counted from 0\), and there are 7",
+        ),
+    ],
+)
+def test_hostile_scenes_are_refused(changes: dict[str, Any], reason: str, tmp_path: Path) -> None:
+    folder = tmp_path / "inner"
+    folder.mkdir()
+    (tmp_path / "box data.bin").write_bytes(DATA)
+    path = written(folder, **changes)
+    with pytest.raises(RigidError, match=reason) as caught:
+        rigidcli.inertia(path, settings=["body.density=1"])
+    assert "Traceback" not in str(caught.value)
+
+
+def changed(key: str, number: int, **changes: Any) -> dict[str, Any]:
+    """The scene with some changes in one of its nodes, meshes or accessors."""
+    found = [dict(each) for each in SCENE[key]]
+    found[number] |= changes
+    return {key: found}
+
+
+PART = SCENE["meshes"][0]["primitives"][0]
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [
+        (changed("nodes", 1, skin=0), "a skin of node 1"),
+        (changed("nodes", 1, weights=[0, 0.5]), "weights of shapes of node 1"),
+        (
+            changed("nodes", 1, extensions={"EXT_mesh_gpu_instancing": {}}),
+            "a mesh in several places of node 1",
+        ),
+        (changed("nodes", 1, camera=0), "a camera beside other things of node 1"),
+        (changed("nodes", 0, children=[1, 2, 1]), "several parents of node 1"),
+        (changed("nodes", 1, matrix=[1, 0, 0, 0] * 4), "a matrix of no frame of node 1"),
+        (
+            changed("nodes", 2, matrix=[1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1]),
+            "a matrix beside a frame",
+        ),
+        (changed("nodes", 1, matrix=[None, *mesh_gltf.UNMOVED[1:]]), "a frame without numbers of node 1"),
+        (changed("nodes", 1, rotation=[0, 0, 0, 0]), "a rotation of zero of node 1"),
+        (changed("nodes", 0, children=[-1, 2]), "`-1` as `children`"),
+        ({"scenes": [{"nodes": [0, 2]}]}, "several parents of node 2"),
+        (changed("accessors", 0, componentType=5125), "places of another type of mesh 0"),
+        (changed("meshes", 0, weights=[1]), "weights of shapes of mesh 0"),
+        (changed("meshes", 0, primitives=[PART, PART | {"mode": 6}]), "triangles that are a fan of mesh 0"),
+        (changed("accessors", 0, sparse={}), "sparse data of mesh 0"),
+        (changed("accessors", 0, normalized=True), "places in units of a type of mesh 0"),
+        (changed("accessors", 1, componentType=5124), "indices with a sign of mesh 0"),
+        (
+            {"extensionsRequired": ["KHR_draco_mesh_compression"]},
+            "the extension `KHR_draco_mesh_compression`",
+        ),
+    ],
+)
+def test_what_trimesh_passes_over_is_refused(changes: dict[str, Any], what: str, tmp_path: Path) -> None:
+    path = written(tmp_path, **changes)
+    with pytest.raises(RigidError, match=f"scene.gltf: there is {what}.*, which trimesh does not read"):
+        rigidcli.inertia(path, settings=["body.density=1"])
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"),
+    [
+        (b"glTF\2\0\0\0", "expected a head with `glTF`, the version 2, and `JSON`"),
+        (b'glTF\2\0\0\0\0\0\0\0\7\0\0\0JSON{\n"a":}', "not JSON in line 2"),
+        (b"glTF\2\0\0\0\0\0\0\0\1\0\0\0JSON\xff", "bytes that are no UTF-8"),
+    ],
+)
+def test_what_is_no_scene_is_told(content: bytes, reason: str, tmp_path: Path) -> None:
+    path = tmp_path / "scene.glb"
+    path.write_bytes(content)
+    with pytest.raises(RigidError, match=reason):
+        rigidcli.inertia(path, settings=["body.density=1"])
+
+
+def test_without_trimesh_the_message_says_how_to_get_it(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(mesh_gltf, "find_spec", lambda name: None)
+    with pytest.raises(RigidError, match=r"scene.glb: trimesh.* is not installed.*\n.*rigidcli\[mesh\]"):
+        rigidcli.inertia(written(tmp_path, "scene.glb"), settings=["body.density=1"])
+
+
+@pytest.mark.parametrize("name", ["part.3mf", "part.STEP", "part.dae"])
+def test_other_formats_are_refused_as_meshes(name: str, program: Program, tmp_path: Path) -> None:
+    path = tmp_path / name
+    path.write_bytes(b"\0")
+    for command in ("axes", "validate"):
+        outcome = program(command, str(path))
+        assert (outcome.code, outcome.out) == (3, "")
+        assert f"{name}: {path.suffix.lower()} is not read, expected a mesh such as .stl" in outcome.err
+        assert "hint: save it as STL" in outcome.err
+    outcome = program("axes", "-", stdin=f"body: {{mesh: '{path}', density: 1}}")
+    assert f"{name}: expected the name of a mesh" in outcome.err

@@ -1,0 +1,511 @@
+"""Robot descriptions: what is read from them is what MuJoCo reads, and hostile files are refused."""
+
+from __future__ import annotations
+
+import importlib
+import random
+import re
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+import rigidcli
+from rigidcli.bodies.robots import READERS, elements
+from rigidcli.document.document import Document
+from rigidcli.document.link_documents import LinkDocument, link_documents
+from rigidcli.errors import RigidError
+from rigidcli.studies.robots import remarks
+from rigidcli.studies.robots.geometry import forms_of
+from rigidcli.studies.robots.repair import repair
+from tests.conftest import ROOT, Program
+
+ARM = (ROOT / "configs" / "arm.urdf").read_text()
+
+SDF = """<sdf version="1.9"><model name="m"><link name="l">{}</link></model></sdf>"""
+
+MJCF = """<mujoco>{}<worldbody><body name="l"><freejoint/>{}</body></worldbody></mujoco>"""
+
+TENSOR = np.array([[0.1, 0.01, -0.02], [0.01, 0.2, 0.03], [-0.02, 0.03, 0.25]])
+
+
+def urdf(inertial: str) -> str:
+    return f'<robot name="r"><link name="l">{inertial}</link></robot>'
+
+
+def origin(xyz: Sequence[float], rpy: Sequence[float]) -> str:
+    """An inertial block of URDF with a tensor that has six entries."""
+    place = f'xyz="{" ".join(map(str, xyz))}" rpy="{" ".join(map(str, rpy))}"'
+    names = zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), TENSOR[np.triu_indices(3)], strict=True)
+    entries = " ".join(f'{name}="{entry}"' for name, entry in names)
+    return f'<inertial><origin {place}/><mass value="2"/><inertia {entries}/></inertial>'
+
+
+def read(text: str, ending: str, folder: Path) -> list[Any]:
+    """The results of `inertia` for all links of a text."""
+    path = folder / f"robot{ending}"
+    path.write_text(text)
+    return [rigidcli.inertia(document) for document in rigidcli.load_all(path)]
+
+
+def opened(link: LinkDocument) -> Document:
+    """The document of a link."""
+    return link.draft.document()
+
+
+def by_mujoco(text: str, name: str = "l") -> tuple[float, Any, Any]:
+    """Mass, centre of mass and the tensor about it in the axes of the body, as MuJoCo compiles them."""
+    mujoco: Any = pytest.importorskip("mujoco", reason="MuJoCo is the oracle here")
+    model = mujoco.MjModel.from_xml_string(text)
+    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
+    axes = np.zeros(9)
+    mujoco.mju_quat2Mat(axes, model.body_iquat[body])
+    turn = axes.reshape(3, 3)
+    tensor = turn @ np.diag(model.body_inertia[body]) @ turn.T
+    return model.body_mass[body], model.body_ipos[body], tensor
+
+
+def agree(result: Any, text: str, name: str = "l") -> None:
+    mass, centre, tensor = by_mujoco(text, name)
+    assert result["mass"] == pytest.approx(mass, rel=1e-15)
+    np.testing.assert_allclose(result["center_of_mass"], centre, atol=1e-15)
+    np.testing.assert_allclose(result["tensor_com"], tensor, atol=2e-15)
+
+
+def test_every_ending_has_a_reader() -> None:
+    folder = Path(elements.__file__).parent
+    helpers = {"__init__", "compiler", "elements", "geoms", "links", "orientation"}
+    assert {path.stem for path in folder.glob("*.py")} - helpers == set(READERS.values())
+    for name in READERS.values():
+        reader = importlib.import_module(f"rigidcli.bodies.robots.{name}")
+        assert isinstance(reader.ROOT, str)
+        assert callable(reader.read)
+
+
+finite = st.floats(-3, 3).map(lambda value: round(value, 3))
+three = st.tuples(finite, finite, finite)
+
+
+@settings(deadline=None, max_examples=25)
+@given(three, three)
+def test_urdf_and_sdf_turn_the_tensor_by_roll_pitch_and_yaw(
+    tmp_path_factory: pytest.TempPathFactory, xyz: tuple[float, ...], rpy: tuple[float, ...]
+) -> None:
+    """The turns are about the fixed axes x, y, z, in this order; scipy's small letters say the same."""
+    folder = tmp_path_factory.mktemp("robot")
+    turn = Rotation.from_euler("xyz", rpy).as_matrix()
+    names = zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), TENSOR[np.triu_indices(3)], strict=True)
+    entries = "".join(f"<{name}>{entry}</{name}>" for name, entry in names)
+    pose = " ".join(map(str, (*xyz, *rpy)))
+    block = f"<inertial><pose>{pose}</pose><mass>2</mass><inertia>{entries}</inertia></inertial>"
+    (one,) = read(urdf(origin(xyz, rpy)), ".urdf", folder)
+    (other,) = read(SDF.format(block), ".sdf", folder)
+    for result in (one, other):
+        np.testing.assert_allclose(result["center_of_mass"], xyz, atol=1e-15)
+        np.testing.assert_allclose(result["tensor_com"], turn @ TENSOR @ turn.T, atol=1e-15)
+
+
+def test_urdf_is_what_mujoco_reads(tmp_path: Path) -> None:
+    block = origin([0.3, -0.2, 0.1], [0.4, -1.1, 2.5])
+    joint = '<link name="b"/><joint name="j" type="floating"><parent link="b"/><child link="l"/></joint>'
+    agree(read(urdf(block), ".urdf", tmp_path)[0], urdf(block).replace("</robot>", f"{joint}</robot>"))
+
+
+POSES = {
+    "plain": ("", ""),
+    "quat": ("", 'quat="0.1 -2 0.3 0.7"'),
+    "degrees": ("", 'axisangle="1 2 3 40"'),
+    "radians": ('<compiler angle="radian"/>', 'axisangle="1 2 -3 0.7"'),
+    "euler": ("", 'euler="10 20 30"'),
+    "fixed axes": ('<compiler eulerseq="XYZ"/>', 'euler="10 20 30"'),
+    "some fixed": ('<compiler eulerseq="zYx"/>', 'euler="10 20 30"'),
+    "an axis twice": ('<compiler eulerseq="xxZ" angle="radian"/>', 'euler="1 2 3"'),
+    "xyaxes": ("", 'xyaxes="1 1 0.2 0 1 -0.3"'),
+    "zaxis": ("", 'zaxis="1 -2 0.4"'),
+    "downwards": ("", 'zaxis="0 0 -1"'),
+}
+
+
+@pytest.mark.parametrize("pose", POSES)
+def test_mjcf_is_turned_as_mujoco_turns_it(pose: str, tmp_path: Path) -> None:
+    compiler, attribute = POSES[pose]
+    block = f'<inertial pos="1 -2 0.3" mass="2" diaginertia="1 2 2.5" {attribute}/>'
+    text = MJCF.format(compiler, block)
+    agree(read(text, ".xml", tmp_path)[0], text)
+
+
+def test_mjcf_with_a_full_tensor_frames_and_files(tmp_path: Path) -> None:
+    block = '<inertial pos="0 1 0" mass="2" fullinertia="1 2 2.5 0.1 -0.2 0.3"/>'
+    framed = f'<frame pos="1 2 3" euler="30 0 0"><frame quat="1 0 1 0">{block}</frame></frame>'
+    for inside in (block, framed):
+        text = MJCF.format("", inside)
+        agree(read(text, ".xml", tmp_path)[0], text)
+    (tmp_path / "more.xml").write_text(f"<mujocoinclude>{block}</mujocoinclude>")
+    (result,) = read(MJCF.format("", '<include file="more.xml"/>'), ".xml", tmp_path)
+    agree(result, MJCF.format("", block))
+
+
+GEOMS = """
+<geom name="plain" size="0.1" pos="1 0 0"/>
+<geom type="capsule" fromto="0 0 0 0.3 0.4 0" size="0.05" density="500"/>
+<geom type="ellipsoid" size="0.1 0.2 0.3" euler="10 20 30" mass="3" density="7"/>
+<frame pos="0 0 2" euler="0 90 0"><geom class="heavy" type="cylinder" size="0.1 0.2" pos="0 1 0"/></frame>
+<geom class="box" pos="0 0 -1"/>
+<geom type="mesh" mesh="none" density="0"/>
+"""
+DEFAULTS = """
+<asset><mesh name="none" vertex="0 0 0 1 0 0 0 1 0 0 0 1"/></asset>
+<default><default class="heavy"><geom density="7850"/>
+<default class="box"><geom type="box" size="0.1 0.1 0.3"/></default></default></default>
+"""
+
+
+@pytest.mark.parametrize("compiler", ["", '<compiler inertiafromgeom="true"/>'])
+def test_geoms_of_mjcf_are_added_up_as_mujoco_does(compiler: str, tmp_path: Path) -> None:
+    block = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>' if compiler else ""
+    text = MJCF.format(compiler + DEFAULTS, block + GEOMS)
+    (result,) = read(text, ".xml", tmp_path)
+    mass, centre, tensor = by_mujoco(text)
+    assert result["mass"] == pytest.approx(mass, rel=1e-14)
+    np.testing.assert_allclose(result["center_of_mass"], centre, rtol=1e-13, atol=1e-14)
+    np.testing.assert_allclose(result["tensor_com"], tensor, rtol=1e-13, atol=1e-12)
+    path = tmp_path / "robot.xml"
+    notes = link_documents(path.read_text(), "robot.xml", tmp_path).notes
+    assert "of the geoms, with 1000 kg/m^3 where none is given, of links without `<inertial>`: l" in notes[0]
+
+
+@pytest.mark.parametrize(
+    ("outer", "own"),
+    [
+        ('size="0.1 0.2 0.3"', 'size="0.4"'),
+        ('size="0.1 0.2 0.3" quat="1 1 0 0"', 'euler="10 20 30"'),
+        ('size="0.1 0.2 0.3" euler="10 20 30"', 'axisangle="1 2 3 40"'),
+        ('size="0.1 0.2 0.3" euler="10 20 30"', 'quat="1 2 0 0"'),
+    ],
+)
+def test_attributes_of_geoms_take_the_place_of_defaults_as_in_mujoco(
+    outer: str, own: str, tmp_path: Path
+) -> None:
+    styles = f'<default><geom type="box"/><default class="inner"><geom {outer}/></default></default>'
+    text = MJCF.format(styles, f'<geom class="inner" {own}/>')
+    agree(read(text, ".xml", tmp_path)[0], text)
+
+
+@pytest.mark.parametrize(
+    ("compiler", "geoms", "reason"),
+    [
+        ("", GEOMS.replace('density="0"', 'density="1"'), "infers it from geoms that are not all plain"),
+        ('<compiler shellinertia="true"/>', '<geom size="1"/>', "infers it from geoms"),
+        ('<compiler inertiagrouprange="1 2"/>', GEOMS, "no mass"),
+        ('<compiler boundmass="x"/>', GEOMS, "`boundmass` of `<compiler>`: read `x`, expected a number"),
+        ('<compiler inertiafromgeom="false"/>', GEOMS, "no mass"),
+        ("", '<geom size="1" mass="-1"/>', "read `-1.0`, expected a positive mass"),
+        ("", '<geom size="1" density="x"/>', "read `x`, expected a number"),
+        ("", '<geom size="1" class="haevy"/>', "read the class `haevy`, expected one that a `<default>` has"),
+        ("", '<geom size="1" shellinertia="true"/>', "not all plain solids"),
+        ("", '<replicate count="3" offset="1 0 0"><geom size="1"/></replicate>', "not all plain solids"),
+    ],
+)
+def test_geoms_that_are_not_added_up_are_told(compiler: str, geoms: str, reason: str, tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    path.write_text(MJCF.format(compiler + DEFAULTS, geoms))
+    with pytest.raises(RigidError, match=reason):
+        rigidcli.load_all(path)
+
+
+SEVERAL = """<mujoco><compiler {}/><worldbody>
+<body name="thin"><freejoint/><frame euler="0 0 40"><inertial pos="0 0 1" mass="2"
+  fullinertia="1 2 2.6 0.1 -0.2 0.3"/></frame></body>
+<body name="light"><freejoint/><geom size="0.1 0.2 0.3" type="box" pos="1 0 0" euler="10 20 30" density="9"/>
+  <frame pos="0 1 0"><geom size="0.1" density="30"/></frame><geom size="0.2" group="1"/></body>
+<body name="wrong"><freejoint/><inertial pos="1 0 0" mass="3" euler="1 2 3" diaginertia="{}"/></body>
+<body name="empty" pos="0 0 3"><geom type="plane" size="1 1 1"/></body>
+</worldbody></mujoco>"""
+
+
+@pytest.mark.parametrize(
+    ("settings", "moments"),
+    [
+        ('boundmass="2.5"', "1 2 2.5"),
+        ('boundinertia="1.7"', "1 2 2.5"),
+        ('balanceinertia="true"', "1 2 4"),
+        ('balanceinertia="true" boundinertia="1.9"', "1 2 4"),
+        ('settotalmass="7"', "1 2 2.5"),
+        ('settotalmass="7" boundmass="0.1" boundinertia="2.2" balanceinertia="true"', "1 2 5"),
+        ('inertiagrouprange="0 0" settotalmass="7"', "1 2 2.5"),
+        ('inertiagrouprange="1 4" inertiafromgeom="true"', "1 2 2.5"),
+        ('settotalmass="-1" boundmass="0" balanceinertia="false"', "1 2 2.5"),
+    ],
+)
+def test_settings_of_mjcf_change_masses_as_in_mujoco(
+    settings: str, moments: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    mujoco: Any = pytest.importorskip("mujoco", reason="MuJoCo is the oracle here")
+    monkeypatch.chdir(tmp_path)  # where MuJoCo writes its warnings
+    text = SEVERAL.format(settings, moments)
+    found = {result.name: result for result in read(text, ".xml", tmp_path)}
+    model = mujoco.MjModel.from_xml_string(text)
+    heavy = {model.body(index).name for index in range(model.nbody) if model.body_mass[index] > 0}
+    assert found.keys() == heavy - {"empty"}
+    for name, result in found.items():
+        mass, centre, tensor = by_mujoco(text, name)
+        assert result["mass"] == pytest.approx(mass, rel=1e-13)
+        np.testing.assert_allclose(result["center_of_mass"], centre, atol=1e-13)
+        np.testing.assert_allclose(
+            result["tensor_com"], tensor, rtol=1e-12, atol=1e-12 * np.abs(tensor).max()
+        )
+
+
+def test_a_whole_mass_is_told_and_needs_all_masses(program: Program, tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    path.write_text(SEVERAL.format('settotalmass="7"', "1 2 2.5"))
+    told = program("inertia", str(path))
+    assert "`<compiler>` sets the whole mass to 7 kg: masses and tensors are 0." in told.err
+    exact = program("inertia", str(path), "--exact")
+    assert exact.code == 3
+    assert "robot.xml:1: what `<compiler>` makes of masses and tensors is not exact" in exact.err
+    path.write_text(SEVERAL.format('settotalmass="7" boundmass="2.5"', "1 2 2.5"))
+    assert "`<compiler>` changes the mass or the tensor of thin\n" in program("inertia", str(path)).err
+    path.write_text('<mujoco><compiler settotalmass="7"/><worldbody><body/></worldbody></mujoco>')
+    assert "which is not done: 0 kg are written" in program("inertia", str(path)).err
+    path.write_text(SEVERAL.format('settotalmass="7"', "1 2 2.5").replace('type="box"', 'mesh="m"'))
+    told = program("inertia", str(path))
+    assert "which is not done: of light it is not known" in told.err
+    repeated = "<replicate count='2'><body><geom size='1'/></body></replicate></worldbody>"
+    path.write_text(SEVERAL.format('settotalmass="7"', "1 2 2.5").replace("</worldbody>", repeated))
+    told = program("inertia", str(path))
+    assert "which is not done: of `<replicate>` in line 8 it is not known" in told.err
+    assert "note: bodies that `<replicate>` in line 8 makes besides those that are written are" in told.err
+
+
+def test_bodies_without_a_name_are_told_apart(tmp_path: Path) -> None:
+    body = '<body><geom size="1"/></body>'
+    text = f"<mujoco><worldbody>\n{body}{body}\n{body}</worldbody></mujoco>"
+    names = [result.name for result in read(text, ".xml", tmp_path)]
+    assert names == ["body in line 2", "body in line 2, number 2", "body in line 3"]
+
+
+def test_bodies_of_mjcf_whose_tensor_is_not_written_are_noted(tmp_path: Path) -> None:
+    path = tmp_path / "robot.xml"
+    one = '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>'
+    path.write_text(
+        f'<mujoco>\n<worldbody>\n<body name="a">{one}\n<body name="b"><geom type="mesh" mesh="m"/></body>\n'
+        '<body name="c"/></body></worldbody></mujoco>'
+    )
+    robot = link_documents(path.read_text(), "robot.xml", tmp_path)
+    assert [each.link.name for each in robot.links] == ["a"]
+    assert robot.notes == [
+        "1 link has no `<inertial>`: MuJoCo infers it from geoms that are not all plain solids: b (line 4)",
+        "1 link has no mass: c (line 5)",
+    ]
+
+
+def test_sdf_has_quaternions_defaults_and_models_in_models(tmp_path: Path) -> None:
+    pose = '<pose rotation_format="quat_xyzw">1 2 3 0 0 1 1</pose>'
+    inertia = "<inertia><ixx>1</ixx><iyy>2</iyy><izz>2.5</izz></inertia>"
+    (result,) = read(SDF.format(f"<inertial>{pose}{inertia}</inertial>"), ".sdf", tmp_path)
+    assert result["mass"] == 1
+    np.testing.assert_allclose(result["tensor_com"], np.diag([2, 1, 2.5]), atol=1e-15)
+    degrees = '<pose degrees="true">0 0 0 0 90 0</pose>'
+    (result,) = read(SDF.format(f"<inertial>{degrees}{inertia}</inertial>"), ".sdf", tmp_path)
+    np.testing.assert_allclose(result["tensor_com"], np.diag([2.5, 2, 1]), atol=1e-15)
+    link = '<link name="l"><inertial/></link>'
+    text = f'<sdf><world><model name="a">{link}<model name="b">{link}</model></model></world></sdf>'
+    assert [result.name for result in read(text, ".sdf", tmp_path)] == ["a::l", "a::b::l"]
+
+
+def test_exact_numbers_are_kept_digit_by_digit(tmp_path: Path) -> None:
+    path = tmp_path / "robot.urdf"
+    path.write_text(urdf(origin([0.1, 0, 0], [0, 0, 0])))
+    assert str(rigidcli.inertia(rigidcli.load(path, exact=True))["tensor"][1, 1]) == "11/50"
+    with pytest.raises(RigidError, match="3 links with a mass, expected one"):
+        rigidcli.inertia(ROOT / "configs" / "arm.urdf")
+
+
+BOMB = "".join(f'<!ENTITY a{n} "{f"&a{n - 1};" * 10}">' for n in range(1, 10))
+
+HOSTILE = {
+    "billion laughs": (
+        f'<!DOCTYPE r [<!ENTITY a0 "ha">{BOMB}]><robot name="&a9;"/>',
+        r"robot.urdf:1: read the document type `r`, expected none",
+    ),
+    "external entity": (
+        '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/passwd">]><robot>&x;</robot>',
+        "document type",
+    ),
+    "external subset": ('<!DOCTYPE r SYSTEM "http://example.org/r.dtd"><robot/>', "document type"),
+    "undefined entity": ("<robot>&x;</robot>", "not XML: undefined entity"),
+    "deep": ("<robot>" * 100_000, "nested more than 100 deep"),
+    "many": ("<robot>" + "<link/>" * 20_000, "more than 15,000 elements"),
+    "links": (
+        "<robot>" + "".join(f'<link name="{n}"/>' for n in range(1001)) + "</robot>",
+        "1,001 links, expected at most 1,000",
+    ),
+    "empty": ("", "not XML: no element found"),
+    "other": ("<project/>", "read `<project>`, expected a robot"),
+    "nothing": ("<robot/>", "there are no links"),
+    "control characters": ("<robot>\x07</robot>", "not well-formed"),
+    "before the declaration": ('\n<?xml version="1.0"?><robot/>', "stands at the very beginning"),
+}
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_hostile_files_are_refused(name: str, tmp_path: Path) -> None:
+    text, message = HOSTILE[name]
+    began = time.process_time()
+    with pytest.raises(RigidError) as refused:
+        link_documents(text, "robot.urdf", tmp_path)
+    said = f"{refused.value}{refused.value.__dict__.get('problems')}"
+    assert refused.value.exit_code == 3
+    assert re.search(message, said)
+    assert time.process_time() - began < 2
+
+
+def test_files_outside_the_folder_are_not_read(tmp_path: Path) -> None:
+    (tmp_path / "inside").mkdir()
+    (tmp_path / "secret.xml").write_text("<mujoco/>")
+    for name in ("../secret.xml", str(tmp_path / "secret.xml")):
+        with pytest.raises(RigidError, match="outside the robot's folder"):
+            read(MJCF.format("", f'<include file="{name}"/>'), ".xml", tmp_path / "inside")
+    (tmp_path / "again.xml").write_text('<mujoco><include file="again.xml"/></mujoco>')
+    with pytest.raises(RigidError, match="included twice"):
+        read(MJCF.format("", '<include file="again.xml"/>'), ".xml", tmp_path)
+
+
+REFUSED = {
+    'mass value="2"': ('mass value="2,5"', r"robot.urdf:1: link l: `value` of `<mass>`: read `2,5`"),
+    'ixx="0.1"': ("", "`<inertia>` has no `ixx`, expected a number"),
+    'iyy="0.2"': ('iyy="nan"', "read `nan`, expected a number"),
+    'izz="0.25"': ('izz="${1/4}"', "xacro"),
+    'xyz="1 2 3"': ('xyz="1 2"', "read `1 2`, expected 3 numbers"),
+    '<mass value="2"/>': ('<mass value="-2"/>', "link l: mass: read `-2.0`, expected a positive mass"),
+    'name="l"': ("", "missing, expected a `name`"),
+    "<link": ('<link name="l"/><link', "this name stands twice, first in line 1"),
+}
+
+
+@pytest.mark.parametrize("good", REFUSED)
+def test_what_is_wrong_in_a_link_is_told(good: str, tmp_path: Path) -> None:
+    bad, message = REFUSED[good]
+    text = urdf(origin([1, 2, 3], [0, 0, 0]))
+    assert good in text
+    (each,) = link_documents(text.replace(good, bad, 1), "robot.urdf", tmp_path).links
+    with pytest.raises(RigidError) as refused:
+        opened(each)
+    assert re.search(message, str(refused.value))
+
+
+TRIED = 200
+"""How many mutations of each file are tried each time; 10,000 of each were tried once."""
+
+PIECES = [*'<>/="&', "-", "0", "1e308", "1e-320", "nan", "1e9", "&x;", "<!--", "]]>", "</link>", "\0", "é"]
+
+
+NUMBERS = [
+    "0",
+    "-1",
+    "1e308",
+    "-1e200",
+    "1e-308",
+    "1e400",
+    "nan",
+    "1e60",
+    "",
+    "1 2",
+    "${x}",
+    "1e-30",
+    "9" * 500,
+]
+"""What takes the place of numbers: too large, too small, none, or two."""
+
+
+def mutated(text: str, chance: random.Random) -> str:
+    """The text with numbers changed, or a few pieces left out, doubled or put in."""
+    if chance.random() < 0.6:  # it stays XML
+        numbers = list(re.finditer(r"-?\d[\d.]*", text))
+        for match in sorted(chance.sample(numbers, min(3, len(numbers))), key=lambda m: -m.start()):
+            text = text[: match.start()] + chance.choice(NUMBERS) + text[match.end() :]
+        return text
+    for _ in range(chance.randint(1, 4)):
+        at, length = chance.randrange(len(text)), chance.randint(0, 12)
+        piece = chance.choice([*PIECES, "", text[at : at + 40], chance.choice(text)])
+        text = text[:at] + piece + text[at + length :]
+    return text
+
+
+SEEDS = {
+    ".urdf": ARM,
+    ".sdf": SDF.format(
+        '<inertial><pose degrees="true">1 2 3 4 5 6</pose><mass>1</mass><inertia><ixx>1</ixx></inertia>'
+        "</inertial><visual><geometry><box><size>1 1 1</size></box></geometry></visual>"
+    ),
+    ".xml": MJCF.format(
+        '<compiler angle="radian" eulerseq="zyx"/><default><geom size="1"/></default>',
+        '<frame euler="1 2 3"><inertial pos="1 2 3" mass="1" diaginertia="1 1 1" euler="1 2 3"/>'
+        '<geom type="capsule" fromto="0 0 0 1 1 1" size="0.1"/></frame>',
+    ),
+}
+
+
+@pytest.mark.parametrize("ending", SEEDS)
+def test_a_mutated_file_is_answered_or_refused(ending: str, tmp_path: Path) -> None:
+    chance = random.Random(1)
+    for _ in range(TRIED):
+        text = mutated(SEEDS[ending], chance)
+        began = time.process_time()
+        try:
+            links = link_documents(text, f"robot{ending}", tmp_path).links
+        except RigidError:
+            continue
+        for each in links:
+            try:
+                document = opened(each)
+                remarks(each.link, document)
+                rigidcli.axes(document)
+            except RigidError:
+                repair(each.link)
+        assert time.process_time() - began < 5, text
+
+
+def test_many_files_and_frames_are_bounded(tmp_path: Path) -> None:
+    for n in range(12):
+        deep = "<b>" * 90 + f'<include file="{n + 1}.xml"/>' + "</b>" * 90
+        (tmp_path / f"{n}.xml").write_text(f"<mujocoinclude>{deep}</mujocoinclude>")
+    with pytest.raises(RigidError, match="nested more than 100 deep"):
+        read(MJCF.format("", '<include file="0.xml"/>'), ".xml", tmp_path)
+    block = '<inertial pos="0 1 0" mass="2" diaginertia="1 1 1"/>'
+    for count in (10, 11):
+        text = MJCF.format("", '<frame pos="1 0 0">' * count + block + "</frame>" * count)
+        if count > 10:
+            with pytest.raises(RigidError, match="in more than 10 frames"):
+                read(text, ".xml", tmp_path)
+        else:
+            agree(read(text, ".xml", tmp_path)[0], text)
+
+
+def test_geoms_have_the_defaults_of_their_classes(tmp_path: Path) -> None:
+    """Their volumes and moments are those that MuJoCo infers from them at a density of 1."""
+    compiler = (
+        '<default><geom density="1" type="box" size="0.1 0.2 0.3"/>'
+        '<default class="ball"><geom type="sphere"/></default>'
+        '<default class="rod"><geom type="capsule" size="0.05" fromto="0 0 0 1 1 0"/></default>'
+        "</default>"
+    )
+    geoms = (
+        '<geom pos="1 0 0" euler="30 0 0"/><geom class="ball" pos="0 2 0"/><geom class="rod"/>'
+        '<frame pos="0 0 3" childclass="ball"><geom size="0.4"/><geom type="ellipsoid" size="0.1 0.2 0.3"/>'
+        '<geom type="cylinder" size="0.2 0.3" quat="1 1 0 0"/></frame>'
+    )
+    mass, centre, tensor = by_mujoco(MJCF.format(compiler, geoms))
+    written = MJCF.format(compiler, '<inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/>' + geoms)
+    ((link, _),) = link_documents(written, "robot.xml", tmp_path).links
+    (solid,) = forms_of(link).solids
+    assert solid.mass == pytest.approx(mass, rel=1e-14)
+    np.testing.assert_allclose(solid.centre, centre, atol=1e-14)
+    np.testing.assert_allclose(solid.tensor, tensor, atol=1e-13)

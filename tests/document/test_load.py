@@ -1,0 +1,593 @@
+"""Documents as they are refused: every problem with its line and key, all at once, in a student's words."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+import rigidcli
+from rigidcli.bodies.shapes import SHAPES
+from rigidcli.document.document import Document
+from rigidcli.document.load import load, loads
+from rigidcli.errors import DocumentError, Problem, UsageError
+
+CUBE = "body: {shape: cube, side: 1, mass: 12}\n"
+
+
+def problems(text: str, settings: Sequence[str] = (), *, exact: bool = False) -> list[Problem]:
+    """What is wrong with a text, in the order in which it is told."""
+    with pytest.raises(DocumentError) as caught:
+        loads(text, source="f.yaml", settings=settings, exact=exact)
+    return list(caught.value.problems)
+
+
+def places(text: str, settings: Sequence[str] = ()) -> list[tuple[int | None, str]]:
+    """Line and key path of every problem of a text."""
+    return [(problem.line, problem.key) for problem in problems(text, settings)]
+
+
+def told(text: str, settings: Sequence[str] = ()) -> str:
+    """Message and hint of the one problem of a text."""
+    (problem,) = problems(text, settings)
+    return f"{problem.message} {problem.hint or ''}"
+
+
+def mass(document: Document) -> object:
+    return document.physical.properties.mass
+
+
+# --- where
+
+
+EVERYTHING_WRONG = """\
+name: [5]
+parameters:
+  a: 2
+  b: zz
+bodyy: 1
+body:
+  parts:
+    - shape: box
+      size: [1, a,
+        -3]
+      mass: 5 s
+    - {shape: cylinder, radius: 0, hight: 1,
+       mass: true}
+    - shape: cyl
+      radius: 1
+    - points:
+        - [1, 2, 3, 4]
+        - {mass: -2, position: [0, 0]}
+        - [1, 2, 3]
+about: [1, x, 2]
+frame: {axis: [0, 0, 1], angle: 3 cm}
+motion:
+  omega: [5 Hz, 0, 0]
+  basis: space
+"""
+
+
+def test_all_problems_are_told_at_once_each_with_its_line_and_key() -> None:
+    assert places(EVERYTHING_WRONG) == [
+        (1, "name"),
+        (4, "parameters.b"),
+        (5, "bodyy"),
+        (10, "body.parts.0.size.2"),
+        (11, "body.parts.0.mass"),
+        (12, "body.parts.1.hight"),
+        (12, "body.parts.1.radius"),
+        (12, "body.parts.1.height"),
+        (13, "body.parts.1.mass"),
+        (14, "body.parts.2.shape"),
+        (18, "body.parts.3.points.1.mass"),
+        (18, "body.parts.3.points.1.position"),
+        (19, "body.parts.3.points.2"),
+        (20, "about.1"),
+        (21, "frame.angle"),
+        (23, "motion.omega.0"),
+        (24, "motion.basis"),
+    ]
+
+
+def test_a_problem_is_one_line_with_file_line_key_what_was_read_and_what_was_expected() -> None:
+    with pytest.raises(DocumentError) as caught:
+        loads("name: cube\n\nbody:\n  shape: cube\n  sde: 1\n  side: -2\n  mass: 1\n", source="cube.yaml")
+    assert str(caught.value).splitlines() == [
+        "cube.yaml:5: body.sde: unknown key (did you mean side?)",
+        "cube.yaml:6: body.side: read `-2`, expected a positive length (m)",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("body: {points: [[1, 2, 3]]}", [(1, "body.points.0")]),
+        ("body: {points: [[-1, 2, 3, 4]]}", [(1, "body.points.0.0")]),
+        ("body:\n  points:\n    - [1, 0, 0, x]", [(3, "body.points.0.3")]),
+        ("body: {parts: [{shape: cube, side: 0, mass: 1}]}", [(1, "body.parts.0.side")]),
+        (
+            "body: {shape: polygon, vertices: [[0, 0], [1, 0], [x, 1]], mass: 1}",
+            [(1, "body.vertices.2.0")],
+        ),
+        ("body: {shape: polygon, vertices: [[0, 0], [1, 0], [1]], mass: 1}", [(1, "body.vertices.2")]),
+        ("body: {shape: tetrahedron, vertices: [[0, 0, 0]], mass: 1}", [(1, "body.vertices")]),
+    ],
+)
+def test_a_wrong_entry_of_a_list_is_one_problem(text: str, expected: list[tuple[int, str]]) -> None:
+    """And not another one of the list, which is as long as it should be."""
+    assert places(text) == expected
+
+
+def test_problems_found_in_the_whole_body_have_a_place_too() -> None:
+    text = (
+        "body:\n  parts:\n    - {shape: cube, side: 1, mass: 1}\n"
+        "    - {shape: cube, side: 0.1, mass: 0.001, position: [3, 0, 0], hole: true}\n"
+    )
+    assert places(text) == [(4, "body.parts.1")]
+    assert places("\nbody:\n  moments: [1, 1, 3]\n") in ([(2, "body")], [(3, "body.moments")])
+    skew = "body:\n  mass: 1\n  inertia: [[1, 0, 0], [0, 1, 0], [0, 1, 1]]\n"
+    assert places(skew) == [(3, "body.inertia")]
+
+
+# --- what: types, lists, forms
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "words"),
+    [
+        ("", "", "mapping"),
+        ("hello", "", "mapping"),
+        ("name: x", "body", None),
+        ("name: [10.35]\n" + CUBE, "name", "text"),
+        ("description: {a: 1}\n" + CUBE, "description", "text"),
+        ("body: 3", "body", "mapping"),
+        ("body: {}", "body", "exactly one of shape, points, parts, mesh, robot, inertia, moments"),
+        ("body: {points: [[1, 0, 0, 0]], shape: cube}", "body", "`shape` and `points`"),
+        ("body: {shape: null}", "body.shape", "cube"),
+        ("body: {shape: [cube]}", "body.shape", "cube"),
+        ("body: {shape: cube, side: 1}", "body", "neither"),
+        ("body: {shape: cube, side: 1, mass: 1, density: 1}", "body", "both"),
+        ("body: {shape: cube, side: 1, mass: 0}", "body.mass", "positive mass (kg)"),
+        ("body: {shape: cube, side: 1, mass: true}", "body.mass", "`true`"),
+        ("body: {shape: cube, side: null, mass: 1}", "body.side", "nothing"),
+        ("body: {shape: cube, side: .inf, mass: 1}", "body.side", "finite"),
+        ("body: {shape: cube, side: 1, mass: .nan}", "body.mass", "finite"),
+        ("body: {shape: cube, side: 1e999, mass: 1}", "body.side", "finite"),
+        (f"body: {{shape: cube, side: {'1' * 390}, mass: 1}}", "body.side", "finite"),
+        ("body: {shape: cube, side: 1, mass: 1, hole: true}", "body.hole", "parts"),
+        ("body: {shape: cube, side: 1, mass: 1, hole: yes}", "body.hole", "true or false"),
+        ("body: {shape: cube, side: 1, mass: 1, anchor: middle}", "body.anchor", "corner"),
+        ("body: {shape: cube, side: 1, mass: 1, anchor: 3}", "body.anchor", "text"),
+        ("body: {shape: cube, side: 5 parsnips, mass: 1}", "body.side", "parsnips"),
+        ("body: {shape: cube, side: 5 CM, mass: 1}", "body.side", "`cm`"),
+        ("body: {shape: cube, side: 5 cm2, mass: 1}", "body.side", "`cm^2`"),
+        ("body: {shape: cube, side: 1, density: 2 kg/m^2}", "body.density", "expected a density (kg/m^3)"),
+        ("body: {shape: plate, size: [1, 1], density: 2 g/cm^3}", "body.density", "a mass per area (kg/m^2)"),
+        ("body: {shape: spherical_shell, radius: 1, density: 2 kg/m}", "body.density", "a mass per area (kg"),
+        ("body: {shape: rod, length: 1, density: 2 kg/m^3}", "body.density", "a mass per length (kg/m)"),
+        ("body: {shape: box, size: [1, 2], mass: 1}", "body.size", "expected 3 entries"),
+        ("body: {shape: box, size: 1, mass: 1}", "body.size", "a list"),
+        ("body: {shape: rod, length: 1, mass: 1, position: [1, 2]}", "body.position", "3"),
+        (
+            "body: {shape: disk, radius: 1, mass: 1, axis: [0, 0, 1], rotation: {axis: [1, 0, 0], angle: 1}}",
+            "body",
+            "both",
+        ),
+        ("body: {points: []}", "body.points", "at least 1"),
+        ("body: {moments: [1, 2, 3], inertia: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]}", "body", "both"),
+        ("body: {moments: [1, 2, 3], given_about: [1, 0, 0]}", "body.mass", "missing"),
+        ("body: {parts: [{moments: [1, 2, 3]}]}", "body.parts.0.mass", "missing"),
+        ("about: center\n" + CUBE, "about", "com"),
+        ("about: thing\n" + CUBE, "about", "origin, com, corner"),
+        ("frame: {quaternion: [0, 0, 0, 0]}\n" + CUBE, "frame", "zero quaternion"),
+        ("frame: {matrix: [[1, 0, 0], [0, 1, 0], [0, 0, 1.1]]}\n" + CUBE, "frame", "no rotation"),
+        ("body: {shape: cube, side: 30 deg, mass: 1}", "body.side", "an angle (rad), expected a length (m)"),
+        ("frame: {}\n" + CUBE, "frame", "axis, euler, quaternion, matrix"),
+        ("motion: {omega: 5}\n" + CUBE, "motion.omega", "a list"),
+        ("motion: {omega: [0, 0, 1], basis: Body}\n" + CUBE, "motion.basis", "body or principal"),
+        ("parameters: [a]\n" + CUBE, "parameters", "mapping"),
+        (CUBE + "zzz: 1\n", "zzz", "name, description, parameters, body"),  # like no key that there is
+    ],
+)
+def test_what_is_refused(text: str, key: str, words: str | None) -> None:
+    if words is None:  # a document without a body is valid, a study of it is not
+        assert loads(text).body is None
+        with pytest.raises(DocumentError) as caught:
+            rigidcli.inertia(loads(text))
+        assert [problem.key for problem in caught.value.problems] == [key]
+        return
+    (problem,) = problems(text)
+    assert problem.key == key
+    assert words in f"{problem.message} {problem.hint or ''}"
+    assert not problem.message.endswith(".")
+
+
+@pytest.mark.parametrize("line", ["name: null", "description: null", "frame: null", "motion:", "name: ''"])
+def test_an_optional_key_may_be_left_empty(line: str) -> None:
+    assert mass(loads(f"{CUBE}{line}\n")) == 12
+
+
+def test_quoted_numbers_are_numbers_where_numbers_stand() -> None:
+    assert mass(loads('body: {shape: cube, side: "1", mass: "1.2e1"}')) == 12
+
+
+# --- hints
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "guess"),
+    [
+        ("bdy: {}\n" + CUBE, "bdy", "body"),
+        ("Body: {}\n", "Body", "body"),
+        ("body: {shape: box, sise: [1, 1, 1], size: [1, 1, 1], mass: 1}", "body.sise", "size"),
+        ("body: {shpae: cube, side: 1, mass: 1}", "body", "shape"),
+        ("body: {point: [[1, 0, 0, 0]]}", "body", "points"),
+        ("frame: {quaternoin: [1, 0, 0, 0]}\n" + CUBE, "frame", "quaternion"),
+        ("body: {shape: cub, side: 1, mass: 1}", "body.shape", "cube"),
+        ("body: {shape: SPHERE, radius: 1, mass: 1}", "body.shape", "sphere"),
+        ("body: {shape: hollow sphere, radius: 1, mass: 1}", "body.shape", "hollow_sphere"),
+        ("body: {shape: cube, side: 1, mass: 1, anchor: corner_}", "body.anchor", "corner"),
+        ("parameters: {length: 1}\nbody: {shape: cube, side: lenght, mass: 1}", "body.side", "length"),
+        ("parameters: {a: 2*lenght, length: 1}\n" + CUBE, "parameters.a", "length"),
+    ],
+)
+def test_a_misspelt_word_gets_a_guess(text: str, key: str, guess: str) -> None:
+    found = {problem.key: problem for problem in problems(text)}
+    assert f"did you mean {guess}?" in f"{found[key].message} {found[key].hint}"
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_every_shape_refuses_an_unknown_key_and_a_missing_dimension(shape: str) -> None:
+    found = problems(f"body: {{shape: {shape}, mass: 1, wrong_key: 3}}")
+    assert ("body.wrong_key", True) in [(problem.key, "unknown key" in problem.message) for problem in found]
+    assert any(problem.message == "missing" for problem in found)
+
+
+# --- quantities
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        ("5 cm", 0.05),
+        ("5cm", 0.05),
+        ("1e2mm", 0.1),
+        ("-5cm", -0.05),
+        ("2e-3 km", 2.0),
+        ("6*10^2 mm", 0.6),
+        ("6 * 10**-2 km", 60.0),
+        ("6·10⁻² m", 0.06),
+        ("2.5⋅10²mm", 0.25),
+        ("2pi", 2 * math.pi),
+        ("2 pi", 2 * math.pi),
+        ("½", 0.5),
+        ("2 sqrt(4)", 4.0),
+    ],
+)
+def test_a_length_as_people_write_it(value: str, expected: float) -> None:
+    assert loads(f"body: {{points: [[1, '{value}', 0, 0]]}}").physical.properties.com[0] == expected
+
+
+VALUES = "parameters: {a: 3, m: 2, g: 10, h: 0.5}\n"
+
+
+@pytest.mark.parametrize(
+    ("entry", "expected", "note"),
+    [
+        ("body: {points: [[1, 2a, 0, 0]]}", 6.0, None),  # a year is no length
+        ("body: {points: [[1, 2 a, 0, 0]]}", 6.0, None),
+        ("body: {points: [[1, 2 a h, 0, 0]]}", 3.0, None),
+        ("body: {points: [[1, 2 a^2, 0, 0]]}", 18.0, None),
+        ("body: {points: [[1, 2 (a + h), 0, 0]]}", 7.0, None),
+        ("body: {points: [[1, 5cm, 0, 0]]}", 0.05, None),
+        ("body: {points: [[1, 5 m, 0, 0]]}", 5.0, "`5 m` has a unit; for the parameter write `5*m`"),
+        ("body: {points: [[1, 5m, 0, 0]]}", 10.0, "`5m` is a product; for the unit write `5 m`"),
+        ("body: {points: [[1, m a, 0, 0]]}", 6.0, None),
+    ],
+)
+def test_a_letter_after_a_number_is_a_unit_or_a_parameter(
+    entry: str, expected: float, note: str | None
+) -> None:
+    document = loads(VALUES + entry)
+    assert document.physical.properties.com[0] == expected
+    assert [line for line in document.notes if "not used" not in line] == ([] if note is None else [note])
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"), [("2a", 6.0), ("2 x_0", 8.0), ("2 pi", 2 * math.pi), ("3cm", 0.03)]
+)
+def test_a_parameter_may_be_such_a_product(value: str, expected: float) -> None:
+    document = loads(f"parameters: {{b: {value}, a: 3, x_0: 4}}\nbody: {{points: [[1, b, 0, 0]]}}")
+    assert document.physical.properties.com[0] == expected
+
+
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        ("5 parsnips", "unknown unit `parsnips`"),
+        ("5parsnips", "unknown unit `parsnips`"),
+        ("5 kg", "`kg` is a mass (kg), expected a length (m)"),
+        ("30°", "`°` is an angle (rad), expected a length (m)"),
+        ("2.7g/cm^3", "`g/cm^3` is a density (kg/m^3), expected a length (m)"),
+        ("2 a zz", "undeclared name `zz`"),
+        ("a + 3 cm", "a quantity in `cm` stands alone, or is a parameter"),
+        ("1/2 a", "`1/(2*a)` or `a/2`"),
+        ("a(1)", "`a` is not a function"),
+    ],
+)
+def test_what_is_neither_a_quantity_nor_an_expression(value: str, words: str) -> None:
+    assert words in told(f"{VALUES}body: {{shape: cube, side: {value}, mass: m*g*h}}")
+
+
+# --- parameters
+
+
+def test_parameters_are_used_in_any_order() -> None:
+    text = "parameters: {c: b + 1 , b: 2*a, a: 5 cm}\nbody: {points: [[1, a, b, c]]}"
+    assert list(loads(text).physical.properties.com) == [0.05, 0.1, 1.1]
+
+
+@pytest.mark.parametrize("circle", ["{a: a}", "{a: b, b: a}", "{a: b, b: c, c: 2*a + b}"])
+def test_a_circle_of_parameters_is_shown(circle: str) -> None:
+    (problem,) = problems(f"parameters: {circle}\nbody: {{shape: cube, side: a, mass: 1}}")
+    assert problem.key in ("parameters.a", "parameters.b", "parameters.c")
+    assert "circle" in problem.message
+    assert "->" in problem.message
+
+
+def test_a_circle_does_not_hide_other_problems() -> None:
+    text = f"parameters: {{a: b, b: a, c: zz, d: 5 parsnips}}\nnamee: x\n{CUBE}"
+    keys = {key for _, key in places(text)}
+    assert {"parameters.c", "parameters.d", "namee"} < keys
+
+
+def test_an_undeclared_name_is_told_with_all_that_are_declared() -> None:
+    for text in (
+        "parameters: {k: 2, m: 1}\nbody: {shape: cube, side: x, mass: m*k}",
+        f"parameters: {{k: 2, m: x}}\n{CUBE}",
+        f"parameters: {{m: x, k: 2}}\n{CUBE}",
+    ):
+        message = told(text)
+        assert "`x`" in message
+        assert "`k`" in message
+        assert "`m`" in message
+
+
+@pytest.mark.parametrize(
+    "value", ["zz", "1/0", "5 parsnips", "2*", "5cmm", "''", "true", "[1]", ".inf", "sqrt(-1)", "1e300*1e300"]
+)
+def test_a_broken_parameter_is_one_problem_however_often_it_is_used(value: str) -> None:
+    text = f"parameters: {{a: {value}, b: a + 1, c: 2*b}}\nbody: {{points: [[a, b, c, a], [c, a, a, b]]}}"
+    assert places(text) == [(1, "parameters.a")]
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        "{shape: cube, side: b - 1, mass: 3}",
+        "{shape: hollow_sphere, outer_radius: a, inner_radius: 2, density: 2*x*a}",
+        "{shape: frustum, bottom_radius: 1, top_radius: 2*b, height: -a, mass: a}",
+        "{points: [[1, a, 0, 0], [-a, 0, 0, 0]]}",
+        "{moments: [1, 1, 5*a], mass: 1}",
+    ],
+)
+@pytest.mark.parametrize("value", ["1/0", "[1]", "b"])
+def test_what_uses_a_broken_parameter_is_not_to_blame(body: str, value: str) -> None:
+    text = f"parameters: {{a: {value}, b: a}}\nbody: {body}\ntop: {{spin: 1, tilt: 4*a}}"
+    assert {key.partition(".")[0] for _, key in places(text)} == {"parameters"}
+
+
+def test_a_missing_value_is_not_the_fault_of_what_needs_it() -> None:
+    text = """\
+parameters: {m: null, T: null}
+system: {coordinates: [x], lagrangian: m*xdot**2/2}
+orbit: {initial: {x: T - 1, p_x: 0}, duration: T - 1}
+"""
+    assert places(text) == [(1, "parameters.T")]
+
+
+def test_a_broken_parameter_is_one_problem_beside_symbols() -> None:
+    text = "parameters: {m: null, a: nope}\nbody: {shape: cube, side: a, mass: m*a}"
+    assert places(text) == [(1, "parameters.a")]
+
+
+@pytest.mark.parametrize("name", ["pi", "t", "sin", "sqrt", "atan2", "log", "ln", "π"])
+def test_a_reserved_name_is_refused_as_reserved(name: str) -> None:
+    message = told(f"parameters: {{{name}: 1}}\n{CUBE}")
+    assert "reserved" in message
+
+
+@pytest.mark.parametrize("name", ["1a", "a b", "''", "a-b", "a.b", "2", "a*b", "x'", "ж", "x²", "½", "√x"])
+def test_what_is_no_name_is_refused(name: str) -> None:
+    assert "expected a name" in told(f'parameters: {{"{name}": 1}}\n{CUBE}')
+
+
+@pytest.mark.parametrize(
+    "name", ["E", "I", "S", "N", "Q", "beta", "gamma", "lambda", "O", "e", "i", "j", "d", "x1_2"]
+)
+def test_ordinary_names_are_ordinary(name: str) -> None:
+    text = f"parameters: {{{name}: 3}}\nbody: {{shape: cube, side: 1, mass: 2*{name}}}"
+    assert mass(loads(text)) == 6
+    assert str(mass(loads(text, exact=True))) == "6"
+    assert str(mass(loads(text, settings=[f"parameters.{name}=null"]))) == f"2*{name}"
+
+
+def test_greek_letters_are_their_spelled_names() -> None:
+    text = "parameters: {θ: 3, alpha: 2}\nbody: {shape: cube, side: α, mass: theta}"
+    assert mass(loads(text)) == 3
+    assert loads(text).notes == ()
+
+
+def test_one_name_in_two_spellings_is_refused() -> None:
+    assert problems("parameters: {α: 3, alpha: 4}\nbody: {shape: cube, side: alpha, mass: 1}")
+
+
+def test_an_unused_parameter_is_a_note() -> None:
+    assert loads(f"parameters: {{k: 1}}\n{CUBE}").notes == ("parameter `k` is not used",)
+    assert loads("parameters: {k: 1, m: k}\nbody: {shape: cube, side: 1, mass: m}").notes == ()
+
+
+def test_a_parameter_without_a_value_makes_the_document_exact() -> None:
+    document = loads("parameters: {m: null, a: 0.1}\nbody: {shape: cube, side: a, mass: m}")
+    assert document.arithmetic.exact
+    assert str(mass(document)) == "m"
+    assert str(document.physical.properties.tensor[0, 0]) == "m/600"
+
+
+def test_a_parameter_without_a_value_may_get_one() -> None:
+    text = "parameters: {m: null}\nbody: {shape: cube, side: 1, mass: m}"
+    document = loads(text, settings=["parameters.m=3 g"])
+    assert not document.arithmetic.exact
+    assert mass(document) == 0.003
+
+
+@pytest.mark.parametrize("value", [".inf", "-.inf", ".nan"])
+def test_what_is_not_finite_is_refused_alike_in_exact_arithmetic(value: str) -> None:
+    text = f"body: {{shape: cube, side: 1, mass: 1, position: [{value}, 0, 0]}}"
+    ((inexact,), (exact,)) = problems(text), problems(text, exact=True)
+    assert "finite" in inexact.message
+    assert inexact == exact
+
+
+# --- --set
+
+
+@pytest.mark.parametrize(
+    ("setting", "expected"),
+    [
+        ("body.mass=3", 3),
+        ("body.mass=3 g", 0.003),
+        ("body.mass='3'", 3),
+        ("body.mass=1e-3", 1e-3),
+        ("body={shape: sphere, radius: 1, mass: 7}", 7),
+        ("parameters.k=1", 12),
+        ("motion={omega: [0, 0, 1]}", 12),
+    ],
+)
+def test_a_setting_replaces_or_adds_a_value(setting: str, expected: float) -> None:
+    assert mass(loads(CUBE, settings=[setting])) == expected
+
+
+def test_settings_index_lists_and_the_last_one_wins() -> None:
+    text = "body: {points: [[1, 0, 0, 0], {mass: 1, position: [0, 0, 0]}]}"
+    changed = loads(
+        text, settings=["body.points.0.0=5", "body.points.1.mass=2", "body.points.0=[3, 1, 1, 1]"]
+    )
+    assert mass(changed) == 5
+
+
+def test_settings_apply_one_after_the_other() -> None:
+    assert mass(loads(CUBE, settings=["parameters.m=1", "body.mass=m", "parameters.m=4"])) == 4
+
+
+@pytest.mark.parametrize("setting", ["mass", "=3", "a..b=3", ".a=3", "a.=3", ""])
+def test_a_setting_of_another_form_is_wrong_usage(setting: str) -> None:
+    with pytest.raises(UsageError, match="KEY=VALUE"):
+        loads(CUBE, settings=[setting])
+
+
+@pytest.mark.parametrize(
+    ("text", "setting", "word"),
+    [
+        (CUBE, "body.mass.x=3", "body.mass.x"),
+        ("body: {points: [[1, 0, 0, 0]]}", "body.points.1=[1, 0, 0, 0]", "`1`"),
+        ("body: {points: [[1, 0, 0, 0]]}", "body.points.x=3", "`x`"),
+        ("body: {points: [[1, 0, 0, 0]]}", "body.points.-1=3", "`-1`"),
+        ("- 1", "body=3", "body"),
+    ],
+)
+def test_a_setting_for_a_place_that_is_not_there_is_refused(text: str, setting: str, word: str) -> None:
+    (problem,) = problems(text, [setting])
+    assert word in str(problem)
+
+
+@pytest.mark.parametrize(
+    ("setting", "key"),
+    [
+        ("body.mass=-3", "body.mass"),
+        ("body.mass=x", "body.mass"),
+        ("body.mass=", "body"),
+        ("body.mas=3", "body.mas"),
+        ("body={shape: cube, side: 0, mass: 1}", "body.side"),
+    ],
+)
+def test_a_problem_with_a_setting_says_so_and_names_no_line(setting: str, key: str) -> None:
+    (problem,) = problems(CUBE, [setting])
+    assert problem.key == key
+    if key != "body":
+        assert problem.line is None
+        assert "--set" in problem.source
+
+
+@pytest.mark.parametrize("value", ["[1", "&x 1", "!!str x", "a: b: c", "\0"])
+def test_the_value_of_a_setting_is_read_as_strictly_as_a_document(value: str) -> None:
+    (problem,) = problems(CUBE, [f"body.mass={value}"])
+    assert "body.mass" in str(problem)
+    assert str(problem).isprintable() or problem.hint is not None
+
+
+# --- files
+
+
+def test_points_are_looked_for_beside_the_document(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "some folder"
+    folder.mkdir()
+    (folder / "cloud.csv").write_text("m,x,y,z\n1,2,3,4\n3,2,3,4\n")
+    (folder / "cloud.yaml").write_text("body: {points: cloud.csv}\n")
+    monkeypatch.chdir(tmp_path)
+    assert mass(load(folder / "cloud.yaml")) == 4
+    assert mass(load("some folder/cloud.yaml")) == 4
+    monkeypatch.chdir(folder)
+    assert mass(load("cloud.yaml")) == 4
+
+
+@pytest.mark.parametrize("name", ["missing.csv", "missing.npy", "cloud.txt", "''", "folder.csv"])
+def test_points_that_cannot_be_read_are_a_problem_of_their_key(name: str, tmp_path: Path) -> None:
+    (tmp_path / "folder.csv").mkdir()
+    path = tmp_path / "f.yaml"
+    path.write_text(f"name: x\nbody:\n  points: {name}\n")
+    with pytest.raises(DocumentError) as caught:
+        load(path)
+    (problem,) = caught.value.problems
+    assert (problem.line, problem.key) == (3, "body.points")
+
+
+def test_a_bad_row_of_a_points_file_is_told_with_both_places(tmp_path: Path) -> None:
+    (tmp_path / "cloud.csv").write_text("m,x,y,z\n1,2,3,4\n-3,2,3,4\n")
+    path = tmp_path / "f.yaml"
+    path.write_text("body:\n  points: cloud.csv\n")
+    with pytest.raises(DocumentError) as caught:
+        load(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}:2: body.points: ")
+    assert "cloud.csv:3" in message
+
+
+# --- however many problems there are, time and space to tell them grow as their number
+
+
+def parameters(entries: list[str]) -> str:
+    return f"parameters: {{{', '.join(entries)}}}\n"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        parameters([f"k{i}: z{i}" for i in range(4000)]) + CUBE,
+        parameters([f"k{i}: 1" for i in range(4000)]) + f"body: {{points: [{4000 * '[1, 0, 0, x], '}]}}",
+        parameters([f"a{i}: b{i}, b{i}: a{i}" for i in range(1500)]) + CUBE,
+        f"body: {{points: [{5000 * '0, '}]}}",
+        "".join(f"key{i}: 1\n" for i in range(5000)),
+    ],
+    ids=["undeclared", "used", "circles", "types", "keys"],
+)
+def test_very_many_problems_are_told_in_linear_time_and_space(text: str) -> None:
+    start = time.process_time()
+    with pytest.raises(DocumentError) as caught:
+        loads(text)
+    assert len(str(caught.value)) < 30 * len(text)
+    assert time.process_time() - start < 2

@@ -1,0 +1,676 @@
+"""The sections `system`, `orbit` and `transform` as they are read and refused."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+import time
+from typing import Any
+
+import jsonschema
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rigidcli.algebra.arithmetic import EXACT
+from rigidcli.algebra.reading import from_tree
+from rigidcli.document.document import Document
+from rigidcli.document.load import loads
+from rigidcli.document.orbit import Orbit
+from rigidcli.document.schema import json_schema
+from rigidcli.document.system import System
+from rigidcli.document.transform import Transform
+from rigidcli.errors import DocumentError, UsageError
+from rigidcli.language.expression import Expression
+from rigidcli.studies.common import require_values
+from tests.refusals import problems, told
+
+SPRING = "system: {coordinates: [x], lagrangian: m*xdot**2/2 - k*x**2/2}\n"
+FREE = "system: {coordinates: [x, y], kinetic: xdot**2/2 + ydot**2/2}\n"
+VALUES = "parameters: {m: 1, k: 4}\n"
+
+
+def keys(text: str) -> set[str]:
+    return {problem.key for problem in problems(text)}
+
+
+def system_of(text: str) -> System:
+    system = loads(text).system
+    assert system is not None
+    return system
+
+
+def orbit_of(text: str, system: str = VALUES + SPRING) -> tuple[System, Orbit]:
+    document = loads(f"{system}orbit: {{{text}}}\n")
+    assert document.system is not None
+    assert document.orbit is not None
+    return document.system, document.orbit
+
+
+def transform_of(text: str, system: str = VALUES + SPRING) -> Transform:
+    transform = loads(f"{system}transform: {{{text}}}\n").transform
+    assert transform is not None
+    return transform
+
+
+# --- the four forms
+
+
+def test_a_lagrangian_keeps_its_parameters_as_names() -> None:
+    system = system_of(VALUES + SPRING)
+    assert (system.coordinates, system.velocities, system.momenta) == (("x",), ("xdot",), ("p_x",))
+    assert system.lagrangian is not None
+    assert system.lagrangian.names == {"m", "k", "x", "xdot"}
+    assert system.lagrangian.evaluate({"m": 3, "xdot": 2, "k": 4, "x": 1}) == 4
+    assert (system.kinetic, system.potential, system.particles, system.hamiltonian) == (None,) * 4
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "lagrangian: xdot**2/2 - x**2",
+        "kinetic: xdot**2/2",
+        "kinetic: xdot**2/2, potential: x**2",
+        "particles: [{mass: 1, position: [x]}]",
+        "particles: [{mass: 1, position: [x, 0, t], potential: x}], potential: x*xdot",
+        "hamiltonian: p_x**2/2 + x*t",
+        "lagrangian: xdot**2/2 + x*xdot, kinetic: xdot**2/2",
+        "lagrangian: xdot**2/2 + x*xdot, kinetic: xdot**2/2, potential: 0",
+    ],
+)
+def test_forms_that_go_together(form: str) -> None:
+    loads(f"system: {{coordinates: [x], {form}}}\n")
+
+
+@pytest.mark.parametrize(
+    ("form", "key", "words"),
+    [
+        ("", "system", "read none of them"),
+        ("potential: x", "system", "exactly one of `lagrangian`, `kinetic`, `particles`, `hamiltonian`"),
+        ("lagrangian: xdot, hamiltonian: p_x", "system", "read `lagrangian`, `hamiltonian`"),
+        ("lagrangian: xdot**2, kinetic: xdot**2, hamiltonian: p_x", "system", "exactly one"),
+        ("lagrangian: xdot**2, potential: x", "system.potential", "goes with `kinetic`"),
+        ("lagrangain: xdot**2", "system.lagrangain", "did you mean lagrangian?"),
+        ("particles: []", "system.particles", "at least 1"),
+        ("kinetic: [1, 2]", "system.kinetic", "expected a number or an expression"),
+    ],
+)
+def test_forms_that_are_refused(form: str, key: str, words: str) -> None:
+    found = [
+        f"{problem.message} {problem.hint or ''}"
+        for problem in problems(f"system: {{coordinates: [x], {form}}}\n")
+        if problem.key == key
+    ]
+    assert len(found) == 1
+    assert words in found[0]
+
+
+def test_numbers_and_quantities_are_expressions() -> None:
+    """120 g cm^2 is 1.2e-5 kg m^2; an angle in degrees is a multiple of pi, exactly."""
+    (particle,) = (
+        system_of(
+            "system: {coordinates: [x], particles: "
+            "[{mass: 250 g, position: [x, 5 cm, -1e-3], moment_of_inertia: 120 g cm^2, angle: 30 deg}]}\n"
+        ).particles
+        or ()
+    )
+    assert particle.mass is not None
+    assert particle.position is not None
+    assert particle.moment_of_inertia is not None
+    assert particle.angle is not None
+    values = [part.evaluate({"x": 7.0}) for part in (particle.mass, *particle.position)]
+    assert values == [0.25, 7.0, 0.05, -1e-3]
+    assert particle.moment_of_inertia.evaluate({}) == 1.2e-5
+    assert particle.angle.evaluate({}) == pytest.approx(math.pi / 6, rel=1e-15)
+    assert particle.angle.text == "1/6*pi"
+
+
+def defined(text: str) -> tuple[Document, Expression]:
+    """A document with the parameter v, and what v is said to be."""
+    document = loads(
+        f"parameters: {{v: {text}}}\nsystem: {{coordinates: [x], lagrangian: xdot**2/2 - v*x}}\n"
+    )
+    definition = document.definitions["v"]
+    assert definition is not None
+    return document, definition
+
+
+def test_a_quantity_that_is_no_decimal_stays_a_fraction() -> None:
+    """A kilometre an hour is 5/18 m/s, which has no last digit."""
+    assert defined("1 kph")[1].text == "5/18"
+
+
+@pytest.mark.parametrize("text", ["-250 deg", "1e-300 deg^2", "5e-324 m", "-12 rpm", "2 1/deg", "1e300 kph"])
+def test_a_definition_is_worth_the_value(text: str) -> None:
+    document, definition = defined(text)
+    assert definition.evaluate({}) == pytest.approx(document.values["v"], rel=1e-15, abs=1e-323)
+
+
+@pytest.mark.parametrize("text", ["3e306 1/deg", "-1.7e308 kph"])
+def test_a_definition_may_have_parts_beyond_the_range_of_floats(text: str) -> None:
+    """As fractions they are exact; the product is within the range."""
+    document, definition = defined(text)
+    exact: Any = from_tree(definition.root)
+    assert EXACT.value(exact) == document.values["v"]
+
+
+def test_names_may_be_greek() -> None:
+    system = system_of(
+        "parameters: {ω: 2}\nsystem: {coordinates: [θ], kinetic: θdot^2/2, potential: omega*θ}\n"
+    )
+    assert system.coordinates == ("theta",)
+    assert system.velocities == ("thetadot",)
+    assert system.kinetic is not None
+    assert system.kinetic.names == {"thetadot"}
+
+
+def test_forty_coordinates_are_the_most() -> None:
+    names = [f"x{n}" for n in range(41)]
+    assert len(system_of(f"system: {{coordinates: [{', '.join(names[:40])}], kinetic: 0}}\n").momenta) == 40
+    key, message = told(f"system: {{coordinates: [{', '.join(names)}], kinetic: 0}}\n")
+    assert key == "system.coordinates"
+    assert "1 to 40 coordinates" in message
+
+
+# --- particles
+
+
+def test_a_pulley_has_no_position_and_no_mass() -> None:
+    system = system_of(
+        "parameters: {m: , R: , I: }\n"
+        "system: {coordinates: [x], particles: [{mass: m, position: [x]}, "
+        "{moment_of_inertia: I, angle: x/R}, {mass: m, moment_of_inertia: I, angle: x}]}\n"
+    )
+    assert system.particles is not None
+    assert system.particles[1].mass is None
+    assert system.particles[1].position is None
+
+
+@pytest.mark.parametrize(
+    ("particle", "key", "words"),
+    [
+        ("{mass: 1}", "position", "a `moment_of_inertia` and an `angle` instead"),
+        ("{position: [x]}", "mass", "missing"),
+        ("{mass: 1, position: [x], angle: x}", "moment_of_inertia", "missing"),
+        ("{mass: 1, position: [x], moment_of_inertia: 1}", "angle", "missing"),
+        ("{mass: 1, position: []}", "position", "at least 1"),
+        ("{mass: 0, position: [x]}", "mass", "positive"),
+        ("{mass: M - 3, position: [x]}", "mass", "(which is -1)"),
+        ("{mass: 1/(M - 2), position: [x]}", "mass", ""),
+        ("{mass: l, position: [x]}", "mass", "expected a mass"),
+        ("{mass: 1, position: [l^2*cos(x)]}", "position.0", "expected a length"),
+        ("{mass: 1, position: [x, l + l^2]}", "position.1", "cannot be added"),
+        ("{moment_of_inertia: -1, angle: x}", "moment_of_inertia", "nonnegative"),
+        ("{mass: 1, position: [xdot]}", "position.0", "the velocity of `x`"),
+        ("{mass: 1, position: [0, 0, y]}", "position.2", "variables here: x, t"),
+        ("{mass: M*xdot, position: [x]}", "mass", "a mass may depend on coordinates and t"),
+        ("{mass: 1, position: [x], potential: p_x}", "potential", "the momentum of `x`"),
+        ("{mass: 1, position: [x], charge: 3}", "charge", "unknown key"),
+    ],
+)
+def test_particles_that_are_refused(particle: str, key: str, words: str) -> None:
+    found, message = told(
+        "parameters: {M: 2, l: 5 cm}\n"
+        f"system: {{coordinates: [x], particles: [{particle}], potential: M*l*x}}\n"
+    )
+    assert found == f"system.particles.0.{key}"
+    assert words in message
+
+
+# --- names in expressions
+
+
+@pytest.mark.parametrize(
+    ("form", "words"),
+    [
+        ("lagrangian: p_x**2/2", "`p_x` is the momentum of `x`"),
+        ("lagrangian: p_x**2/2", "momenta belong to a `hamiltonian`"),
+        ("lagrangian: xddot*x", "`xddot` is the acceleration of `x`"),
+        ("hamiltonian: xdot**2/2", "`xdot` is the velocity of `x`"),
+        ("hamiltonian: xdot**2/2", "velocities belong to a `lagrangian`"),
+        ("lagrangian: m*xdot**2 - zeta", "undeclared name `zeta`"),
+        ("lagrangian: m*xdot**2 - zeta", "declared parameters: `k`, `m`; variables here: x, xdot, t"),
+        ("hamiltonian: m*p_x**2 - zeta", "variables here: x, p_x, t"),
+        ("lagrangian: m*x_dot**2", "did you mean xdot?"),
+        ("hamiltonian: px**2", "did you mean p_x?"),
+        ("lagrangian: m*xdot**2/2 - k*x**2/", "column 22"),
+        ("lagrangian: 2 kg", "expected a torque or energy (N m)"),
+        ("lagrangian: m xdot^2/2 - 2 k zeta", "undeclared name `zeta`"),
+        ("lagrangian: 1/2 m xdot^2", "write `1/(2*m)` or `m/2`"),
+    ],
+)
+def test_names_that_are_told(form: str, words: str) -> None:
+    key, message = told(f"{VALUES}system: {{coordinates: [x], {form}}}\n")
+    assert key == f"system.{form.partition(':')[0]}"
+    assert words in message
+
+
+def test_of_very_many_variables_some_are_listed() -> None:
+    names = ", ".join(f"x{n}" for n in range(40))
+    _, message = told(f"system: {{coordinates: [{names}], lagrangian: foo}}\n")
+    assert "x0, x1, x2" in message
+    assert "x19 and 61 more" in message
+
+
+@pytest.mark.parametrize("text", ["__import__('os')", "x[0]", "x+" * 50_000 + "x", "9" * 100_000, "1e999999"])
+def test_hostile_expressions_are_refused_within_a_second(text: str) -> None:
+    begin = time.perf_counter()
+    key, _ = told(f"system: {{coordinates: [x], lagrangian: {json.dumps(text)}}}\n")
+    assert key == "system.lagrangian"
+    assert time.perf_counter() - begin < 1
+
+
+def test_hostile_mappings_are_refused_in_time() -> None:
+    many = ", ".join(f"y{n}: {n}" for n in range(20_000))
+    names = ", ".join(f"y{n}" for n in range(20_000))
+    for section in (
+        f"orbit: {{duration: 1, initial: {{{many}}}}}",
+        f"transform: {{new_variables: [Q, P, R, S], old: {{{many}}}}}",
+        f"transform: {{new_variables: [{names}], old: {{x: 1, y: 1, p_x: 1, p_y: 1}}}}",
+    ):
+        begin = time.perf_counter()
+        assert problems(f"{FREE}{section}\n")
+        # Reading YAML of this size takes most of it.
+        assert time.perf_counter() - begin < 3
+
+
+# --- names that collide
+
+
+@pytest.mark.parametrize(
+    ("names", "index", "words"),
+    [
+        ("x, x", 1, "stands here already"),
+        ("θ, theta", 1, "stands here already"),
+        ("x, xdot", 1, "`xdot` is the velocity of `x`"),
+        ("p_a, adot", 1, "`p_adot` would be the momentum of `adot`, and the velocity of `p_a`"),
+        ("t", 0, "it is the time"),
+        ("sin", 0, "it is a function"),
+        ("pi", 0, "it is a constant"),
+        ("H", 0, "the Hamiltonian"),
+        ("2x", 0, "expected a name"),
+        ("x, ''", 1, "expected a name"),
+        ("x, [y]", 1, "expected a name"),
+    ],
+)
+def test_coordinates_that_are_refused(names: str, index: int, words: str) -> None:
+    key, message = told(f"system: {{coordinates: [{names}], kinetic: 0}}\n")
+    assert key == f"system.coordinates.{index}"
+    assert words in message
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("x", "one of the coordinates"),
+        ("xdot", "the velocity of `x`"),
+        ("p_x", "the momentum of `x`"),
+    ],
+)
+@pytest.mark.parametrize("value", ["3", "", "2*k", "1 m"])
+def test_a_parameter_cannot_be_called_like_a_variable(name: str, words: str, value: str) -> None:
+    key, message = told(
+        f"parameters: {{k: 2, {name}: {value}}}\nsystem: {{coordinates: [x], kinetic: k*xdot**2}}\n"
+    )
+    assert key == f"parameters.{name}"
+    assert words in message
+
+
+def test_coordinates_may_be_called_like_nothing_special() -> None:
+    names = "E, I, S, N, Q, beta, gamma, lambda, xddot, x, y_1, _z"
+    assert (
+        system_of(f"system: {{coordinates: [{names}], kinetic: xddot*x + xddotdot}}\n").coordinates[8]
+        == "xddot"
+    )
+
+
+@pytest.mark.parametrize("coordinates", ["{x: 1}", "[]", "3"])
+def test_what_is_no_list_of_coordinates(coordinates: str) -> None:
+    assert keys(f"system: {{coordinates: {coordinates}, kinetic: 0}}\n") == {"system.coordinates"}
+
+
+def test_all_problems_are_told_at_once() -> None:
+    assert keys(
+        "parameters: {m: , p_x: 2, sin: 3}\n"
+        "system: {coordinates: [x, xdot, t], lagrangian: 'x+', foo: 1, particles: [{mass: m}]}\n"
+        "orbit: {initial: {x: 1 furlng}}\n"
+        "transform: {old: {}, new_variables: [Q]}\n"
+    ) == {
+        "parameters.p_x",
+        "parameters.sin",
+        "system",
+        "system.foo",
+        "system.coordinates.1",
+        "system.coordinates.2",
+        "system.lagrangian",
+        "system.particles.0.position",
+        "orbit.duration",
+        "orbit.initial.x",
+        "transform.new_variables",
+    }
+
+
+# --- parameters
+
+
+def test_parameters_without_a_value_need_no_exact_numbers() -> None:
+    document = loads(f"parameters: {{m: , k: 4.10, w: sqrt(k/m), unused: , also: 3}}\n{SPRING}")
+    assert not document.arithmetic.exact
+    assert document.exact_results
+    assert document.symbols == ("m",)
+    assert document.values == {"k": 4.1, "also": 3.0}
+    assert document.notes == (
+        "parameter `also` is not used",
+        "parameter `unused` is not used",
+        "parameter `w` is not used",
+    )
+    definitions = document.definitions
+    assert list(definitions).index("w") > max(list(definitions).index(name) for name in "mk")
+    assert definitions["m"] is None
+    assert definitions["k"] is not None
+    assert definitions["k"].text == "4.10"
+    assert definitions["w"] is not None
+    assert definitions["w"].names == {"k", "m"}
+
+
+def test_exact_results_may_be_asked_for() -> None:
+    document = loads(f"{VALUES}{SPRING}orbit: {{initial: {{x: 1, p_x: 0}}, duration: 2}}\n", exact=True)
+    assert document.exact_results
+    assert not document.arithmetic.exact
+    require_values(document, "an orbit")
+
+
+def test_a_body_beside_the_system_is_worked_exactly() -> None:
+    document = loads(f"parameters: {{m: , k: }}\nbody: {{shape: cube, side: 1, mass: m}}\n{SPRING}")
+    assert document.arithmetic.exact
+    assert document.symbols == ("m", "k")
+    with pytest.raises(DocumentError):
+        require_values(document, "an orbit")
+    document = loads(f"{VALUES}body: {{shape: cube, side: 1, mass: m}}\n{SPRING}", exact=True)
+    with pytest.raises(UsageError, match="no exact results"):
+        require_values(document, "an orbit")
+
+
+@pytest.mark.parametrize(
+    ("parameters", "key", "words"),
+    [
+        ("m: , k: 2*q*m", "parameters.k", "undeclared name `q`"),
+        ("m: , k: 2*m*k", "parameters.k", "circle"),
+        ("m: , l: 1 m, k: m + l + l^2", "parameters.k", "cannot be added"),
+    ],
+)
+def test_parameters_that_hang_on_symbols_are_checked_all_the_same(
+    parameters: str, key: str, words: str
+) -> None:
+    found = {
+        problem.key: f"{problem.message} {problem.hint or ''}"
+        for problem in problems(f"parameters: {{{parameters}}}\n{SPRING}")
+    }
+    assert set(found) == {key}
+    assert words in found[key]
+
+
+def test_a_document_without_a_system_does_not_load_its_sections() -> None:
+    code = (
+        "import sys; from rigidcli.document.load import loads; loads('body: {moments: [1, 2, 2], mass: 1}')\n"
+    )
+    code += "print([name for name in sys.modules if name.endswith(('.system', '.orbit', '.transform'))])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+# --- orbits
+
+
+def test_an_orbit_begins_with_momenta_or_with_velocities() -> None:
+    system, orbit = orbit_of("initial: {p_y: 4, x: 1, y: 2, p_x: 3}, duration: 10", FREE)
+    q, p, v = orbit.start(system)
+    assert p is not None
+    assert v is None
+    np.testing.assert_array_equal([q, p], [[1, 2], [3, 4]])
+    system, orbit = orbit_of("initial: {x: 1, y: 2, xdot: 3, ydot: 4}, duration: 10", FREE)
+    q, p, v = orbit.start(system)
+    assert p is None
+    assert v is not None
+    np.testing.assert_array_equal([q, v], [[1, 2], [3, 4]])
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1", 1.0),
+        ("30 deg", math.pi / 6),
+        ("-12 rpm", -0.4 * math.pi),
+        ("pi/6", math.pi / 6),
+        ("k/m + 1", 5.0),
+    ],
+)
+def test_an_initial_value_may_have_any_dimension(text: str, value: float) -> None:
+    _, orbit = orbit_of(f"initial: {{x: {text}, p_x: 0}}, duration: 10")
+    assert isinstance(orbit.initial, dict)
+    assert orbit.initial["x"] == pytest.approx(value, rel=1e-15)
+
+
+def test_an_orbit_is_sampled_as_a_motion_is() -> None:
+    _, orbit = orbit_of("initial: {x: 1, p_x: 0}, times: [0.5, 1 s, 1 min], method: symplectic")
+    np.testing.assert_array_equal(orbit.instants(1.0), [0.5, 1, 60])
+    assert orbit.method == "symplectic"
+    _, orbit = orbit_of("initial: {x: 1, p_x: 0}, duration: 2, samples: 5, tolerance: 1e-10")
+    np.testing.assert_array_equal(orbit.instants(1.0), [0, 0.5, 1, 1.5, 2])
+    assert (orbit.method, orbit.tolerance) == ("auto", 1e-10)
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "words"),
+    [
+        ("initial: {x: 1, p_x: 0}", "duration", "how long"),
+        ("duration: 1", "initial", "missing"),
+        ("initial: {p_x: 0}, duration: 1", "initial.x", "missing"),
+        ("initial: {x: 1}, duration: 1", "initial", "all momenta (p_x) or all velocities (xdot)"),
+        ("initial: {x: 1, p_x: 0, xdot: 0}, duration: 1", "initial.xdot", "`p_x` is given, too"),
+        ("initial: {x: 1, p_x: 0, y: 0}, duration: 1", "initial.y", "expected x, and all momenta (p_x)"),
+        ("initial: {x: 1, p_x: 0, t: 0}, duration: 1", "initial.t", "begins at t = 0"),
+        ("initial: {x: 1, p_x: 0, 2: 0}, duration: 1", "initial.2", "expected a name"),
+        ("initial: {x: 1, p_x: 0, xdo: 0}, duration: 1", "initial.xdo", "did you mean xdot?"),
+        ("initial: {x: x, p_x: 0}, duration: 1", "initial.x", "undeclared name `x`"),
+        ("initial: {x: 1/0, p_x: 0}, duration: 1", "initial.x", ""),
+        ("initial: {x: .inf, p_x: 0}, duration: 1", "initial.x", "finite"),
+        ("initial: {x: , p_x: 0}, duration: 1", "initial.x", "expected a number"),
+        ("initial: [1, 0], duration: 1", "initial", "expected a mapping"),
+        ("initial: {x: 1, p_x: 0}, duration: 1, method: euler", "method", "auto or symplectic"),
+    ],
+)
+def test_orbits_that_are_refused(text: str, key: str, words: str) -> None:
+    found, message = told(f"{VALUES}{SPRING}orbit: {{{text}}}\n")
+    assert found == f"orbit.{key}"
+    assert words in message
+
+
+def test_what_the_initial_values_lack_is_told_name_by_name() -> None:
+    assert keys(f"{FREE}orbit: {{initial: {{p_x: 0}}, duration: 1}}\n") == {
+        "orbit.initial.x",
+        "orbit.initial.y",
+        "orbit.initial.p_y",
+    }
+    assert keys(f"{FREE}orbit: {{initial: {{x: 1, y: 0, ydot: 0}}, duration: 1}}\n") == {"orbit.initial.xdot"}
+    key, message = told(f"{FREE}orbit: {{initial: {{x: 1, y: 0, p_x: 0, ydot: 0}}, duration: 1}}\n")
+    assert key == "orbit.initial"
+    assert "mixed: read p_x and ydot" in message
+    assert "all momenta (p_x, p_y) or all velocities (xdot, ydot)" in message
+
+
+def test_initial_values_may_have_greek_names_but_once() -> None:
+    system = "system: {coordinates: [theta], kinetic: thetadot**2}\n"
+    assert orbit_of("initial: {θ: 1, θdot: 2}, duration: 1", system)[1].initial == {"theta": 1, "thetadot": 2}
+    key, message = told(f"{system}orbit: {{initial: {{θ: 1, theta: 1, thetadot: 2}}, duration: 1}}\n")
+    assert key == "orbit.initial.theta"
+    assert "another spelling" in message
+
+
+@pytest.mark.parametrize("key", ["orbit", "transform"])
+def test_there_is_no_orbit_without_a_system(key: str) -> None:
+    body = {
+        "orbit": "{initial: {x: 1, p_x: 0}, duration: 1}",
+        "transform": "{new_variables: [Q, P], new: {Q: x, P: p_x}}",
+    }[key]
+    found, message = told(f"{key}: {body}\n")
+    assert found == key
+    assert "no `system`" in message
+
+
+def test_an_orbit_needs_the_values_of_the_parameters() -> None:
+    document: Document = loads(
+        f"parameters: {{m: , k: , w: sqrt(k/m), b: }}\n{SPRING}"
+        "orbit: {initial: {x: 1, p_x: 0}, duration: 2}\n"
+    )
+    with pytest.raises(DocumentError) as caught:
+        require_values(document, "an orbit")
+    assert {(problem.key, problem.message) for problem in caught.value.problems} == {
+        ("parameters.m", "missing: an orbit needs its value"),
+        ("parameters.k", "missing: an orbit needs its value"),
+    }
+    require_values(loads(f"{VALUES}{SPRING}orbit: {{initial: {{x: 1, p_x: 0}}, duration: 2}}\n"), "an orbit")
+
+
+@pytest.mark.parametrize(
+    "orbit", ["initial: {x: 2*w, p_x: 0}, duration: 1", "initial: {x: 0, p_x: 0}, duration: w"]
+)
+def test_numbers_of_an_orbit_need_the_symbols_on_which_they_hang(orbit: str) -> None:
+    text = f"parameters: {{m: , k: 3, w: sqrt(k/m)}}\n{SPRING}orbit: {{{orbit}}}\n"
+    key, message = told(text)
+    assert key == "parameters.m"
+    assert "needs its value" in message
+    loads(text, settings=["parameters.m=2"])
+
+
+# --- transforms
+
+
+def test_old_variables_in_new_ones() -> None:
+    transform = transform_of(
+        "new_variables: [Q, P], old: {p_x: sqrt(2*P*m)*cos(Q) + t, x: sqrt(2*P/m)*sin(Q)}"
+    )
+    assert (transform.coordinates, transform.momenta) == (("Q",), ("P",))
+    assert transform.new is None
+    assert transform.old is not None
+    assert list(transform.old) == ["x", "p_x"]
+    assert transform.old["p_x"].names == {"P", "m", "Q", "t"}
+
+
+def test_new_variables_in_old_ones() -> None:
+    transform = transform_of("new_variables: [Q1, Q2, P1, P2], new: {Q1: x, P1: p_x, Q2: y, P2: 2}", FREE)
+    assert (transform.coordinates, transform.momenta) == (("Q1", "Q2"), ("P1", "P2"))
+    assert transform.new is not None
+    assert list(transform.new) == ["Q1", "Q2", "P1", "P2"]
+    assert transform.new["P2"].evaluate({}) == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "words"),
+    [
+        ("new_variables: [Q, P]", "", "exactly one"),
+        ("new_variables: [Q, P], old: {x: Q, p_x: P}, new: {Q: x, P: p_x}", "", "exactly one"),
+        ("old: {x: 1, p_x: 2}", "new_variables", "missing"),
+        ("new_variables: [Q], old: {x: Q, p_x: Q}", "new_variables", "even number"),
+        ("new_variables: [Q, R, P, S], old: {x: Q, p_x: P}", "new_variables", "expected 2"),
+        ("new_variables: [], old: {x: 1, p_x: 1}", "new_variables", "1 to 80"),
+        ("new_variables: [Q, Q], old: {x: Q, p_x: Q}", "new_variables.1", "already"),
+        ("new_variables: [Q, x], old: {x: Q, p_x: Q}", "new_variables.1", "the coordinate `x`"),
+        ("new_variables: [p_x, P], old: {x: P, p_x: P}", "new_variables.0", "the momentum of `x`"),
+        ("new_variables: [Q, xdot], old: {x: Q, p_x: Q}", "new_variables.1", "the velocity of `x`"),
+        ("new_variables: [Q, H], old: {x: Q, p_x: Q}", "new_variables.1", "the Hamiltonian"),
+        ("new_variables: [Q, P], old: {x: Q}", "old.p_x", "missing"),
+        ("new_variables: [Q, P], old: {x: Q, p_x: P, y: P}", "old.y", "expected x, p_x"),
+        ("new_variables: [Q, P], old: {x: Q, p_x: P*x}", "old.p_x", "are written in the new ones"),
+        ("new_variables: [Q, P], new: {Q: x, P: p_x*Q}", "new.P", "old coordinates and momenta"),
+        ("new_variables: [Q, P], new: {Q: x, P: xdot}", "new.P", "the velocity of `x`"),
+        ("new_variables: [Q, P], new: {Q: x, P: zeta}", "new.P", "variables here: x, p_x, t"),
+        ("new_variables: [Q, P], old: {x: Q, p_x: P*}", "old.p_x", "column"),
+        ("new_variables: [Q, P], old: [Q, P]", "old", "a mapping"),
+    ],
+)
+def test_transforms_that_are_refused(text: str, key: str, words: str) -> None:
+    # A list of names that is refused leaves nothing to check the expressions by.
+    found, message = told(f"{VALUES}{SPRING}transform: {{{text}}}\n")
+    assert found == f"transform.{key}".rstrip(".")
+    assert words in message
+
+
+def test_a_parameter_cannot_be_called_like_a_new_variable() -> None:
+    key, message = told(
+        f"parameters: {{m: 1, k: 1, Q: 2}}\n{SPRING}"
+        "transform: {new_variables: [Q, P], old: {x: Q, p_x: P}}\n"
+    )
+    assert key == "parameters.Q"
+    assert "one of the new variables" in message
+
+
+# --- whatever stands there
+
+
+def test_the_schema_accepts_the_sections() -> None:
+    tree: dict[str, Any] = {
+        "parameters": {"m": None, "k": 2},
+        "system": {
+            "coordinates": ["x"],
+            "particles": [{"mass": "m", "position": ["x", 0], "potential": "k*x**2/2"}],
+        },
+        "orbit": {"initial": {"x": "5 cm", "p_x": 0}, "duration": 10, "method": "symplectic"},
+        "transform": {"new_variables": ["Q", "P"], "new": {"Q": "x", "P": "p_x"}},
+    }
+    jsonschema.validate(tree, json_schema())
+    loads(json.dumps(tree))
+    tree["system"]["particles"][0]["position"] = []
+    with pytest.raises(jsonschema.ValidationError):
+        jsonschema.validate(tree, json_schema())
+
+
+NAMES = ["x", "y", "xdot", "p_x", "ydot", "p_y", "t", "m", "Q", "P", "H", "sin", "pi", "θ", "old"]
+WORDS = [*NAMES, "", "x +", "5 cm", "m/0"]
+KEYS = sorted({*System.model_fields, *Orbit.model_fields, *Transform.model_fields, "mass", "angle", *WORDS})
+SCALARS = (
+    st.sampled_from(WORDS)
+    | st.integers(-3, 3)
+    | st.floats(allow_nan=False, allow_infinity=False)
+    | st.booleans()
+    | st.none()
+    | st.just(10**400)
+)
+TREES = st.recursive(
+    SCALARS,
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(st.sampled_from(KEYS), inner, max_size=4),
+    max_leaves=8,
+)
+STARTING: dict[str, Any] = {
+    "system": {"coordinates": ["x", "y"], "lagrangian": "m*xdot**2"},
+    "orbit": {"initial": {"x": 1, "y": 2, "p_x": 1, "p_y": "m"}, "duration": 3},
+    "transform": {"new_variables": ["Q", "R", "P", "S"], "new": {"Q": "x", "R": "y", "P": "p_x", "S": "p_y"}},
+}
+
+
+@settings(derandomize=True, deadline=None, max_examples=150)
+@given(
+    parameters=st.dictionaries(st.sampled_from(WORDS), SCALARS, max_size=3),
+    changes=st.lists(
+        st.tuples(st.sampled_from(list(STARTING)), st.sampled_from(KEYS), TREES), min_size=1, max_size=4
+    ),
+    exact=st.booleans(),
+)
+def test_any_tree_is_read_or_refused(
+    parameters: dict[str, Any], changes: list[tuple[str, str, Any]], exact: bool
+) -> None:
+    tree = {key: dict(value) for key, value in STARTING.items()}
+    for section, key, value in changes:
+        tree[section][key] = value
+    try:
+        document = loads(json.dumps({"parameters": {"m": 2, **parameters}, **tree}), exact=exact)
+    except DocumentError:
+        return
+    assert document.system is not None
+    if document.orbit is not None:
+        q, p, v = document.orbit.start(document.system)
+        assert (p is None) != (v is None)
+        assert np.isfinite(q).all()
