@@ -21,8 +21,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
+from rigidcli.document.load import loads
 from rigidcli.errors import ComputationError
-from rigidcli.model.load import loads
 from rigidcli.report import Report
 from rigidcli.studies import euler, hamilton
 

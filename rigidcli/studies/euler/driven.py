@@ -18,8 +18,6 @@ from rigidcli.fields.environment import Formula
 from rigidcli.language import code
 from rigidcli.language.tree import ZERO, Name, Node, bound, number
 from rigidcli.mechanics import rigid_body
-from rigidcli.model.environment import Formula
-from rigidcli.model.motion import VARIABLES, SpaceTorque
 from rigidcli.studies.euler.balance import drift_of_balances
 from rigidcli.studies.euler.initial import InitialValueProblem
 from rigidcli.studies.euler.trajectory import Trajectory, drift_of
