@@ -10,6 +10,7 @@ import numpy as np
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.estimate import unshared
+from rigidcli.document.document import Document
 from rigidcli.language.latex_names import latex_name
 from rigidcli.language.text import reading
 from rigidcli.picture import Picture
