@@ -96,7 +96,6 @@ _ROWS = (
         """,
         needs=("body", "top"),
         section="motion",
-        options=("engine", "max_steps"),
         pictures=dict.fromkeys(("omega", "polhode", "trace"), "euler.pictures"),
         python="""
         >>> body = {"moments": [1, 2, 3], "mass": 1}
@@ -115,7 +114,7 @@ _ROWS = (
         """,
         needs=("system",),
         section="orbit",
-        options=("invariants", "max_steps"),
+        options=("invariants",),
         pictures=dict.fromkeys(("phase", "modes", "spectrum", "series"), "hamilton.pictures"),
         python="""
         >>> system = {"coordinates": ["x"], "lagrangian": "m*xdot**2/2 - k*x**2/2"}

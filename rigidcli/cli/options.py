@@ -5,7 +5,6 @@
 import os
 import sys
 from collections.abc import Sequence
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -186,21 +185,7 @@ OF_MOTIONS = {"samples": Samples, "duration": Duration}
 """Options of the studies that follow a motion: they set values of its section."""
 
 
-class Engine(StrEnum):
-    """The integrators of driven motion."""
-
-    auto = "auto"
-    runge_kutta = "runge-kutta"
-    taylor = "taylor"
-
-
 OWN: dict[str, tuple[Any, Any]] = {
-    "engine": (
-        Annotated[
-            Engine, typer.Option(help="What integrates driven motion; taylor needs the extra `taylor`.")
-        ],
-        Engine.auto,
-    ),
     "invariants": (
         Annotated[
             bool,
@@ -209,13 +194,6 @@ OWN: dict[str, tuple[Any, Any]] = {
             ),
         ],
         False,
-    ),
-    "max_steps": (
-        Annotated[
-            int | None,
-            typer.Option(min=1, metavar="N", help="Most steps of an integration (default 1,000,000)."),
-        ],
-        None,
     ),
 }
 """The options that the table of commands gives to single studies, and their defaults."""

@@ -126,9 +126,10 @@ class Orbit(Sampling):
     initial: Annotated[dict[str, Scalar] | Ensemble, _OR_MANY] = Field(
         description="Coordinates at t = 0, and all momenta or all velocities; or several starts: an ensemble"
     )
-    method: Literal["auto", "symplectic"] = Field(
+    method: Literal["auto", "symplectic", "taylor"] = Field(
         default="auto",
-        description="`symplectic` keeps the energy error bounded over very long spans, with a fixed step",
+        description="`symplectic` keeps the energy error bounded over very long spans, with a fixed step; "
+        "`taylor` is by heyoka (extra `taylor`)",
     )
 
     @classmethod

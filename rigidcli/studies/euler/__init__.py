@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,9 +20,6 @@ from rigidcli.studies.euler.initial import initial_value_problem
 from rigidcli.studies.euler.trajectory import Trajectory
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
-
-if TYPE_CHECKING:
-    from rigidcli.core.integrate import Engine
 
 SCHEMA = "rigidcli.euler/1"
 
@@ -50,23 +46,18 @@ AXES = {"e1": "e1, least moment", "e2": "e2, middle moment", "e3": "e3, greatest
 def run(
     document: Document,
     *,
-    engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
-    max_steps: int | None = None,
     steps: bool = False,
     picture: str | None = None,
     scene: bool = False,
 ) -> Report:
-    """Follow the motion that the document describes; `progress` is called with the fraction that is done.
-
-    A motion that is integrated, and needs more than `max_steps`, is refused.
-    """
+    """Follow the motion that the document describes; `progress` is called with the fraction that is done."""
     if document.ensemble is not None:
         from rigidcli.studies.ensembles import require_one_start, whole
 
         require_one_start(document, {"picture": picture})
-        return whole(document, lambda one: run(one, engine=engine, max_steps=max_steps), together)
-    motion = follow(document, engine, progress, max_steps)
+        return whole(document, run, together)
+    motion = follow(document, progress)
     fields, (stable, shown) = (*_body(motion), *_kind(motion), *_quality(motion)), _stability(motion)
     working: list[Step] = []
     if steps:
@@ -93,9 +84,7 @@ def run(
 
 def follow(
     document: Document,
-    engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
-    max_steps: int | None = None,
 ) -> Trajectory:
     """The trajectory of the document's body: in closed form without torque and for a top, else integrated.
 
@@ -104,13 +93,16 @@ def follow(
     """
     problem = initial_value_problem(document)
     memory.require(len(problem.times), len(COLUMNS))
-    motion = closed_form(problem) if engine == "auto" or not problem.weight.any() else None
-    if motion is not None:
-        return motion
+    motion = document.motion
+    is_auto = motion is None or motion.method == "auto"
+    closed = closed_form(problem) if is_auto or not problem.weight.any() else None
+    if closed is not None:
+        return closed
     from rigidcli.studies.euler.driven import driven_trajectory
 
     try:
-        return driven_trajectory(problem, engine, progress, max_steps, document.shared.starts)
+        method, max_step = ("auto", None) if motion is None else (motion.method, motion.max_step)
+        return driven_trajectory(problem, method, max_step or math.inf, progress, document.shared.starts)
     except ValueProblem as wrong:
         raise document.refusal(
             wrong.message, ".".join(map(str, ("motion", *wrong.path))), hint=wrong.hint
