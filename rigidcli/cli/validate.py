@@ -32,7 +32,7 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
     """
     from rigidcli.bodies.robots import is_robot
     from rigidcli.document.load import draft, loads
-    from rigidcli.document.places import body_form
+    from rigidcli.document.origins import body_form
     from rigidcli.fields.texts import read_text
 
     failures = Failures()
@@ -91,14 +91,15 @@ def _robot(
     text: str, source: str, folder: Path, failures: Failures, quiet: bool, options: dict[str, Any]
 ) -> list[str]:
     """How many links of a robot are valid; what is wrong with others is printed as errors."""
-    from rigidcli.document.link_documents import link_documents
+    from rigidcli.document.load import robot_drafts
     from rigidcli.studies.robots import remarks, uncompared
     from rigidcli.studies.robots.repair import repair
 
-    robot = link_documents(text, source, folder, **options)
-    tell_notes(source, [*robot.notes, *uncompared([each.link for each in robot.links])], quiet)
+    robot = robot_drafts(text, source, folder, **options)
+    links = [draft.link for draft in robot.each]
+    tell_notes(source, [*robot.notes, *uncompared(links)], quiet)
     valid = 0
-    for link, draft in robot.links:
+    for link, draft in zip(links, robot.each, strict=True):
         with failures.of(source):
             try:
                 document = draft.document()
@@ -111,9 +112,9 @@ def _robot(
             for note in told:
                 complain(str(note))
     return (
-        ["valid", f"  links: {len(robot.links)} with a mass"]
-        if valid == len(robot.links)
-        else [f"{valid} valid of {len(robot.links)} links with a mass"]
+        ["valid", f"  links: {len(links)} with a mass"]
+        if valid == len(links)
+        else [f"{valid} valid of {len(links)} links with a mass"]
     )
 
 

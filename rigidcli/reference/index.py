@@ -27,10 +27,6 @@ def _shapes() -> str:
     return shapes_page()
 
 
-def _mistakes() -> str:
-    return page("mistakes: what `check` may say of an answer", rows(list(tables.mistakes().items())))
-
-
 def _results() -> str:
     commands = [(name, ", ".join(field.key for field in fields)) for name, fields in tables.results().items()]
     common = "In json, all have `schema`, `name`, `source` and `units`, too, and with `--sweep` also `swept`."
@@ -46,7 +42,7 @@ TOPICS: dict[str, tuple[str, Callable[[], str]]] = {
     "units": ("units of quantities such as `5 cm`", tables.units),
     "functions": ("functions in expressions", tables.functions),
     "results": ("what each command finds: the fields of its json", _results),
-    "mistakes": ("what `check` may say of an answer", _mistakes),
+    "mistakes": ("what `check` may say", lambda: page("mistakes", rows([*tables.mistakes().items()]))),
     "exit-codes": ("what the exit codes mean", tables.exit_codes),
 }
 """What there is to be explained: each topic with a line about it, and its page."""
@@ -108,7 +104,7 @@ def _by_name(name: str) -> list[str]:
         return [shape_page(name, SHAPES[name])]
     if name in FUNCTIONS or name in RESERVED:
         return [tables.functions()]
-    found = list(dict.fromkeys(keys.explained(key) for key in keys.anywhere(name)))
+    found = list(dict.fromkeys(keys.explained(key) for key in keys.every() if key.path[-1] == name))
     found += filter(None, [dimension_page(name)])
     found += tables.results_called(name) + tables.torque_variable(name)
     if not found and (unit := tables.unit(name)) is not None:

@@ -40,11 +40,6 @@ def find(path: tuple[str, ...]) -> Key | None:
     return None
 
 
-def anywhere(name: str) -> list[Key]:
-    """The keys of a name, wherever they stand."""
-    return [key for key in every() if key.path[-1] == name]
-
-
 def every() -> Iterator[Key]:
     """All keys, each once: a section within itself is not entered again."""
     seen = set[type[Section]]()

@@ -23,9 +23,8 @@ import numpy as np
 import pytest
 
 import rigidcli
-from rigidcli.cli.app import COMMANDS
-from rigidcli.cli.new import ENDINGS, Kind
-from rigidcli.cli.schema import SchemaKind
+from rigidcli.cli.printing import ENDINGS, Kind, SchemaKind
+from rigidcli.commands import COMMANDS
 from rigidcli.document.load import loads
 from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError
