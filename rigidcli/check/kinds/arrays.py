@@ -146,10 +146,10 @@ class Arrays(Kind):
         plain = [k for k in wrong if is_constant(entries[k]) and not is_constant(right[k])]
         if plain and not key.ruler.numbers_allowed:
             return [Finding("number_for_symbol", named(key, plain))]
-        numbers = key.ruler.numbers
-        if code := factor(key.ruler, key.path, numbers(entries), numbers(right)):
-            return [Finding(code)]
-        return [Finding("component_wrong", named(key, wrong)) if partly else Finding("outside_tolerance")]
+        if partly:
+            return [Finding("component_wrong", named(key, wrong))]
+        code = factor(key.ruler, key.path, key.ruler.numbers(entries), key.ruler.numbers(right))
+        return [Finding(code or "outside_tolerance")]
 
     def typed(self, key: Key) -> Tree:
         """The key with all digits, each entry with its unit."""

@@ -188,10 +188,10 @@ class Moments(Arrays):
         count, asked = len(entries), len(key.right)
         if count != asked:
             return [Finding("wrong_shape", detail=f"read {count}, expected {asked}")]
-        found = super().said(key, _ranked(key.ruler, entries), list(range(count)), partly=False)
-        if found[0].code != "outside_tolerance" or not partly:
-            return found
-        return [Finding("component_wrong", named(key, wrong))]
+        found = super().said(key, _ranked(key.ruler, entries), list(range(count)), partly=partly)
+        return (
+            [Finding("component_wrong", named(key, wrong))] if found[0].code == "component_wrong" else found
+        )
 
 
 def _ranked(ruler: Ruler, entries: Sequence[Any]) -> list[Any]:
