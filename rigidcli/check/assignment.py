@@ -20,8 +20,9 @@ from rigidcli.check.judge import Accepted, Item, with_table
 from rigidcli.check.kinds import KINDS
 from rigidcli.check.question import EVERYWHERE, Assignment, Question
 from rigidcli.check.records import sentence
-from rigidcli.document.load import explain, load
-from rigidcli.document.places import Places
+from rigidcli.document.complaints import explain
+from rigidcli.document.load import load
+from rigidcli.document.origins import of_text
 from rigidcli.document.syntax import read_tree
 from rigidcli.errors import DocumentError, Problem, RigidError, ValueProblem, nearest, shown
 from rigidcli.errors import Path as Keys
@@ -86,7 +87,7 @@ def prepare(path: str, studies: Mapping[str, Study], text: str | None = None) ->
     """
     source = os.fsencode(path).decode(errors="backslashreplace")
     text = read_text(path, source) if text is None else text
-    tree, places = _tree(text, source), Places(text, source)
+    tree, places = _tree(text, source), of_text(text, source)
     items, problems, notes = dict[str, Item](), list[Problem](), list[Problem]()
     solutions: dict[str, Report] = {}
 

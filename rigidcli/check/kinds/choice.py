@@ -12,7 +12,7 @@ from typing import ClassVar, get_args
 import numpy as np
 
 from rigidcli.check.base import Asked, Finding, Kind, Outcome, Reading, Tree, Unreadable, correct, earning
-from rigidcli.core.freebody import Regime
+from rigidcli.core.free_body import Regime
 from rigidcli.core.nutation import NutationKind
 from rigidcli.core.principal import BodyClass
 from rigidcli.core.top import Stability
