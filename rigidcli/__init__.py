@@ -13,19 +13,17 @@ and `loads` read a document once for several of them, `load_all` the links of a 
 
 from __future__ import annotations
 
+from rigidcli.commands import STUDIES
+
 TYPE_CHECKING = False
 """As in `typing`, which would take longer to load than all else before the program can be interrupted."""
 
 __version__ = "0.1.0"
 
-STUDIES = ("inertia", "axes", "precess", "euler", "hamilton")
-"""The studies: each is the function `run` of a module in `rigidcli.studies`, and a command of that name."""
-
 _PLACES = {
     **dict.fromkeys(STUDIES, "api"),
     "Result": "result",
-    **dict.fromkeys(("load", "load_all"), "document.files"),
-    "loads": "document.load",
+    **dict.fromkeys(("load", "load_all", "loads"), "document.load"),
     **dict.fromkeys(("DocumentError", "RigidError"), "errors"),
     "Document": "document.document",
 }
@@ -53,8 +51,7 @@ if TYPE_CHECKING:
 
     from rigidcli.api import axes, euler, hamilton, inertia, precess
     from rigidcli.document.document import Document
-    from rigidcli.document.files import load, load_all
-    from rigidcli.document.load import loads
+    from rigidcli.document.load import load, load_all, loads
     from rigidcli.errors import DocumentError, RigidError
     from rigidcli.result import Result
 

@@ -1,22 +1,24 @@
-"""The studies as functions of documents, for `import rigidcli`."""
+"""The studies as functions of documents, for `import rigidcli`, from the table of commands."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import inspect
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from importlib import import_module
-from inspect import cleandoc
-from typing import TYPE_CHECKING, Any, TypeVar
+from textwrap import indent
+from typing import Any, Protocol
 
-from rigidcli.document.sources import MAPPING, Source, read
+from rigidcli.commands import COMMANDS, Command
+from rigidcli.document.load import MAPPING, Source, read
 from rigidcli.errors import DocumentError
+from rigidcli.reference import tables
 from rigidcli.result import Result
 
-if TYPE_CHECKING:
-    from rigidcli.core.integrate import Engine
+HELP = """{about}
 
-_COMMON = """Parameters
+Parameters
 ----------
 document : Document, mapping, str or path
     What a document says as a mapping (arrays and exact expressions may stand in it), its text in YAML,
@@ -28,10 +30,23 @@ settings : sequence of str
 steps : bool
     Show the working, too.
 picture : str
-    Work out a picture of this kind, such as "polhode", or the "best" one; `Result.save_picture` writes it."""
-"""What stands for COMMON in the help of the studies: the parameters that all of them have."""
+    Work out a picture of this kind, such as "polhode", or the "best" one; `Result.save_picture` writes it.
+progress : callable
+    Of `euler` and `hamilton`: it is called with the fraction of the motion that is done.
+program : bool
+    Of `hamilton`: keep the equations as `program`, for the formats that are programs.
 
-_REST = """
+Returns
+-------
+Result
+    A mapping with these fields, where they apply; arrays are those of numpy, and formulas are exact
+    expressions, which `str()` writes and `evaluate(m=1, x=0.5)` turns into numbers.
+
+{fields}
+
+Examples
+--------
+{example}
 
 Raises
 ------
@@ -39,199 +54,61 @@ rigidcli.RigidError
     The document is refused, which is a `rigidcli.DocumentError` whose `problems` have line, key,
     message and hint; or the result cannot be computed.
 """
-"""What ends the help of the studies."""
-
-_Function = TypeVar("_Function", bound=Callable[..., Any])
+"""The help of a study."""
 
 
-def _study(function: _Function) -> _Function:
-    """The function, its help completed with what all studies have in common."""
-    function.__doc__ = cleandoc(function.__doc__ or "").replace("COMMON", _COMMON) + _REST
-    return function
+class Study(Protocol):
+    """A study as a function. Each study takes the options that its help names, and refuses others."""
+
+    def __call__(  # noqa: D102 - the class says it
+        self,
+        document: Source,
+        *,
+        exact: bool = False,
+        settings: Sequence[str] = (),
+        steps: bool = False,
+        picture: str | None = None,
+        **options: Any,
+    ) -> Result: ...
 
 
-@_study
-def inertia(
-    document: Source,
-    *,
-    exact: bool = False,
-    settings: Sequence[str] = (),
-    steps: bool = False,
-    picture: str | None = None,
-) -> Result:
-    """Mass, centre of mass, and the inertia tensor about a point.
+def _study(name: str) -> Study:
+    """The function that answers documents by the study of this name, with its help."""
+    row = COMMANDS[name]
 
-    COMMON
+    def study(
+        document: Source,
+        *,
+        exact: bool = False,
+        settings: Sequence[str] = (),
+        steps: bool = False,
+        picture: str | None = None,
+        **options: Any,
+    ) -> Result:
+        return _answer(row, document, exact, settings, {"steps": steps, "picture": picture, **options})
 
-    Returns
-    -------
-    Result
-        `mass` (kg), `center_of_mass` (3, m), `about` (3, m), `tensor` (3 by 3, kg m^2) about that point, and
-        `tensor_com` about the centre of mass. Products of inertia are -sum m x y.
-
-    Examples
-    --------
-    >>> rigidcli.inertia({"body": {"shape": "cube", "side": 1, "mass": 12}})["mass"]
-    12.0
-    """
-    return _answer("inertia", document, exact, settings, {"steps": steps, "picture": picture})
-
-
-@_study
-def axes(
-    document: Source,
-    *,
-    exact: bool = False,
-    settings: Sequence[str] = (),
-    steps: bool = False,
-    picture: str | None = None,
-) -> Result:
-    """Principal moments and axes, and L and T where the document has an angular velocity.
-
-    COMMON
-
-    Returns
-    -------
-    Result
-        What `inertia` tells, and `moments` (3, kg m^2, ascending), `axes` (3 by 3, rows e1, e2, e3),
-        `groups` of equal moments, `class`, `residual`; with `motion.omega` also `omega` (3, rad/s),
-        `angular_momentum` (3, kg m^2/s), `kinetic_energy` (J), `angle` (rad) between omega and L, and
-        `wobbles`. Of a molecule also `rotor`, `rotational_constants_ghz` and `rotational_constants_per_cm`,
-        each with A, B and C (null where there is none), and `asymmetry_parameter`.
-
-    Examples
-    --------
-    >>> rigidcli.axes("body: {shape: cube, side: 1, mass: 12, anchor: corner}")["class"]
-    'prolate'
-    """
-    return _answer("axes", document, exact, settings, {"steps": steps, "picture": picture})
-
-
-@_study
-def precess(
-    document: Source,
-    *,
-    exact: bool = False,
-    settings: Sequence[str] = (),
-    steps: bool = False,
-    picture: str | None = None,
-) -> Result:
-    """Precession: of tops under gravity, of free bodies, and of planets by tides.
-
-    COMMON
-
-    Returns
-    -------
-    Result
-        `top`, `free` and `tide`, as far as they apply: mappings of rates (rad/s), periods (s) and angles
-        (rad).
-
-    Examples
-    --------
-    >>> top = {"mass": 0.3, "distance": 0.05, "lambda3": 0.000375, "spin": "20 rps", "gravity": 9.8}
-    >>> round(rigidcli.precess({"top": top})["top"]["gyroscopic_rate"], 2)
-    3.12
-    """
-    return _answer("precess", document, exact, settings, {"steps": steps, "picture": picture})
-
-
-@_study
-def euler(
-    document: Source,
-    *,
-    exact: bool = False,
-    settings: Sequence[str] = (),
-    steps: bool = False,
-    picture: str | None = None,
-    engine: Engine = "auto",
-    progress: Callable[[float], None] | None = None,
-    max_steps: int | None = None,
-) -> Result:
-    """Motion by Euler's equations: omega, L, T and orientation in time; stability of the axes.
-
-    COMMON
-    engine : {"auto", "runge-kutta", "taylor"}
-        What integrates driven motion; "taylor" needs the extra of that name.
-    progress : callable
-        It is called with the fraction that is done.
-    max_steps : int
-        The most steps of an integration; by default 1,000,000.
-
-    Returns
-    -------
-    Result
-        `moments`, `axes`, `motion`, periods and rates, `stability`, `trusted_digits`, and `trajectory`
-        with `t` (n, s), `omega` (n by 3, rad/s, along the document's body axes) and `orientation` (n by 4,
-        quaternions from body to space, scalar first).
-
-    Examples
-    --------
-    >>> body = {"moments": [1, 2, 3], "mass": 1}
-    >>> result = rigidcli.euler({"body": body, "motion": {"omega": [0, 1e-3, 2], "duration": 10}})
-    >>> result["motion"]
-    'about_highest'
-    """
-    motion = {"engine": engine, "max_steps": max_steps}
-    options = {"steps": steps, "picture": picture, "progress": progress, **motion}
-    return _answer("euler", document, exact, settings, options, {"scene": True, **motion})
-
-
-@_study
-def hamilton(
-    document: Source,
-    *,
-    exact: bool = False,
-    settings: Sequence[str] = (),
-    steps: bool = False,
-    picture: str | None = None,
-    program: bool = False,
-    progress: Callable[[float], None] | None = None,
-    max_steps: int | None = None,
-) -> Result:
-    """From a Lagrangian to momenta, the Hamiltonian, Hamilton's equations and orbits in phase space.
-
-    COMMON
-    program : bool
-        Keep the equations as `program`, for the formats python and c.
-    progress : callable
-        It is called with the fraction of the orbit that is done.
-    max_steps : int
-        The most steps of an integration; by default 1,000,000.
-
-    Returns
-    -------
-    Result
-        `lagrangian`, `momentum_definitions`, `hamiltonian`, `equations`, `conserved` and more: exact
-        expressions, which `str()` writes and `evaluate(m=1, x=0.5)` turns into numbers; with an `orbit` its
-        samples.
-
-    Examples
-    --------
-    >>> system = {"coordinates": ["x"], "lagrangian": "m*xdot**2/2 - k*x**2/2"}
-    >>> rigidcli.hamilton({"system": system, "parameters": {"m": None, "k": None}})["hamiltonian"]
-    p_x**2/(2*m) + k*x**2/2
-    """
-    options: dict[str, Any] = {"steps": steps, "picture": picture, "program": program}
-    options |= {"progress": progress, "max_steps": max_steps}
-    return _answer("hamilton", document, exact, settings, options, {"scene": True, "max_steps": max_steps})
+    listed = indent(tables.result_rows(tables.results()[name]), "  ")
+    study.__name__ = study.__qualname__ = name
+    study.__doc__ = HELP.format(about=row.about, fields=listed, example=inspect.cleandoc(row.python))
+    return study
 
 
 def _answer(
-    study: str,
-    source: Source,
-    exact: bool,
-    settings: Sequence[str],
-    options: Mapping[str, Any],
-    seen: Mapping[str, Any] | None = None,
+    row: Command, source: Source, exact: bool, settings: Sequence[str], options: Mapping[str, Any]
 ) -> Result:
-    """The result of a study of this name with these options; with those of `seen` it is worked to be seen."""
+    """The result of a study; that of one document can be worked again with what is only made to be seen."""
+    run = import_module(f"rigidcli.studies.{row.name}").run
     try:
         document = read(source, exact, settings)
-        run = import_module(f"rigidcli.studies.{study}").run
         report = run(document, **options)
     except DocumentError as error:
         if any(problem.source.startswith(MAPPING) for problem in error.problems):
             raise DocumentError([replace(problem, line=None) for problem in error.problems]) from None
         raise
-    again = None if document.ensemble is not None else partial(run, document, **(seen or {}))
+    again = None
+    if document.ensemble is None:
+        again = partial(run, document, **({"scene": True} if row.section else {}))
     return Result(**{part.name: getattr(report, part.name) for part in fields(report)}, _again=again)
+
+
+inertia, axes, precess, euler, hamilton = map(_study, ("inertia", "axes", "precess", "euler", "hamilton"))

@@ -1,14 +1,13 @@
 """What a process may do that works on untrusted text: compute, read files, and answer; nothing else.
 
-The limits on memory, processor time and files are those of POSIX. Where there are none, Python itself still
-refuses what it would do to anything outside the process.
+The limits on memory and files are those of POSIX, and a clock bounds the time of each piece of work. Where
+there are none, Python itself still refuses what it would do to anything outside the process.
 """
 
 from __future__ import annotations
 
 import contextlib
 import errno
-import math
 import os
 import signal
 import sys
@@ -23,10 +22,10 @@ if sys.platform != "win32":
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """What a process may take.
+    """What one piece of work may take in a process that may serve many.
 
-    `seconds` of time, and as many of a processor; bytes of `memory`, besides what it begins with; bytes that
-    it has `handed` over in the end; and `files` that are open at a time.
+    `seconds` of time; bytes of `memory`, besides what the process begins with; bytes that it has `handed`
+    over in the end; and `files` that are open at a time.
     """
 
     seconds: float = 10.0
@@ -39,6 +38,13 @@ LIMITS = Limits()
 
 MOST_FILES = 65_536
 """Where the system sets no bound to how many files a process may have open."""
+
+
+def usable_cores() -> int:
+    """Processors that this process may run on."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
 
 
 class ForbiddenError(PermissionError):
@@ -125,21 +131,18 @@ def _bind(limits: Limits) -> None:
     if sys.platform == "win32":
         return
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # whoever started this process ends it
-    for ending in (signal.SIGALRM, signal.SIGXCPU):
-        signal.signal(ending, signal.SIG_DFL)
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.pthread_sigmask(signal.SIG_SETMASK, ())
     # When memory runs out for all, this process is in the way, and not another.
     with contextlib.suppress(OSError), _opened("/proc/self/oom_score_adj", os.O_WRONLY) as file:
         os.write(file, b"1000")
-    seconds = math.ceil(limits.seconds)
     bounds = {
         resource.RLIMIT_CORE: (0, 0),
-        resource.RLIMIT_CPU: (seconds, seconds + 1),
         resource.RLIMIT_FSIZE: (0, 0),
         resource.RLIMIT_NOFILE: (limits.files, limits.files),
         resource.RLIMIT_NPROC: (0, 0),
     }
-    if (used := _address_space()) is not None:
+    if (used := address_space()) is not None:
         bounds[resource.RLIMIT_AS] = (used + limits.memory, used + limits.memory)
     for name, bound in bounds.items():
         # A lower limit that is there already stays.
@@ -147,7 +150,7 @@ def _bind(limits: Limits) -> None:
             resource.setrlimit(name, bound)
 
 
-def _address_space() -> int | None:
+def address_space() -> int | None:
     """Bytes that this process has mapped; None where the system does not tell."""
     try:
         with _opened("/proc/self/statm", os.O_RDONLY) as file:

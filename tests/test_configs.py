@@ -16,9 +16,9 @@ import pytest
 import yaml
 
 import rigidcli
-from rigidcli.cli.requirements import NEEDS
+from rigidcli import STUDIES
 from rigidcli.reference.tables import results
-from rigidcli.render import BLOCKS, PROGRAMS, Format
+from rigidcli.render import TRAITS, Format, formats_of
 
 from .conftest import ROOT, Program
 from .markup import markup
@@ -56,8 +56,10 @@ TOLD = [(path, command, form) for path, command in RUNS for form in ("table", "j
 """Every document in every command that it is for."""
 
 WRITTEN = [
-    *((path, "inertia", form) for path, command in RUNS if command == "inertia" for form in BLOCKS),
-    *((path, "hamilton", form) for path, command in RUNS if command == "hamilton" for form in PROGRAMS),
+    (path, command, form)
+    for path, command in RUNS
+    for form in formats_of(command)
+    if TRAITS[form].studies == (command,)
 ]
 """Blocks of bodies, and programs of systems."""
 
@@ -87,12 +89,12 @@ def is_explained(key: str, value: Any, command: str) -> bool:
 def test_runs_in_every_command_and_format(run: tuple[Path, str, str], program: Program) -> None:
     path, command, form = run
     outcome = program(command, "-f", form, str(path))
-    if form in BLOCKS and outcome.code:
+    if TRAITS[Format(form)].studies == ("inertia",) and outcome.code:
         assert outcome.code == 4
         return
     orbit = yaml.safe_load(path.read_text()).get("orbit")
     starts = starts_of(orbit, path.parent)
-    if form in PROGRAMS and ("functions:" in path.read_text() or starts > 1):
+    if TRAITS[Format(form)].program and ("functions:" in path.read_text() or starts > 1):
         assert outcome.code == (3 if starts == 1 else 2)
         return
     assert outcome.code == 0, outcome.err
@@ -118,14 +120,17 @@ def test_runs_in_every_command_and_format(run: tuple[Path, str, str], program: P
         assert not [each for each in page.all("span") if each.attributes.get("class") == "latex"]
 
 
-@pytest.mark.parametrize("command", NEEDS)
+@pytest.mark.parametrize("command", STUDIES)
 def test_a_format_of_another_command_is_refused(command: str, program: Program) -> None:
-    forms = {*(PROGRAMS if command != "hamilton" else ()), *(BLOCKS if command != "inertia" else ())}
-    for form in forms:
-        assert program(command, "-f", form, str(CONFIGS[0])).code == 2
+    forms = formats_of(command)
+    for form in set(Format) - {*forms}:
+        outcome = program(command, "-f", form, str(CONFIGS[0]))
+        assert (outcome.code, outcome.out) == (2, "")
+        named = set(re.findall(r"'(\w+)'", outcome.err.partition("not one of")[2]))
+        assert named == {str(each) for each in forms}
 
 
-@pytest.mark.parametrize("command", NEEDS)
+@pytest.mark.parametrize("command", STUDIES)
 def test_all_documents_go_into_one_table(command: str, program: Program, tmp_path: Path) -> None:
     parquet = pytest.importorskip("pyarrow.parquet", reason="tables in Parquet need the extra `parquet`")
     files = [str(path) for path, name in RUNS if name == command]
@@ -163,7 +168,7 @@ def test_latex_compiles_with_amsmath_alone(tmp_path: Path, program: Program) -> 
 
 
 @pytest.mark.skipif(shutil.which("pdflatex") is None, reason="pdflatex is not installed")
-@pytest.mark.parametrize("command", NEEDS)
+@pytest.mark.parametrize("command", STUDIES)
 def test_standalone_latex_compiles_and_stays_on_the_page(
     command: str, tmp_path: Path, program: Program
 ) -> None:

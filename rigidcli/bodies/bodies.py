@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from decimal import Decimal
 from functools import reduce
 from operator import add
 from typing import Annotated, Any, ClassVar, Self, TypeAlias
 
 import numpy as np
-from pydantic import Field, ValidationError, ValidationInfo, model_validator
+from pydantic import Field, PrivateAttr, ValidationError, ValidationInfo, model_validator
 
 from rigidcli.bodies import holes
 from rigidcli.bodies.form import Form
@@ -20,12 +19,12 @@ from rigidcli.bodies.robots import one_link
 from rigidcli.bodies.shape_names import shape_called
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.core import mass_properties, tensor
-from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Scalar
+from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
 from rigidcli.errors import ValueProblem, at, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AsList, Mass, MomentOfInertia, Point, PrincipalMoment, Vector3
 from rigidcli.fields.readers import Alternative, Choice, FileName, by_key, reference
-from rigidcli.fields.section import Section, refuse
+from rigidcli.fields.section import Section, environment, refuse
 from rigidcli.fields.words import keys_called, with_colon
 
 SYMMETRY_TOLERANCE = 1e-9
@@ -167,13 +166,16 @@ class RobotLink(Form):
     robot: FileName = Field(description="A robot in URDF, SDF or MJCF, beside the document")
     link: str | None = Field(default=None, description="The name of one; needed where several have a mass")
 
+    _form: Form = PrivateAttr()
+
     @model_validator(mode="after")
-    def _look(self) -> Self:
+    def _look(self, info: ValidationInfo) -> Self:
         """Raise ValueProblem, which names the file and the line, where there is no such link, or no body."""
         with at("robot"):
-            link = one_link(self.robot, self.link, float)
+            link = one_link(self.robot, self.link)
             try:
-                self._part(FLOAT).local(FLOAT)
+                self._form = KnownTensor.model_validate(link.body, context=info.context)
+                self._form.local(environment(info).arithmetic)
             except (ValidationError, ValueProblem) as error:
                 said: object = error
                 if isinstance(error, ValidationError):
@@ -183,18 +185,13 @@ class RobotLink(Form):
                 raise ValueProblem(message, hint=getattr(said, "hint", None)) from None
         return self
 
-    def _part(self, n: Arithmetic) -> Form:
-        """The link as the one part of a composite."""
-        link = one_link(self.robot, self.link, Decimal if n.exact else float)
-        return Composite.model_validate({"parts": [link.body]}, context=Environment(n))
-
     def local(self, arithmetic: Arithmetic) -> mass_properties.MassProperties:
         """The mass properties in the frame of the link."""
-        return self._part(arithmetic).local(arithmetic)
+        return self._form.properties(arithmetic)
 
     def local_inertia_about(self, point: Array, n: Arithmetic, error: float) -> tensor.Inertia:
         """Inertia about `point` (3, m, to within `error`), both in the frame of the link."""
-        return self._part(n).local_inertia_about(point, n, error)
+        return self._form.inertia_about(point, n, error)
 
 
 FORMS: dict[str, type[Form]] = {
@@ -225,8 +222,10 @@ class _AnyForm(Choice):
             raise ValueProblem(f"read {shown(raw)}, expected a mapping", hint=hint)
         if not isinstance(raw, dict) or raw.keys() & FORMS.keys():
             return super().read(raw, info)
-        called = ("shape", *(key for key in raw if "shape" in keys_called(key)))
-        key = next((key for key in called if key in raw), None)
+        if "shape" in raw:
+            key: str | None = "shape"
+        else:
+            key = next((key for key in raw if "shape" in keys_called(key)), None)
         if key is None:
             return super().read(raw, info)
         shape, problem = shape_called(raw[key], raw)

@@ -109,6 +109,9 @@ class _Flat(Lamina):
     def plane(self) -> tuple[Array, Array]:
         return solids.plane_of(self.corners())
 
+    def faces(self) -> list[Floats]:
+        return [self.corners()]
+
     def _outline(self) -> Array:
         turn, origin = self.plane()
         return ((self.corners() - origin) @ turn)[:, :2]

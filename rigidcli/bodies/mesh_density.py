@@ -1,4 +1,4 @@
-"""Densities that vary inside a mesh: polynomials on any, others where one point sees all of the surface."""
+"""Densities that vary inside a mesh: polynomials, whose integrals are sums over its triangles."""
 
 from __future__ import annotations
 
@@ -9,20 +9,15 @@ from typing import NoReturn
 import numpy as np
 
 from rigidcli.bodies.density import places, values
-from rigidcli.bodies.geometry import Geometry
-from rigidcli.core import line_search, solid_sums, surfaces, tensor
-from rigidcli.core.arithmetic import FLOAT, Floats, Mask
+from rigidcli.core import cubature, solid_sums, tensor
+from rigidcli.core.arithmetic import Floats, Mask
 from rigidcli.core.charts import Spot
 from rigidcli.core.edges import Read
 from rigidcli.core.mass_properties import MassProperties
-from rigidcli.core.simplices import Simplices
 from rigidcli.core.surfaces import Surface
 from rigidcli.errors import ComputationError, ValueProblem
 from rigidcli.fields.environment import Formula
 from rigidcli.language import tree
-
-MOST_PIECES = 400
-"""The most triangles of a mesh with a density that is no polynomial: its integrals take about two seconds."""
 
 MOST_POINTS = 50_000_000
 """The most points at which a polynomial is worked out for its integrals, which takes some three seconds."""
@@ -41,15 +36,6 @@ MOST_SEARCHED = 5_000
 
 NEGATIVE = 1e-12
 """How far below zero a density may come by rounding, in units of its largest value."""
-
-ROUNDING = 16 * float(np.finfo(np.float64).eps)
-"""What rounding may move a point by, in units of the largest coordinate."""
-
-INSIDE = 1e-6
-"""A point sees all of a surface if it is so far, in units of the box, on the inner side of each triangle.
-
-Ten times the tolerance to which the linear programme is solved.
-"""
 
 SPREAD = 0.2
 """A body that is narrower, in units of the mesh, is summed once more about its own centre of mass."""
@@ -117,7 +103,10 @@ class MeshDensity:
         known = {name: tree.number(float(value)) for name, value in self.formula.constants.items()}
         power = degree(tree.bound(self.formula.expression.root, known))
         if power is None or power > HIGHEST:
-            return self._of_pieces()
+            raise ComputationError(
+                "a density inside a mesh is a polynomial in x, y, z, r**2 and s**2, and this is none",
+                hint="cut the mesh into `parts`, each with a density of its own, or describe it by shapes",
+            )
         if solid_sums.nodes(power) * self.surface.triangles > MOST_POINTS:
             raise ComputationError(
                 f"{self.surface.triangles:,} triangles are too many for a density of degree {power}",
@@ -177,17 +166,17 @@ class MeshDensity:
         low, high = self.surface.box
 
         def inside(points: Floats) -> Floats:
-            spots = low[:, None] + (high - low)[:, None] * points[1:]
+            spots = low[:, None] + (high - low)[:, None] * points
             return np.where(self.contains(spots * self.unit), self._at(spots), np.inf)
 
-        net = np.vstack([np.zeros(NET**3), np.indices((NET,) * 3).reshape(3, -1) / (NET - 1)])
+        net = np.indices((NET,) * 3).reshape(3, -1) / (NET - 1)
         density = inside(net)
         watched = net[:, np.argsort(density, kind="stable")[:WATCHED]]
         if self.surface.triangles <= MOST_SEARCHED:
-            watched, _ = line_search.lowest_points(inside, watched)
+            watched = cubature.downhill(inside, watched, 1 / (NET - 1))
         density = inside(watched)
         if density.min() < -NEGATIVE * highest:
-            self._refuse(low + (high - low) * watched[1:, np.argmin(density)])
+            self._refuse(low + (high - low) * watched[:, np.argmin(density)])
         return highest
 
     def _refuse(self, place: Floats) -> NoReturn:
@@ -195,59 +184,3 @@ class MeshDensity:
         where = ", ".join(f"{coordinate:.6g}" for coordinate in place * self.unit)
         what = f"negative ({density:.6g} kg/m^3)" if np.isfinite(density) else "not finite"
         raise ValueProblem(f"the density is {what} at x, y, z = ({where}) m of the mesh", path=("density",))
-
-    def _of_pieces(self) -> MassProperties:
-        """The integrals over tetrahedra that fill the body without overlap."""
-        from rigidcli.bodies.density_integrals import integrated
-
-        surface, unit = self.surface, self.unit
-        if surface.triangles > MOST_PIECES:
-            raise ComputationError(
-                f"the density is no polynomial, and {surface.triangles:,} triangles are too many for it, "
-                f"expected at most {MOST_PIECES}",
-                hint="simplify the mesh, or write the density as a polynomial in x, y, z, r**2 and s**2",
-            )
-        triangles = surfaces.chosen(self.read, np.arange(surface.triangles))
-        triangles = triangles[:, ::-1] if self.is_inward else triangles
-        apex = point_that_sees_all(triangles)
-        if apex is None:
-            raise ComputationError(
-                "the density is no polynomial, and no point inside the mesh sees all of its surface",
-                hint="cut the mesh into `parts` that have such a point, or write the density as a polynomial",
-            )
-        corners = np.zeros((len(triangles), 4, 3))
-        # Drawn in by so little that no rounding puts a point beyond the surface, where a root may end.
-        within = 1 - ROUNDING * np.abs(surface.box).max() / surface.size
-        corners[:, 1:] = (triangles - apex) * (unit * within)
-        solid = np.abs(np.linalg.det(corners[:, 1:])) > 0
-        chart = Simplices((None,) * 3, Spot, apex * unit, corners[solid])
-        centre = (surface.origin + surface.centre) * unit
-        uniform = Geometry(abs(surface.volume) * unit**3, centre, surface.second * unit**2)
-        return integrated(self.formula, [chart], uniform, "kg/m^3", FLOAT)
-
-
-def point_that_sees_all(triangles: Floats) -> Floats | None:
-    """A point (3) from which all triangles (n, 3, 3), wound outwards, are seen from inside.
-
-    No tetrahedron is negative then. It is the origin, where densities may have a tip, or else the point that
-    is farthest inside all the planes of triangles. None where there is no such point.
-    """
-    low, high = triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
-    size = float((high - low).max())
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    lengths = np.linalg.norm(normals, axis=1)
-    faces = lengths > 0
-    normals = normals[faces] / lengths[faces, None]
-    levels = (normals * (triangles[faces, 0] - low)).sum(axis=1) / size
-    if (levels >= normals @ -low / size).all():
-        return np.zeros(3)
-    from scipy.optimize import linprog  # heavy, and only some densities need it
-
-    # The largest distance t with n . x + t <= n . a for each plane.
-    rows = np.column_stack([normals, np.ones(len(normals))])
-    bounds = [*((0, side) for side in (high - low) / size), (None, 1)]
-    found = linprog([0, 0, 0, -1], A_ub=rows, b_ub=levels, bounds=bounds)
-    if found.x is None or found.x[3] < INSIDE:
-        return None
-    point: Floats = low + size * found.x[:3]
-    return point

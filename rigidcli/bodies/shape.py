@@ -153,6 +153,14 @@ class Shape(Form):
     def maps(self, n: Arithmetic) -> Sequence[Chart]:
         """The shape in coordinates of its own, in which a density is integrated."""
 
+    def faces(self) -> list[Floats]:
+        """The surface as plane faces (each k by 3, m) in the shape's own axes; a wire is one line (k by 3).
+
+        All dimensions must have a value.
+        """
+        shape = self.model_copy(update=floats(self.__dict__, FLOAT))
+        return [face for chart in shape.maps(FLOAT) for face in chart.faces()]
+
     def pivot(self, arithmetic: Arithmetic) -> Array:
         """The point that `anchor` names; without one, the natural origin."""
         if self.anchor is None:

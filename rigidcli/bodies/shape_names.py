@@ -17,8 +17,9 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
     Of several the one that has most of the other keys in `raw` is meant, be it only a relative of the others.
     """
     word = name if isinstance(name, str) else ""
-    if word in SHAPES and not any(_is_foreign(SHAPES[word], *item) for item in raw.items()):
-        return SHAPES[word], None
+    named = SHAPES.get(word)
+    if named is not None and not any(_is_foreign(named, *item) for item in raw.items()):
+        return named, None
     form = other_form(word)
     if word not in SHAPES and form is not None:
         return None, ValueProblem(f"{shown(name)} is no shape", hint=f"write `{form}` instead of `shape`")
@@ -35,8 +36,9 @@ def shape_called(name: object, raw: Mapping[str, Any]) -> tuple[type[Shape] | No
 
 def _is_foreign(shape: type[Shape], key: str, value: object) -> bool:
     """Whether a key is none of the shape, or has a list of another length than there."""
-    is_other = isinstance(value, list) and key in shape.dimensions() and not shape.holds(key, value)
-    return is_other or key not in shape.model_fields
+    if key not in shape.model_fields:
+        return True
+    return isinstance(value, list) and key in shape.dimensions() and not shape.holds(key, value)
 
 
 def _likeness(shape: type[Shape], raw: Mapping[str, Any]) -> int:

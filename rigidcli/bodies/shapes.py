@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib import import_module
 
 from rigidcli.bodies.shape import Shape
@@ -41,13 +42,18 @@ PLACES = {
 """What may stand under `shape`: the module of this package that has it, and its class there."""
 
 
+@cache
+def _class(name: str) -> type[Shape]:
+    module, _, shape = PLACES[name].partition(".")
+    found: type[Shape] = getattr(import_module(f"rigidcli.bodies.{module}"), shape)
+    return found
+
+
 class _Shapes(Mapping[str, type[Shape]]):
     """The shapes by name; a module is loaded when one of its shapes is asked for, as a document has few."""
 
     def __getitem__(self, name: str) -> type[Shape]:
-        module, _, shape = PLACES[name].partition(".")
-        found: type[Shape] = getattr(import_module(f"rigidcli.bodies.{module}"), shape)
-        return found
+        return _class(name)
 
     def __contains__(self, name: object) -> bool:
         return name in PLACES

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
@@ -10,13 +11,11 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
-from rigidcli import STUDIES, __version__
+from rigidcli import __version__
 from rigidcli.cli.failures import LESS, complain
 from rigidcli.cli.help import Command
+from rigidcli.commands import COMMANDS
 from rigidcli.errors import ComputationError, Problem, printable, shown
-
-COMMANDS = (*STUDIES, "check", "validate", "explain", "schema", "new")
-"""The commands: each is a function in a module of this package that has its name."""
 
 
 class Commands(TyperGroup):
@@ -30,7 +29,7 @@ class Commands(TyperGroup):
         """The command of this name; None where there is none."""
         if name in COMMANDS and name not in self.commands:
             alone = typer.Typer(add_completion=False, rich_markup_mode=None)
-            alone.command(cls=Command)(getattr(import_module(f"rigidcli.cli.{name}"), name))
+            alone.command(cls=Command)(_function(name))
             self.add_command(typer.main.get_command(alone))
         return super().get_command(ctx, name)
 
@@ -42,6 +41,16 @@ class Commands(TyperGroup):
             for name in COMMANDS:  # one of which may have been meant
                 self.get_command(ctx, name)
         return super().resolve_command(ctx, args)
+
+
+def _function(name: str) -> Callable[..., None]:
+    """The function of a command, which typer reads."""
+    if COMMANDS[name].needs:
+        from rigidcli.cli.computing import command_of
+
+        return command_of(name)
+    function: Callable[..., None] = getattr(import_module(f"rigidcli.cli.{COMMANDS[name].module}"), name)
+    return function
 
 
 app = typer.Typer(

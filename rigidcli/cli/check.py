@@ -3,43 +3,30 @@
 # Annotations here are objects, not texts: typer reads them.
 
 import os
-from collections.abc import Callable, Iterator
+import tempfile
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, TypeAlias
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 import rigidcli
+from rigidcli.check import Feedback
 from rigidcli.cli.failures import Failures, complain
-from rigidcli.cli.judgements import (
-    NOT_CORRECT,
-    CheckFormat,
-    Remarks,
-    noted,
-    pages,
-    run_selftest,
-    solutions,
-    view_of,
-)
+from rigidcli.cli.judgements import NOT_CORRECT, CheckFormat, Remarks, noted, pages, solutions, view_of
 from rigidcli.cli.options import NoHeader, OutputPath, Quiet, listed
 from rigidcli.cli.output import Folder, Output
 from rigidcli.cli.progress import progress
-from rigidcli.cli.sweeps import Jobs, named_hands
 from rigidcli.errors import UsageError
-from rigidcli.grading import Feedback
 
 if TYPE_CHECKING:
+    from rigidcli.check.assignment import Prepared
     from rigidcli.document.document import Document
-    from rigidcli.grading.judgement import Judgement
-    from rigidcli.grading.reports import Style
     from rigidcli.report import Report
-
-    View: TypeAlias = Callable[[Iterator[Judgement], Style], Iterator[str]]
-
 
 TABULAR = {
     "--items": ("table", "json", "csv"),
-    "--regrade": ("table", "json", "csv"),
+    "--regrade": ("table", "csv"),
     "--canvas": ("table", "csv"),
     "--selftest": ("table",),
 }
@@ -55,43 +42,47 @@ def studies(steps: bool = False) -> "dict[str, Callable[[Document], Report]]":
     return {name: of(name) for name in rigidcli.STUDIES}
 
 
+def _file(option: str, metavar: str, help: str) -> typer.models.OptionInfo:
+    """An option that names a file."""
+    found: typer.models.OptionInfo = typer.Option(option, metavar=metavar, help=help)
+    return found
+
+
 def check(
     assignment: Annotated[str, typer.Argument(metavar="ASSIGNMENT", help="The questions and their keys.")],
     answers: Annotated[
         list[str] | None,
-        typer.Argument(metavar="ANSWERS", help="Answer files, or folders; `@files.txt` lists names."),
+        typer.Argument(metavar="ANSWERS", help="Answer files, folders, or a zip; `@files.txt` lists names."),
     ] = None,
     format: Annotated[CheckFormat, typer.Option("-f", "--format", help="What to print.")] = CheckFormat.table,
     output: OutputPath = None,
     feedback: Annotated[
-        Feedback, typer.Option("--feedback", help="How much is told; reference values only by full.")
+        Feedback, typer.Option("--feedback", help="How much students read; reference values only in full.")
     ] = Feedback.hint,
-    jobs: Jobs = None,
+    jobs: Annotated[
+        int | None, typer.Option("-j", "--jobs", min=1, max=1024, metavar="N", help="Processes.")
+    ] = None,
     items: Annotated[
         bool, typer.Option("--items", help="What the class made of each question, instead of each student.")
     ] = False,
     regrade: Annotated[
-        str | None,
-        typer.Option(
-            "--regrade", metavar="OLD.json", help="What changes in a run that `-f json` has written."
-        ),
+        str | None, _file("--regrade", "OLD.json", "What changes in a run that `-f json` has written.")
     ] = None,
     canvas: Annotated[
-        str | None,
-        typer.Option("--canvas", metavar="EXPORTED.csv", help="Fill a gradebook that Canvas has exported."),
+        str | None, _file("--canvas", "EXPORTED.csv", "Fill a gradebook that Canvas has exported.")
     ] = None,
     column: Annotated[
-        str | None,
-        typer.Option("--column", metavar="NAME", help="Its column, if not named like the assignment."),
+        str | None, _file("--column", "NAME", "Its column, if not named like the assignment.")
     ] = None,
     roster: Annotated[
+        str | None, _file("--roster", "FILE.csv", "Who the students are; all of them get a row.")
+    ] = None,
+    overrides: Annotated[
         str | None,
-        typer.Option(
-            "--roster", metavar="FILE.csv", help="Who the students are; without a file, they get a row, too."
-        ),
+        _file("--overrides", "FILE.csv", "A person's scores over these: student,question,score,reason."),
     ] = None,
     selftest: Annotated[
-        bool, typer.Option("--selftest", help="Judge the keys themselves, their forms and named mistakes.")
+        bool, typer.Option("--selftest", help="Show each key, judge it, and tell which mistakes are named.")
     ] = False,
     steps: Annotated[
         bool, typer.Option("--steps", help="Solutions of the questions, too; with --feedback full.")
@@ -118,55 +109,69 @@ def check(
         raise typer.BadParameter("--steps shows the keys: it is for table and html with --feedback full")
     if column is not None and canvas is None:
         raise typer.BadParameter("--column is for --canvas")
-    hands = named_hands(jobs)
-    if isinstance(hands, str):
-        reason = "homework is judged on this machine: expected a number of processes"
-        raise typer.BadParameter(reason, param_hint="'--jobs'")
     failures = Failures()
-    with failures.of(assignment), _target(format, output, feedback) as target:
-        from rigidcli.grading import batch, files
-        from rigidcli.grading import roster as students
-        from rigidcli.grading.assignment import prepare
-        from rigidcli.grading.outcome import MISSING
-        from rigidcli.grading.reports import Style
+    with (
+        failures.of(assignment),
+        _target(format, output, feedback) as target,
+        tempfile.TemporaryDirectory(prefix="rigidcli-") as scratch,
+    ):
+        from rigidcli.check import batch, files
+        from rigidcli.check import roster as students
+        from rigidcli.check.assignment import prepare
+        from rigidcli.check.overrides import read_overrides
+        from rigidcli.check.records import MISSING
+        from rigidcli.check.reports import Style
 
         prepared = prepare(assignment, studies(steps))
-        target.protect(*prepared.files, *filter(None, (regrade, canvas, roster)), *lists)
+        target.protect(*prepared.files, *filter(None, (regrade, canvas, roster, overrides)), *lists)
         for note in () if quiet else prepared.notes:
             complain(str(note))
         if selftest:
-            run_selftest(prepared, target, failures)
-        else:
-            width, colour = target.terminal()
-            style = Style(feedback, not no_header, width, colour)
-            remarks = Remarks(quiet)
-            view = view_of(format, items, regrade, canvas, column or prepared.title, quiet)
-            if format is CheckFormat.html:
-                view = pages(prepared, remarks.told, target, steps=steps)
-            found = files.gather(answers, assignment)
-            target.protect(*found.files)
-            known = None if roster is None else students.read_roster(roster)
-            papers, notes = students.papers(found.files, known)
-            # Gradescope waits for a result of those, too, who have handed in nothing.
-            unhanded = format is CheckFormat.gradescope and not papers
-            if unhanded:
-                papers = [students.Paper(Path(answers[0]).stem if answers else "", None, MISSING)]
-            for problem in found.problems:
-                complain(str(problem))
-                remarks.told.append(str(problem))
-                failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
-            remarks.tell(roster or prepared.source, notes)
-            with progress() as show:
-                # On a terminal, the results themselves show the progress.
-                seen = (lambda fraction: None) if width else show
-                judgements = batch.run(prepared.items, papers, hands, seen)
-                others = [files.safe_name(str(file)) for file in found.others]
-                judged = noted(judgements, others, prepared.source, failures, remarks, target)
-                for piece in view(judged, style):
-                    target.write(piece)
-            for piece in solutions(prepared, width, colour) if steps and format is CheckFormat.table else ():
+            _run_selftest(prepared, target, failures)
+            raise typer.Exit(failures.code)
+        width, colour = target.terminal()
+        style = Style(feedback, not no_header, width, colour)
+        remarks = Remarks(quiet)
+        view = view_of(format, items, regrade, canvas, column or prepared.title, quiet)
+        if format is CheckFormat.html:
+            view = pages(prepared, remarks.told, target, steps=steps)
+        found = files.gather(answers, assignment, Path(scratch))
+        target.protect(*(place.file for place in found.answers))
+        known = None if roster is None else students.read_roster(roster)
+        person = None if overrides is None else read_overrides(overrides, prepared.items)
+        papers, notes = students.papers(found, known)
+        # Gradescope waits for a result of those, too, who have handed in nothing.
+        unhanded = format is CheckFormat.gradescope and not papers
+        if unhanded:
+            papers = [students.Paper(Path(answers[0]).stem, outcome=MISSING)]
+        for problem in found.problems:
+            complain(str(problem))
+            remarks.told.append(str(problem))
+            failures.code = max(failures.code, NOT_CORRECT if unhanded else UsageError.exit_code)
+        remarks.tell(roster or prepared.source, notes)
+        with progress() as show:
+            # On a terminal, the results themselves show the progress.
+            seen = (lambda share: None) if width else show
+            judgements = batch.run(prepared.items, papers, jobs, seen)
+            late = list[str]()
+            if person is not None:
+                judgements = person.over(judgements, late)
+            judged = noted(judgements, found.others, prepared.source, failures, remarks, target)
+            for piece in view(judged, style):
                 target.write(piece)
+            remarks.tell(overrides or "", late)
+        for piece in solutions(prepared, width, colour) if steps and format is CheckFormat.table else ():
+            target.write(piece)
     raise typer.Exit(failures.code)
+
+
+def _run_selftest(prepared: "Prepared", target: Output, failures: Failures) -> None:
+    """Show each key, judge it, and tell the tolerance and the mistakes that would be named."""
+    from rigidcli.check.selftest import selftest
+
+    for words, is_right in selftest(prepared.items, prepared.questions):
+        target.write(words)
+        failures.code = failures.code if is_right else max(failures.code, NOT_CORRECT)
 
 
 def _target(format: CheckFormat, path: str | None, feedback: Feedback) -> Output:

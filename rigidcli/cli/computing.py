@@ -1,288 +1,288 @@
-"""What all computing commands share: the loop over FILES, and what their options make of it."""
+"""The studies as commands: options in, and documents | study | reports | renderer | where the output goes."""
 
 from __future__ import annotations
 
 import inspect
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import nullcontext, suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import replace
+from enum import StrEnum
 from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 import typer
 
-from rigidcli.cli.failures import Failure, Failures, tell_notes
-from rigidcli.cli.options import (
-    Columns,
-    Exact,
-    Files,
-    NoHeader,
-    OutputPath,
-    Quiet,
-    Settings,
-    listed,
-    read_units_option,
-)
-from rigidcli.cli.output import Output
-from rigidcli.cli.pictures import PlotKind, PlotPath, picture_kind, write_picture
+from rigidcli.cli import options as shared
+from rigidcli.cli.failures import Failure, Failures, bad_parameter, complain, fresh, tell_notes
+from rigidcli.cli.output import Output, is_folder, require_apart, write_whole
 from rigidcli.cli.progress import counted, progress
-from rigidcli.cli.requirements import require_memory
-from rigidcli.cli.sweeps import Jobs, Known, Pair, Sweeps, asked, hands, require_sweepable
-from rigidcli.cli.work import FOLLOW, Answer, Texts, Work, answers, tasks, texts
-from rigidcli.errors import RigidError, UsageError
-from rigidcli.render import BLOCKS, PEOPLE, PROGRAMS, Format, Look, renderer
-from rigidcli.report import Report
+from rigidcli.cli.work import Answer, Work, answers, lost, require_comparable, tasks
+from rigidcli.commands import COMMANDS, Command
+from rigidcli.errors import UsageError
+from rigidcli.processes import Jobs, Lost, each
+from rigidcli.render import TRAITS, Format, Look, Traits, formats_of, joined
+from rigidcli.sandbox import usable_cores
 
 if TYPE_CHECKING:
-    from rigidcli.studies.ensembles import Form
+    from rigidcli.document.sweeps import Sweep
+    from rigidcli.render.units import Units
+    from rigidcli.report import Report
 
+MANY = 500
+"""Values or FILES from which on processes pay, of which each core gets one unless `--jobs` says otherwise."""
 
-SECTIONS = {"euler": "motion", "hamilton": "orbit"}
-"""The section of the document whose `samples` and `duration` the options of these commands set."""
-
-SHORTHANDS = ("samples", "duration")
-"""Options that set a value of the document."""
+MOST_SHOWN = 100_000
+"""The most rows of a table for people, which is kept whole until its columns are known."""
 
 PULSE = 2.0
 """Seconds after which a terminal is told how long the work has taken, also where its share is not known."""
 
 
-def computing(study: Callable[..., None]) -> Callable[..., None]:
-    """A command with the shared options, which calls the study of its name for each FILE.
+class Asked(NamedTuple):
+    """What is asked for, besides the study: FILES, their sweep or comparison, and where the output goes."""
 
-    The keyword-only parameters of the function are options of its own, annotated with objects and not with
-    texts. They are passed to the study, except those in SHORTHANDS, which become settings. The function
-    itself is never called.
-    """
-    own = [
-        p.replace(kind=p.POSITIONAL_OR_KEYWORD)
-        for p in inspect.signature(study).parameters.values()
-        if p.kind is p.KEYWORD_ONLY
-    ]
+    files: Sequence[str]
+    tables: Sequence[str]
+    sweep: Sweep | None
+    jobs: Jobs | None
+    compare: bool
+    units: Units
+    output: str | None
+    plot: str | None
+    quiet: bool
+
+    @property
+    def total(self) -> int:
+        """How many answers there are, but for links of robots and starts of ensembles."""
+        return len(self.files) * (1 if self.sweep is None else self.sweep.count)
+
+    @property
+    def hands(self) -> Jobs:
+        """How many processes work, or the address of a cluster."""
+        return self.jobs or (usable_cores() if self.total >= MANY else 1)
+
+
+def command_of(name: str) -> Callable[..., None]:
+    """The study of this name as a command, with the options that all studies have and its own."""
+    row = COMMANDS[name]
 
     def command(
-        files: Files,
-        format: Annotated[Format, typer.Option("-f", "--format", help="What to print.")] = Format.table,
-        output: OutputPath = None,
-        settings: Settings = None,
-        sweep: Sweeps = None,
-        pair: Pair = False,
-        jobs: Jobs = None,
-        digits: Annotated[
-            int, typer.Option(min=1, max=17, metavar="N", help="Significant digits for people.")
-        ] = 6,
-        exact: Exact = False,
-        units: Annotated[
-            str | None,
-            typer.Option(
-                metavar="LIST",
-                help="Units for people, such as g,cm,deg,rpm; json and csv stay SI.",
-            ),
-        ] = None,
-        unit_header: Annotated[bool, typer.Option("--unit-header", help="CSV heads with units.")] = False,
-        no_header: NoHeader = False,
-        columns: Columns = None,
-        verbose: Annotated[
-            bool, typer.Option("-v", "--verbose", help="Tell residuals, drifts, trusted digits, method, too.")
-        ] = False,
-        steps: Annotated[bool, typer.Option("--steps", help="Show the working, to people.")] = False,
-        standalone: Annotated[
-            bool, typer.Option("--standalone", help="LaTeX that compiles by itself.")
-        ] = False,
-        plot: PlotPath = None,
-        plot_kind: PlotKind = None,
-        quiet: Quiet = False,
+        files: shared.Files,
+        format: str = "table",
+        output: shared.OutputPath = None,
+        settings: shared.Settings = None,
+        sweep: shared.Sweeps = None,
+        pair: shared.Pair = False,
+        jobs: shared.Jobs = None,
+        compare: shared.Compare = False,
+        digits: shared.Digits = 6,
+        exact: shared.Exact = False,
+        units: shared.UnitList = None,
+        unit_header: shared.UnitHeader = False,
+        no_header: shared.NoHeader = False,
+        columns: shared.Columns = None,
+        verbose: shared.Verbose = False,
+        steps: shared.Steps = False,
+        standalone: shared.Standalone = False,
+        plot: shared.PlotPath = None,
+        plot_kind: shared.PlotKind = None,
+        quiet: shared.Quiet = False,
         **options: Any,
     ) -> None:
-        failures = Failures()
-        files, lists = listed(files)
-        if format in PROGRAMS:
-            _require_equations(study.__name__, format, files)
-            options["program"] = True
-        if format in BLOCKS and study.__name__ != "inertia":
-            problem = f"a block of mass and inertia in {format} is what `rigidcli inertia -f {format}` writes"
-            raise typer.BadParameter(problem, param_hint="'--format'")
-        options["steps"] = steps and format in PEOPLE
-        chosen = tuple(columns or ())
-        wanted = read_units_option(units)
-        if wanted and format not in PEOPLE:
-            tell_notes("--units", [f"{format} has SI units, whatever `--units` says"], quiet)
-            wanted = {}
-        given = {name: value for name in SHORTHANDS if (value := options.pop(name, None)) is not None}
-        named = {f"{SECTIONS[study.__name__]}.{name}": f"--{name}" for name in given}
+        form, traits = Format(format), TRAITS[Format(format)]
+        files, lists = shared.listed(files)
+        swept, wanted = shared.read_sweep(sweep, pair), shared.read_units(units)
+        tables = [*lists, *(() if swept is None else swept.files)]
+        asked = Asked(files, tables, swept, jobs, compare, wanted, output, plot, quiet)
+        _require_sense(asked, form, traits, {"--steps": steps, "--plot": bool(plot or plot_kind)})
+        if wanted and not traits.people:
+            tell_notes("--units", [f"{form} has SI units, whatever `--units` says"], quiet)
+        picture = None
+        if swept is None and not compare:
+            picture = _picture_kind(name, traits, plot, plot_kind, files, output)
+            if picture and wanted:
+                tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
+        given = {key: value for key in shared.OF_MOTIONS if (value := options.pop(key, None)) is not None}
+        named = {f"{row.section}.{key}": f"--{key}" for key in given}
         changes = [*(settings or ()), *map("=".join, zip(named, map(str, given.values()), strict=True))]
-
-        swept = asked(sweep, pair)
-        if swept is not None:
-            require_sweepable(format, {"--steps": steps, "--plot": bool(plot or plot_kind)}, swept.count)
-        picture = (
-            picture_kind(study.__name__, format, plot, plot_kind, files, output) if swept is None else None
-        )
-        if picture and wanted:
-            tell_notes("--units", ["the picture has SI units, whatever `--units` says"], quiet)
+        options["steps"] = steps and traits.people
         options |= {"picture": picture} if picture else {}
-        if format is Format.html and swept is None and study.__name__ in SECTIONS:
-            options["scene"] = True
-        pictured: list[Report] = []
+        options |= {"program": True} if traits.program else {}
+        options |= {"scene": True} if traits.page and row.section and swept is None else {}
+        look = Look(
+            digits,
+            not no_header,
+            columns=tuple(columns or ()),
+            unit_header=unit_header,
+            verbose=verbose,
+            steps=steps,
+            standalone=standalone,
+        )
+        raise typer.Exit(_run(asked, Work(row, form, look, options, exact, changes, named, plot)))
 
-        told: Form = "rows" if format is Format.csv else "few" if format in PEOPLE else "starts"
-        keys = () if swept is None else tuple(key.name for key in swept.keys)
-        in_rows = keys if format in (Format.csv, Format.parquet) or (keys and format in PEOPLE) else None
-        require = _requirement(format)
-        write = None
-        if format is Format.json and not plot:
-            from rigidcli.render import json
+    return _with_options(command, row)
 
-            write = partial(json.render, look=Look(columns=chosen))
-        work = Work(study.__name__, options, exact, changes, named, chosen, require, told, in_rows, write)
 
-        from rigidcli.bodies.robots import is_robot
-
-        total = len(files) * (1 if swept is None else swept.count)
-        processes = hands(jobs, total, alone=swept is None and "-" in files)
-        # The rows of a sweep are those of links; what is said of a file as a whole is not among them.
-        for file in filter(is_robot, files if swept is not None else ()):
-            with suppress(RigidError):  # which is told when the file is swept
-                tell_notes(file, work.drafts(file).notes, quiet)
-
-        def answered() -> Iterator[Report | Texts]:
-            from rigidcli.cli.plan import PAYS, ordered
-
-            known = defaultdict[str, Known](Known)
-            asked_for: Callable[..., Iterator[Answer[Any]]] = answers if write is None else texts
-            apart = processes != 1 or swept is not None
-            do = asked_for if apart else partial(asked_for, watch=partial(progress, pulse=PULSE))
-            # On a terminal, rows that stream show the progress themselves.
-            is_seen = width is not None and format is not Format.table
-            with counted(total) if apart and not is_seen else nullcontext(lambda: None) as done:
-                plan = tasks(work, files, swept, failures, processes)
-                for answer in ordered(do, plan, processes, PAYS if jobs is None else 1):
-                    points = 1
-                    with failures.of(answer.source):
-                        target.protect(*answer.files)
-                        tell_notes(answer.source, answer.notes, quiet)
-                        told: Report | Texts | Failure = answer.found
-                        if isinstance(told, Failure):
-                            failures.tell(told)
-                        else:
-                            _require_one(pictured)
-                            again = swept is not None or answer.start is not None
-                            notes = known[told.source].new(told.notes) if again else told.notes
-                            tell_notes(told.source, notes, quiet)
-                            yield told
-                            points = len(told.texts) if isinstance(told, Texts) else 1
-                    for _ in range(points):
-                        done()
-            failures.end()
-
-        def reports() -> Iterator[Report]:
-            for report in answered():
-                assert isinstance(report, Report)
-                pictured.extend([report] if plot else [])
-                yield report
-
-        several = len(files) > 1 or any(map(is_robot, files))
-        if format is Format.parquet:
-            from rigidcli.cli.parts import goes_to_folder, write_folder
-
-            if goes_to_folder(output):
-                about = {
-                    "results": f"rigidcli.{study.__name__}/1",
-                    "set": changes,
-                    "sweep": sweep or [],
-                    "zip": pair,
-                }
-                look = Look(columns=chosen, several=several)
-                with failures.of(str(output)):
-                    parts = tasks(work, files, swept, failures, processes)
-                    write_folder(str(output), parts, total, look, processes, about, failures, quiet)
-                raise typer.Exit(failures.code)
-
-        def written() -> Iterator[str]:
-            for found in answered():
-                assert isinstance(found, Texts)
-                yield from found.texts
-
-        def for_people(found: Iterator[Report]) -> Iterator[Report]:
-            if study.__name__ in FOLLOW and format in PEOPLE:
-                from rigidcli.studies.ensembles import summaries
-
-                found = summaries(found)
-            if not wanted:
-                return found
-            from rigidcli.render.units import in_units
-
-            return map(partial(in_units, units=wanted), found)
-
-        with failures.of(output or ""), Output(output) as target:
-            tables = () if swept is None else swept.files
-            target.protect(*(file for file in (*files, *lists, *tables) if file != "-"))
-            width, colour = target.terminal()
-            look = Look(
-                digits,
-                not no_header,
-                width,
-                colour,
-                chosen,
-                several=several,
-                unit_header=unit_header,
-                verbose=verbose,
-                steps=steps,
-                standalone=standalone,
-            )
-            found = for_people(reports())
-            if swept is not None and format in PEOPLE:
-                from rigidcli.render.sweeps import gathered
-
-                found = gathered(found, look, lambda note: tell_notes("--sweep", [note], quiet))
-            for piece in _pieces(format, found, look) if write is None else written():
-                target.write(piece)
-            for report in pictured:
-                # A chart of characters follows the table, and stays away from other data.
-                follows = format is Format.table and output in (None, "-")
-                write_picture(report, str(plot), width, target if follows else None)
-        raise typer.Exit(failures.code)
-
-    shared = inspect.signature(command, eval_str=True)
-    parameters = [*(p for p in shared.parameters.values() if p.kind is not p.VAR_KEYWORD), *own]
-    command.__name__, command.__doc__ = study.__name__, study.__doc__
-    command.__signature__ = shared.replace(parameters=parameters)  # type: ignore[attr-defined]
-    command.__annotations__ = {p.name: p.annotation for p in parameters}
+def _with_options(command: Callable[..., None], row: Command) -> Callable[..., None]:
+    """The command with the formats and the options that its study has."""
+    formats = StrEnum("Format", [(format.value, format.value) for format in formats_of(row.name)])  # type: ignore[misc]  # names of a table
+    format = Annotated[formats, typer.Option("-f", "--format", help="What to print.")]
+    signature = inspect.signature(command, eval_str=True)
+    parameters = [
+        parameter.replace(annotation=format, default=formats("table"))
+        if parameter.name == "format"
+        else parameter
+        for parameter in signature.parameters.values()
+        if parameter.kind is not parameter.VAR_KEYWORD and not (parameter.name == "compare" and row.section)
+    ]
+    parameters += [
+        inspect.Parameter(key, inspect.Parameter.POSITIONAL_OR_KEYWORD, default=None, annotation=option)
+        for key, option in shared.OF_MOTIONS.items()
+        if row.section
+    ]
+    command.__name__, command.__doc__ = row.name, row.help
+    command.__signature__ = signature.replace(parameters=parameters)  # type: ignore[attr-defined]
+    command.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
     return command
 
 
-def _pieces(format: Format, reports: Iterator[Report], look: Look) -> Iterator[str] | Iterator[bytes]:
-    """The output, piece by piece."""
-    if format is not Format.parquet:
-        return renderer(format)(reports, look)
-    from rigidcli.render.parquet import render
-
-    return render(reports, look)
-
-
-def _require_equations(study: str, format: Format, files: Sequence[str]) -> None:
-    """Raise BadParameter unless this study of these files is written as one program."""
-    if study != "hamilton":
-        problem = f"a program in {format} has equations of motion, which only `rigidcli hamilton` writes"
-    elif len(files) > 1:
-        problem = f"a program in {format} has the equations of one document; {len(files)} files are given"
-    else:
-        return
-    raise typer.BadParameter(problem, param_hint="'--format'")
-
-
-def _requirement(format: Format) -> Callable[[Report], None] | None:
-    """What raises RigidError where a report cannot be written in a format; None where each can."""
-    if format is Format.json:
-        return require_memory
-    if format in BLOCKS:
-        from rigidcli.render.inertial import require_numbers
-
-        return require_numbers
-    return None
+def _require_sense(asked: Asked, form: Format, traits: Traits, single: dict[str, bool]) -> None:
+    """Raise BadParameter where options do not go together; `single` are those that are for one document."""
+    files, sweep, output = asked.files, asked.sweep, asked.output
+    several = "a comparison" if asked.compare else "a sweep" if sweep is not None else ""
+    alone = next((name for name in single if single[name] and several), "")
+    program = f"a program in {form} has the equations of one document"
+    folder = f"the parts of a folder are written by a cluster; `-o table{traits.file}` is one file"
+    is_long = sweep is not None and sweep.count > MOST_SHOWN and traits.people
+    for wrong, option, problem in (
+        (traits.program and len(files) > 1, "--format", f"{program}; {len(files)} files are given"),
+        (traits.program and several, "--sweep", f"{program}, not of {several}"),
+        (traits.file and output in (None, "-"), "--format", f"{form} is no text: `-o table{traits.file}`"),
+        (traits.file and is_folder(output) and not isinstance(asked.jobs, str), "--output", folder),
+        (alone, alone, f"{alone} is for one document, not for {several}"),
+        (is_long, "--sweep", f"a table of {asked.total:,} rows is too long to read: `-f csv` streams them"),
+        (asked.compare and sweep is not None, "--compare", "a sweep stands in rows already"),
+        (
+            asked.compare and not traits.people,
+            "--compare",
+            f"{form} has no comparison: use table, latex or html",
+        ),
+        (asked.compare and len(files) < 2, "--compare", "expected several FILEs"),
+    ):
+        if wrong:
+            raise typer.BadParameter(problem, param_hint=f"'{option}'")
 
 
-def _require_one(pictured: Sequence[Report]) -> None:
-    """Raise UsageError where a picture is there already: a robot has a body for each of its links."""
-    if pictured:
-        raise UsageError("`--plot` draws one picture, of a FILE with one body", hint="leave out `--plot`")
+def _picture_kind(
+    command: str,
+    traits: Traits,
+    path: str | None,
+    kind: str | None,
+    files: Sequence[str],
+    output: str | None,
+) -> str | None:
+    """The kind of picture that is asked for, if one is; refused where it cannot be drawn or written."""
+    if path is None and kind is None and not traits.page:
+        return None
+    from rigidcli.render.plots import CHARACTERS, require_ending, require_library, use_for
+    from rigidcli.studies.pictures import ANY, BEST, require_kind
+
+    with bad_parameter("--plot"):
+        require_kind(command, kind or BEST)
+        if path is None:
+            if traits.page:
+                return kind or ANY
+            raise UsageError("`--plot-kind` chooses a picture", hint="say with `--plot` where it goes")
+        require_ending(path)
+        if len(files) > 1:
+            raise UsageError("`--plot` draws one picture, of one FILE", hint="call it for each FILE")
+        require_apart(path, files)
+        if path != CHARACTERS and output is not None and Path(path).resolve() == Path(output).resolve():
+            raise UsageError(f"`-o` writes the results to `{path}`", hint="give the picture another name")
+        require_library(use_for(path))
+    return kind or BEST
+
+
+def _run(asked: Asked, work: Work) -> int:
+    """Work all that is asked for, write it, and tell the exit code."""
+    from rigidcli.bodies.robots import is_robot
+
+    failures, traits, pictures = Failures(), TRAITS[work.format], list[str | bytes]()
+    with failures.of(asked.output or ""), Output(asked.output) as target:
+        target.protect(*(file for file in (*asked.files, *asked.tables) if file != "-"))
+        width, colour = target.terminal()
+        several = len(asked.files) > 1 or any(map(is_robot, asked.files))
+        look = replace(work.look, width=width, colour=colour, several=several)
+        work = replace(work, look=look)
+        if asked.compare:
+            require_comparable(work, asked.files)
+        if traits.file and is_folder(asked.output):
+            from rigidcli.cli.folder import write_folder
+
+            write_folder(str(asked.output), asked.files, asked.sweep, str(asked.jobs), work, failures)
+            return failures.code
+        pieces = _pieces(asked, work, failures, target, pictures)
+        output = joined(work.format, _for_people(pieces, asked, work) if traits.people else pieces, work.look)
+        for part in output:
+            target.write(part)
+        for picture in pictures:
+            if isinstance(picture, bytes):
+                write_whole(str(asked.plot), picture)
+            elif traits.terminal and asked.output in (None, "-"):
+                target.write(picture)
+            else:  # a chart of characters stays away from data
+                complain(picture.rstrip("\n"))
+    return failures.code
+
+
+def _pieces(
+    asked: Asked, work: Work, failures: Failures, target: Output, pictures: list[str | bytes]
+) -> Iterator[Any]:
+    """The pieces of the output, one after the other; what is to be told of them is told on the way."""
+    known = defaultdict[str, set[str]](set)
+    here = asked.hands == 1 and asked.sweep is None
+    do = partial(answers, work=work, watch=partial(progress, pulse=PULSE) if here else None)
+    # On a terminal, rows that stream show the progress themselves.
+    streams = work.look.width is not None and not TRAITS[work.format].people
+    with counted(0 if here or streams else asked.total) as done:
+        for answer in each(do, tasks(work, asked.files, asked.sweep, asked.hands), asked.hands):
+            if isinstance(answer, Lost):
+                answer = Answer(answer.task.source, lost(answer.task))
+            with failures.of(answer.source):
+                target.protect(*answer.files)
+                tell_notes(
+                    answer.source, [*answer.about, *fresh(answer.notes, known[answer.source])], asked.quiet
+                )
+                if isinstance(answer.found, Failure):
+                    failures.tell(answer.found)
+                else:
+                    if answer.picture is not None:
+                        if pictures:
+                            problem = "`--plot` draws one picture, of a FILE with one body"
+                            raise UsageError(problem, hint="leave out `--plot`")
+                        pictures.append(answer.picture)
+                    yield answer.found
+            done()
+    failures.end()
+
+
+def _for_people(reports: Iterable[Report], asked: Asked, work: Work) -> Iterable[Report]:
+    """The reports as people see them: summaries of ensembles, units of choice, one table if asked for."""
+    if work.command.section:
+        from rigidcli.studies.ensembles import summaries
+
+        reports = summaries(reports)
+    if asked.units:
+        from rigidcli.render.units import in_units
+
+        reports = map(partial(in_units, units=asked.units), reports)
+    if asked.sweep is not None:
+        from rigidcli.render.sweeps import gathered
+
+        return gathered(reports, work.look, lambda note: tell_notes("--sweep", [note], asked.quiet))
+    if work.look.several:
+        from rigidcli.render.compare import compared, named
+
+        return compared(reports, work.look) if asked.compare else named(reports)
+    return reports

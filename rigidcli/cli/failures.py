@@ -92,3 +92,14 @@ class Failures:
             yield
         except (RigidError, MemoryError) as error:
             self.tell(failure(error, source))
+
+
+MOST_NOTES = 1000
+"""The most different notes on a FILE that are told, which is more than anybody reads."""
+
+
+def fresh(notes: Sequence[str], told: set[str]) -> list[str]:
+    """The notes that were not told yet: at each value of a sweep they are mostly the same."""
+    new = [note for note in notes if note not in told][: MOST_NOTES - len(told)]
+    told.update(new)
+    return new

@@ -14,9 +14,10 @@ from rigidcli.cli.output import Folder, Output
 from rigidcli.render import Look
 
 if TYPE_CHECKING:
-    from rigidcli.grading.assignment import Prepared
-    from rigidcli.grading.judgement import Judgement
-    from rigidcli.grading.reports import Style
+    from rigidcli.check.assignment import Prepared
+    from rigidcli.check.files import Place
+    from rigidcli.check.records import Judgement
+    from rigidcli.check.reports import Style
 
     View: TypeAlias = Callable[[Iterator[Judgement], Style], Iterator[str]]
 
@@ -50,15 +51,15 @@ class Remarks:
 
 def pages(prepared: Prepared, remarks: Sequence[str], target: Output, *, steps: bool) -> View:
     """The function that turns judgements into the page of a class, or into those of a folder."""
-    from rigidcli.grading.reports import classroom, sheet
+    from rigidcli.check.reports import pages as report
 
-    solutions = sheet.worked(prepared.solutions) if steps else {}
-    course = sheet.Course(prepared.title, remarks, solutions)
+    solutions = report.worked(prepared.solutions) if steps else {}
+    course = report.Course(prepared.title, remarks, solutions)
     if not isinstance(target, Folder):
-        return lambda judgements, style: classroom.one_page(judgements, course, style)
+        return lambda judgements, style: report.one_page(judgements, course, style)
 
     def fill(judgements: Iterator[Judgement], style: Style) -> Iterator[str]:
-        for name, content in classroom.pages(judgements, course, style):
+        for name, content in report.pages(judgements, course, style):
             target.begin(name)
             yield content
 
@@ -77,7 +78,7 @@ def solutions(prepared: Prepared, width: int | None, colour: bool) -> Iterator[s
 
 def noted(
     judgements: Iterator[Judgement],
-    others: Sequence[str],
+    others: Sequence[Place],
     source: str,
     failures: Failures,
     remarks: Remarks,
@@ -87,7 +88,7 @@ def noted(
 
     `others` are files beside the answers, which are told in the end, if no answer names them.
     """
-    from rigidcli.grading.roster import noted
+    from rigidcli.check.names import noted
 
     named = set[str]()
     for judgement in judgements:
@@ -98,7 +99,7 @@ def noted(
         target.protect(*beside)
         named.update(beside)
         yield judgement
-    unused = [str(Path(*Path(file).parts[-2:])) for file in others if file not in named]
+    unused = [str(Path(*Path(place.source).parts[-2:])) for place in others if place.source not in named]
     remarks.tell(source, noted("no answer files, and left out", unused))
 
 
@@ -107,18 +108,16 @@ def view_of(
 ) -> View:
     """The function that turns judgements into text; other files that it needs are read at once."""
     if items:
-        from rigidcli.grading.reports import items as report
+        from rigidcli.check.reports import items as report
 
         return lambda judgements, style: report.TEXTS[format](report.tally(judgements), style)
     if regrade is not None:
-        from rigidcli.grading.reports import regrade as again
+        from rigidcli.check.reports import regrade as again
 
         old = again.read(regrade)
-        return lambda judgements, style: again.TEXTS[format](
-            again.changes(old, judgements, style.feedback), style
-        )
+        return lambda judgements, style: again.TEXTS[format](again.changes(old, judgements), style)
     if canvas is not None:
-        from rigidcli.grading.reports import canvas as gradebook
+        from rigidcli.check.reports import canvas as gradebook
 
         text, source = gradebook.read(canvas), canvas
 
@@ -129,16 +128,6 @@ def view_of(
             yield filled.text
 
         return fill
-    from rigidcli.grading.reports.formats import render
+    from rigidcli.check.reports.formats import render
 
     return partial(render, format)
-
-
-def run_selftest(prepared: Prepared, target: Output, failures: Failures) -> None:
-    """Judge the keys, their forms and named mistakes, and tell which do not come out as they should."""
-    from rigidcli.grading.selftest import told, trials
-
-    done = list(trials(prepared.items))
-    target.write(told(done))
-    if not all(trial.passed for trial in done):
-        failures.code = max(failures.code, NOT_CORRECT)

@@ -1,17 +1,43 @@
-"""Options that several commands share."""
+"""Options that several commands share, and what is read from them."""
 
-from __future__ import annotations
+# Annotations here are objects, not texts: commands are made of them.
 
+import os
+import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path
+from typing import Annotated, Any
 
 import typer
 
 from rigidcli.cli.failures import bad_parameter
 from rigidcli.cli.output import check_path
+from rigidcli.errors import UsageError, shown
 
-if TYPE_CHECKING:
-    from rigidcli.render.units import Units
+LIST = "@"
+"""What begins the name of a list; `./@name` is a file whose own name begins so."""
+
+
+def _names_in(file: str) -> list[str]:
+    """The names in a list: one on a line, blanks within it included.
+
+    Blanks round a name, empty lines and comments (#) are passed over. `@-` is standard input. Raises
+    UsageError.
+    """
+    name = file.removeprefix(LIST)
+    try:
+        if name == "-" and sys.stdin is None:
+            raise OSError
+        data = sys.stdin.buffer.read() if name == "-" else Path(name).read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "no file has such a name"
+        hint = f"it lists names of files, one on a line; a file of this name is `./{file}`"
+        raise UsageError(f"`{file}` cannot be read: {reason}", hint=hint) from None
+    lines = (os.fsdecode(line).strip() for line in data.removeprefix(b"\xef\xbb\xbf").splitlines())
+    names = [line for line in lines if line and not line.startswith("#")]
+    if not names:
+        raise UsageError(f"`{file}` lists no files", hint="one name on a line")
+    return names
 
 
 def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
@@ -19,20 +45,10 @@ def listed(files: Sequence[str]) -> tuple[list[str], list[str]]:
 
     Raises BadParameter.
     """
-    from rigidcli.cli.lists import LIST, names_in
-
+    lists = [file for file in files if file.startswith(LIST)]
     with bad_parameter():
-        names = [name for file in files for name in names_in(file)]
-    return names, [file.removeprefix(LIST) for file in files if file.startswith(LIST)]
-
-
-Files = Annotated[
-    list[str],
-    typer.Argument(
-        metavar="FILE",
-        help="Documents, robots, or bodies (.stl ...); `-` is standard input, `@files.txt` a list of names.",
-    ),
-]
+        names = [name for file in files for name in (_names_in(file) if file in lists else [file])]
+    return names, [file.removeprefix(LIST) for file in lists]
 
 
 def _check_settings(settings: list[str] | None) -> list[str]:
@@ -44,6 +60,57 @@ def _check_settings(settings: list[str] | None) -> list[str]:
     return settings or []
 
 
+def _split(text: str | None) -> list[str]:
+    return [name.strip() for name in text.split(",")] if text else []
+
+
+def read_units(text: str | None) -> Any:
+    """The units in `g,cm,deg`. Raises BadParameter."""
+    if text is None:
+        return {}
+    from rigidcli.render import units
+
+    with bad_parameter("--units"):
+        return units.read_units(text)
+
+
+def read_sweep(texts: Sequence[str] | None, pair: bool) -> Any:
+    """The sweep that is asked for, if one is. Raises BadParameter."""
+    if not texts and not pair:
+        return None
+    from rigidcli.document import sweeps
+
+    with bad_parameter("--sweep"):
+        return sweeps.read_sweep(texts or (), pair)
+
+
+MOST_JOBS = 1024
+"""The most processes: more than any machine has cores for."""
+
+
+def _read_jobs(text: str | None) -> int | str | None:
+    """The number of processes, or the address of a scheduler. Raises BadParameter."""
+    if text is None or (text.startswith(("tcp://", "tls://")) and text.rpartition(":")[2].isdecimal()):
+        return text
+    if text.isdecimal() and 1 <= int(text[:9]) <= MOST_JOBS:
+        return int(text)
+    problem = f"read {shown(text)}, expected a number of processes from 1 to {MOST_JOBS}"
+    raise typer.BadParameter(f"{problem} (or the scheduler of a Dask cluster, as in `tcp://host:8786`)")
+
+
+Files = Annotated[
+    list[str],
+    typer.Argument(
+        metavar="FILE",
+        help="Documents, robots, or bodies (.stl ...); `-` is standard input, `@files.txt` a list of names.",
+    ),
+]
+OutputPath = Annotated[
+    str | None,
+    typer.Option(
+        "-o", "--output", metavar="PATH", callback=check_path, help="Write to PATH, whole or not at all."
+    ),
+]
 Settings = Annotated[
     list[str] | None,
     typer.Option(
@@ -54,48 +121,65 @@ Settings = Annotated[
         help="Override a value, such as body.mass=3; repeatable.",
     ),
 ]
-
-Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No notes on standard error.")]
-
-OutputPath = Annotated[
-    str | None,
+Sweeps = Annotated[
+    list[str] | None,
     typer.Option(
-        "-o", "--output", metavar="PATH", callback=check_path, help="Write to PATH, whole or not at all."
+        "--sweep",
+        metavar="KEY=VALUES",
+        help="A row for each value: START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column; "
+        "two make a grid.",
     ),
 ]
-
-NoHeader = Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")]
-
-MaxSteps = Annotated[
-    int | None,
-    typer.Option("--max-steps", min=1, metavar="N", help="Most steps of an integration (default 1,000,000)."),
+Pair = Annotated[bool, typer.Option("--zip", help="Pair the values of several --sweep, instead of a grid.")]
+Jobs = Annotated[
+    str | None,
+    typer.Option(
+        "-j",
+        "--jobs",
+        metavar="N|ADDRESS",
+        callback=_read_jobs,
+        help="Processes, by default one a core where that pays; or a Dask cluster that you trust, "
+        "tcp://host:8786.",
+    ),
 ]
-
+Compare = Annotated[
+    bool, typer.Option("--compare", help="FILEs side by side, with differences to the first in percent.")
+]
+Digits = Annotated[int, typer.Option(min=1, max=17, metavar="N", help="Significant digits for people.")]
 Exact = Annotated[
     bool,
     typer.Option("--exact", help="Exact arithmetic: decimals are rationals, parameters may stay symbols."),
 ]
-
-
-def read_units_option(text: str | None) -> Units:
-    """The units in `g,cm,deg`; refused where one is unknown."""
-    if text is None:
-        return {}
-    from rigidcli.render.units import read_units
-
-    with bad_parameter("--units"):
-        return read_units(text)
-
-
-def _split(text: str | None) -> list[str]:
-    return [name.strip() for name in text.split(",")] if text else []
-
-
-Samples = Annotated[int | None, typer.Option(metavar="N", help="Number of samples (default 1001).")]
-
-Duration = Annotated[str | None, typer.Option(metavar="TIME", help='End of the motion, as in "5 min".')]
-
+UnitList = Annotated[
+    str | None,
+    typer.Option(metavar="LIST", help="Units for people, such as g,cm,deg,rpm; json and csv stay SI."),
+]
+UnitHeader = Annotated[bool, typer.Option("--unit-header", help="CSV heads with units.")]
+NoHeader = Annotated[bool, typer.Option("--no-header", help="CSV without the header row.")]
 Columns = Annotated[
     str | None,
     typer.Option(metavar="NAMES", callback=_split, help="Columns of rows or samples, such as t,w1."),
 ]
+Verbose = Annotated[
+    bool, typer.Option("-v", "--verbose", help="Tell residuals, drifts, trusted digits, method, too.")
+]
+Steps = Annotated[bool, typer.Option("--steps", help="Show the working, to people.")]
+Standalone = Annotated[bool, typer.Option("--standalone", help="LaTeX that compiles by itself.")]
+PlotPath = Annotated[
+    str | None,
+    typer.Option(
+        "--plot",
+        metavar="PATH",
+        callback=check_path,
+        help="Write a picture, .png, .svg or .pdf; `-` draws a chart of characters. Needs the extra `show`.",
+    ),
+]
+PlotKind = Annotated[
+    str | None, typer.Option("--plot-kind", metavar="NAME", help="Another picture than the first.")
+]
+Quiet = Annotated[bool, typer.Option("-q", "--quiet", help="No notes on standard error.")]
+
+Samples = Annotated[int | None, typer.Option(metavar="N", help="Number of samples (default 1001).")]
+Duration = Annotated[str | None, typer.Option(metavar="TIME", help='End of the motion, as in "5 min".')]
+OF_MOTIONS = {"samples": Samples, "duration": Duration}
+"""Options of the studies that follow a motion: they set values of its section."""

@@ -38,6 +38,11 @@ def is_file(path: str) -> bool:
     return False
 
 
+def is_folder(path: str | None) -> bool:
+    """Whether output goes to a folder: its name ends so, or one is there."""
+    return path is not None and (path.endswith(("/", "\\")) or Path(path).is_dir())
+
+
 class Output:
     """Standard output, or a file that is written whole or not at all; a context that ends the writing."""
 

@@ -52,13 +52,13 @@ def progress(pulse: float | None = None) -> Iterator[Callable[[float], None]]:
 
 @contextlib.contextmanager
 def counted(total: int) -> Iterator[Callable[[], None]]:
-    """A context in which each of so many steps is told, for the progress on a terminal."""
+    """A context in which each of so many steps is told, for the progress on a terminal; none of 0 steps."""
     with progress() as show:
         counts = iter(range(1, total + 1))
 
         def done() -> None:
             count = next(counts, total)
-            if 100 * count // total > 100 * (count - 1) // total:
+            if total and 100 * count // total > 100 * (count - 1) // total:
                 show(count / total)
 
         yield done

@@ -17,7 +17,7 @@ from rigidcli.cli.options import Exact, Files, Quiet, Settings, listed
 from rigidcli.cli.output import Output
 from rigidcli.errors import DocumentError, Problem, printable
 
-HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers)[\"']?\s*:", re.MULTILINE)
+HOMEWORK = re.compile(r"^[ {]*[\"']?(questions|answers|student)[\"']?\s*:", re.MULTILINE | re.IGNORECASE)
 """A key that stands at the top of an assignment or an answer file, and not of a document."""
 
 
@@ -32,7 +32,7 @@ def validate(files: Files, settings: Settings = None, exact: Exact = False, quie
     """
     from rigidcli.bodies.robots import is_robot
     from rigidcli.document.load import draft, loads
-    from rigidcli.document.places import body_form
+    from rigidcli.document.origins import body_form
     from rigidcli.fields.texts import read_text
 
     failures = Failures()
@@ -76,8 +76,9 @@ def _kind(text: str) -> str | None:
     try:
         tree = read_tree(text, "")
     except DocumentError:
-        return found[1]
-    return next((key for key in ("questions", "answers") if isinstance(tree, dict) and key in tree), None)
+        tree = {found[1]: None}
+    keys = {str(key).casefold() for key in tree} if isinstance(tree, dict) else set()
+    return "questions" if "questions" in keys else "answers" if keys & {"answers", "student"} else None
 
 
 def _weighed(settings: Sequence[str]) -> list[str]:
@@ -90,14 +91,15 @@ def _robot(
     text: str, source: str, folder: Path, failures: Failures, quiet: bool, options: dict[str, Any]
 ) -> list[str]:
     """How many links of a robot are valid; what is wrong with others is printed as errors."""
-    from rigidcli.document.link_documents import link_documents
+    from rigidcli.document.load import robot_drafts
     from rigidcli.studies.robots import remarks, uncompared
     from rigidcli.studies.robots.repair import repair
 
-    robot = link_documents(text, source, folder, **options)
-    tell_notes(source, [*robot.notes, *uncompared([each.link for each in robot.links])], quiet)
+    robot = robot_drafts(text, source, folder, **options)
+    links = [draft.link for draft in robot.each]
+    tell_notes(source, [*robot.notes, *uncompared(links)], quiet)
     valid = 0
-    for link, draft in robot.links:
+    for link, draft in zip(links, robot.each, strict=True):
         with failures.of(source):
             try:
                 document = draft.document()
@@ -110,15 +112,15 @@ def _robot(
             for note in told:
                 complain(str(note))
     return (
-        ["valid", f"  links: {len(robot.links)} with a mass"]
-        if valid == len(robot.links)
-        else [f"{valid} valid of {len(robot.links)} links with a mass"]
+        ["valid", f"  links: {len(links)} with a mass"]
+        if valid == len(links)
+        else [f"{valid} valid of {len(links)} links with a mass"]
     )
 
 
 def _assignment(file: str, text: str, quiet: bool) -> list[str]:
     """What an assignment asks."""
-    from rigidcli.grading.assignment import prepare
+    from rigidcli.check.assignment import prepare
 
     prepared = prepare(file, studies(), text)
     for note in () if quiet else prepared.notes:
@@ -131,12 +133,12 @@ def _assignment(file: str, text: str, quiet: bool) -> list[str]:
 
 
 def _answers(text: str, path: Path, failures: Failures) -> list[str]:
-    """What each answer is read as; what is wrong with others is printed as errors."""
-    from rigidcli.grading.answers import read_answers
-    from rigidcli.grading.described import described
-    from rigidcli.grading.feedback import sentence
-    from rigidcli.grading.files import safe_name
-    from rigidcli.grading.outcome import Unreadable
+    """How each answer is read without its key; what is wrong with others is printed as errors."""
+    from rigidcli.check.answers import read_answers
+    from rigidcli.check.base import Unreadable
+    from rigidcli.check.described import described
+    from rigidcli.check.files import safe_name
+    from rigidcli.check.records import sentence
 
     source, told = safe_name(str(path)), list[str]()
 
@@ -146,15 +148,17 @@ def _answers(text: str, path: Path, failures: Failures) -> list[str]:
             complain(str(Problem(source, sentence(finding), key=key)))
 
     try:
-        answers = read_answers(text, source)
+        answers, notes = read_answers(text)
     except Unreadable as unreadable:
         refused(unreadable, "")
         return []
+    for note in notes:
+        failures.code = max(failures.code, DocumentError.exit_code)
+        complain(str(Problem(source, note)))
     for id, answer in answers.items():
-        found = described(answer, path)
-        if isinstance(found, Unreadable):
-            refused(found, f"answers.{id}")
-        else:
-            told.append(f"  {printable(id)}: {found}")
+        try:
+            told.append(f"  {printable(id)}: {printable(described(answer, path))}")
+        except Unreadable as unreadable:
+            refused(unreadable, f"answers.{id}")
     count = f"{len(told)} of {len(answers)} answers can be read"
     return ["valid" if len(told) == len(answers) else count, *told]

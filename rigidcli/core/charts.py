@@ -17,6 +17,12 @@ import numpy as np
 
 from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
 
+FACES = 8
+"""Faces along a right angle: 32 round a circle look round, and make a light file."""
+
+EMPTY = 1e-12
+"""A face of less than this share of the largest is an edge or a point of the shape, but for rounding."""
+
 
 class Turn(NamedTuple):
     """A coordinate that is an angle, from 0 to its `end` (rad), which has this cosine and sine."""
@@ -87,18 +93,47 @@ class Chart:
         These are polynomials of degree 5 at most, or such in the sine and cosine of an angle.
         """
         turn = self.coordinates[coordinate]
-        if _right_angles(turn) == 4:
+        if turn_is_whole(turn):
             return np.arange(8) / 8, np.full(8, 1 / 8)  # exact for harmonics below the eighth
         nodes, weights = np.polynomial.legendre.leggauss(4 if turn is None else 16)
         return (1 + nodes) / 2, weights / 2
+
+    def faces(self) -> list[Floats]:
+        """The surface as faces of four corners (4 by 3, m) in the shape's own axes; a curve is one line.
+
+        Of a shape without thickness it is all of the shape. Corners coincide where a face is a triangle.
+        """
+        dimensions = len(self.coordinates)
+        if dimensions == 1:
+            return [self._grid()]
+        if dimensions == 2:
+            grids = [self._grid()]
+        else:
+            # The two ends of a full turn meet inside the shape.
+            ended = [k for k, turn in enumerate(self.coordinates) if _right_angles(turn) < 4]
+            grids = [self._grid(k, end) for k in ended for end in (0.0, 1.0)]
+        corners = [(grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]) for grid in grids]
+        quads = np.vstack([np.stack(each, axis=2).reshape(-1, 4, 3) for each in corners])
+        doubled = np.linalg.norm(np.cross(quads[:, 2] - quads[:, 0], quads[:, 3] - quads[:, 1]), axis=1)
+        return list(quads[doubled > EMPTY * doubled.max()])
+
+    def _grid(self, fixed: int | None = None, end: float = 0.0) -> Floats:
+        """Places (by each coordinate, 3) in all of the shape, or where a `fixed` coordinate has its `end`."""
+        steps = [FACES * _right_angles(turn) if isinstance(turn, Turn) else 1 for turn in self.coordinates]
+        axes = [np.array([end]) if k == fixed else np.linspace(0, 1, 1 + n) for k, n in enumerate(steps)]
+        grids = np.meshgrid([0.0], *axes, indexing="ij")
+        spot = self.at(np.array([grid.ravel() for grid in grids]))
+        places = np.stack([spot.x, spot.y, spot.z], axis=-1) + np.asarray(self.origin, dtype=np.float64)
+        return places.reshape(*(len(axis) for axis in axes if len(axis) > 1), 3)
 
     @property
     def _turns(self) -> Sequence[Turn]:
         return [turn for turn in self.coordinates if isinstance(turn, Turn)]
 
-    def cuts(self) -> list[Floats]:
-        """Where panels begin and end in each coordinate: at half turns."""
-        return [np.linspace(0, 1, 1 + math.ceil(_right_angles(turn) / 2)) for turn in self.coordinates]
+
+def turn_is_whole(turn: Turn | Barycentric | None) -> bool:
+    """Whether a coordinate is an angle that goes all the way round."""
+    return _right_angles(turn) == 4
 
 
 def _right_angles(turn: Turn | Barycentric | None) -> int:

@@ -1,13 +1,14 @@
 """The explicit Runge-Kutta pair of Dormand and Prince of order 8(5,3): its coefficients, and one step of it.
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd edition,
-section II.5 and appendix, and the program DOP853 there. Stages count from 0; the weights that are zero are
-left out. Differences:
+section II.5 and appendix, and the program DOP853 there. Stages count from 0. Differences:
 
 - A step is straight-line Python on floats, written for the number of variables: for the few variables
   of mechanics this takes a fifth of the time that arrays take.
 - An error is relative to the size of the variable, or of the vector that the variables form together. There
   is no absolute tolerance.
+- Nothing is interpolated inside a step: a shorter step of the same method is taken from its beginning, for
+  many times at once.
 """
 
 from __future__ import annotations
@@ -20,104 +21,61 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import Elements, Function, State
+from rigidcli.core.solution import Elements, Flow, Function, State, Stop, Stopped
 
 METHOD = "Dormand-Prince 8(5,3)"
 
-NODES = (
-    0.0,
-    0.05260015195876773,
-    0.0789002279381516,
-    0.1183503419072274,
-    0.2816496580927726,
-    1 / 3,
-    0.25,
-    0.3076923076923077,
-    0.6512820512820513,
-    0.6,
-    0.8571428571428571,
-    1.0,
-)
+
+def _row(text: str) -> dict[int, float]:
+    """The numbers of a row of the tableau by their places, without the zeros."""
+    return {place: float(number) for place, number in enumerate(text.split()) if number != "0"}
+
+
+NODES = (0.0, 0.05260015195876773, 0.0789002279381516, 0.1183503419072274, 0.2816496580927726, 1 / 3, 0.25,
+         0.3076923076923077, 0.6512820512820513, 0.6, 0.8571428571428571, 1.0)  # fmt: skip
 """c: where in the step the stages stand."""
 
 STAGES: tuple[dict[int, float], ...] = (
     {},
-    {0: 0.05260015195876773},
-    {0: 0.0197250569845379, 1: 0.0591751709536137},
-    {0: 0.02958758547680685, 2: 0.08876275643042054},
-    {0: 0.2413651341592667, 2: -0.8845494793282861, 3: 0.924834003261792},
-    {0: 0.037037037037037035, 3: 0.17082860872947386, 4: 0.12546768756682242},
-    {0: 0.037109375, 3: 0.17025221101954405, 4: 0.06021653898045596, 5: -0.017578125},
-    {
-        0: 0.03709200011850479,
-        3: 0.17038392571223998,
-        4: 0.10726203044637328,
-        5: -0.015319437748624402,
-        6: 0.008273789163814023,
-    },
-    {
-        0: 0.6241109587160757,
-        3: -3.3608926294469414,
-        4: -0.868219346841726,
-        5: 27.59209969944671,
-        6: 20.154067550477894,
-        7: -43.48988418106996,
-    },
-    {
-        0: 0.47766253643826434,
-        3: -2.4881146199716677,
-        4: -0.590290826836843,
-        5: 21.230051448181193,
-        6: 15.279233632882423,
-        7: -33.28821096898486,
-        8: -0.020331201708508627,
-    },
-    {
-        0: -0.9371424300859873,
-        3: 5.186372428844064,
-        4: 1.0914373489967295,
-        5: -8.149787010746927,
-        6: -18.52006565999696,
-        7: 22.739487099350505,
-        8: 2.4936055526796523,
-        9: -3.0467644718982196,
-    },
-    {
-        0: 2.273310147516538,
-        3: -10.53449546673725,
-        4: -2.0008720582248625,
-        5: -17.9589318631188,
-        6: 27.94888452941996,
-        7: -2.8589982771350235,
-        8: -8.87285693353063,
-        9: 12.360567175794303,
-        10: 0.6433927460157636,
-    },
+    _row("0.05260015195876773"),
+    _row("0.0197250569845379 0.0591751709536137"),
+    _row("0.02958758547680685 0 0.08876275643042054"),
+    _row("0.2413651341592667 0 -0.8845494793282861 0.924834003261792"),
+    _row("0.037037037037037035 0 0 0.17082860872947386 0.12546768756682242"),
+    _row("0.037109375 0 0 0.17025221101954405 0.06021653898045596 -0.017578125"),
+    _row(
+        "0.03709200011850479 0 0 0.17038392571223998 0.10726203044637328 -0.015319437748624402 "
+        "0.008273789163814023"
+    ),
+    _row(
+        "0.6241109587160757 0 0 -3.3608926294469414 -0.868219346841726 27.59209969944671 20.154067550477894 "
+        "-43.48988418106996"
+    ),
+    _row(
+        "0.47766253643826434 0 0 -2.4881146199716677 -0.590290826836843 21.230051448181193 "
+        "15.279233632882423 -33.28821096898486 -0.020331201708508627"
+    ),
+    _row(
+        "-0.9371424300859873 0 0 5.186372428844064 1.0914373489967295 -8.149787010746927 -18.52006565999696 "
+        "22.739487099350505 2.4936055526796523 -3.0467644718982196"
+    ),
+    _row(
+        "2.273310147516538 0 0 -10.53449546673725 -2.0008720582248625 -17.9589318631188 27.94888452941996 "
+        "-2.8589982771350235 -8.87285693353063 12.360567175794303 0.6433927460157636"
+    ),
 )
 """a: how the stages before make up each stage."""
 
-WEIGHTS = {
-    0: 0.054293734116568765,
-    5: 4.450312892752409,
-    6: 1.8915178993145003,
-    7: -5.801203960010585,
-    8: 0.3111643669578199,
-    9: -0.1521609496625161,
-    10: 0.20136540080403034,
-    11: 0.04471061572777259,
-}
+WEIGHTS = _row(
+    "0.054293734116568765 0 0 0 0 4.450312892752409 1.8915178993145003 -5.801203960010585 "
+    "0.3111643669578199 -0.1521609496625161 0.20136540080403034 0.04471061572777259"
+)
 """b: how all stages make up the step."""
 
-ERROR_5 = {
-    0: 0.01312004499419488,
-    5: -1.2251564463762044,
-    6: -0.4957589496572502,
-    7: 1.6643771824549864,
-    8: -0.35032884874997366,
-    9: 0.3341791187130175,
-    10: 0.08192320648511571,
-    11: -0.022355307863886294,
-}
+ERROR_5 = _row(
+    "0.01312004499419488 0 0 0 0 -1.2251564463762044 -0.4957589496572502 1.6643771824549864 "
+    "-0.35032884874997366 0.3341791187130175 0.08192320648511571 -0.022355307863886294"
+)
 """b less the weights of the embedded method of order 5."""
 
 WEIGHTS_3 = {0: 31 / 127, 8: 1 - 31 / 127 - 3 / 136, 11: 3 / 136}
@@ -198,7 +156,7 @@ def stepper(blocks: tuple[int, ...]) -> Step:
     return step
 
 
-def array_step(f: Elements, t: Floats, h: Floats, y: Floats) -> Floats:
+def _array_step(f: Elements, t: Floats, h: Floats, y: Floats) -> Floats:
     """One step of the method for each column: from y (n by k) at t (k) by h (k)."""
     stages: list[Floats] = []
     for node, weights in zip(NODES, STAGES, strict=True):
@@ -215,3 +173,33 @@ def _moved(y: Floats, h: Floats, stages: Sequence[Floats], weights: Mapping[int,
     for stage, weight in weights.items():
         total += weight * stages[stage]
     return y + h * total
+
+
+BLOCK = 32_768
+"""Floats of the states that are sampled at once, so that the arrays of the stages stay in the cache."""
+
+
+def sampler(flow: Flow, knots: Floats, states: Floats, parts: int = 1) -> Callable[[Floats], Floats]:
+    """A function from times (k) to states (k by n), where steps begin at `knots` (m) from `states` (m by n).
+
+    From the knot before, `parts` steps of the method go there, for many times at once.
+    """
+    f, ahead, count = flow(np), 1.0 if knots[-1] >= knots[0] else -1.0, states.shape[1]
+    block = max(1, BLOCK // count)
+
+    def sample(times: Floats) -> Floats:
+        result = np.empty((len(times), count))
+        for start in range(0, len(times), block):
+            part = times[start : start + block]
+            index = np.searchsorted(ahead * knots, ahead * part, side="right") - 1
+            t, h, y = knots[index], (part - knots[index]) / parts, np.ascontiguousarray(states[index].T)
+            with np.errstate(all="ignore"):
+                for leap in range(parts):
+                    y = _array_step(f, t + leap * h, h, y)
+            result[start : start + block] = y.T
+        lost = ~np.isfinite(result).all(axis=1)
+        if lost.any():
+            raise Stopped("the solution", Stop.NO_VALUE, float(times[lost][0]))
+        return result
+
+    return sample

@@ -1,63 +1,56 @@
-"""Jacobi's elliptic functions and elliptic integrals, with all their digits for every modulus.
+"""Jacobi's elliptic functions and elliptic integrals, for numbers and arrays that broadcast.
 
 The modulus k is given by the complementary modulus k' = sqrt(1 - k^2), which tells moduli near 1 apart.
+For k' = 0 the functions are tanh and sech.
 
-Sources: NIST Digital Library of Mathematical Functions (DLMF), chapters 19 and 22;
-B. C. Carlson, Numer. Algorithms 10 (1995) 13, for the symmetric integrals. Arrays of float64 are worked
-by duplication and Landen's transformation, decimals by the arithmetic-geometric mean. scipy.special has
-Carlson's integrals with the same digits and speed, but importing it takes two to four times as long as numpy,
-its arguments underflow below 1e-160, and its `ellipj` is wrong for moduli near 1.
+Sources: NIST Digital Library of Mathematical Functions (DLMF), chapters 19 and 22; R. Bulirsch, Numer.
+Math. 7 (1965) 78 for the functions and 13 (1969) 305 for the complete integrals; B. C. Carlson, Numer.
+Algorithms 10 (1995) 13 for the symmetric integrals. scipy.special has all of them, but importing it takes
+longer than most runs of the program, and its `ellipj` is wrong for moduli near 1.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from decimal import Decimal, localcontext
-from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.high_precision import CONTEXT, LONG, NOISE, PI
-from rigidcli.core.pairs import Long
 
-NEGLIGIBLE = Decimal("1e-18")
-"""Where 1 - k' is less than this, 1 - k^2 rounds to 1, and the elliptic functions are the circular ones."""
+EPS = 2.0**-52
+"""The distance of 1 and the next larger float."""
 
-SMALL_COMPLEMENT = 1e-9
-"""Where k' is less than this, 1 + k'^2 K rounds to 1, and `growth` is that of k = 1."""
+LEAST_COMPLEMENT = 1e-150
+"""The k' that stands for 0: within `FARTHEST`, the functions are then the hyperbolic ones to all digits."""
 
-BLOCK = 8192
-"""The number of times that are evaluated at once, so that their arrays stay in the cache of a processor."""
+FARTHEST = 340.0
+"""The largest argument for k' = 0, where sech is below 1e-147: it is less than K of `LEAST_COMPLEMENT`."""
+
+CONVERGED = 1e-8
+"""Quadratic convergence squares the error of this last step, which is then below the rounding."""
 
 SPREAD = 5e-3
 """Duplication ends when arguments are this close to their mean: the series leaves out its 8th power."""
 
 
-def jacobi(u: Floats, complement: float | Floats) -> tuple[Floats, Floats, Floats]:
-    """sn(u), cn(u), dn(u) (each n) for k' = `complement`, of `u` (n) within some quarter periods of 0.
+def jacobi(u: Any, complement: Any) -> tuple[Any, Any, Any]:
+    """sn(u), cn(u), dn(u) for k' = `complement` >= 0, of `u` within some quarter periods of 0.
 
-    The complements may also be an array > 0 that is broadcast with `u`.
-
-    By Gauss's (descending Landen) transformation, DLMF 22.7(i), for sn and cn up to a common factor, as in
-    R. Bulirsch, Numer. Math. 7 (1965) 78: dn is the quotient of sums of squares, in which 1 - k1 is a
-    number of its own. So cn and dn keep their digits near the quarter period and for k' down to 1e-300,
-    and errors grow from step to step only as those of u do.
+    By Gauss's (descending Landen) transformation, DLMF 22.7(i), for sn and cn up to a common factor: dn is
+    the quotient of sums of squares, in which 1 - k1 is a number of its own. So cn and dn keep their digits
+    near the quarter period and for small k'.
     """
-    shrink: float | Floats
-    steps: Sequence[tuple[float | Floats, float | Floats]]
-    if isinstance(complement, np.ndarray):
-        shrink, steps = _descents(complement)
-    elif complement == 0:
-        fading = np.exp(-np.abs(u))
-        sech = 2 * fading / (1 + fading * fading)
-        return np.tanh(u), sech, sech
-    else:
-        shrink, steps = _descent(complement)
+    k_prime, shrink, steps = np.maximum(complement, LEAST_COMPLEMENT), 1.0, []
+    while np.max(1 - k_prime) > EPS:
+        shrink = shrink * (1 + k_prime) / 2
+        steps.append(((1 - k_prime) / (1 + k_prime), 2 * k_prime / (1 + k_prime)))
+        k_prime = 2 * np.sqrt(k_prime) / (1 + k_prime)
+    if np.any(np.equal(complement, 0)):
+        u = np.where(np.equal(complement, 0), np.clip(u, -FARTHEST, FARTHEST), u)
     angle = u * shrink
-    sn, cn, dn = np.sin(angle), np.cos(angle), np.ones_like(u)
-    for k1, rest in steps:
+    sn, cn, dn = np.sin(angle), np.cos(angle), np.ones_like(angle)
+    for k1, rest in reversed(steps):
         sn2, cn2 = sn * sn, cn * cn
         sn, cn = (1 + k1) * sn, cn * dn
         dn = (rest * sn2 + cn2) / ((1 + k1) * sn2 + cn2)
@@ -65,32 +58,48 @@ def jacobi(u: Floats, complement: float | Floats) -> tuple[Floats, Floats, Float
     return sn / length, cn / length, dn
 
 
-@lru_cache(maxsize=256)
-def _descent(complement: float) -> tuple[float, tuple[tuple[float, float], ...]]:
-    """What Landen's steps down to k = 0 multiply u with, and their k1 and 1 - k1, the last step first."""
-    with localcontext(CONTEXT):
-        shrink, steps, k_prime = Decimal(1), [], Decimal(complement)
-        while 1 - k_prime > NEGLIGIBLE:
-            shrink *= (1 + k_prime) / 2
-            steps.append((float((1 - k_prime) / (1 + k_prime)), float(2 * k_prime / (1 + k_prime))))
-            k_prime = 2 * k_prime.sqrt() / (1 + k_prime)
-        return float(shrink), tuple(reversed(steps))
+def complete(complement: Any, p: Any, a: Any, b: Any) -> Any:
+    """Bulirsch's complete integral, over x from 0 to pi/2, for p > 0 and k' > 0 (DLMF 19.2.11):
+
+    (a cos^2 x + b sin^2 x) / ((cos^2 x + p sin^2 x) sqrt(cos^2 x + k'^2 sin^2 x)).
+
+    With sn = sin x it is the integral of (a cn^2 + b sn^2)/(cn^2 + p sn^2) over a quarter period, and K for
+    p = a = b = 1. Where a and b have one sign, only terms of one sign are added.
+    """
+    kc = e = np.maximum(complement, LEAST_COMPLEMENT)
+    m, p = 1.0, np.sqrt(p)
+    b = b / p
+    while True:
+        g = e / p
+        a, b = a + b / p, 2 * (b + a * g)
+        p = p + g
+        last, m = m, m + kc
+        if np.max(np.abs(last - kc) - CONVERGED * last) <= 0:
+            return math.pi / 2 * (b + a * m) / (m * (m + p))
+        kc = 2 * np.sqrt(e)
+        e = kc * m
 
 
-def _descents(complement: Floats) -> tuple[Floats, list[tuple[Floats, Floats]]]:
-    """The same for an array of complements > 0, each number of its shape."""
-    k_prime = complement.astype(LONG)
-    shrink, steps = np.ones_like(k_prime), []
-    while (1 - k_prime > float(NEGLIGIBLE)).any():
-        shrink *= (1 + k_prime) / 2
-        steps.append(((1 - k_prime) / (1 + k_prime), 2 * k_prime / (1 + k_prime)))
-        k_prime = 2 * np.sqrt(k_prime) / (1 + k_prime)
-    pairs = [(k1.astype(np.float64), rest.astype(np.float64)) for k1, rest in reversed(steps)]
-    return shrink.astype(np.float64), pairs
+def beyond_first(k: float, complement: float, p: float) -> float:
+    """p Pi - K for p > 0 and k' > 0, with Pi the integral of 1/(cn^2 + p^2 sn^2) over a quarter period.
+
+    It vanishes as k^2. This is (p - 1) times `complete` with a = 1 and b = -p, in which b + a m = r is
+    carried in place of b, and m - k' by its own formula: so nothing is lost for small k.
+    """
+    root, kc, m, less, a, r = p, complement, 1.0, k * k / (1 + complement), 1.0, 0.0
+    least = CONVERGED * less
+    while True:
+        r, a = r * (2 + (m + kc) / p) - a * less * (1 + m / p), a + (r - a * m) / p
+        p = p + kc * m / p
+        if less <= least:
+            m = m + kc
+            return (root - 1) * math.pi / 2 * r / (m * (m + p))
+        less = (less / (math.sqrt(m) + math.sqrt(kc))) ** 2
+        m, kc = m + kc, 2 * math.sqrt(m * kc)
 
 
-def carlson_rf(x: Floats, y: Floats, z: Floats) -> Floats:
-    """Carlson's R_F(x^2, y^2, z^2) of arrays >= 0, of which one at most is 0 in a place.
+def carlson_rf(x: Any, y: Any, z: Any) -> Any:
+    """Carlson's R_F(x^2, y^2, z^2) of numbers >= 0, of which one at most is 0 in a place.
 
     It takes the roots of the usual arguments, so that tiny ones do not underflow. By duplication,
     DLMF 19.26.18 and 19.36.1 (the series up to 7th powers).
@@ -100,7 +109,7 @@ def carlson_rf(x: Floats, y: Floats, z: Floats) -> Floats:
         x2, y2, z2 = ((root * root + product) / 4 for root in (x, y, z))
         mean = (x2 + y2 + z2) / 3
         dx, dy = 1 - x2 / mean, 1 - y2 / mean
-        if not max(np.abs(dx).max(), np.abs(dy).max()) >= SPREAD:  # NaN ends it too
+        if not max(np.max(np.abs(dx)), np.max(np.abs(dy))) >= SPREAD:  # NaN ends it too
             break
         x, y, z = np.sqrt(x2), np.sqrt(y2), np.sqrt(z2)
     dz = -(dx + dy)
@@ -111,23 +120,23 @@ def carlson_rf(x: Floats, y: Floats, z: Floats) -> Floats:
     return (1 + series) / np.sqrt(mean)
 
 
-def carlson_rj(x: Floats, y: Floats, z: Floats, p: Floats) -> Floats:
-    """Carlson's R_J(x^2, y^2, z^2, p^2) of arrays >= 0, of which x at most is 0 in a place.
+def carlson_rj(x: Any, y: Any, z: Any, p: Any) -> Any:
+    """Carlson's R_J(x^2, y^2, z^2, p^2) of numbers >= 0, of which x at most is 0 in a place.
 
     It takes the roots of the usual arguments, as `carlson_rf`, in the order x <= p <= y <= z, or p above
     all three: all its R_C are arctangents then. By duplication, DLMF 19.26.20 and 19.36.2
     (the series up to 7th powers), with the R_C as in Carlson's equations 2.20 to 2.24.
     """
-    total, weight = np.zeros_like(p), 1.0
+    total, weight = 0.0, 1.0
     while True:
         d = (p + x) * (p + y) * (p + z)
-        total += 6 * weight / d * _rc_beside_one((p - x) * (p - y) * (p - z) / d)
+        total = total + 6 * weight / d * _rc_beside_one((p - x) * (p - y) * (p - z) / d)
         product = x * y + y * z + z * x
         x2, y2, z2, p2 = ((root * root + product) / 4 for root in (x, y, z, p))
         weight /= 4
         mean = (x2 + y2 + z2 + 2 * p2) / 5
         dx, dy, dz = 1 - x2 / mean, 1 - y2 / mean, 1 - z2 / mean
-        if not max(np.abs(dx).max(), np.abs(dy).max(), np.abs(dz).max()) >= SPREAD:
+        if not max(np.max(np.abs(dx)), np.max(np.abs(dy)), np.max(np.abs(dz))) >= SPREAD:
             break
         x, y, z, p = np.sqrt(x2), np.sqrt(y2), np.sqrt(z2), np.sqrt(p2)
     dp = -(dx + dy + dz) / 2
@@ -141,20 +150,16 @@ def carlson_rj(x: Floats, y: Floats, z: Floats, p: Floats) -> Floats:
         + e4 * (-3 / 22 + e2 * 3 / 20 - e3 * 9 / 68)
         + e5 * (3 / 26 - e2 * 9 / 68)
     )
-    integral: Floats = total + weight * (1 + series) / (mean * np.sqrt(mean))
-    return integral
+    return total + weight * (1 + series) / (mean * np.sqrt(mean))
 
 
-def _rc_beside_one(e: Floats) -> Floats:
+def _rc_beside_one(e: Any) -> Any:
     """R_C(1, 1 + e) for e >= 0 up to rounding, DLMF 19.2.18."""
     root = np.sqrt(np.maximum(e, 1e-40))
-    integral: Floats = np.arctan(root) / root
-    return integral
+    return np.arctan(root) / root
 
 
-def growth(
-    n: float, k: float | Floats, complement: float | Floats, sn: Floats, cn: Floats, dn: Floats
-) -> Floats:
+def growth(n: Any, k: Any, complement: Any, sn: Floats, cn: Floats, dn: Floats) -> Any:
     """G(u), the integral from 0 to u of cn^2 / (1 + n sn^2) for n >= 0, of u within a quarter period of 0.
 
     G = atan(W sn cn/dn)/W + k'^2/(3 (1+n)) sn^3 R_J(cn^2, dn^2, 1, cn^2 + k'^2 sn^2/(1+n)), where
@@ -162,48 +167,17 @@ def growth(
     DLMF 19.21.12. All terms have the sign of u, so that nothing is lost for any n, as it is
     between the terms of the usual form (the third kind with 1 + n sn^2, and the first).
     """
-    if np.max(complement) < SMALL_COMPLEMENT:
-        slope = math.sqrt(n)
-        limit: Floats = np.arctan(slope * sn) / slope if n else sn
-        return limit
-    width = np.sqrt(n * (n + k**2) / (1 + n))
-    part = complement / math.sqrt(1 + n)
-    third = carlson_rj(np.abs(cn), dn, np.ones_like(sn), np.hypot(cn, part * sn))
-    bent = np.arctan(width * sn * cn / dn) / width if n else sn * cn / dn
-    integral: Floats = bent + part * part / 3 * sn**3 * third
-    return integral
+    cn, dn = np.maximum(np.abs(cn), LEAST_COMPLEMENT), np.maximum(dn, LEAST_COMPLEMENT)
+    width = np.maximum(np.sqrt(n * ((n + k * k) / (1 + n))), LEAST_COMPLEMENT)  # n may be 0
+    part = complement / np.sqrt(1 + n)
+    third = carlson_rj(cn, dn, np.ones_like(sn), np.hypot(cn, part * sn))
+    return np.arctan(width * sn * cn / dn) / width + part * part / 3 * sn**3 * third
 
 
-def argument(sn: Decimal, cn: Decimal, dn: Decimal) -> float:
-    """u, within a quarter period of 0, from its elliptic functions: sn R_F(cn^2, dn^2, 1)."""
-    s, c, d = (np.array([float(part)]) for part in (sn, cn, dn))
-    return float((s * carlson_rf(c, d, np.ones(1)))[0])
+def lag(n: Any, rest: Any, sn: Floats, cn: Floats, dn: Floats) -> Any:
+    """The integral from 0 to u of n sn^2/(1 - n sn^2), with 1 - n = `rest`, for k^2 <= n < 1.
 
-
-def complete_first(complement: Long) -> Long:
-    """K, the complete integral of the first kind, infinite for k' = 0 (DLMF 19.8.5); within CONTEXT."""
-    if not complement:
-        return Decimal("inf")
-    a, g = Decimal(1), complement
-    while abs(a - g) > NOISE * a:
-        a, g = (a + g) / 2, (a * g).sqrt()
-    # The mean lies between the two.
-    return PI / (a + g)
-
-
-def complete_third(complement: Long, p: Long) -> Long:
-    """(p^2/3) R_J(0, k'^2, 1, p^2) / K for p > 0: the mean of p^2 sn^2/(1 - (1 - p^2) sn^2), 0 for k' = 0.
-
-    From the means of DLMF 19.8.6: it is half the sum of their Q_n. Call within CONTEXT.
+    It is (n/3) sn^3 R_J(cn^2, dn^2, 1, 1 - n sn^2), DLMF 19.25.14.
     """
-    if not complement:
-        return Decimal(0)
-    a, g, q, total = Decimal(1), complement, Decimal(1), Decimal(1)
-    while abs(a - g) > NOISE * a or abs(q) > NOISE:
-        square, product = p * p, a * g
-        q *= (square - product) / (2 * (square + product))
-        total += q
-        p = (square + product) / (2 * p)
-        a, g = (a + g) / 2, product.sqrt()
-    # The rest of the sum is less than the last term.
-    return total / 2
+    cn, dn = np.maximum(np.abs(cn), LEAST_COMPLEMENT), np.maximum(dn, LEAST_COMPLEMENT)
+    return n / 3 * sn**3 * carlson_rj(cn, dn, np.ones_like(sn), np.hypot(cn, np.sqrt(rest) * sn))

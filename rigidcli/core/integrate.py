@@ -4,14 +4,13 @@
     solution.at(np.linspace(0.0, 10.0, 1001))
 
 `runge-kutta` needs nothing but Python and suits nearly every problem. `taylor` compiles the equations with
-heyoka, an optional dependency: it pays where millions of steps are wanted.
+heyoka, an optional dependency: it pays where very many steps are wanted.
 `symplectic` is for the equations of Hamilton over very long spans: the error of the energy does not grow.
 """
 
 from __future__ import annotations
 
 import math
-import time
 from array import array
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -20,9 +19,9 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.core import dense_output, dormand_prince, runge_kutta
+from rigidcli.core import dormand_prince, runge_kutta
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import FINEST, MOST_STEPS, Engine, Flow, Solution, Stop, Stopped, TooManySteps
+from rigidcli.core.solution import Engine, Flow, Solution, Stop, Stopped, TooManySteps
 from rigidcli.errors import ComputationError
 
 __all__ = ["Engine", "Flow", "Solution", "Stop", "Stopped", "TooManySteps", "integrate"]
@@ -32,12 +31,6 @@ TRIAL = 512
 
 WORTH_COMPILING = 150_000
 """Steps left times variables, of all starts, beyond which heyoka saves more than it takes to start."""
-
-CHEAPER: dict[Engine, float] = {"runge-kutta": 1e5, "taylor": 1e8, "symplectic": 1e7}
-"""How many times a tolerance must be as large so that the same solution takes a third of the time."""
-
-PAUSE = 0.25
-"""Seconds between two reports of progress: a few in each second."""
 
 
 def integrate(
@@ -50,7 +43,8 @@ def integrate(
     engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
     name: str = "the solution",
-    most_steps: int | None = None,
+    longest: float = math.inf,
+    stops: Sequence[float] = (),
     like: Solution | None = None,
     roundings: Flow | None = None,
     starts: int = 1,
@@ -59,57 +53,76 @@ def integrate(
 
     `tolerance` bounds the error of each step relative to the variable; `blocks` are the sizes of groups
     of adjacent variables, n in total, whose error is measured as that of one vector (a quaternion, an
-    angular momentum). No variable needs a scale: 1e-160 is as good as 1.
+    angular momentum). No variable needs a scale: 1e-160 is as good as 1. No step is longer than `longest`,
+    and one ends at each of the `stops`, at which something sudden may happen.
 
     `auto` begins with `runge-kutta`, and changes to `taylor` when heyoka is installed, can express the
     flow, and will pay. This depends on numbers of steps alone, never on the clock, so
     that the same problem has the same result. `progress` is given the fraction done, a few times a second.
-    With another solution of the problem that it is `like`, its engine is taken, and its sizes of variables.
-    `roundings` are the rounding errors of the flow, in units of those of one operation. The same flow is to
-    be solved from so many `starts`, which are taken to need as many steps: it is compiled once for all.
+    `roundings` are the rounding errors of the flow, in units of those of one operation.
+    With another solution of the problem that it is `like`, its method is taken, and its sizes of variables.
+    The same flow is to be solved from so many `starts`, which are taken to need as many steps: it is compiled
+    once for all. Only `runge-kutta` has steps for `stops`, and for what has no Taylor series: it is taken
+    there, and the solution has a note.
 
     Raises:
         Stopped: the solution, called `name` in the message, does not reach t1.
-        TooManySteps: it does so only after more than `most_steps` (default 1,000,000), or than memory holds.
-        ComputationError: `taylor` was asked for, but is not installed, or cannot express the flow;
-            or `symplectic`, which takes steps of one length, where they would be too short.
+        TooManySteps: it does so only after more than 1,000,000 steps, or than memory holds.
+        ComputationError: `taylor` was asked for, but is not installed; or `symplectic`, which takes steps of
+            one length, where they would be too short.
     """
     t0, t1 = (float(time) for time in span)
     y0 = np.asarray(start, dtype=np.float64)
     sizes = (1,) * len(y0) if blocks is None else tuple(blocks)
     good = sum(sizes) == len(y0) and all(sizes) and np.isfinite(y0).all()
-    if not (good and 0 < tolerance < 1 and math.isfinite(t1 - t0)):
+    if not (good and 0 < tolerance < 1 and longest > 0 and math.isfinite(t1 - t0)):
         raise ValueError(f"cannot integrate {len(y0)} variables in blocks {sizes} over {span} to {tolerance}")
-    tolerance = max(tolerance, FINEST)
-    tell = _throttled(progress, t0, t1)
-    common: Any = {"tolerance": tolerance, "blocks": sizes, "name": name, "most": most_steps or MOST_STEPS}
+    tolerance, note = max(tolerance, 1e-15), None  # floats hold no more digits
+    common: Any = {"tolerance": tolerance, "name": name, "longest": longest}
+    tell = _by_percent(progress, t0, t1)
     engine = engine if like is None else like.engine
+    if len(stops) and like is None and engine in ("taylor", "symplectic"):
+        note = f"the method `{engine}` goes over what acts for a moment: the method `auto` is taken"
+        engine = "runge-kutta"
     if engine == "symplectic":
         from rigidcli.core import symplectic
 
         return symplectic.solve(flow, y0, (t0, t1), tell=tell, like=like, **common)
+    common["blocks"] = sizes
     times, states = array("d", [t0]), array("d", y0)
 
-    def compiled() -> Solution:
+    def compiled(stops: Sequence[float] = ()) -> Solution:
         from rigidcli.core import taylor
 
         seen = np.array(states).reshape(-1, len(y0))
         scales = taylor.scales_of(seen, sizes) if like is None else np.array(like.sizes)
-        return taylor.solve(flow, y0, scales, (t0, t1), tell=tell, **common)
+        return taylor.solve(flow, y0, scales, (t0, t1), tell=tell, stops=stops, **common)
 
     if engine == "taylor" and like is not None:
-        return compiled()
-    f = flow(math)
+        # Another tolerance would be compiled anew, which takes longer than the steps: they get shorter.
+        common |= {"tolerance": like.tolerance, "longest": min(longest, 0.75 * abs(t1 - t0) / like.steps)}
+        # A stop takes heyoka as long as a hundred steps, and hardly anything hides where there are many.
+        return compiled(stops if like.steps < 4096 else ())
+    f, errors = flow(math), None if roundings is None else roundings(math)
     least = None if like is None else like.sizes
     if least is None:
-        least = runge_kutta.least_sizes(f, t0, y0.tolist(), t1, sizes)
-    errors = roundings and roundings(math)
-    steps = runge_kutta.march(f, times, states, t1, least=least, roundings=errors, **common)
+        least = runge_kutta.least_sizes(f, t0, y0.tolist(), t1, sizes, longest=longest, stops=stops)
+    steps = runge_kutta.march(f, times, states, t1, least=least, stops=stops, roundings=errors, **common)
     if engine == "taylor":
-        with suppress(ComputationError):
+        from rigidcli.core import taylor
+
+        taylor.loaded()
+        try:
             next(steps, None)
-        return compiled()
-    trial = TRIAL / starts if engine == "auto" and find_spec("heyoka") is not None else math.inf
+            return compiled()
+        except TooManySteps:
+            raise
+        except ComputationError as error:
+            note = f"{error}: the method `auto` is taken"
+        del times[1:], states[len(y0) :]
+        steps = runge_kutta.march(f, times, states, t1, least=least, stops=stops, roundings=errors, **common)
+    may_change = engine == "auto" and not len(stops) and find_spec("heyoka") is not None
+    trial = TRIAL / starts if may_change else math.inf
     for t in steps:
         tell(t)
         if len(times) > trial:
@@ -120,26 +133,20 @@ def integrate(
                 with suppress(ComputationError):
                     return compiled()
     knots, path = np.frombuffer(times), np.frombuffer(states).reshape(len(times), -1)
-
-    if like is None:
-        follow = runge_kutta.follower(f, tolerance=tolerance, blocks=sizes, name=name)
-        sample = dense_output.sampler(flow, knots, path, follow)
-    else:
-        sample = dense_output.single_sampler(f, knots, path, sizes)
-    taken = len(times) - 1
-    return Solution(taken, dormand_prince.METHOD, "runge-kutta", tolerance, knots, sample, least)
+    sample = dormand_prince.sampler(flow, knots, path)
+    return Solution(
+        len(times) - 1, dormand_prince.METHOD, "runge-kutta", tolerance, knots, sample, least, note
+    )
 
 
-def _throttled(progress: Callable[[float], None] | None, t0: float, t1: float) -> Callable[[float], None]:
-    """A function of the time reached, which may be called at any rate, and reports progress now and then."""
-    if progress is None:
-        return lambda t: None
-    told = time.monotonic()
+def _by_percent(progress: Callable[[float], None] | None, t0: float, t1: float) -> Callable[[float], None]:
+    """A function of the time reached, which reports progress when another hundredth is done."""
+    last = -1
 
     def tell(t: float) -> None:
-        nonlocal told
-        if (now := time.monotonic()) - told >= PAUSE:
-            told = now
+        nonlocal last
+        if progress is not None and t1 != t0 and (percent := int(100 * (t - t0) / (t1 - t0))) != last:
+            last = percent
             progress((t - t0) / (t1 - t0))
 
     return tell

@@ -1,34 +1,162 @@
-"""The nutation of a heavy symmetric top: what its axis does between the limits of its tilt, and for how long.
+"""The nutation of a heavy symmetric top: the limits between which its tilt moves, and how fast.
 
-For the names of arguments see `core.top`; the source is the same.
+`lambda1`, `lambda3` (kg m^2), `spin` (rad/s) and `weight_moment` M g R (N m) are as in `core.top`. With
+u = cos(theta)
+
+    a = lambda3 spin/lambda1,   b = L_z/lambda1,   beta = 2 M g R/lambda1
+    u'^2 = f(u) = (1 - u^2)(alpha - beta u) - (b - a u)^2,       u1 <= u2 <= 1 <= u3
+
+Source: H. Goldstein, Classical Mechanics, 2nd edition, section 5.7. Unlike there, the roots of f are found
+about the initial u0, which keeps the digits of a small nutation, and beside the vertical by Vieta's products,
+as f(1) = -(b - a)^2 and f(-1) = -(b + a)^2.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from decimal import Decimal, localcontext
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import Literal, TypeAlias
 
-from rigidcli.core.elliptic import complete_first, complete_third
-from rigidcli.core.high_precision import CONTEXT, NOISE, PI
-from rigidcli.core.pairs import Long, exactly, rounded
-from rigidcli.core.swing import Start, Swing, swing
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.elliptic import beyond_first, complete
 from rigidcli.core.top import ROUNDING
-from rigidcli.errors import ComputationError
 
-_ZERO, _TWO = Decimal(0), Decimal(2)
-
-CANCELLED = Decimal("1e-40")
-"""A sum below this, in units of its terms, is zero, or has lost too many of 80 digits beside the vertical."""
+NutationKind: TypeAlias = Literal["looping", "cuspidal", "wavy", "steady", "none"]
 
 CUSP = 1e-12
 """phi-dot below this at a limit of theta, in units of what it varies by, is zero."""
 
-_TOUCHING = Decimal("1e-50")
-"""A limit closer to the vertical than this, in units of its distance at the start, goes through it."""
 
-NutationKind: TypeAlias = Literal["looping", "cuspidal", "wavy", "steady", "none"]
+@dataclass(frozen=True, slots=True)
+class Start:
+    """a, beta, b - a u, u-dot but for its sign, alpha - beta u, 1 - u and 1 + u, all at u0 (units of 1/s)."""
+
+    a: float
+    beta: float
+    turning: float
+    slope: float
+    energy: float
+    down: float
+    up: float
+
+
+@dataclass(frozen=True, slots=True)
+class Swing:
+    """The limits between which u moves, each as a pair (at u1, at u2).
+
+    `x` has u - u0, `down` 1 - u, `up` 1 + u, and `turning` b - a u. `poles` are b - a and b + a, zero where
+    rounding may have made them. `third` is beta (u3 - 1), `gap` beta (u3 - u2), and `rise` beta (u3 - u1).
+    """
+
+    x: tuple[float, float]
+    down: tuple[float, float]
+    up: tuple[float, float]
+    turning: tuple[float, float]
+    poles: tuple[float, float]
+    third: float
+    gap: float
+    rise: float
+
+    @property
+    def width(self) -> float:
+        """u2 - u1."""
+        return self.x[1] - self.x[0]
+
+    @property
+    def complement(self) -> float:
+        """k' of the elliptic functions, 0 where the top takes infinite time to rise upright."""
+        return math.sqrt(self.gap / self.rise)
+
+    @property
+    def quarter(self) -> float:
+        """K, infinite for k' = 0."""
+        return float(complete(self.complement, 1.0, 1.0, 1.0)) if self.gap else math.inf
+
+
+def swing(start: Start, slack: float = 0.0) -> Swing:
+    """The swing of u = cos(theta) about its initial value.
+
+    The tilt is constant where f is zero at u0 and its slope there is at most `slack`, in units of the terms
+    of that slope.
+    """
+    a, beta, down, up = start.a, start.beta, start.down, start.up
+    poles = _unless_rounding(start.turning, -a * down), _unless_rounding(start.turning, a * up)
+    terms = (2 * start.turning * a, (down - up) * start.energy, -beta * down * up)
+    c0, c1, c2 = start.slope**2, sum(terms), (up - down) * beta - start.energy - a * a
+    if c0 == 0 and abs(c1) <= slack * sum(map(abs, terms)):
+        both = (start.turning, start.turning)
+        rise = -c2 if c2 < 0 else 1.0  # of an unstable top nothing moves, in any unit
+        return Swing((0.0, 0.0), (down, down), (up, up), both, poles, rise, rise, rise)
+    low, high = _turning_points(c0, c1, c2, beta, -up)
+    farthest = down - low
+    # The roots 1 - u2 and 1 - u3 obey beta v^2 - m v = (b - a)^2/(1 - u1), and m by Vieta has two forms. Of
+    # several forms of a number, here and below, the one with the smaller terms has lost less.
+    pole, energy = poles[0], start.energy - beta * down
+    m = _better(
+        (2 * beta, -energy, -a * a, -beta * farthest),
+        (2 * a * pole / farthest, -2 * energy / farthest, (pole / farthest) ** 2),
+    )
+    gap = math.hypot(m, 2 * math.sqrt(beta / farthest) * pole)
+    nearest = 2 * pole / farthest * (pole / (gap - m)) if m < 0 else (m + gap) / (2 * beta)
+    third = (gap - m) / 2 if m < 0 else pole / farthest * (pole / nearest) if nearest else 0.0
+    if 2 * high <= down:
+        nearest = down - high
+    else:
+        high = down - nearest
+    bottom = up + low if -2 * low <= up else poles[1] / (up + high) * (poles[1] / (third + 2 * beta))
+    return Swing(
+        (low, high),
+        (farthest, nearest),
+        (bottom, up + high),
+        (
+            _better((start.turning, -a * low), (poles[1], -a * bottom)),
+            _better((start.turning, -a * high), (poles[0], a * nearest)),
+        ),
+        (pole if nearest else 0.0, poles[1] if bottom else 0.0),
+        third,
+        gap,
+        gap + beta * (high - low),
+    )
+
+
+def _unless_rounding(one: float, other: float) -> float:
+    """The sum, and zero where it may be the rounding of its terms alone."""
+    total = one + other
+    return 0.0 if abs(total) <= ROUNDING * (abs(one) + abs(other)) else total
+
+
+def _better(*sums: tuple[float, ...]) -> float:
+    """The same number from one of several sums: that with the smallest terms."""
+    return sum(min(sums, key=lambda terms: sum(map(abs, terms))))
+
+
+def _turning_points(c0: float, c1: float, c2: float, c3: float, bottom: float) -> tuple[float, float]:
+    """The roots low <= 0 <= high between which f = c0 + c1 x + c2 x^2 + c3 x^3 >= 0, for c0 >= 0, c3 >= 0.
+
+    At `bottom`, below the roots, f is negative, concave and rising.
+    """
+    if c0 == 0:
+        other = _near_root(c1, c2, c3)
+        return min(other, 0.0), max(other, 0.0)
+    low, last = bottom, -math.inf
+    while low > last:
+        # Newton's method goes up to the lowest root; this form of the step does not cancel for tiny roots.
+        last, low = low, ((2 * c3 * low + c2) * low**2 - c0) / ((3 * c3 * low + 2 * c2) * low + c1)
+    g0 = -c0 / last
+    # The linear coefficient of f/(x - low), from the lower or from the higher terms.
+    return last, _near_root(g0, _better((g0 / last, -c1 / last), (c2, c3 * last)), c3)
+
+
+def _near_root(g0: float, g1: float, g2: float) -> float:
+    """A root of g0 + g1 x + g2 x^2, g2 >= 0: the smaller positive one for g0 > 0, else the negative one.
+
+    Neither form cancels.
+    """
+    root = math.sqrt(max(g1 * g1 - 4 * g0 * g2, 0.0))
+    return 2 * g0 / (root - g1) if g1 <= 0 else -(g1 + root) / (2 * g2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,18 +185,6 @@ class Nutation:
     kind: NutationKind
 
 
-@dataclass(frozen=True, slots=True)
-class _Limit:
-    """A limit of the motion: x = u - u0, 1 - u, 1 + u, theta, phi-dot, and whether the last is zero."""
-
-    x: Long
-    down: Long
-    up: Long
-    theta: float
-    rate: Long
-    resting: bool
-
-
 def nutation(
     lambda1: float,
     lambda3: float,
@@ -81,127 +197,133 @@ def nutation(
 ) -> Nutation:
     """The nutation of a top that starts at `tilt` with phi-dot `precession` and theta-dot `nutation` (rad/s).
 
-    All is done with 80 digits, from the sines of the given floats: see `swing`.
-
     Without weight this is the free precession of the body about L, in which theta varies too. A start
-    with the rates of `steady`, but for rounding, is steady. So is one that `is_steady` by what is asked, if
-    theta-dot is zero: at a horizontal axis, the rounding of a quarter turn weighs the more the slower the
-    spin is.
+    with the rates of steady precession, but for rounding, is steady. So is one that `is_steady` by what is
+    asked, if theta-dot is zero: at a horizontal axis, the rounding of a quarter turn weighs the more the
+    slower the spin is.
     """
-    with localcontext(CONTEXT):
-        down, up = _distances(tilt)
-        square = down * up
-        a = exactly(lambda3) * exactly(spin) / exactly(lambda1)
-        beta = 2 * exactly(weight_moment) / exactly(lambda1)
-        turning, slope = exactly(precession) * square, exactly(nutation) * square.sqrt()
-        energy = exactly(nutation) ** 2 + exactly(precession) * turning
-        start = Start(a, beta, turning, slope, energy, down, up)
-        found = swing(start, _TWO if is_steady else 4 * Decimal(ROUNDING))
-        if found.low == found.high:
-            return _constant_tilt(tilt, precession if square else None, found.rise)
-        return _between(start, tilt, found)
-
-
-def _constant_tilt(tilt: float, rate: float | None, stiffness: Long) -> Nutation:
-    """The axis at rest, or in steady precession; `stiffness` is the squared rate of a small nutation."""
-    if not rate:
-        return Nutation(tilt, tilt, 0.0, rate, rate, None, None, rate, "none")
-    period = 2 * PI / stiffness.sqrt()
-    advance = rounded(exactly(rate) * period)
-    return Nutation(tilt, tilt, 0.0, rate, rate, rounded(period), advance, rate, "steady")
-
-
-def _between(start: Start, tilt: float, swing: Swing) -> Nutation:
-    """The nutation of a tilt that is not constant."""
-    variation = abs(start.a) * (swing.high - swing.low)
-    lower, upper = (_limit(x, start, tilt, variation) for x in (swing.low, swing.high))
-    period = advance = mean = None
-    if swing.complement:
-        exact_mean = _mean_rate(start, lower, upper, swing.complement)
-        exact_period = 4 * complete_first(swing.complement) / swing.rise.sqrt()
-        mean, period, advance = (
-            rounded(each) for each in (exact_mean, exact_period, exact_mean * exact_period)
-        )
-    kind: NutationKind = "looping" if (lower.rate > 0) != (upper.rate > 0) else "wavy"
-    return Nutation(
-        min(upper.theta, tilt),
-        max(lower.theta, tilt),
-        _amplitude(lower, upper),
-        rounded(upper.rate),
-        rounded(lower.rate),
-        period,
-        advance,
-        mean,
-        "cuspidal" if lower.resting or upper.resting else kind,
+    unit = rate_unit(lambda3 * spin / lambda1, precession, nutation, math.sqrt(2 * weight_moment / lambda1))
+    given = (spin / unit, tilt, precession / unit, nutation / unit, weight_moment / unit / unit)
+    found = _in_units(lambda1, lambda3, *given, is_steady)
+    return replace(
+        found,
+        phi_dot_at_theta_min=_times(found.phi_dot_at_theta_min, unit),
+        phi_dot_at_theta_max=_times(found.phi_dot_at_theta_max, unit),
+        period=_times(found.period, 1 / unit),
+        mean_rate=_times(found.mean_rate, unit),
     )
 
 
-def _limit(x: Long, start: Start, tilt: float, variation: Long) -> _Limit:
-    """The limit at x, exactly vertical where it comes within rounding of that.
-
-    phi-dot = (b - a u)/(1 - u^2). `variation` is that of b - a u between the limits.
-    """
-    down, up = start.down - x, start.up + x
-    if down <= _TOUCHING * (start.down + abs(x)):
-        return _Limit(x, _ZERO, _TWO, 0.0, start.a / 2, start.a == 0)
-    if up <= _TOUCHING * (start.up + abs(x)):
-        return _Limit(x, _TWO, _ZERO, math.pi, -start.a / 2, start.a == 0)
-    theta = tilt if x == 0 else 2 * math.atan2(rounded(down.sqrt()), rounded(up.sqrt()))
-    turning = start.turning - start.a * x
-    resting = abs(turning) <= Decimal(CUSP) * (abs(start.turning) + variation)
-    return _Limit(x, down, up, theta, turning / (down * up), resting)
+def _times(number: float | None, unit: float) -> float | None:
+    return None if number is None else number * unit
 
 
-def _amplitude(lower: _Limit, upper: _Limit) -> float:
-    """The angle between two limits, by the sine and cosine of its half."""
-    sine = (upper.x - lower.x) / ((lower.down * upper.up).sqrt() + (lower.up * upper.down).sqrt())
-    twice_cosine = (lower.up * upper.up).sqrt() + (lower.down * upper.down).sqrt()
-    return 2 * math.atan2(rounded(2 * sine), rounded(twice_cosine))
+def rate_unit(*rates: float) -> float:
+    """The power of two about the largest of the rates, in units of which no square vanishes or overflows."""
+    return math.ldexp(1.0, math.frexp(max(map(abs, rates)))[1])
 
 
-def _mean_rate(start: Start, lower: _Limit, upper: _Limit, complement: Long) -> Long:
-    """The mean of phi-dot in time, by partial fractions ((b - a)/(1 - u) + (b + a)/(1 + u))/2.
-
-    In u = u1 + (u2 - u1) sn^2 the mean of each lies between its values at the limits, at a
-    share that is an integral of the third kind. Its numerator is zero where a limit is its pole.
-
-    Without weight the two cancel where the vertical is outside the cone about L. With weight they never do.
-    Raises ComputationError where they differ by less than 80 digits can tell.
-    """
-    fractions = (
-        (start.turning - start.a * start.down, lower.down, upper.down),
-        (start.turning + start.a * start.up, lower.up, upper.up),
-    )
-    terms = []
-    for numerator, first, last in fractions:
-        if first and last:
-            share = complete_third(complement, (last / first).sqrt())
-            terms.append(numerator * ((1 - share) / first + share / last) / 2)
-    mean = sum(terms, _ZERO)
-    if abs(mean) > CANCELLED * sum(map(abs, terms), _ZERO) or not any(terms):
-        return mean
-    if start.beta:
-        raise ComputationError(
-            "the top spins so fast that 80 digits do not tell its mean precession",
-            hint="leave out `tilt`: the gyroscopic rate holds to all digits of so fast a top",
-        )
-    return _ZERO
-
-
-def _distances(tilt: float) -> tuple[Long, Long]:
-    """1 - cos(tilt) and 1 + cos(tilt), each to all digits; a tilt of pi but for its rounding is pi."""
+def _in_units(
+    lambda1: float,
+    lambda3: float,
+    spin: float,
+    tilt: float,
+    precession: float,
+    nutation: float,
+    weight_moment: float,
+    is_steady: bool,
+) -> Nutation:
+    """The nutation in units of time in which no rate is far above 1."""
+    down, up = 2 * math.sin(tilt / 2) ** 2, 2 * math.cos(tilt / 2) ** 2
     if abs(tilt - math.pi) <= ROUNDING:
-        return _TWO, _ZERO
-    half = exactly(tilt) / 2
-    return 2 * _sine(half) ** 2, 2 * _sine(PI / 2 - half) ** 2
+        down, up = 2.0, 0.0
+    square = down * up
+    turning, slope = precession * square, nutation * math.sqrt(square)
+    energy = nutation**2 + precession * turning
+    a, beta = lambda3 * spin / lambda1, 2 * weight_moment / lambda1
+    start = Start(*map(float, (a, beta, turning, slope, energy, down, up)))
+    found = swing(start, 2.0 if is_steady else 4 * ROUNDING)
+    if not any(found.x):
+        rate = precession if square else None
+        if not rate:
+            return Nutation(tilt, tilt, 0.0, rate, rate, None, None, rate, "none")
+        period = 2 * math.pi / math.sqrt(found.rise)
+        return Nutation(tilt, tilt, 0.0, rate, rate, period, rate * period, rate, "steady")
+    angles = [2 * math.atan2(math.sqrt(d), math.sqrt(e)) for d, e in zip(found.down, found.up, strict=True)]
+    largest, least = (tilt if x == 0 else angle for x, angle in zip(found.x, angles, strict=True))
+    lower, upper = _phi_dot(found, start.a, 0), _phi_dot(found, start.a, 1)
+    variation = CUSP * (abs(start.turning) + abs(start.a) * found.width)
+    rests = any(abs(turning) <= variation for turning in found.turning) and 0 not in found.poles
+    kind: NutationKind = "looping" if (lower > 0) != (upper > 0) else "wavy"
+    if rests or not lower or not upper:
+        kind = "cuspidal"
+    ends = (min(least, tilt), max(largest, tilt), _amplitude(found), upper, lower)
+    if not found.gap:
+        return Nutation(*ends, None, None, None, kind)
+    quarter = found.quarter
+    mean, period = _mean_rate(found, start, quarter), 4 * quarter / math.sqrt(found.rise)
+    return Nutation(*ends, period, mean * period, mean, kind)
 
 
-def _sine(x: Long) -> Long:
-    """The sine of 0 <= x <= pi/2, by its series."""
-    term, total, power = x, x, 1
-    while abs(term) > NOISE * total:
-        power += 2
-        term = -term * x * x / (power * (power - 1))
-        total = total + term
-    # Terms of alternating signs: the rest is less than the last.
-    return total
+def _phi_dot(found: Swing, a: float, limit: Literal[0, 1]) -> float:
+    """phi-dot = (b - a u)/(1 - u^2) at u1 or u2, by its limit at the vertical."""
+    if not found.down[limit]:
+        return a / 2
+    if not found.up[limit]:
+        return -a / 2
+    return found.turning[limit] / (found.down[limit] * found.up[limit])
+
+
+def _amplitude(found: Swing) -> float:
+    """The angle between the limits, by the sine and cosine of its half."""
+    (d1, d2), (e1, e2) = found.down, found.up
+    return 2 * math.atan2(
+        2 * found.width / (math.sqrt(d1 * e2) + math.sqrt(e1 * d2)), math.sqrt(e1 * e2) + math.sqrt(d1 * d2)
+    )
+
+
+def _mean_rate(found: Swing, start: Start, quarter: float) -> float:
+    """The mean of phi-dot = ((b - a)/(1 - u) + (b + a)/(1 + u))/2 in time.
+
+    By f(1) and f(-1), |b -+ a| is sqrt(beta (u3 -+ 1) (1 -+ u1)(1 -+ u2)), and the mean of the root of
+    (1 -+ u1)(1 -+ u2) over 1 -+ u is 1 without weight. So a fast top, whose b - a and b + a are almost
+    opposite, loses nothing.
+    """
+    k = math.sqrt(start.beta * found.width / found.rise)
+    signs = [(pole > 0) - (pole < 0) for pole in found.poles]
+    top, bottom = (
+        beyond_first(k, found.complement, math.sqrt(last / first)) / quarter if sign else 0.0
+        for sign, (first, last) in zip(signs, (found.down, found.up), strict=True)
+    )
+    less, more = math.sqrt(found.third), math.sqrt(found.third + 2 * start.beta)
+    if signs[0] * signs[1] < 0:
+        return signs[1] * (start.beta / (less + more) * (1 + bottom) + less * (bottom - top) / 2)
+    return (signs[0] * less * (1 + top) + signs[1] * more * (1 + bottom)) / 2
+
+
+def effective_potential(
+    lambda1: float,
+    lambda3: float,
+    spin: float,
+    tilt: float,
+    precession: float,
+    nutation: float,
+    weight_moment: float,
+) -> tuple[Callable[[Floats], Floats], float]:
+    """The potential (J) in which the tilt moves, as a function of tilts (n, rad), and the energy (J).
+
+    V(theta) = (p_phi - p_psi cos theta)^2/(2 lambda1 sin^2 theta) + M g R cos theta, for a start as in
+    `nutation`; the energy is without the constant lambda3 spin^2/2. With delta = cos(tilt) - cos(theta),
+    p_phi - p_psi cos theta = lambda1 sin^2(tilt) phi-dot + p_psi delta.
+    """
+    along, turning = lambda3 * spin, lambda1 * np.sin(tilt) ** 2 * precession
+
+    def at(theta: Floats) -> Floats:
+        # The difference of two cosines as a product, which keeps its digits beside the start.
+        difference = 2 * np.sin((theta + tilt) / 2) * np.sin((theta - tilt) / 2)
+        centrifugal = (turning + along * difference) ** 2 / (2 * lambda1 * np.sin(theta) ** 2)
+        potential: Floats = centrifugal + weight_moment * np.cos(theta)
+        return potential
+
+    kinetic = lambda1 * (nutation**2 + (np.sin(tilt) * precession) ** 2) / 2
+    return at, float(kinetic + weight_moment * np.cos(tilt))

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 import numpy as np
 
@@ -21,7 +21,7 @@ EQUAL_MOMENTS = 1e-12
 """Moments that differ by less, in units of the largest, are one group: rounding decides their axes."""
 
 SOLVED = float(np.finfo(np.float64).eps)
-"""The `solved` of floats for `diagonal_form`: what is left changes no moment and no axis."""
+"""What `diagonal_form` leaves off the diagonal at most: it changes no moment and no axis."""
 
 SWEEPS = 30
 """The most sweeps over the entries off the diagonal: five are enough, as each soon squares their size."""
@@ -63,7 +63,7 @@ def principal_frame(inertia: Inertia) -> PrincipalFrame:
         raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
     scale = 2.0 ** (math.frexp(np.abs(entries).max())[1] - 1)
     with np.errstate(over="ignore"):
-        values, rows = diagonal_form(entries / scale, np.eye(3), SOLVED)
+        values, rows = diagonal_form(entries / scale)
     order = np.argsort(values, kind="stable")
     values, rows = values[order] * scale, rows[order]
     values[0] = values[0] if values[0] > inertia.noise_along(rows[0]) else 0.0
@@ -73,33 +73,33 @@ def principal_frame(inertia: Inertia) -> PrincipalFrame:
     return PrincipalFrame(values, canonical_axes(projectors, groups), groups)
 
 
-def diagonal_form(tensor: Array, axes: Array, solved: Any) -> tuple[Array, Array]:
-    """The moments (3) and principal axes (rows) of a symmetric `tensor` (3 by 3) of floats or of decimals.
+def diagonal_form(tensor: Floats) -> tuple[Floats, Floats]:
+    """The moments (3) and principal axes (rows) of a symmetric `tensor` (3 by 3), in any order.
 
-    By Jacobi's rotations of the rows `axes` (3 by 3), which keep a small moment beside large ones: G. Golub,
-    C. Van Loan, Matrix Computations, section 8.5. They end when each entry off the diagonal is below `solved`
-    in units of the mean of its two moments, taken geometrically. A diagonal tensor is not touched.
+    By Jacobi's rotations, which keep a small moment beside large ones: G. Golub, C. Van Loan, Matrix
+    Computations, section 8.5. They end when each entry off the diagonal is below `SOLVED` in units of the
+    mean of its two moments, taken geometrically. A diagonal tensor is not touched.
     """
-    root = math.sqrt if tensor.dtype == np.float64 else np.sqrt
     # Numbers one by one, because arrays as small as these take ten times as long. The entry (p, q) off the
     # diagonal stands at the place of the third axis.
-    moments, rows = tensor.diagonal().tolist(), axes.tolist()
+    moments, rows = tensor.diagonal().tolist(), np.eye(3).tolist()
     products = [tensor.item(1, 2), tensor.item(0, 2), tensor.item(0, 1)]
     for _ in range(SWEEPS):
-        if all(abs(products[3 - p - q]) <= solved * root(abs(moments[p] * moments[q])) for p, q in PAIRS):
+        sizes = [math.sqrt(abs(moments[p] * moments[q])) for p, q in PAIRS]
+        if all(abs(products[3 - p - q]) <= SOLVED * size for (p, q), size in zip(PAIRS, sizes, strict=True)):
             break
         for p, q in PAIRS:
             if (product := products[3 - p - q]) != 0:
                 # The turn in the plane (p, q) after which the entry (p, q) vanishes.
                 cotangent = (moments[q] - moments[p]) / (2 * product)
-                tangent = 1 / (abs(cotangent) + root(cotangent * cotangent + 1))
+                tangent = 1 / (abs(cotangent) + math.sqrt(cotangent * cotangent + 1))
                 tangent = tangent if cotangent >= 0 else -tangent
-                cosine = 1 / root(tangent * tangent + 1)
+                cosine = 1 / math.sqrt(tangent * tangent + 1)
                 sine = tangent * cosine
                 moments[p], moments[q] = moments[p] - tangent * product, moments[q] + tangent * product
                 a, b = products[q], products[p]
                 products[q], products[p] = cosine * a - sine * b, sine * a + cosine * b
-                products[3 - p - q] = 0 * product
+                products[3 - p - q] = 0.0
                 pairs = list(zip(rows[p], rows[q], strict=True))
                 rows[p] = [cosine * x - sine * y for x, y in pairs]
                 rows[q] = [sine * x + cosine * y for x, y in pairs]

@@ -155,9 +155,9 @@ def turned(q: Array, v: Array) -> Array:
 
 
 def angles_between(p: Floats, q: Floats) -> Floats:
-    """The angles (n, rad, 0 to pi) between orientations (n, 4), also tiny ones, whatever the signs."""
+    """The angles (..., rad, 0 to pi) between orientations (..., 4), also tiny ones, whatever the signs."""
     between = compose(p * [1, -1, -1, -1], q)
-    angles: Floats = 2 * np.arctan2(np.linalg.norm(between[:, 1:], axis=1), np.abs(between[:, 0]))
+    angles: Floats = 2 * np.arctan2(np.linalg.norm(between[..., 1:], axis=-1), np.abs(between[..., 0]))
     return angles
 
 

@@ -1,8 +1,8 @@
 """Integration by the Runge-Kutta pair of Dormand and Prince, in steps as long as its errors allow.
 
 Source: E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I, 2nd edition,
-section II.4 for the length of the steps. Unlike there, what is below the rounding errors of f is found by
-moving its arguments by an ulp, and no step is shortened for it.
+section II.4 for the length of the steps. Differences: rounding errors of f show when its arguments move by an
+ulp, and no step is shortened for them; a step ends at each time at which something sudden is expected.
 """
 
 from __future__ import annotations
@@ -11,8 +11,9 @@ import itertools
 import math
 from array import array
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from typing import Any
 
 import numpy as np
 
@@ -38,41 +39,26 @@ from rigidcli.errors import ComputationError
 SAFETY = 0.9
 """What the step that the error allows is multiplied by, as the next error may be larger than the last."""
 
-MOST_GROWTH, LEAST_SHRINKAGE, MOST_SHRINKAGE = 6.0, 0.3, 0.1
-"""Bounds on the ratio of steps: after a good one, above and below; after a bad one."""
-
 ROUND = 128
 """Steps from one estimate of rounding errors, and one report of progress, to the next."""
-
-STALLED = 4
-"""Rejected steps in a row after which rounding errors are estimated anew, as they may be the reason."""
 
 REGULAR = 1e6
 """A step longer than this, in units of the shortest one, is far from any jump or pole."""
 
-POLE = 1e-4
-"""The largest part of a slope that may pass for rounding errors near a pole, so that no step crosses it."""
-
 MOST_JUMPS = 16
 """Jumps of f that are crossed before a regular step. With more, the solution would slide along the jump."""
 
-STILL = 1e-10
-"""How far a variable may move in a step across a jump of its slope, in units of its recent size."""
+PILOT, PILOT_ROUNDS = 1e-6, 64
+"""The tolerance of a first, crude integration that shows how large the variables become, and its most rounds.
 
-PILOT = 1e-6
-"""The tolerance of a first, crude integration that shows how large the variables become."""
-
-SMALL = 1e-3
-"""What errors of a variable that starts at zero are relative to at least, in units of its later size."""
+Where friction holds a body, its steps would never end.
+"""
 
 LEAST = 1e-280
 """The size below which no variable is followed: it is nearly lost in the gap between zero and the floats."""
 
 MOVES = (-5 * ROUNDING, -3 * ROUNDING, 3 * ROUNDING, 5 * ROUNDING)
 """By how much arguments are changed to show rounding errors, in units of their size."""
-
-AHEAD = 4.0
-"""How far rounding errors are looked for, in units of the step, as steps may get longer."""
 
 
 def march(
@@ -85,35 +71,39 @@ def march(
     blocks: tuple[int, ...],
     name: str,
     least: State | None = None,
-    most: int = MOST_STEPS,
+    longest: float = math.inf,
+    stops: Sequence[float] = (),
     roundings: Function | None = None,
 ) -> Iterator[float]:
     """Go on from the last of `times` and `states` to `end`, and append each step to them.
 
     Every `ROUND` steps it yields the time that it has reached. `least` has for each block the size to which
-    its error is relative at least; by default those of `least_sizes`. `roundings` tells the rounding errors
-    of f, in units of those of one operation: with it, steps do not get short in those of small differences.
+    its error is relative at least; by default those of `least_sizes`. No step is longer than `longest`, and
+    one ends at each of the `stops`, times on the way in the order in which they come. `roundings` tells the
+    rounding errors of f, in units of those of one operation: no step is short for those of small differences.
 
     Raises:
         Stopped: there is no solution as far as `end`.
-        TooManySteps: there are more than `most`, or will be if the later half of them goes on.
+        TooManySteps: there are more than MOST_STEPS, or will be if the later half of them goes on.
     """
     step, count = stepper(blocks), sum(blocks)
-    t = times[-1]
+    t, span = times[-1], end - times[-1]
     y: State = tuple(states[-count:])
-    span = end - t
     if not finite(f, t, y):
         raise Stopped(name, Stop.AT_START, t)
     k: State = f(t, *y)
-    h = span / 1000
+    goals = iter([*stops, end])
+    goal = next(goals)
+    h = math.copysign(min(abs(span) / 1000, longest), span)
     failures = taken = jumps = 0
-    regular = True
-    reach = AHEAD * h
-    floor = floors(f, t, y, k, regular, blocks, tolerance, roundings, reach)
-    least = least_sizes(f, t, y, end, blocks) if least is None else least
-    most = min(most, MOST_NUMBERS // count)
+    regular, reach = True, abs(h)
+    floor = floors(f, roundings, t, y, k, regular, blocks, tolerance, h)
+    least = least_sizes(f, t, y, end, blocks, longest=longest, stops=stops) if least is None else least
+    most = min(MOST_STEPS, MOST_NUMBERS // count)
     while t != end:
-        left = end - t
+        while goal == t:
+            goal = next(goals)
+        left = goal - t
         shortest = SHORTEST * max(abs(t), ORIGIN * abs(span))
         if abs(h) < shortest:
             jumps += 1
@@ -125,7 +115,7 @@ def march(
             after, slope = crossed
         else:
             # What is left is shared by two steps, so that the last one is no mere rest.
-            to = end if abs(left) <= abs(h) else t + (left / 2 if abs(left) < 2 * abs(h) else h)
+            to = goal if abs(left) <= abs(h) else t + (left / 2 if abs(left) < 2 * abs(h) else h)
             # Times are what a solution is asked by: the step is their difference, free of rounding.
             h = to - t
             try:
@@ -138,30 +128,30 @@ def march(
             states.extend(y)
             regular = abs(h) > REGULAR * shortest
             jumps = 0 if regular else jumps
-            growth = SAFETY * error**-0.125 if error else MOST_GROWTH
-            h *= max(LEAST_SHRINKAGE, min(growth, 1.0 if failures else MOST_GROWTH))
-            failures = 0
+            # No step is more than six times as long as the last, and none grows after one that failed.
+            growth = max(0.3, min(SAFETY * error**-0.125 if error else 6.0, 1.0 if failures else 6.0))
+            h, failures = math.copysign(min(abs(h) * growth, longest), h), 0
             taken += 1
             if not taken % ROUND:
                 if hopeless(times, taken, end, most):
                     raise TooManySteps(name, taken, t, end, most)
                 yield t
-            if abs(h) > abs(reach) or not taken % ROUND:
-                reach = AHEAD * h
-                floor = floors(f, t, y, k, regular, blocks, tolerance, roundings, reach)
+            if not taken % ROUND or abs(h) > 4 * reach:
+                reach = abs(h)
+                floor = floors(f, roundings, t, y, k, regular, blocks, tolerance, h)
         else:
             failures += 1
-            h *= max(MOST_SHRINKAGE, SAFETY * error**-0.125) if error < math.inf else 0.25
-            if failures == STALLED:
-                reach = AHEAD * h
-                floor = floors(f, t, y, k, regular, blocks, tolerance, roundings, reach)
+            h *= max(0.1, SAFETY * error**-0.125) if error < math.inf else 0.25
+            if failures == 4:  # rounding errors may be the reason
+                reach = abs(h)
+                floor = floors(f, roundings, t, y, k, regular, blocks, tolerance, h)
 
 
-def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, ...]) -> State:
+def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, ...], **steps: Any) -> State:
     """For each block that begins with nothing, and at rest, a small part of its later size; LEAST for others.
 
     Such a block grows like a power of the time, high if what moves it is itself at rest: while it does so
-    no step follows it to a relative accuracy, and none need.
+    no step follows it to a relative accuracy, and none need. The `steps` may be `longest`, and have `stops`.
     """
     k: State = f(t, *y) if finite(f, t, y) else (math.nan,) * len(y)
     ends = list(itertools.accumulate(blocks))
@@ -172,12 +162,13 @@ def least_sizes(f: Function, t: float, y: State, end: float, blocks: tuple[int, 
     times, states = array("d", [t]), array("d", y)
     with suppress(ComputationError, *NO_VALUE):
         if len(blocks) > 1:
-            deque(march(f, times, states, end, tolerance=PILOT, blocks=(len(y),), name=""), maxlen=0)
+            pilot = march(f, times, states, end, tolerance=PILOT, blocks=(len(y),), name="", **steps)
+            deque(itertools.islice(pilot, PILOT_ROUNDS), maxlen=0)
         else:
             states.extend(stepper(blocks)(f, t, (end - t) / 1000, y, k, (0.0,), (math.inf,), PILOT)[1])
     path = np.abs(np.frombuffer(states).reshape(-1, len(y)))
     sizes = [float(np.hypot.reduce(path[:, part], axis=1).max()) for part in parts]
-    return tuple(max(SMALL * size * none, LEAST) for none, size in zip(empty, sizes, strict=True))
+    return tuple(max(1e-3 * size * none, LEAST) for none, size in zip(empty, sizes, strict=True))
 
 
 def _crossed(
@@ -194,65 +185,46 @@ def _crossed(
         return None
     slopes = f(to, *after)
     for i, (one, two) in enumerate(zip(k, slopes, strict=True)):
-        if abs(h) * max(abs(one), abs(two)) > STILL * max(map(abs, recent[i :: len(y)])) > 0:
+        if abs(h) * max(abs(one), abs(two)) > 1e-10 * max(map(abs, recent[i :: len(y)])) > 0:
             return None
     return after, slopes
 
 
 def floors(
     f: Function,
+    roundings: Function | None,
     t: float,
     y: State,
     k: State,
     regular: bool,
     blocks: Sequence[int],
     tolerance: float,
-    roundings: Function | None = None,
-    reach: float = 0.0,
+    h: float = 0.0,
 ) -> tuple[float, ...]:
     """For each block, the size of f below which a step need not follow it to `tolerance`.
 
-    That is where rounding errors are all there is, as they are in a body that rests in
-    equilibrium. They show when the arguments of f move by a few ulps, each pair of them together in one try
-    and against each other in another; and in the `roundings` of f, where those of one variable get
-    into another one within a time `reach`. Where steps are no longer `regular`, slopes bound them.
+    That is where rounding errors are all there is, as they are in a body that rests in equilibrium. They show
+    when the arguments of f move by a few ulps, each pair of them together in one try and against each other
+    in another; and those of small differences are told by the `roundings` of f. Where steps are no longer
+    `regular`, a pole is near, which must not pass for rounding errors.
     """
     noise = [0.0] * len(y)
     with suppress(*NO_VALUE):
         if roundings is not None:
             noise = [ROUNDING * size for size in roundings(t, *y)]
-            other = f(t, *(value + reach * error for value, error in zip(y, noise, strict=True)))
+            # In a few steps those of one variable get into others.
+            other = f(t, *(value + 4 * h * error for value, error in zip(y, noise, strict=True)))
             noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
     bits = range(max(1, (len(y) - 1).bit_length()))
     for bit, move in itertools.product(bits, MOVES):
         moved = [value * (1 + (move if i >> bit & 1 else -move)) for i, value in enumerate(y)]
-        try:
+        with suppress(*NO_VALUE):
             other = f(t * (1 + move), *moved)
-        except NO_VALUE:
-            continue
-        noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
-    found, first = [], 0
+            noise = [max(old, abs(a - b)) for old, a, b in zip(noise, k, other, strict=True)]
+    sizes, first = [], 0
     for size in blocks:
         block = slice(first, first := first + size)
         floor = 2 * math.hypot(*noise[block])
-        found.append((floor if regular else min(floor, POLE * math.hypot(*k[block]))) / tolerance)
-    return tuple(floor if floor < math.inf else 0.0 for floor in found)
-
-
-def follower(
-    f: Function, *, tolerance: float, blocks: tuple[int, ...], name: str
-) -> Callable[[float, State, float], State]:
-    """A function (t, y, to) -> y(to) that takes as many steps as it needs, and raises Stopped."""
-
-    def follow(t: float, y: State, to: float) -> State:
-        times, states = array("d", [t]), array("d", y)
-        steps = march(f, times, states, to, tolerance=tolerance, blocks=blocks, name=name)
-        try:
-            deque(steps, maxlen=0)
-        except Stopped as end:
-            if end.stop is Stop.AT_START:  # this is not the start of the solution
-                raise Stopped(name, Stop.NO_VALUE, t) from None
-            raise
-        return states[-len(y) :]
-
-    return follow
+        floor = (floor if regular else min(floor, 1e-4 * math.hypot(*k[block]))) / tolerance
+        sizes.append(floor if floor < math.inf else 0.0)
+    return tuple(sizes)

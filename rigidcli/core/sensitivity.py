@@ -1,21 +1,25 @@
-"""How far the rounding of inputs turns an orientation, which no method can tell better from floats."""
+"""How far one rounding of each input turns an orientation: what no formula can tell better from floats."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Iterable
 
 import numpy as np
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.core.rotation import angles_between
-from rigidcli.core.solution import ROUNDING
 
-LEAST = 4 * ROUNDING
+LEAST = 2.0**-50
 """The least angle (rad) that is told: the rounding of the quaternion itself, of four components."""
 
 SAMPLES = 64
 """The most times that are looked at, besides the last one: each costs as many orientations as inputs."""
+
+GROWN = 16
+"""Units in the last place by which an input is moved: the formulas round by less, which would hide it."""
+
+LOST = 0.1
+"""Where a moved input turns the body by more (rad), the motion is no longer near the other one."""
 
 
 def representative(times: Floats) -> Floats:
@@ -23,16 +27,16 @@ def representative(times: Floats) -> Floats:
     return np.append(times[:: 1 + len(times) // SAMPLES], times[-1:])
 
 
-def to_rounding(orientations: Callable[[Floats], Floats], inputs: Floats, reference: Floats) -> float:
-    """The largest angle (rad, at most pi) from the `reference` orientations (n, 4) when inputs are rounded.
+def to_rounding(moved: Iterable[Floats], reference: Floats) -> Floats:
+    """The largest angle (m, rad, at most pi) by which one rounding of each input turns m motions.
 
-    Each of the `inputs` (m) that is not zero grows by one unit in the last place, one at a time. The angles
-    to the `orientations` of these are combined as a root of the sum of squares.
+    `reference` (m, n, 4) are orientations, and `moved` the same with one input after the other larger by
+    GROWN roundings; the angles are combined as a root of the sum of squares. Where such an input
+    takes the body somewhere else altogether, nothing is certain, and the angle is pi.
     """
-    squares = np.zeros(len(reference))
-    for index in np.flatnonzero(inputs):
-        changed = inputs.copy()
-        changed[index] = np.nextafter(inputs[index], math.copysign(math.inf, inputs[index]))
-        squares += angles_between(reference, orientations(changed)) ** 2
-    # In this order, `min` makes pi of what is not a number.
-    return max(LEAST, min(math.pi, math.sqrt(squares.max(initial=0.0))))
+    squares = np.zeros(reference.shape[:2])
+    for orientations in moved:
+        angle = angles_between(reference, orientations)
+        squares += np.where(angle < LOST, angle / GROWN, np.pi) ** 2
+    largest: Floats = np.clip(np.sqrt(squares.max(axis=1, initial=0.0)), LEAST, np.pi)
+    return largest

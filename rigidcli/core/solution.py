@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from enum import StrEnum
 from importlib.util import find_spec
 from types import ModuleType
@@ -19,7 +19,7 @@ Elements: TypeAlias = Callable[..., tuple[Any, ...]]
 """f(t, y1, ..., yn) -> (dy1, ..., dyn), for one kind of number."""
 
 Flow: TypeAlias = Callable[[ModuleType], Elements]
-"""The right-hand side of y' = f(t, y1, ..., yn), written once for each kind of number.
+"""The right-hand side of y' = f(t, y1, ..., yn), written once for all kinds of number.
 
 From `math` it makes an f that takes floats, from `numpy` one for arrays of one shape (a derivative may
 be a single number), from `heyoka` one for its expressions; f returns the n derivatives. Where there is no
@@ -34,7 +34,7 @@ Function: TypeAlias = Callable[..., Sequence[float]]
 State: TypeAlias = Sequence[float]
 
 Engine: TypeAlias = Literal["auto", "runge-kutta", "taylor", "symplectic"]
-"""What integrates; `auto` is one of the next two."""
+"""The method of integration; `auto` is one of the next two."""
 
 NO_VALUE = (ArithmeticError, ValueError)
 """What functions of floats raise where they have no finite real value."""
@@ -43,16 +43,13 @@ MOST_NUMBERS = 200_000_000
 """The most floats that one solution keeps of its steps: they take 1.6 GB."""
 
 MOST_STEPS = 1_000_000
-"""The most steps of a solution unless more are allowed: in Python they take half a minute."""
+"""The most steps of a solution: in Python they take half a minute."""
 
 PATIENCE = 1 << 15
 """Steps after which, and after each power of two beyond, it is asked whether the end can be reached."""
 
 FASTER = 1.001
 """The least ratio of mean steps, now and before, that shows that the steps are getting longer."""
-
-FINEST = 1e-15
-"""The finest tolerance. Finer ones are taken as this one, because floats hold no more digits."""
 
 ROUNDING = float(np.finfo(np.float64).eps)
 """The distance of 1 and the next larger float."""
@@ -66,14 +63,14 @@ ORIGIN = 1e-9
 SUDDEN = 1e-10
 """A variable that grows by its own size within this time, in units of the time, is about to be infinite."""
 
-SMOOTHER = "smooth what is stiff or jumps: tanh(x/0.001) for sign(x)"
-"""Advice, for a hint, where steps get too short."""
-
 LARGE = 1e300
 """A variable beyond this overflows in the stages of a step."""
 
 MOST_DIGITS = 15.9
 """Decimal digits of a float."""
+
+SMOOTHER = "smooth what is stiff, jumps, or sticks: tanh(x/0.001) for sign(x)"
+"""Advice, for a hint, where steps get too short."""
 
 
 class Stop(StrEnum):
@@ -95,14 +92,24 @@ class Stopped(ComputationError):  # noqa: N818 - an outcome, named for what has 
         self.time = time
 
 
+class TooManySteps(ComputationError):  # noqa: N818 - an outcome, named for what has happened
+    """The span is too long, beside how fast the solution changes, for `most` steps."""
+
+    def __init__(self, name: str, steps: int, time: float, end: float, most: int) -> None:
+        faster = "" if find_spec("heyoka") else ", or pip install 'rigidcli[taylor]', whose steps are longer"
+        super().__init__(
+            f"{name} needs more than {most:,} steps: {steps:,} have come to t = {time:.6g} of {end:.6g}",
+            hint=f"take a shorter span or a larger tolerance, {SMOOTHER}{faster}",
+        )
+
+
 def stopped(f: Function, t: float, y: State, span: float, name: str) -> Stopped:
     """The stop of steps that grew too short at (t, y), a little before what stops them; `span` is signed."""
     reach = math.copysign(SUDDEN * max(abs(t), ORIGIN * abs(span)), span)
     stop = Stop.NO_VALUE
     if finite(f, t, y):
-        moves = [slope * reach for slope in f(t, *y)]
-        pairs = list(zip(y, moves, strict=True))
-        if any(_runs_away(value, move) for value, move in pairs):
+        pairs = [(value, slope * reach) for value, slope in zip(y, f(t, *y), strict=True)]
+        if any(abs(value) > LARGE or (move * value > 0 and abs(move) > abs(value)) for value, move in pairs):
             # At the start of an immense span, even the least step is longer than what happens takes.
             far = any(value and abs(move / value) > 4 * SUDDEN / SHORTEST for value, move in pairs)
             stop = Stop.LOST if far else Stop.INFINITE
@@ -111,28 +118,12 @@ def stopped(f: Function, t: float, y: State, span: float, name: str) -> Stopped:
     return Stopped(name, stop, t if abs(t) > SHORTEST * abs(span) else 0.0)
 
 
-def _runs_away(value: float, move: float) -> bool:
-    """Whether a value that moves so far within SUDDEN is about to be infinite."""
-    return abs(value) > LARGE or (move * value > 0 and abs(move) > abs(value))
-
-
 def finite(f: Function, t: float, y: State) -> bool:
     """Whether f has a finite real value at (t, y)."""
     try:
         return all(map(math.isfinite, f(t, *y)))
     except NO_VALUE:
         return False
-
-
-class TooManySteps(ComputationError):  # noqa: N818 - an outcome, named for what has happened
-    """The span is too long, beside how fast the solution changes, for `most` steps."""
-
-    def __init__(self, name: str, steps: int, time: float, end: float, most: int) -> None:
-        faster = "" if find_spec("heyoka") else ", which pip install 'rigidcli[taylor]' makes faster"
-        super().__init__(
-            f"{name} needs more than {most:,} steps: {steps:,} have come to t = {time:.6g} of {end:.6g}",
-            hint=f"take a shorter span or a larger tolerance, {SMOOTHER}, or allow more --max-steps{faster}",
-        )
 
 
 def hopeless(times: Sequence[float], taken: int, end: float, most: int) -> bool:
@@ -164,6 +155,8 @@ class Solution:
     """`at`, for times (k) that are known to be inside the span."""
     sizes: State | None = None
     """Sizes of its variables or blocks, by which the engine has measured errors; None where it needs none."""
+    note: str | None = None
+    """Why the method is not the one that was asked for."""
 
     def at(self, times: Floats) -> Floats:
         """The state (k by n) at any `times` (k) inside the span, in any order, as accurate as the steps.
@@ -176,25 +169,6 @@ class Solution:
         if not np.all((times >= low - slack) & (times <= high + slack)):
             raise ValueError(f"a time is outside the span from {low!r} to {high!r}")
         return self.sample(np.clip(times, low, high))
-
-
-def joined(parts: Sequence[Solution]) -> Solution:
-    """The solution that goes on in the second part from where the first ends, and so forth; ahead in time."""
-    if len(parts) == 1:
-        return parts[0]
-    starts = np.array([part.knots[0] for part in parts])
-    longest = max(parts, key=lambda part: float(part.knots[-1] - part.knots[0]))
-    knots = [part.knots[:-1] for part in parts[:-1]] + [parts[-1].knots]
-
-    def sample(times: Floats) -> Floats:
-        states = np.empty((len(times), parts[0].sample(starts[:1]).shape[1]))
-        index = np.maximum(0, np.searchsorted(starts, times, side="right") - 1)
-        for place in np.unique(index):
-            states[index == place] = parts[place].sample(times[index == place])
-        return states
-
-    steps = sum(part.steps for part in parts)
-    return replace(longest, steps=steps, knots=np.concatenate(knots), sample=sample)
 
 
 def digits(error: float) -> float:

@@ -11,11 +11,11 @@ from rigidcli.core.arithmetic import Floats
 
 @dataclass(frozen=True, slots=True)
 class AxisStability:
-    """Of the rotation about one principal axis.
+    """Rotation about one principal axis.
 
     `rate_per_spin` is, in units of the spin, the frequency of a small wobble if `stable`, else the rate of
-    its exponential growth; 0 where a small deviation grows in proportion to time, or not at all; None, as
-    is `stable`, for an axis without a moment of inertia.
+    its exponential growth. An axis whose moment equals another one is neutral: `stable` is None, and the rate
+    0. Both are None for an axis without a moment of inertia.
     """
 
     stable: bool | None
@@ -27,18 +27,15 @@ def about_axes(moments: Floats, groups: Sequence[Sequence[int]]) -> list[AxisSta
 
     Linearising Euler's equations about the spin w along axis i gives
     x'' = -w^2 (I_i - I_j)(I_i - I_k) / (I_j I_k) x (L. Landau, E. Lifshitz, Mechanics, section 37). About
-    an axis in the equator of a symmetric top the coefficient is zero, and a deviation turns omega steadily
-    away; a sphere stays as it is, and so does a linear body, whose omega can only be across it.
+    an axis of equal moments the coefficient is zero, and nothing drives a deviation back or away.
     """
-    together = {index: len(group) for group in groups for index in group}
+    equal = {index for group in groups if len(group) > 1 for index in group}
     found = []
     for i, (j, k) in enumerate(((1, 2), (2, 0), (0, 1))):
         if moments[i] == 0:
             found.append(AxisStability(None, None))
-        elif together[i] == 3 or moments[j] == 0 or moments[k] == 0:
-            found.append(AxisStability(True, 0.0))
-        elif together[i] == 2:
-            found.append(AxisStability(False, 0.0))
+        elif i in equal:
+            found.append(AxisStability(None, 0.0))
         else:
             square = float((moments[i] - moments[j]) / moments[j] * ((moments[i] - moments[k]) / moments[k]))
             found.append(AxisStability(square > 0, sqrt(abs(square))))

@@ -1,27 +1,35 @@
-"""Symplectic integration by Gauss-Legendre collocation, in steps of one length.
+"""Symplectic integration by Gauss-Legendre collocation with six stages, of order 12, in steps of one length.
 
 The method preserves the area of phase space for every Hamiltonian, separable or not, so that the error of the
 energy does not grow with time, however long that is. Each step is undone by the step back in time.
 
-Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd edition, section VI.4. Unlike
-there, the length of the steps is found by trial. When the error of a step is too large, the whole solution
-begins again with shorter steps: two lengths in one solution are not symplectic.
+Source: E. Hairer, C. Lubich, G. Wanner, Geometric Numerical Integration, 2nd edition, sections II.1.3 (the
+method), VI.4 (why it is symplectic), VIII.5 (compensated summation) and VIII.6 (iteration of the stages).
+Differences:
+
+- The length of the steps is found by trial: when the error of a step is too large, the whole solution
+  begins again with shorter steps, as two lengths in one solution are not symplectic.
+- A step is straight-line Python on floats, as in `dormand_prince`: arrays would take six times as long.
+- Increments of stages are summed with weights whose pairs are 1 together in floats, exactly, so that rounding
+  leaves the method symplectic: M. Antonana, J. Makazaga, A. Murua, Numerical Algorithms 76 (2017) 861.
 """
 
 from __future__ import annotations
 
 import math
 from array import array
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import cache
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.polynomial.legendre import leggauss, legvander
 
-from rigidcli.core import dense_output, runge_kutta
+from rigidcli.core import dormand_prince, runge_kutta
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.gauss_legendre import GRAIN, METHOD, STAGES, WEIGHTS, stepper
 from rigidcli.core.solution import (
-    FINEST,
     MOST_NUMBERS,
+    MOST_STEPS,
     NO_VALUE,
     ROUNDING,
     Flow,
@@ -35,11 +43,47 @@ from rigidcli.core.solution import (
 )
 from rigidcli.errors import ComputationError
 
-SETTLED = 1e-2
-"""How far that iteration goes in a crude solution, in units of the error of its steps."""
+METHOD = "Gauss-Legendre 12"
 
-FIRST = 16
-"""The number of steps to begin with: few, as too few are noticed in the first of them."""
+STAGES = 6
+"""Stages of a step. The order of the method is twice as large."""
+
+POINTS, DOUBLE_WEIGHTS = leggauss(STAGES)
+"""The zeros of the Legendre polynomial of degree 6, and the weights of quadrature on [-1, 1]."""
+
+NODES, WEIGHTS = (1 + POINTS) / 2, DOUBLE_WEIGHTS / 2
+"""c and b: where in the step the stages stand, and the weights of their slopes."""
+
+POLYNOMIALS = legvander(POINTS, STAGES)
+"""The Legendre polynomials of degrees 0 to 6 (columns) at the points (rows)."""
+
+SERIES = POLYNOMIALS[:, :-1] * (2 * np.arange(STAGES) + 1)
+"""What takes the increments h b f of the stages (a row) to the Legendre coefficients of h f in the step."""
+
+EXTRAPOLATION = WEIGHTS[:, None] * legvander(POINTS + 2, STAGES - 1) @ SERIES.T
+"""What takes the increments of one step (a column) to those of the next, by the polynomial of the slopes."""
+
+
+def _shares() -> Floats:
+    """a_ij / b_j: the share of the increment of stage j that stage i has.
+
+    That of i and j, and that of j and i, are 1 together: this makes the method symplectic. Those below the
+    diagonal, which are about 1, are computed, as 1 less them is free of rounding.
+    """
+    integrals = (POLYNOMIALS[:, 2:] - POLYNOMIALS[:, :-2]) / (4 * np.arange(1, STAGES) + 2)
+    lower = np.tril(np.column_stack([NODES, integrals]) @ SERIES.T, -1)
+    shares: Floats = lower + np.eye(STAGES) / 2 + np.tril(1 - lower, -1).T
+    return shares
+
+
+SHARES = _shares()
+"""The shares of stages i (rows) in the increments of stages j (columns)."""
+
+SWEEPS = 60
+"""The iteration of the stages takes 4 to 20 sweeps where it converges; one that takes more does not."""
+
+GRAIN = 1e-6
+"""The rounding errors of f, in units of the least size of h f that a step follows."""
 
 SHORTEST = 1e-4
 """The shortest step that is tried, in units of the longest that went beyond the start.
@@ -47,13 +91,11 @@ SHORTEST = 1e-4
 It is enough for an orbit of eccentricity 0.99 that begins at its far end.
 """
 
-SHARE = 0.03
-"""The error that steps may have, in units of the tolerance: those of a few steps add up in the energy."""
+SHARE, LEAST_ERROR, MOST_ERROR = 0.03, 2e-14, 3e-12
+"""The error that steps may have, in units of the tolerance, as those of a few steps add up, and its bounds.
 
-LEAST_ERROR, MOST_ERROR = 20 * FINEST, 3e-12
-"""Bounds on that error: rounding leaves the one, and the other keeps more than ten steps in a period.
-
-Where these are few, and a whole number of them is nearly a period, errors add up for long.
+Rounding leaves the least, and with the most there are more than ten steps in a period: where these are few,
+and a whole number of them is nearly a period, errors add up for long.
 """
 
 HIGHEST = 0.005
@@ -62,28 +104,28 @@ HIGHEST = 0.005
 It is 0.0048 for the exponential function, and 0.0038 for one with a pole.
 """
 
-JUMP = 1e-9
-"""The largest error of two steps, in units of the largest variable, where the equations do not jump."""
+OTHER = 0.7
+"""The number of steps of a second solution, in units of that of the first: errors are 70 times as large."""
 
-SAFETY, LEAST = 0.9, 0.3
-"""Factors of a step that was too long: one besides what its error tells, and the least of both together."""
+Step: TypeAlias = Callable[
+    [Function, float, float, State, State, State, State, State],
+    tuple[State, State, State, State, float] | None,
+]
+"""(f, t, h, y, e, guess, sizes, floors) -> (y(t + h), e, guess, sizes, c), or None without convergence.
 
-AHEAD = 8
-"""Steps beyond one that is too long in which the end of the solution is looked for."""
-
-ROUND = 256
-"""Steps from one estimate of rounding errors, and one report of progress, to the next."""
-
-SUBSTEPS = 4
-"""The steps of Dormand and Prince that lead to a time inside a step, as accurate as its ends are."""
+y + e is the state: what y alone has lost in rounding is in e. A guess is of the increments h b f of all
+stages, one stage after the other; the one returned is for the next step. `sizes` (n) are the largest that the
+variables, or h times their slopes, have been of late, but not less than `floors` (n), of which GRAIN is
+rounding errors of h f. In units of these sizes, c is the highest Legendre coefficient of h f.
+"""
 
 
 class TooLong(Exception):  # noqa: N818 - an outcome, named for what has happened
-    """The step of this index is too long, from this state; its length should be multiplied by `ratio`."""
+    """The step of this index is too long; its length should be multiplied by `ratio`."""
 
-    def __init__(self, index: int, state: State, ratio: float) -> None:
-        super().__init__(index, state, ratio)
-        self.index, self.state, self.ratio = index, state, ratio
+    def __init__(self, index: int, ratio: float) -> None:
+        super().__init__(index, ratio)
+        self.index, self.ratio = index, ratio
 
 
 def solve(
@@ -92,101 +134,130 @@ def solve(
     span: tuple[float, float],
     *,
     tolerance: float,
-    blocks: tuple[int, ...],
     tell: Callable[[float], None],
     name: str,
-    most: int,
+    longest: float,
     like: Solution | None,
 ) -> Solution:
     """The solution of y' = f(t, y), y(t0) = `start` (n), over `span` (t0, t1), in steps of one length.
 
     The error of the energy stays about at the `tolerance`, relative to the energy of the motion. `tell` is
-    given times reached, which begin anew when the solution does. If this one is `like` another solution, its
-    steps are as many times longer as the tolerances and the order of the method tell.
+    given times reached, which begin anew when the solution does. If this one is `like` another solution, it
+    has fewer steps.
 
     Raises:
-        Stopped: the solution does not reach t1.
-        TooManySteps: it does so only after more than `most` steps.
+        Stopped: the solution does not begin.
+        TooManySteps: it reaches t1 only after more than MOST_STEPS.
         ComputationError: it needs steps so short in places that one length is not the way to take them.
     """
-    f, (t0, t1) = flow(math), span
-    y = tuple(start.tolist())
+    f, (t0, t1), y = flow(math), span, tuple(start.tolist())
+    most = min(MOST_STEPS, MOST_NUMBERS // len(y))
     if not finite(f, t0, y):
         raise Stopped(name, Stop.AT_START, t0)
-    finest = tolerance if like is None else like.tolerance
-    error = min(max(SHARE * finest, LEAST_ERROR), MOST_ERROR) * (tolerance / finest)
-    follow = runge_kutta.follower(f, tolerance=error, blocks=blocks, name=name)
-    # Of the whole state as one vector: a variable of rounding errors alone does not matter here.
-    look = runge_kutta.follower(f, tolerance=error, blocks=(len(y),), name=name)
-    steps, fewest, most = FIRST if t0 != t1 else 0, math.inf, min(most, MOST_NUMBERS // len(y))
-    largest, rounding = error, ROUNDING
-    if like is not None and steps:
-        share = abs((t1 - t0) / (like.knots[-1] - like.knots[0]))
-        steps = math.ceil(like.steps * share * (like.tolerance / tolerance) ** (0.5 / STAGES))
-        largest, rounding = math.inf, SETTLED * error
+    error, fewest = min(max(SHARE * tolerance, LEAST_ERROR), MOST_ERROR), math.inf
+    # The first try has few steps, as too few are noticed in the first of them.
+    steps = max(16, math.ceil(abs(t1 - t0) / longest)) if t0 != t1 else 0
+    if like is not None:
+        steps, error = math.ceil(OTHER * like.steps), math.inf
     while True:
         knots = np.linspace(t0, t1, steps + 1)
         if steps > most:
             raise TooManySteps(name, most, float(knots[most]), t1, most)
         try:
-            states, worst = march(f, knots.tolist(), y, largest, tell, rounding)
-            path = np.frombuffer(states).reshape(len(knots), -1)
-            if steps and like is None:
-                before = path[worst - 1].tolist()
-                miss = path[worst + 1] - look(float(knots[worst - 1]), before, float(knots[worst + 1]))
-                if np.abs(miss).max() > JUMP * np.abs(path).max():
-                    raise TooLong(worst - 1, before, LEAST)
+            path = np.frombuffer(march(f, knots.tolist(), y, error, tell)).reshape(len(knots), -1)
             break
         except TooLong as long:
-            t, ahead = float(knots[long.index]), float(knots[min(long.index + AHEAD, steps)])
-            if long.index:
-                look(t, long.state, ahead)  # which tells whether the solution ends there
-                fewest = min(fewest, steps)
+            fewest = min(fewest, steps) if long.index else fewest
             steps = math.ceil(steps / long.ratio)
             if steps * SHORTEST > fewest:
+                near = float(knots[long.index])
                 raise ComputationError(
-                    f"{name} has no steps of one length: they are too short near t = {t:.6g}",
+                    f"{name} has no steps of one length: they are too short near t = {near:.6g}",
                     hint="take the method `auto`",
                 ) from None
-    sample = dense_output.sampler(flow, knots, path, follow, SUBSTEPS)
+    # Four steps of the other method lead to a time inside a step as accurately as its ends are.
+    sample = dormand_prince.sampler(flow, knots, path, parts=4)
     return Solution(steps, METHOD, "symplectic", tolerance, knots, sample)
 
 
 def march(
-    f: Function,
-    knots: Sequence[float],
-    y: State,
-    error: float,
-    tell: Callable[[float], None],
-    rounding: float = ROUNDING,
-) -> tuple[array[float], int]:
-    """The states (m n) at equally distant `knots` (m), from y at the first one, and the index of one step.
-
-    That step was predicted worst from the one before: where the equations jump, they do so there.
+    f: Function, knots: Sequence[float], y: State, error: float, tell: Callable[[float], None]
+) -> array[float]:
+    """The states (m n) at equally distant `knots` (m), from y at the first one.
 
     Raises TooLong where the error of a step is larger than `error`.
     """
-    step, states = stepper(len(y), rounding), array("d", y)
+    step, states = stepper(len(y)), array("d", y)
     limit = (error / HIGHEST) ** (STAGES / (2 * STAGES + 1))
     e: State = (0.0,) * len(y)
     sizes = e
     h = (knots[-1] - knots[0]) / max(1, len(knots) - 1)
-    worst, record = 0, 0.0
     guess: State = [h * weight * slope for weight in WEIGHTS.tolist() for slope in f(knots[0], *y)]
     for index, t in enumerate(knots[:-1]):
         try:
-            if not index % ROUND:
+            if not index % 256:
                 tell(t)
-                noise = runge_kutta.floors(f, t, y, f(t, *y), True, (1,) * len(y), GRAIN)
+                noise = runge_kutta.floors(f, None, t, y, f(t, *y), True, (1,) * len(y), GRAIN)
                 floors = [abs(h) * floor for floor in noise]
             made = step(f, t, h, y, e, guess, sizes, floors)
         except NO_VALUE:
             made = None
         if made is None or made[-1] > limit:
-            ratio = SAFETY * (limit / made[-1]) ** (1 / STAGES) if made else LEAST
-            raise TooLong(index, y, max(LEAST, ratio))
-        y, e, guess, sizes, surprise, _ = made
+            raise TooLong(index, max(0.3, 0.9 * (limit / made[-1]) ** (1 / STAGES)) if made else 0.3)
+        y, e, guess, sizes, _ = made
         states.extend(y)
-        if index and surprise >= record:
-            worst, record = index, surprise
-    return states, worst
+    return states
+
+
+def source(count: int) -> str:
+    """The text of a `Step` of so many variables; it holds nothing but the coefficients.
+
+    In it, y is the state before and z after the step, l0 to l5 are the increments, o is that of the
+    last stage in the sweep before, w is what is within rounding errors, and m are the sizes.
+    """
+    every, stages, last = range(count), range(STAGES), STAGES - 1
+    reach = float(1 / WEIGHTS[last])
+    increments = "".join(f"l{j}_{i}, " for j in stages for i in every)
+
+    def row(letter: str) -> str:
+        return "".join(f"{letter}{i}, " for i in every)
+
+    def mixed(weights: Iterable[Any], i: int) -> str:
+        return " + ".join(f"{float(weight)!r}*l{j}_{i}" for j, weight in enumerate(weights))
+
+    lines = [f"{row('y')} = y", f"{row('e')} = e", f"{row('m')} = sizes", f"{increments} = guess"]
+    for i in every:
+        lines.append(f"a = max(abs(y{i}), abs(l{last}_{i})*{reach}, m{i})")
+        lines.append(f"w{i} = {ROUNDING / 2!r}*a + {GRAIN}*floors[{i}]")
+    lines += ["settled = False", f"for sweep in range({SWEEPS}):"]
+    lines += [f" o{i} = l{last}_{i}" for i in every]
+    for j in stages:
+        arguments = ", ".join(f"y{i} + ({mixed(SHARES[j], i)})" for i in every)
+        lines.append(f" {row(f'l{j}_')} = f(t + {float(NODES[j])!r}*h, {arguments})")
+        lines += [f" l{j}_{i} *= {float(WEIGHTS[j])!r}*h" for i in every]
+    # One sweep more, after what is left to find is within rounding errors.
+    lines.append(" if settled: break")
+    lines.append(f" settled = {' and '.join(f'abs(l{last}_{i} - o{i}) <= w{i}' for i in every)}")
+    lines += ["else: return None", "c = 0.0"]
+    for i in every:
+        lines.append(f"d = e{i} + ({' + '.join(f'l{j}_{i}' for j in stages)})")
+        lines.append(f"z{i} = y{i} + d")
+        lines.append(f"e{i} = (y{i} - z{i}) + d")
+        lines.append(f"d = abs({mixed(SERIES[:, -1], i)})")
+        # A variable that passes zero keeps some of the size that it had.
+        lines.append(f"m{i} = max(abs(z{i}), abs(l{last}_{i})*{reach}, 0.8*m{i}, floors[{i}])")
+        lines.append(f"if d > c*m{i}: c = d/max(d, m{i})")
+    # Nought times what is not finite is NaN.
+    lines.append(f"if 0.0*({' + '.join(f'z{i}' for i in every)}) != 0.0: return None")
+    guess = "".join(f"{mixed(EXTRAPOLATION[j], i)}, " for j in stages for i in every)
+    lines.append(f"return ({row('z')}), ({row('e')}), ({guess}), ({row('m')}), c")
+    return "\n ".join(["def step(f, t, h, y, e, guess, sizes, floors):", *lines])
+
+
+@cache
+def stepper(count: int) -> Step:
+    """The code of `source`, ready to run."""
+    names: dict[str, Any] = {"__builtins__": {}, "abs": abs, "max": max, "range": range}
+    exec(source(count), names)  # noqa: S102 - written above, from constant tables and the count alone
+    step: Step = names["step"]
+    return step

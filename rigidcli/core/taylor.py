@@ -3,16 +3,15 @@
 Source: F. Biscani, D. Izzo, Mon. Not. R. Astron. Soc. 504 (2021) 2614. heyoka chooses order and steps so
 that the series end in rounding errors. Differences:
 
-- heyoka steps over a branch point without a word: the series of y' = -sqrt(y) goes on for ever. Here every
-  step is looked at afterwards. Its slope at the end must be that of the equations there, and no step may
-  be shorter than times can tell.
+- heyoka steps over a branch point without a word: the series of y' = -sqrt(y) goes on for ever. Here the
+  slope at the end of a step must be that of the equations there; where it is not, the solution is refused,
+  and is left to the Runge-Kutta pair, which says how solutions end.
 - heyoka takes errors to be relative only in states larger than 1. Here it is given variables of that size.
 """
 
 from __future__ import annotations
 
 import importlib
-import math
 import signal
 from array import array
 from collections.abc import Callable, Iterator, Sequence
@@ -25,20 +24,16 @@ from typing import Any
 
 import numpy as np
 
-from rigidcli.core.arithmetic import Floats, Mask
+from rigidcli.core.arithmetic import Floats
 from rigidcli.core.solution import (
     MOST_NUMBERS,
-    ORIGIN,
+    MOST_STEPS,
     ROUNDING,
-    SHORTEST,
     Elements,
     Flow,
     Solution,
-    Stop,
-    Stopped,
     TooManySteps,
     hopeless,
-    stopped,
 )
 from rigidcli.errors import ComputationError
 
@@ -49,9 +44,6 @@ MARGIN = 1e-3
 
 DEFECT = 1e3
 """How far the slope at the end of a step may be off, in units of the tolerance; a branch point exceeds it."""
-
-PARTS = 1000
-"""The number of parts of a step that goes wrong, and again of such a part, to find the time when it does."""
 
 ROUND = 1 << 15
 """Steps times variables from one report of progress to the next: some 50 ms, and each takes heyoka 2 ms."""
@@ -67,7 +59,8 @@ def solve(
     blocks: Sequence[int],
     tell: Callable[[float], None],
     name: str,
-    most: int,
+    longest: float,
+    stops: Sequence[float] = (),
 ) -> Solution:
     """The solution of y' = f(t, y) over `span` (t0, t1) from `start` (n), in units of the `scales` (n).
 
@@ -75,35 +68,33 @@ def solve(
 
     Raises:
         Stopped: the solution does not reach t1.
-        TooManySteps: it does so only after more than `most` steps, or more than memory holds.
+        TooManySteps: it does so only after more than MOST_STEPS, or more than memory holds.
         ComputationError: heyoka is not installed, does not load, or cannot express the flow.
     """
     t0, t1 = span
     integrator = _integrator(flow, len(scales), max(tolerance * MARGIN, ROUNDING), name)
     integrator.pars[:] = [*scales, *(1 / scales)]
     integrator.time, integrator.state[:] = t0, start / scales
-    most = min(most, MOST_NUMBERS // (len(scales) * (integrator.order + 1)))
+    most = min(MOST_STEPS, MOST_NUMBERS // (len(scales) * (integrator.order + 1)))
+    # A power of two, as those at which it is asked whether the end can be reached.
     at_once = 1 << max(1, ROUND // len(scales)).bit_length() - 1
-    f, knots, outputs = flow(np), array("d", [t0]), list[Any]()
-    while True:
+    f, knots, outputs, goals = flow(np), array("d", [t0]), list[Any](), [t1, *reversed(stops)]
+    while goals:
         taken = len(knots) - 1
-        part = min(at_once, most - taken)
-        outcome, *_, output, _ = integrator.propagate_until(t1, c_output=True, max_steps=part)
-        if output is None and not outputs:
-            raise Stopped(name, Stop.AT_START, t0)
-        reached = knots[-1]
-        if output is not None:
-            outputs.append(output)
-            reached = _reached(f, output.times, output.tcs, span, scales, tolerance, blocks)
-            knots.extend(output.times[1:])
-        if reached != knots[-1] or outcome.name == "err_nf_state":
-            state = outputs[-1](reached) * scales
-            raise stopped(flow(math), reached, state.tolist(), t1 - t0, name)
+        tell(knots[-1])
+        if hopeless(knots, taken, t1, most):
+            raise TooManySteps(name, taken, knots[-1], t1, most)
+        outcome, *_, output, _ = integrator.propagate_until(
+            goals[-1], c_output=True, max_steps=min(at_once, most - taken), max_delta_t=longest
+        )
+        if output is None or outcome.name == "err_nf_state":
+            raise ComputationError(f"the Taylor series of {name} ends near t = {knots[-1]:.6g}")
+        outputs.append(output)
+        if not _follows(f, output.times, output.tcs, scales, tolerance, blocks):
+            raise ComputationError(f"{name} does not follow its Taylor series beyond t = {knots[-1]:.6g}")
+        knots.extend(output.times[1:])
         if outcome.name != "step_limit":
-            break
-        tell(reached)
-        if hopeless(knots, len(knots) - 1, t1, most):
-            raise TooManySteps(name, len(knots) - 1, reached, t1, most)
+            goals.pop()
     ahead = 1.0 if t1 >= t0 else -1.0
     starts = ahead * np.array([output.times[0] for output in outputs])
 
@@ -135,7 +126,7 @@ def _integrator(flow: Flow, size: int, tolerance: float, name: str) -> Any:
     The units of the variables, and what they are divided by, are its parameters, so that it is made once for
     all starts of an ensemble.
     """
-    heyoka = _loaded()
+    heyoka = loaded()
     variables = [heyoka.expression(f"v{i}") for i in range(size)]
     units = [heyoka.par[i] for i in range(2 * size)]
     try:
@@ -162,7 +153,7 @@ def _integrator(flow: Flow, size: int, tolerance: float, name: str) -> Any:
         raise ComputationError(f"heyoka cannot express {name}: {error}") from error
 
 
-def _loaded() -> ModuleType:
+def loaded() -> ModuleType:
     """heyoka. Raises ComputationError where there is none, or one that does not load."""
     try:
         with _uninterrupted():
@@ -199,64 +190,26 @@ def _uninterrupted() -> Iterator[None]:
             raise KeyboardInterrupt
 
 
-def _reached(
-    f: Elements,
-    knots: Floats,
-    series: Floats,
-    span: tuple[float, float],
-    scales: Floats,
-    tolerance: float,
-    blocks: Sequence[int],
-) -> float:
-    """The time up to which the series solve the equations.
+def _follows(
+    f: Elements, knots: Floats, series: Floats, scales: Floats, tolerance: float, blocks: Sequence[int]
+) -> bool:
+    """Whether the series have the slopes of the equations at the ends of their steps.
 
     `knots` (m + 1) are where they begin and end, `series` (m by n by order + 1) their coefficients.
     """
-    t, h = knots[:-1], np.diff(knots)
-    short = np.abs(h) < SHORTEST * np.maximum(np.abs(t), ORIGIN * abs(span[1] - span[0]))
-    short[-1] &= knots[-1] != span[1]  # where what is left of the span may be short
-    bad = short | ~_follow(f, t, h, series, scales, tolerance, blocks)
-    if not bad.any():
-        return float(knots[-1])
-    step = int(np.argmax(bad))
-    low, high = 0.0, h[step]
-    while not short[step] and abs(high - low) > ROUNDING * abs(t[step] + high):
-        parts = np.linspace(low, high, PARTS + 1)
-        good = _follow(f, t[step], parts, series[step, None], scales, tolerance, blocks)
-        first = max(1, int(np.argmin(good)))
-        if (parts[first - 1], parts[first]) == (low, high):
-            break
-        low, high = parts[first - 1], parts[first]
-    return float(t[step] + low)
-
-
-def _follow(
-    f: Elements,
-    t: Floats,
-    h: Floats,
-    series: Floats,
-    scales: Floats,
-    tolerance: float,
-    blocks: Sequence[int],
-) -> Mask:
-    """Whether each series about t (m), at t + h (m), has the slope that the equations give there."""
-    size = np.abs(h)
-    good = np.ones(len(h), dtype=np.bool_)
-    units = scales[:, None]
+    h = np.diff(knots)
     value, slope = np.zeros((2, len(scales), len(h)))
-    first = 0
+    first, good = 0, True
     with np.errstate(all="ignore"):
         for power in reversed(range(series.shape[-1])):
-            slope *= h
-            slope += value
-            value *= h
-            value += series[..., power].T
+            slope = slope * h + value
+            value = value * h + series[..., power].T
         true = np.empty_like(value)
-        for row, derivative in zip(true, f(t + h, *(value * units)), strict=True):
+        for row, derivative in zip(true, f(knots[1:], *(value * scales[:, None])), strict=True):
             row[:] = derivative
-        true /= units
+        true /= scales[:, None]
         for count in blocks:
             block = slice(first, first := first + count)
             miss, own, way = (np.hypot.reduce(rows[block], axis=0) for rows in (slope - true, value, true))
-            good &= size * miss <= DEFECT * tolerance * np.maximum(own, size * way)
+            good &= bool((abs(h) * miss <= DEFECT * tolerance * np.maximum(own, abs(h) * way)).all())
     return good

@@ -74,6 +74,14 @@ def gyroscopic_rate(lambda3: Scalar, spin: Scalar, weight_moment: Scalar, n: Ari
     return None if n.sign(momentum) == 0 else weight_moment / momentum
 
 
+def gyroscopic_period(lambda3: Scalar, spin: Scalar, weight_moment: Scalar, n: Arithmetic) -> Scalar | None:
+    """Its period, 2 pi |lambda3 spin|/(M g R) (s); None without spin or weight."""
+    momentum = lambda3 * spin
+    if n.sign(momentum) == 0 or n.sign(weight_moment) == 0:
+        return None
+    return _tidy(2 * n.pi * abs(momentum) / weight_moment, n)
+
+
 def gyroscopic_error(
     lambda1: Scalar, lambda3: Scalar, spin: Scalar, tilt: Scalar, slow: Scalar | None, n: Arithmetic
 ) -> Scalar | None:

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cache, cached_property
 from importlib import import_module
-from typing import TYPE_CHECKING, Annotated, Any, Self, TypeAlias
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from pydantic import Field, PrivateAttr, ValidationInfo, model_validator
 
 from rigidcli.bodies.rotations import Rotation
 from rigidcli.core.arithmetic import Arithmetic, Scalar
+from rigidcli.document.origins import Origin
 from rigidcli.document.parameters import definitions
 from rigidcli.document.physical import Physical
-from rigidcli.errors import DocumentError, Path, Problem, ValueProblem
+from rigidcli.errors import DocumentError, Problem, ValueProblem
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import Direction, ReferencePoint
 from rigidcli.fields.readers import Elsewhere, ReadBy, Title
@@ -50,8 +51,8 @@ _EQUILIBRIUM = ReadBy(
     {"anyOf": [_COORDINATES, {"type": "object", "properties": {"find": {"title": "Find", **_COORDINATES}}}]},
 )
 
-Place: TypeAlias = tuple[str, int | None]
-"""The source of a value, as messages name it, and its line."""
+NOWHERE = Origin("", pathlib.Path(), {})
+"""The origin of a document that was made, and not read."""
 
 
 class Document(Section):
@@ -88,10 +89,8 @@ class Document(Section):
     transform: Transform | None = None
 
     _environment: Environment = PrivateAttr()
-    _source: str = PrivateAttr(default="")
-    _text: str = PrivateAttr(default="")
+    _origin: Origin = PrivateAttr(default_factory=lambda: NOWHERE)
     _notes: tuple[str, ...] = PrivateAttr(default=())
-    _place: Callable[[Path], Place] | None = PrivateAttr(default=None)
 
     @classmethod
     def _contradictions(cls, raw: Mapping[str, Any]) -> Iterator[ValueProblem]:
@@ -164,7 +163,7 @@ class Document(Section):
     @property
     def source(self) -> str:
         """Where the document was read from, as the user named it."""
-        return self._source
+        return self._origin.source
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -174,17 +173,17 @@ class Document(Section):
     @property
     def text(self) -> str:
         """What was typed; below it, in comments, what was set from outside."""
-        return self._text
+        return self._origin.whole
 
-    def came_from(self, source: str, text: str, notes: Sequence[str], place: Callable[[Path], Place]) -> Self:
-        """The document, knowing its source, text and notes, and the place of each of its values."""
-        self._source, self._text, self._notes, self._place = source, text, tuple(notes), place
+    def came_from(self, origin: Origin, notes: Sequence[str]) -> Self:
+        """The document with what it was read from, and notes on that."""
+        self._origin, self._notes = origin, tuple(notes)
         return self
 
     def problem(self, message: str, key: str, *, hint: str | None = None) -> Problem:
         """A problem that was found after reading, at the line of the key path or of the nearest one above."""
-        place = self._place or (lambda path: (self._source, None))
-        source, line = place(tuple(int(step) if step.isdecimal() else step for step in key.split(".")))
+        path = tuple(int(step) if step.isdecimal() else step for step in key.split("."))
+        source, line = self._origin.place(path)
         return Problem(source, message, line, key, hint)
 
     def refusal(self, message: str, key: str, *, hint: str | None = None) -> DocumentError:
@@ -200,7 +199,7 @@ class Document(Section):
             raise DocumentError([self._placed(problem) for problem in error.problems]) from error
 
     def _placed(self, problem: Problem) -> Problem:
-        known = problem.line is not None or not problem.key or problem.source != self._source
+        known = problem.line is not None or not problem.key or problem.source != self.source
         return problem if known else self.problem(problem.message, problem.key, hint=problem.hint)
 
     @property

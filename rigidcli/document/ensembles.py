@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
-import orjson
 from pydantic import GetJsonSchemaHandler, ValidationError, ValidationInfo
 from pydantic.json_schema import JsonSchemaValue
 from pydantic_core import CoreSchema, InitErrorDetails
@@ -31,8 +30,7 @@ LINE_BYTES = 10_000
 """The most bytes of a line of a table: seven numbers take two hundred."""
 
 _NUMBER = re.compile(rb"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
-_PLAIN = b"0123456789+-.eE, \t\r\n"
-"""What lines of numbers consist of."""
+"""A decimal number."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -143,35 +141,23 @@ def read_starts(
             names = check(titles)
         except ValueProblem as problem:
             raise ValueProblem(f"{path}:1: {problem.message}", hint=problem.hint) from None
-        rows = list(_rows(iter(lambda: file.readline(LINE_BYTES), b""), titles, path))
-    if not rows:
+        values, places = [], []
+        for line, text in enumerate(iter(lambda: file.readline(LINE_BYTES), b""), start=2):
+            if text.strip():
+                values.append(_numbers(text, titles, f"{path}:{line}"))
+                places.append(line)
+            if len(values) > MOST_STARTS:
+                raise ValueProblem(f"{path}:{line}: more than {MOST_STARTS:,} starts")
+    if not values:
         raise ValueProblem(f"{path}: no starts")
-    ensemble = Ensemble(names, np.array([values for _, values in rows], dtype=np.float64))
+    ensemble = Ensemble(names, np.array(values, dtype=np.float64))
     if (found := fault(ensemble)) is not None:
-        raise ValueProblem(f"{path}:{rows[found[0]][0]}: {found[1]}")
+        raise ValueProblem(f"{path}:{places[found[0]]}: {found[1]}")
     return ensemble
 
 
-def _rows(lines: Iterator[bytes], titles: Sequence[str], path: Path) -> Iterator[tuple[int, list[float]]]:
-    """The number of each line that is not blank, and the numbers in it."""
-    count = 0
-    for line, text in enumerate(lines, start=2):
-        if not text.strip():
-            continue
-        count += 1
-        if count > MOST_STARTS:
-            raise ValueProblem(f"{path}:{line}: more than {MOST_STARTS:,} starts")
-        try:
-            values = orjson.loads(b"[%b]" % text) if not text.translate(None, _PLAIN) else []
-        except orjson.JSONDecodeError:  # JSON has no `+1`, `.5`, `1.` and `01`
-            values = []
-        if len(values) != len(titles) or not all(map(math.isfinite, values)):
-            values = _numbers(text, titles, f"{path}:{line}")
-        yield line, values
-
-
 def _numbers(text: bytes, titles: Sequence[str], place: str) -> list[float]:
-    """The numbers of any line; raises ValueProblem."""
+    """The numbers of a line. Raises ValueProblem."""
     if len(text) == LINE_BYTES:
         raise ValueProblem(f"{place}: a line of more than {LINE_BYTES:,} bytes")
     cells = text.split(b",")

@@ -146,6 +146,10 @@ class Motion(Sampling):
     torque: Torque | None = Field(
         default=None, description="By its components along body axes or those of space, or of the weight"
     )
+    method: Literal["auto", "taylor"] = Field(
+        default="auto",
+        description="How a driven motion is integrated; `taylor` is by heyoka (extra `taylor`)",
+    )
     angles: EulerSequence | None = Field(
         default=None, description="Euler angles that `euler` tells besides, by their sequence, such as zxz"
     )

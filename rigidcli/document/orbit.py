@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from decimal import Decimal
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
@@ -125,9 +126,10 @@ class Orbit(Sampling):
     initial: Annotated[dict[str, Scalar] | Ensemble, _OR_MANY] = Field(
         description="Coordinates at t = 0, and all momenta or all velocities; or several starts: an ensemble"
     )
-    method: Literal["auto", "symplectic"] = Field(
+    method: Literal["auto", "symplectic", "taylor"] = Field(
         default="auto",
-        description="`symplectic` keeps the energy error bounded over very long spans, with a fixed step",
+        description="`symplectic` keeps the energy error bounded over very long spans, with a fixed step; "
+        "`taylor` is by heyoka (extra `taylor`)",
     )
 
     @classmethod
@@ -153,7 +155,7 @@ class Orbit(Sampling):
         names = [set(re.findall(r"[^\W\d]\w*", argument)) - {"pi"} for argument in arguments]
         angles = set[str]().union(*(found for found in names if found <= {*system.coordinates}))
         for name, value in typed.items():
-            is_bare = isinstance(value, int | float) and not isinstance(value, bool)
+            is_bare = isinstance(value, int | float | Decimal) and not isinstance(value, bool)
             if name in angles and is_bare and abs(value) > FULL_TURN:
                 yield f"`orbit.initial.{name}` of {value} rad is beyond a full turn; {value} deg meant?"
 

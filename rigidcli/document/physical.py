@@ -21,7 +21,8 @@ from rigidcli.fields.quantities import ReferencePoint
 
 if TYPE_CHECKING:
     from rigidcli.bodies.bodies import Body
-    from rigidcli.document.top import HeavyTop, Top
+    from rigidcli.bodies.tops import HeavyTop
+    from rigidcli.document.top import Top
 
 SAME_POINT = 1e-12
 """Two points closer than this, in units of their distance from the origin, differ by rounding only."""
@@ -124,12 +125,14 @@ class Physical:
         """The top that the section `top` describes by itself or by the body, held at the point O."""
         if self.top is None:
             raise ValueProblem("missing, expected a top", path=("top",))
-        from rigidcli.document.top import described, of_body
+        from rigidcli.bodies.tops import described, of_body
 
         try:
             if self.body is None:
-                return described(self.top, self.arithmetic)
-            return of_body(self.top, self.properties, self.point, self.inertia, self.arithmetic)
+                return described(self.arithmetic, **self.top.numbers)
+            if given := [key for key, number in self.top.numbers.items() if number is not None]:
+                raise ValueProblem("the `body` tells this; give one or the other", path=(given[0],))
+            return of_body(self.properties, self.point, self.inertia, self.arithmetic)
         except ValueProblem as problem:
             if problem.path[:1] != ("body",):
                 problem.below("top")

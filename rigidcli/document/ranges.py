@@ -9,7 +9,6 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from decimal import Context, Decimal, InvalidOperation
 from fractions import Fraction
-from functools import cached_property
 
 from rigidcli.errors import UsageError, ValueProblem, shown
 from rigidcli.fields.typed_numbers import split_quantity
@@ -22,8 +21,14 @@ LOGARITHMIC = "log"
 FORMS = "START:STOP:COUNT, log:START:STOP:COUNT, 1,2,5 or @table.csv:column"
 """The ways to write values, for messages."""
 
+MOST = 10**15
+"""The most values of a range: more than any machine works out."""
+
 DIGITS = Context(prec=40)
 """Logarithmic steps are worked with 40 digits, so that 1 to 1000 in four steps has 10 and 100 in it."""
+
+_DECIMAL = re.compile(r"[-+]?(\d|\.\d)")
+"""How a decimal begins, and no expression such as `pi/2` that is rounded."""
 
 
 @dataclass(frozen=True)
@@ -46,45 +51,26 @@ class Range:
         return self.count
 
     def __getitem__(self, index: int) -> str:
+        value = self._value(index)
         if not self.exact:
-            number = repr(self.number(index))
-            return f"{number} {self.unit}" if self.unit else number
-        value = Fraction(*self._quotient(index))
+            return f"{value.numerator / value.denominator!r} {self.unit}".rstrip()
         decimal = _decimal(value)
         if Fraction(decimal) == value:
             return f"{decimal} {self.unit}".rstrip()
         if self.unit:
-            raise UsageError(
-                f"{value} {self.unit} has no decimal that is exact",
-                hint="choose another COUNT, or list the values",
-            )
+            hint = "choose another COUNT, or list the values"
+            raise UsageError(f"{value} {self.unit} has no decimal that is exact", hint=hint)
         return str(value)
 
-    def number(self, index: int) -> float:
-        """The value in the unit, rounded once: a quotient of integers is, also beyond 2^53."""
-        dividend, divisor = self._quotient(index)
-        return dividend / divisor
-
-    def _quotient(self, index: int) -> tuple[int, int]:
-        """The value in the unit, as a quotient of integers."""
+    def _value(self, index: int) -> Fraction:
+        """The value in the unit."""
         if index in (0, self.count - 1):
-            return (self.stop if index else self.start).as_integer_ratio()
-        if self.logarithmic:
-            growth = DIGITS.exp(DIGITS.multiply(self._logarithm, Decimal(index) / (self.count - 1)))
-            return DIGITS.multiply(_decimal(self.start), growth).as_integer_ratio()
-        first, step, divisor = self._steps
-        return first + step * index, divisor
-
-    @cached_property
-    def _steps(self) -> tuple[int, int, int]:
-        """The first value, the step from one to the next, and what both are to be divided by."""
-        step = (self.stop - self.start) / (self.count - 1)
-        divisor = math.lcm(self.start.denominator, step.denominator)
-        return int(self.start * divisor), int(step * divisor), divisor
-
-    @cached_property
-    def _logarithm(self) -> Decimal:
-        return DIGITS.ln(DIGITS.divide(_decimal(self.stop), _decimal(self.start)))
+            return self.stop if index else self.start
+        if not self.logarithmic:
+            return self.start + (self.stop - self.start) * index / (self.count - 1)
+        start, stop = _decimal(self.start), _decimal(self.stop)
+        growth = DIGITS.multiply(DIGITS.ln(DIGITS.divide(stop, start)), Decimal(index) / (self.count - 1))
+        return Fraction(DIGITS.multiply(start, DIGITS.exp(growth)))
 
     def exactly(self) -> Range:
         """The same range for exact numbers. Raises UsageError where its values are rounded."""
@@ -103,22 +89,18 @@ def read_range(name: str, typed: str, parts: Sequence[str]) -> Range:
     logarithmic = parts[0] == LOGARITHMIC
     if len(parts) != 3 + logarithmic:
         raise UsageError(f"`{name}`: read {shown(typed)}, expected {FORMS}")
-    ends = [_end(name, part) for part in parts[-3:-1]]
-    (start, unit), (stop, other) = ends
+    first, last, count = parts[-3:]
+    (start, unit), (stop, other) = _end(name, first), _end(name, last)
     if unit and other and unit != other:
         start, unit = _in_unit(name, start, unit, other), other
-    for number, own, typed in ((start, unit, parts[-3]), (stop, other, parts[-2])):
+    for number, own, text in ((start, unit, first), (stop, other, last)):
         # A zero is the same in all units.
         if number != 0 and not own and (unit or other):
-            raise UsageError(f"`{name}`: {shown(typed)} has no unit", hint=f"write `{typed} {unit or other}`")
+            raise UsageError(f"`{name}`: {shown(text)} has no unit", hint=f"write `{text} {unit or other}`")
     if logarithmic and start * stop <= 0:
         raise UsageError(f"`{name}`: logarithmic steps need ends of the same sign, and not 0")
-    rounded = any(not _DECIMAL.match(part) for part in parts[-3:-1])
-    return Range(start, stop, _count(name, parts[-1]), unit or other, rounded, logarithmic)
-
-
-_DECIMAL = re.compile(r"[-+]?(\d|\.\d)")
-"""How a decimal begins, and no expression such as `pi/2` that is rounded."""
+    is_rounded = not (_DECIMAL.match(first) and _DECIMAL.match(last))
+    return Range(start, stop, _count(name, count), unit or other, is_rounded, logarithmic)
 
 
 def _end(name: str, text: str) -> tuple[Fraction, str]:
@@ -155,14 +137,8 @@ def _in_unit(name: str, number: Fraction, given: str, wanted: str) -> Fraction:
 
 
 def _count(name: str, text: str) -> int:
-    try:
+    with suppress(InvalidOperation):
         count = Decimal(text)
         if count.is_finite() and count == int(count) and 1 <= count <= MOST:
             return int(count)
-    except InvalidOperation:
-        pass
     raise UsageError(f"`{name}`: read {shown(text)}, expected a COUNT from 1 to {MOST:.0e}")
-
-
-MOST = 10**15
-"""The most values of a range: more than any machine works out."""

@@ -45,6 +45,7 @@ class Sampling(Section):
     tolerance: Number | None = Field(
         default=None, description="Relative error of a step of numerical integration (default 1e-12)"
     )
+    max_step: Duration | None = Field(default=None, description="The longest step of the integration (s)")
 
     @model_validator(mode="after")
     def _check_sampling(self, info: ValidationInfo) -> Self:

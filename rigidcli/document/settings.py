@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from typing import Any, TypeAlias
+from copy import copy
+from typing import Any
 
 from rigidcli.errors import UNKNOWN, DocumentError, Path, Problem, UsageError, nearest, shown
 
 SWEEP = "--sweep"
 """The option that gives values one after the other."""
-
-Change: TypeAlias = tuple[Path, object]
-"""The path to a value, and what is to stand there."""
 
 _SETTING = re.compile(r"([^=.]+(?:\.[^=.]+)*)=(.*)", re.DOTALL)
 """Keys joined by points, and the value after the first `=`."""
@@ -32,27 +29,27 @@ def split_setting(
     return tuple(int(step) if step.isdecimal() else step for step in map(str.strip, steps)), value
 
 
-def apply(tree: Any, changes: Sequence[Change], source: str, option: str = "--set") -> tuple[Any, list[Path]]:
-    """`tree` with values replaced or added, and their paths, in which entries of lists have indices.
+def put(tree: Any, path: Path, value: object, source: str, option: str) -> tuple[Any, Path]:
+    """A tree with another value at the end of `path`, and the path with the indices of entries in lists.
 
-    Raises DocumentError, which names the option, where there is no such place.
+    What is not on the way is shared with the given tree, which stays as it is. Raises DocumentError, which
+    names the option, where there is no such place.
     """
-    paths: list[Path] = []
-    for path, value in changes:
-        place, way = tree, list(path)
-        for done, step in enumerate(path, start=1):
-            if isinstance(place, dict):
-                step = str(step)
-                if step not in place and done < len(path) and isinstance(path[done], int):
+    root = place = copy(tree)
+    way: list[str | int] = []
+    for done, step in enumerate(path, start=1):
+        if not isinstance(place, dict):
+            step = _index(place, step, path, source, option)
+        else:
+            step = str(step)
+            if step not in place and done < len(path):
+                if isinstance(path[done], int):
                     raise _no_list(path, done, source, option)
-                place.setdefault(step, {})
-            else:
-                step = way[done - 1] = _index(place, step, path, source, option)
-            if done == len(path):
-                place[step] = value
-            place = place[step]
-        paths.append(tuple(way))
-    return tree, paths
+                place[step] = {}
+        way.append(step)
+        place[step] = value if done == len(path) else copy(place[step])
+        place = place[step]
+    return root, tuple(way)
 
 
 def _no_list(path: Path, end: int, source: str, option: str) -> DocumentError:

@@ -10,14 +10,13 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from decimal import Decimal
 from functools import cached_property
 from typing import Any, Protocol, TypeAlias
 
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.ranges import FORMS, Range, read_range
 from rigidcli.document.settings import SWEEP, split_setting
-from rigidcli.document.syntax import read_tree
+from rigidcli.document.syntax import read_value
 from rigidcli.errors import DocumentError, UsageError, ValueProblem, nearest, shown
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.typed_numbers import split_quantity
@@ -188,7 +187,7 @@ def _told(text: str, exact: bool) -> tuple[Any, str]:
 
         arithmetic = EXACT
     try:
-        value = Environment(arithmetic).read(read_tree(text, "", Decimal if exact else float), None)
+        value = Environment(arithmetic).read(read_value(text, ""), None)
     except (DocumentError, ValueProblem):
         return text, ""
     quantity = None if value == text else split_quantity(text)

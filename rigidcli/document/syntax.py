@@ -10,6 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from decimal import Decimal, InvalidOperation
 from typing import Any
 
 import yaml
@@ -44,21 +45,21 @@ _SURROGATES = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u(
 def read_tree(
     text: str,
     source: str,
-    decimal: Callable[[str], object] = float,
+    number: Callable[[str], object] = float,
     lines: dict[Path, int] | None = None,
     *,
     typed: bool = False,
 ) -> Any:
     """The one document in `text`. Raises DocumentError for bad syntax and for what is not safe to read.
 
-    `decimal` makes numbers of plain scalars that are not integers. `lines` is filled with the line (from 1)
-    of every value by its path; only the report of a problem asks for that. Scalars stay the texts that were
-    `typed`, where that is asked, and only nothing at all is None.
+    `number` makes numbers of plain scalars that are not integers. `lines` is filled with the line (from 1) of
+    every value by its path. Scalars stay the texts that were `typed`, where that is asked, and only nothing
+    at all is None.
     """
     data = _join_surrogates(text).encode(errors="surrogatepass")
     require_bounded(data, source)
     try:
-        return _Builder(yaml.parse(data, Loader=_LOADER), source, decimal, lines, typed).root()
+        return _Builder(yaml.parse(data, Loader=_LOADER), source, number, lines, typed).root()
     except yaml.MarkedYAMLError as error:
         from rigidcli.document.slips import find_slip
 
@@ -73,6 +74,21 @@ def read_tree(
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, error.position) + 1 if isinstance(error.position, int) else None
         raise _refusal(source, line, f"not YAML: {error.reason}", None) from None
+
+
+def read_value(text: str, source: str) -> Any:
+    """The value in a text, which is mostly a number and then needs no parser. Raises DocumentError."""
+    if len(text) <= MAX_INTEGER_DIGITS and _FLOAT.fullmatch(text):
+        return int(text) if _INT.fullmatch(text) else decimal(text)
+    return read_tree(text, source, decimal)
+
+
+def decimal(text: str) -> Decimal | float:
+    """A number as it is typed, digit by digit; infinity or zero for an exponent that no number has."""
+    try:
+        return Decimal(text)
+    except InvalidOperation:
+        return float(text)
 
 
 def _join_surrogates(text: str) -> str:
@@ -102,7 +118,7 @@ class _Builder:
 
     _events: Iterator[yaml.Event]
     _source: str
-    _decimal: Callable[[str], object]
+    _number: Callable[[str], object]
     _lines: dict[Path, int] | None
     _typed: bool
 
@@ -198,7 +214,7 @@ class _Builder:
                 )
             return int(text)
         if _FLOAT.fullmatch(text):
-            return self._decimal(text)
+            return self._number(text)
         if _BASED_INT.fullmatch(text) and len(text) <= MAX_INTEGER_DIGITS:
             return int(text, 0)
         if _NOT_FINITE.fullmatch(text):

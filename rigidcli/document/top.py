@@ -1,29 +1,17 @@
-"""The heavy symmetric top: held at a point of its axis, under its own weight."""
+"""The section `top`: a heavy symmetric top, held at a point of its axis."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Annotated, Any
 
-import numpy as np
 from pydantic import Field
 
-from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
-from rigidcli.core.mass_properties import MassProperties
-from rigidcli.core.principal import principal_frame
-from rigidcli.core.tensor import Inertia
-from rigidcli.errors import ValueProblem, shown
+from rigidcli.core.arithmetic import Scalar
 from rigidcli.fields.dimensions import ACCELERATION, ANGULAR_VELOCITY
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.quantities import AngularVelocity, Length, Mass, PolarAngle, PositiveMoment, Quantity
 from rigidcli.fields.readers import Alternative
 from rigidcli.fields.section import Section
-
-SYMMETRY = 1e-9
-"""How far the tensor of a body may be from that of a symmetric top, in units of its largest entry."""
-
-DIRECT = ("mass", "distance", "lambda1", "lambda3")
-"""Keys that describe the top without a body."""
 
 
 def _steady_or_rate(raw: str, env: Environment) -> Any:
@@ -54,100 +42,7 @@ class Top(Section):
     lambda1: PositiveMoment | None = Field(default=None, description="Moment across the axis (kg m^2)")
     lambda3: PositiveMoment | None = Field(default=None, description="Moment about the axis (kg m^2)")
 
-
-@dataclass(frozen=True, slots=True, eq=False)
-class HeavyTop:
-    """What a top is worked with: mass (kg), distance of the centre of mass (m), moments about the pivot.
-
-    `lambda1`, across the axis, may be None: not known. `axis` (3) is the unit vector from the pivot along the
-    symmetry axis, in the document's components. `remarks` are for the notes of a result.
-    """
-
-    mass: Scalar
-    distance: Scalar
-    lambda1: Scalar | None
-    lambda3: Scalar
-    axis: Array
-    remarks: tuple[str, ...] = ()
-
-
-def described(top: Top, n: Arithmetic) -> HeavyTop:
-    """The top that the section describes by itself; its axis is z. Raises ValueProblem where it cannot be."""
-    mass, distance, lambda3 = top.mass, top.distance, top.lambda3
-    if mass is None or distance is None or lambda3 is None:
-        key = "mass" if mass is None else "distance" if distance is None else "lambda3"
-        raise ValueProblem(
-            "missing; expected `mass`, `distance` and `lambda3` here, or a `body`", path=(key,)
-        )
-    remarks = _require_possible(mass, distance, top.lambda1, lambda3, n)
-    return HeavyTop(mass, distance, top.lambda1, lambda3, n.array([0, 0, 1]), remarks)
-
-
-def of_body(top: Top, body: MassProperties, pivot: Array, inertia: Inertia, n: Arithmetic) -> HeavyTop:
-    """The top that a body makes when it is held at `pivot`, about which it has this `inertia`.
-
-    Raises ValueProblem for a body that is not symmetric about the line from the pivot to its centre of mass.
-    """
-    given = [key for key in DIRECT if getattr(top, key) is not None]
-    if given:
-        raise ValueProblem("the `body` tells this; give one or the other", path=(given[0],))
-    if body.mass is None:
-        raise ValueProblem("missing: a top needs its weight", path=("body", "mass"))
-    arm, tensor = n.tidy(body.com - pivot), n.tidy(inertia.tensor)
-    distance = n.hypot(*arm)
-    largest = max(abs(n.size(entry)) for entry in tensor.flat)
-    far = max(abs(n.size(component)) for component in (*body.com, *pivot))
-    if n.size(distance) <= (0 if n.exact else 1e-14 * far):
-        axis, distance = _axis_of(inertia, n), 0 * n.pi
-    else:
-        axis = n.tidy(arm / distance)
-    along, noise = inertia.moment_about(axis)
-    lambda3 = n.tidied(0 * along if not n.exact and along <= noise else along)
-    lambda1 = n.tidied((np.trace(tensor) - lambda3) / 2)
-    outer = np.outer(axis, axis)
-    ideal = lambda3 * outer + lambda1 * (n.array(np.eye(3, dtype=int)) - outer)
-    rest = n.tidy(tensor - ideal)
-    if max(abs(n.size(entry)) for entry in rest.flat) > SYMMETRY * largest:
-        raise ValueProblem(
-            "the body is not symmetric about the line from the pivot to its centre of mass, so it is no top",
-            hint="let `euler` follow its motion, with `motion: {omega: ..., torque: {gravity: 9.81}}`",
-        )
-    return HeavyTop(body.mass, distance, lambda1, lambda3, axis)
-
-
-def _axis_of(inertia: Inertia, n: Arithmetic) -> Array:
-    """The symmetry axis of a body held at its centre of mass: the one principal axis that is unlike."""
-    if n.exact:
-        from rigidcli.mechanics import principal_axes
-
-        frame = principal_axes.principal_frame(inertia.entries, inertia.axes)
-    else:
-        frame = principal_frame(inertia)
-    alone = [group[0] for group in frame.groups if len(group) == 1]
-    axis: Array = frame.axes[alone[0] if len(alone) == 1 else 2]
-    return axis
-
-
-def _require_possible(
-    mass: Scalar, distance: Scalar, lambda1: Scalar | None, lambda3: Scalar, n: Arithmetic
-) -> tuple[str, ...]:
-    """Remarks on moments about a pivot; raises ValueProblem for those that no body has."""
-    if lambda1 is None:
-        return ()
-    central = lambda1 - mass * distance**2
-    slack = 0 if n.exact else 1e-12 * lambda1
-    if n.sign(central + slack) == -1:
-        raise ValueProblem(
-            f"read {shown(n.size(lambda1))}, expected at least mass distance^2 = "
-            f"{n.size(mass * distance**2):.6g} kg m^2",
-            path=("lambda1",),
-            hint="the moments of a top are about its pivot, not about its centre of mass",
-        )
-    if n.sign(2 * lambda1 + slack - lambda3) == -1:
-        raise ValueProblem(
-            f"read {shown(n.size(lambda3))}, expected at most 2 lambda1 = {n.size(2 * lambda1):.6g} kg m^2",
-            path=("lambda3",),
-        )
-    if n.sign(2 * central + slack - lambda3) == -1:
-        return ("lambda3 > 2 (lambda1 - M R^2): no rigid body has these moments about its centre of mass",)
-    return ()
+    @property
+    def numbers(self) -> dict[str, Scalar | None]:
+        """What describes the top without a body, by its keys."""
+        return {key: getattr(self, key) for key in ("mass", "distance", "lambda1", "lambda3")}

@@ -6,7 +6,7 @@ import pathlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Scalar
@@ -46,11 +46,11 @@ class Environment:
     before they have their values; `broken` those that have a problem of their own, so that what uses
     them is not reported again; `positive` symbols that stand where only a positive number makes sense.
 
-    `open` has the parameters whose value is not known, each with the symbols on which it hangs. `faults`
-    has what other parts of the document find wrong with parameters. `exact_results` says whether exact
-    results are wanted, be numbers read as floats or not. `files` are those that the document names.
-    `coordinates` are those of the system, once they are read without a problem, and `functions` its unknown
-    functions and their derivatives by name.
+    `open` has the parameters whose value is not known, each with the symbols on which it hangs. `faults` has
+    what other parts of the document find wrong with parameters. `exact_results` says whether exact results
+    are wanted, be numbers read as floats or not; `top_keys` are those at the top of the document. `files` are
+    those that the document names. `coordinates` are those of the system, once they are read without a
+    problem, and `functions` its unknown functions and their derivatives by name.
     """
 
     arithmetic: Arithmetic = FLOAT
@@ -64,6 +64,7 @@ class Environment:
     open: dict[str, frozenset[str]] = field(default_factory=dict)
     faults: dict[str, ValueProblem] = field(default_factory=dict)
     exact_results: bool = False
+    top_keys: Sequence[str] = ()
     coordinates: tuple[str, ...] | None = None
     functions: Mapping[str, UnknownFunction] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
@@ -95,8 +96,7 @@ class Environment:
         digits, unit = quantity
         if self.arithmetic.exact:
             return _exact(parse(digits), {}) * unit.factor * self.arithmetic.pi**unit.pi_power
-        # Through the shortest decimal, so that 120 g cm^2 is the float nearest to 1.2e-5.
-        return unit.si(Fraction(repr(finite(digits))))
+        return _in_si(digits, unit)
 
     def _quantity(
         self, text: str, dimension: Dimension | None, variables: tuple[str, ...] = ()
@@ -110,10 +110,7 @@ class Environment:
         written = split_quantity(text)
         if written is None:
             return None
-        try:
-            names = parse(written.unit, self.functions).names
-        except ExpressionError:
-            names = None
+        names = _names_in(written.unit, tuple(self.functions.values()))
         is_known = names is not None and names.difference(variables) <= self.declared
         if names is not None and not (names and all(map(is_unit, names))):
             # A name that is neither known nor a unit is misspelt, and the others tell what it is meant for.
@@ -121,9 +118,7 @@ class Environment:
             if is_meant:
                 return None
         try:
-            unit = parse_unit(written.unit)
-            if dimension is not None:
-                check_dimension(unit.text, unit.dimension, dimension)
+            unit = _unit(written.unit, dimension)
         except ValueProblem:
             if is_known:
                 return None
@@ -267,6 +262,30 @@ class Environment:
             f"{f' (did you mean {near}?)' if near else ''}",
             hint=f"declared parameters: {_listed(self._declared_in_order)}{also}",
         )
+
+
+@lru_cache(maxsize=4096)
+def _in_si(digits: str, unit: Unit) -> float:
+    """The float nearest to a quantity: through the shortest decimal, so that 120 g cm^2 is 1.2e-5 kg m^2."""
+    return unit.si(Fraction(repr(finite(digits))))
+
+
+@lru_cache(maxsize=1024)
+def _unit(text: str, dimension: Dimension | None) -> Unit:
+    """The unit of this text, which must fit the dimension. Raises ValueProblem."""
+    unit = parse_unit(text)
+    if dimension is not None:
+        check_dimension(unit.text, unit.dimension, dimension)
+    return unit
+
+
+@lru_cache(maxsize=1024)
+def _names_in(text: str, functions: tuple[UnknownFunction, ...]) -> frozenset[str] | None:
+    """The names in what may be a unit, if it were an expression; None where it is none."""
+    try:
+        return parse(text, {str(function): function for function in functions}).names
+    except ExpressionError:
+        return None
 
 
 def _exact(expression: Expression, values: Mapping[str, Any]) -> Any:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass
 from decimal import Decimal
+from functools import cached_property
 from importlib import import_module
 from types import UnionType
 from typing import Annotated, Any, TypeAlias
@@ -154,7 +155,7 @@ class Elsewhere(Reader, Holder):
     module: str
     name: str
 
-    @property
+    @cached_property
     def choice(self) -> Choice:
         """The choice; one section is a choice, too."""
         there = getattr(import_module(self.module), self.name)

@@ -6,8 +6,7 @@ The errors of all its keys are reported together, each with a cure where one is 
 # Annotations here are objects, not texts: pydantic reads those of a section for all that are built on it.
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from importlib import import_module
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Self, get_args
 
 from pydantic import (
@@ -24,6 +23,9 @@ from rigidcli.errors import UNKNOWN, ValueProblem, nearest
 from rigidcli.fields.environment import Environment
 from rigidcli.fields.words import key_slip, keys_called
 
+AT_TOP = "belongs at the top of the document"
+"""The message for a key of the whole document that stands in a section."""
+
 
 class Section(BaseModel):
     """A mapping of the document: unknown keys and wrong types are refused, and nothing changes later.
@@ -39,19 +41,23 @@ class Section(BaseModel):
 
     @model_validator(mode="wrap")
     @classmethod
-    def _report_keys(cls, raw: object, validate: ModelWrapValidatorHandler[Self]) -> Self:
+    def _report_keys(
+        cls, raw: object, validate: ModelWrapValidatorHandler[Self], info: ValidationInfo
+    ) -> Self:
         """Refuse unknown, missing and contradicting keys here, beside whatever else is wrong."""
         if not isinstance(raw, dict):
             return validate(raw)
         fields = cls.model_fields
-        unknown = [key for key in raw if key not in fields]
-        problems = [(key_slip(key, cls.model_fields) or cls._unknown(key, raw)).below(key) for key in unknown]
-        for problem in problems:
-            problem.code = UNKNOWN
-        problems += cls._contradictions(raw)
+        problems = [*cls._contradictions(raw)]
+        if not raw.keys() <= fields.keys():
+            top = environment(info).top_keys
+            unknown = [cls._stranger(key, raw, top).below(key) for key in raw if key not in fields]
+            for problem in unknown:
+                problem.code = UNKNOWN
+            problems = [*unknown, *problems]
         if not problems:
             return validate(raw)
-        known = {key: value for key, value in raw.items() if key in cls.model_fields}
+        known = {key: value for key, value in raw.items() if key in fields}
         read: Self = refuse(cls.__name__, problems, lambda: validate(known))
         return read
 
@@ -65,16 +71,19 @@ class Section(BaseModel):
                 yield ValueProblem(f"{which} of {words} given, expected {expected} one")
 
     @classmethod
+    def _stranger(cls, key: str, raw: Mapping[str, Any], top: Collection[str]) -> ValueProblem:
+        """The problem of a key that the section does not have; `top` are the keys of the whole document."""
+        if (slip := key_slip(key, cls.model_fields)) is not None:
+            return slip
+        if key in top and cls.called(key, raw) is None:
+            return ValueProblem(AT_TOP)
+        return cls._unknown(key, raw)
+
+    @classmethod
     def _unknown(cls, key: str, raw: Mapping[str, Any]) -> ValueProblem:
         """The problem of a key that the section does not have."""
         known = list(cls.model_fields)
-        called = cls.called(key, raw)
-        top = import_module("rigidcli.document.document").Document.model_fields
-        if called is None and key in top:
-            for name, field in top.items():
-                if cls in sections_in(field.annotation):
-                    return ValueProblem(f"belongs beside `{name}`, at the top of the document")
-        near = called or nearest(key, known)
+        near = cls.called(key, raw) or nearest(key, known)
         if near is not None:
             return ValueProblem(f"unknown key (did you mean {near}?)")
         return ValueProblem("unknown key", hint=f"known keys here: {', '.join(known)}")

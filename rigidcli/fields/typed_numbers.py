@@ -6,6 +6,7 @@ import math
 import re
 from decimal import Decimal
 from fractions import Fraction
+from functools import lru_cache
 from typing import NamedTuple
 
 from rigidcli.errors import ValueProblem, shown, with_article
@@ -44,6 +45,7 @@ def exact_text(number: Fraction, pi_power: int) -> str:
     return text if pi_power == 0 else f"{text}*pi" if pi_power == 1 else f"{text}*pi**{pi_power}"
 
 
+@lru_cache(maxsize=256)
 def number_of(dimension: Dimension | None, sign: str | None = None) -> str:
     """What is expected where a number of this dimension stands, in words."""
     thing = "number" if not dimension or not any(dimension) else str(dimension)
@@ -69,6 +71,7 @@ class Written(NamedTuple):
     """Whether there is no blank between them."""
 
 
+@lru_cache(maxsize=4096)
 def split_quantity(text: str) -> Written | None:
     """The number and the unit of `5 cm` or `6*10^24 kg`; None for what may only be an expression.
 

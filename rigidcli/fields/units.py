@@ -140,6 +140,7 @@ def known_names() -> list[str]:
     return list(dict.fromkeys(["1", *_DEFINED, *prefixed]))
 
 
+@lru_cache(maxsize=1024)
 def _from_table(name: str) -> Unit | None:
     if name == "1":
         return _ONE

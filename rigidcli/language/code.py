@@ -19,12 +19,13 @@ from functools import lru_cache
 from types import ModuleType
 from typing import Any, TypeAlias
 
+from rigidcli.core.estimate import Watched
 from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
 from rigidcli.language import evaluation
 from rigidcli.language.expression import Expression
 from rigidcli.language.functions import FUNCTIONS, Function
-from rigidcli.language.tree import Node, UnknownFunction
+from rigidcli.language.tree import Node, UnknownFunction, insides, names_in, phases
 
 MOST_MULTIPLIED = 16
 """The largest power that is written as products: they are faster, and heyoka has no powers of 0."""
@@ -75,6 +76,26 @@ def function(
     roots = [writer.write(e.root if isinstance(e, Expression) else e) for e in expressions]
     result = f"return ({''.join(f'{_text(root)}, ' for root in roots)})"
     return _flow("\n ".join([head, *_nested(writer.known, result)]), frozenset(writer.functions))
+
+
+def watched(
+    slopes: Sequence[Node],
+    arguments: Sequence[str],
+    constants: Mapping[str, float],
+    steps: Sequence[tuple[str, Node]] = (),
+) -> Watched:
+    """What an integrator of these slopes has to look at. The first of the `arguments` is the time."""
+    trees, time = [*slopes, *(node for _, node in steps)], {arguments[0]}
+    inner, waves = (
+        [(node, names_in(node) - constants.keys()) for node in sorted(found, key=repr)]
+        for found in (insides(trees), phases(trees))
+    )
+    timed, periodic = (
+        function([node for node, names in found if names == time], arguments[:1], constants)
+        for found in (inner, waves)
+    )
+    moving = [node for node, names in inner if names - time]
+    return Watched(timed, periodic, function(moving, arguments, constants, steps))
 
 
 @lru_cache(maxsize=KEPT)

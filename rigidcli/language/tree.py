@@ -199,14 +199,14 @@ def names_in(node: Node) -> set[str]:
     return {part.name for part in nodes([node]) if isinstance(part, Name)}
 
 
-def insides(node: Node) -> set[Node]:
-    """The arguments of functions in a tree, what it divides by, and the bases of powers above 16.
+def insides(trees: Iterable[Node]) -> set[Node]:
+    """The arguments of functions in trees, what these divide by, and the bases of powers above 16.
 
     Where one of them passes zero, or is largest or smallest, something narrow may be: a peak, a kink, a wall.
     Sines, cosines and low powers have nothing narrow of their own.
     """
     found: set[Node] = set()
-    for part in nodes([node]):
+    for part in nodes(trees):
         match part:
             case Call(function, arguments) if function not in ("sin", "cos"):
                 found.update(arguments)
@@ -217,6 +217,13 @@ def insides(node: Node) -> set[Node]:
             case Power(base, exponent) if not (isinstance(exponent, Number) and exponent.value in range(17)):
                 found.add(base)
     return found
+
+
+def phases(trees: Iterable[Node]) -> set[Node]:
+    """The arguments of sines and cosines in trees."""
+    periodic = ("sin", "cos", "tan", "cot", "sec", "csc")
+    calls = (part for part in nodes(trees) if isinstance(part, Call) and part.function in periodic)
+    return {argument for call in calls for argument in call.arguments}
 
 
 def _base(node: Node) -> Node:

@@ -15,14 +15,16 @@ def _keys_of(root: int) -> str:
     return keys.top(keys.roots()[root])
 
 
+def _assignment() -> str:
+    from rigidcli.reference import keys
+
+    return keys.assignment()
+
+
 def _shapes() -> str:
     from rigidcli.reference.shapes import shapes_page
 
     return shapes_page()
-
-
-def _mistakes() -> str:
-    return page("mistakes: what `check` may say of an answer", rows(list(tables.mistakes().items())))
 
 
 def _results() -> str:
@@ -33,14 +35,14 @@ def _results() -> str:
 
 TOPICS: dict[str, tuple[str, Callable[[], str]]] = {
     "document": ("the keys at the top of a document", lambda: _keys_of(0)),
-    "assignment": ("the keys of an assignment of `check`", lambda: _keys_of(1)),
+    "assignment": ("the keys of an assignment of `check`", _assignment),
     "answers": ("the keys of an answer file", lambda: _keys_of(2)),
     "files": ("the files that commands read, by the endings of their names", tables.files),
     "shapes": ("the shapes of bodies with their dimensions", _shapes),
     "units": ("units of quantities such as `5 cm`", tables.units),
     "functions": ("functions in expressions", tables.functions),
     "results": ("what each command finds: the fields of its json", _results),
-    "mistakes": ("what `check` may say of an answer", _mistakes),
+    "mistakes": ("what `check` may say", lambda: page("mistakes", rows([*tables.mistakes().items()]))),
     "exit-codes": ("what the exit codes mean", tables.exit_codes),
 }
 """What there is to be explained: each topic with a line about it, and its page."""
@@ -102,7 +104,7 @@ def _by_name(name: str) -> list[str]:
         return [shape_page(name, SHAPES[name])]
     if name in FUNCTIONS or name in RESERVED:
         return [tables.functions()]
-    found = list(dict.fromkeys(keys.explained(key) for key in keys.anywhere(name)))
+    found = list(dict.fromkeys(keys.explained(key) for key in keys.every() if key.path[-1] == name))
     found += filter(None, [dimension_page(name)])
     found += tables.results_called(name) + tables.torque_variable(name)
     if not found and (unit := tables.unit(name)) is not None:

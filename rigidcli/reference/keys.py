@@ -26,7 +26,7 @@ class Key(NamedTuple):
 
 def roots() -> list[type[Section]]:
     """What files may be: documents, assignments, answers."""
-    from rigidcli.grading.question import AnswerFile, Assignment
+    from rigidcli.check.question import AnswerFile, Assignment
 
     return [Document, Assignment, AnswerFile]
 
@@ -38,11 +38,6 @@ def find(path: tuple[str, ...]) -> Key | None:
         if found is not None:
             return found
     return None
-
-
-def anywhere(name: str) -> list[Key]:
-    """The keys of a name, wherever they stand."""
-    return [key for key in every() if key.path[-1] == name]
 
 
 def every() -> Iterator[Key]:
@@ -107,6 +102,14 @@ def explained(key: Key) -> str:
 def top(root: type[Section]) -> str:
     """The page of a file: the keys at its top."""
     return page(root.__name__.lower(), _section(root))
+
+
+def assignment() -> str:
+    """The page of an assignment: its keys, and those of a question, a tolerance and an accepted answer."""
+    from rigidcli.check.question import Accepted, Assignment, Question, Tolerance
+
+    sections: tuple[type[Section], ...] = (Assignment, Question, Tolerance, Accepted)
+    return page("assignment", *map(_section, sections))
 
 
 def _section(section: type[Section], is_one_of_several: bool = False, besides: Collection[str] = ()) -> str:

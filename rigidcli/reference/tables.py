@@ -68,15 +68,15 @@ def torque_variable(name: str) -> list[str]:
 
 def mistakes() -> dict[str, str]:
     """The codes of findings, each with its sentence."""
-    from rigidcli.grading.feedback import sentences
+    from rigidcli.check.codes import CODES
 
-    return dict(sorted(sentences().items()))
+    return CODES
 
 
 def files() -> str:
     """The kinds of FILES."""
     from rigidcli.bodies.robots import READERS
-    from rigidcli.document.places import BODY_FILES
+    from rigidcli.document.origins import BODY_FILES
 
     bodies = [
         (", ".join(end for end in BODY_FILES if BODY_FILES[end] == form), f"`body.{form}` by itself")

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from importlib import import_module
-from typing import TypeAlias
+from typing import Any, Literal, TypeAlias
 
+from rigidcli.errors import UsageError
 from rigidcli.report import Report
 
 
@@ -34,7 +35,11 @@ class Look:
 
 
 class Format(StrEnum):
-    """The output formats; each is a module of this package with a function `render`: of bytes for parquet."""
+    """The output formats; each is a module of this package.
+
+    It has a function `piece(report, look)`, which makes a part of the output of a report by itself, or a
+    function `render(pieces, look)`, which makes the output of these parts, or of reports; or both.
+    """
 
     table = "table"
     json = "json"
@@ -49,21 +54,92 @@ class Format(StrEnum):
     mjcf = "mjcf"
 
 
-PEOPLE = (Format.table, Format.latex, Format.html)
-"""The formats that people read: in units of their choice, with as many digits as they ask for."""
+Ensembles: TypeAlias = Literal["rows", "starts", "few"]
+"""How the motions from many starts are told: all samples as rows that begin with the start, a report for each
+start, or a few samples of each start, of which a summary is made."""
 
 
-PROGRAMS = (Format.python, Format.c)
-"""The formats that are programs: of the equations of motion of a system."""
+@dataclass(frozen=True, slots=True)
+class Traits:
+    """What a format needs and offers.
 
-BLOCKS = (Format.urdf, Format.sdf, Format.mjcf)
-"""The formats of robots: the mass and inertia of each document as a block to paste into a link."""
+    It is for `people`, who choose units and digits, see the working, and compare; or it is data: then each
+    report is made a piece of output by itself, by the function `piece` of the module. Reports without data
+    are `rows` of a table, or not. Only these `studies` write it, or all. A `program` is that of one document.
+    A `page` shows pictures and motions. After a `terminal` text there may be a chart of characters. A `file`
+    is no text, and is written to a file of this ending.
+    """
+
+    people: bool = False
+    rows: bool = False
+    ensembles: Ensembles = "starts"
+    studies: tuple[str, ...] = ()
+    program: bool = False
+    page: bool = False
+    terminal: bool = False
+    file: str = ""
 
 
-Renderer: TypeAlias = Callable[[Iterable[Report], Look], Iterator[str]]
+_PROGRAM = Traits(studies=("hamilton",), program=True)
+_BLOCK = Traits(studies=("inertia",))
+
+TRAITS = {
+    Format.table: Traits(people=True, ensembles="few", terminal=True),
+    Format.json: Traits(),
+    Format.csv: Traits(rows=True, ensembles="rows"),
+    Format.latex: Traits(people=True, ensembles="few"),
+    Format.html: Traits(people=True, ensembles="few", page=True),
+    Format.parquet: Traits(rows=True, ensembles="rows", file=".parquet"),
+    Format.python: _PROGRAM,
+    Format.c: _PROGRAM,
+    Format.urdf: _BLOCK,
+    Format.sdf: _BLOCK,
+    Format.mjcf: _BLOCK,
+}
+"""What each format needs and offers."""
+
+
+def formats_of(study: str) -> list[Format]:
+    """The formats that a study writes."""
+    return [format for format, traits in TRAITS.items() if study in (traits.studies or (study,))]
+
+
+Renderer: TypeAlias = Callable[[Iterable[Report], Look], Iterator[Any]]
 
 
 def renderer(name: Format) -> Renderer:
     """The renderer of a format; only its own module is loaded."""
-    render: Renderer = import_module(f"rigidcli.render.{name}").render
-    return render
+    return lambda reports, look: joined(name, (piece(name, report, look) for report in reports), look)
+
+
+def joined(name: Format, pieces: Iterable[Any], look: Look) -> Iterator[Any]:
+    """The output in a format, text or bytes, of what `piece` has made of each report."""
+    render = getattr(import_module(f"rigidcli.render.{name}"), "render", None)
+    output: Iterator[Any] = iter(pieces) if render is None else render(pieces, look)
+    return output
+
+
+def piece(name: Format, report: Report, look: Look) -> Any:
+    """What the output is made of: the report itself where its format is for people, else its own part.
+
+    Raises RigidError where the report cannot be written in this format.
+    """
+    make = getattr(import_module(f"rigidcli.render.{name}"), "piece", None)
+    return report if make is None else make(report, look)
+
+
+def require_columns(report: Report, names: Sequence[str], traits: Traits) -> None:
+    """Raise UsageError unless what is written of the report has the columns of these names."""
+    if not names:
+        return
+    known = [name for table in report.tables if table.data for each in table.columns for name in each.cells]
+    if (traits.rows and not known) or (report.swept and (traits.rows or traits.people)):
+        from rigidcli.render.values import row_of
+
+        known = list(row_of(report))
+    if not known:
+        hint = "`-f csv` has results as a row, of which they can be chosen"
+        raise UsageError("there are no samples here to choose columns of", hint=hint)
+    for name in names:
+        if name not in known:
+            raise UsageError(f"`{name}` is no column here", hint=f"the columns are {', '.join(known)}")

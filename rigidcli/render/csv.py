@@ -4,69 +4,79 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 import orjson
 
 from rigidcli.core.arithmetic import Floats
 from rigidcli.render import Look
-from rigidcli.render.values import plain
+from rigidcli.render.values import plain, row_of
 from rigidcli.report import Column, Report, Value, single_cells
 
 ROWS = 50_000
 """Rows of a table that are written at a time, which bounds the memory that the text takes."""
 
 
-def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
+class Piece(NamedTuple):
+    """What is written of a report: the texts of a row by their heads, or heads and columns of a table.
+
+    `start` is what begins each row of a table.
+    """
+
+    row: dict[str, str]
+    heads: Sequence[str] = ()
+    columns: Sequence[Column] = ()
+    start: str = ""
+
+
+def piece(report: Report, look: Look) -> Piece:
+    """The row of a report, or its table of data."""
+    data = next((table for table in report.tables if table.data), None)
+    if data is None or report.swept:
+        chosen = row_of(report, look.columns)
+        heads = [_head(name, unit, look) for name, (_, unit) in chosen.items()]
+        return Piece(dict(zip(heads, _cells([value for value, _ in chosen.values()]), strict=True)))
+    columns = single_cells(data, look.columns)
+    heads = [_head(column.cells[0], column.unit, look) for column in columns]
+    if look.several:
+        return Piece({}, ["name", *heads], columns, _cells([report.name])[0] + ",")
+    return Piece({}, heads, columns)
+
+
+def render(pieces: Iterable[Piece], look: Look) -> Iterator[str]:
     """The header before the first row, and where it changes; what is not known is an empty cell.
 
     Rows of reports follow one header, as long as no report has a result that those before it lack.
     """
-    written: list[str] = []
+    written: Sequence[str] = []
     in_rows = False
-    for report in reports:
-        data = next((table for table in report.tables if table.data), None)
-        if data is None or report.swept:
-            chosen = row_of(report, look.columns)
-            row = {_head(name, unit, look): value for name, (value, unit) in chosen.items()}
-            row = dict.fromkeys(written) | row if in_rows else row
-            in_rows = True
-            header, lines = list(row), iter([",".join(map(_cell, row.values())) + "\n"])
+    for row, heads, columns, start in pieces:
+        if columns:
+            header, lines = heads, _table(columns, start)
         else:
-            in_rows = False
-            columns = single_cells(data, look.columns)
-            # Whole numbers, the place of a start, are the same for many rows.
-            whole = columns[0] if getattr(columns[0].values, "dtype", np.dtype(float)).kind == "i" else None
-            heads = [_head(column.cells[0], column.unit, look) for column in columns]
-            header = [*(["name"] if look.several else []), *heads]
-            name = _cell(report.name) + "," if look.several else ""
-            lines = _rows(columns, name) if whole is None else _by_start(whole, columns[1:], name)
+            texts = dict.fromkeys(written, "") | row if in_rows and [*row] != written else row
+            header, lines = [*texts], iter([",".join(texts.values()) + "\n"])
+        in_rows = not columns
         is_new, written = header != written, header
         if look.header and is_new:
-            yield ",".join(map(_cell, header)) + "\n" + next(lines)
+            yield ",".join(_cells(header)) + "\n" + next(lines)
         yield from lines
-
-
-def row_of(report: Report, names: Sequence[str] = ()) -> dict[str, tuple[Value, str]]:
-    """The cells of the row of a report and their units, by their heads: first, and once, what is swept.
-
-    Where it has some of the `names`, only those, in that order.
-    """
-    row: dict[str, tuple[Value, str]] = {entry.key: (None, "") for entry in report.swept}
-    row["name"] = report.name, ""
-    for entry in (*report.fields, *report.swept):
-        row |= {head: (_at(entry.value, place), entry.unit) for head, place in entry.cells.items()}
-    return {name: row[name] for name in names if name in row} or row
 
 
 def _head(name: str, unit: str, look: Look) -> str:
     return f"{name} ({unit})" if look.unit_header and unit else name
 
 
-def _rows(columns: Sequence[Column], start: str) -> Iterator[str]:
-    """Rows of floats, many at a time, each with `start` before it."""
-    for first in range(0, len(columns[0].values), ROWS):
-        yield _lines(np.column_stack([column.values[first : first + ROWS] for column in columns]), start)
+def _table(columns: Sequence[Column], start: str) -> Iterator[str]:
+    """Rows of floats, many at a time, each with `start` before it; whole numbers may begin them."""
+    first, *others = columns
+    # Whole numbers, the place of a start, are the same for many rows.
+    if getattr(first.values, "dtype", np.dtype(float)).kind == "i":
+        yield from _by_start(first, others, start)
+        return
+    for begin in range(0, len(first.values), ROWS):
+        yield _lines(np.column_stack([column.values[begin : begin + ROWS] for column in columns]), start)
 
 
 def _lines(block: Floats, start: str) -> str:
@@ -88,16 +98,15 @@ def _by_start(start: Column, columns: Sequence[Column], name: str) -> Iterator[s
         yield "".join(_lines(block[first:last], f"{name}{places[first]},") for first, last in ends)
 
 
-def _at(value: Value, place: tuple[int, ...]) -> Value:
-    return value if value is None or not place else value[place]
+def _cells(values: Sequence[Value]) -> list[str]:
+    """Values as texts of cells; all numbers are written in one call, which takes a tenth of the time."""
+    values = [plain(value) for value in values]
+    numbers = [value for value in values if not isinstance(value, str)]
+    texts = iter(orjson.dumps(numbers, option=orjson.OPT_SERIALIZE_NUMPY)[1:-1].decode().split(","))
+    return [_quoted(value) if isinstance(value, str) else next(texts).replace("null", "") for value in values]
 
 
-def _cell(value: Value) -> str:
-    value = plain(value)
-    if value is None:
-        return ""
-    if not isinstance(value, str):
-        return orjson.dumps(value, option=orjson.OPT_SERIALIZE_NUMPY).decode()
-    if any(mark in value for mark in ',"\r\n'):
-        return '"' + value.replace('"', '""') + '"'
-    return value
+def _quoted(text: str) -> str:
+    if any(mark in text for mark in ',"\r\n'):
+        return '"' + text.replace('"', '""') + '"'
+    return text

@@ -9,7 +9,7 @@ from dataclasses import replace
 from rigidcli.render import Look
 from rigidcli.render.latex import number, value
 from rigidcli.render.plots import has_library, inline_picture, require_library
-from rigidcli.render.values import has_words, shown_columns, shown_fields
+from rigidcli.render.values import has_words, shown_columns, shown_fields, worded
 from rigidcli.render.web.mathml import formula
 from rigidcli.render.web.page import page, resource, text
 from rigidcli.report import Column, Field, Report, Step, Table
@@ -141,8 +141,8 @@ def _head(column: Column) -> str:
 
 
 def _cells(column: Column, texts: list[str]) -> Iterator[str]:
-    for told in texts:
-        if has_words(column):
+    for told, is_word in worded(column, texts):
+        if is_word:
             yield f"<td>{_prose(told)}</td>"
         else:
             plain = told.replace("-", "\N{MINUS SIGN}")

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable
 from functools import partial
 
 from rigidcli.errors import ComputationError, printable
-from rigidcli.render import Look, Renderer
+from rigidcli.render import Look
 from rigidcli.render.values import is_exact
 from rigidcli.report import Report, Value
 
@@ -14,35 +14,29 @@ PLACES = {f"I{'xyz'[row]}{'xyz'[column]}": (row, column) for row in range(3) for
 """The names of the entries of a tensor, and their places in it."""
 
 
-def block(template: str) -> Renderer:
-    """A renderer that fills a template: `name`, `mass`, `x`, `y`, `z` (m) and `Ixx` to `Izz` (kg m^2).
+def block(template: str) -> Callable[[Report, Look], str]:
+    """What fills a template: `name`, `mass`, `x`, `y`, `z` (m) and `Ixx` to `Izz` (kg m^2) of a report.
 
     The tensor is about the centre of mass, along the axes of the results. Numbers are the shortest that read
-    back the same.
+    back the same. It raises ComputationError where the report has no mass, or a number without a value.
     """
     return partial(_filled, template)
 
 
-def require_numbers(report: Report) -> None:
-    """Raise ComputationError where a report has no mass, or none of which the value is known."""
+def _filled(template: str, report: Report, look: Look) -> str:
     if report["mass"] is None:
         raise ComputationError("a link has a mass, which this body lacks: `body.mass`")
-    values = [report["mass"], *report["center_of_mass"], *report["tensor_com"].flat]
-    names = sorted({name for value in values if is_exact(value) for name in value.names})
+    centre, tensor = report["center_of_mass"], report["tensor_com"]
+    values = {"mass": report["mass"], **dict(zip("xyz", centre, strict=True))}
+    values |= {key: tensor[place] for key, place in PLACES.items()}
+    names = sorted({name for value in values.values() if is_exact(value) for name in value.names})
     if names:
         raise ComputationError(
             f"a link has numbers: `{names[0]}` has no value", hint="give it one by `--set`"
         )
-
-
-def _filled(template: str, reports: Iterable[Report], look: Look) -> Iterator[str]:
-    for report in reports:
-        centre, tensor = report["center_of_mass"], report["tensor_com"]
-        values = {"mass": report["mass"], **dict(zip("xyz", centre, strict=True))}
-        values |= {key: tensor[place] for key, place in PLACES.items()}
-        # A comment may not hold two hyphens in a row.
-        name = printable(report.name).replace("--", "- -").rstrip("-")
-        yield f"<!-- {name} -->\n{template.format(**{key: _decimal(value) for key, value in values.items()})}"
+    # A comment may not hold two hyphens in a row.
+    name = printable(report.name).replace("--", "- -").rstrip("-")
+    return f"<!-- {name} -->\n{template.format(**{key: _decimal(value) for key, value in values.items()})}"
 
 
 def _decimal(value: Value) -> str:

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import orjson
 
+from rigidcli.core.memory import ITS_TEXT, require
 from rigidcli.render import Look
 from rigidcli.render.values import plain
 from rigidcli.report import Report, Table, Value
 
 
-def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
-    """A line for each report. Exact numbers are text; `units` is last."""
-    for report in reports:
-        head: dict[str, Value] = {"schema": report.schema, "name": report.name, "source": report.source}
-        if report.swept:
-            head["swept"] = {entry.key: plain(entry.value) for entry in report.swept}
-        if look.columns:
-            report = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
-        body = head | plain(report.tree()) | {"units": report.units}
-        yield orjson.dumps(body, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
+def piece(report: Report, look: Look) -> str:
+    """The line of a report. Exact numbers are text; `units` is last.
+
+    Raises ComputationError where there is too little memory for the whole text.
+    """
+    for table in report.tables:
+        require(len(table), sum(len(column.cells) for column in table.columns), ITS_TEXT)
+    head: dict[str, Value] = {"schema": report.schema, "name": report.name, "source": report.source}
+    if report.swept:
+        head["swept"] = {entry.key: plain(entry.value) for entry in report.swept}
+    if look.columns:
+        report = replace(report, tables=tuple(_asked(table, look) for table in report.tables))
+    body = head | plain(report.tree()) | {"units": report.units}
+    return orjson.dumps(body, option=orjson.OPT_SERIALIZE_NUMPY).decode() + "\n"
 
 
 def _asked(table: Table, look: Look) -> Table:

@@ -9,7 +9,7 @@ import numpy as np
 
 from rigidcli.errors import printable
 from rigidcli.render import Look
-from rigidcli.render.values import entries, has_words, is_exact, shown_columns, shown_fields, written
+from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields, worded, written
 from rigidcli.report import Column, Field, Report, Table, Value
 
 _SPECIAL = str.maketrans(
@@ -94,7 +94,7 @@ def _aligned(fields: Iterable[Field], look: Look) -> str:
 def _told(column: Column, texts: list[str]) -> list[str]:
     """A column as LaTeX: its head with the unit, and what stands below."""
     head = f"${column.symbols[0]}$" if column.symbols else _prose(column.cells[0])
-    cells = [_prose(text) if has_words(column) else f"${text}$" for text in texts]
+    cells = [_prose(text) if is_word else f"${text}$" for text, is_word in worded(column, texts)]
     return [f"{head} ({_prose(column.unit)})" if column.unit else head, *cells]
 
 

@@ -2,7 +2,7 @@
 
 from rigidcli.render.inertial import block
 
-render = block(
+piece = block(
     '<inertial pos="{x} {y} {z}" mass="{mass}" fullinertia="{Ixx} {Iyy} {Izz} {Ixy} {Ixz} {Iyz}"/>\n'
 )
-"""The renderer: its products of inertia are entries of the tensor, -sum m x y, as MJCF has them."""
+"""The block of a report: its products of inertia are entries of the tensor, -sum m x y, as MJCF has them."""

@@ -2,7 +2,7 @@
 
 from rigidcli.render.inertial import block
 
-render = block("""<inertial>
+piece = block("""<inertial>
   <pose>{x} {y} {z} 0 0 0</pose>
   <mass>{mass}</mass>
   <inertia>
@@ -15,4 +15,4 @@ render = block("""<inertial>
   </inertia>
 </inertial>
 """)
-"""The renderer: its products of inertia are entries of the tensor, -sum m x y, as SDF has them."""
+"""The block of a report: its products of inertia are entries of the tensor, -sum m x y, as SDF has them."""

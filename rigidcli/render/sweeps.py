@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator
 
 from rigidcli.render import Look
-from rigidcli.render.csv import row_of
+from rigidcli.render.compare import told_apart
 from rigidcli.render.table import number
 from rigidcli.render.terminal import GAP, cells
-from rigidcli.render.values import plain
+from rigidcli.render.values import plain, row_of
 from rigidcli.report import Column, Report, Table, Value
 
 
@@ -22,11 +22,12 @@ def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None])
     units: dict[str, str] = {}
     last, count = None, 0
     keys: tuple[str, ...] = ()
-    told, points = set[str](), set[str]()
+    told, points, sources = set[str](), set[str](), list[str]()
     for last in reports:
         keys = tuple(entry.key for entry in last.swept)
         points.add(str([plain(entry.value) for entry in last.swept]))
         row = row_of(last)
+        sources.append(last.source)
         told.update(
             head for entry in last.fields if look.verbose or not entry.diagnostic for head in entry.cells
         )
@@ -38,6 +39,7 @@ def gathered(reports: Iterable[Report], look: Look, tell: Callable[[str], None])
         count += 1
     if last is None:
         return
+    columns["name"] = told_apart(list(zip(columns["name"], sources, strict=True)))
     fixed = [*keys, *(["name"] if len(set(columns["name"])) > 1 else [])]
     others = [name for name in columns if name in told and name not in (*keys, "name")]
     varied = [name for name in others if _varies(columns[name], look, count == 1)]

@@ -2,10 +2,10 @@
 
 from rigidcli.render.inertial import block
 
-render = block("""<inertial>
+piece = block("""<inertial>
   <origin xyz="{x} {y} {z}" rpy="0 0 0"/>
   <mass value="{mass}"/>
   <inertia ixx="{Ixx}" ixy="{Ixy}" ixz="{Ixz}" iyy="{Iyy}" iyz="{Iyz}" izz="{Izz}"/>
 </inertial>
 """)
-"""The renderer: its products of inertia are entries of the tensor, -sum m x y, as URDF has them."""
+"""The block of a report: its products of inertia are entries of the tensor, -sum m x y, as URDF has them."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -44,6 +44,20 @@ def plain(value: Value) -> Value:
     return [plain(entry) for entry in value] if isinstance(value, np.ndarray) else str(value)
 
 
+def row_of(report: Report, names: Sequence[str] = ()) -> dict[str, tuple[Value, str]]:
+    """The cells of the row of a report and their units, by their heads: first, and once, what is swept.
+
+    Where it has some of the `names`, only those, in that order.
+    """
+    row: dict[str, tuple[Value, str]] = {entry.key: (None, "") for entry in report.swept}
+    row["name"] = report.name, ""
+    for entry in (*report.fields, *report.swept):
+        value, unit = entry.value, entry.unit
+        for head, place in entry.cells.items():
+            row[head] = (value if value is None or not place else value[place], unit)
+    return {name: row[name] for name in names if name in row} or row
+
+
 MOST_ROWS = 11
 """Rows of a table of data that people are shown."""
 
@@ -78,6 +92,13 @@ def has_words(column: Column) -> bool:
     return all(isinstance(value, str | bool | None) for value in column.words or column.values)
 
 
+def worded(column: Column, texts: Sequence[str]) -> list[tuple[str, bool]]:
+    """The texts of a column, and which of them are words: all, or texts among numbers, or none."""
+    if isinstance(column.values, list) and len(column.values) == len(texts) and not has_words(column):
+        return [(text, isinstance(value, str)) for text, value in zip(texts, column.values, strict=True)]
+    return [(text, has_words(column)) for text in texts]
+
+
 def without_noise(column: Column) -> Column:
     """The column with zeros for what is noise beside its largest entry."""
     values = column.values
@@ -93,6 +114,17 @@ def _cell_text(value: Value, digits: int, notation: Notation) -> str:
     if value is None or isinstance(value, str | bool):
         return printable(value) if isinstance(value, str) else _TRUTH[value]
     return notation(value, digits)
+
+
+def tidied(entry: Field) -> Value:
+    """The value of a result with zeros for what is noise beside the largest entry of an array."""
+    value = entry.value
+    if not isinstance(value, np.ndarray) or entry.counts or is_exact(value):
+        return value
+    # Of a matrix, a small row or column is judged by itself: a slender body has a small moment.
+    size = np.abs(value)
+    scale = np.minimum(*np.meshgrid(size.max(axis=0), size.max(axis=1))) if value.ndim == 2 else size.max()
+    return np.where(size < NOISE * scale, 0.0, value)
 
 
 def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, str]:
@@ -114,14 +146,7 @@ def entries(entry: Field, digits: int, notation: Notation) -> tuple[str, Any, st
             if common != 1 and (entry.unit if common.names else plain):
                 value, factor = rest, notation(common, digits)
         return factor, _texts(value, digits, notation), unit
-    if isinstance(value, np.ndarray) and not entry.counts:
-        # Of a matrix, a small row or column is judged by itself: a slender body has a small moment.
-        size = np.abs(value)
-        scale = (
-            np.minimum(*np.meshgrid(size.max(axis=0), size.max(axis=1))) if value.ndim == 2 else size.max()
-        )
-        value = np.where(size < NOISE * scale, 0.0, value)
-    return "", _texts(value, digits, notation), entry.unit
+    return "", _texts(tidied(entry), digits, notation), entry.unit
 
 
 def _texts(value: Value, digits: int, notation: Notation) -> Any:

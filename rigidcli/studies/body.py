@@ -17,7 +17,8 @@ from rigidcli.studies.common import if_known
 from rigidcli.studies.results import told
 
 if TYPE_CHECKING:
-    from rigidcli.document.top import HeavyTop, Top
+    from rigidcli.bodies.tops import HeavyTop
+    from rigidcli.document.top import Top
 
 NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn about it"
 """Why an angular velocity along the line of a linear body is refused: no angular momentum determines it."""

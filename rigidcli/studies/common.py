@@ -74,6 +74,8 @@ def _unsigned(value: Value) -> Value:
 def _representable(field: Field) -> Field:
     """The field; floats without a signed zero, and arrays of them contiguous in memory."""
     value = field.value
+    if type(value) is float and TINY <= abs(value) < math.inf:
+        return field
     if isinstance(value, float):
         size, value = abs(value), float(value) + 0.0
     elif isinstance(value, np.ndarray) and value.dtype.kind == "f":

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass, field, replace
 
 import numpy as np
 
-from rigidcli.core import freebody, precession
+from rigidcli.core import free_body, precession
 from rigidcli.core import top as heavytop
 from rigidcli.core.arithmetic import Arithmetic, Floats, Scalar
 from rigidcli.core.principal import PrincipalFrame, body_class
@@ -76,7 +76,7 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     if not found.values:
         problem = "nothing here precesses, expected a `top`, a `tide`, or a `body` with `motion.omega`"
         raise DocumentError([Problem(document.source, problem)])
-    fields = [_field(entry, found.values) for entry in RESULTS["precess"] if entry.title]
+    fields = [_field(entry, found.values) for entry in _FIELDS]
     working: list[Step] = []
     if steps:
         from rigidcli.studies.steps.precess import precess_steps
@@ -86,15 +86,21 @@ def run(document: Document, *, steps: bool = False, picture: str | None = None) 
     return report(document, SCHEMA, "precession", fields, found.notes, found.tables, working, pictures)
 
 
+_FIELDS = [
+    replace(entry, cells={} if entry.counts else {entry.key: ()})
+    for entry in RESULTS["precess"]
+    if entry.title
+]
+"""The results, each a column of CSV under its own key."""
+
+
 def _field(entry: Field, sections: Mapping[str, Mapping[str, Value]]) -> Field:
     """A result; of a section that does not apply only the column of CSV."""
     section, _, key = entry.key.partition(".")
-    column = {} if entry.counts else {entry.key: ()}
     if section not in sections:
-        return Field("", None, unit=entry.unit, cells=column)
+        return Field("", None, unit=entry.unit, cells=entry.cells)
     value = sections[section].get(key)
-    words = WORDS[key].get(value, "") if key in WORDS else ""
-    return if_known(replace(entry, value=value, cells=column, words=words))
+    return if_known(entry.with_value(value, WORDS[key].get(value, "") if key in WORDS else ""))
 
 
 def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
@@ -118,7 +124,7 @@ def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
         **{key: getattr(top, key) for key in ("mass", "distance", "lambda1", "lambda3")},
         **{key: getattr(section, key) for key in ("spin", "tilt", "gravity")},
         "gyroscopic_rate": rate,
-        "gyroscopic_period": None if rate is None else precession.period(rate, n),
+        "gyroscopic_period": heavytop.gyroscopic_period(top.lambda3, section.spin, fall, n),
     }
     if section.tilt is not None:
         torque = fall * heavytop.sine(section.tilt, n)
@@ -204,7 +210,7 @@ def _free(document: Document, motion: Motion, found: _Found) -> dict[str, Value]
 
 def _asymmetric(frame: PrincipalFrame, omega: Floats) -> dict[str, Value]:
     """The periods of an asymmetric body with this `omega` (3, rad/s) along its principal axes."""
-    motion = freebody.periods(Inertia.of(np.diag(frame.moments)), omega)
+    motion = free_body.periods(Inertia.of(np.diag(frame.moments)), omega)
     rate = motion.mean_space_rate
     return {
         "polhode_period": motion.period,

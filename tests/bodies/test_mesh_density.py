@@ -36,7 +36,7 @@ def assert_same(found: Any, expected: Any, tolerance: float = 1e-13) -> None:
 
 @pytest.mark.parametrize(
     "density",
-    ["9 + x", "1 + x*y + z**2", "1 + r**2 + s**4 + x**3*y**5", "exp(x)", "1/(1 + x)"],
+    ["9 + x", "1 + x*y + z**2", "1 + r**2 + s**4 + x**3*y**5"],
 )
 @pytest.mark.parametrize("wound", [CENTRED, inside_out(CENTRED)])
 def test_a_box_is_what_the_shape_is(density: str, wound: Triangles, tmp_path: Path) -> None:
@@ -44,9 +44,8 @@ def test_a_box_is_what_the_shape_is(density: str, wound: Triangles, tmp_path: Pa
     assert_same(found, rigidcli.inertia(f"body: {{shape: box, size: [1, 2, 3], density: '{density}'}}"))
 
 
-@pytest.mark.parametrize("density", ["1 + x + y**2*z**2", "exp(-y)"])
-def test_a_body_with_a_notch_is_its_two_halves(density: str, tmp_path: Path) -> None:
-    """From the centre of the L not all of it is seen; the corner between its arms is elsewhere."""
+def test_a_body_with_a_notch_is_its_two_halves(tmp_path: Path) -> None:
+    density = "1 + x + y**2*z**2"
     found = of_mesh(saved(tmp_path / "a.stl", prism(CORNER, 0, 1)), density)
     halves = [((0, 0, 0), (2, 1, 1)), ((0, 1, 0), (1, 2, 1))]
     paths = [saved(tmp_path / f"{k}.stl", box(*corners)) for k, corners in enumerate(halves)]
@@ -55,7 +54,7 @@ def test_a_body_with_a_notch_is_its_two_halves(density: str, tmp_path: Path) -> 
 
 
 def test_a_ring_with_a_polynomial_has_the_moments_of_its_sections(tmp_path: Path) -> None:
-    """No point sees all of a ring. A square section from r = 1 to 2, z = 0 to 1, of a polygon with n sides:
+    """A square section from r = 1 to 2, z = 0 to 1, of a polygon with n sides:
     the mean of s^2 over a sector between radii a r is that of an isosceles triangle, r^2 (2 + cos(w))/6."""
     turns = 60
     section = np.array([(1, 0), (1, 1), (2, 1), (2, 0)], dtype=float)
@@ -63,8 +62,6 @@ def test_a_ring_with_a_polynomial_has_the_moments_of_its_sections(tmp_path: Path
     angle = 2 * np.pi / turns
     fourths = turns * np.sin(angle) / 2 * (2**4 - 1**4) * (2 + np.cos(angle)) / 6
     np.testing.assert_allclose(of_mesh(path, "s**2")["mass"], fourths, rtol=1e-7)  # single precision
-    coarse = saved(tmp_path / "b.stl", revolved(section, 12))
-    assert "no point inside the mesh sees all of its surface" in refusal(coarse, "exp(x)")
 
 
 def test_scale_far_places_and_parameters(tmp_path: Path) -> None:
@@ -83,12 +80,9 @@ def test_scale_far_places_and_parameters(tmp_path: Path) -> None:
     [
         ("x", "negative (-0.5 kg/m^3) at x, y, z = (-0.5, "),
         ("(x - 0.1)**2 + y**2 + z**2 - 0.01", "negative (-0.01 kg/m^3) at x, y, z = (0.1, "),
-        ("log(x + 2) - 1", "negative"),
-        ("1/(x**2 + y**2)", "infinite"),
-        ("1/(x - 0.2)**2", "bound"),
     ],
 )
-def test_no_density_is_negative_or_infinite(density: str, message: str, tmp_path: Path) -> None:
+def test_no_density_is_negative(density: str, message: str, tmp_path: Path) -> None:
     found = refusal(saved(tmp_path / "a.stl", CENTRED), density)
     assert "body.density: the density is" in found
     assert message in found
@@ -100,11 +94,11 @@ def test_a_density_may_be_negative_where_the_body_is_not(tmp_path: Path) -> None
     np.testing.assert_allclose(found["mass"], 2 * (7 / 3 - 0.5), rtol=1e-14)
 
 
-def test_what_is_too_much_is_refused(tmp_path: Path) -> None:
+def test_what_is_no_polynomial_is_refused(tmp_path: Path) -> None:
     profile = np.array([(0, 1), *((np.sin(t), np.cos(t)) for t in np.linspace(0.1, 3, 20)), (0, -1)])
     ball = revolved(profile, 20)
     path = saved(tmp_path / "a.stl", ball)
-    assert "triangles are too many for it, expected at most" in refusal(path, "exp(x)")
+    assert "a density inside a mesh is a polynomial" in refusal(path, "exp(x)")
     assert of_mesh(path, "1 + x**2")["mass"] > of_mesh(path, "1")["mass"]
     assert "density" in refusal(path, "1 + x", ", shell: true")
 

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from importlib import util
 from pathlib import Path
+from typing import Any
 from urllib.request import urlopen
 
 import pytest
@@ -29,6 +30,10 @@ A mesh is worked value by value, so that there are many tasks.
 LIMIT = 60.0
 """Seconds within which every sign must come."""
 
+needs_folders = pytest.mark.skipif(
+    any(util.find_spec(name) is None for name in ("distributed", "pandas", "pyarrow")),
+    reason="distributed, pandas or pyarrow is not installed",
+)
 needs_dask = pytest.mark.skipif(util.find_spec("distributed") is None, reason="distributed is not installed")
 
 
@@ -133,38 +138,12 @@ def run(*arguments: str, stdin: str = "") -> Outcome:
     return Outcome(done.returncode, done.stdout.decode(), done.stderr.decode())
 
 
-def check_of_a_class(folder: Path) -> Sequence[str]:
-    """The command that judges some answers, among them some that can harm or that cannot be read."""
-    assignment = folder / "assignment.yaml"
-    assignment.write_text(
-        f"questions:\n  1: {{document: {ROOT}/configs/taylor_13_02.yaml, ask: hamilton.hamiltonian}}\n"
-        "  2: {answer: {csv: 't,x\\n0,1\\n1,2\\n2,3'}, kind: trajectory}\n"
-    )
-    answers = folder / "answers"
-    answers.mkdir()
-    for student in range(200):
-        sign = "-+"[student % 3 == 0]
-        (answers / f"s{student:03}.yaml").write_text(
-            f"answers:\n  1: p_x**2/(2*m) {sign} m*g*x\n  2: {{file: s{student:03}.csv}}\n"
-        )
-        if student % 4:
-            (answers / f"s{student:03}.csv").write_text("t,x\n0,1\n1,2\n2,3\n")
-    (answers / "broken.yaml").write_text("answers: [\n")
-    (answers / "deep.yaml").write_text(f"answers: {{1: {'(' * 5000}x{')' * 5000}}}\n")
-    (answers / "link.yaml").symlink_to(assignment)
-    return ("check", os.path.relpath(assignment, ROOT), os.path.relpath(answers, ROOT), "-f", "json")
-
-
 @needs_dask
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
-@pytest.mark.parametrize("work", ["a sweep", "homework"])
-def test_no_row_is_lost_or_comes_twice_when_a_worker_is_killed(
-    work: str, one_worker: Cluster, program: Program, tmp_path: Path
-) -> None:
-    command = SWEEP if work == "a sweep" else check_of_a_class(tmp_path)
-    expected = program(*command)
-    second = one_worker.worker(f"second for {work}")
-    with begin(*command, "--jobs", one_worker.address) as running:
+def test_no_row_is_lost_or_comes_twice_when_a_worker_is_killed(one_worker: Cluster, program: Program) -> None:
+    expected = program(*SWEEP)
+    second = one_worker.worker("second")
+    with begin(*SWEEP, "--jobs", one_worker.address) as running:
         assert running.stdout is not None
         # The pipe takes no more than some hundred rows before these are read: most are still to come.
         head = running.stdout.read(100)
@@ -193,20 +172,39 @@ def test_files_are_read_here_and_what_they_name_where_it_is_worked(
     assert here == afar
 
 
-@needs_dask
-@pytest.mark.skipif(util.find_spec("pyarrow") is None, reason="pyarrow is not installed")
+def rows_of(folder: Path) -> list[dict[str, Any]]:
+    from pyarrow import parquet
+
+    parts = sorted(folder.glob("*.parquet"), key=lambda path: int(path.name.split(".")[1]))
+    return [row for path in parts for row in parquet.read_table(path).to_pylist()]
+
+
+@needs_folders
 def test_workers_write_the_parts_of_a_table(one_worker: Cluster, program: Program, tmp_path: Path) -> None:
-    values = ",".join(map(str, range(1, 41)))
-    # The second part has texts where the first one has numbers: both become texts.
-    sweep = ("--sweep", f"parameters.a={values},null", "-s", "parameters.M=12", "configs/cube_symbolic.yaml")
-    arguments = ("inertia", "-f", "parquet", *sweep)
-    assert program(*arguments, "-o", f"{tmp_path}/here/").code == 0
-    assert run(*arguments, "-o", f"{tmp_path}/afar/", "-j", one_worker.address).code == 0
-    here, afar = (
-        {path.name: path.read_bytes() for path in (tmp_path / name).iterdir()} for name in ("here", "afar")
-    )
-    assert set(here) == {"manifest.json", "part-00000.parquet", "part-00001.parquet"}
-    assert here == afar
+    sweep = ("--sweep", "body.side=-1:2:31", "-s", "about=com", "configs/cube_corner.yaml")
+    folder, file = tmp_path / "table", tmp_path / "table.parquet"
+    here = program("inertia", "-q", "-f", "parquet", "-o", str(file), *sweep)
+    afar = run("inertia", "-q", "-f", "parquet", "-o", f"{folder}/", "-j", one_worker.address, *sweep)
+    assert (here.code, afar.code, afar.out) == (3, 3, "")
+    assert "refused: at body.side=-1" in afar.err
+    parquet = pytest.importorskip("pyarrow.parquet")
+    rows, good = rows_of(folder), parquet.read_table(file).to_pylist()
+    errors = [row.pop("error") for row in rows]
+    assert [row for row in rows if row["mass"] is not None] == good
+    assert len(rows) == 31
+    assert sum(error is not None for error in errors) == 31 - len(good) == 11
+    again = run("inertia", "-f", "parquet", "-o", f"{folder}/", "-j", one_worker.address, TOP)
+    assert (again.code, "has files already" in again.err) == (2, True)
+
+
+@needs_folders
+def test_a_row_that_does_not_fit_the_columns_says_so(one_worker: Cluster, tmp_path: Path) -> None:
+    sweep = ("--sweep", "parameters.a=1,2,null,4,5,6", "-s", "parameters.M=12", "configs/cube_symbolic.yaml")
+    done = run("inertia", "-q", "-f", "parquet", "-o", f"{tmp_path}/t/", "-j", one_worker.address, *sweep)
+    assert done.code == 4
+    errors = [row["error"] for row in rows_of(tmp_path / "t")]
+    assert [error is not None for error in errors] == [False, False, True, False, False, False]
+    assert "texts where the first, middle and last row have numbers" in str(errors[2])
 
 
 @needs_dask
@@ -257,7 +255,7 @@ def test_an_address_where_no_scheduler_answers() -> None:
         silent.bind(("127.0.0.1", 0))
         silent.listen()
         address = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
-        impatient = "from rigidcli.cli import cluster; cluster.ANSWERS_WITHIN = 0.2\n"
+        impatient = "from rigidcli import cluster; cluster.ANSWERS_WITHIN = 0.2\n"
         impatient += "from rigidcli.__main__ import main; main()"
         with begin("inertia", "-j", address, TOP, start=("-c", impatient)) as running:
             out, err = running.communicate(timeout=LIMIT)

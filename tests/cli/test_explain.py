@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from rigidcli.bodies.shapes import SHAPES
-from rigidcli.cli.app import COMMANDS
+from rigidcli.commands import COMMANDS
 from rigidcli.errors import EXIT_CODES, RigidError
 from rigidcli.fields.units import TABLE
 from rigidcli.language.functions import FUNCTIONS

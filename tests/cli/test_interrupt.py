@@ -58,7 +58,10 @@ def run(folder: Path, name: str, source: str, *arguments: str) -> subprocess.Com
     [
         ("yaml", ["axes", "configs/cube_corner.yaml"]),
         ("numpy", ["axes", "configs/cube_corner.yaml"]),
-        ("heyoka", ["euler", "--engine", "taylor", "-s", "motion.duration=0.1", "configs/driven_gyro.yaml"]),
+        (
+            "heyoka",
+            ["euler", "-s", "motion.method=taylor", "-s", "motion.duration=0.1", "configs/driven_gyro.yaml"],
+        ),
     ],
 )
 def test_an_interrupt_while_a_library_loads(
@@ -75,7 +78,7 @@ def test_an_interrupt_while_the_program_loads(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("error", ["ImportError", "ModuleNotFoundError", "SystemError", "AttributeError"])
 def test_a_heyoka_that_does_not_load(error: str, tmp_path: Path) -> None:
-    arguments = ("euler", "--engine", "taylor", "configs/driven_gyro.yaml")
+    arguments = ("euler", "-s", "motion.method=taylor", "configs/driven_gyro.yaml")
     done = run(tmp_path, "heyoka", f"raise {error}('libboost.so: no such file')\n", *arguments)
     assert (done.returncode, done.stdout) == (4, "")
     assert "heyoka cannot be loaded: libboost.so: no such file" in done.stderr

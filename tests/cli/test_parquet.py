@@ -1,10 +1,9 @@
-"""`-f parquet`: the cells of csv, with types and units, in one file or in parts, the same for any `-j`."""
+"""`-f parquet`: the cells of csv, with types and units, in one file, the same for any `-j`."""
 
 from __future__ import annotations
 
 import csv
 import io
-import json
 from importlib import util
 from pathlib import Path
 from typing import Any
@@ -46,14 +45,12 @@ CASES = [
 
 @needs_arrow
 @pytest.mark.parametrize("arguments", CASES, ids=lambda arguments: " ".join(arguments[:3]))
-@pytest.mark.parametrize("name", ["table.parquet", "table/"])
-def test_cells_are_those_of_csv(program: Program, tmp_path: Path, arguments: list[str], name: str) -> None:
+def test_cells_are_those_of_csv(program: Program, tmp_path: Path, arguments: list[str]) -> None:
     expected = cells(program(*arguments, "-q", "-f", "csv").out)
-    path = f"{tmp_path}/{name}"
-    outcome = program(*arguments, "-q", "-f", "parquet", "-o", path)
+    path = tmp_path / "table.parquet"
+    outcome = program(*arguments, "-q", "-f", "parquet", "-o", str(path))
     assert (outcome.code, outcome.out, outcome.err) == (0, "", "")
-    files = [tmp_path / name] if name[-1] != "/" else sorted((tmp_path / name).glob("part-*.parquet"))
-    rows = [row for file in files for row in rows_of(file)]
+    rows = rows_of(path)
     assert len(rows) == len(expected) > 0
     for row, other in zip(rows, expected, strict=True):
         assert list(row) == list(other)
@@ -73,88 +70,58 @@ def test_types_and_units(program: Program, tmp_path: Path) -> None:
 
 
 @needs_arrow
-def test_a_manifest_tells_what_the_parts_are(program: Program, tmp_path: Path) -> None:
-    folder = tmp_path / "table"
-    arguments = ("--sweep", "body.height=5 cm:9 cm:100", "-s", "top.tilt=20 deg", TOP)
-    outcome = program("precess", "-q", "-f", "parquet", "-o", f"{folder}/", *arguments)
-    assert outcome.code == 0
-    manifest = json.loads((folder / "manifest.json").read_text())
-    assert {path.name for path in folder.iterdir()} == {
-        "manifest.json",
-        *(part["file"] for part in manifest["parts"]),
-    }
-    assert [part["rows"] for part in manifest["parts"]] == [32, 32, 32, 4]
-    assert manifest["rows"] == 100
-    assert manifest["sweep"] == ["body.height=5 cm:9 cm:100"]
-    assert manifest["set"] == ["top.tilt=20 deg"]
-    assert manifest["results"] == "rigidcli.precess/1"
-    assert manifest["documents"][0]["source"] == TOP
-    assert "top:" in manifest["documents"][0]["text"]
-    assert {"name": "top.spin", "type": "float64", "unit": "rad/s"} in manifest["columns"]
-
-
-@needs_arrow
 @pytest.mark.parametrize("values", ["1:9:40", "1,2,null"])
-def test_parts_do_not_depend_on_the_number_of_processes(
+def test_the_table_does_not_depend_on_the_number_of_processes(
     program: Program, tmp_path: Path, values: str
 ) -> None:
     arguments = ("hamilton", "-q", "-f", "parquet", "--sweep", f"parameters.k={values}")
-    found = []
     for jobs in ("1", "2"):
-        folder = tmp_path / jobs
-        program(*arguments, "-o", f"{folder}/", "-j", jobs, "configs/coupled_pendulums.yaml")
-        found.append({path.name: path.read_bytes() for path in folder.iterdir()})
-    assert found[0] == found[1]
+        program(*arguments, "-o", f"{tmp_path}/{jobs}", "-j", jobs, "configs/coupled_pendulums.yaml")
+    assert (tmp_path / "1").read_bytes() == (tmp_path / "2").read_bytes()
 
 
 @needs_arrow
-def test_all_parts_have_the_same_columns(program: Program, tmp_path: Path) -> None:
-    """The values of the first part are numbers, and one of the second is none: all become texts."""
-    from pyarrow import parquet
-
-    values = ",".join(map(str, range(1, 33))) + ",null"
-    arguments = ("hamilton", "-q", "-f", "parquet", "--sweep", f"parameters.k={values}")
-    program(*arguments, "-o", f"{tmp_path}/table/", "configs/coupled_pendulums.yaml")
-    first, second = sorted((tmp_path / "table").glob("part-*.parquet"))
-    assert parquet.read_schema(first).equals(parquet.read_schema(second), check_metadata=True)
-    assert len(rows_of(first)) == 32
-    assert not list(tmp_path.rglob(".*"))
+def test_a_column_that_changes_its_type_is_one_of_texts(
+    program: Program, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The first groups of rows hold numbers, which a symbol in a later one turns into texts."""
+    monkeypatch.setattr("rigidcli.render.parquet.ROWS", 3)
+    sweep = ("--sweep", "parameters.k=1,2.5,3e20,4,null,6", "configs/coupled_pendulums.yaml")
+    text = cells(program("hamilton", "-q", "-f", "csv", *sweep).out)
+    assert program("hamilton", "-q", "-f", "parquet", "-o", f"{tmp_path}/t.parquet", *sweep).code == 0
+    rows = rows_of(tmp_path / "t.parquet")
+    assert [row["parameters.k"] for row in rows] == [row["parameters.k"] for row in text]
 
 
 @needs_arrow
 def test_a_refused_value_is_told_and_the_others_stay(program: Program, tmp_path: Path) -> None:
     sweep = ("--sweep", "body.side=-1:2:40", "configs/cube_corner.yaml")
     text = program("inertia", "-f", "csv", *sweep)
-    outcome = program("inertia", "-f", "parquet", "-o", f"{tmp_path}/table/", *sweep)
+    outcome = program("inertia", "-f", "parquet", "-o", f"{tmp_path}/t.parquet", *sweep)
     assert (outcome.code, outcome.err) == (text.code, text.err)
     assert outcome.code == 3
-    rows = [row for path in sorted((tmp_path / "table").glob("*.parquet")) for row in rows_of(path)]
-    assert len(rows) == len(cells(text.out))
+    assert len(rows_of(tmp_path / "t.parquet")) == len(cells(text.out))
 
 
 @needs_arrow
 def test_nothing_is_written_where_all_is_refused(program: Program, tmp_path: Path) -> None:
-    for name in ("table/", "table.parquet"):
-        arguments = ("-f", "parquet", "-o", f"{tmp_path}/{name}", "-s", "body.side=-1")
-        assert program("inertia", *arguments, "configs/cube_corner.yaml").code == 3
+    arguments = ("-f", "parquet", "-o", f"{tmp_path}/t.parquet", "-s", "body.side=-1")
+    assert program("inertia", *arguments, "configs/cube_corner.yaml").code == 3
     assert not list(tmp_path.iterdir())
 
 
-@needs_arrow
-def test_a_folder_with_files_stays_as_it_is(program: Program, tmp_path: Path) -> None:
-    (tmp_path / "part-00007.parquet").write_text("mine")
-    outcome = program("precess", "-f", "parquet", "-o", str(tmp_path), TOP)
-    assert outcome.code == 2
-    assert "has files already" in outcome.err
-    assert [path.name for path in tmp_path.iterdir()] == ["part-00007.parquet"]
-
-
-@needs_arrow
-@pytest.mark.parametrize("output", [[], ["-o", "-"]])
-def test_it_needs_a_place(program: Program, output: list[str]) -> None:
+@pytest.mark.parametrize(
+    ("output", "told"),
+    [
+        ([], "`-o table.parquet`"),
+        (["-o", "-"], "`-o table.parquet`"),
+        (["-o", "table/"], "the parts of a folder are written by a cluster"),
+    ],
+)
+def test_it_needs_a_place(program: Program, output: list[str], told: str) -> None:
     outcome = program("precess", "-f", "parquet", *output, TOP)
     assert (outcome.code, outcome.out) == (2, "")
-    assert "`-o table.parquet` or `-o table/`" in outcome.err
+    assert told in " ".join(outcome.err.split())
 
 
 def test_without_the_library_it_is_said_how_to_get_it(

@@ -458,8 +458,10 @@ def test_the_same_reason_is_told_once(program: Program) -> None:
 
 
 def test_a_computation_that_fails_is_told_and_the_others_stay(program: Program) -> None:
-    arguments = ("euler", "--max-steps", "50", "--sweep", "motion.duration=0.1,1000", "-f", "csv")
-    done = program(*arguments, "configs/driven_gyro.yaml")
+    document = "body: {moments: [1, 2, 2.5], mass: 1}\nabout: com\n"
+    document += 'motion: {omega: [0, 0, 1], duration: 1, samples: 2, torque: {body: [0, 0, "2.5*w3^2"]}}\n'
+    arguments = ("euler", "--sweep", "motion.duration=0.1,1000", "-f", "csv", "-")
+    done = program(*arguments, stdin=document)
     assert done.code == 4
     assert len(table(done.out)) == 1
     assert "at motion.duration=1000: " in done.err

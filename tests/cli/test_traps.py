@@ -16,7 +16,6 @@ CUBE = "body: {shape: cube, side: 1, mass: 12}\n"
 SPRING = "system: {coordinates: [x], lagrangian: xdot**2/2 - x**2/2}\n"
 WAVE = "parameters: {k: 1}\nsystem: {coordinates: [x], lagrangian: xdot**2/2 + cos(k*x)}\n"
 PENDULUM = "system: {coordinates: [a], lagrangian: adot**2/2 + cos(a)}\n"
-ROD = "body: {shape: rod, length: 2, mass: 1, axis: [1, 0, 0]}\n"
 
 
 # --- notes
@@ -31,22 +30,8 @@ ROD = "body: {shape: rod, length: 2, mass: 1, axis: [1, 0, 0]}\n"
         (f"frame: {{axis: [0, 0, 1], angle: 3*pi}}\n{CUBE}", None),
         (f"frame: {{axis: [0, 0, 1], angle: 6.28319}}\n{CUBE}", None),
         (f"frame: {{axis: [0, 0, 1], angle: -6.283185307179586}}\n{CUBE}", None),
-        (f"motion: {{omega: [1500, 0, 0]}}\n{ROD}", "1500 rpm meant?"),
-        (f"motion: {{omega: [0, -1500, 0]}}\n{ROD}", "1500 rpm meant?"),
-        (f"motion: {{omega: [1500 rpm, 0, 0]}}\n{ROD}", None),
-        (f"motion: {{omega: [1500 rad/s, 0, 0]}}\n{ROD}", None),
-        (f"motion: {{omega: [999, 0, 0]}}\n{ROD}", None),
-        ("motion: {omega: [1500, 0, 0]}\nbody: {shape: rod, length: 0.5, mass: 1}\n", None),
-        ("body: {shape: cube, side: 1 mm, mass: 12}", "`body` has 1.2e+10 kg/m^3, over a million times"),
-        (
-            f"body: {{parts: [{CUBE[6:-1]}, {{shape: sphere, radius: 1, mass: 1e11}}]}}",
-            "`body.parts.1` has 2.39e+10 kg/m^3",
-        ),
-        ("body: {shape: sphere, radius: 6371 km, mass: 5.97e24}", None),
-        ("body: {shape: cube, side: 1 cm, density: 22 g/cm^3}", None),
-        ("body: {shape: disk, radius: 1 mm, mass: 12}", None),
-        ("parameters: {m: null, a: null}\nbody: {shape: cube, side: a, mass: m}", None),
         (f"{PENDULUM}orbit: {{initial: {{a: 30, adot: 0}}, duration: 1}}", "`orbit.initial.a` of 30 rad"),
+        (f"{PENDULUM}orbit: {{initial: {{a: 30.5, adot: 0}}, duration: 1}}", "`orbit.initial.a` of 30.5 rad"),
         (f"{PENDULUM}orbit: {{initial: {{a: 30 deg, adot: 0}}, duration: 1}}", None),
         (f"{PENDULUM}orbit: {{initial: {{a: 3, adot: 100}}, duration: 1}}", None),
         (f"{SPRING}orbit: {{initial: {{x: 30, xdot: 0}}, duration: 1}}", None),
@@ -58,7 +43,6 @@ def test_a_likely_slip_is_noted(text: str, note: str | None, program: Program) -
     assert outcome.code == 0
     if note is None:
         assert "meant?" not in outcome.err
-        assert "million" not in outcome.err
     else:
         assert outcome.err.startswith("-: note: ")
         assert note in outcome.err

@@ -16,7 +16,7 @@ import mpmath
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.core import freebody, lagrange, principal
+from rigidcli.core import free_body, heavy_top, principal
 from rigidcli.core.tensor import Inertia
 
 Floats = NDArray[np.float64]
@@ -35,11 +35,6 @@ State = tuple[Sequence[Any], Any]
 def principal_frame(tensor: Floats) -> principal.PrincipalFrame:
     """The frame of a body by its tensor."""
     return principal.principal_frame(Inertia.of(tensor))
-
-
-def free_motion(tensor: Floats, omega: Floats, orientation: Floats) -> freebody.FreeMotion:
-    """The motion of a body by its tensor."""
-    return freebody.free_motion(Inertia.of(tensor), omega, orientation)
 
 
 class Motion(NamedTuple):
@@ -63,24 +58,33 @@ class Motion(NamedTuple):
         """omega and quaternions by the closed form."""
         at = np.array(list(times), float)
         if self.weight:
-            return lagrange.at(lagrange.heavy_motion(*self.inputs), at)
-        return freebody.at(free_motion(*self.inputs), at)
+            return heavy_top.heavy_motion(*self.inputs).at(at)
+        body, omega, orientation = self.inputs
+        unit = orientation / np.linalg.norm(orientation)
+        spins, attitudes = free_body.motions(Inertia.of(body), omega[None], unit[None], at)
+        return spins[0], attitudes[0]
+
+    def periods(self) -> free_body.Periods:
+        """What characterises the motion of a free body."""
+        body, omega, _ = self.inputs
+        return free_body.periods(Inertia.of(body), omega)
 
     def sensitivity(self, times: Iterable[float]) -> float:
         """What rounding of the inputs may turn the body by."""
         at = np.array(list(times), float)
         body, *state = self.inputs
         if self.weight:
-            return lagrange.sensitivity(body, state[0], state[1], state[2], state[3], at)
-        return freebody.sensitivity(Inertia.of(body), state[0], state[1], at)
+            return heavy_top.sensitivity(body, state[0], state[1], state[2], state[3], at)
+        return float(free_body.sensitivity(Inertia.of(body), state[0][None], state[1][None], at)[0])
 
     def limit(self, times: Iterable[float]) -> float:
         """What rounding of the inputs may do, ten times over."""
-        return 10 * self.sensitivity(times) + 1e-13
+        return 10 * self.sensitivity(times)
 
-    def require(self, limit: float, true: Sequence[State] = (), times: Sequence[float] = ()) -> None:
+    def require(self, true: Sequence[State] = (), times: Sequence[float] = (), limit: float = 0.0) -> None:
         """Attitude (rad) and omega (in units of its size) are within `limit` of the truth at `times`."""
         times = times or self.times
+        limit = limit or self.limit(times)
         true = true or by_series(self, times)
         for w, q, (spin, attitude) in zip(*self.found(times), true, strict=True):
             with mpmath.workdps(40):

@@ -216,6 +216,39 @@ def test_the_norm_of_a_block_does_not_depend_on_its_axes() -> None:
     assert solution.at(array_of(50.0))[0] == pytest.approx(expected, abs=3e-12)
 
 
+# --- steps of the caller
+
+
+def test_a_step_ends_where_it_is_told_to_and_none_is_longer() -> None:
+    stops = [0.1, 2.0, 2.0000001, 7.5]
+    for end in (10, -10):
+        wanted = [math.copysign(stop, end) for stop in stops]
+        path = plain(same(oscillator), array_of(1, 0), (0, end), longest=0.3, stops=wanted)
+        assert set(wanted) <= set(path.knots.tolist())
+        assert np.abs(np.diff(path.knots)).max() <= 0.3
+        assert path.at(array_of(end))[0] == pytest.approx([math.cos(end), -math.sin(end)], abs=1e-12)
+
+
+def pulse(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
+    """A pulse of area sqrt(pi) at t = 5.3."""
+    return lambda t, y: (module.exp(-(((t - 5.3) / 1e-6) ** 2)) / 1e-6,)
+
+
+@pytest.mark.parametrize("engine", ["auto", "taylor", "symplectic"])
+def test_a_pulse_at_a_stop_is_seen_by_every_method(engine: Engine) -> None:
+    found = integrate.integrate(pulse, array_of(0), (0, 20), stops=[5.3], engine=engine)
+    assert found.at(array_of(20.0))[0] == pytest.approx([math.sqrt(math.pi)], rel=1e-8)
+    assert found.note is None if engine == "auto" else "acts for a moment" in str(found.note)
+    assert plain(pulse, array_of(0), (0, 20)).at(array_of(20.0))[0] == [0]
+
+
+@by_every_engine
+def test_the_longest_step_binds_every_method(module: ModuleType) -> None:
+    path = ENGINES[module](same(oscillator), array_of(1, 0), (0, 10), longest=0.01)
+    assert np.diff(path.knots).max() <= 0.01 + 1e-14
+    assert path.at(array_of(10.0))[0] == pytest.approx([math.cos(10), -math.sin(10)], abs=1e-12)
+
+
 # --- what hardly moves
 
 
@@ -269,18 +302,6 @@ def test_times_outside_the_span_are_refused(outside: float) -> None:
         with pytest.raises(ValueError, match="outside the span from"):
             solution.at(array_of(1, outside))
         assert solution.at(array_of(10 * (1 + 2e-16))).shape == (1, 2)
-
-
-def test_a_sample_beyond_a_short_step_is_reached_by_shorter_ones() -> None:
-    # A flow whose arrays have no value early in a step: as if a stage had left the domain.
-    def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
-        if module is math:
-            return oscillator
-        return lambda t, x, v: (np.where((t > 2) & (t < 3), np.nan, v), -x)
-
-    times = np.linspace(0, 10, 201)
-    found = plain(flow, array_of(1, 0), (0, 10)).at(times)
-    assert found == pytest.approx(np.array([np.cos(times), -np.sin(times)]).T, abs=1e-12)
 
 
 @pytest.mark.parametrize("count", [1, 2, 20, 80])
@@ -378,20 +399,6 @@ def test_what_changes_too_fast_has_a_hint_and_other_ends_have_none() -> None:
 def test_a_span_that_is_far_too_long_is_no_blow_up(end: float) -> None:
     stop = end_of(same(lambda t, y: (y,)), 1, (0, end)).stop
     assert stop is Stop.LOST
-
-
-def test_joined_solutions_are_one() -> None:
-    flow = same(lambda t, y: (-y,))
-    whole = plain(flow, array_of(1), (0, 3))
-    first = plain(flow, array_of(1), (0, 1.3))
-    second = plain(flow, first.at(array_of(1.3))[0], (1.3, 3))
-    both = solution.joined([first, second])
-    times = array_of(2.9, 0, 1.3, 1.2999, 3, 0.4, 1.3001)
-    assert both.at(times) == pytest.approx(whole.at(times), rel=1e-11)
-    assert both.at(times)[:, 0] == pytest.approx(np.exp(-times), rel=1e-11)
-    assert both.steps == first.steps + second.steps == len(both.knots) - 1
-    assert (np.diff(both.knots) > 0).all()
-    assert solution.joined([first]) is first
 
 
 def test_the_message_names_the_time() -> None:
@@ -569,7 +576,6 @@ def test_too_many_steps(module: ModuleType, monkeypatch: pytest.MonkeyPatch) -> 
 def test_progress_is_told_in_fractions(
     module: ModuleType, span: tuple[float, float], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(integrate, "PAUSE", 0.0)
     monkeypatch.setattr(taylor, "ROUND", 128)
     told: list[float] = []
     ENGINES[module](same(oscillator), array_of(1, 0), span, progress=told.append)
@@ -577,49 +583,6 @@ def test_progress_is_told_in_fractions(
     assert all(0 <= fraction < 1 for fraction in told)
     assert told[-1] > 0.9
     assert module is symplectic or told == sorted(told)  # which begins anew with shorter steps
-
-
-def test_progress_is_told_a_few_times_a_second_at_most() -> None:
-    told: list[float] = []
-    plain(same(oscillator), array_of(1, 0), (0, 300), progress=told.append)
-    assert len(told) <= 4
-
-
-@pytest.mark.parametrize("engine", ["runge-kutta", "symplectic"])
-@pytest.mark.parametrize("tolerance", [1e-13, 1e-12, 1e-10, 1e-8])
-def test_a_second_opinion_takes_a_third_of_the_work(engine: Engine, tolerance: float) -> None:
-    calls = 0
-
-    def flow(module: ModuleType) -> Callable[..., tuple[Any, ...]]:
-        f = pendulum(module)
-
-        def counted(t: Any, *y: Any) -> tuple[Any, ...]:
-            nonlocal calls
-            calls += 1
-            return f(t, *y)
-
-        return counted
-
-    problem = (flow, array_of(2, 0), (0, 300))
-    first = integrate.integrate(*problem, tolerance=tolerance, engine=engine)
-    work, calls = calls, 0
-    coarser = tolerance * integrate.CHEAPER[engine]
-    second = integrate.integrate(*problem, tolerance=coarser, like=first)
-    assert calls < work / 3
-    assert (second.engine, second.method) == (first.engine, first.method)
-    truth = on_pendulum(2, 300)
-    errors = [float(np.abs(each.at(array_of(300.0))[0] - truth).max()) for each in (first, second)]
-    assert errors[0] < errors[1] < 1e3 * integrate.CHEAPER[engine] * errors[0]
-
-
-def test_a_second_opinion_of_taylor_is_one_of_lower_order() -> None:
-    problem = (pendulum, array_of(2, 0), (0, 300))
-    first = compiled(*problem)
-    second = integrate.integrate(*problem, tolerance=1e-12 * integrate.CHEAPER["taylor"], like=first)
-    assert second.method == first.method
-    truth = on_pendulum(2, 300)
-    errors = [float(np.abs(each.at(array_of(300.0))[0] - truth).max()) for each in (first, second)]
-    assert errors[0] < 1e-10 < errors[1] < 1e-2
 
 
 def test_without_heyoka_taylor_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -679,24 +642,29 @@ def test_taylor_needs_no_scale_either(scale: float) -> None:
     assert solution.at(array_of(8.0))[0] == pytest.approx(expected, rel=1e-11, abs=0)
 
 
-@pytest.mark.parametrize("name", [name for name in ENDS if name not in ("too large", "log of the state")])
-def test_taylor_stops_where_solutions_end(name: str) -> None:
-    flow, start, span, time, _ = ENDS[name]
+@pytest.mark.parametrize("name", ENDS)
+def test_where_series_end_the_other_method_says_how(name: str) -> None:
+    flow, start, span, time, stop = ENDS[name]
     with pytest.raises(Stopped) as caught:
         compiled(flow, array_of(start), span)
-    assert caught.value.time == pytest.approx(time, abs=1e-2)
+    assert caught.value.time == pytest.approx(time, abs=5 if name == "too large" else 1e-10)
+    assert caught.value.stop is stop
 
 
-def test_taylor_does_not_go_round_a_corner() -> None:
+CORNERS: dict[str, tuple[Flow, float, str]] = {
     # |t - 1| as a root is one analytic function before 1 and another after.
-    with pytest.raises(Stopped) as caught:
-        compiled(lambda m: lambda t, y: (m.sqrt((t - 1) * (t - 1)),), array_of(0), (0, 3))
-    assert caught.value.time == pytest.approx(1, abs=1e-6)
+    "root": (lambda m: lambda t, y: (m.sqrt((t - 1) * (t - 1)),), 2.5, "does not follow its Taylor series"),
+    "no series": (lambda m: lambda t, y: (m.fabs(t - 1),), 2.5, "heyoka cannot express the solution"),
+}
 
 
-def test_taylor_says_what_it_cannot_express() -> None:
-    with pytest.raises(ComputationError, match=r"heyoka cannot express the solution: .*'fabs'"):
-        compiled(lambda m: lambda t, y: (m.fabs(y),), array_of(1), (0, 1))
+@pytest.mark.parametrize("name", CORNERS)
+def test_what_has_no_series_is_left_to_the_other_method(name: str) -> None:
+    flow, end, reason = CORNERS[name]
+    found = compiled(flow, array_of(0), (0, 3))
+    assert found.method == "Dormand-Prince 8(5,3)"
+    assert reason in (found.note or "")
+    assert found.at(array_of(3.0))[0] == pytest.approx([end], rel=1e-10)
 
 
 def eager(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -319,7 +319,6 @@ def solved(texts: Sequence[str], start: Sequence[float], end: float, **options: 
 def test_equations_with_corners_are_for_the_default_engine() -> None:
     pytest.importorskip("heyoka", reason="the extra `taylor` is not installed")
     texts = ["v", "-sign(x)"]
-    with pytest.raises(ComputationError, match="`sign` has no Taylor series"):
-        solved(texts, [2, 0], 1, engine="taylor")
+    assert solved(texts, [2, 0], 8, engine="taylor") == solved(texts, [2, 0], 8)
     # A ball that bounces in a wedge potential |x|: a quarter period takes sqrt(2 x0).
     assert solved(texts, [2, 0], 8) == pytest.approx([2, 0], abs=1e-10)

@@ -13,11 +13,10 @@ from rigidcli.bodies.shape import Region, Shape, Solid
 from rigidcli.bodies.shapes import SHAPES
 from rigidcli.core import poinsot
 from rigidcli.core.arithmetic import FLOAT, Floats
-from rigidcli.core.effective_potential import effective_potential
+from rigidcli.core.nutation import effective_potential
 from rigidcli.document.load import loads
 from rigidcli.picture import Mark, Panel
 from rigidcli.studies.pictures import KINDS
-from rigidcli.studies.pictures.surfaces import surface
 from tests.conftest import ROOT, Program
 from tests.shapes import DIMENSIONS
 
@@ -105,13 +104,13 @@ def test_the_slope_of_the_potential_is_the_torque_of_lagranges_equation() -> Non
     # lambda1 theta'' = lambda1 phi'^2 sin cos - lambda3 w3 phi' sin + MgR sin, at the start.
     given = (2.0, 1.0, 30.0, 0.7, 1.3, 0.4, 9.0)
     lambda1, lambda3, spin, tilt, rate, nutation, fall = given
-    found = effective_potential(*given)
-    slope = (found.at(np.array([tilt + 1e-6])) - found.at(np.array([tilt - 1e-6])))[0] / 2e-6
+    at, energy = effective_potential(*given)
+    slope = (at(np.array([tilt + 1e-6])) - at(np.array([tilt - 1e-6])))[0] / 2e-6
     sine, cosine = np.sin(tilt), np.cos(tilt)
     assert -slope == pytest.approx(
         lambda1 * rate**2 * sine * cosine - lambda3 * spin * rate * sine + fall * sine, rel=1e-7
     )
-    assert found.energy == pytest.approx(float(found.at(np.array([tilt]))[0]) + lambda1 * nutation**2 / 2)
+    assert energy == pytest.approx(float(at(np.array([tilt]))[0]) + lambda1 * nutation**2 / 2)
 
 
 def test_a_phase_portrait_has_the_orbit_and_its_energy_among_the_contours() -> None:
@@ -193,7 +192,7 @@ def test_where_parts_meet_nothing_is_drawn() -> None:
 @pytest.mark.parametrize("name", SHAPES)
 def test_the_surface_of_a_shape_has_its_extent_and_of_a_thin_one_its_measure(name: str) -> None:
     shape = shape_of(name)
-    faces = surface(shape)
+    faces = shape.faces()
     points = np.vstack(faces)
     if isinstance(shape, Solid):
         assert isinstance(shape, Region)

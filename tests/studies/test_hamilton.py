@@ -281,7 +281,7 @@ def test_the_orbit_of_an_oscillator() -> None:
     assert p["p_x"] == pytest.approx(-4 * np.sin(2 * t), abs=4e-10)
     assert found["orbit"]["H"] == pytest.approx(np.full(50, 4.0), rel=1e-11)
     assert found["orbit"]["drift"]["H"] < 1e-11
-    assert 9 < found["orbit"]["trusted_digits"] <= 15.9
+    assert 8 < found["orbit"]["trusted_digits"] <= 15.9
 
 
 def test_a_pulse_from_rest_whose_force_begins_below_all_floats() -> None:
@@ -293,7 +293,7 @@ def test_a_pulse_from_rest_whose_force_begins_below_all_floats() -> None:
     # The momentum given is the whole integral of the Gaussian, at t = 30 in the mean.
     assert found["p"]["p_x"][-1] == pytest.approx(math.sqrt(math.pi), rel=1e-11)
     assert found["q"]["x"][-1] == pytest.approx(30 * math.sqrt(math.pi), rel=1e-11)
-    assert found["trusted_digits"] > 10
+    assert found["trusted_digits"] > 9
 
 
 def test_a_kick_that_runs_along_a_chain_takes_a_second_opinion_no_longer() -> None:
@@ -317,7 +317,7 @@ def test_a_kick_that_runs_along_a_chain_takes_a_second_opinion_no_longer() -> No
     found = solve_ivp(slopes, (0, 10), start, "DOP853", [0, 5, 10], rtol=1e-12, atol=1e-13).y
     ours = np.array([orbit["q"][name] for name in names])
     assert np.abs(ours - found[:count]).max() < 1e-9
-    assert orbit["trusted_digits"] > 10
+    assert orbit["trusted_digits"] > 8
 
 
 def test_an_orbit_without_a_closed_hamiltonian() -> None:
@@ -387,14 +387,15 @@ def test_an_orbit_that_ends_names_the_time() -> None:
         )
 
 
-def test_an_orbit_that_often_falls_past_a_centre_is_told_without_digits() -> None:
-    # The differences of a second opinion would shrink beyond the smallest floats.
+def test_an_orbit_that_often_falls_past_a_centre_is_told_with_few_digits() -> None:
     found = hamilton(
         "system: {coordinates: [r, phi], lagrangian: (rdot^2 + r^2*phidot^2)/2 + 1/r}\n"
         "orbit: {initial: {r: 0.1, rdot: 0, phi: 0.5, phidot: 0.2}, duration: 2, samples: 5}\n"
     )
     _, q, p = orbit(found)
-    assert found["orbit"]["trusted_digits"] == 0
+    # By a Taylor series in 33 digits.
+    assert abs(q["r"][-1] - 0.025815581471272213) < 0.1 * 10 ** -found["orbit"]["trusted_digits"]
+    assert 1 < found["orbit"]["trusted_digits"] < 5
     assert q["r"].max() < 0.1 + 1e-6
     assert p["p_phi"] == pytest.approx(0.002, rel=1e-9)
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from rigidcli.errors import DocumentError, Problem, ValueProblem, shown
 
 if TYPE_CHECKING:
-    from rigidcli.bodies.robots.links import Decimals, Link, Robot
+    from rigidcli.bodies.robots.links import Link, Robot
 
 READERS = {".urdf": "urdf", ".sdf": "sdf", ".xml": "mjcf"}
 """The reader of each ending of a file: a module of this package with the tag `ROOT` of a file and `read`."""
@@ -23,10 +23,10 @@ def is_robot(path: str) -> bool:
     return PurePath(path).suffix.lower() in READERS
 
 
-def read_robot(text: str, source: str, folder: Path, decimal: Decimals = float) -> Robot:
+def read_robot(text: str, source: str, folder: Path) -> Robot:
     """The links of the robot in `text`; the root of the file tells its format, as some end in `.xml` alike.
 
-    `decimal` makes numbers of texts; files that are named are looked for below `folder`. Raises
+    Numbers are decimals, digit by digit; files that are named are looked for below `folder`. Raises
     DocumentError for what is no robot. What is wrong with one link is the problem of that link.
     """
     from rigidcli.bodies.robots.elements import read_elements
@@ -36,7 +36,7 @@ def read_robot(text: str, source: str, folder: Path, decimal: Decimals = float) 
     for name in READERS.values():
         reader = import_module(f"{__name__}.{name}")
         if root.tag == reader.ROOT:
-            robot: Robot = reader.read(root, folder, decimal)
+            robot: Robot = reader.read(root, folder)
             if not robot.links:
                 raise root.refusal("there are no links in this robot", hint="; ".join(robot.notes) or None)
             return bounded(named_once(robot))
@@ -46,12 +46,12 @@ def read_robot(text: str, source: str, folder: Path, decimal: Decimals = float) 
 
 
 @lru_cache(maxsize=4)
-def links_of(text: str, source: str, folder: Path, decimal: Decimals) -> Sequence[Link]:
+def links_of(text: str, source: str, folder: Path) -> Sequence[Link]:
     """The links of `read_robot`, kept for other documents that have one of them."""
-    return read_robot(text, source, folder, decimal).links
+    return read_robot(text, source, folder).links
 
 
-def one_link(path: Path, name: str | None, decimal: Decimals) -> Link:
+def one_link(path: Path, name: str | None) -> Link:
     """The link of this name that has a mass, or without a name the only one.
 
     Raises ValueProblem, of which the message begins with the file and the line.
@@ -60,7 +60,7 @@ def one_link(path: Path, name: str | None, decimal: Decimals) -> Link:
     from rigidcli.fields.texts import read_text
 
     try:
-        found = links_of(read_text(str(path), str(path)), str(path), path.parent, decimal)
+        found = links_of(read_text(str(path), str(path)), str(path), path.parent)
     except DocumentError as error:
         raise _told(error.problems[0]) from None
     named = [link for link in found if (not link.without if name is None else link.name == name)]

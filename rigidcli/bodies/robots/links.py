@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,6 @@ import numpy as np
 from rigidcli.bodies.robots.elements import Element
 from rigidcli.core.arithmetic import Floats
 from rigidcli.errors import DocumentError, Problem, shortened, shown
-
-Decimals = Callable[[str], Any]
-"""What makes numbers of texts: `float`, or `Decimal` where they are to be kept digit by digit."""
 
 Body = dict[str, Any]
 """A form of body, as the section `body` of a document has it."""
@@ -67,28 +65,19 @@ class Geometry:
 class Link:
     """A link: its name, where it is, and its mass properties as a document's body.
 
-    `inertial` holds the body: a mass and a tensor about the centre of mass, at a `position` and turned by
-    a `rotation` in the axes of the link, or `parts` that are added up; each of the `frames` about it, the
-    innermost first, moves and turns it once more. A link that has none is `without` it for a reason, or has
-    a `problem`. `lines` are those of the mass, the tensor and so on. `geometry` is along the axes of the
-    link.
+    `body` has a mass and a tensor about the centre of mass, at a `position` and turned by a `rotation` in the
+    axes of the link. A link that has none is `without` it for a reason, or has a `problem`. `lines` are those
+    of the mass, the tensor and so on. `geometry` is along the axes of the link.
     """
 
     name: str
     source: str
     line: int
-    inertial: Body | None = None
-    frames: Sequence[Body] = ()
+    body: Body | None = None
     lines: Mapping[str, int] = field(default_factory=dict)
     geometry: Sequence[Geometry] = ()
     without: str = ""
     problem: Problem | None = None
-
-    @property
-    def body(self) -> Body:
-        """The mass properties as the section `body` of a document."""
-        assert self.inertial is not None
-        return framed(self.inertial, self.frames)
 
     def line_of(self, key: str) -> int:
         """The line of the mass, the tensor or the position; of the tensor where that is not given."""
@@ -115,7 +104,7 @@ def described(bare: Link, inertial: Callable[[], tuple[Body, Mapping[str, int]] 
     body, lines = found
     if body.get("mass") == 0:
         return replace(bare, without=NO_MASS)
-    return replace(bare, inertial=body, lines=lines)
+    return replace(bare, body=body, lines=lines)
 
 
 def bounded(robot: Robot) -> Robot:
@@ -150,16 +139,7 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:LISTED]) + more
 
 
-def framed(body: Body, frames: Sequence[Body]) -> Body:
-    """A body in frames, the innermost first: each a mapping with a `position` and a `rotation`, or none."""
-    for frame in frames:
-        body = {"parts": [body], **frame} if frame else body
-    return body
-
-
-def numbers(
-    element: Element, attribute: str, count: int | None, read: Decimals, default: str | None = None
-) -> list[Any]:
+def numbers(element: Element, attribute: str, count: int | None, default: str | None = None) -> list[Any]:
     """The numbers in an attribute, `count` of them. Raises DocumentError for anything else.
 
     Without the attribute those of the `default`, where there is one.
@@ -167,16 +147,16 @@ def numbers(
     text = element.attributes.get(attribute, default)
     if text is None:
         raise element.refusal(f"`<{element.tag}>` has no `{attribute}`, expected {_counted(count)}")
-    return in_text(text, f"`{attribute}` of `<{element.tag}>`", element, count, read)
+    return in_text(text, f"`{attribute}` of `<{element.tag}>`", element, count)
 
 
-def in_text(text: str, what: str, element: Element, count: int | None, read: Decimals) -> list[Any]:
+def in_text(text: str, what: str, element: Element, count: int | None) -> list[Any]:
     """The numbers in a text of an element, `count` of them, separated by blanks. Raises DocumentError."""
     words = text.split()
     bad = [word for word in words if len(word) > MOST_DIGITS or NUMBER.fullmatch(word) is None]
     large = [word for word in words if not bad and abs(float(word)) > LARGEST]
     if not bad and not large and (len(words) == count or count is None):
-        return [read(word) for word in words]
+        return [Decimal(word) for word in words]
     hint = None
     if "${" in text or "$(" in text:
         hint = TEMPLATE

@@ -8,7 +8,7 @@ from math import radians
 import numpy as np
 
 from rigidcli.bodies.robots.elements import Element
-from rigidcli.bodies.robots.links import Body, Decimals, numbers, placed
+from rigidcli.bodies.robots.links import Body, numbers, placed
 from rigidcli.core import rotation
 from rigidcli.core.arithmetic import FLOAT, Array
 from rigidcli.errors import ValueProblem, shown
@@ -37,9 +37,9 @@ def is_turned(element: Element) -> bool:
     return any(way in element.attributes for way in WAYS)
 
 
-def frame_of(element: Element, angles: Angles, decimal: Decimals) -> Body:
+def frame_of(element: Element, angles: Angles) -> Body:
     """The frame that `pos` and an orientation make. Raises DocumentError where they make none."""
-    position = numbers(element, "pos", 3, decimal, "0 0 0")
+    position = numbers(element, "pos", 3, "0 0 0")
     ways = [way for way in WAYS if way in element.attributes]
     if len(ways) > 1:
         raise element.refusal(
@@ -48,7 +48,7 @@ def frame_of(element: Element, angles: Angles, decimal: Decimals) -> Body:
     if not ways:
         return placed(position)
     (way,) = ways
-    values = numbers(element, way, WAYS[way], decimal)
+    values = numbers(element, way, WAYS[way])
     if way == "zaxis":
         return placed(position) | {"axis": values}
     if way == "quat":

@@ -15,7 +15,6 @@ from rigidcli.bodies.robots.links import (
     NO_MASS,
     TEMPLATE,
     Body,
-    Decimals,
     Link,
     Robot,
     described,
@@ -32,52 +31,52 @@ ROOT = "robot"
 """The tag of the root."""
 
 
-def read(root: Element, folder: Path, decimal: Decimals) -> Robot:
+def read(root: Element, folder: Path) -> Robot:
     """The links of the robot. Macros are not filled in, which is noted."""
     macro = next((child for child in root.children if child.tag.startswith("xacro:")), None)
     notes = [] if macro is None else [f"`<{macro.tag[:40]}>` in line {macro.line}: {TEMPLATE}"]
-    return Robot([_link(link, folder, decimal) for link in root.all("link")], notes)
+    return Robot([_link(link, folder) for link in root.all("link")], notes)
 
 
-def _link(link: Element, folder: Path, decimal: Decimals) -> Link:
-    parts = geometries(link.all("visual", "collision"), lambda part: _form(part, folder, decimal))
+def _link(link: Element, folder: Path) -> Link:
+    parts = geometries(link.all("visual", "collision"), lambda part: _form(part, folder))
     bare = Link(link.attributes.get("name", ""), link.source, link.line, geometry=parts)
-    return described(bare, lambda: _inertial(link, decimal))
+    return described(bare, lambda: _inertial(link))
 
 
-def _inertial(link: Element, decimal: Decimals) -> tuple[Body, Mapping[str, int]] | str:
+def _inertial(link: Element) -> tuple[Body, Mapping[str, int]] | str:
     inertial = link.find("inertial")
     mass = None if inertial is None else inertial.find("mass")
     if inertial is None or mass is None:
         return NO_MASS
-    (value,) = numbers(mass, "value", 1, decimal)
+    (value,) = numbers(mass, "value", 1)
     entries = inertial.find("inertia")
     if entries is None and value:
         raise inertial.refusal("there is a mass and no `<inertia>`, expected its tensor")
     origin = inertial.find("origin")
-    body = {"mass": value, **_frame(origin, decimal)}
+    body = {"mass": value, **_frame(origin)}
     if entries is not None:
-        body["inertia"] = tensor([numbers(entries, key.lower(), 1, decimal)[0] for key in ENTRIES])
+        body["inertia"] = tensor([numbers(entries, key.lower(), 1)[0] for key in ENTRIES])
     elements = {"mass": mass, "inertia": entries, "position": origin, "rotation": origin}
     return body, {key: element.line for key, element in elements.items() if element is not None}
 
 
-def _frame(origin: Element | None, decimal: Decimals) -> Body:
+def _frame(origin: Element | None) -> Body:
     """The frame of an `<origin>`, which may be missing."""
     if origin is None:
         return {}
-    position = numbers(origin, "xyz", 3, decimal, "0 0 0")
-    return placed(position, roll_pitch_yaw(numbers(origin, "rpy", 3, decimal, "0 0 0")))
+    position = numbers(origin, "xyz", 3, "0 0 0")
+    return placed(position, roll_pitch_yaw(numbers(origin, "rpy", 3, "0 0 0")))
 
 
-def _form(part: Element, folder: Path, decimal: Decimals) -> Body | None:
+def _form(part: Element, folder: Path) -> Body | None:
     """The geometry of a `<visual>` or `<collision>`."""
     shapes = part.find("geometry")
-    frame = _frame(part.find("origin"), decimal)
+    frame = _frame(part.find("origin"))
     for shape in [] if shapes is None else shapes.children:
 
         def size(key: str, count: int = 1, shape: Element = shape) -> list[object]:
-            return numbers(shape, key, count, decimal)
+            return numbers(shape, key, count)
 
         match shape.tag:
             case "box":
@@ -87,6 +86,6 @@ def _form(part: Element, folder: Path, decimal: Decimals) -> Body | None:
             case "cylinder" | "capsule":
                 return solid(shape.tag, frame, radius=size("radius")[0], height=size("length")[0])
             case "mesh":
-                scale = numbers(shape, "scale", 3, decimal, "1 1 1")
+                scale = numbers(shape, "scale", 3, "1 1 1")
                 return mesh(shape.attributes.get("filename", ""), folder, scale, frame)
     return None

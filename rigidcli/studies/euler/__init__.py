@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,15 +13,13 @@ from rigidcli.core.arithmetic import FLOAT
 from rigidcli.document.document import Document
 from rigidcli.errors import ValueProblem
 from rigidcli.report import Column, Field, Report, Step, Table
-from rigidcli.studies.common import if_known, report, trusted
+from rigidcli.studies.common import SHOWN_DIGITS, if_known, report, trusted
+from rigidcli.studies.euler.closed import CLOSED_FORM, closed_form, together
 from rigidcli.studies.euler.columns import COLUMNS, trajectory_table
 from rigidcli.studies.euler.initial import initial_value_problem
-from rigidcli.studies.euler.trajectory import CLOSED_FORM, Trajectory, free_trajectory
+from rigidcli.studies.euler.trajectory import Trajectory
 from rigidcli.studies.pictures import drawn
 from rigidcli.studies.results import told
-
-if TYPE_CHECKING:
-    from rigidcli.core.integrate import Engine
 
 SCHEMA = "rigidcli.euler/1"
 
@@ -49,30 +46,24 @@ AXES = {"e1": "e1, least moment", "e2": "e2, middle moment", "e3": "e3, greatest
 def run(
     document: Document,
     *,
-    engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
-    max_steps: int | None = None,
     steps: bool = False,
     picture: str | None = None,
     scene: bool = False,
 ) -> Report:
-    """Follow the motion that the document describes; `progress` is called with the fraction that is done.
-
-    A motion that is integrated, and needs more than `max_steps`, is refused.
-    """
+    """Follow the motion that the document describes; `progress` is called with the fraction that is done."""
     if document.ensemble is not None:
         from rigidcli.studies.ensembles import require_one_start, whole
-        from rigidcli.studies.euler.ensemble import together
 
         require_one_start(document, {"picture": picture})
-        return whole(document, lambda one: run(one, engine=engine, max_steps=max_steps), together)
-    motion = follow(document, engine, progress, max_steps)
-    fields, stable = (*_body(motion), *_kind(motion), *_quality(motion)), _stability(motion)
+        return whole(document, run, together)
+    motion = follow(document, progress)
+    fields, (stable, shown) = (*_body(motion), *_kind(motion), *_quality(motion)), _stability(motion)
     working: list[Step] = []
     if steps:
         from rigidcli.studies.euler.steps import euler_steps
 
-        working += euler_steps(motion, fields, stable)
+        working += euler_steps(motion, fields, shown)
     rates = next(column for column in stable.columns if column.key == "rate")
     fields += tuple(
         Field("", rate, unit=rates.unit, cells={f"stability.{place}.rate": ()})
@@ -80,7 +71,9 @@ def run(
     )
     samples, title = trajectory_table(motion), "motion by Euler's equations"
     pictures = drawn("euler", picture, motion, samples)
-    notes, tables = motion.problem.notes, (stable, samples)
+    notes, tables = motion.problem.notes, (stable, shown, samples)
+    if motion.method == CLOSED_FORM and motion.trusted_digits < SHOWN_DIGITS:
+        notes = (*notes, "few digits can be trusted, because the rounding of the input decides the others")
     result = report(document, SCHEMA, title, fields, notes, tables, working, pictures)
     if not scene:
         return result
@@ -91,9 +84,7 @@ def run(
 
 def follow(
     document: Document,
-    engine: Engine = "auto",
     progress: Callable[[float], None] | None = None,
-    max_steps: int | None = None,
 ) -> Trajectory:
     """The trajectory of the document's body: in closed form without torque and for a top, else integrated.
 
@@ -102,18 +93,16 @@ def follow(
     """
     problem = initial_value_problem(document)
     memory.require(len(problem.times), len(COLUMNS))
-    if problem.torque is None and not problem.weight.any():
-        return free_trajectory(problem)
-    if problem.torque is None and engine == "auto":
-        from rigidcli.studies.euler.heavy_top import heavy_top_trajectory
-
-        motion = heavy_top_trajectory(problem)
-        if motion is not None:
-            return motion
+    motion = document.motion
+    is_auto = motion is None or motion.method == "auto"
+    closed = closed_form(problem) if is_auto or not problem.weight.any() else None
+    if closed is not None:
+        return closed
     from rigidcli.studies.euler.driven import driven_trajectory
 
     try:
-        return driven_trajectory(problem, engine, progress, max_steps, document.shared.starts)
+        method, max_step = ("auto", None) if motion is None else (motion.method, motion.max_step)
+        return driven_trajectory(problem, method, max_step or math.inf, progress, document.shared.starts)
     except ValueProblem as wrong:
         raise document.refusal(
             wrong.message, ".".join(map(str, ("motion", *wrong.path))), hint=wrong.hint
@@ -163,21 +152,44 @@ def _quality(motion: Trajectory) -> tuple[Field, ...]:
     )
 
 
-def _stability(motion: Trajectory) -> Table:
-    """The three axes, and what becomes of a rotation about each with the initial |omega|."""
+def _stability(motion: Trajectory) -> tuple[Table, Table]:
+    """The axes, and what becomes of a rotation about each with the initial |omega|: for programs, for people.
+
+    People see one row for axes of equal moments.
+    """
     frame = motion.problem.frame
     found = stability.about_axes(frame.moments, frame.groups)
     speed = FLOAT.hypot(*motion.problem.omega)
-    rates = [None if one.rate_per_spin is None else one.rate_per_spin * speed for one in found]
-    return Table(
-        "stability",
-        "rotation about the principal axes, when left alone",
-        (
-            Column("axis", list(AXES), ("axis",), words=tuple(AXES.values())),
-            Column("moment", [float(moment) for moment in frame.moments], ("moment",), "kg m^2"),
-            Column("stable", [one.stable for one in found], ("stable",)),
-            Column("rate_per_spin", [one.rate_per_spin for one in found], ("rate/spin",)),
-            Column("rate", rates, ("rate",), "1/s"),
-        ),
-        records=True,
+    moments = [float(moment) for moment in frame.moments]
+    per_spin = [one.rate_per_spin for one in found]
+    rates = [None if rate is None else rate * speed for rate in per_spin]
+    shown = [group[0] for group in frame.groups]
+    verdicts = {True: "yes", False: "no", None: "neutral"}
+    whole = (
+        Column("axis", list(AXES), ("axis",), hidden=True),
+        Column("moment", moments, ("moment",), "kg m^2", hidden=True),
+        Column("stable", [one.stable for one in found], ("stable",), hidden=True),
+        Column("rate_per_spin", per_spin, ("rate/spin",), hidden=True),
+        Column("rate", rates, ("rate",), "1/s", hidden=True),
+    )
+    axes = [_axes_in_words(group) for group in frame.groups]
+    stable = [verdicts[found[k].stable] if moments[k] else "" for k in shown]
+    people = (
+        replace(whole[0], values=axes, hidden=False),
+        replace(whole[1], values=[moments[k] for k in shown], hidden=False),
+        replace(whole[2], values=stable, hidden=False),
+        replace(whole[3], values=[per_spin[k] for k in shown], hidden=False),
+        replace(whole[4], values=[rates[k] for k in shown], hidden=False),
+    )
+    title = "rotation about the principal axes, when left alone"
+    return Table("stability", title, whole, records=True), Table("", title, people)
+
+
+def _axes_in_words(group: Sequence[int]) -> str:
+    """The axes of one moment."""
+    names = list(AXES)
+    if len(group) == 1:
+        return AXES[names[group[0]]]
+    return (
+        "any axis" if len(group) == 3 else f"any axis in the plane of {names[group[0]]} and {names[group[1]]}"
     )

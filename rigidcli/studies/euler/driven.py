@@ -2,33 +2,25 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 
 from rigidcli.core import integrate, rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.narrow import begun_anew, merged, solved
-from rigidcli.core.second_opinion import estimated_error
+from rigidcli.core.estimate import compared, foreseen, unshared
 from rigidcli.core.solution import digits
 from rigidcli.document.motion import VARIABLES, SpaceTorque
 from rigidcli.errors import Path, ValueProblem, at
 from rigidcli.fields.environment import Formula
 from rigidcli.language import code
-from rigidcli.language.tree import ZERO, Name, Node, bound, insides, number
+from rigidcli.language.tree import ZERO, Name, Node, bound, number
 from rigidcli.mechanics import rigid_body
-from rigidcli.studies.euler.balance import BalanceErrors, balance_errors
+from rigidcli.studies.euler.balance import drift_of_balances
 from rigidcli.studies.euler.initial import InitialValueProblem
 from rigidcli.studies.euler.trajectory import Trajectory, drift_of
-
-COMPARED = 64
-"""Times at which the two integrations are compared: enough to meet the largest difference nearly."""
-
-ROUNDS = 4
-"""Largest number of times that an integration is repeated because its steps went over a torque."""
 
 TRIED = 64
 """Random states at which a torque is evaluated, to see whether its component along a line is always zero."""
@@ -46,14 +38,6 @@ class _Equations:
     axes: Floats
     torque: list[Node]
     state: Floats
-    engine: integrate.Engine
-    max_steps: int | None = None
-    starts: int = 1
-
-    @cached_property
-    def right_side(self) -> integrate.Flow:
-        """The derivatives of the state, as a function."""
-        return code.function(rigid_body.equations(self.moments, self.torque), rigid_body.STATE, {})
 
     def along_document(self, states: Floats) -> tuple[Floats, Floats]:
         """omega (n, 3) and orientation (n, 4) along the document's axes, of states (n, 7)."""
@@ -61,101 +45,57 @@ class _Equations:
         back = rotation.as_quaternion(self.axes) * [1, -1, -1, -1]
         return (states[:, 4:] / self.moments) @ self.axes.T, rotation.compose(quaternions, back)
 
-    def followed(
-        self, progress: Callable[[float], None] | None
-    ) -> tuple[integrate.Solution, Floats, BalanceErrors, Floats]:
-        """A solution that has followed all of the torque, the spans (k by 2, s) repeated for it, its errors.
-
-        An integrator looks at the torque now and then only, and goes over what acts in between. Where that
-        shows in the torque itself or in the balances, it begins anew with steps that are short; if that does
-        not help, the solution stays as it was. Last are the spans in which it still goes over the torque.
-        """
-        last, tolerance = float(self.problem.times[-1]), self.problem.tolerance
-
-        def follow(state: Floats, span: tuple[float, float]) -> integrate.Solution:
-            return self.part(state, span, tolerance, _share(progress, *span, last))
-
-        inner = sorted(set().union(*map(insides, self.torque)), key=repr)
-        quantities = code.function(inner, rigid_body.STATE, {})
-        whole = (self.state, (0.0, last))
-        solution, places, narrow = solved(follow, self.right_side, quantities, *whole, tolerance)
-        balance = self._balance(solution)
-        for _ in range(ROUNDS):
-            if not len(balance.missed):
-                break
-            more = merged(places, balance.missed)
-            other = begun_anew(follow, *whole, more)
-            found = self._balance(other)
-            if max(found.drift.values()) > max(balance.drift.values()) / 2:
-                break
-            solution, places, balance = other, more, found
-        return solution, places, balance, narrow
-
-    def part(
-        self,
-        state: Floats,
-        span: tuple[float, float],
-        tolerance: float,
-        progress: Callable[[float], None] | None = None,
-        like: integrate.Solution | None = None,
-    ) -> integrate.Solution:
-        """The solution over a span of time, from the state at its beginning; it may be `like` another one."""
-        return integrate.integrate(
-            self.right_side,
-            state,
-            span,
-            tolerance=tolerance,
-            blocks=(4, 3),
-            engine=self.engine,
-            progress=progress,
-            name="the motion",
-            most_steps=self.max_steps,
-            like=like,
-            starts=self.starts,
-        )
-
-    def _balance(self, solution: integrate.Solution) -> BalanceErrors:
-        """The balances; under weight alone, energy is conserved, and so is L about the vertical."""
-        problem = self.problem
-        if problem.torque is None:
-            drift = drift_of(problem, *self.along_document(solution.at(solution.knots)))
-            errors = {key: drift[key] for key in ("energy", "angular_momentum")}
-            return BalanceErrors(errors, np.empty((0, 2)))
-        timed = "t" in problem.torque.names
-        return balance_errors(self.torque, self.moments, solution, tolerance=problem.tolerance, timed=timed)
+    def drift(self, solution: integrate.Solution) -> dict[str, float]:
+        """The errors of the balances; weight alone conserves the energy, and L about the vertical."""
+        if self.problem.torque is None:
+            drift = drift_of(self.problem, *self.along_document(solution.at(solution.knots)))
+            return {key: drift[key] for key in ("energy", "angular_momentum")}
+        torque = code.function(self.torque, rigid_body.STATE, {})
+        return drift_of_balances(torque, self.moments, solution)
 
 
 def driven_trajectory(
     problem: InitialValueProblem,
-    engine: integrate.Engine,
+    method: integrate.Engine,
+    max_step: float,
     progress: Callable[[float], None] | None,
-    max_steps: int | None = None,
     starts: int = 1,
 ) -> Trajectory:
-    """The trajectory of a body that a torque drives, one of so many `starts`.
+    """The trajectory of a body that a torque drives, one of so many `starts`, in steps of `max_step` at most.
 
     Raises ComputationError where it ends early or cannot begin, and ValueProblem, with the path in
     `motion`, for a torque that cannot be: one that is too large, or about a line without a moment.
     """
-    equations = replace(_along_principal_axes(problem, engine), max_steps=max_steps, starts=starts)
-    solution, places, balance, narrow = equations.followed(progress)
-    omega, orientation = equations.along_document(solution.at(problem.times))
-    error, _ = estimated_error(
-        solution,
-        problem.tolerance,
-        partial(equations.part, like=solution),
-        lambda one, other: 2 * np.linalg.norm((one - other)[:, :4], axis=1),
-        np.linspace(0.0, problem.times[-1], COMPARED),
-        places.ravel(),
-        integrate.CHEAPER[solution.engine],
+    equations, name, end = _along_principal_axes(problem), "the motion", float(problem.times[-1])
+    slopes = rigid_body.equations(equations.moments, equations.torque)
+    watched = code.watched(slopes, rigid_body.STATE, {})
+    stops, longest = foreseen(watched, end, name)
+    follow = partial(
+        integrate.integrate,
+        code.function(slopes, rigid_body.STATE, {}),
+        equations.state,
+        (0.0, end),
+        blocks=(4, 3),
+        name=name,
+        longest=min(longest, max_step),
+        starts=starts,
     )
-    missed = merged(narrow, balance.missed)
+    solution = follow(tolerance=problem.tolerance, engine=method, stops=stops.tolist(), progress=progress)
+    omega, orientation = equations.along_document(solution.at(problem.times))
+    error, lost = compared(
+        solution,
+        lambda tolerance, stops: follow(tolerance=tolerance, stops=stops, like=solution),
+        watched,
+        stops,
+        lambda one, other: 2 * np.linalg.norm((one - other)[:, :4], axis=1),
+        problem.times,
+    )
     rounding = np.finfo(np.float64).eps * solution.steps**0.5
-    notes = problem.notes
-    if len(missed):
-        near = f"the balance of energy or angular momentum is missed near t = {missed[0].mean():.6g}"
-        notes += (f"{near}: the integration may have gone over a torque that acts for a short while",)
+    notes = problem.notes if solution.note is None else (*problem.notes, solution.note)
+    if lost is not None:
+        notes += (unshared("motion", lost, may_be_chaotic=True),)
     lengths = np.linalg.norm(solution.at(solution.knots)[:, :4], axis=1)
+    drift = equations.drift(solution)
     return Trajectory(
         replace(problem, notes=notes),
         omega,
@@ -163,19 +103,12 @@ def driven_trajectory(
         None,
         solution.method,
         solution.steps,
-        digits(math.pi if len(narrow) else max(error, rounding, *balance.drift.values())),
-        balance.drift | {"quaternion": float(np.abs(lengths - 1).max())},
+        digits(max(error, rounding, *drift.values())),
+        drift | {"quaternion": float(np.abs(lengths - 1).max())},
     )
 
 
-def _share(
-    progress: Callable[[float], None] | None, begin: float, end: float, last: float
-) -> Callable[[float], None] | None:
-    """A function that reports all that is done, given the fraction of the span from `begin` to `end`."""
-    return progress and (lambda fraction: progress((begin + (end - begin) * fraction) / last))
-
-
-def _along_principal_axes(problem: InitialValueProblem, engine: integrate.Engine) -> _Equations:
+def _along_principal_axes(problem: InitialValueProblem) -> _Equations:
     """The equations along principal axes; those of the document where they are principal.
 
     A linear body that does not turn about its line moves as a sphere would.
@@ -208,7 +141,7 @@ def _along_principal_axes(problem: InitialValueProblem, engine: integrate.Engine
                 hint="give a torque across the line, or the body some thickness",
             )
         torque[line] = ZERO
-    return _Equations(problem, moments, axes, torque, state, engine)
+    return _Equations(problem, moments, axes, torque, state)
 
 
 def _is_across(torque: Sequence[Node], line: int, state: Floats, end: float) -> bool:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from rigidcli.core import poinsot, rotation
+from rigidcli.core import charts, poinsot, rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.document.document import Document
 from rigidcli.picture import Mark
@@ -15,7 +15,6 @@ from rigidcli.report import Column, Table
 from rigidcli.scene import Part, Scene, Stage
 from rigidcli.studies.euler.trajectory import Trajectory
 from rigidcli.studies.pictures.bodies import marks_of_body
-from rigidcli.studies.pictures.surfaces import ball
 
 AXES = 1.25
 """Length of the axes of the body, in units of the distance from O to its farthest point."""
@@ -124,7 +123,7 @@ def _rolling_ellipsoid(motion: Trajectory) -> Iterator[Stage]:
 def _ellipsoid(semi_axes: Floats, motion: Trajectory) -> list[Floats]:
     """The faces of an ellipsoid with these semi-axes (3) along the principal axes of the body."""
     principal = motion.problem.frame.axes @ motion.problem.shown.T
-    return [face * semi_axes @ principal for face in ball(1.0)]
+    return [face * semi_axes @ principal for face in charts.ball(1.0, FLOAT).faces()]
 
 
 def _moved(places: Floats | list[Floats], shift: Floats) -> Floats | list[Floats]:

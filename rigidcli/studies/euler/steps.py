@@ -6,10 +6,20 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from rigidcli.core.arithmetic import FLOAT
-from rigidcli.core.polhode import Polhode
+from rigidcli.core.free_body import circulation
+from rigidcli.core.principal import PrincipalFrame
 from rigidcli.report import Field, Step, Table
+from rigidcli.studies.euler.closed import along_entries
 from rigidcli.studies.euler.trajectory import Trajectory
 from rigidcli.studies.steps.writing import filled
+
+
+def _about_axes(frame: PrincipalFrame) -> str:
+    """What the equation of a small component says about the axes of a body."""
+    if len(frame.groups) == 3:
+        return "It oscillates about the axes of the least and of the greatest moment, and grows between them."
+    alone = " It oscillates about the symmetry axis." if len(frame.groups) == 2 else ""
+    return f"About axes of equal moments the coefficient is zero: they are neutral.{alone}"
 
 
 def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -> Iterator[Step]:
@@ -37,8 +47,7 @@ def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -
     yield Step(
         "Stability",
         "Near a rotation w about axis i, a small component x along another obeys x'' = -w^2 (lambda_i - "
-        "lambda_j) (lambda_i - lambda_k)/(lambda_j lambda_k) x: it oscillates about the axes of the least "
-        "and of the greatest moment, and grows about the one between.",
+        "lambda_j) (lambda_i - lambda_k)/(lambda_j lambda_k) x. " + _about_axes(frame),
         tuple(
             filled(
                 f"-w^2*x*(lambda{i} - lambda{j})*(lambda{i} - lambda{k})/(lambda{j}*lambda{k})",
@@ -59,13 +68,14 @@ def euler_steps(motion: Trajectory, fields: Sequence[Field], stability: Table) -
         return
     found = [told["angular_momentum"], told["kinetic_energy"]]
     sentence = f"No torque acts: L in space and T are constant. Kind of motion: {words}."
-    if isinstance(free.path, Polhode) and free.regime.startswith("about"):
-        path = free.path
+    body, omegas, _ = along_entries(motion.problem)
+    path = circulation(body, omegas[0]) if free.regime.startswith("about") else None
+    if path is not None:
         sentence += " The components of omega are Jacobi's elliptic functions cn, sn and dn of the modulus k."
         found += [
-            Field("", path.k**2, "k^2", "k^2"),
-            Field("", path.rate, "rate of their argument", "", "rad/s"),
-            Field("", path.amplitudes, "amplitudes", "", "rad/s"),
+            Field("", float(path.k[0, 0]) ** 2, "k^2", "k^2"),
+            Field("", float(path.rate[0, 0]), "rate of their argument", "", "rad/s"),
+            Field("", path.amplitudes[0, 0], "amplitudes", "", "rad/s"),
             told["period"],
         ]
     yield Step("Motion", sentence, tuple(found))

@@ -7,28 +7,25 @@ from functools import cached_property
 
 import numpy as np
 
-from rigidcli.core import freebody, rotation
+from rigidcli.core import rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.solution import digits
+from rigidcli.core.free_body import Periods
 from rigidcli.studies.euler.initial import InitialValueProblem
-
-CLOSED_FORM = "closed form"
-"""The name of the method where nothing is integrated."""
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
     """omega along the document's axes (n, 3) and orientation (n, 4) at the times (n) of the problem.
 
-    `free` has the constants of the motion where no torque acts. `drift` is the largest error of the energy
-    balance, in units of the largest energy, that of the balance of angular momentum about O, in units of the
-    largest, and that of the length of the quaternions.
+    `free` has the kind and the periods of the motion where no torque acts. `drift` is the largest error of
+    the energy balance, in units of the largest energy, that of the balance of angular momentum about O, in
+    units of the largest, and that of the length of the quaternions.
     """
 
     problem: InitialValueProblem
     omega: Floats
     orientation: Floats
-    free: freebody.FreeMotion | None
+    free: Periods | None
     method: str
     steps: int
     trusted_digits: float
@@ -48,31 +45,6 @@ class Trajectory:
     def energy(self) -> Floats:
         """Kinetic energy (n, J)."""
         return _kinetic(self.omega, self.momentum)
-
-
-def closed_form(
-    problem: InitialValueProblem,
-    omega: Floats,
-    orientation: Floats,
-    error: float,
-    free: freebody.FreeMotion | None = None,
-) -> Trajectory:
-    """A trajectory in closed form, whose orientation has this `error` (rad) by the rounding of the input."""
-    beginning = problem.times == 0
-    omega[beginning], orientation[beginning] = problem.omega, problem.orientation
-    drift = drift_of(problem, omega, orientation)
-    return Trajectory(problem, omega, orientation, free, CLOSED_FORM, 0, digits(error), drift)
-
-
-def free_trajectory(problem: InitialValueProblem) -> Trajectory:
-    """The trajectory of a body on which no torque acts, by Jacobi's elliptic functions."""
-    body, turn = problem.inertia, rotation.as_quaternion(problem.inertia.axes)
-    given = (body, problem.omega @ body.axes, rotation.compose(problem.orientation, turn))
-    free = freebody.free_motion(*given)
-    error = freebody.sensitivity(*given, problem.times)
-    omega, orientation = freebody.at(free, problem.times)
-    orientation = rotation.compose(orientation, turn * [1, -1, -1, -1])
-    return closed_form(problem, omega @ body.axes.T, orientation, error, free)
 
 
 def drift_of(problem: InitialValueProblem, omega: Floats, orientation: Floats) -> dict[str, float]:

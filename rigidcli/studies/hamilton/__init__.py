@@ -9,6 +9,7 @@ import numpy as np
 
 from rigidcli.algebra.expressions import Expr
 from rigidcli.algebra.trees import to_tree
+from rigidcli.core.estimate import unshared
 from rigidcli.document.document import Document
 from rigidcli.language.latex_names import latex_name
 from rigidcli.language.text import reading
@@ -34,22 +35,18 @@ def run(
     document: Document,
     *,
     progress: Callable[[float], None] | None = None,
-    max_steps: int | None = None,
     steps: bool = False,
     program: bool = False,
     picture: str | None = None,
     scene: bool = False,
 ) -> Report:
-    """Derive what the system of the document has, and follow its orbit; `progress` is told how far.
-
-    An orbit that needs more than `max_steps` is refused.
-    """
+    """Derive what the system of the document has, and follow its orbit; `progress` is told how far."""
     if document.ensemble is not None:
         from rigidcli.studies.ensembles import require_one_start, whole
 
         require_one_start(document, {"picture": picture, "program": program})
-        return whole(document, lambda one: run(one, max_steps=max_steps))
-    found = find(document, progress, max_steps)
+        return whole(document, run)
+    found = find(document, progress)
     derivation, system = found.derivation, found.derivation.system
     phase = derivation.phase
     definitions = None if derivation.momenta is None else derivation.momenta.definitions
@@ -260,16 +257,11 @@ def _notes(found: Found) -> list[str]:
         notes.append(f"too long for people to read: {', '.join(long)}; `-f json` prints all of it")
     if found.orbit is not None and found.document.exact_results:
         notes.append("the orbit is followed in floating-point numbers")
+    if found.orbit is not None and found.orbit.note is not None:
+        notes.append(found.orbit.note)
     if found.orbit is not None and found.orbit.lost is not None:
-        notes.append(
-            f"chaotic, or too long: errors grow so fast that by t = {found.orbit.lost:.4g} little is left "
-            "of a somewhat coarser orbit, and beyond this one is only typical"
-        )
-    if found.orbit is not None and found.orbit.missed is not None:
-        notes.append(
-            f"steps go over something narrow near t = {found.orbit.missed:.6g}, however often they begin "
-            "anew: no digits are to be trusted"
-        )
+        may_be_chaotic = len(derivation.phase.coordinates) > 1 or derivation.explicit_time
+        notes.append(unshared("orbit", found.orbit.lost, may_be_chaotic))
     transform = found.transform
     if transform is not None and not transform.wrong and transform.hamiltonian is None:
         notes.append(

@@ -18,11 +18,12 @@ from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.trees import to_tree
 from rigidcli.core.arithmetic import Floats
+from rigidcli.core.estimate import Watched
 from rigidcli.core.solution import Flow
 from rigidcli.errors import ComputationError
 from rigidcli.language import code
 from rigidcli.language.elimination import Step, solved
-from rigidcli.language.tree import Name, Node, insides, rounding
+from rigidcli.language.tree import Name, Node, rounding
 from rigidcli.mechanics.hamilton_equations import Phase
 from rigidcli.studies.hamilton.derivation import TIME, Derivation
 from rigidcli.studies.hamilton.initial import InitialState
@@ -39,14 +40,14 @@ class EquationsOfMotion:
     """What is integrated from where, and how its variables (k by m) at times (k) are `observed`.
 
     That gives q and p (k by n each), H (k), and the terms of H (any number by k). `roundings` are the
-    rounding errors of the flow, in units of those of one operation. The `insides` of functions in the
-    equations tell where something narrow may be.
+    rounding errors of the flow, in units of those of one operation. What is `watched` tells where something
+    sudden may be.
     """
 
     flow: Flow
     roundings: Flow
     start: Floats
-    insides: Flow
+    watched: Watched
     observed: Callable[[Floats, Floats], tuple[Floats, Floats, Floats, Floats]]
 
 
@@ -93,7 +94,7 @@ def equations_of_motion(derivation: Derivation, initial: InitialState) -> Equati
 
     Raises ComputationError where the initial velocities are needed, and not given.
     """
-    equations, observe, flows = _in_code(derivation, tuple(initial.parameters.items()))
+    equations, observe, flow, roundings, watched = _in_code(derivation, tuple(initial.parameters.items()))
     size, start = len(initial.q), equations.start(initial)
     if derivation.energy_changes:
         start = np.append(start, 0.0)
@@ -102,18 +103,17 @@ def equations_of_motion(derivation: Derivation, initial: InitialState) -> Equati
         rows = columns(observe, times, states[:, : 2 * size])
         return states[:, :size], rows[:size].T, rows[size:].sum(axis=0), rows[size:]
 
-    flow, roundings, quantities = flows
-    return EquationsOfMotion(flow, roundings, start, quantities, observed)
+    return EquationsOfMotion(flow, roundings, start, watched, observed)
 
 
 @lru_cache(maxsize=1)
 def _in_code(
     derivation: Derivation, parameters: tuple[tuple[str, float], ...]
-) -> tuple[Equations, Flow, tuple[Flow, Flow, Flow]]:
+) -> tuple[Equations, Flow, Flow, Flow, Watched]:
     """The equations of a system with values of its parameters, which serve all starts of an ensemble.
 
-    Behind them are the flow of the momenta and of the terms of H, and those of the slopes of the variables,
-    of their rounding errors, and of the insides of functions.
+    Behind them are the flows of the momenta and of the terms of H, of the slopes of the variables, and of
+    their rounding errors, and what is to be watched.
     """
     equations, constants = symbolic_equations(derivation), dict(parameters)
     slopes, arguments, steps = list(equations.slopes), [TIME, *equations.names], equations.steps
@@ -122,12 +122,10 @@ def _in_code(
     if derivation.energy_changes:
         arguments = [*arguments, ENERGY_CHANGE]
         slopes.append(to_tree(derivation.power))
-    inner = sorted(set().union(*map(insides, [*slopes, *(node for _, node in steps)])), key=repr)
-    flow, roundings, quantities = (
-        code.function(nodes, arguments, constants, steps)
-        for nodes in (slopes, [rounding(slope) for slope in slopes], inner)
+    flow, roundings = (
+        code.function(nodes, arguments, constants, steps) for nodes in (slopes, list(map(rounding, slopes)))
     )
-    return equations, observe, (flow, roundings, quantities)
+    return equations, observe, flow, roundings, code.watched(slopes, arguments, constants, steps)
 
 
 def _hamilton(derivation: Derivation) -> Equations:

@@ -44,7 +44,6 @@ class Found:
 def find(
     document: Document,
     progress: Callable[[float], None] | None,
-    max_steps: int | None,
 ) -> Found:
     """Derive, search and follow what a document asks for; what it does not ask is not imported."""
     derivation = document.shared.once("derivation", lambda: derive(document))
@@ -65,7 +64,7 @@ def find(
         derivation, initial = initial_state(document, document.orbit, derivation)
         searched = _searched(derivation)
         starts = document.shared.starts
-        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, max_steps, starts)
+        orbit = solve_orbit(document.orbit, derivation, initial, searched or (), progress, starts)
     if document.transform is not None:
         from rigidcli.studies.hamilton.transform import transformed
 

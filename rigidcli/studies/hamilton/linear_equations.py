@@ -13,6 +13,7 @@ from rigidcli.algebra import matrices
 from rigidcli.algebra.expressions import Expr, total
 from rigidcli.algebra.substitution import substitute
 from rigidcli.algebra.values import is_zero
+from rigidcli.document.document import Document
 from rigidcli.errors import ExpressionError
 from rigidcli.mechanics.hamilton_equations import linear
 from rigidcli.report import Field

@@ -13,9 +13,7 @@ import numpy as np
 from rigidcli.algebra.expressions import Expr
 from rigidcli.core import integrate, memory
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.narrow import solved
-from rigidcli.core.second_opinion import estimated_error
-from rigidcli.core.sensitivity import representative
+from rigidcli.core.estimate import compared, foreseen
 from rigidcli.core.solution import ROUNDING, digits
 from rigidcli.document.orbit import Orbit
 from rigidcli.document.sampling import DEFAULT_TOLERANCE
@@ -41,11 +39,10 @@ BEFORE = 1 - 1e-9
 class OrbitSolution:
     """An orbit at `times` (k): coordinates and momenta (k by n each) and H (k).
 
-    `drift` tells of H and of each conserved quantity by how much it changes, in units of the largest sum of
-    the sizes of its terms; where H changes by law, the integral of dH/dt is taken off. Those that are neither
-    H nor momenta are `invariants`. The `states` (k by 2 n) are those of the variables that were integrated.
-    From `lost` on, if ever, an orbit with somewhat larger errors has nothing in common with this one. At
-    `missed`, if ever, steps have gone over something narrow.
+    `drift` tells by how much H and the conserved quantities change, in units of the largest sum of the sizes
+    of their terms; where H changes by law, the integral of dH/dt is taken off. Those that are neither H nor
+    momenta are `invariants`. The `states` (k by 2 n) are those of the variables that were integrated.
+    From `lost` on, if ever, a second orbit in other steps has nothing in common with this one.
     """
 
     times: Floats
@@ -59,7 +56,7 @@ class OrbitSolution:
     states: Floats
     trusted_digits: float
     lost: float | None
-    missed: float | None
+    note: str | None
 
 
 @np.errstate(over="ignore", invalid="ignore")
@@ -69,35 +66,41 @@ def solve_orbit(
     initial: InitialState,
     invariants: Sequence[Expr],
     progress: Callable[[float], None] | None,
-    max_steps: int | None = None,
     starts: int = 1,
 ) -> OrbitSolution:
     """The orbit that a document asks for, one of so many `starts`; the drift of `invariants` is told, too.
 
-    Raises ComputationError where the orbit ends early, or needs more than `max_steps`, or too much memory.
+    Raises ComputationError where the orbit ends early, or needs too many steps, or too much memory.
     """
-    motion = equations_of_motion(derivation, initial)
+    motion, name = equations_of_motion(derivation, initial), "the orbit"
     times = orbit.instants(1.0)
     memory.require(len(times), 2 + len(motion.start))
-    tolerance = orbit.tolerance or DEFAULT_TOLERANCE
+    span = (0.0, float(times[-1]))
+    stops, longest = foreseen(motion.watched, span[1], name)
     follow = partial(
         integrate.integrate,
         motion.flow,
+        motion.start,
         roundings=motion.roundings,
-        name="the orbit",
-        most_steps=max_steps,
+        name=name,
+        longest=min(longest, orbit.max_step or math.inf),
         starts=starts,
     )
-    step = partial(follow, tolerance=tolerance, engine=orbit.method, progress=progress)
-    span = (0.0, float(times[-1]))
+    step = partial(
+        follow,
+        tolerance=orbit.tolerance or DEFAULT_TOLERANCE,
+        stops=stops.tolist(),
+        engine=orbit.method,
+        progress=progress,
+    )
     defined = derivation.momenta
     may_branch = defined is not None and not defined.are_linear(derivation.velocity_names)
     try:
-        solution, places, narrow = solved(step, motion.flow, motion.insides, motion.start, span, tolerance)
+        solution = step(span)
     except integrate.Stopped as stop:
         if may_branch:
             with suppress(integrate.Stopped):
-                seen = step(motion.start, (0.0, BEFORE * stop.time))
+                seen = step((0.0, BEFORE * stop.time), stops=())
                 _require_regular(seen, motion, derivation, initial, VANISHING)
         raise
     if may_branch:
@@ -107,19 +110,13 @@ def solve_orbit(
     coordinates, momenta, energy, terms = motion.observed(times, states)
     scale = np.abs(states[:, : 2 * len(initial.q)]).max(axis=0)
     scale[scale == 0] = 1.0
-    made = _made(solution, motion)
-    error, lost = estimated_error(
+    error, lost = compared(
         solution,
-        tolerance,
-        lambda state, span, coarser: follow(state, span, tolerance=coarser, like=solution),
+        lambda tolerance, stops: follow(span, tolerance=tolerance, stops=stops, like=solution),
+        motion.watched,
+        stops,
         lambda one, other: np.abs((one - other)[:, : len(scale)] / scale).max(axis=1),
-        representative(times),
-        places.ravel(),
-        integrate.CHEAPER[solution.engine],
-        made,
-    )
-    rounding = math.hypot(
-        ROUNDING * math.sqrt(solution.steps), (np.linalg.norm(made, axis=0)[: len(scale)] / scale).max()
+        times,
     )
     gained = states[:, -1] if derivation.energy_changes else np.zeros(len(times))
     drift = {"H": _drift(energy - energy[0] - (gained - gained[0]), terms)}
@@ -141,30 +138,10 @@ def solve_orbit(
         solution.method,
         solution.steps,
         states[:, : 2 * len(initial.q)],
-        digits(1.0 if len(narrow) else max(error, rounding)),
+        digits(max(error, drift["H"], ROUNDING * math.sqrt(solution.steps))),
         lost,
-        float(narrow[0].mean()) if len(narrow) else None,
+        solution.note,
     )
-
-
-def _made(solution: integrate.Solution, motion: EquationsOfMotion) -> Floats:
-    """The errors that the rounding of slopes makes in the variables (n) in each step (steps by n).
-
-    There are two bounds: step by step, added up as in a random walk, and the largest error of a slope beside
-    the largest slope. The first is small where steps that pass closely by a pole are large for a moment, the
-    second where terms cancel exactly, far from a wall.
-    """
-    knots, states = solution.knots, solution.sample(solution.knots)
-    slopes, errors = (
-        np.abs(np.nan_to_num(columns(f, knots, states))) for f in (motion.flow, motion.roundings)
-    )
-    walked = ROUNDING * errors[:, 1:] * np.abs(np.diff(knots))
-    total, largest = np.linalg.norm(walked, axis=1), slopes.max(axis=1)
-    beside = np.divide(errors.max(axis=1), largest, out=np.zeros_like(largest), where=largest > 0)
-    most = ROUNDING * math.sqrt(solution.steps) * beside * np.abs(states).max(axis=0)
-    share = np.divide(most, total, out=np.zeros_like(total), where=total > 0)
-    made: Floats = (walked * np.minimum(share, 1.0)[:, None]).T
-    return made
 
 
 def _require_regular(

@@ -6,6 +6,7 @@ from contextlib import suppress
 from importlib import import_module
 from typing import TYPE_CHECKING
 
+from rigidcli.commands import COMMANDS, STUDIES
 from rigidcli.errors import RigidError, UsageError
 
 if TYPE_CHECKING:
@@ -17,24 +18,9 @@ BEST = "best"
 ANY = "any"
 """Asks for the best picture where there is one, and for none where there is nothing to draw."""
 
-KINDS: dict[str, dict[str, str]] = {
-    "inertia": {"body": "pictures.bodies"},
-    "axes": {"body": "pictures.bodies"},
-    "precess": {
-        "potential": "pictures.precess",
-        "trace": "pictures.precess",
-        "polhode": "pictures.precess",
-    },
-    "euler": {"omega": "euler.pictures", "polhode": "euler.pictures", "trace": "euler.pictures"},
-    "hamilton": {
-        "phase": "hamilton.pictures",
-        "modes": "hamilton.pictures",
-        "spectrum": "hamilton.pictures",
-        "series": "hamilton.pictures",
-    },
-}
-"""The kinds of pictures of each command, the best first, and the module of `studies` with a function of that
-name, which raises UsageError where a result has nothing to show in that way."""
+KINDS = {name: COMMANDS[name].pictures for name in STUDIES}
+"""The kinds of pictures of each study; a function of the name of a kind raises UsageError where a result has
+nothing to show in that way."""
 
 
 def require_kind(command: str, kind: str) -> None:

@@ -20,7 +20,6 @@ from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.studies.body import body_frame
 from rigidcli.studies.common import require_values
 from rigidcli.studies.pictures.closed import ellipsoid
-from rigidcli.studies.pictures.surfaces import surface
 
 MOST_POINTS = 2_000
 """The most point masses that are drawn; of more, evenly chosen ones."""
@@ -104,7 +103,7 @@ def marks_of_body(document: Document) -> Iterator[Mark]:
             yield Mark("dots", _places(leaf.form) @ turn.T + shift, "point masses", style=5)
         elif isinstance(leaf.form, Shape | Mesh):
             target = wires if isinstance(leaf.form, Wire) else holes if leaf.sign < 0 else material
-            faces = leaf.form.faces(MOST_FACES, CELLS) if isinstance(leaf.form, Mesh) else surface(leaf.form)
+            faces = leaf.form.faces(MOST_FACES, CELLS) if isinstance(leaf.form, Mesh) else leaf.form.faces()
             target += [np.asarray(face @ turn.T + shift, dtype=float) for face in faces]
     if material := _outside(material):
         yield Mark("faces", material, "the body", style=5)

@@ -7,9 +7,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from rigidcli.core import freebody, lagrange, rotation
+from rigidcli.core import free_body, rotation
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.effective_potential import effective_potential
+from rigidcli.core.heavy_top import heavy_motion
+from rigidcli.core.nutation import effective_potential
 from rigidcli.core.tensor import Inertia
 from rigidcli.document.document import Document
 from rigidcli.errors import UsageError
@@ -36,19 +37,19 @@ def potential(document: Document, values: Mapping[str, Mapping[str, Value]]) -> 
     """The effective potential of a top, its energy and its turning points."""
     top, given = _top(document, values)
     low, high = top["theta_min"], top["theta_max"]
-    found = effective_potential(*given)
+    at, energy = effective_potential(*given)
     half = max(0.75 * (high - low), NARROWEST, 0.02 * (low + high))
     middle = (low + high) / 2
     theta = np.linspace(max(middle - half, 1e-3), min(middle + half, math.pi - 1e-3), COUNT)
-    heights = found.at(theta)
-    depth = found.energy - float(found.at(np.linspace(low, high, COUNT)[1:-1]).min(initial=found.energy))
-    room = max(depth, float(heights[len(heights) // 4 : -len(heights) // 4].max() - found.energy))
-    heights = np.where(heights <= found.energy + 1.5 * room, heights, np.nan)
+    heights = at(theta)
+    depth = energy - float(at(np.linspace(low, high, COUNT)[1:-1]).min(initial=energy))
+    room = max(depth, float(heights[len(heights) // 4 : -len(heights) // 4].max() - energy))
+    heights = np.where(heights <= energy + 1.5 * room, heights, np.nan)
     ends = np.array([theta[0], theta[-1]])
-    turning = np.array([[low, found.energy], [high, found.energy]])
+    turning = np.array([[low, energy], [high, energy]])
     marks = (
         Mark("line", np.column_stack([theta, heights]), "V_eff", r"V_\mathrm{eff}(\theta)", style=0),
-        Mark("line", np.column_stack([ends, [found.energy] * 2]), "energy E", r"\mathrm{energy}\ E", style=1),
+        Mark("line", np.column_stack([ends, [energy] * 2]), "energy E", r"\mathrm{energy}\ E", style=1),
         Mark("dots", turning, "turning points", style=1),
     )
     return Picture("potential", "effective potential of the tilt", (Panel((_TILT, _ENERGY), marks),))
@@ -66,7 +67,7 @@ def trace(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Pict
     period, rate = top["nutation_period"], top["mean_precession_rate"]
     turn = abs(2 * math.pi / rate) if rate else 0.0
     times = np.linspace(0, min(max(turn, period or 0.0), MOST_NUTATIONS * (period or turn)) or 1.0, 4 * COUNT)
-    _, path = lagrange.at(lagrange.heavy_motion(lambda1, lambda3, fall, omega, orientation), times)
+    _, path = heavy_motion(lambda1, lambda3, fall, omega, orientation).at(times)
     axis = rotation.turned(path, np.array([0.0, 0.0, 1.0]))
     return trace_picture(axis, "axis of the top", "", "trace of the axis on the unit sphere, z upward")
 
@@ -78,9 +79,9 @@ def polhode(document: Document, values: Mapping[str, Mapping[str, Value]]) -> Pi
     require_values(document, "a picture")
     frame = body_frame(document)
     omega = principal_omega(document, frame)
-    motion = freebody.free_motion(Inertia.of(np.diag(frame.moments)), omega, np.array([1.0, 0, 0, 0]))
-    path = freebody.at(motion, np.linspace(0, motion.period or 1.0, COUNT))[0]
-    return polhode_picture(frame.moments, path)
+    body, upright = Inertia.of(np.diag(frame.moments)), np.array([[1.0, 0, 0, 0]])
+    times = np.linspace(0, free_body.periods(body, omega).period or 1.0, COUNT)
+    return polhode_picture(frame.moments, free_body.motions(body, omega[None], upright, times)[0][0])
 
 
 def _top(

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
+from pydantic import ValidationError
 
+from rigidcli.bodies.bodies import KnownTensor
 from rigidcli.bodies.robots.links import COLUMNS, ENTRIES, ROWS, Link, matrix
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.core.tensor import point_tensor, shortfall
-from rigidcli.document.link_documents import alone
-from rigidcli.errors import DocumentError
+from rigidcli.errors import ValueProblem
 from rigidcli.studies.robots.geometry import NEAR, Weighed, forms_of, moments_agree
 
 POWERS = (-3, -2, -1, 1, 2, 3)
@@ -32,11 +32,11 @@ def repair(link: Link) -> str | None:
     An edit moves a decimal point, changes a sign or all signs of the products, exchanges two entries, or
     undoes the parallel-axis theorem. It must lead near to the form of the link, where that is known.
     """
-    given = None if link.inertial is None else link.inertial.get("inertia")
+    given = None if link.body is None else link.body.get("inertia")
     if given is None:
         return None
     entries = np.array([float(given.get(key, 0)) for key in ENTRIES])
-    mass = float(link.inertial["mass"]) if link.inertial else 0.0
+    mass = float(link.body["mass"]) if link.body else 0.0
     if mass <= 0 or shortfall(matrix(entries)) is None:
         return None
     forms = forms_of(link).solids
@@ -77,14 +77,10 @@ def _edits(entries: Floats, mass: float, origin: Floats) -> Iterator[tuple[str, 
 
 def _origin(link: Link) -> Floats:
     """The origin of the link from its centre of mass, along the axes of the tensor (3, m); else zero."""
-    if link.frames:
-        return np.zeros(3)
-    body = {**(link.inertial or {}), "mass": 1, "inertia": {"Ixx": 1, "Iyy": 1, "Izz": 1}}
+    body = {**(link.body or {}), "mass": 1, "inertia": {"Ixx": 1, "Iyy": 1, "Izz": 1}}
     try:
-        document = alone(replace(link, inertial=body, frames=(), problem=None))
-    except DocumentError:
+        turn, shift = KnownTensor.model_validate(body).motion(FLOAT)
+    except (ValidationError, ValueProblem):
         return np.zeros(3)
-    assert document.body is not None
-    turn, shift = document.body.motion(FLOAT)
     origin: Floats = -turn.T.astype(float) @ shift.astype(float)
     return origin

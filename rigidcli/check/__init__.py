@@ -1,0 +1,24 @@
+"""Homework: what an assignment asks, what is handed in, whether it is right, and what is said of it."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+
+class Feedback(StrEnum):
+    """How much students read of what was found, the same in every format.
+
+    `none` hides all that is meant for students, though scores and verdicts stay in json and csv.
+    `verdict` says whether an answer is right, `hint` also what is wrong with it, and `full` also what
+    was expected.
+    """
+
+    none = "none"
+    verdict = "verdict"
+    hint = "hint"
+    full = "full"
+
+    @property
+    def reasons(self) -> bool:
+        """Whether it says what is wrong with an answer."""
+        return self in (Feedback.hint, Feedback.full)

@@ -1,0 +1,280 @@
+r"""The text of an answer file -> its answers by question, as they were typed, or what is wrong with each.
+
+A file of lines is read line by line, so that a line that is no YAML costs its own question only. An entry
+begins at a line that names a question (`3: 2.34`, `3:2.34`, `3 = 2.34`, `3. 2.34`, `3 2.34`), and goes on in
+the lines that are indented deeper. What stands behind the name is read as YAML where it is that, and else as
+the text that it is: `[1, 2] cm`, `- 3.2`, `|T|`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from rigidcli.check.base import Tree, Unreadable
+from rigidcli.document.syntax import read_tree
+from rigidcli.errors import DocumentError, Problem, shown
+
+Answers: TypeAlias = dict[str, Tree | Unreadable]
+"""Answers by the names of questions; one that cannot be read is what is wrong with it."""
+
+MOST_ANSWERS = 1000
+"""Entries of a file that are read."""
+
+MOST_STRAY = 5
+"""Lines without an answer that are named one by one."""
+
+LONGEST_NAME = 100
+"""Characters of a question's name in an answer file."""
+
+ABOUT = frozenset(["student", "name"])
+"""Keys beside the answers that say who the student is, which nobody believes."""
+
+_SECTION = re.compile(r"""["']?answers["']?\s*(?:$|#|:\s*(?P<value>[^\s#].*)?)""", re.IGNORECASE)
+"""The line with which the answers begin; they may stand on it."""
+
+_SILENT = re.compile(r"#|%YAML|---\s*$|\.\.\.\s*$|$")
+"""A line that says nothing: empty, a comment, or a mark of YAML."""
+
+_GOES_ON = re.compile(r"[-+*/=&|)\]},;.<>^\\]")
+"""The beginning of a line that continues the one before, however it is indented."""
+
+_PLAIN = re.compile(r"[\w.()-]{1,20}")
+"""A name that is no part of a formula or an address, even if no blank stands behind its colon."""
+
+_KEY = re.compile(r"[\w.()'\"-]{1,100}:\s")
+"""A key that begins the next answer, also where a bracket before it was never closed."""
+
+_NUMBERED = re.compile(r"(?P<name>[0-9][\w.]{0,20}?)(?:\s*=\s*|[.)]\s+|\s+)(?P<value>\S.*)")
+"""A number that may be the name of a question, with `=`, a dot, or a blank behind it."""
+
+_CONTROL = re.compile(r"[\x00-\x08\x0b\x0e-\x1f\x7f]")
+"""Characters that no text has; form feeds may stand in one."""
+
+_QUOTED = re.compile(r'"(?:[^"\\\n]|\\.)*"')
+_ESCAPE = re.compile(r"\\([a-zA-Z]+|.)")
+_LATEX = re.compile(
+    r"[^0abtnvfreNLPxuU\W\d_].*|alpha|approx|begin|beta|bar|big[lr]?|end|epsilon|ell|eta|exp|frac|nabla|nu|rho|"
+    r"right|rm|tan|tau|text|tfrac|theta|times|varphi|vartheta|vec"
+)
+"""Commands of LaTeX: some begin like an escape of YAML, such as `\\t`, and all others do not."""
+
+
+def folded(id: str) -> str:
+    """The name of a question, however it is spelled."""
+    return id.strip().casefold()
+
+
+def tree_of(text: str) -> Tree:
+    """What a text is in YAML. Raises Unreadable."""
+    try:
+        return read_tree(text, "", typed=True)
+    except DocumentError as error:
+        raise _unreadable(error.problems[0]) from None
+
+
+def read_answers(text: str, known: Collection[str] = ()) -> tuple[Answers, list[str]]:
+    """The answers in a text by the names as they are spelled, and notes on lines that are none.
+
+    `known` are the names of questions. Raises Unreadable where no answer can be told.
+    """
+    if _CONTROL.search(text):
+        raise Unreadable("parse_error", "there are control characters in it: is it a text file?")
+    text = _QUOTED.sub(_literal, text.removeprefix("\ufeff"))
+    names = {folded(name) for name in known}
+    lines = text.splitlines()
+    sections = ((place, _SECTION.match(line.strip())) for place, line in enumerate(lines))
+    begin, section = next(((place, found) for place, found in sections if found), (-1, None))
+    value = (section and section["value"]) or ""
+    if value or text.lstrip().startswith("{"):
+        try:
+            whole = text if text.lstrip().startswith("{") else "\n".join(lines[begin:])
+            return _of_tree(tree_of(whole), names), []
+        except Unreadable as unreadable:
+            if unreadable.findings[0].code in ("wrong_shape", "too_large", "not_allowed"):
+                raise
+            # Brackets and commas are taken away, and what is left is read line by line.
+            lines = [re.sub(r"[,{]\s*$|^\s*[{}][{}\s,]*", "", line) for line in lines]
+            reader = _Lines(names)
+            reader.read(lines[begin + 1 :], begin + 2)
+            heads = {folded(entry.name) for entry in reader.entries}
+            if not heads & names if names else section is None:
+                raise
+    else:
+        reader = _Lines(names)
+        reader.read(lines[begin + 1 :], begin + 2)
+    if section is None and text.strip():
+        heads = {folded(entry.name) for entry in reader.entries}
+        if not (heads & names if names else heads - ABOUT) and not heads & ABOUT:
+            raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
+    return reader.answers(), reader.notes()
+
+
+def _literal(quoted: re.Match[str]) -> str:
+    """A text between quotation marks, whose backslashes stay where they begin commands of LaTeX."""
+    if not any(_LATEX.fullmatch(escape) for escape in _ESCAPE.findall(quoted[0])):
+        return quoted[0]
+    return re.sub(r"\\(.)", lambda pair: pair[0] if pair[1] in '\\"' else f"\\{pair[0]}", quoted[0])
+
+
+def _of_tree(tree: Tree, names: set[str]) -> Answers:
+    """The answers of a file that is YAML as a whole. Raises Unreadable."""
+    if isinstance(tree, dict):
+        keys = {folded(key): key for key in tree}
+        if "answers" in keys:
+            answers = tree[keys["answers"]]
+            if isinstance(answers, dict):
+                return dict(answers)
+            if answers is None:
+                return {}
+        elif not names or not names.isdisjoint(keys) or keys.keys() <= ABOUT:
+            return {key: value for key, value in tree.items() if folded(key) not in ABOUT - names}
+    raise Unreadable("wrong_shape", "expected `answers`, a mapping from questions to answers")
+
+
+def _unreadable(problem: Problem) -> Unreadable:
+    """A problem of YAML as one of an answer, with what helps."""
+    place = "" if problem.line is None else f"line {problem.line}: "
+    message = ": ".join(filter(None, [place + problem.message, problem.hint]))
+    return Unreadable("too_large" if problem.code == "too_deep" else problem.code or "parse_error", message)
+
+
+@dataclass(slots=True)
+class _Entry:
+    """The lines of one answer, from the line `number` with its `name`, which is indented so deep."""
+
+    name: str
+    number: int
+    indent: int
+    lines: list[str]
+    open: int = 0
+
+    def add(self, line: str) -> None:
+        """Add a line, and count the brackets that are open after it."""
+        self.lines.append(line)
+        self.open += sum(line.count(bracket) for bracket in "([{") - sum(line.count(end) for end in ")]}")
+
+    @property
+    def is_list(self) -> bool:
+        """Whether no brace is open, in which keys may stand."""
+        return sum(line.count("{") - line.count("}") for line in self.lines) <= 0
+
+    @property
+    def is_begun(self) -> bool:
+        """Whether nothing stands behind the name as yet."""
+        return not any(line.strip() for line in self.lines)
+
+    def value(self) -> Tree | Unreadable:
+        """The answer, as YAML or else as text."""
+        texts = [text for line in self.lines if (text := re.sub(r"(^|\s)#.*", "", line).strip())]
+        try:
+            tree = tree_of("x: " + "\n ".join(self.lines) + "\n")["x"]
+        except Unreadable as unreadable:
+            found = unreadable.findings[0]
+            if found.code != "parse_error":
+                return Unreadable(found.code, f"line {self.number}: {found.detail.partition(': ')[2]}")
+            is_list = texts and not self.lines[0].strip() and all(text.startswith("- ") for text in texts)
+            return [text[2:].strip() for text in texts] if is_list else "\n".join(texts)
+        is_text = isinstance(tree, str) and texts and not texts[0].startswith(("'", '"', "|", ">"))
+        # YAML would join the lines of a text, each of which may be an equation; and where semicolons separate
+        # numbers, it would cut these at their decimal commas.
+        is_cut = texts and texts[0].startswith(("[", "{")) and any(";" in text for text in texts)
+        return "\n".join(texts) if is_text or is_cut else tree
+
+
+@dataclass(slots=True)
+class _Lines:
+    """The lines of answers, put together to entries; `names` are those of questions."""
+
+    names: Collection[str]
+    entries: list[_Entry] = field(default_factory=list)
+    stray: list[str] = field(default_factory=list)
+
+    def read(self, lines: list[str], first: int) -> None:
+        """Read the lines, of which the first has the number `first`. Raises Unreadable for too many."""
+        for number, raw in enumerate(lines, first):
+            line = raw.expandtabs(8) if raw[:1] == "\t" else raw.rstrip()
+            text = line.lstrip(" ")
+            indent = len(line) - len(text)
+            last = self.entries[-1] if self.entries else None
+            is_open = last is not None and last.open > 0 and not (_KEY.match(text) and last.is_list)
+            if _SILENT.match(text) or is_open or (last and indent > last.indent):
+                if last:
+                    last.add(line)
+            elif head := self._head(text, last):
+                entry = _Entry(head[0], number, indent, [])
+                entry.add(head[1])
+                self.entries.append(entry)
+                if len(self.entries) > MOST_ANSWERS:
+                    raise Unreadable("too_large", f"expected at most {MOST_ANSWERS:,} answers")
+            elif last and (last.is_begun or _GOES_ON.match(text)):
+                last.add(line)
+            else:
+                self.stray.append(f"line {number} is no answer: {shown(text)}")
+        self._cut()
+
+    def _head(self, text: str, last: _Entry | None) -> tuple[str, str] | None:
+        """The name at the beginning of a line, and what is behind it."""
+        plain = text.lstrip("\"'")
+        for name in sorted(self.names, key=len, reverse=True):
+            if plain[: len(name)].casefold() == name:
+                behind = plain[len(name) :].lstrip("\"'")
+                blank = r"|\s+(?=\S)" if re.search(r"[0-9]", name) else r"|\s+(?=[-+~]?[0-9.\[({\\$])"
+                if found := re.match(rf"\s*[:=]\s*|[.)]\s+{blank}", behind):
+                    return plain[: len(name)], behind[found.end() :]
+        name, colon, behind = text[: LONGEST_NAME + 1].partition(":")
+        name = name.strip().strip("\"'")
+        if colon and name and (not behind.strip() or behind[:1] == " " or _PLAIN.fullmatch(name)):
+            return name, text.partition(":")[2].strip()
+        numbered = None if self.names or (last and last.is_begun) else _NUMBERED.fullmatch(text)
+        return (numbered["name"], numbered["value"]) if numbered else None
+
+    def _cut(self) -> None:
+        """Let questions that are indented too deep, below another answer, stand by themselves."""
+        heads = {folded(entry.name) for entry in self.entries}
+        for place in range(len(self.entries) - 1, -1, -1):
+            entry = self.entries[place]
+            for line in range(len(entry.lines) - 1, 0, -1):
+                text = entry.lines[line].strip()
+                head = self._head(text, entry) if text and not _SILENT.match(text) else None
+                if head and folded(head[0]) in {*self.names} - heads and entry.lines[0].strip():
+                    cut = _Entry(
+                        head[0], entry.number + line, entry.indent, [head[1], *entry.lines[line + 1 :]]
+                    )
+                    self.entries.insert(place + 1, cut)
+                    del entry.lines[line:]
+                    heads.add(folded(head[0]))
+
+    def answers(self) -> Answers:
+        """The answers; one that stands twice is none."""
+        found: dict[str, _Entry | None] = {}
+        spelled: dict[str, str] = {}
+        answers: Answers = {}
+        for entry in self.entries:
+            key = folded(entry.name)
+            if key in ABOUT and key not in self.names:
+                continue
+            name = spelled.setdefault(key, entry.name)
+            if key in found:
+                message = f"line {entry.number}: the key {shown(entry.name)} stands twice"
+                answers[name] = Unreadable("duplicate_key", message)
+            else:
+                found[key] = entry
+                answers[name] = entry.value()
+        return answers
+
+    def notes(self) -> list[str]:
+        """Notes on the lines that belong to no answer."""
+        more = len(self.stray) - MOST_STRAY
+        return [*self.stray[:MOST_STRAY], *([f"{more:,} more lines are no answers"] if more > 0 else [])]
+
+
+def as_typed(answer: Tree | Unreadable) -> str:
+    """An answer as it was typed, in one line where it is a list or a mapping."""
+    if isinstance(answer, Mapping):
+        return f"{{{', '.join(f'{key}: {as_typed(value)}' for key, value in answer.items())}}}"
+    if isinstance(answer, list):
+        return f"[{', '.join(map(as_typed, answer))}]"
+    return "" if answer is None or isinstance(answer, Unreadable) else "; ".join(str(answer).splitlines())

@@ -1,0 +1,135 @@
+"""What all kinds of answers share: what is asked, what was read, and what is said of it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, NamedTuple, TypeAlias, get_args
+
+if TYPE_CHECKING:
+    from rigidcli.check.question import Question
+    from rigidcli.document.document import Document
+    from rigidcli.report import Report
+
+Tree: TypeAlias = Any
+"""An answer as it was typed: texts (numbers too), None, and lists and mappings of them."""
+
+Verdict: TypeAlias = Literal["review", "correct", "partial", "incorrect", "invalid", "missing"]
+
+VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+"""The verdicts in the order of reports: what waits for a person first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One remark on an answer.
+
+    `place` names the part that is meant (`Ixy`, `row 2`), `detail` says more of what was read. Neither may
+    hold a reference value or lead to one. `reference` may; only `--feedback full` shows it.
+    """
+
+    code: str
+    place: str = ""
+    detail: str = ""
+    reference: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """The verdict on one answer, the share (0 to 1) of its points that it earns, and the remarks on it."""
+
+    verdict: Verdict
+    share: float
+    findings: tuple[Finding, ...] = ()
+
+
+def correct(*findings: Finding) -> Outcome:
+    """A right answer, perhaps with remarks."""
+    return Outcome("correct", 1.0, findings)
+
+
+def earning(share: float, *findings: Finding) -> Outcome:
+    """An answer that earns this share of its points."""
+    verdict: Verdict = "correct" if share >= 1 else "partial" if share > 0 else "incorrect"
+    return Outcome(verdict, max(0.0, min(share, 1.0)), findings)
+
+
+def review(detail: str, *findings: Finding) -> Outcome:
+    """An answer that a person must judge, with the reason."""
+    return Outcome("review", 0.0, (Finding("undecided", detail=detail), *findings))
+
+
+class Unreadable(Exception):  # noqa: N818 - it carries findings to their outcome
+    """The answer cannot be read as one of its kind. `findings` has all that is wrong with it."""
+
+    def __init__(
+        self, code: str, detail: str = "", *, place: str = "", also: tuple[Finding, ...] = ()
+    ) -> None:
+        super().__init__(detail)
+        self.findings = (Finding(code, place, detail), *also)
+
+    @property
+    def outcome(self) -> Outcome:
+        """The outcome of an answer that cannot be read."""
+        return Outcome("invalid", 0.0, self.findings)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """The right answer of the question called `name`, and where it comes from.
+
+    A literal key (`answer` of a question) is a `Tree` in `value`, read by the rules of a student's answer.
+    A key from a document (`ask`) has the `document`, the `report` of its study, the `path` of the ask
+    (`("inertia", "tensor")`), and in `value` the report's value there (floats, arrays, trees of expressions,
+    texts), in the SI unit `unit`.
+    """
+
+    name: str
+    question: Question
+    value: Any
+    unit: str = ""
+    path: tuple[str, ...] = ()
+    document: Document | None = None
+    report: Report | None = None
+
+
+class Reading(NamedTuple):
+    """An answer as it was read: the `value` for the judge, and `read_as`, the text that students see."""
+
+    value: Any
+    read_as: str
+
+
+class Kind(ABC):
+    """One kind of answer. It has no state: all that judging needs is in the key, which can be pickled.
+
+    `options` are the options of a question that this kind uses, besides those of every question.
+    """
+
+    name: ClassVar[str]
+    options: ClassVar[frozenset[str]] = frozenset()
+
+    @abstractmethod
+    def key(self, asked: Asked) -> Any:
+        """The key of a question. Raises ValueProblem where what is asked is not of this kind."""
+
+    @abstractmethod
+    def read(self, key: Any, answer: Tree, folder: Path) -> Reading:
+        """An answer to the question of this key; files that it names lie in `folder`. Raises Unreadable."""
+
+    @abstractmethod
+    def judge(self, key: Any, value: Any) -> Outcome:
+        """The outcome of an answer that has been read, with the share that `credit: parts` gives."""
+
+    def is_right(self, key: Any, value: Any) -> bool:
+        """Whether the outcome would be `correct`; a kind may say so sooner than it finds what is wrong."""
+        return self.judge(key, value).verdict == "correct"
+
+    @abstractmethod
+    def typed(self, key: Any) -> Tree:
+        """The key as a student would type it; judging this answer gives `correct`."""
+
+    def names(self, key: Any) -> frozenset[str] | None:
+        """The symbols in a key; None for a kind without symbols."""
+        return None

@@ -1,0 +1,322 @@
+"""The files that are handed in: found in folders and archives, and read if they are regular and bounded."""
+
+from __future__ import annotations
+
+import errno
+import os
+import re
+import stat
+import zipfile
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from itertools import islice
+from pathlib import Path
+
+from rigidcli.check.base import Tree, Unreadable
+from rigidcli.check.names import is_answer, submitted, uncounted
+from rigidcli.errors import Problem, printable, shown
+
+MOST_BYTES = 1_000_000
+"""Length of an answer file, and of one beside it."""
+
+MOST_FILES = 50_000
+"""Files of one folder or archive that are looked at: more than any class hands in."""
+
+MOST_UNPACKED = 500_000_000
+"""Bytes that an archive may become: those of a class of thousands, which every disk has room for."""
+
+DEEPEST = 8
+"""Levels of folders in a folder that are looked into: a download has one or two."""
+
+HIDDEN = (".", "__MACOSX")
+"""Beginnings of names that are passed over without a word: some systems put such files beside others."""
+
+GRADESCOPE = "submission_metadata.yml"
+"""The list of who has submitted what in Gradescope's export."""
+
+ELSEWHERE = frozenset("/\\:\0")
+"""Characters by which a name leads out of its folder, on one system or another."""
+
+_FORMS = {
+    stat.S_IFLNK: "a link",
+    stat.S_IFDIR: "a folder",
+    stat.S_IFIFO: "a pipe",
+    stat.S_IFSOCK: "a socket",
+    stat.S_IFCHR: "a device",
+    stat.S_IFBLK: "a device",
+}
+
+_NOT_THERE = (errno.ENOENT, errno.ENOTDIR, errno.ENAMETOOLONG)
+
+# Windows has no links to follow or pipes to wait for in opening, and its text mode would change bytes.
+_FLAGS = ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_NOCTTY", "O_BINARY")
+
+
+def safe_name(name: str | os.PathLike[str]) -> str:
+    """A name of a file, which may hold anything, as a text that is safe to print."""
+    return printable(os.fsencode(name).decode(errors="backslashreplace"))
+
+
+# --- finding
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A file below one of ANSWERS: `way` are the folders that lead to it, `source` is its name in reports.
+
+    `root` tells the ANSWERS apart, and `owners` are the students whom the platform itself names.
+    """
+
+    file: Path
+    source: str
+    root: int = 0
+    way: tuple[str, ...] = ()
+    owners: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class Found:
+    """The answer files, the other files among them, and what cannot be read."""
+
+    answers: list[Place] = field(default_factory=list)
+    others: list[Place] = field(default_factory=list)
+    problems: list[Problem] = field(default_factory=list)
+
+    def trouble(self, path: Path, message: str) -> None:
+        """Take note of a file that cannot be read."""
+        self.problems.append(Problem(safe_name(path), message))
+
+
+def gather(paths: Sequence[str], assignment: str | None, scratch: Path) -> Found:
+    """The files that are meant by files, folders and archives, which are unpacked into `scratch`.
+
+    Whatever has the name of an answer file is judged as one: folders and pipes, too, and links, which are
+    not followed. Hidden files and the `assignment` are left out.
+    """
+    found = Found()
+    seen = set() if assignment is None else {_spot(Path(assignment))}
+    ways = _ways([given for given in paths if given and os.path.isfile(given)])  # noqa: PTH113 - it never raises
+    for root, given in enumerate(paths):
+        path = Path(given)
+        try:
+            if not given:
+                raise ValueError
+            path.lstat()
+            into = path.is_dir() and not is_answer(path.name)
+        except (OSError, ValueError) as error:
+            found.trouble(path, _reason(error))
+            continue
+        if path.suffix.lower() == ".zip":
+            places = [*_unpacked(path, root, scratch, found)]
+        elif into:
+            places = [
+                Place(file, safe_name(file), root, file.relative_to(path).parts[:-1])
+                for file in _walk(path, found)
+            ]
+            direct = [place for place in places if is_answer(place.file.name)]
+            if len(paths) > 1 and len(direct) == 1 and not direct[0].way:
+                # One of several folders, with a single hand-in: it is a student's.
+                name = path.absolute().name
+                places = [Place(each.file, each.source, -1, (name, *each.way)) for each in places]
+        else:
+            places = [Place(path, safe_name(path), -2, ways.get(given, ()))]
+        explicit = not into and path.suffix.lower() != ".zip"
+        if not places:
+            found.trouble(path, "no answer files: their names end in .json, .yaml, .yml")
+        for place in _named(places):
+            if _spot(place.file) not in seen:
+                seen.add(_spot(place.file))
+                (found.answers if explicit or is_answer(place.file.name) else found.others).append(place)
+    return found
+
+
+def _ways(files: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """The folders above files that are given one by one, below the one of all, if all lie equally deep."""
+    parts = {given: Path(given).absolute().parts[:-1] for given in files}
+    above = os.path.commonpath([Path(given).absolute().parent for given in files]) if files else ""
+    ways = {given: way[len(Path(above).parts) :] for given, way in parts.items()}
+    return ways if len(set(map(len, ways.values()))) == 1 else {}
+
+
+def _walk(folder: Path, found: Found) -> Iterator[Path]:
+    """What there is in a folder and its folders, but for folders that are looked into."""
+    left = MOST_FILES
+    top = len(folder.parts)
+    for name, folders, files in os.walk(
+        folder, onerror=lambda error: found.trouble(Path(error.filename), _reason(error))
+    ):
+        here = Path(name)
+        into = [each for each in sorted(folders) if not each.startswith(HIDDEN) and not is_answer(each)]
+        into = [each for each in into if not (here / each).is_symlink()]
+        named = sorted(each for each in {*files, *folders} - {*into} if not each.startswith(HIDDEN))
+        if len(here.parts) - top == DEEPEST and into:
+            found.trouble(here, f"not looked into: expected at most {DEEPEST} folders in each other")
+            into = []
+        if len(named) > left:
+            found.trouble(folder, f"expected at most {MOST_FILES:,} files: the others are left out")
+        yield from (here / each for each in named[:left])
+        left -= len(named)
+        folders[:] = into if left > 0 else []
+
+
+def _unpacked(path: Path, root: int, scratch: Path, found: Found) -> Iterator[Place]:
+    """The files of an archive of the class, each cut off where it is too long to be judged anyway."""
+    left = MOST_UNPACKED
+    try:
+        with zipfile.ZipFile(path) as archive:
+            for number, info in enumerate(archive.infolist()):
+                parts = [part for part in re.split(r"[/\\]", info.filename) if part not in ("", ".")]
+                if info.is_dir() or not parts or any(part.startswith(HIDDEN) for part in parts):
+                    continue
+                inside = safe_name(Path(*parts))
+                if number >= MOST_FILES or left <= 0 or len(parts) > DEEPEST + 1:
+                    found.trouble(path, f"`{inside}` is left out: the archive is too large or too deep")
+                    return
+                if stat.S_ISLNK(info.external_attr >> 16) or ELSEWHERE & set("".join(parts)):
+                    found.trouble(path, f"`{inside}` is left out: it is a link, or has no name for a file")
+                    continue
+                with archive.open(info) as packed:
+                    data = packed.read(MOST_BYTES + 1)
+                left -= len(data)
+                file = scratch.joinpath(str(root), *parts)
+                file.parent.mkdir(parents=True, exist_ok=True)
+                file.write_bytes(data)
+                yield Place(file, f"{safe_name(path)}/{inside}", root, tuple(parts[:-1]))
+    except (zipfile.BadZipFile, OSError, RuntimeError, NotImplementedError, ValueError, EOFError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        found.trouble(path, f"cannot be read as a zip: {reason}")
+
+
+def _named(places: Sequence[Place]) -> Iterator[Place]:
+    """The places with the students whom Gradescope's list in their folder names, and without the list."""
+    from rigidcli.check.answers import tree_of
+
+    owners: dict[str, tuple[str, ...]] = {}
+    for place in places:
+        if place.file.name == GRADESCOPE:
+            with suppress(Unreadable):
+                tree = tree_of(read_file(place.file))
+                for name, entry in tree.items() if isinstance(tree, dict) else ():
+                    people = entry.get(":submitters") if isinstance(entry, dict) else None
+                    named = [each.get(":email") or each.get(":name") for each in people or () if each]
+                    owners[name] = tuple(filter(None, named))
+    for place in places:
+        if place.file.name != GRADESCOPE:
+            own = next((owners[folder] for folder in place.way if folder in owners), ())
+            yield Place(place.file, place.source, place.root, place.way, own)
+
+
+def _reason(error: Exception) -> str:
+    return f"cannot be read: {getattr(error, 'strerror', None) or 'no file has such a name'}"
+
+
+def _spot(path: Path) -> str:
+    """The place of a file, whatever path leads there; no link is followed."""
+    return os.path.normpath(path.absolute())
+
+
+# --- reading
+
+
+def read_file(path: Path, place: str = "", *, table: bool = False) -> str:
+    """The text of a regular file, in UTF-8, or UTF-16 with its mark; a `table` may be in Windows' own code.
+
+    Only what is a regular file is opened, because opening alone may hang, or have an effect. Raises
+    Unreadable: missing_file; not_allowed for links, folders, devices and pipes; too_large; and parse_error
+    for what is no text.
+    """
+    try:
+        _require_regular(path.lstat(), place)
+        descriptor = os.open(path, sum({getattr(os, flag, 0) for flag in _FLAGS}, os.O_RDONLY))
+        with os.fdopen(descriptor, "rb") as file:
+            _require_regular(os.fstat(descriptor), place)  # it may be another by now
+            data = file.read(MOST_BYTES + 1)
+    except ValueError:
+        raise Unreadable("missing_file", place=place) from None
+    except OSError as error:
+        code = "missing_file" if error.errno in _NOT_THERE else "parse_error"
+        raise Unreadable(code, error.strerror or "", place=place) from None
+    if len(data) > MOST_BYTES:
+        raise Unreadable("too_large", f"expected at most {MOST_BYTES:,} bytes", place=place)
+    try:
+        return data.decode("utf-16" if data[:2] in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig")
+    except UnicodeDecodeError as error:
+        if table and b"\0" not in data:
+            return data.decode("cp1252", errors="replace")
+        wrong = f"not UTF-8 text: byte {error.start} is {data[error.start]:#04x}"
+        raise Unreadable("parse_error", wrong, place=place) from None
+
+
+def _require_regular(found: os.stat_result, place: str) -> None:
+    if not stat.S_ISREG(found.st_mode):
+        form = _FORMS.get(stat.S_IFMT(found.st_mode), "something else")
+        raise Unreadable("not_allowed", f"read {form}, expected a file", place=place)
+
+
+# --- files that an answer names
+
+
+def beside(name: Tree, answers: Path) -> Path:
+    """The file that an answer in the file `answers` names, which lies beside it.
+
+    What Canvas and Moodle have put before its name is seen through. Raises Unreadable: path_outside for a
+    name that is a path, and not_allowed for a file of another student.
+    """
+    if not isinstance(name, str) or not name.strip():
+        raise Unreadable("wrong_shape", f"read {shown(name)}, expected the name of a file", place="file")
+    wanted = name.removeprefix("./")
+    if wanted in ("", ".", "..") or not ELSEWHERE.isdisjoint(wanted):
+        message = f"read {shown(name)}, expected a name without a folder"
+        raise Unreadable("path_outside", message, place="file")
+    names = _names_in(answers.parent)
+    student = _student(answers.name)
+    if _owner(wanted, answers, names) not in ("", student):
+        raise Unreadable("not_allowed", "this file is another student's", place=shown(name))
+    if wanted not in names:
+        own = {each: submitted(each)[1] for each in names if submitted(each)[0] == student}
+        same = [each for each in own if own[each] == wanted]
+        same = same or [each for each in own if uncounted(own[each]) == uncounted(wanted)]
+        # Of several that were handed in under one name, the last.
+        wanted = max(same, key=lambda each: (len(each), each), default=wanted)
+    return answers.parent / wanted
+
+
+def is_contested(file: Path, answers: Path) -> bool:
+    """Whether the answer file of another student names a file that is nobody's by its name."""
+    names = _names_in(answers.parent)
+    if _owner(file.name, answers, names):
+        return False
+    named = re.compile(rf"(?<![\w.-]){re.escape(file.name)}(?![\w.-])")
+    for other in names:
+        if is_answer(other) and other != answers.name:
+            with suppress(Unreadable):
+                if named.search(read_file(answers.parent / other)):
+                    return True
+    return False
+
+
+def _names_in(folder: Path) -> list[str]:
+    """The names of what lies in a folder, as far as it can be read, in any order."""
+    try:
+        with os.scandir(folder) as entries:
+            return [entry.name for entry in islice(entries, MOST_FILES)]
+    except OSError:
+        return []
+
+
+def _student(name: str) -> str:
+    """Whose an answer file is by its name alone."""
+    return submitted(name)[0] or Path(name).stem
+
+
+def _owner(name: str, answers: Path, names: Sequence[str]) -> str:
+    """Whose a file is by its name, among those who have answer files; empty where it is nobody's."""
+    students = {_student(each) for each in names if is_answer(each)}
+    student = submitted(name)[0]
+    if student and (student in students or submitted(answers.name)[0]):
+        return student
+    folded = name.casefold()
+    begun = [each for each in students if folded.startswith(each.casefold())]
+    begun = [each for each in begun if not folded[len(each.casefold()) :][:1].isalnum()]
+    return max(begun, key=len, default="")

@@ -1,0 +1,183 @@
+"""One answer file, judged question by question. It runs in a process that is confined: see `batch`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from rigidcli.check.answers import as_typed, folded, read_answers
+from rigidcli.check.base import Finding, Kind, Outcome, Tree, Unreadable, earning, review
+from rigidcli.check.files import beside, is_contested, read_file, safe_name
+from rigidcli.check.records import MISSING, Judged, Sheet, judged
+from rigidcli.errors import nearest, shortened, shown
+from rigidcli.sandbox import ForbiddenError, LateError, timed
+
+SECONDS = 2.0
+"""Of the processor, that one answer may take: it must not use up the time of the others."""
+
+MOST_STRANGERS = 5
+"""Answers to no question that are named one by one."""
+
+LONGEST_ANSWER = 2000
+"""Characters of an answer that reports repeat."""
+
+
+@dataclass(frozen=True, slots=True)
+class Accepted:
+    """The key of another answer, the share (0 to 1) of the points, and what a student reads then."""
+
+    key: Any
+    credit: float
+    message: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Item:
+    """A question that is ready to judge answers: its kind, and the key that the kind has made.
+
+    `changes` are the keys of mistaken problems with the codes of the mistakes; `reference` is the key in
+    words, for those who are told all; `credit` and `accepted` are as the question has them.
+    """
+
+    kind: Kind
+    key: Any
+    points: float
+    title: str = ""
+    reference: str = ""
+    credit: str | Mapping[str, float] = "parts"
+    accepted: tuple[Accepted, ...] = ()
+    changes: tuple[tuple[str, Any], ...] = ()
+
+
+def judge(text: str, path: Path, items: Mapping[str, Item]) -> Sheet:
+    """Judge the text of the answer file at `path`; files that it names are looked for beside it."""
+    try:
+        answers, notes = read_answers(text, items)
+    except Unreadable as unreadable:
+        return same_for_all(items, unreadable.outcome)
+    if not answers and not notes:
+        notes = ["there are no answers in it"]
+    questions, files = list[Judged](), set[str]()
+    for id, item in items.items():
+        # The name itself comes before other spellings of it.
+        names = [id] if id in answers else [name for name in answers if folded(name) == folded(id)]
+        answer = answers[names[0]] if names else None
+        if len(names) > 1:
+            answer = Unreadable("duplicate_key")
+        found, read_as = outcome(item, answer, path)
+        if item.kind.name == "trajectory" and isinstance(answer, dict) and "file" in answer:
+            with suppress(Unreadable):
+                file = beside(answer["file"], path)
+                files.add(safe_name(file.name))
+                if found.share and is_contested(file, path):
+                    found = review("another student's answer names this file, too")
+        typed = shortened(as_typed(answer), LONGEST_ANSWER)
+        questions.append(
+            judged(id, item.title, item.points, found, typed, shortened(read_as, LONGEST_ANSWER))
+        )
+    return Sheet(tuple(questions), (*notes, *_strangers(answers, items)), tuple(sorted(files)))
+
+
+def same_for_all(items: Mapping[str, Item], found: Outcome) -> Sheet:
+    """A hand-in whose questions are not judged one by one."""
+    return Sheet(tuple(judged(id, item.title, item.points, found) for id, item in items.items()))
+
+
+def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> Iterator[str]:
+    """Notes on answers that no question asks for."""
+    known = {folded(id) for id in items}
+    strange = [id for id in answers if folded(id) not in known]
+    for id in strange[:MOST_STRANGERS]:
+        near = nearest(id, list(items))
+        guess = f" (did you mean {near}?)" if near else ""
+        yield f"there is no question {shown(id)}{guess}"
+    if len(strange) > MOST_STRANGERS:
+        yield f"there are {len(strange) - MOST_STRANGERS:,} more answers that no question asks for"
+
+
+def outcome(item: Item, answer: Tree | Unreadable, path: Path) -> tuple[Outcome, str]:
+    """The outcome of one answer, whatever goes wrong in judging it, and how the answer was read."""
+    if isinstance(answer, Unreadable):
+        return answer.outcome, ""
+    if answer is None or (isinstance(answer, str) and not answer.strip()):
+        return MISSING, ""
+    with suppress(LateError):
+        with timed(SECONDS):
+            try:
+                found, read_as = _judged(item, with_table(item.kind, answer, path), path.parent)
+            except Unreadable as unreadable:
+                found, read_as = unreadable.outcome, ""
+        return _with_reference(found, item), read_as
+    return Unreadable("timeout").outcome, ""
+
+
+def with_table(kind: Kind, answer: Tree, path: Path) -> Tree:
+    """A trajectory with the text of the table in the place of the file that it names. Raises Unreadable."""
+    if kind.name != "trajectory" or not isinstance(answer, dict) or "file" not in answer:
+        return answer
+    others = {key: value for key, value in answer.items() if key != "file"}
+    return others | {"csv": read_file(beside(answer["file"], path), shown(answer["file"]), table=True)}
+
+
+def _judged(item: Item, answer: Tree, folder: Path) -> tuple[Outcome, str]:
+    """The outcome by the key, the mistakes and the accepted answers, and how the answer was read."""
+    found, value, read_as = _by_key(item.kind, item.key, answer, folder)
+    if found.verdict in ("partial", "incorrect"):
+        found = _explained(item, found, value)
+    found = _credited(item, found)
+    if found.verdict != "correct":
+        for other in item.accepted:
+            by_other, _, _ = _by_key(item.kind, other.key, answer, folder)
+            if by_other.verdict == "correct" and other.credit >= found.share:
+                found = earning(other.credit, Finding("accepted", detail=other.message))
+    return found, read_as
+
+
+def _by_key(kind: Kind, key: Any, answer: Tree, folder: Path) -> tuple[Outcome, Any, str]:
+    """The outcome by a key, the value of the answer, and how it was read."""
+    value, read_as = None, ""
+    try:
+        value, read_as = kind.read(key, answer, folder)
+        return kind.judge(key, value), value, read_as
+    except Unreadable as unreadable:
+        return unreadable.outcome, value, read_as
+    except (MemoryError, RecursionError):
+        return Unreadable("too_large", "it takes too much memory").outcome, value, read_as
+    except ForbiddenError:
+        return Unreadable("not_allowed").outcome, value, read_as
+    except Exception as error:  # noqa: BLE001 - one answer on which a kind fails is no harm to the others
+        return review(f"it cannot be judged ({type(error).__name__})"), value, read_as
+
+
+def _explained(item: Item, found: Outcome, value: Any) -> Outcome:
+    """The outcome with the one named mistake that explains a wrong answer, if there is exactly one."""
+    named = {}
+    for code, key in item.changes:
+        with suppress(Unreadable, ArithmeticError, ValueError):
+            if code not in named and item.kind.is_right(key, value):
+                named[code] = (Finding(code), *item.kind.judge(key, value).findings)
+    return replace(found, findings=named.popitem()[1]) if len(named) == 1 else found
+
+
+def _credited(item: Item, found: Outcome) -> Outcome:
+    """The outcome with the share that the question gives for an answer that is right but for one thing."""
+    if item.credit == "whole" and found.verdict == "partial":
+        return replace(found, verdict="incorrect", share=0.0)
+    codes = {finding.code for finding in found.findings}
+    if isinstance(item.credit, str) or found.verdict in ("correct", "review") or not codes:
+        return found
+    if codes <= item.credit.keys():
+        return earning(min(item.credit[code] for code in codes), *found.findings)
+    return found
+
+
+def _with_reference(found: Outcome, item: Item) -> Outcome:
+    """The outcome with the key in its first finding, unless the kind has said what was expected."""
+    is_told = any(finding.reference for finding in found.findings)
+    if found.verdict == "correct" or not item.reference or not found.findings or is_told:
+        return found
+    first, *others = found.findings
+    return replace(found, findings=(replace(first, reference=f"expected {item.reference}"), *others))

@@ -1,0 +1,303 @@
+"""Equations of motion: a set is right if each is true of the motion, and together they determine it.
+
+They may be Hamilton's or any others of first order, or of second order; solved for derivatives or not. To
+determine the motion is to leave one motion only through every state: `p p' = -k x p` says nothing where
+p = 0. Where that cannot be decided, a person has to look.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+from pathlib import Path
+from typing import ClassVar
+
+from rigidcli.algebra.atoms import Atom
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import ZERO, Expr, atomic, factored
+from rigidcli.algebra.matrices import determinant
+from rigidcli.algebra.trees import to_tree
+from rigidcli.check.balls import Ball
+from rigidcli.check.base import (
+    Asked,
+    Finding,
+    Kind,
+    Outcome,
+    Reading,
+    Tree,
+    Unreadable,
+    correct,
+    earning,
+    review,
+)
+from rigidcli.check.motions import Motion, of_document, of_functions, of_text, state_of
+from rigidcli.check.reading import Sides, names_in_all, plain, read_equations
+from rigidcli.check.same import same, values
+from rigidcli.document.variables import acceleration, velocity
+from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.language.text import text
+from rigidcli.language.tree import Negative, Node, Sum, bound, names_in
+
+MAX_MIXED = 3
+"""The most coordinates of second order of which every part is tried as what is meant."""
+
+MAX_CHOICES = 50
+"""The most ways to choose equations that are tried, for some of them to determine the motion everywhere."""
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """The equations that can be read, and what is wrong with the others."""
+
+    sides: tuple[Sides, ...]
+    unread: tuple[Finding, ...] = ()
+
+
+class Equations(Kind):
+    """Equations of motion."""
+
+    name: ClassVar[str] = "equations"
+    options: ClassVar[frozenset[str]] = frozenset(
+        {"symbols", "coordinates", "momenta", "velocities", "form", "numbers"}
+    )
+
+    def key(self, asked: Asked) -> Motion:
+        """The motion of a question. Raises ValueProblem."""
+        try:
+            key = of_text(asked) if asked.report is None else of_document(asked)
+        except Unreadable as unreadable:
+            code = unreadable.findings[0].code
+            raise ValueProblem(f"the equations of the key cannot be read: {code}") from None
+        except ExpressionError as error:
+            raise ValueProblem(f"the equations of the key cannot be worked with: {error.message}") from None
+        if asked.question.form == "first_order" and any(rate.endswith("ddot") for rate in key.rates):
+            raise ValueProblem("the equations are of second order, and first order is asked for")
+        if any(all(v is None for v in values(rate, key.names, asked.name)) for rate in key.rates.values()):
+            raise ValueProblem("the equations have no values at most states")
+        return replace(
+            key,
+            first_order=asked.question.form == "first_order",
+            relative=asked.question.tolerance.relative,
+            numbers=asked.question.numbers == "allowed" and bool(key.names.values),
+        )
+
+    def read(self, key: Motion, answer: Tree, folder: Path) -> Reading:
+        """The equations of an answer; one that cannot be read costs only itself. Raises Unreadable."""
+        unread: list[Unreadable] = []
+        sides = read_equations(answer, key.names, of_functions(key), unread)
+        shown = "; ".join(f"{plain(left)} = {plain(right)}" for _, left, right in sides)
+        findings = tuple(finding for each in unread for finding in each.findings)
+        return Reading(Answer(tuple(sides), findings), shown)
+
+    def judge(self, key: Motion, value: Answer) -> Outcome:
+        """What is true, what determines the motion, and what is too much."""
+        trivial = [same(left, right, key.names, key.name) is True for _, left, right in value.sides]
+        kept = [side for side, says_nothing in zip(value.sides, trivial, strict=True) if not says_nothing]
+        places = [side[0] for side, says_nothing in zip(value.sides, trivial, strict=True) if says_nothing]
+        remarks = [*(Finding("trivial_equation", place) for place in places), *value.unread]
+        truths = [key.is_true(left, right) for _, left, right in kept]
+        true = [side for side, truth in zip(kept, truths, strict=True) if truth is True]
+        false = [side for side, truth in zip(kept, truths, strict=True) if truth is False]
+        open_ = next((truth for truth in truths if isinstance(truth, str)), "")
+        if open_ and not false:
+            return review(f"it is not proved that the equation is true: {open_}", *remarks)
+        systems = [_System(key, second, true) for second in _readings(key, true)]
+        best = max(
+            systems,
+            key=lambda system: (system.is_complete, system.right / len(system.tops), not system.unclear),
+        )
+        if best.is_complete and not false:
+            return self._complete(key, systems, remarks)
+        if best.unclear and not false:
+            return review(best.unclear, *remarks)
+        findings = [Finding(self._slip(key, side), side[0]) for side in false]
+        if len(findings) > 1 and len(kept) > len(best.tops):  # of many guesses, none is pointed out
+            findings = [Finding("equation_wrong", "one or more")]
+        if not best.is_complete:
+            findings.append(Finding("missing_equation", ", ".join(best.missing)))
+        surplus = max(0, best.right + len(false) - len(best.tops))
+        return earning((best.right - surplus) / len(best.tops), *findings, *remarks)
+
+    def _slip(self, key: Motion, side: Sides) -> str:
+        """The code of an equation that is not true."""
+        has_numbers = bool(key.names.values) and replace(key, numbers=True).is_true(*side[1:]) is True
+        return "number_for_symbol" if has_numbers else "equation_wrong"
+
+    def is_right(self, key: Motion, value: Answer) -> bool:
+        """Whether all equations are true, and determine the motion."""
+        if any(key.is_true(left, right) is not True for _, left, right in value.sides):
+            return False
+        return self.judge(key, value).verdict == "correct"
+
+    def _complete(self, key: Motion, systems: Sequence[_System], remarks: list[Finding]) -> Outcome:
+        """The outcome of true equations that determine the motion in general states."""
+        whole = [system for system in systems if system.is_complete]
+        if key.first_order and not any(system.tops == tuple(key.rates) for system in whole):
+            return earning(0.0, Finding("second_order_form"), *remarks)
+        gaps = [system.gap() for system in whole]
+        if all(gaps):
+            return review(
+                f"the equations say less {gaps[0]}", Finding("extra_solutions", "", gaps[0]), *remarks
+            )
+        is_second = all(len(system.tops) == len(key.coordinates) for system in whole)
+        form = [Finding("second_order_form")] if is_second and key.is_hamiltonian else []
+        return correct(*form, *remarks)
+
+    def typed(self, key: Motion) -> Tree:
+        """The derivatives of the states."""
+        return {rate: text(node) for rate, node in key.rates.items()}
+
+    def names(self, key: Motion) -> frozenset[str]:
+        """The symbols in the equations."""
+        return frozenset().union(*map(names_in, key.rates.values()), map(state_of, key.rates))
+
+
+def _readings(key: Motion, sides: Sequence[Sides]) -> list[frozenset[str]]:
+    """The coordinates that may be meant to have equations of second order: some of those that do, or none."""
+    used = names_in_all(sides)
+    second = [name for name in key.coordinates if acceleration(name) in used]
+    if len(second) > MAX_MIXED:
+        return [frozenset(), frozenset(second)]
+    found = [frozenset(some) for size in range(len(second) + 1) for some in combinations(second, size)]
+    return [*found, frozenset(key.coordinates)] if 0 < len(second) < len(key.coordinates) else found
+
+
+class _System:
+    """True equations as linear equations for derivatives: for some coordinates for the `second` ones.
+
+    The momenta of such coordinates, and their derivatives, are further unknowns where they are used.
+    """
+
+    def __init__(self, key: Motion, second: frozenset[str], sides: Sequence[Sides]) -> None:
+        self.key = key
+        partners = {p: q for q, p in zip(key.coordinates, key.momenta, strict=False) if q in second}
+        gone = {velocity(name) for name in (*second, *partners)}
+        self.tops = (*(rate for rate in key.rates if rate not in gone), *map(acceleration, sorted(second)))
+        used = names_in_all(sides)
+        further = [name for p in partners for name in (p, velocity(p)) if name in used]
+        excluded = key.meanings.keys() - {*self.tops, *further, *map(velocity, second)} - {*key.aliases}
+        self.unclear = ""
+        self.unknowns = [*self.tops, *further]
+        self.alternatives: dict[str, list[Expr]] = {}
+        residuals = [Sum((left, Negative(right))) for _, left, right in sides]
+        fitting = [node for node in residuals if names_in(bound(node, key.aliases)).isdisjoint(excluded)]
+        self.rows = self._reduced([bound(node, key.aliases) for node in fitting])
+        pivots, columns = self._rank()
+        self.chosen = pivots
+        missing = [name for k, name in enumerate(self.unknowns) if k not in columns]
+        self.missing = [name for name in self.tops if name in missing]
+        self.right = max(0, len(self.tops) - len(missing))
+        self.is_complete = not missing
+
+    def _reduced(self, residuals: list[Node]) -> list[list[Expr]]:
+        """The slopes of the equations by the unknowns that no equation gives by itself."""
+        while True:
+            slopes = [found for node in residuals if (found := self._slopes(node)) is not None]
+            single = {
+                name: [row[k] for row in slopes if row[k].terms and sum(bool(e.terms) for e in row) == 1]
+                for k, name in enumerate(self.unknowns)
+            }
+            given = {name: several for name, several in single.items() if several}
+            if not given:
+                return slopes
+            self.unclear = ""
+            self.alternatives |= given
+            self.unknowns = [name for name in self.unknowns if name not in given]
+
+    def _slopes(self, residual: Node) -> list[Expr] | None:
+        """The slopes of an equation by the unknowns; None for an equation in which they are not linear."""
+        try:
+            e = self.key.exact(residual)
+            slopes = [expand(derivative(e, name)) if name in e.names else ZERO for name in self.unknowns]
+        except ExpressionError as error:
+            self.unclear = f"the equations cannot be solved for the derivatives: {error.message}"
+            return None
+        if any(not slope.names.isdisjoint(self.unknowns) for slope in slopes):
+            self.unclear = "an equation is not linear in the derivatives"
+            return None
+        return [ZERO if self._vanishes(slope) else slope for slope in slopes]
+
+    def _vanishes(self, slope: Expr) -> bool:
+        """Whether a slope is zero for the motion, but for rounding."""
+        return bool(slope.terms) and all(ball is None or ball.contains(0) for ball in self._values(slope))
+
+    def _rank(self) -> tuple[list[int], list[int]]:
+        """The rows and the columns that hold pivots at the first point where all slopes have values."""
+        if not self.rows or not self.unknowns:
+            return [], []
+        table = [[self._values(slope) for slope in row] for row in self.rows]
+        for place in range(len(table[0][0])):
+            matrix = [[entry[place] for entry in row] for row in table]
+            if all(ball is not None for row in matrix for ball in row):
+                return _pivots(matrix)
+        return [], []
+
+    def _values(self, slope: Expr) -> list[Ball | None]:
+        names = replace(self.key.names, derived={})
+        return values(bound(to_tree(slope), self.key.meanings), names, self.key.name)
+
+    def gap(self) -> str:
+        """Where equations that determine the motion in general do not; empty where they do everywhere."""
+        for several in self.alternatives.values():
+            found = [self._zero(slope) for slope in several]
+            if all(found):
+                return found[0]
+        if not self.unknowns:
+            return ""
+        first = ""
+        for chosen in [tuple(self.chosen), *combinations(range(len(self.rows)), len(self.unknowns))][
+            :MAX_CHOICES
+        ]:
+            try:
+                zero = self._zero(determinant([self.rows[k] for k in chosen]))
+            except ExpressionError as error:
+                zero = f"where it cannot be worked out: {error.message}"
+            if not zero:
+                return ""
+            first = first or zero
+        return first
+
+    def _zero(self, e: Expr) -> str:
+        """Where a determinant vanishes, though the motion goes on; empty where it does so nowhere."""
+        if not e.terms:
+            return "everywhere"
+        for atom, _ in factored(expand(e))[1]:
+            factor = atomic(atom)
+            found = [ball for ball in self._values(factor) if ball is not None]
+            changes = len({ball > 0 for ball in found}) > 1 or any(ball.contains(0) for ball in found)
+            if changes and atom not in self._poles:
+                return f"where `{plain(to_tree(factor))}` is zero"
+        return ""
+
+    @cached_property
+    def _poles(self) -> set[Atom]:
+        """What the rates of the key are divided by: where it is zero, there is no motion."""
+        found = set[Atom]()
+        for node in self.key.rates.values():
+            with suppress(ExpressionError):
+                for monomial in self.key.exact(node).terms:
+                    found |= {atom for atom, exponent in monomial if exponent < 0}
+        return found
+
+
+def _pivots(matrix: list[list[Ball]]) -> tuple[list[int], list[int]]:
+    """The rows and the columns of pivots that are certainly not zero, by elimination."""
+    rows = {place: list(row) for place, row in enumerate(matrix)}
+    chosen: list[int] = []
+    columns: list[int] = []
+    for column in range(len(matrix[0]) if matrix else 0):
+        usable = [place for place in rows if place not in chosen and not rows[place][column].contains(0)]
+        if not usable:
+            continue
+        pivot = max(usable, key=lambda place: float(rows[place][column].abs_lower()))
+        for place, row in rows.items():
+            if place != pivot and place not in chosen:
+                factor = row[column] / rows[pivot][column]
+                rows[place] = [a - factor * b for a, b in zip(row, rows[pivot], strict=True)]
+        chosen.append(pivot)
+        columns.append(column)
+    return sorted(chosen), columns

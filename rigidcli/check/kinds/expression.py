@@ -1,0 +1,301 @@
+"""Formulas: right where they are the same function as the key, in whatever form they are written.
+
+Where the key is an energy, H or L, a constant may be added: it does not change the motion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from rigidcli.algebra.expansion import expand
+from rigidcli.algebra.expressions import Expr
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.trees import to_tree
+from rigidcli.check.balls import Ball
+from rigidcli.check.base import (
+    Asked,
+    Finding,
+    Kind,
+    Outcome,
+    Reading,
+    Tree,
+    Unreadable,
+    correct,
+    earning,
+    review,
+)
+from rigidcli.check.factors import common_factor
+from rigidcli.check.question import Tolerance
+from rigidcli.check.reading import Names, names_of, plain, read_expression
+from rigidcli.check.same import NEEDED, same, values
+from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.language import evaluation
+from rigidcli.language.text import text
+from rigidcli.language.tree import Name, Negative, Node, Number, Product, Sum, bound, names_in
+
+ENERGIES = ("hamiltonian", "lagrangian", "energy")
+"""Last names of results to which a constant may be added."""
+
+DIGITS = 12
+"""Digits of a number of a report that count: rounding has spoiled those behind."""
+
+HINTED = NEEDED + 1
+"""The points at which an answer that is wrong is looked at for a hint."""
+
+MAX_TERMS = 12
+"""The most terms of a key of which each is tried as the one that is wrong."""
+
+EXACT = 1e-12
+"""The relative error of a factor that is read from the values of formulas."""
+
+ZERO, TWO = Number("0", 0.0), Number("2", 2.0)
+
+
+@dataclass(frozen=True, eq=False)
+class Key:
+    """The right formula, and what may stand in an answer.
+
+    `name` is that of the question, from which sample points follow. A `constant` may differ; `relative` is a
+    tolerance of the question. `rates` are momenta or velocities, in which an energy is T + V (or T - V, where
+    it `is_lagrangian`). In a Hamiltonian, velocities are `misplaced`.
+    """
+
+    name: str
+    tree: Node
+    names: Names
+    constant: bool = False
+    relative: float | None = None
+    numbers: bool = False
+    rates: tuple[str, ...] = ()
+    is_lagrangian: bool = False
+    misplaced: frozenset[str] = frozenset()
+    lagrangian: Node | None = None
+
+    def same(self, answer: Node, *, constant: bool = False) -> bool | str:
+        """Whether an answer is this formula, up to a constant if one is allowed."""
+        return same(answer, self.tree, self.names, self.name, constant=constant, relative=self.relative)
+
+    def with_values(self, node: Node) -> Node:
+        """A formula with the document's numbers for its parameters."""
+        return bound(self.names.without_derived(node), self.names.values)
+
+
+class Expression(Kind):
+    """A formula in the symbols of the question."""
+
+    name: ClassVar[str] = "expression"
+    options: ClassVar[frozenset[str]] = frozenset(
+        {"symbols", "coordinates", "momenta", "velocities", "constant", "numbers"}
+    )
+
+    def key(self, asked: Asked) -> Key:
+        """The formula that is asked for. Raises ValueProblem."""
+        tree, question, last = _tree(asked), asked.question, asked.path[-1] if asked.path else ""
+        used = names_in(tree)
+        names = names_of(asked, used)
+        rates = names.velocities if used & set(names.velocities) else names.momenta
+        is_energy = last in ENERGIES if asked.report is not None else not used.isdisjoint(rates)
+        in_momenta = last == "hamiltonian" or not used.isdisjoint(names.momenta)
+        lagrangian = asked.report.get("lagrangian") if asked.report and last == "hamiltonian" else None
+        key = Key(
+            asked.name,
+            tree,
+            names,
+            is_energy and bool(used & names.states) and question.constant == "allowed",
+            _relative(question.tolerance, tree),
+            question.numbers == "allowed" and bool(names.values),
+            rates if is_energy else (),
+            last == "lagrangian" or rates == names.velocities,
+            frozenset(names.velocities) - used if in_momenta and rates == names.momenta else frozenset(),
+            None if lagrangian is None else to_tree(lagrangian),
+        )
+        if all(value is None for value in values(tree, names, asked.name)):
+            raise ValueProblem("the key has no value")
+        return key
+
+    def read(self, key: Key, answer: Tree, folder: Path) -> Reading:
+        """A formula in the symbols of the question. Raises Unreadable."""
+        node = read_expression(answer, key.names)
+        return Reading(node, plain(node))
+
+    def judge(self, key: Key, value: Node) -> Outcome:
+        """Whether the answer is the key, perhaps up to a constant or with numbers for parameters."""
+        found = key.same(value)
+        if found is True:
+            return correct()
+        if key.constant and key.same(value, constant=True) is True:
+            return correct(Finding("additive_constant", detail="that does not change the motion"))
+        if key.numbers:
+            given = replace(key, tree=key.with_values(key.tree))
+            found = given.same(key.with_values(value), constant=key.constant)
+            if found is True:
+                return correct()
+        if isinstance(found, str):
+            return review(found)
+        return earning(0.0, *_findings(key, value))
+
+    def is_right(self, key: Key, value: Node) -> bool:
+        """Whether the answer is the key, perhaps up to a constant."""
+        return key.same(value, constant=key.constant) is True
+
+    def typed(self, key: Key) -> Tree:
+        """The key in the language of documents."""
+        return text(key.tree)
+
+    def names(self, key: Key) -> frozenset[str]:
+        """The symbols in the key."""
+        return frozenset(names_in(key.tree))
+
+
+def _tree(asked: Asked) -> Node:
+    """The formula that is the key. Raises ValueProblem."""
+    value = asked.value
+    if asked.report is None:
+        return literal(value, asked)
+    if isinstance(value, Expr):
+        return to_tree(value)
+    if isinstance(value, int | float | np.number) and not isinstance(value, bool) and np.isfinite(value):
+        positive = Number(f"{abs(float(value)):.{DIGITS}g}", abs(float(value)))
+        return Negative(positive) if value < 0 else positive
+    if isinstance(value, str):
+        try:
+            return read_expression(value, None, leading=False)
+        except Unreadable:
+            pass
+    raise ValueProblem("what is asked for is not one expression")
+
+
+def literal(value: Tree, asked: Asked) -> Node:
+    """The formula of a literal key, in the letters of the question if it lists them. Raises ValueProblem."""
+    names = names_of(asked)
+    try:
+        if names.words.names != ("t",):
+            try:
+                return read_expression(value, names)
+            except Unreadable as unreadable:
+                if unreadable.findings[0].code != "unknown_symbol":
+                    raise
+        return read_expression(value, None)
+    except Unreadable as unreadable:
+        raise ValueProblem(f"the key cannot be read: {unreadable.findings[0].code}") from None
+
+
+def _relative(tolerance: Tolerance, tree: Node) -> float | None:
+    """The tolerance relative to the sizes of terms, if the question gives any. Raises ValueProblem."""
+    if tolerance.absolute is not None:
+        if names_in(tree):
+            message = "an expression has a tolerance `relative` to its terms"
+            raise ValueProblem(message, path=("tolerance", "absolute"))
+        try:
+            return tolerance.absolute / abs(evaluation.real(tree, {}))
+        except (ExpressionError, ZeroDivisionError):
+            raise ValueProblem("the key has no value, or is zero") from None
+    figures = tolerance.significant_figures
+    return tolerance.relative if figures is None else 0.5 * 10.0 ** (1 - figures)
+
+
+def _findings(key: Key, answer: Node) -> list[Finding]:
+    """What is wrong with an answer, apart from the mistakes that change the key."""
+    if velocities := sorted(key.misplaced & names_in(answer)):
+        found = [Finding("velocity_in_hamiltonian", detail=f"read `{velocities[0]}`")]
+        is_lagrangian = key.lagrangian is not None and replace(key, tree=key.lagrangian).same(answer) is True
+        return [*found, Finding("lagrangian_or_potential_sign")] if is_lagrangian else found
+    missing = names_in(key.names.without_derived(key.tree)) - names_in(key.names.without_derived(answer))
+    if key.names.values and missing:
+        given = replace(key, tree=key.with_values(key.tree))
+        if given.same(key.with_values(answer), constant=key.constant) is True:
+            return [Finding("number_for_symbol")]
+    if not key.constant and key.names.states & names_in(key.tree) and key.same(answer, constant=True) is True:
+        return [Finding("additive_constant")]
+    seed = f"{key.name} {text(answer)}"
+    right, typed = (values(node, key.names, seed, HINTED) for node in (key.tree, answer))
+    pairs = [(a, b) for a, b in zip(typed, right, strict=True) if a is not None and b is not None]
+    if len(pairs) < NEEDED:
+        return [Finding("outside_tolerance")]
+    if not key.constant and names_in(key.tree) and _common([a - b for a, b in pairs]) is not None:
+        return [Finding("additive_constant")]
+    factor = _common([a / b for a, b in pairs if not b.contains(0)])
+    if factor is not None and math.isfinite(factor) and factor:
+        return [Finding(common_factor(factor, None, (), EXACT) or "constant_factor")]
+    return [Finding("term_wrong" if _is_term_wrong(key, answer, typed, right) else "outside_tolerance")]
+
+
+def _common(balls: Sequence[Ball]) -> float | None:
+    """The number that all balls may be; None where there is none, or they are too wide."""
+    if len(balls) < NEEDED:
+        return None
+    best = min(balls, key=lambda ball: float(ball.rad()))
+    is_common = all(ball.overlaps(best) for ball in balls)
+    return float(best.mid()) if is_common and best.rad() <= EXACT * abs(best.mid()) else None
+
+
+def _is_term_wrong(
+    key: Key, answer: Node, typed: Sequence[Ball | None], right: Sequence[Ball | None]
+) -> bool:
+    """Whether the answer differs from the key by a multiple of one of its terms."""
+    seed = f"{key.name} {text(answer)}"
+    for term in _terms(key):
+        found = values(term, key.names, seed, HINTED)
+        rows = zip(typed, right, found, strict=True)
+        ratios = [
+            (a - b) / c for a, b, c in rows if a is not None and b is not None and c and not c.contains(0)
+        ]
+        if _common(ratios) is not None:
+            return True
+    return False
+
+
+def _terms(key: Key) -> Iterator[Node]:
+    """The terms of the key, as they are written and multiplied out."""
+    written = key.tree.terms if isinstance(key.tree, Sum) else ()
+    yield from written[:MAX_TERMS]
+    try:
+        e = expand(from_tree(key.names.without_derived(key.tree)))
+    except ExpressionError:
+        return
+    if 1 < len(e.terms) <= MAX_TERMS:
+        yield from (to_tree(Expr({term: factor})) for term, factor in e.terms.items())
+
+
+# --- what mistakes make of a key
+
+
+def negative(key: Key) -> Iterator[Key]:
+    """The key of the other sign."""
+    yield replace(key, tree=Negative(key.tree))
+
+
+def _energies(key: Key) -> tuple[Node, Node] | None:
+    """The kinetic energy and what is left at rest, where the rest is the same for motion backwards."""
+    if not key.rates or names_in(key.tree).isdisjoint(key.rates):
+        return None
+    resting = bound(key.tree, dict.fromkeys(key.rates, ZERO))
+    back = bound(key.tree, {name: Negative(Name(name)) for name in key.rates})
+    if key.same(back) is not True or same(resting, ZERO, key.names, key.name) is not False:
+        return None
+    return Sum((key.tree, Negative(resting))), resting
+
+
+def potential_sign(key: Key) -> Iterator[Key]:
+    """A Lagrangian with the sign of V turned."""
+    if key.is_lagrangian and (parts := _energies(key)):
+        yield replace(key, tree=Sum((parts[0], Negative(parts[1]))))
+
+
+def other_energy(key: Key) -> Iterator[Key]:
+    """T - V in place of T + V."""
+    if not key.is_lagrangian and (parts := _energies(key)):
+        yield replace(key, tree=Sum((parts[0], Negative(parts[1]))))
+
+
+def kinetic_factor(key: Key) -> Iterator[Key]:
+    """Twice the kinetic energy, and half of it."""
+    if parts := _energies(key):
+        yield replace(key, tree=Sum((Product((TWO, parts[0])), parts[1])))
+        yield replace(key, tree=Sum((Product((Number("0.5", 0.5), parts[0])), parts[1])))

@@ -1,0 +1,192 @@
+"""Lists, tables and mappings as people type them: with brackets or without, in YAML or in one text."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from typing import Any
+
+from rigidcli.check.base import Tree, Unreadable
+from rigidcli.check.numbers import with_hint
+from rigidcli.errors import ExpressionError, shown
+from rigidcli.language.latex import plain as without_latex
+from rigidcli.language.typed import unnamed
+
+MAX_ENTRIES = 10_000
+"""The most entries of a list, so that one answer cannot fill the memory."""
+
+
+@dataclass(frozen=True, slots=True)
+class Listed:
+    """A list as it was typed: entries are texts, lists of them, or mappings.
+
+    A `factor` stands before it, a `unit` behind it, each a text, and empty where there is none.
+    """
+
+    entries: Any
+    factor: str = ""
+    unit: str = ""
+
+
+_OPEN, _CLOSE = "[({", "])}"
+_UNIT_TAIL = re.compile(r"(?P<entry>.*[\d)\]])\s+(?P<unit>(?![\d+*/^)\]-])\S.*)", re.DOTALL)
+_NAMED = re.compile(r"[^\W\d]\w*\s*[=:]")
+_PAIR = re.compile(r"\s*(?P<name>[^\W\d][\w ]*?)\s*[=:]\s*(?P<value>[^=:]+)\Z", re.DOTALL)
+
+
+def read_list(answer: Tree, place: str = "") -> Listed:
+    """A list, a table or a mapping, with or without brackets: `1, 2, 3`, `M/12 * [[1, 2], [3, 4]] kg`.
+
+    Where `;` separates, a comma between digits is a decimal comma. Raises Unreadable.
+    """
+    if isinstance(answer, dict):
+        return Listed(answer)
+    if isinstance(answer, list):
+        if not any(isinstance(entry, str) and ";" in entry for entry in answer):
+            return Listed([_entry(entry, place) for entry in answer])
+        if any(isinstance(entry, list | dict) for entry in answer):
+            raise Unreadable("wrong_shape", "`;` and `,` are mixed, separate entries with `;`", place=place)
+        answer = ",".join(map(str, answer))  # YAML has cut `1,5; 2,5` at its decimal commas
+    if not isinstance(answer, str):
+        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected a list", place=place)
+    try:
+        text = without_latex(answer)
+        is_mapping = len(_NAMED.findall(_outside(text))) > 1
+        factor, inner, unit = _parts(text.strip() if is_mapping else unnamed(text).strip())
+        found = Listed(_entries(inner), factor, unit)
+    except ExpressionError as error:
+        raise Unreadable(error.code or "parse_error", with_hint(error), place=place) from None
+    if not factor and not unit and isinstance(found.entries, list):
+        found = _with_unit_of_last(found)
+    if _count(found.entries) > MAX_ENTRIES:
+        raise Unreadable("too_large", f"more than {MAX_ENTRIES} entries", place=place)
+    return found
+
+
+def _entry(entry: Tree, place: str) -> Tree:
+    """An entry of a list in YAML, which may itself be a row typed as text: `(1, 2, 3)`."""
+    is_row = isinstance(entry, str) and re.fullmatch(r"\s*[\[(].*[,;].*[\])]\s*", entry, re.DOTALL)
+    return read_list(entry, place).entries if is_row and not _is_call(entry) else entry
+
+
+def _is_call(text: str) -> bool:
+    """Whether the first bracket of a text is closed before its end, so that the text is a product."""
+    text = text.strip()
+    return _closing(text, 0) != len(text) - 1
+
+
+def _closing(text: str, start: int) -> int:
+    """The place of the bracket that closes the one at `start`. Raises ExpressionError."""
+    depth = 0
+    for place in range(start, len(text)):
+        depth += (text[place] in _OPEN) - (text[place] in _CLOSE)
+        if depth == 0:
+            return place
+    raise ExpressionError(f"`{text[start]}` is never closed")
+
+
+def _parts(text: str) -> tuple[str, str, str]:
+    """What stands before, in, and behind the outer brackets of a list."""
+    for start, sign in enumerate(text):
+        if sign not in _OPEN:
+            continue
+        end = _closing(text, start)
+        if len(split(text[start + 1 : end])) > 1 or text[start + 1 : end].lstrip()[:1] in ("[", "{"):
+            factor = re.sub(r"[\s*]+\Z", "", text[:start])
+            if re.search(r"[\w)]\Z", text[:start]) and re.search(r"[^\W\d]\w*\Z", factor) and sign == "(":
+                continue  # the bracket of a function, as in `atan2(1, 2), 3`
+            behind = text[end + 1 :].strip()
+            divided = re.match(r"/\s*(\d+(?:[.,]\d+)?)\s*(.*)", behind, re.DOTALL)
+            if divided:
+                return f"({factor or 1})/{divided[1]}", text[start + 1 : end], divided[2]
+            if re.match(r"[,;+/-]", behind) or re.search(r"[,;\n+]\s*\Z", text[:start]):
+                break  # rows without brackets round them
+            return factor, text[start + 1 : end], behind.lstrip("* ")
+        if not re.search(r"[,;\n]", text):
+            break
+    return "", text, ""
+
+
+def split(text: str) -> list[str]:
+    """A text cut at the weakest sign that separates entries outside of brackets."""
+    for sign in ("\n", ";", ","):
+        pieces, depth, start = [], 0, 0
+        for place, character in enumerate(text):
+            depth += (character in _OPEN) - (character in _CLOSE)
+            if character == sign and depth == 0:
+                pieces.append(text[start:place])
+                start = place + 1
+        pieces = [piece.strip() for piece in (*pieces, text[start:])]
+        if not pieces[-1]:
+            pieces.pop()
+        if len(pieces) > 1:
+            return pieces
+    return [text.strip()]
+
+
+def _entries(text: str) -> Any:
+    """The entries of a text, of rows where its pieces are lists themselves."""
+    pieces = [piece for piece in split(text) if piece]
+    pairs = [_PAIR.match(piece) for piece in pieces]
+    if pieces and all(pairs):
+        return {pair["name"].strip(): pair["value"].strip() for pair in pairs if pair}
+    if len(pieces) == 1:
+        pieces = _blanks(pieces[0])
+    elif "," in text and not re.search(r"[;\n]", _outside(text)):
+        return [_inner(piece) for piece in pieces]
+    return [_row(piece) for piece in pieces]
+
+
+def _outside(text: str) -> str:
+    """A text without what stands in brackets."""
+    kept, depth = [], 0
+    for character in text:
+        depth += character in _OPEN
+        kept.append("" if depth else character)
+        depth -= character in _CLOSE
+    return "".join(kept)
+
+
+def _inner(piece: str) -> Any:
+    """An entry, or the list that stands in its brackets."""
+    piece = piece.strip()
+    bracketed = piece[:1] in tuple(_OPEN) and not _is_call(piece)
+    if bracketed and (piece[0] != "(" or len(split(piece[1:-1])) > 1):
+        return _entries(piece[1:-1])
+    return piece
+
+
+def _row(piece: str) -> Any:
+    """A piece between semicolons or lines: a row where it holds blanks, or commas that are not decimal."""
+    inner = _inner(piece)
+    if not isinstance(inner, str):
+        return inner
+    commas = split(inner)
+    decimal = re.fullmatch(r"[^,]*\d,\d[^,]*", inner) is not None
+    if len(commas) > 1 and not decimal:
+        return [_inner(comma) for comma in commas]
+    numbers = _blanks(inner)
+    return numbers if len(numbers) > 1 else inner
+
+
+def _blanks(piece: str) -> list[Any]:
+    """The numbers of a row that only blanks separate; else the piece alone."""
+    numbers = piece.split()
+    if len(numbers) > 1 and all(re.fullmatch(r"[-+]?[\d.,]+(?:[eE][-+]?\d+)?(?:/\d+)?", n) for n in numbers):
+        return list(numbers)
+    return [_inner(piece)]
+
+
+def _with_unit_of_last(found: Listed) -> Listed:
+    """The unit behind the last entry, where no other has one, as that of all: `1, 2, 3 kg m^2`."""
+    *others, last = found.entries or [""]
+    tail = _UNIT_TAIL.fullmatch(last) if isinstance(last, str) else None
+    if tail is None or not others or any(not isinstance(e, str) or _UNIT_TAIL.fullmatch(e) for e in others):
+        return found
+    return replace(found, entries=[*others, tail["entry"]], unit=tail["unit"])
+
+
+def _count(entries: Any) -> int:
+    if isinstance(entries, dict):
+        entries = list(entries.values())
+    return sum(map(_count, entries)) if isinstance(entries, list) else 1

@@ -1,0 +1,277 @@
+"""The motion that equations are held against: how its states change, from a document or as it is typed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import product
+
+from rigidcli.algebra.calculus import derivative
+from rigidcli.algebra.expansion import coefficients, expand
+from rigidcli.algebra.expressions import ONE, ZERO, Expr, symbol, total
+from rigidcli.algebra.matrices import null_vectors
+from rigidcli.algebra.reading import from_tree
+from rigidcli.algebra.trees import to_tree
+from rigidcli.check.base import Asked
+from rigidcli.check.question import Question
+from rigidcli.check.reading import Domain, Names, names_in_all, names_of, read_equations
+from rigidcli.check.same import same
+from rigidcli.document.variables import acceleration, momentum, velocity
+from rigidcli.errors import ExpressionError, ValueProblem
+from rigidcli.language.tree import Name, Negative, Node, Sum, bound, names_in
+
+MAX_SIGNS = 6
+"""The most equations whose signs are tried one by one."""
+
+_DERIVATIVE = re.compile(r"(.+?)(d?)dot")
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """The motion: how the states change, and which second derivatives an answer may have.
+
+    `rates` has the derivatives of the states: `xdot` and `p_xdot`, or `xddot` where `xdot` is a state itself.
+    Equations of second order may be for `coordinates`, whose `momenta` (or velocities) are states, too.
+    `potential` is the energy at rest of a Hamiltonian.
+    """
+
+    name: str
+    names: Names
+    rates: Mapping[str, Node]
+    coordinates: tuple[str, ...] = ()
+    momenta: tuple[str, ...] = ()
+    aliases: Mapping[str, Node] = field(default_factory=dict)
+    is_hamiltonian: bool = False
+    first_order: bool = False
+    relative: float | None = None
+    numbers: bool = False
+    potential: Node | None = None
+
+    @cached_property
+    def meanings(self) -> dict[str, Node]:
+        """The derivatives of all kinds as formulas in the states."""
+        found = dict(self.rates)
+        with suppress(ExpressionError):
+            for name in self.coordinates:
+                found[acceleration(name)] = self._change(found[velocity(name)])
+        return {**{alias: bound(node, found) for alias, node in self.aliases.items()}, **found}
+
+    def _change(self, node: Node) -> Node:
+        """The time derivative of a formula in the states, by the chain rule."""
+        e = self.exact(node)
+        parts = [derivative(e, "t")]
+        for rate, of_state in self.rates.items():
+            state = state_of(rate)
+            if state in e.names:
+                parts.append(derivative(e, state) * self.exact(of_state))
+        return to_tree(total(parts))
+
+    def exact(self, node: Node) -> Expr:
+        """A formula as an exact expression. Raises ExpressionError."""
+        positive = (name for name, domain in self.names.domains.items() if domain == "positive")
+        return from_tree(self.names.without_derived(node), {name: symbol(name, True) for name in positive})
+
+    def is_true(self, left: Node, right: Node) -> bool | str:
+        """Whether an equation holds for the motion in all states."""
+        both = [bound(self.names.without_derived(side), self.meanings) for side in (left, right)]
+        if self.numbers:
+            both = [bound(side, self.names.values) for side in both]
+        if self.relative is None:
+            found = same(both[0], both[1], self.names, self.name)
+            return found if found is not True else same(both[1], both[0], self.names, self.name)
+        with suppress(ExpressionError):  # a tolerance is relative to the terms of the equation
+            gap = to_tree(expand(self.exact(Sum((left, Negative(right))))))
+            meant = bound(gap, self.meanings)
+            both = [bound(meant, self.names.values) if self.numbers else meant, to_tree(ZERO)]
+        return same(both[0], both[1], self.names, self.name, relative=self.relative, by_answer=True)
+
+
+def state_of(rate: str) -> str:
+    """The state whose derivative this is."""
+    return f"{rate.removesuffix('ddot')}dot" if rate.endswith("ddot") else rate.removesuffix("dot")
+
+
+def of_document(asked: Asked) -> Motion:
+    """The motion by the equations in a report. Raises ValueProblem."""
+    told, report = asked.value, asked.report
+    if told is None:
+        raise ValueProblem("the document has no equations in closed form")
+    if asked.path[-1:] != ("equations",) or not isinstance(told, Mapping) or len(told) % 2 or report is None:
+        raise ValueProblem("this result has no equations of motion, expected `hamilton.equations`")
+    states = tuple(told)
+    half = len(states) // 2
+    rates = {velocity(name): to_tree(rate) for name, rate in told.items()}
+    names = names_of(asked)
+    potential = None
+    if "transform" not in asked.path and report.get("hamiltonian") is not None:
+        energy = to_tree(report["hamiltonian"])
+        potential = bound(energy, dict.fromkeys(states[half:], to_tree(ZERO)))
+    coordinates = states[:half]
+    return Motion(
+        asked.name,
+        _with_rates(names, states, [*rates, *map(acceleration, coordinates)]),
+        rates,
+        coordinates,
+        states[half:],
+        is_hamiltonian=True,
+        potential=potential,
+    )
+
+
+def _with_rates(names: Names, states: Sequence[str], rates: Sequence[str]) -> Names:
+    """The names of a motion with its derivatives, in the spellings of the states."""
+    spelled = dict(names.spellings)
+    for other, name in names.spellings.items():
+        for dots in ("dot", "ddot"):
+            if f"{name}{dots}" in rates:
+                spelled[f"{other}{dots}"] = f"{name}{dots}"
+    for name in states:  # `pdot_x` for p_xdot, `xdot_1` for x_1dot
+        letters, _, index = name.partition("_")
+        if index:
+            spelled |= {f"{letters}{dots}_{index}": f"{name}{dots}" for dots in ("dot", "ddot")}
+    spelled = {other: name for other, name in spelled.items() if name in {*names.domains, *rates}}
+    domains: dict[str, Domain] = dict.fromkeys((*states, *rates), "real")
+    domains |= names.domains
+    further = tuple(name for name in (*names.further, *states, *rates) if name not in names.states)
+    return replace(names, domains=domains, spellings=spelled, further=further)
+
+
+def of_text(asked: Asked) -> Motion:
+    """The motion by equations as they are typed. Raises ValueProblem."""
+    question = asked.question
+    sides = read_equations(asked.value, None, _Functions())
+    used = names_in_all(sides)
+    fixed = set(question.symbols or ()) - {*question.coordinates, *question.momenta}
+    moving = [*question.coordinates, *question.momenta]
+    for name in sorted(used):
+        base = _DERIVATIVE.fullmatch(name)
+        if base is not None and (name not in fixed or base[1] in used):
+            moving.append(base[1])
+    functions = tuple(dict.fromkeys(moving))
+    second = tuple(name for name in functions if acceleration(name) in used)
+    speeds = dict(zip(question.coordinates, question.velocities, strict=False))
+    aliases: dict[str, Node] = {v: Name(velocity(q)) for q, v in speeds.items() if v != velocity(q)}
+    aliases = {} if set(aliases) <= set(functions) else aliases
+    aliases |= {velocity(v): Name(acceleration(q)) for q, v in speeds.items() if v in aliases}
+    functions = tuple(name for name in functions if name not in aliases)
+    if not functions:
+        raise ValueProblem("the equations hold no derivative, expected names such as `xdot`")
+    tops = [acceleration(name) if name in second else velocity(name) for name in functions]
+    rates = _solved([(bound(left, aliases), bound(right, aliases)) for _, left, right in sides], tops)
+    states = [*functions, *map(velocity, second)]
+    names = names_of(asked, used - {*tops, *states, *aliases})
+    names = replace(names, domains={n: d for n, d in names.domains.items() if n not in aliases or n in used})
+    partners = {} if second else _partners(question, functions, rates)
+    derivatives = [*rates, *map(acceleration, partners), *aliases, *map(velocity, functions)]
+    return Motion(
+        asked.name,
+        _with_rates(names, states, derivatives),
+        rates,
+        tuple(partners),
+        tuple(partners.values()),
+        aliases,
+    )
+
+
+class _Functions(dict[str, str]):
+    """A mapping by which every key of a literal answer stands for its derivative, unless it is one."""
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and _DERIVATIVE.fullmatch(name) is None and name.isidentifier()
+
+    def __missing__(self, name: str) -> str:
+        return velocity(name)
+
+    def __bool__(self) -> bool:
+        return True
+
+
+def of_functions(key: Motion) -> dict[str, str]:
+    """The derivative for which a function stands as the key of a mapping."""
+    return {re.sub("d?dot\\Z", "", rate): rate for rate in key.rates}
+
+
+def _partners(question: Question, functions: Sequence[str], rates: Mapping[str, Node]) -> dict[str, str]:
+    """The momentum or velocity of each coordinate for which equations of second order say the same."""
+    listed = dict(zip(question.coordinates, question.momenta or question.velocities, strict=False))
+    found = {q: p for q, p in listed.items() if {q, p} <= {*functions}}
+    for name in () if found else functions:
+        rate = rates[velocity(name)]
+        others = names_in(rate) & {*functions} - {name}
+        if others == {momentum(name)} or (len(others) == 1 and rate == Name(*others)):
+            found[name] = others.pop()
+    return found if 2 * len(found) == len(functions) and not {*found} & {*found.values()} else {}
+
+
+def _solved(sides: Sequence[tuple[Node, Node]], tops: Sequence[str]) -> dict[str, Node]:
+    """The derivatives for which linear equations can be solved. Raises ValueProblem."""
+    rows: list[list[Expr]] = []
+    for left, right in sides:
+        parts = coefficients(from_tree(Sum((left, Negative(right)))), tops)
+        if parts is None or any(sum(powers) > 1 for powers in parts):
+            raise ValueProblem("the equations are not linear in the derivatives")
+        units = [tuple(int(i == place) for i in range(len(tops))) for place in range(len(tops))]
+        rows.append([parts.get(powers, ZERO) for powers in (*units, (0,) * len(tops))])
+    if len(rows) != len(tops):
+        raise ValueProblem(f"{len(rows)} equations do not go with {len(tops)} unknown functions of the time")
+    vectors = null_vectors([*rows, [ZERO] * (len(tops) + 1)])
+    if len(vectors) != 1 or vectors[0][-1] != ONE:
+        raise ValueProblem("the equations do not determine the derivatives")
+    return {top: to_tree(rate) for top, rate in zip(tops, vectors[0], strict=False)}
+
+
+# --- what mistakes make of a key
+
+
+def _with(key: Motion, rates: Mapping[str, Node]) -> Motion:
+    return replace(key, rates={**key.rates, **rates})
+
+
+def signs(key: Motion) -> Iterator[Motion]:
+    """Keys with one equation of the wrong sign, and with all of them."""
+    turned: dict[str, Node] = {rate: Negative(node) for rate, node in key.rates.items()}
+    if len(turned) <= MAX_SIGNS and not key.is_hamiltonian:
+        yield from (_with(key, {rate: node}) for rate, node in turned.items())
+        yield _with(key, turned)
+
+
+def hamilton_sign(key: Motion) -> Iterator[Motion]:
+    """Hamilton's equations with q' = -dH/dp, with p' = dH/dq, or with both."""
+    if key.is_hamiltonian:
+        forward = {velocity(q): Negative(key.rates[velocity(q)]) for q in key.coordinates}
+        back = {velocity(p): Negative(key.rates[velocity(p)]) for p in key.momenta}
+        yield from (_with(key, changed) for changed in (back, forward, {**forward, **back}))
+
+
+def potential_sign(key: Motion) -> Iterator[Motion]:
+    """The force of a potential with the other sign, where that is not the sign of all of p'."""
+    if key.potential is not None:
+        with suppress(ExpressionError):
+            forces = {
+                velocity(p): derivative(key.exact(key.potential), q)
+                for q, p in zip(key.coordinates, key.momenta, strict=True)
+            }
+            rates = {rate: key.exact(key.rates[rate]) + force + force for rate, force in forces.items()}
+            if any(rate != forces[name] for name, rate in rates.items()):
+                yield _with(key, {name: to_tree(rate) for name, rate in rates.items()})
+
+
+def euler_sign(key: Motion) -> Iterator[Motion]:
+    """Euler's equations with the wrong sign of some cross terms, which multiply the two other rates."""
+    functions = [state_of(rate) for rate in key.rates]
+    if len(functions) != 3 or key.is_hamiltonian:
+        return
+    turned: dict[str, Node] = {}
+    for rate, node in key.rates.items():
+        others = set(functions) - {state_of(rate)}
+        e = expand(key.exact(node))
+        crossed = [Expr({m: c}) for m, c in e.terms.items() if others <= Expr({m: c}).names]
+        if not crossed:
+            return
+        turned[rate] = to_tree(e - total(crossed) - total(crossed))
+    for choice in product((False, True), repeat=3):
+        if any(choice):
+            yield _with(key, {r: turned[r] for r, is_turned in zip(turned, choice, strict=True) if is_turned})

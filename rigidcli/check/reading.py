@@ -1,0 +1,301 @@
+"""What people type, read for a question: formulas in its letters, and lists and tables of entries.
+
+Everything that cannot be read is `Unreadable`, with a finding for the student.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from fractions import Fraction
+from functools import cached_property
+from typing import Literal, TypeAlias
+
+from rigidcli.check.base import Asked, Tree, Unreadable
+from rigidcli.check.lists import read_list, split
+from rigidcli.check.numbers import as_typed, with_hint
+from rigidcli.document.parameters import read_name
+from rigidcli.document.variables import acceleration, momentum, velocity
+from rigidcli.errors import ExpressionError, shown
+from rigidcli.language import typed
+from rigidcli.language.latex import plain as without_latex
+from rigidcli.language.text import reading
+from rigidcli.language.tree import Name, Negative, Node, Number, Product, Reciprocal, bound, names_in
+from rigidcli.language.vocabulary import Words
+
+Domain: TypeAlias = Literal["positive", "real"]
+
+TIME = "t"
+
+MOVING = re.compile(r"(x|y|z|q|u|v|theta|phi|psi|alpha|beta|gamma|p)(_?\w{1,6})?|\w+dot")
+"""Names that usually belong to what moves, and so may have either sign; others are parameters."""
+
+
+@dataclass(frozen=True, eq=False)
+class Names:
+    """The names that an answer may hold, and what is known of them.
+
+    `domains` has the independent ones, `derived` names that stand for expressions in these, as a document
+    defines them, and `spellings` other ways to write some. `values` has the numbers of a document's
+    parameters.
+    """
+
+    domains: Mapping[str, Domain]
+    spellings: Mapping[str, str] = field(default_factory=dict)
+    values: Mapping[str, Node] = field(default_factory=dict)
+    derived: Mapping[str, Node] = field(default_factory=dict)
+    coordinates: tuple[str, ...] = ()
+    momenta: tuple[str, ...] = ()
+    velocities: tuple[str, ...] = ()
+    further: tuple[str, ...] = ()
+
+    @cached_property
+    def states(self) -> frozenset[str]:
+        """All that changes while the system moves, but the time."""
+        rates = map(acceleration, self.coordinates)
+        return frozenset((*self.coordinates, *self.momenta, *self.velocities, *self.further, *rates))
+
+    @cached_property
+    def words(self) -> Words:
+        """The names for the reader."""
+        return Words((*self.domains, *self.derived), self.spellings, self.states)
+
+    def without_derived(self, node: Node) -> Node:
+        """The tree in independent names."""
+        for name in reversed(list(self.derived)):
+            node = bound(node, {name: self.derived[name]})
+        return node
+
+
+def names_of(asked: Asked, used: Iterable[str] = ()) -> Names:
+    """The names that an answer to a question may hold; `used` are the names in its literal key.
+
+    Parameters of a document are positive, unless their values are not; what moves is real. The `symbols` of
+    the question come first. A name of a literal key that no list has is real where it looks like a
+    coordinate, and else positive. Raises ValueProblem for a name in the question that is none.
+    """
+    question, document = asked.question, asked.document
+    listed = {TIME if n == TIME else read_name(n): domain for n, domain in (question.symbols or {}).items()}
+    coordinates, momenta, velocities = (
+        tuple(map(read_name, names))
+        for names in (question.coordinates, question.momenta, question.velocities)
+    )
+    domains: dict[str, Domain] = {}
+    values: dict[str, Node] = {}
+    derived: dict[str, Node] = {}
+    further: tuple[str, ...] = ()
+    if document is not None:
+        known = {name: document.arithmetic.value(value) for name, value in document.values.items()}
+        values = {name: exactly(float(value)) for name, value in known.items() if value is not None}
+        signs = {name: float(value) > 0 for name, value in known.items() if value is not None}
+        derived = {
+            name: definition.root
+            for name, definition in document.definitions.items()
+            if definition is not None and definition.names and name not in listed
+        }
+        domains |= {name: "positive" if signs.get(name, True) else "real" for name in document.definitions}
+        coordinates = coordinates or (document.system.coordinates if document.system else ())
+        if document.transform is not None and "transform" in asked.path:
+            further = document.transform.new_variables
+    momenta = momenta or tuple(map(momentum, coordinates))
+    velocities = velocities or tuple(map(velocity, coordinates))
+    moving = (*coordinates, *momenta, *velocities, *further)
+    new = [name for name in sorted(used) if name not in {*domains, *listed, *moving, TIME}]
+    domains |= {name: "real" if MOVING.fullmatch(name) else "positive" for name in new}
+    domains |= dict.fromkeys((*moving, TIME), "real")
+    domains |= listed
+    return Names(
+        {name: domain for name, domain in domains.items() if name not in derived},
+        spellings(domains, momenta, velocities),
+        values,
+        derived,
+        coordinates,
+        momenta,
+        velocities,
+        further,
+    )
+
+
+def exactly(value: float) -> Node:
+    """A number as the quotient of two whole ones: a decimal would stand for all that rounds to it."""
+    above, below = Fraction(repr(value)).as_integer_ratio()
+    whole, divisor = (Number(str(abs(part)), float(abs(part))) for part in (above, below))
+    node: Node = whole if below == 1 else Product((whole, Reciprocal(divisor)))
+    return Negative(node) if above < 0 else node
+
+
+def spellings(names: Iterable[str], momenta: Sequence[str], velocities: Sequence[str]) -> dict[str, str]:
+    """Other spellings that can mean one name only, besides underscores that are left out or added.
+
+    `p` of one momentum, `p1` for `p_theta1`, `xdot1` for `x1dot`.
+    """
+    pairs = [("p", momenta[0])] if len(momenta) == 1 else []
+    pairs += [(f"p{digits[0]}", name) for name in momenta if (digits := re.search(r"\d+\Z", name))]
+    indexed = ((re.fullmatch(r"(\w*?[A-Za-z])_?(\d+)(d?dot)", name), name) for name in velocities)
+    pairs += [(f"{parts[1]}{parts[3]}_{parts[2]}", name) for parts, name in indexed if parts]
+    found: dict[str, set[str]] = {}
+    for other, name in pairs:
+        found.setdefault(other, set()).add(name)
+    return {other: meant.pop() for other, meant in found.items() if len(meant) == 1 and other not in names}
+
+
+def read_expression(answer: Tree, names: Names | None, place: str = "", *, leading: bool = True) -> Node:
+    """The formula of an answer in the names of the question; without them, a name is taken whole.
+
+    A name and `=` may be `leading`. Raises Unreadable.
+    """
+    if isinstance(answer, list | dict) or answer is None:
+        raise Unreadable("wrong_shape", f"read {shown(answer)}, expected an expression", place=place)
+    try:
+        return typed.expression(str(answer), None if names is None else names.words, leading=leading)
+    except ExpressionError as error:
+        raise Unreadable(error.code or "parse_error", with_hint(error), place=place) from None
+
+
+def plain(node: Node) -> str:
+    """A formula as the student is shown it."""
+    return reading(node)
+
+
+# --- without a question
+
+
+def describe(answer: Tree) -> str:
+    """An answer as it is read without its question. Raises Unreadable for what no kind reads."""
+    if isinstance(answer, dict):
+        return "; ".join(f"{name}: {describe(value)}" for name, value in answer.items())
+    if isinstance(answer, list):
+        return f"[{', '.join(map(describe, read_list(answer).entries))}]"
+    text = str(answer)
+    for read in (_as_number, _as_equations, _as_formula):
+        if (found := read(text)) is not None:
+            return found
+    listed = read_list(text)
+    if isinstance(listed.entries, str) or listed.entries in ([text], [text.strip()]):
+        read_expression(text, None)
+    inside = describe(listed.entries)
+    return " ".join(filter(None, (listed.factor and f"{listed.factor} *", inside, listed.unit)))
+
+
+def _as_number(text: str) -> str | None:
+    try:
+        return as_typed(text).read_as
+    except Unreadable:
+        return None
+
+
+def _as_formula(text: str) -> str | None:
+    try:
+        return plain(read_expression(text, None))
+    except Unreadable:
+        return None
+
+
+def _as_equations(text: str) -> str | None:
+    if text.count("=") < 2 and not re.search(r"=\s*0\s*\Z|['′\N{COMBINING DOT ABOVE}].*=|dot|d\s*t", text):
+        return None
+    try:
+        return "; ".join(f"{plain(left)} = {plain(right)}" for _, left, right in read_equations(text, None))
+    except Unreadable:
+        return None
+
+
+# --- equations
+
+MAX_EQUATIONS = 200
+"""The most equations of one answer: twice the variables of the largest system that anybody writes."""
+
+Sides: TypeAlias = tuple[str, Node, Node]
+"""The place of an equation in the answer, and its two sides."""
+
+
+def read_equations(
+    answer: Tree,
+    names: Names | None,
+    tops: Mapping[str, str] | None = None,
+    unread: list[Unreadable] | None = None,
+) -> list[Sides]:
+    """The equations of a mapping, of a list of texts, or of lines.
+
+    In a mapping whose keys are all functions of the time, `x` stands for its derivative, which `tops` has.
+    Raises Unreadable; with a list for what is `unread`, only where no equation can be read.
+    """
+    failed: list[Unreadable] = []
+    found = list(_texts(answer, "", failed))
+    if len(found) > MAX_EQUATIONS:
+        raise Unreadable("too_large", f"{len(found)} equations")
+    tops = tops or {}
+    keys = [left.strip() for _, left, _, label in found if label]
+    if names is not None:
+        keys = [names.words.meaning(key) or key for key in keys]
+    short = len(keys) == len(found) and all(key in tops for key in keys)
+    sides = []
+    for count, (place, left, right, _) in enumerate(found):
+        try:
+            above = Name(tops[keys[count]]) if short else read_expression(left, names, place, leading=False)
+            sides.append((place, above, read_expression(right, names, place, leading=False)))
+        except Unreadable as problem:
+            failed.append(problem)
+    if failed and (unread is None or not sides):
+        raise failed[0]
+    if not sides:
+        raise Unreadable("wrong_shape", "expected equations, such as `xdot = p/m`")
+    if unread is not None:
+        unread += failed
+    return sides
+
+
+def _texts(answer: Tree, place: str, failed: list[Unreadable]) -> Iterator[tuple[str, str, str, bool]]:
+    """The place and the sides of every equation, and whether the left one was a key of a mapping.
+
+    What is no equation is added to what has `failed`.
+    """
+    if isinstance(answer, dict):
+        for key, value in answer.items():
+            if not isinstance(value, str):
+                message = f"read {shown(value)}, expected an expression"
+                failed.append(Unreadable("wrong_shape", message, place=str(key)))
+            elif "=" in value:
+                yield from _texts(value, str(key), failed)
+            else:
+                yield str(key), str(key), value, True
+    elif isinstance(answer, list):
+        for count, entry in enumerate(answer, 1):
+            yield from _texts(entry, f"equation {count}", failed)
+    elif isinstance(answer, str):
+        try:
+            pieces = list(_equations_in(without_latex(answer)))
+        except ExpressionError as error:
+            failed.append(Unreadable(error.code or "parse_error", with_hint(error), place=place))
+            return
+        for count, piece in enumerate(pieces, 1):
+            here = place or (f"equation {count}" if len(pieces) > 1 else "")
+            sides = re.split(r"==?", piece)
+            if len(sides) != 2:
+                what = "no `=`" if len(sides) == 1 else "more than one `=`"
+                message = f"{what} in {shown(piece.strip())}, expected `left = right`"
+                failed.append(Unreadable("parse_error", message, place=here))
+            else:
+                yield here, sides[0], sides[1], False
+    else:
+        failed.append(Unreadable("wrong_shape", f"read {shown(answer)}, expected equations", place=place))
+
+
+def _equations_in(text: str) -> Iterator[str]:
+    """The equations of a text, between lines, semicolons, `and`, and commas before another equation."""
+    for line in re.split(r"[\n;]|\band\b", re.sub(r"\s*\n\s*(?==)", " ", text)):
+        whole = ""
+        for piece in split(line):
+            if whole and "=" in piece and "=" in whole:
+                yield whole
+                whole = piece
+            else:
+                whole = f"{whole},{piece}" if whole else piece
+        if whole.strip(" \t\r,."):
+            yield re.sub(r"[\s,]+\Z|(?<=\D)\.\s*\Z", "", whole)
+
+
+def names_in_all(sides: Iterable[Sides]) -> set[str]:
+    """The names in equations."""
+    return {name for _, left, right in sides for side in (left, right) for name in names_in(side)}

@@ -1,0 +1,199 @@
+"""The formats in which judgements are told, one answer file after another as far as the format allows."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from csv import writer
+from itertools import chain
+from typing import TypeAlias
+from xml.etree import ElementTree as ET
+
+import orjson
+
+from rigidcli.check import Feedback
+from rigidcli.check.base import Verdict
+from rigidcli.check.records import Judgement, Student, Told, told
+from rigidcli.check.reports import Style
+from rigidcli.check.reports.table import points, table
+from rigidcli.errors import printable
+
+Students: TypeAlias = Iterable[Student]
+
+Cell: TypeAlias = str | float | bool | tuple[str, ...] | None
+"""A cell of csv: a text, a number, a truth, several words, or nothing."""
+
+HEADER = ("student", "question", "verdict", "score", "max_score", "codes", "message", "source")
+"""The columns of csv."""
+
+# Where semicolons separate cells, as they do in much of Europe, one within a text begins a new cell.
+_FORMULA = re.compile(r'(^|;)([\s"]*)(?=[=+\-@＝＋－＠﹦﹢﹣﹫])')
+
+ELEMENTS: dict[Verdict, str] = {
+    "review": "skipped",
+    "partial": "failure",
+    "incorrect": "failure",
+    "missing": "failure",
+    "invalid": "error",
+}
+"""The element of JUnit's XML that tells of an answer that is not right, or not judged."""
+
+UNTIMED = {"time": "0"}
+"""What JUnit's XML says of time: the same input gives the same bytes, so that nothing is timed."""
+
+NOWHERE = {"timestamp": "1970-01-01T00:00:00", "hostname": "localhost", "package": "check"}
+"""Attributes of a suite that Ant's schema requires, for the same reason constant."""
+
+
+def csv_rows(header: Sequence[str], rows: Iterable[Sequence[Cell]], style: Style) -> Iterator[str]:
+    """The header, then the rows, for spreadsheets and scripts: no text in them can become a formula."""
+    for row in chain([header] if style.header else [], rows):
+        target = io.StringIO()
+        writer(target, lineterminator="\n").writerow(map(_written, row))
+        yield target.getvalue()
+
+
+def _written(cell: Cell) -> str | float | None:
+    if isinstance(cell, bool):
+        return str(cell).lower()
+    text = " ".join(cell) if isinstance(cell, tuple) else cell
+    return harmless(text) if isinstance(text, str) else text
+
+
+def harmless(text: str) -> str:
+    """A text that no spreadsheet takes for a formula: an apostrophe stands before what could begin one."""
+    return _FORMULA.sub(r"\1\2'", printable(text))
+
+
+def json_line(entry: object) -> str:
+    """A compact object on a line of its own."""
+    return orjson.dumps(entry).decode() + "\n"
+
+
+def _csv(students: Students, style: Style) -> Iterator[str]:
+    """A row for each question."""
+    rows = (
+        (student.student, *_judged(question), student.source)
+        for student in students
+        for question in student.questions
+    )
+    return csv_rows(HEADER, rows, style)
+
+
+def _judged(question: Told) -> tuple[Cell, ...]:
+    message = question.message.replace("\n", "; ")
+    return question.id, question.verdict, question.score, question.max_score, question.codes, message
+
+
+def _json(students: Students, style: Style) -> Iterator[str]:
+    """The contract `rigidcli.check/1`: a line for each answer file."""
+    yield from map(json_line, students)
+
+
+def _gradescope(students: Students, style: Style) -> Iterator[str]:
+    """The `results.json` of a Gradescope autograder: one object an answer file, one a line.
+
+    Source: Gradescope's autograder specifications, "Output format". All texts are marked as plain text, for
+    Gradescope would read HTML or Markdown in others. Where no feedback is given, it hides the results from
+    students. A test either passes or fails there: the rest is told in its text.
+    """
+    silent = style.feedback is Feedback.none
+    for student in students:
+        yield json_line(
+            {
+                "score": student.score,
+                "output_format": "text",
+                "test_output_format": "text",
+                "test_name_format": "text",
+                "visibility": "hidden" if silent else "visible",
+                "stdout_visibility": "hidden",
+                "extra_data": {"student": student.student, "source": student.source},
+                "tests": [
+                    {
+                        "name": question.id,
+                        "score": question.score,
+                        "max_score": question.max_score,
+                        "status": "passed" if question.verdict == "correct" else "failed",
+                        "output": "" if silent else _output(question),
+                    }
+                    for question in student.questions
+                ],
+            }
+        )
+
+
+def _output(question: Told) -> str:
+    """What a student reads of a question."""
+    lines = {"": question.title, "your answer: ": question.answer, "read as: ": question.reading}
+    told = [f"{head}{text}" for head, text in lines.items() if text]
+    return "\n".join(filter(None, [_earned(question), *told, question.message]))
+
+
+def _earned(question: Told) -> str:
+    """The verdict, and the points that the answer earns."""
+    if question.verdict == "review":
+        return "review (no points yet)"
+    return f"{question.verdict} ({points(question.score)}/{points(question.max_score)})"
+
+
+def _junit(students: Students, style: Style) -> Iterator[str]:
+    """JUnit XML: a suite for each answer file, a case for each question.
+
+    Valid by the schema of Ant's reports (JUnit.xsd of Windy Road Technology) and by Jenkins' `junit-10.xsd`.
+    The root has no attributes, since the former allows none.
+    """
+    yield '<?xml version="1.0" encoding="UTF-8"?>\n<testsuites>\n'
+    for number, student in enumerate(students):
+        suite = _suite(number, student, style)
+        ET.indent(suite, level=1)
+        yield f"  {ET.tostring(suite, encoding='unicode')}\n"
+    yield "</testsuites>\n"
+
+
+def _suite(number: int, student: Student, style: Style) -> ET.Element:
+    elements = [ELEMENTS.get(question.verdict) for question in student.questions]
+    counts = {
+        "tests": len(elements),
+        "failures": elements.count("failure"),
+        "errors": elements.count("error"),
+        "skipped": elements.count("skipped"),
+    }
+    named = {"id": str(number), "name": student.student.strip() or "-"}
+    named |= {name: str(count) for name, count in counts.items()}
+    suite = ET.Element("testsuite", named | NOWHERE | UNTIMED)
+    properties = ET.SubElement(suite, "properties")
+    ET.SubElement(properties, "property", name="source", value=student.source)
+    for question in student.questions:
+        case = ET.SubElement(suite, "testcase", UNTIMED, name=question.id, classname=student.student)
+        if question.verdict in ELEMENTS:
+            case.append(_result(question, silent=style.feedback is Feedback.none))
+    suite.extend([ET.Element("system-out"), ET.Element("system-err")])
+    return suite
+
+
+def _result(question: Told, *, silent: bool) -> ET.Element:
+    """What is told of an answer that is not right."""
+    element = ET.Element(ELEMENTS[question.verdict], message="")
+    if element.tag != "skipped":
+        element.set("type", "" if silent else question.verdict)
+    if not silent:
+        reasons = question.message.replace("\n", "; ")
+        element.set("message", f"{_earned(question)}: {reasons}" if reasons else _earned(question))
+        element.text = question.message
+    return element
+
+
+FORMATS: dict[str, Callable[[Students, Style], Iterator[str]]] = {
+    "table": table,
+    "json": _json,
+    "csv": _csv,
+    "junit": _junit,
+    "gradescope": _gradescope,
+}
+"""The output formats of judgements."""
+
+
+def render(name: str, judgements: Iterable[Judgement], style: Style) -> Iterator[str]:
+    """Judgements in a format."""
+    return FORMATS[name]((told(judgement, style.feedback) for judgement in judgements), style)

@@ -1,0 +1,173 @@
+"""The questions as a class has answered them: which wrong answers are shared, and what they have in common.
+
+Many who err alone err differently. A wrong answer that several students share, and that no known mistake
+leads to, is a reason to look at the key. Only what students wrote is shown, never a reference value.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import astuple, dataclass, fields
+
+from rigidcli.check.base import VERDICTS, Verdict
+from rigidcli.check.records import Judged, Judgement
+from rigidcli.check.reports import Style
+from rigidcli.check.reports.formats import csv_rows, json_line
+from rigidcli.check.reports.table import block, counted, painted
+from rigidcli.errors import printable, shortened
+from rigidcli.render.terminal import Row
+
+SCHEMA = "rigidcli.items/1"
+
+LEAST_SHARED = 3
+"""Students who must share a wrong answer before the key is doubted."""
+
+LEAST_SHARE = 0.05
+"""The share that they must be of those who answered: in a large class, a few always agree."""
+
+LEAST_BESIDE = 0.5
+"""And beside those who answered as the key has it: a key is not wrong because one slip is popular."""
+
+MOST_TOLD = 10
+"""Wrong answers of a question that people are shown."""
+
+LONGEST_ANSWER = 60
+"""Characters of an answer that people are shown."""
+
+UNNAMED = {
+    "component_wrong", "equation_wrong", "not_an_eigenvector", "outside_tolerance", "term_wrong",
+    "wrong_initial_condition",
+}  # fmt: skip
+"""Codes that say what is wrong, but not by which mistake."""
+
+# Possessive, so that long digits are passed over once.
+_NUMBER = re.compile(
+    r"(?<![A-Za-z_0-9.])(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][-+]?[0-9]{1,3}+)?+(?![A-Za-z_0-9.])"
+)
+_BLANKS = re.compile(r"\s+")
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """An answer that is not right, how many students gave it, and whether it casts doubt on the key."""
+
+    answer: str
+    students: int
+    verdict: Verdict
+    codes: tuple[str, ...]
+    suspicious: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """The answers to one question: how many have each verdict, and those that are not right.
+
+    These begin with what waits for a person; the most frequent ones come first. The `facility` is the mean
+    share (0 to 1) of the points, of the answers that are judged; None where there are none, or no points.
+    """
+
+    question: str
+    verdicts: dict[Verdict, int]
+    suspicious: bool
+    answers: tuple[Taken, ...]
+    facility: float | None = None
+
+
+def tally(judgements: Iterable[Judgement]) -> tuple[Tally, ...]:
+    """What the class has made of each question, those first of which an answer waits for a person."""
+    given: dict[str, list[Judged]] = {}
+    for judgement in judgements:
+        for question in judgement.questions:
+            given.setdefault(question.id, []).append(question)
+    tallies = (_tally(id, answers) for id, answers in given.items())
+    return tuple(sorted(tallies, key=lambda tally: not tally.verdicts["review"]))
+
+
+def _tally(id: str, given: Sequence[Judged]) -> Tally:
+    verdicts = Counter(each.verdict for each in given)
+    answered = len(given) - verdicts["missing"]
+    least = max(LEAST_SHARED, LEAST_SHARE * answered, LEAST_BESIDE * verdicts["correct"])
+    wrong = [each for each in given if each.answer and each.verdict not in ("correct", "missing")]
+    typed: dict[str, str] = {}
+    for each in wrong:
+        typed.setdefault(_alike(each.answer), each.answer)
+    alike = Counter((typed[_alike(each.answer)], each.verdict, each.codes) for each in wrong)
+    # What waits for a person, then what many have in common.
+    ranked = sorted(alike.items(), key=lambda entry: (entry[0][1] != "review", -entry[1], entry[0]))
+    answers = tuple(
+        # Of a trajectory only the name of a file is known here, or the first rows: it looks like others.
+        Taken(
+            printable(answer),
+            count,
+            verdict,
+            codes,
+            count >= least and set(codes) <= UNNAMED and not answer.startswith(("{file:", "{csv:")),
+        )
+        for (answer, verdict, codes), count in ranked
+    )
+    counts = {verdict: verdicts[verdict] for verdict in VERDICTS}
+    final = [each for each in given if each.verdict != "review"]
+    most = sum(each.max_score for each in final)
+    facility = sum(each.score for each in final) / most if most else None
+    return Tally(printable(id), counts, any(answer.suspicious for answer in answers), answers, facility)
+
+
+def _alike(answer: str) -> str:
+    """A text that is the same for answers that differ in blanks and in the last digits only."""
+    return _NUMBER.sub(lambda number: f"{float(number[0]):.3g}", _BLANKS.sub("", answer))
+
+
+def table(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
+    """A block for each question: its counts, then the answers that are not right."""
+    for tally in tallies:
+        yield block((), [Row(((tally.question, "bold"),), counted(tally.verdicts))], style)
+        yield block((), _answers(tally), style)
+        if len(tally.answers) > MOST_TOLD:
+            yield f"  and {len(tally.answers) - MOST_TOLD} other answers\n"
+    doubted = [tally.question for tally in tallies if tally.suspicious]
+    if doubted:
+        told = "the key may be wrong: several gave the same answer, and no known mistake leads to it"
+        yield "\n" + block((), [Row(((", ".join(doubted), ""),), told)], style)
+
+
+def _answers(tally: Tally) -> list[Row]:
+    """The first answers that are not right, and what they are judged to be."""
+    widest = max((len(str(taken.students)) for taken in tally.answers), default=0)
+    rows = []
+    for taken in tally.answers[:MOST_TOLD]:
+        note = "no known mistake: the key may be wrong" if taken.suspicious else ""
+        why = ", ".join(filter(None, [" ".join(taken.codes), note]))
+        told = filter(None, [shortened(taken.answer, LONGEST_ANSWER), why])
+        heads = ((f"  {taken.students:>{widest}} x", ""), painted(taken.verdict))
+        rows.append(Row(heads, "\n".join(told)))
+    return rows
+
+
+def json(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
+    """One compact object a question, one a line."""
+    for tally in tallies:
+        answers = {"suspicious": tally.suspicious, "answers": tally.answers}
+        yield json_line({"schema": SCHEMA, "question": tally.question} | tally.verdicts | answers)
+
+
+HEADER = ("question", *VERDICTS, *(field.name for field in fields(Taken)))
+"""The columns of csv."""
+
+NOBODY = (None,) * len(fields(Taken))
+"""The cells of an answer where all are right."""
+
+
+def csv(tallies: Sequence[Tally], style: Style) -> Iterator[str]:
+    """A row for each answer that is not right, with the counts of its question; one where there is none."""
+    rows = (
+        (tally.question, *tally.verdicts.values(), *answer)
+        for tally in tallies
+        for answer in (map(astuple, tally.answers) if tally.answers else [NOBODY])
+    )
+    return csv_rows(HEADER, rows, style)
+
+
+TEXTS = {"table": table, "json": json, "csv": csv}
+"""The formats in which it is told."""

@@ -1,0 +1,290 @@
+"""A class on a page of HTML for the instructor, and a page for each student.
+
+All texts of students and files stay text (`own`), isolated from the direction of what stands beside them.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from statistics import median
+from urllib.parse import quote
+
+from rigidcli.check.base import VERDICTS, Verdict
+from rigidcli.check.records import URGENT, Judgement, Student, Told, told
+from rigidcli.check.reports import Style
+from rigidcli.check.reports.items import LONGEST_ANSWER, MOST_TOLD, Tally, tally
+from rigidcli.check.reports.table import as_one, counted, points, score, share
+from rigidcli.errors import ExpressionError, printable, shortened
+from rigidcli.render import Look
+from rigidcli.render.web.page import page, resource, text
+from rigidcli.report import Report
+
+STYLE = "classroom.css"
+"""The style of these pages, besides that of every page."""
+
+INDEX = "index.html"
+"""The page of the class in a folder of pages."""
+
+RESERVED = frozenset(
+    ["index", "con", "prn", "aux", "nul", *(f"{name}{n}" for name in ("com", "lpt") for n in range(1, 10))]
+)
+"""Names, without their ending, that no page of a student has: the class's, and those of Windows' devices."""
+
+LONGEST_NAME = 50
+"""Characters of a file's name that are taken from a student's: 200 bytes at most, where systems allow 255."""
+
+LONGEST_TYPESET = 300
+"""Characters of an answer that is set as a formula: a longer one is read more easily as text."""
+
+_FORMULA = re.compile(r"(?![-+]?[0-9.]+(?:e[-+]?[0-9]+)? [A-Za-z])(?=.*[A-Za-z])(?=.*[-+*/^=(]).*")
+"""What is set as a formula: more than a word, and no number with its unit."""
+
+MARKS: dict[Verdict, str] = dict(zip(VERDICTS, "?✓◐✗!–", strict=True))
+"""What stands for a verdict in the table of students, so that nobody depends on colours."""
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """What pages say besides judgements: the title of the assignment, and solutions that are `worked`.
+
+    `remarks` are on files and students; they may grow as long as there are judgements to come.
+    """
+
+    title: str
+    remarks: Sequence[str] = ()
+    solutions: Mapping[str, str] = field(default_factory=dict)
+
+
+def one_page(judgements: Iterable[Judgement], course: Course, style: Style) -> Iterator[str]:
+    """The class on one page, with the feedback for each student folded in it."""
+    judged = tuple(judgements)
+    links = [f"#student{number}" for number in range(1, len(judged) + 1)]
+    return _page(course.title, _class(judged, course, style, links, folded=True))
+
+
+def pages(judgements: Iterable[Judgement], course: Course, style: Style) -> Iterator[tuple[str, str]]:
+    """Files of a folder, each a name and what stands in it: a page for each student, then the class's."""
+    judged, links = [], []
+    taken = set(RESERVED)
+    for judgement in judgements:
+        name = file_name(judgement.student, taken)
+        judged.append(judgement)
+        links.append(quote(name))
+        student = told(judgement, style.feedback)
+        body = [
+            f"<h1>{own(student.student)}</h1>\n<p>{own(course.title)}: <strong>{score(student)}",
+            f"{share(student.score, student.max_score)}</strong></p>\n",
+            *_answers(student, course.solutions),
+            f'<p class="quiet">{own(Path(student.source).name)}</p>\n' if student.source else "",
+        ]
+        yield name, "".join(_page(f"{course.title}: {student.student}", body))
+    yield INDEX, "".join(_page(course.title, _class(judged, course, style, links, folded=False)))
+
+
+def _page(title: str, body: Iterable[str]) -> Iterator[str]:
+    return page(title, body, styles=[resource(STYLE)])
+
+
+def file_name(student: str, taken: set[str]) -> str:
+    """A name for the page of a student, made of words alone, and none of those `taken`, to which it is added.
+
+    Names count as the same where systems take capitals, or forms of a letter, for the same.
+    """
+    words = re.findall(r"\w+", unicodedata.normalize("NFKC", student))
+    stem = name = "-".join(words)[:LONGEST_NAME] or "student"
+    count = 1
+    while name.casefold() in taken:
+        count += 1
+        name = f"{stem}-{count}"
+    taken.add(name.casefold())
+    return f"{name}.html"
+
+
+def own(words: str) -> str:
+    """Words of somebody else: text, whose direction changes nothing beside it."""
+    return f"<bdi>{text(words)}</bdi>"
+
+
+def _list(entries: Iterable[str]) -> str:
+    return "<ul>\n" + "".join(f"<li>{entry}</li>\n" for entry in entries) + "</ul>\n"
+
+
+# --- a student
+
+
+def _answers(student: Student, solutions: Mapping[str, str]) -> Iterator[str]:
+    """Each question with its title, the answer as typed and as read, its verdict, and what is said of it."""
+    for question in as_one(student):
+        yield f'<section class="answer {question.verdict}">\n<h3>{own(question.id)}'
+        yield f" <span>{question.verdict}, {score(question)}</span></h3>\n"
+        if question.title:
+            yield f'<p class="title">{own(question.title)}</p>\n'
+        if question.answer:
+            yield f"<p>Your answer: <code>{own(question.answer)}</code></p>\n"
+        if question.read_as:
+            yield f"<p>Read as: {typeset(question.read_as)}</p>\n"
+        if question.feedback:
+            yield _list(own(remark.message) for remark in question.feedback)
+        yield solutions.get(question.id, "")
+        yield "</section>\n"
+
+
+@cache
+def _has_formulas() -> bool:
+    from rigidcli.render.plots import has_library
+
+    return has_library("formulas")
+
+
+def typeset(words: str) -> str:
+    """An expression, or equations, as a formula where the library for it is there; other words as text."""
+    if len(words) > LONGEST_TYPESET or not _has_formulas() or not _FORMULA.fullmatch(words):
+        return own(words)
+    from rigidcli.language.expression import parse
+    from rigidcli.language.text import latex
+    from rigidcli.render.web.mathml import formula
+
+    try:
+        lines = [[latex(parse(side).root) for side in line.split("=")] for line in words.split("; ")]
+    except ExpressionError:
+        return own(words)
+    return "<br>".join(formula(" = ".join(sides)) for sides in lines)
+
+
+def worked(solutions: Mapping[str, Report]) -> dict[str, str]:
+    """The working of questions, folded, by their names as they are shown."""
+    from rigidcli.render.html import fragment
+    from rigidcli.render.table import render
+
+    found = {}
+    for id, report in solutions.items():
+        if _has_formulas():
+            work = fragment(replace(report, pictures=()), Look(steps=True))
+        else:
+            work = f"<pre>{text(''.join(render([report], Look(steps=True))))}</pre>"
+        solution = f'<details class="solution"><summary>Solution</summary>\n{work}</details>\n'
+        found[printable(id)] = solution
+    return found
+
+
+# --- the class
+
+
+def _class(
+    judged: Sequence[Judgement], course: Course, style: Style, links: Sequence[str], *, folded: bool
+) -> Iterator[str]:
+    """What needs a person, each question, each student, notes, and where it is `folded` in, the feedback."""
+    students = [told(judgement, style.feedback) for judgement in judged]
+    yield f"<h1>{own(course.title)}</h1>\n"
+    if not students:
+        yield "<p>There are no answers to judge.</p>\n"
+    else:
+        tallies = tally(judged)
+        yield f"<p>{_summary(students)}</p>\n"
+        yield from _first(students, tallies, links)
+        yield from _questions(tallies, course, style)
+        yield from _students(judged, links)
+    if course.remarks:
+        remarks = ("<br>".join(map(own, remark.split("\n"))) for remark in course.remarks)
+        yield f"<h2>Files and notes</h2>\n{_list(remarks)}"
+    if folded and students:
+        yield "<h2>Feedback</h2>\n"
+        for number, student in enumerate(students, 1):
+            yield f'<details id="student{number}"><summary>{own(student.student)}, '
+            yield f"{score(student)}</summary>\n"
+            yield from _answers(student, {})
+            yield "</details>\n"
+
+
+def _summary(students: Sequence[Student]) -> str:
+    scores, most = [student.score for student in students], students[-1].max_score
+    mean = sum(scores) / len(scores)
+    count = "1 student" if len(students) == 1 else f"{len(students):,} students"
+    return f"{count}; mean {points(mean)}/{points(most)}{share(mean, most)}, median {points(median(scores))}"
+
+
+def _first(students: Sequence[Student], tallies: Sequence[Tally], links: Sequence[str]) -> Iterator[str]:
+    """What a person must look at: answers that the program cannot judge or read, and keys in doubt."""
+    hands = [
+        (student, link, each)
+        for student, link in zip(students, links, strict=True)
+        for each in as_one(student)
+    ]
+    heads = ("Answers that wait for a person to judge", "Answers that are not readable")
+    found = {
+        head: [_asked(*hand) for hand in hands if hand[2].verdict == verdict]
+        for head, verdict in zip(heads, URGENT, strict=True)
+    }
+    found["Keys that may be wrong: several gave the same answer, and no known mistake leads to it"] = [
+        own(each.question) for each in tallies if each.suspicious
+    ]
+    if any(found.values()):
+        yield "<h2>To look at first</h2>\n"
+        yield from (f"<h3>{head}</h3>\n{_list(entries)}" for head, entries in found.items() if entries)
+
+
+def _asked(student: Student, link: str, question: Told) -> str:
+    """An answer that a person must look at, and what is said of it."""
+    who = f'<a href="{link}">{own(student.student)}</a>, {own(question.id)}'
+    answer = shortened(question.answer, LONGEST_ANSWER)
+    typed = [f"<code>{own(answer)}</code>"] if answer else []
+    return "<br>".join([who, *typed, *(own(remark.message) for remark in question.feedback)])
+
+
+def _questions(tallies: Sequence[Tally], course: Course, style: Style) -> Iterator[str]:
+    """Each question with its facility, its verdicts, and below them answers that are not right."""
+    yield "<h2>Questions</h2>\n<p>The facility is the mean share of the points, of the answers that are "
+    yield 'judged.</p>\n<div class="wide"><table>\n<tr><th scope="col">Question</th>'
+    yield '<th scope="col" class="number">Facility</th><th scope="col">Verdicts</th></tr>\n'
+    for each in tallies:
+        facility = "" if each.facility is None else f"{each.facility:.0%}"
+        shares = "".join(
+            f'<span class="{verdict}" style="flex-grow:{count}"></span>'
+            for verdict, count in each.verdicts.items()
+            if count
+        )
+        yield f'<tr><th scope="row">{own(each.question)}</th><td class="number">{facility}</td>'
+        yield f'<td><div class="shares">{shares}</div>{counted(each.verdicts)}</td></tr>\n'
+    yield "</table></div>\n"
+    for each in tallies:
+        solution = course.solutions.get(each.question, "")
+        if each.answers or solution:
+            yield f"<h3>{own(each.question)}</h3>\n"
+        if each.answers:
+            yield _list(_taken(each, style))
+        yield solution
+
+
+def _taken(each: Tally, style: Style) -> Iterator[str]:
+    """The most frequent answers to a question that are not right."""
+    for taken in each.answers[:MOST_TOLD]:
+        # Codes are reasons, too.
+        codes = " ".join(taken.codes) if style.feedback.reasons else ""
+        doubt = "no known mistake: the key may be wrong" if taken.suspicious else ""
+        why = ", ".join(filter(None, [taken.verdict, codes, doubt]))
+        answer = own(shortened(taken.answer, LONGEST_ANSWER))
+        yield f'{taken.students} × <code>{answer}</code> <span class="quiet">{why}</span>'
+    if len(each.answers) > MOST_TOLD:
+        yield f"and {len(each.answers) - MOST_TOLD} other answers"
+
+
+def _students(judged: Sequence[Judgement], links: Sequence[str]) -> Iterator[str]:
+    """The students, each with the verdict on every question, in the order of the assignment."""
+    legend = (f'<span class="mark {verdict}">{MARKS[verdict]} {verdict}</span>' for verdict in VERDICTS)
+    yield f'<h2>Students</h2>\n<p class="legend">{"".join(legend)}</p>\n'
+    yield '<div class="wide"><table class="class">\n'
+    ids = (f'<th scope="col">{own(question.id)}</th>' for question in judged[0].questions)
+    yield f'<thead><tr><th scope="col">Student</th><th scope="col">Score</th>{"".join(ids)}</tr></thead>\n'
+    for judgement, link in zip(judged, links, strict=True):
+        yield f'<tr><th scope="row"><a href="{link}">{own(judgement.student)}</a></th>'
+        yield f'<td class="number">{points(judgement.score)}</td>'
+        for question in judgement.questions:
+            sign = f'<span role="img" aria-label="{question.verdict}">{MARKS[question.verdict]}</span>'
+            yield f'<td><span class="mark {question.verdict}">{sign} {points(question.score)}</span></td>'
+        yield "</tr>\n"
+    yield "</table></div>\n"

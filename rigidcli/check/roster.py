@@ -1,0 +1,291 @@
+"""Whose a hand-in is: by the folders above it, by the name of its file, or by a list of the students."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import re
+import unicodedata
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import takewhile
+from pathlib import Path
+
+from rigidcli.check.base import Outcome, Unreadable, review
+from rigidcli.check.files import Found, Place
+from rigidcli.check.names import CANVAS, MOODLE, is_answer, listed, noted, submitted, uncounted
+from rigidcli.check.records import MISSING
+from rigidcli.errors import DocumentError, Problem, printable
+from rigidcli.fields.texts import read_text
+
+NAMES = ("Student", "LastName", "FirstName")
+"""The columns of a student's name, in one or in two."""
+
+LOGINS = ("SIS Login ID", "SIS User ID", "ID")
+"""The columns of what the school, and Canvas, call a student."""
+
+SPELLINGS = {
+    "Student": ("student", "name", "fullname", "studentname"),
+    "LastName": ("lastname", "surname", "familyname"),
+    "FirstName": ("firstname", "givenname"),
+    "SIS Login ID": ("sisloginid", "login", "loginid", "username", "netid", "email", "emailaddress"),
+    "SIS User ID": ("sisuserid", "sid", "studentid", "idnumber"),
+    "ID": ("id",),
+}
+"""The letters of these columns in other lists of students, such as those of Moodle and Gradescope."""
+
+TEST_STUDENT = "Student, Test"
+"""The student that Canvas adds to every course, who is nobody."""
+
+TABLES = frozenset([".csv", ".tsv", ".txt", ".npy"])
+"""Endings of files that answers name: one that lies beside answer files is no hand-in by itself."""
+
+_STUDENT = re.compile(r"(?P<name>.+)_(?P<id>[0-9]+)")
+_WORD = re.compile(r"[^\W_]+")
+
+
+@dataclass(frozen=True, slots=True)
+class Paper:
+    """What a student has handed in: a file, or none; with an `outcome` if the program does not judge it."""
+
+    student: str
+    file: Path | None = None
+    source: str = ""
+    outcome: Outcome | None = None
+
+
+def papers(found: Found, roster: Roster | None = None) -> tuple[list[Paper], list[str]]:
+    """The hand-in of every student, also of those on the roster without one; and notes on who is who."""
+    hands: dict[str, _Hand] = {}
+    notes, unknown, doubtful = list[str](), list[str](), list[str]()
+    everything = [*found.answers, *found.others]
+    for place, plain in zip(everything, _students(everything), strict=True):
+        is_judged = place in found.answers
+        for name in place.owners or (plain,):
+            student = name
+            if roster is not None:
+                keys = roster.owner(place, name)
+                student = roster.labels[min(keys)] if len(keys) == 1 else name
+                if is_judged and len(keys) != 1:
+                    (doubtful if keys else unknown).append(name)
+            hand = hands.setdefault(_folded(student), _Hand(student))
+            (hand.answers if is_judged else hand.others).append(place)
+    notes += noted("not found in the roster", unknown)
+    notes += noted("more than one student of the roster may be meant by", doubtful)
+    rows, double = list[Paper](), list[str]()
+    for hand in hands.values():
+        if len(hand.answers) > 1:
+            hand.answers, earlier = _latest(hand.answers)
+            notes += noted(f"handed in again by {printable(hand.student)}, and the earlier left out", earlier)
+        if len(hand.answers) > 1:
+            double.append(hand.student)
+        rows += hand.paper()
+    notes += noted("more than one answer file, and none of them judged", double)
+    if roster is not None:
+        given = {_folded(paper.student) for paper in rows}
+        rows += [Paper(label, outcome=MISSING) for label in roster.present() if _folded(label) not in given]
+    return rows, notes
+
+
+@dataclass(slots=True)
+class _Hand:
+    """What a student has handed in: answer files, and files that are none."""
+
+    student: str
+    answers: list[Place] = field(default_factory=list)
+    others: list[Place] = field(default_factory=list)
+
+    def paper(self) -> Iterator[Paper]:
+        """The row of the student, if the files make one."""
+        if len(self.answers) == 1:
+            yield Paper(self.student, self.answers[0].file, self.answers[0].source)
+        elif self.answers:
+            files = listed([place.source for place in self.answers])
+            detail = f"{len(self.answers)} answer files are this student's: {files}"
+            yield Paper(self.student, outcome=Unreadable("duplicate_key", detail).outcome)
+        elif hands := [each for each in self.others if each.way or _is_hand_in(each.file.name)]:
+            names = listed([each.file.name for each in hands])
+            yield Paper(self.student, outcome=review(f"read {names}, which is no answer file"))
+
+
+def _is_hand_in(name: str) -> bool:
+    """Whether a file beside answer files is a hand-in of its own, such as a pdf, and not one they name."""
+    return bool(submitted(name)[0]) or Path(name).suffix.lower() not in TABLES
+
+
+def _folded(name: str) -> str:
+    return unicodedata.normalize("NFC", name).casefold()
+
+
+def _latest(places: Sequence[Place]) -> tuple[list[Place], list[str]]:
+    """The last of copies that differ in Canvas' number or LATE only, and the names of the earlier ones."""
+    forms = [CANVAS.fullmatch(place.file.name) for place in places]
+    numbered = [(int(form["number"]), place) for form, place in zip(forms, places, strict=True) if form]
+    names = {uncounted(form["own"]) for form in forms if form}
+    if len(numbered) < len(places) or len(names) > 1 or len({place.way for place in places}) > 1:
+        return list(places), []
+    *earlier, (_, last) = sorted(numbered, key=lambda each: each[0])
+    return [last], [place.file.name for _, place in earlier]
+
+
+# --- by folders and names of files
+
+
+def _students(places: Sequence[Place]) -> list[str]:
+    """The student of each place: the first folder that tells hand-ins apart, or the name of the file.
+
+    A student chooses the names within the own folder only, and so a folder comes before what is in it.
+    """
+    ways: dict[int, list[tuple[str, ...]]] = defaultdict(list)
+    for place in places:
+        ways[place.root].append(place.way)
+    shared = {root: _shared(below) for root, below in ways.items()}
+    held = {(place.root, place.way) for place in places if is_answer(place.file.name)}
+    # Where an answer file lies in the one folder that all share, or nothing lies deeper, it is a student's.
+    own = {
+        root: bool(common) and ((root, common) in held or not any(way > common for way in ways[root]))
+        for root, common in shared.items()
+    }
+    stems = [CANVAS.fullmatch(place.file.stem) for place in places]
+    numbers = Counter(stem["number"] for stem in stems if stem)
+    students = []
+    for place, stem in zip(places, stems, strict=True):
+        common = shared[place.root]
+        level = len(common) - own[place.root]
+        if len(place.way) > level:
+            platform = (submitted(folder, (MOODLE,))[0] for folder in place.way[: level + 1])
+            students.append(next(filter(None, platform), place.way[level]))
+        else:
+            # Numbers of files differ, while `hw_10_3_ada` and `hw_10_3_bob` are no names by Canvas.
+            is_alike = stem is not None and numbers[stem["number"]] > 1
+            name = "" if is_alike else submitted(place.file.stem)[0]
+            students.append(name or place.file.stem)
+    return students
+
+
+def _shared(ways: Sequence[tuple[str, ...]]) -> tuple[str, ...]:
+    """The folders that all ways into folders begin with."""
+    levels = takewhile(lambda level: len(set(level)) == 1, zip(*filter(None, ways), strict=False))
+    return tuple(level[0] for level in levels)
+
+
+def _seen_through(folder: str) -> str:
+    """The name of a folder without what Moodle adds."""
+    return submitted(folder, (MOODLE,))[0] or folder
+
+
+# --- by a list of students
+
+
+def read_table(path: str | os.PathLike[str]) -> tuple[list[str], list[list[str]]]:
+    """The head and the rows of an instructor's csv, whatever mark separates cells. Raises DocumentError."""
+    source = os.fsencode(path).decode(errors="backslashreplace")
+    text = read_text(os.fspath(path), source)
+    mark = max(",;\t", key=text.partition("\n")[0].count)
+    try:
+        header, *rows = csv.reader(io.StringIO(text, newline=""), delimiter=mark)
+    except (ValueError, csv.Error):
+        return [], []
+    return header, rows
+
+
+def read_roster(path: str | os.PathLike[str]) -> Roster:
+    """The students of a table in a file, one a row, with columns of SPELLINGS. Raises DocumentError."""
+    header, rows = read_table(path)
+    columns_by_spelling = {spelling: column for column, all in SPELLINGS.items() for spelling in all}
+    columns = [columns_by_spelling.get("".join(_words(name)), "") for name in header]
+    if not any(columns):
+        source = os.fsencode(path).decode(errors="backslashreplace")
+        hint = "its first line names columns such as `name`, `login` and `id`"
+        raise DocumentError([Problem(source, "read no list of students", 1, hint=hint)])
+    students = {
+        number: {column: cell for column, cell in zip(columns, row, strict=False) if column}
+        for number, row in enumerate(rows)
+        if row and "Points Possible" not in row[0]
+    }
+    return Roster(
+        {number: cells for number, cells in students.items() if any(map(str.strip, cells.values()))}
+    )
+
+
+class Roster:
+    """The students of a list, or of a gradebook, by all that a name in a download may say of one."""
+
+    def __init__(self, students: Mapping[int, Mapping[str, str]]) -> None:
+        """The cells about each student by the names of their columns."""
+        self.labels: dict[int, str] = {}
+        self._names: dict[int, str] = {}
+        self._known: dict[str, set[int]] = defaultdict(set)
+        self._spelled: dict[str, set[int]] = defaultdict(set)
+        self._numbers: dict[str, set[int]] = defaultdict(set)
+        for key, raw in students.items():
+            cells = {column: printable(cell.strip()) for column, cell in raw.items()}
+            name = cells.get("Student") or ", ".join(filter(None, map(cells.get, NAMES[1:])))
+            logins = [cells[column].casefold() for column in LOGINS if cells.get(column)]
+            self._names[key] = name
+            self.labels[key] = next((cells[column] for column in LOGINS if cells.get(column)), name)
+            self._numbers[cells.get("ID", "")].add(key)
+            for login in logins:
+                self._known[login].add(key)
+                self._known[login.partition("@")[0]].add(key)
+            for spelling in _spellings(name):
+                self._spelled[spelling].add(key)
+        alike = Counter(self._names.values())
+        self.labels |= {key: name for key, name in self._names.items() if name and alike[name] == 1}
+
+    def present(self) -> list[str]:
+        """The students, without Canvas' own."""
+        return [label for key, label in self.labels.items() if self._names[key] != TEST_STUDENT]
+
+    def owner(self, place: Place, name: str) -> set[int]:
+        """The students whom the deepest folder that names any may mean, or else the file, or the `name`."""
+        ways = [] if place.owners else [*map(_seen_through, reversed(place.way)), place.file.stem]
+        return next(filter(None, map(self.find, [*ways, name])), set())
+
+    def find(self, name: str) -> set[int]:
+        """The students that a name may mean, by the first way that leads to any."""
+        if keys := self._known.get(name.casefold()) or self._spelled.get(" ".join(sorted(_words(name)))):
+            return keys
+        joined = submitted(name)[0]
+        found = _STUDENT.fullmatch(joined or name)
+        if found is None:
+            return set()
+        numbered = self._numbers.get(found["id"], set())
+        called = self._spelled.get(" ".join(sorted(_words(found["name"]))), set())
+        if not called and not joined:
+            return set()  # any name may end in a number
+        # The number may be another's, of Moodle: a name that does not fit it leaves the student in doubt.
+        return numbered & called or numbered | called
+
+    def match(self, students: Sequence[str]) -> tuple[dict[int, int], list[str]]:
+        """The place among `students` of each row of a gradebook, and notes on those without one."""
+        places: dict[int, list[int]] = defaultdict(list)
+        unknown, doubtful = list[str](), list[str]()
+        for place, name in enumerate(students):
+            keys = self.find(name)
+            if len(keys) == 1:
+                places[min(keys)].append(place)
+            else:
+                (doubtful if keys else unknown).append(name)
+        several = [students[place] for found in places.values() if len(found) > 1 for place in found]
+        absent = [name for key, name in self._names.items() if key not in places and name != TEST_STUDENT]
+        notes = noted("not found in the gradebook", unknown)
+        notes += noted("more than one student of the gradebook may be meant by", doubtful)
+        notes += noted("several hand-ins of one student, and none of them taken", several)
+        notes += noted("no answer file, and the cell left as it was", absent)
+        return {key: found[0] for key, found in places.items() if len(found) == 1}, notes
+
+
+def _words(name: str) -> list[str]:
+    """The words of a name in small letters without accents."""
+    plain = unicodedata.normalize("NFKD", re.sub("['’]", "", name)).casefold()
+    return _WORD.findall("".join(char for char in plain if not unicodedata.combining(char)))
+
+
+def _spellings(name: str) -> set[str]:
+    """A name as its words in any order, and written as one word with either name first."""
+    last, _, first = name.partition(",")
+    both = ["".join(_words(part)) for part in (last, first)]
+    return {" ".join(sorted(_words(name))), "".join(both), "".join(reversed(both))} - {""}

@@ -1,0 +1,50 @@
+"""An assignment held against itself: each key as it is shown, judged, and what would be said of mistakes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from rigidcli.check.codes import CODES
+from rigidcli.check.judge import Item, outcome
+from rigidcli.check.question import RELATIVE, Question, Tolerance
+from rigidcli.errors import printable, shortened
+
+LONGEST_KEY = 200
+"""Characters of a key that is shown."""
+
+
+def selftest(items: Mapping[str, Item], questions: Mapping[str, Question]) -> Iterator[tuple[str, bool]]:
+    """For each question what it would do, in words, and whether its own key is judged to be right."""
+    for id, item in items.items():
+        found, read_as = outcome(item, item.kind.typed(item.key), Path())
+        is_right = found.verdict == "correct"
+        named = ", ".join(dict.fromkeys(code for code, _ in item.changes))
+        lines = [
+            f"{printable(id)}: {item.kind.name}, {item.points:.12g} point{'s' * (item.points != 1)}",
+            f"  key        {printable(shortened(item.reference or read_as, LONGEST_KEY))}",
+            f"  judged     {', '.join([found.verdict, *(CODES[each.code] for each in found.findings)])}",
+            "" if item.kind.name == "choice" else f"  tolerance  {_tolerance(questions[id].tolerance)}",
+            f"  mistakes   {named}" if named else "",
+            *(
+                f"  accepted   {other.credit:.0%} {printable(other.message)}".rstrip()
+                for other in item.accepted
+            ),
+        ]
+        yield "".join(f"{line}\n" for line in lines if line), is_right
+
+
+def _tolerance(tolerance: Tolerance) -> str:
+    """A tolerance in words."""
+    given = {
+        "relative": "{:.6g} of the value",
+        "absolute": "{:.6g} in SI units",
+        "significant_figures": "{} significant figures, typed and right",
+        "angle": "{:.6g} rad between axes",
+    }
+    found = [
+        words.format(value)
+        for name, words in given.items()
+        if (value := getattr(tolerance, name)) is not None
+    ]
+    return ", ".join(found) or f"{RELATIVE:g} of the value"

@@ -1,0 +1,184 @@
+"""Tables as text: a line with the names of the columns, then a line of numbers for each row.
+
+Commas, semicolons, tabs or blanks separate the cells; where commas do not, numbers may have decimal commas.
+A head may have a unit: `t`, `Time (s)`, `t [ms]`, `theta/rad`. Empty lines, and lines with `#` before the
+heads, are passed over; as numpy writes a table, the last of these has the heads.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from rigidcli.check.base import Unreadable
+from rigidcli.check.numbers import read_number, read_unit, scale_in
+from rigidcli.core.arithmetic import Floats
+from rigidcli.errors import ExpressionError, ValueProblem, shown
+from rigidcli.fields.units import Unit, parse_unit
+from rigidcli.language.tree import Name
+from rigidcli.language.typed import expression
+
+TIME = "t"
+
+SECOND = parse_unit("s")
+
+MOST_CHARACTERS = 1_000_000
+"""The most characters of a table."""
+
+MOST_EXPRESSIONS = 1_000
+"""The most cells that are no decimal numbers, but expressions such as `pi/6`, which take longer to read."""
+
+MOST_COLUMNS, LONGEST_HEAD = 200, 200
+"""The most columns, and the most characters of a head."""
+
+_UNIT = re.compile(r"(?P<name>[^(\[/]*?)\s*(?:\((?P<round>.*)\)|\[(?P<square>.*)\]|/(?P<below>.*))")
+_BRACKETS = re.compile(r"\s{0,9}[(\[][^()\[\]]{0,60}[)\]]")
+_DECIMALS = re.compile(r"[0-9eE+\-.\s]*")
+"""All that decimal numbers consist of: of such characters, float() accepts nothing else."""
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """The numbers of a column (n) as typed, under a head with a `name` and perhaps a `unit`."""
+
+    name: str
+    unit: Unit | None
+    values: Floats
+
+    def in_si(self, unit: Unit | None) -> Floats:
+        """The numbers in SI units; a column without a unit of its own is in `unit`. Raises Unreadable."""
+        if self.unit is None or unit is None:
+            own = self.unit or unit
+            return self.values * (1.0 if own is None else own.scale)
+        try:
+            return self.values * scale_in(self.unit, unit.dimension)
+        except ValueProblem as problem:
+            raise Unreadable("unit_incompatible", problem.message, place=shown(self.name)) from None
+
+
+def read_table(text: str, wanted: Collection[str] | None = None) -> dict[str, Column]:
+    """The columns of a table by their names: those `wanted`, in any usual spelling, as far as there are any.
+
+    Names are compared as typed, then without regard to capitals, underscores and Greek letters; two heads
+    that come to the same name are none of them. Raises Unreadable.
+    """
+    if len(text) > MOST_CHARACTERS:
+        raise Unreadable("too_large", f"expected at most {MOST_CHARACTERS:,} characters")
+    lines = _lines(text)
+    heads, separator, begin = _heads(lines)
+    if len(heads) > MOST_COLUMNS:
+        raise Unreadable("too_large", f"expected at most {MOST_COLUMNS} columns")
+    rows = [(number, line.split(separator)) for number, line in lines[begin:]]
+    if not rows:
+        raise Unreadable("wrong_shape", "there are no rows of numbers")
+    for number, cells in rows:
+        if len(cells) != len(heads):
+            detail = f"{len(cells)} cells, expected {len(heads)}"
+            if separator == "," and len(cells) == 2 * len(heads):
+                detail += "; with decimal commas, separate cells with `;`"
+            raise Unreadable("wrong_shape", detail, place=f"line {number}")
+    named = [_head(head) for head in heads]
+    found = {}
+    for name, place in _places([name for name, _ in named], wanted).items():
+        column = [(number, cells[place].strip()) for number, cells in rows]
+        found[name] = Column(name, named[place][1], _numbers(column, name, comma=separator != ","))
+    return found
+
+
+def _lines(text: str) -> list[tuple[int, str]]:
+    """The lines that are not empty, with their numbers."""
+    text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+    text = text.replace('"', "").replace("\N{MINUS SIGN}", "-")
+    return [(number, line) for number, line in enumerate(text.split("\n"), start=1) if line.strip()]
+
+
+def _heads(lines: Sequence[tuple[int, str]]) -> tuple[list[str], str | None, int]:
+    """The heads of columns, what separates cells (None for blanks), and the index of the first row."""
+    begin = next((k for k, (_, line) in enumerate(lines) if not line.lstrip().startswith("#")), len(lines))
+    if begin == len(lines):
+        raise Unreadable("wrong_shape", "read an empty table, expected a line of names and lines of numbers")
+    line = lines[begin][1]
+    separator = next((each for each in ";\t," if each in line), None)
+    heads = _split(line, separator)
+    if not all(_DECIMALS.fullmatch(head.replace(",", ".")) for head in heads):
+        return heads, separator, begin + 1
+    above = _split(lines[begin - 1][1].lstrip(" #"), separator) if begin else []
+    if len(above) != len(heads):
+        raise Unreadable("missing_column", "the first line has no names of columns", place=shown(TIME))
+    return above, separator, begin
+
+
+def _split(line: str, separator: str | None) -> list[str]:
+    """The heads in a line, between blanks where there is no separator: `t (s)  x (m)` are two."""
+    if separator is None:
+        line = _BRACKETS.sub(lambda found: "*".join(found[0].split()), line)
+    return [head.strip() for head in line.split(separator)]
+
+
+def _head(text: str) -> tuple[str, Unit | None]:
+    """The name and the unit in a head; a unit that is unknown is none."""
+    found = _UNIT.fullmatch(text) if len(text) <= LONGEST_HEAD else None
+    if found is None:
+        return text, None
+    unit = (found["round"] or found["square"] or found["below"] or "").strip()
+    try:
+        # A column `x(t)` is a function of the time, and not in tonnes.
+        return found["name"], None if unit.casefold() in ("", TIME, "time") else read_unit(unit)
+    except Unreadable:
+        return found["name"], None
+
+
+def _places(heads: Sequence[str], wanted: Collection[str] | None) -> dict[str, int]:
+    """Where the columns stand that are wanted. Raises Unreadable for two of the same name."""
+    if wanted is None:
+        wanted = dict.fromkeys(TIME if _usual(head) == TIME else head for head in heads)
+    usual = [_usual(head) for head in heads]
+    found = {}
+    for name in wanted:
+        places = [k for k, head in enumerate(heads) if head == name]
+        if len(places) > 1:
+            raise Unreadable("duplicate_key", "there are several columns of this name", place=shown(name))
+        if not places:
+            places = [k for k, head in enumerate(usual) if head == _usual(name) and heads[k] not in wanted]
+        if not places and name.startswith("p_") and sum(each.startswith("p_") for each in wanted) == 1:
+            places = [k for k, head in enumerate(usual) if head == "p"]
+        if len(places) == 1:
+            found[name] = places[0]
+    return found
+
+
+def _usual(name: str) -> str:
+    """A name in small ASCII letters without underscores: `Θ_1` is theta1, `omega_1` is w1, `Time` is t."""
+    try:
+        root = expression(unicodedata.normalize("NFKC", name.strip()), None)
+        name = root.name if isinstance(root, Name) else name
+    except ExpressionError:
+        pass  # a head that is no name, such as `P X`
+    small = re.sub(r"[\s_{}]", "", name).casefold()
+    return {"time": TIME}.get(small) or re.sub(r"omega(?=[0-9]|$)", "w", small)
+
+
+def _numbers(cells: Sequence[tuple[int, str]], name: str, *, comma: bool) -> Floats:
+    """The numbers in the cells of a column, with the numbers of their lines. Raises Unreadable."""
+    texts = [cell.replace(",", ".") for _, cell in cells] if comma else [cell for _, cell in cells]
+    if all(map(_DECIMALS.fullmatch, texts)):
+        try:
+            values = np.array(list(map(float, texts)))
+        except ValueError:
+            pass  # such as `1e`: what follows says where
+        else:
+            if np.isfinite(values).all():
+                return values
+    read, expressions = [], 0
+    for line, cell in cells:
+        place = f"line {line}, column {shown(name)}"
+        number = read_number(cell, None, place)
+        expressions += not number.mantissa
+        if expressions > MOST_EXPRESSIONS:
+            raise Unreadable("too_large", f"expected at most {MOST_EXPRESSIONS:,} expressions", place=place)
+        read.append(number.value)
+    return np.array(read)

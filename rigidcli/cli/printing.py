@@ -1,0 +1,134 @@
+"""The commands that print what there is: `new`, `schema` and `explain`."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from importlib import resources
+from typing import Annotated
+
+import typer
+
+from rigidcli.cli.failures import Failures, complain
+from rigidcli.cli.options import OutputPath
+from rigidcli.cli.output import Output, is_file
+from rigidcli.errors import Problem, UsageError, shown
+
+
+class Kind(StrEnum):
+    """The starters; each is a file of that name in `rigidcli/starters`, mostly with the ending `.yaml`."""
+
+    shape = "shape"
+    points = "points"
+    parts = "parts"
+    tensor = "tensor"
+    density = "density"
+    mesh = "mesh"
+    molecule = "molecule"
+    robot = "robot"
+    symbols = "symbols"
+    motion = "motion"
+    free = "free"
+    driven = "driven"
+    top = "top"
+    planet = "planet"
+    system = "system"
+    oscillations = "oscillations"
+    assignment = "assignment"
+    answers = "answers"
+
+
+ENDINGS = {Kind.molecule: ".xyz", Kind.robot: ".urdf"}
+"""The endings of the starters that are no YAML."""
+
+
+def _require_kind(kind: str) -> str:
+    if kind not in [*Kind]:
+        raise typer.BadParameter(f"read {shown(kind)}, expected one of {', '.join(Kind)}")
+    return kind
+
+
+def _completed(incomplete: str) -> list[str]:
+    return [kind.value for kind in Kind if kind.startswith(incomplete)]
+
+
+def new(
+    kind: Annotated[
+        str,
+        typer.Argument(
+            metavar="KIND",
+            callback=_require_kind,
+            autocompletion=_completed,
+            help=f"One of {', '.join(Kind)}.",
+        ),
+    ] = Kind.shape.value,
+    output: OutputPath = None,
+    force: Annotated[bool, typer.Option("--force", help="Overwrite the file PATH.")] = False,
+) -> None:
+    """Print a commented file to start from.
+
+    A document of some kind, a robot, a molecule, an assignment or an answer file.
+
+    Example: rigidcli new top -o top.yaml
+    """
+    if output is not None and is_file(output) and not force:
+        hint = "`--force` overwrites it"
+        complain(str(Problem(output, "this file is there already, and is not overwritten", hint=hint)))
+        raise typer.Exit(UsageError.exit_code)
+    starter = resources.files("rigidcli").joinpath("starters", kind + ENDINGS.get(Kind(kind), ".yaml"))
+    with Output(output) as target:
+        target.write(starter.read_text(encoding="utf-8"))
+
+
+class SchemaKind(StrEnum):
+    """What there are schemas of."""
+
+    document = "document"
+    assignment = "assignment"
+    answers = "answers"
+
+
+def schema(
+    kind: Annotated[
+        SchemaKind, typer.Argument(metavar="KIND", help=f"One of {', '.join(SchemaKind)}.")
+    ] = SchemaKind.document,
+    output: OutputPath = None,
+) -> None:
+    """Print the JSON Schema of a kind of file, for editors.
+
+    Example: rigidcli schema -o .rigidcli.schema.json
+    """
+    import orjson
+
+    from rigidcli.check.question import AnswerFile, Assignment
+    from rigidcli.document.document import Document
+    from rigidcli.document.schema import json_schema
+    from rigidcli.fields.section import Section
+
+    roots: dict[str, type[Section]] = {
+        "document": Document,
+        "assignment": Assignment,
+        "answers": AnswerFile,
+    }
+    with Output(output) as target:
+        target.write(orjson.dumps(json_schema(roots[kind]), option=orjson.OPT_INDENT_2).decode() + "\n")
+
+
+def explain(
+    path: Annotated[
+        str | None,
+        typer.Argument(
+            metavar="PATH", help="A key, shape, unit, function, result or mistake.", show_default=False
+        ),
+    ] = None,
+) -> None:
+    """Tell what a key, shape, unit, function, result or mistake is.
+
+    Example: rigidcli explain body.shape.cone
+    """
+    from rigidcli.reference.index import explain as page
+    from rigidcli.reference.index import overview
+
+    failures = Failures()
+    with failures.of("explain"), Output(None) as target:
+        target.write(overview() if path is None else page(path))
+    raise typer.Exit(failures.code)

@@ -1,0 +1,147 @@
+"""The workers of a running Dask cluster as an executor, with which `processes` hands out work."""
+
+from __future__ import annotations
+
+import logging
+import sys
+import threading
+import time
+import warnings
+from collections.abc import Callable, Iterator
+from concurrent.futures import CancelledError, Executor, TimeoutError
+from contextlib import contextmanager, suppress
+from importlib import util
+from typing import Any
+
+import rigidcli
+from rigidcli.errors import ComputationError, UsageError
+
+ANSWERS_WITHIN = 5.0
+"""Seconds within which a scheduler must answer: one that is there does so in a tenth of a second."""
+
+WORKERS_WITHIN = 60.0
+"""Seconds within which the first worker must come: those that are started on demand take half of it."""
+
+COUNTED_EVERY = 10.0
+"""Seconds after which the workers are counted again, since some may come and go."""
+
+
+@contextmanager
+def opened(address: str) -> Iterator[tuple[Executor, Callable[[], int]]]:
+    """The executor of the cluster of the scheduler at an address, and what counts its workers.
+
+    Raises UsageError where no such cluster is reached, and ComputationError where it is lost on the way. What
+    was handed out and is no longer wanted is cancelled.
+    """
+    with client(address) as reached:
+        executor = reached.get_executor(pure=False)  # each pack is work of its own
+        counted, workers = time.monotonic(), max(1, len(reached.nthreads()))
+
+        def count() -> int:
+            nonlocal counted, workers
+            if time.monotonic() - counted > COUNTED_EVERY:
+                counted, workers = time.monotonic(), max(1, len(reached.nthreads()))
+            return workers
+
+        try:
+            yield executor, count
+        finally:
+            with suppress(Exception):  # where the scheduler is gone, so is the work
+                executor.shutdown(wait=False)
+
+
+@contextmanager
+def client(address: str) -> Iterator[Any]:
+    """The client of the scheduler at an address, whose errors are told in words. Raises as `opened`."""
+    if util.find_spec("distributed") is None:
+        raise UsageError("distributed is not installed", hint="python -m pip install 'rigidcli[cluster]'")
+    before = logging.root.manager.disable
+    # What the user should know of a connection is told once, here.
+    logging.disable(logging.CRITICAL)
+    reached: Any = None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            reached = _reached(address)
+        _require_same(reached)
+        yield reached
+    except Exception as error:  # noqa: BLE001 - what can go wrong far away is told, or raised again
+        raise _told(error, address) from None
+    finally:
+        if reached is not None:
+            reached.close(timeout=1)
+        logging.disable(before)
+
+
+def _reached(address: str) -> Any:
+    """The client of the scheduler at an address. Raises UsageError where none answers.
+
+    It waits on and on where a port is open and nobody speaks, and so does that in a thread of its own.
+    """
+    from distributed import Client
+
+    outcome: list[Any] = []
+
+    def reach() -> None:
+        try:
+            outcome.append(Client(address, timeout=ANSWERS_WITHIN, set_as_default=False))
+        except Exception as error:  # noqa: BLE001 - told where it is waited for
+            outcome.append(error)
+
+    thread = threading.Thread(target=reach, daemon=True)
+    thread.start()
+    thread.join(2 * ANSWERS_WITHIN)
+    if outcome and not isinstance(outcome[0], Exception):
+        return outcome[0]
+    reason = _first_line(outcome[0]) if outcome else "nobody there speaks as a scheduler does"
+    raise UsageError(
+        f"no Dask scheduler answers at `{address}`: {reason}",
+        hint="`dask scheduler` prints its address when it starts; `-j 4` works with 4 processes here",
+    )
+
+
+def _versions() -> dict[str, str]:
+    """What must be the same here and where results are worked out."""
+    return {"rigidcli": rigidcli.__version__, "Python": f"{sys.version_info[0]}.{sys.version_info[1]}"}
+
+
+def _require_same(reached: Any) -> None:
+    """Raise UsageError where there is no worker, or one has other versions, or none."""
+    try:
+        reached.wait_for_workers(1, timeout=WORKERS_WITHIN)
+    except TimeoutError:
+        hint = f"start one: `dask worker {reached.scheduler.address}`"
+        raise UsageError("the cluster has no workers", hint=hint) from None
+    ours = _versions()
+    for worker, theirs in sorted(reached.run(_versions, on_error="return").items()):
+        if isinstance(theirs, BaseException):
+            problem = f"the worker {worker} cannot load rigidcli: {_first_line(theirs)}"
+        elif theirs != ours:
+            problem = f"the worker {worker} has {_listed(theirs)}, and here is {_listed(ours)}"
+        else:
+            continue
+        raise UsageError(problem, hint="install the same versions on all machines")
+
+
+def _listed(versions: dict[str, str]) -> str:
+    return " and ".join(map(" ".join, versions.items()))
+
+
+def _told(error: Exception, address: str) -> Exception:
+    """The error as the user is told of it; the same one where it is none of the cluster."""
+    if isinstance(error, CancelledError | TimeoutError | OSError):
+        return ComputationError(
+            f"the scheduler at `{address}` was lost, or has given up this work",
+            hint="start it and call again; what is printed so far is right",
+        )
+    if isinstance(error, ImportError | AttributeError | MemoryError):
+        return ComputationError(
+            f"a worker of the cluster cannot do this: {_first_line(error) or 'there is too little memory'}",
+            hint="workers need the same extras of rigidcli, and enough memory",
+        )
+    return error
+
+
+def _first_line(error: BaseException) -> str:
+    """What an error says, without the places in the code."""
+    return str(error).strip().partition("\n")[0]

@@ -1,0 +1,131 @@
+"""The commands: a row for each, from which the program, its help and the Python interface are built."""
+
+from __future__ import annotations
+
+TYPE_CHECKING = False
+"""As in `typing`, which takes longer to load than this table."""
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+class Command:
+    """A command: what it does, and for a study what it needs, offers and draws.
+
+    `needs` are the sections of which a document has one. A study with a `section` follows a motion: that
+    section has the `samples` and `duration` that options set. `pictures` are the kinds that it draws,
+    the best first, and the modules of `rigidcli.studies` with a function of that name. `python` is an example
+    for its help in Python. The `module` has the function of its name, unless it is a study.
+    """
+
+    __slots__ = ("help", "module", "name", "needs", "pictures", "python", "section")
+
+    def __init__(
+        self,
+        name: str,
+        help: str = "",
+        needs: tuple[str, ...] = (),
+        section: str = "",
+        pictures: Mapping[str, str] = {},
+        python: str = "",
+        module: str = "",
+    ) -> None:
+        self.name, self.help, self.needs, self.section = name, help, needs, section
+        self.pictures, self.python, self.module = pictures, python, module or name
+
+    @property
+    def about(self) -> str:
+        """What it does, in a line."""
+        return self.help.partition("\n")[0]
+
+
+_ROWS = (
+    Command(
+        "inertia",
+        """Mass, centre of mass, inertia tensor about a point.
+
+        Example: rigidcli inertia -f csv cube.yaml plate.yaml
+        """,
+        needs=("body",),
+        pictures={"body": "pictures.bodies"},
+        python="""
+        >>> rigidcli.inertia({"body": {"shape": "cube", "side": 1, "mass": 12}})["mass"]
+        12.0
+        """,
+    ),
+    Command(
+        "axes",
+        """Principal moments and axes; motion at a given omega.
+
+        With `motion.omega` also L, T, the angle between omega and L, and whether the body wobbles.
+
+        Example: rigidcli axes cube.yaml --set body.mass=3
+        """,
+        needs=("body",),
+        pictures={"body": "pictures.bodies"},
+        python="""
+        >>> rigidcli.axes("body: {shape: cube, side: 1, mass: 12, anchor: corner}")["class"]
+        'prolate'
+        """,
+    ),
+    Command(
+        "precess",
+        """Precession: tops under gravity, free, tidal.
+
+        Of a `top`, of a `body` with `motion.omega`, of a planet with a `tide`: whichever there are.
+
+        Example: rigidcli precess top.yaml --set top.spin="900 rpm"
+        """,
+        needs=("top", "body", "tide"),
+        pictures=dict.fromkeys(("potential", "trace", "polhode"), "pictures.precess"),
+        python="""
+        >>> top = {"mass": 0.3, "distance": 0.05, "lambda3": 0.000375, "spin": "20 rps", "gravity": 9.8}
+        >>> round(rigidcli.precess({"top": top})["top"]["gyroscopic_rate"], 2)
+        3.12
+        """,
+    ),
+    Command(
+        "euler",
+        """Motion by Euler's equations in time; stability of the axes.
+
+        Torque-free motion is in closed form, driven motion is integrated.
+
+        Example: rigidcli euler motion.yaml --duration "5 min" -f csv
+        """,
+        needs=("body", "top"),
+        section="motion",
+        pictures=dict.fromkeys(("omega", "polhode", "trace"), "euler.pictures"),
+        python="""
+        >>> body = {"moments": [1, 2, 3], "mass": 1}
+        >>> result = rigidcli.euler({"body": body, "motion": {"omega": [0, 1e-3, 2], "duration": 10}})
+        >>> result["motion"]
+        'about_highest'
+        """,
+    ),
+    Command(
+        "hamilton",
+        """From a Lagrangian to H, Hamilton's equations and orbits.
+
+        Also from energies, particles or a Hamiltonian; with what is conserved, and changes of variables.
+
+        Example: rigidcli hamilton spring.yaml -f latex
+        """,
+        needs=("system",),
+        section="orbit",
+        pictures=dict.fromkeys(("phase", "modes", "spectrum", "series"), "hamilton.pictures"),
+        python="""
+        >>> system = {"coordinates": ["x"], "lagrangian": "m*xdot**2/2 - k*x**2/2"}
+        >>> rigidcli.hamilton({"system": system, "parameters": {"m": None, "k": None}})["hamiltonian"]
+        p_x**2/(2*m) + k*x**2/2
+        """,
+    ),
+    *map(Command, ("check", "validate")),
+    *(Command(name, module="printing") for name in ("explain", "schema", "new")),
+)
+
+COMMANDS = {row.name: row for row in _ROWS}
+"""The commands. A study is the function `run` of the module of its name in `rigidcli.studies`; another one is
+the function of its name in its module of `rigidcli.cli`, where its help stands, too."""
+
+STUDIES = tuple(row.name for row in _ROWS if row.needs)
+"""The names of the studies, each of which is also a function of the package."""

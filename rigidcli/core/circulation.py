@@ -1,0 +1,240 @@
+"""The closed form of torque-free motion in which omega circulates, seen in the body, and of the separatrix.
+
+Omega circulates about c, the axis of the largest or of the smallest moment. With principal axes
+a, b, c (right-handed), b the intermediate one, and signs such that w_a >= 0 and w_c >= 0 at t = 0:
+
+    d2 = Ic (Ic-Ib) wc^2 - Ia (Ib-Ia) wa^2  (= L^2 - 2 T Ib)
+    a1^2 = wa^2 + Ib (Ic-Ib)/(Ia (Ic-Ia)) wb^2,   a2^2 = wb^2 + Ia (Ic-Ia)/(Ib (Ic-Ib)) wa^2
+    a3^2 = wc^2 + Ib (Ib-Ia)/(Ic (Ic-Ia)) wb^2,   omega = (a1 cn u, a2 sn u, a3 dn u),   u = rate t + u0
+    k = sqrt(Ia (Ib-Ia)/(Ic (Ic-Ib))) a1/a3,      k' = sqrt(|d2|/(Ic |Ic-Ib|))/a3
+    rate = sqrt((Ic-Ib) (Ic-Ia)/(Ia Ib)) a3,      n = Ic (Ib-Ia)/(Ia (Ic-Ib))
+
+In space, c turns about the fixed L at the rate phi' = L (La^2/Ia + Lb^2/Ib)/(La^2 + Lb^2), so that
+
+    phi = L t/Ib + L (Ib-Ia)/(Ia Ib rate) G(u),   G(u) = integral from 0 to u of cn^2/(1 + n sn^2)
+
+Sources: L. Landau, E. Lifshitz, Mechanics, section 37; R. van Zon, J. Schofield, J. Comput. Phys. 225 (2007)
+145. Where this differs: everything is formed of differences of moments, not of L^2 and 2 T I; k' is a number
+of its own; signs are put into the axes, so that one formula serves both kinds of circulation; phi grows from
+L t/Ib and not from L t/Ic, as then what is added stays moderate for slender and for nearly symmetric bodies.
+Many motions of one body are the same formulas over a first axis of arrays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.elliptic import EPS, carlson_rf, complete, growth, jacobi
+from rigidcli.core.principal import diagonal_form
+from rigidcli.core.rotation import as_quaternion, compose
+from rigidcli.core.tensor import Inertia
+
+TURNED_NOISE = 8 * EPS
+"""The relative rounding error of a tensor that is not diagonal, or of an omega that was turned."""
+
+HALF_TURNS = np.array([[0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+"""The quaternions of half a turn about b, and about c."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """A body and the angular velocities at t = 0 of m motions.
+
+    `moments` (3, ascending) are in units of a power of two, about the largest, and `rates` (m, 3), the
+    components of omega along `axes` (rows), in units of `speeds` (m, rad/s), powers of two about |omega|:
+    so no square vanishes. `coupled` says that the tensor is not diagonal, and `turned` that omega was given
+    along other axes: then these are rounded.
+    """
+
+    moments: tuple[float, float, float]
+    axes: Floats
+    rates: Floats
+    speeds: Floats
+    coupled: bool
+    turned: bool
+
+    @classmethod
+    def of(cls, body: Inertia, omegas: Floats) -> State:
+        """From a `body` and its `omegas` (m, 3), both along the axes of its entries."""
+        tensor = body.without_noise()
+        mass = power_of_two(np.abs(tensor).max())
+        values, axes = diagonal_form(tensor / mass)
+        order = np.argsort(values, kind="stable")
+        low, middle, high = (float(value) for value in values[order])
+        first, second = axes[order[:2]]
+        rows = np.array([first, second, np.cross(first, second)])
+        low = 0.0 if low * mass <= body.noise_along(first) else low
+        speeds = power_of_two(np.abs(omegas).max(axis=1))
+        rates = omegas / speeds[:, None] @ rows.T
+        coupled = bool((tensor != np.diag(tensor.diagonal())).any())
+        return cls((low, middle, high), rows, rates, speeds, coupled, body.is_turned)
+
+    def excess(self) -> tuple[Floats, Floats, Floats]:
+        """The two terms (m) of which d2 = L^2 - 2 T I2 is the difference, over the third squared."""
+        (low, middle, high), (first, _, third) = self.moments, self.rates.T
+        unit = power_of_two(np.maximum(np.abs(first), np.abs(third)))
+        more, less = high * (high - middle) * (third / unit) ** 2, low * (middle - low) * (first / unit) ** 2
+        return more, less, unit
+
+    def steady(self, *, rounded: bool) -> NDArray[np.bool_]:
+        """Whether omega is constant (m): L x omega is 0, or may be so when what is `rounded` is off by that.
+
+        A tensor turns its axes when it is off, and omega itself moves away from them, so that each component
+        of L x omega is off in proportion to the difference of two moments.
+        """
+        low, middle, high = self.moments
+        if low <= 0:
+            return np.ones(len(self.rates), dtype=bool)
+        tensor = TURNED_NOISE * high if rounded and self.coupled else 0.0
+        omega = TURNED_NOISE / 2 if rounded and self.turned else 0.0
+        square, constant = (self.rates**2).sum(axis=1), np.ones(len(self.rates), dtype=bool)
+        for gap, i, j in ((high - middle, 1, 2), (high - low, 2, 0), (middle - low, 0, 1)):
+            w, v = np.abs(self.rates[:, i]), np.abs(self.rates[:, j])
+            is_zero = (w == 0) | (v == 0) | (gap == 0)
+            constant &= is_zero | (gap * w * v <= (tensor + omega * gap) * square)
+        return constant
+
+
+def power_of_two(sizes: Any) -> Any:
+    """The power of two below or at each of the `sizes`, and 1 for zero."""
+    return np.where(sizes > 0, np.ldexp(1.0, np.frexp(sizes)[1] - 1), 1.0)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Circulation:
+    """Motions in which omega circulates about one axis; the letters are those of the module's docstring.
+
+    `axes` are the rows a, b, c in body axes, but for the `signs` (m, 1, 3) of each motion. Per motion (m, 1):
+    `start` is u0, `quarter` K, infinite on the separatrix; `mean_rate` is that of the turn about L (rad/s),
+    `swing` is L (Ib-Ia)/(Ia Ib rate), and `mean_growth` the mean of G with u. `amplitudes` (m, 1, 3) are
+    those of omega (rad/s), `shares` (m, 1, 3) those of the unit vector along L.
+    """
+
+    axes: Floats
+    signs: Floats
+    amplitudes: Floats
+    shares: Floats
+    n: float
+    k: Floats
+    complement: Floats
+    rate: Floats
+    start: Floats
+    quarter: Floats
+    mean_rate: Floats
+    swing: Floats
+    mean_growth: Floats
+
+    def part(self, chosen: slice) -> Circulation:
+        """Some of the motions."""
+        return replace(
+            self,
+            **{
+                one.name: getattr(self, one.name)[chosen]
+                for one in fields(self)
+                if one.name not in ("axes", "n")
+            },
+        )
+
+    def at(self, times: Floats) -> tuple[Floats, Floats]:
+        """omega (m, n, 3) in body axes, and quaternions (m, n, 4) from the axes a, b, c to those along L."""
+        u = self.rate * times + self.start
+        finite = np.where(np.isfinite(self.quarter), self.quarter, 1.0)
+        halves = np.where(np.isfinite(self.quarter), np.rint(u / (2 * finite)), 0.0)
+        u = u - halves * 2 * finite
+        sn, cn, dn = jacobi(u, self.complement)
+        angle = self.mean_rate * times
+        if self.n:
+            swaying = growth(self.n, self.k, self.complement, sn, cn, dn) - self.mean_growth * u
+            angle = angle + self.swing * swaying
+        sign = 1 - 2 * np.mod(halves, 2)
+        turning = np.stack([sign * cn, sign * sn, dn], axis=-1)
+        return self.signs * self.amplitudes * turning @ self.axes, _along(self.shares * turning, angle)
+
+    def frames(self) -> Floats:
+        """The quaternions (m, 4) from the axes of the body to a, b, c."""
+        frame = as_quaternion(self.axes)
+        for place, half_turn in zip((2, 1), HALF_TURNS, strict=True):
+            # Half a turn about b changes the signs of a and c, and then one about c those of a and b.
+            frame = np.where(self.signs[:, :, place] < 0, compose(half_turn, frame), frame)
+        return frame
+
+
+_PER_MOTION = [one.name for one in fields(Circulation) if one.name not in ("axes", "n")]
+"""What each of the motions has of its own."""
+
+
+def _circulation(state: State, chosen: NDArray[np.int_], about_low: bool) -> Circulation:
+    """The constants of the `chosen` motions of a state, all of which go round the same axis."""
+    (Ia, Ib, Ic), axes, rates = state.moments, state.axes, state.rates[chosen]
+    more, less, unit = (term[chosen] for term in state.excess())
+    if about_low:
+        turn = np.array([1, -1, 1])
+        axes, rates, (Ia, Ib, Ic) = turn[:, None] * axes[::-1], turn * rates[:, ::-1], (Ic, Ib, Ia)
+    c_sign = np.where(rates[:, 2] < 0, -1.0, 1.0)
+    a_sign = np.where(rates[:, 0] < 0, -1.0, 1.0)
+    # Euler's equations stay as they are after half a turn about an axis: two signs make the third.
+    signs = np.stack([a_sign, a_sign * c_sign, c_sign], axis=-1)
+    wa, wb, wc = (signs * rates).T[..., None]
+    a1 = np.hypot(wa, math.sqrt(Ib / Ia * ((Ic - Ib) / (Ic - Ia))) * wb)
+    a2 = np.hypot(wb, math.sqrt(Ia / Ib * ((Ic - Ia) / (Ic - Ib))) * wa) * (1 if Ic > Ib else -1)
+    a3 = np.hypot(wc, math.sqrt(Ib / Ic * ((Ib - Ia) / (Ic - Ia))) * wb)
+    k = math.sqrt(Ia / Ic * ((Ib - Ia) / (Ic - Ib))) * a1 / a3
+    d = np.sqrt(np.abs(more - less)) * unit
+    complement = np.minimum(d[:, None] / math.sqrt(Ic * abs(Ic - Ib)) / a3, 1.0)
+    n = Ic / Ia * ((Ib - Ia) / (Ic - Ib))
+    rate = math.sqrt((Ic - Ib) / Ia * ((Ic - Ia) / Ib)) * a3
+    amplitudes = np.stack([a1, a2, a3], axis=-1)
+    momentum = np.sqrt(((rates * [Ia, Ib, Ic]) ** 2).sum(axis=1))[:, None]
+    quarter = np.where(complement > 0, complete(complement, 1.0, 1.0, 1.0), math.inf)
+    mean_growth = complete(complement, 1 + n, 1.0, 0.0) / quarter
+    swing = momentum * ((Ib - Ia) / Ia / Ib) / rate
+    sn, cn, dn = wb / a2, wa / a1, wc / a3
+    speeds = state.speeds[chosen][:, None]
+    return Circulation(
+        axes,
+        signs[:, None],
+        amplitudes * speeds[..., None],
+        amplitudes * [Ia, Ib, Ic] / momentum[..., None],
+        n,
+        k,
+        complement,
+        rate * speeds,
+        sn * carlson_rf(cn, dn, 1.0),
+        quarter,
+        (momentum / Ib + swing * rate * mean_growth) * speeds,
+        swing,
+        mean_growth,
+    )
+
+
+def _along(along: Floats, angle: Floats) -> Floats:
+    """The quaternions (..., 4) from axes a, b, c to axes of which the third is along L.
+
+    `along` (..., 3) is the unit vector along L in the axes a, b, c, with its third component >= 0. The
+    rotation is Rz(angle) Rx(theta) Rz(psi), with half angles formed so that a small theta keeps its digits.
+    """
+    x, y, z = np.moveaxis(along, -1, 0)
+    across = np.hypot(x, y)
+    c = np.sqrt((1 + z) / 2)
+    s = across / (2 * c)
+    psi = np.arctan2(x, y)
+    total, difference = (angle + psi) / 2, (angle - psi) / 2
+    return np.stack(
+        [c * np.cos(total), s * np.cos(difference), s * np.sin(difference), c * np.sin(total)], axis=-1
+    )
+
+
+def circulations(state: State, moving: NDArray[np.bool_]) -> Iterator[tuple[NDArray[np.int_], Circulation]]:
+    """The places of the motions in which omega circulates, by the axis about which it does."""
+    more, less, _ = state.excess()
+    for about_low in (False, True):
+        chosen = np.flatnonzero(moving & ((more < less) == about_low))
+        if len(chosen):
+            yield chosen, _circulation(state, chosen, about_low)

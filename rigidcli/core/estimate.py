@@ -1,0 +1,215 @@
+"""What an integrator may step over, and how many digits of its solution are right.
+
+An integrator looks at the equations at a few times in a step. A pulse, a wall or a jump hides between them.
+It is where the argument of a function passes zero, as x does in tanh(x/w), or is largest or smallest, as
+-(x/w)^2 in exp(-(x/w)^2). Where this argument depends on the time alone, it is looked at before the start,
+and a step ends there: its last slope shows what is sudden, and the error of the step makes the next ones
+short. Where the argument depends on the motion, a second solution has such steps, and differs from the first.
+
+This second solution has a larger tolerance, too. The digits that both share are right.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.solution import MOST_STEPS, Flow, Solution, Stopped, TooManySteps
+from rigidcli.errors import ComputationError
+
+Indices: TypeAlias = NDArray[np.int_]
+
+GRID = 4096
+"""The least number of times at which what depends on the time alone is looked at."""
+
+PER_QUARTER = 4
+"""The number of these times in a quarter of a period of a sine or cosine of the time."""
+
+NOISE = 1e-13
+"""Changes of a quantity below this, in units of its size, are rounding errors, and no extremum."""
+
+ROUNDS, PARTS = 11, 64
+"""How often a time is narrowed down, and to one of how many parts: beyond the digits of a float."""
+
+DISTANCES = 2.0 ** np.arange(12, -52, -1)
+"""Distances from such a time, in units of the way to the next time of the grid."""
+
+AT_ONCE = 2048
+"""Times that are narrowed down together, so that the arrays stay small."""
+
+LONGEST_STEPS = 256
+"""Steps of a solution in which walls are looked for, the longest ones, as they go over most."""
+
+IN_STEP = 8
+"""The number of times at which such a step is looked at."""
+
+MOST_WALLS = 32
+"""The most such places at which steps of the second solution end."""
+
+COARSER, COARSEST = 100.0, 1e-3
+"""The ratio of the tolerances of both solutions; beyond the coarsest, the second one is finer instead."""
+
+LOST = 0.1
+"""A difference in units of the size of the state, or in rad, from which on the solutions share no digit."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Watched:
+    """The arguments of functions in the equations, as flows.
+
+    Something sudden may be where the `timed` ones, of the time alone, and the `moving` ones, of time and
+    state, pass zero or turn. The `phases`, of the time alone, are arguments of sines and cosines.
+    """
+
+    timed: Flow
+    phases: Flow
+    moving: Flow
+
+
+def foreseen(watched: Watched, end: float, name: str) -> tuple[Floats, float]:
+    """Times from 0 to `end` at which something sudden may happen, and the longest step that sees all else.
+
+    That step is a quarter of the shortest period of a sine or cosine of the time.
+
+    Raises TooManySteps where there are too many of either.
+    """
+    timed, phases = (_values(flow) for flow in (watched.timed, watched.phases))
+    grid, longest = _grid(GRID, end), math.inf
+    for _ in range(2):  # a sine of a sine shows how fast it is when the inner one is resolved
+        with np.errstate(all="ignore"):
+            rates = np.abs(np.diff(phases(grid)) / np.diff(grid))
+        rate = float(rates.max(initial=0.0, where=np.isfinite(rates)))
+        longest = math.pi / 2 / rate if rate * end > math.pi / 2 else math.inf
+        if end > MOST_STEPS * longest:
+            raise TooManySteps(name, 0, 0.0, end, MOST_STEPS)
+        grid = _grid(max(GRID, math.ceil(PER_QUARTER * end / longest)), end)
+    places = landmarks(timed, grid)
+    if len(places) > MOST_STEPS:
+        raise TooManySteps(name, 0, 0.0, end, MOST_STEPS)
+    return places, longest
+
+
+def _grid(count: int, end: float) -> Floats:
+    # So uneven a beginning leaves no extremum between two equal values.
+    return np.concatenate([[0.0], (np.arange(count) + 0.381966) * (end / count), [end]])
+
+
+def _values(flow: Flow) -> Callable[..., Floats]:
+    """The function of arrays, with all values of an expression (m) in a row of the result."""
+    f = flow(np)
+
+    def values(times: Floats, *state: Floats) -> Floats:
+        with np.errstate(all="ignore"):
+            rows = f(times, *state)
+        return np.array([np.broadcast_to(row, times.shape) for row in rows]).reshape(len(rows), *times.shape)
+
+    return values
+
+
+def landmarks(values: Callable[[Floats], Floats], grid: Floats, most: int = MOST_STEPS) -> Floats:
+    """The times at which one of the `values` (m by k at times k) passes zero, or is largest or smallest.
+
+    They are looked for between the times of the `grid` (k, ascending), and narrowed down to a float. Of more
+    than `most` those are taken that stand where the grid is coarsest.
+    """
+    at = values(grid)
+    with np.errstate(all="ignore"):
+        change = np.diff(at)
+        passed = np.sign(at[:, 1:]) * np.sign(at[:, :-1]) < 0
+        sharp = np.abs(change[:, 1:]) + np.abs(change[:, :-1]) > NOISE * np.abs(at[:, 1:-1])
+        turned = (np.sign(change[:, 1:]) * np.sign(change[:, :-1]) < 0) & sharp
+    rows, first = np.hstack([np.nonzero(passed), np.nonzero(turned)])
+    # Where a quantity passes zero, its size is smallest; else it is largest, or its negative is.
+    up = np.repeat([0.0, 1.0], [passed.sum(), turned.sum()]) * np.sign(change)[rows, first]
+    last = first + 1 + (up != 0)
+    best = np.argsort(grid[first] - grid[last], kind="stable")[:most]
+    places = [_narrowed(values, rows[some], up[some], grid[first[some]], grid[last[some]])
+              for some in np.array_split(best, 1 + len(best) // AT_ONCE)]  # fmt: skip
+    found: Floats = np.unique(np.concatenate(places))
+    inside: Floats = found[(found > grid[0]) & (found < grid[-1])]
+    return inside
+
+
+def _narrowed(
+    values: Callable[[Floats], Floats], rows: Indices, up: Floats, low: Floats, high: Floats
+) -> Floats:
+    """The times (k) between `low` and `high` at which `up` times a value is largest, or its size smallest.
+
+    Beside them are times at which the value differs by about 1, as the slope of a peak is zero at its top.
+    """
+    each = np.arange(len(rows))
+
+    def chosen(times: Floats) -> Floats:
+        return values(times.ravel())[rows[:, None], np.arange(times.size).reshape(times.shape)]
+
+    begin, end = low, high
+    for _ in range(ROUNDS):
+        times = np.linspace(begin, end, PARTS, axis=-1)
+        value = chosen(times)
+        place = np.nan_to_num(np.where(up[:, None] == 0, -np.abs(value), up[:, None] * value), nan=-np.inf)
+        best = place.argmax(axis=1)
+        begin, end = times[each, np.maximum(best - 1, 0)], times[each, np.minimum(best + 1, PARTS - 1)]
+    top, beside = times[each, best], []
+    for side in (low, high):
+        times = top[:, None] + (side - top)[:, None] * DISTANCES
+        far = np.abs(chosen(times) - value[each, best][:, None]) >= 1
+        nearest = len(DISTANCES) - 1 - far[:, ::-1].argmax(axis=1)
+        beside.append(times[each, nearest][far.any(axis=1)])
+    return np.concatenate([top, *beside])
+
+
+def walls(watched: Watched, solution: Solution) -> Floats:
+    """Times in the longest steps of a solution, at most MOST_WALLS, at which something sudden may happen."""
+    values, knots = _values(watched.moving), solution.knots
+    longest = np.sort(np.argsort(-np.diff(knots), kind="stable")[:LONGEST_STEPS])
+    steps = np.diff(knots)[longest]
+    grid = (knots[longest, None] + steps[:, None] * np.arange(IN_STEP) / IN_STEP).ravel()
+
+    def along(times: Floats) -> Floats:
+        times = np.clip(times, knots[0], knots[-1])
+        return values(times, *solution.sample(times).T)
+
+    return landmarks(along, np.append(grid, knots[longest[-1:] + 1]), MOST_WALLS)
+
+
+def compared(
+    first: Solution,
+    again: Callable[[float, Sequence[float]], Solution],
+    watched: Watched,
+    stops: Floats,
+    distance: Callable[[Floats, Floats], Floats],
+    times: Floats,
+) -> tuple[float, float | None]:
+    """By how much two solutions differ at most at `times` (k), and from which time on they share no digit.
+
+    `again` solves the problem of the `first` to a tolerance, in steps that end at given times, among which
+    are the `stops` of the first. `distance` tells how far states (k by n) are from each other.
+    """
+    if not first.steps:
+        return 0.0, None
+    other = first.tolerance * COARSER
+    other = other if other <= COARSEST else first.tolerance / COARSER
+    try:
+        second = again(other, np.union1d(stops, walls(watched, first)).tolist())
+    except Stopped as stop:
+        return 1.0, stop.time
+    except ComputationError:
+        return 1.0, float(times[0])
+    apart = np.nan_to_num(distance(first.at(times), second.at(times)), nan=1.0)
+    lost = np.flatnonzero(apart > LOST)
+    return (1.0, float(times[lost[0]])) if len(lost) else (float(apart.max(initial=0.0)), None)
+
+
+def unshared(section: str, lost: float, may_be_chaotic: bool) -> str:
+    """The note on a solution that another one leaves at the time `lost`."""
+    reason = "the motion may be chaotic, or " if may_be_chaotic else ""
+    return (
+        f"from t = {lost:.4g} on, integrations in other steps do not agree, and no digit is certain: "
+        f"{reason}steps may go over something narrow, which a small `{section}.max_step` prevents"
+    )

@@ -1,0 +1,194 @@
+"""Torque-free motion of a rigid body: Euler's equations without a torque, and the attitude, in closed form.
+
+The body moves about its centre of mass, or about a fixed point at which every outer force acts. Its omega is
+constant, or it circulates about the axis of the largest or of the smallest moment: see `core.circulation`.
+Many motions of one body are the same formulas over a first axis of arrays.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
+
+import numpy as np
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.circulation import TURNED_NOISE, Circulation, State, circulations, power_of_two
+from rigidcli.core.elliptic import EPS
+from rigidcli.core.principal import EQUAL_MOMENTS
+from rigidcli.core.rotation import compose, continuous
+from rigidcli.core.sensitivity import GROWN, representative, to_rounding
+from rigidcli.core.tensor import ROUNDING, Inertia
+from rigidcli.errors import ComputationError
+
+Regime: TypeAlias = Literal[
+    "rest",
+    "sphere",
+    "principal",
+    "linear",
+    "oblate",
+    "prolate",
+    "about_lowest",
+    "about_highest",
+    "separatrix",
+]
+
+BLOCK = 8192
+"""Samples that are worked at once, so that their arrays stay in the cache of a processor."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Periods:
+    """What characterises a torque-free motion.
+
+    `period` (s) is that of omega as seen in the body, None if omega is constant or the period is infinite.
+    `flip_interval` (s) of an asymmetric body is half of it: the time in which the
+    intermediate component of omega changes its sign. `mean_space_rate` (rad/s) is the mean rate at
+    which the body turns about L; None at rest. Moments within EQUAL_MOMENTS of each other count as equal
+    in all this, while the path is that of the moments as they are.
+    """
+
+    regime: Regime
+    period: float | None
+    flip_interval: float | None
+    mean_space_rate: float | None
+
+
+def periods(body: Inertia, omega: Floats) -> Periods:
+    """What characterises the motion from `omega` (3, rad/s) at t = 0, along the axes of the body's entries.
+
+    Raises ComputationError for motion about an axis without a moment: of a linear body about its
+    line, beyond rounding, and of a point.
+    """
+    state = State.of(body, omega[None])
+    regime = _regime(state)
+    speed, (low, middle, high), rates = float(state.speeds[0]), state.moments, state.rates[0]
+    momentum = float(np.hypot.reduce(rates * state.moments)) * speed
+    if regime == "rest":
+        return Periods(regime, None, None, None)
+    if regime == "separatrix":
+        return Periods(regime, None, None, momentum / middle)
+    if regime in ("oblate", "prolate"):
+        # Of the two moments that count as equal, the mean is taken.
+        along, across, spin = (high, low + middle, 2) if regime == "oblate" else (low, middle + high, 0)
+        wobble = abs((2 * along - across) * float(rates[spin])) / across * speed
+        return Periods(regime, 2 * math.pi / wobble if wobble else None, None, 2 * momentum / across)
+    circling = circulation(body, omega)
+    if regime not in ("about_lowest", "about_highest") or circling is None:
+        return Periods(regime, None, None, float(np.hypot.reduce(rates)) * speed)
+    flip = float(2 * circling.quarter[0, 0] / circling.rate[0, 0])
+    period = 2 * flip if math.isfinite(flip) else None
+    return Periods(regime, period, flip if period else None, float(circling.mean_rate[0, 0]))
+
+
+def circulation(body: Inertia, omega: Floats) -> Circulation | None:
+    """The constants of the motion from `omega` (3), where it is not constant; else None."""
+    state = State.of(body, omega[None])
+    return next((found for _, found in circulations(state, ~state.steady(rounded=True))), None)
+
+
+def _regime(state: State) -> Regime:
+    """Which kind of motion it is."""
+    low, middle, high = state.moments
+    if not state.rates.any():
+        return "rest"
+    if high <= 0:
+        raise ComputationError(
+            "a point has no moment of inertia, and no angular velocity follows from its angular momentum",
+            hint="give a body with some extent, or set `omega` to zero",
+        )
+    if low <= 0:
+        if abs(state.rates[0, 0]) > ROUNDING * float(np.hypot.reduce(state.rates[0])):
+            raise ComputationError(
+                "the body is linear: it has no moment about its line, and cannot turn about it",
+                hint="make `omega` perpendicular to the line",
+            )
+        return "linear"
+    lower, upper = middle - low <= EQUAL_MOMENTS * high, high - middle <= EQUAL_MOMENTS * high
+    if lower and upper:
+        return "sphere"
+    if state.steady(rounded=True)[0]:
+        return "principal"
+    if lower or upper:
+        return "oblate" if lower else "prolate"
+    more, less, unit = (float(term[0]) for term in state.excess())
+    # How far d2 moves, at worst, when each input is off by its rounding: that of a diagonal tensor as it is
+    # given is half a unit in the last place, and the arithmetic of `excess` has as much.
+    first, third = (state.rates[0, [0, 2]] / unit) ** 2
+    slopes = abs(2 * high - middle) * high * third + (high * third + low * first) * middle
+    slopes += abs(middle - 2 * low) * low * first
+    noise = TURNED_NOISE if state.coupled or state.turned else EPS / 2
+    if abs(more - less) <= noise * (slopes + 2 * (more + less)):
+        return "separatrix"
+    return "about_highest" if more > less else "about_lowest"
+
+
+def motions(
+    body: Inertia, omegas: Floats, orientations: Floats, times: Floats, *, rounded: bool = True
+) -> tuple[Floats, Floats]:
+    """omega (m, n, 3; rad/s, body axes) and orientation (m, n, 4; body to space) at `times` (n, s, any sign).
+
+    The m motions begin at t = 0 with `omegas` (m, 3) and `orientations` (m, 4), unit quaternions, scalar
+    first. All is along the axes of the body's entries. The sign of the quaternions, which means nothing, is
+    that of the orientation at t = 0 for the first time, and changes as little as possible from each time to
+    the next. With `rounded`, an omega that may be along a principal axis but for rounding is constant.
+    """
+    state = State.of(body, omegas)
+    steady = state.steady(rounded=rounded)
+    omega = np.empty((len(omegas), len(times), 3))
+    orientation = np.empty((len(omegas), len(times), 4))
+    constant = np.flatnonzero(steady)
+    if len(constant):
+        omega[constant] = omegas[constant, None]
+        orientation[constant] = _turning(omegas[constant], orientations[constant], times)
+    for places, path in circulations(state, ~steady):
+        frames = path.frames()
+        _, first = path.at(np.zeros(1))
+        before = compose(orientations[places], compose(first[:, 0], frames) * [1, -1, -1, -1])
+        # The products before * q * frame are linear in q: a matrix for each motion.
+        placing = compose(compose(before[:, None], np.eye(4)), frames[:, None])
+        count = max(1, BLOCK // max(len(times), 1))
+        for some in (slice(begin, begin + count) for begin in range(0, len(places), count)):
+            mine = path.part(some)
+            for part in (slice(start, start + BLOCK) for start in range(0, len(times), BLOCK)):
+                omega[places[some], part], turned = mine.at(times[part])
+                orientation[places[some], part] = turned @ placing[some]
+    begun = np.concatenate([orientations[:, None], orientation], axis=1)
+    return omega, continuous(begun)[:, 1:]
+
+
+def _turning(omegas: Floats, orientations: Floats, times: Floats) -> Floats:
+    """The orientations (m, n, 4) of motions with a constant omega."""
+    unit = power_of_two(np.abs(omegas).max(axis=1, keepdims=True))
+    length = np.sqrt(((omegas / unit) ** 2).sum(axis=1, keepdims=True))
+    half = (length * unit * times / 2)[..., None]
+    axis = omegas / unit / np.where(length > 0, length, 1.0)
+    return compose(orientations[:, None], np.concatenate([np.cos(half), np.sin(half) * axis[:, None]], -1))
+
+
+def sensitivity(body: Inertia, omegas: Floats, orientations: Floats, times: Floats) -> Floats:
+    """How far (m, rad, at most pi) the attitude of each motion moves when tensor and omega are rounded.
+
+    The largest over `times` (n, s), or some of them: see `core.sensitivity`. Each component of an
+    omega that was turned is off by a unit or two in the last place of |omega|, however small it is.
+    """
+    sample, tensor = representative(times), body.without_noise()
+    _, reference = motions(body, omegas, orientations, sample)
+
+    def moved() -> Iterator[Floats]:
+        for row, column in zip(*np.triu_indices(3), strict=True):
+            if tensor[row, column]:
+                entries = tensor.copy()
+                entries[row, column] = entries[column, row] = tensor[row, column] * (1 + GROWN * EPS)
+                changed = replace(body, entries=entries)
+                yield motions(changed, omegas, orientations, sample, rounded=False)[1]
+        size = 2 * np.abs(omegas).max(axis=1) if body.is_turned else None
+        for axis in range(3):
+            rates = omegas.copy()
+            rates[:, axis] += GROWN * EPS * (rates[:, axis] if size is None else size)
+            if (rates != omegas).any():
+                yield motions(body, rates, orientations, sample, rounded=False)[1]
+
+    return to_rounding(moved(), reference)

@@ -1,0 +1,246 @@
+"""The motion of a heavy symmetric top in closed form: omega and orientation at any time.
+
+With the letters of `core.nutation`,
+
+    u = u1 + (u2 - u1) sn^2 v,   v = rate t + v0
+    rate = sqrt(beta (u3 - u1))/2,   k'^2 = (u3 - u2)/(u3 - u1)
+    (phi + psi)' = spin - a + (b + a)/(1 + u),     (phi - psi)' = a - spin + (b - a)/(1 - u)
+
+Sources: H. Goldstein, Classical Mechanics, 2nd edition, section 5.7; F. Klein, A. Sommerfeld, Über die
+Theorie des Kreisels, for the sum and the difference of phi and psi. Their halves are the phases of
+q0 + i q3 = cos(theta/2) exp(i (phi + psi)/2) and q1 + i q2 = sin(theta/2) exp(i (phi - psi)/2). Each has one
+pole only, where the axis goes through the vertical and its component through zero, so that, unlike with
+Euler angles, nothing is lost there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rigidcli.core.arithmetic import Floats
+from rigidcli.core.elliptic import EPS, carlson_rf, complete, growth, jacobi, lag
+from rigidcli.core.free_body import BLOCK
+from rigidcli.core.nutation import Start, Swing, rate_unit, swing
+from rigidcli.core.sensitivity import GROWN, representative, to_rounding
+
+Complexes: TypeAlias = NDArray[np.complex128]
+
+PASSING = 1e-3
+"""The axis is passing the vertical where it is there within this time, in units of 1/rate."""
+
+
+@dataclass(frozen=True, slots=True)
+class Phase:
+    """An angle (rad): `mean` t plus `swing` S(v), where S is an integral with parameter `n`.
+
+    S is `elliptic.growth`, or `elliptic.lag` with 1 - n = `rest`, less its mean growth `growth` v.
+    """
+
+    mean: float
+    swing: float = 0.0
+    n: float = 0.0
+    rest: float = 1.0
+    growth: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HeavyMotion:
+    """The constants of the motion; the letters are those of the module's docstring.
+
+    All rates are in units of `unit` (rad/s). `start` is v0. `total` is phi + psi and `difference` phi - psi,
+    but for their values at t = 0: `leads` are the two factors exp(i/2 ...) that these make.
+    """
+
+    unit: float
+    spin: float
+    limits: Swing
+    k: float
+    rate: float
+    start: float
+    total: Phase
+    difference: Phase
+    leads: tuple[complex, complex] = (1, 1)
+
+    def rounding(self, times: Floats) -> float:
+        """What the rounding of the phases turns the body by (rad) at the last of the `times` (n, s).
+
+        Where the axis swings by the vertical, phi and psi jump, and their mean growth is rounded for nothing.
+        """
+        growth = self.rate + abs(self.total.mean) + abs(self.difference.mean)
+        return EPS * growth * self.unit * float(np.abs(times).max())
+
+    def at(self, times: Floats) -> tuple[Floats, Floats]:
+        """omega (n, 3; rad/s) and orientation (n, 4), in the axes of `heavy_motion`, at `times` (n, s)."""
+        omega, orientation = np.empty((len(times), 3)), np.empty((len(times), 4))
+        first, last = self.leads
+        for begin in range(0, len(times), BLOCK):
+            part = slice(begin, begin + BLOCK)
+            cosine, sine, across = self.parts(times[part] * self.unit)
+            cosine, sine, across = first * cosine, last * sine, first * np.conj(last) * across
+            orientation[part] = np.column_stack([cosine.real, sine.real, sine.imag, cosine.imag])
+            rates = np.column_stack([across.imag, across.real, np.full(len(cosine), self.spin)])
+            omega[part] = rates * self.unit
+        return omega, orientation
+
+    def parts(self, times: Floats) -> tuple[Complexes, Complexes, Complexes]:
+        """q0 + i q3, q1 + i q2 and omega2 + i omega1 (n), but for the leads, at times in units of 1/`unit`.
+
+        These are cos(theta/2) exp(i (phi + psi)/2), sin(theta/2) exp(i (phi - psi)/2) and
+        (phi-dot sin(theta) + i theta-dot) exp(i psi).
+        """
+        limits, quarter = self.limits, self.limits.quarter
+        v, halves = self.rate * times + self.start, np.zeros_like(times)
+        if math.isfinite(quarter):
+            halves = np.rint(v / (2 * quarter))
+            v = v - halves * 2 * quarter
+        sn, cn, dn = jacobi(v, limits.complement)
+        cn = np.abs(cn)  # rounding may put v beyond a quarter period, where the integrals do not go
+        total, difference = self.total.mean * times, self.difference.mean * times
+        if self.total.swing:
+            integral = growth(self.total.n, self.k, limits.complement, sn, cn, dn)
+            total = total + self.total.swing * (integral - self.total.growth * v)
+        if self.difference.swing:
+            integral = lag(self.difference.n, self.difference.rest, sn, cn, dn)
+            difference = difference + self.difference.swing * (integral - self.difference.growth * v)
+        sign = 1 - 2 * np.mod(halves, 2)
+        sn, cn = sign * sn, sign * cn
+        # cos(theta/2) and sin(theta/2) in units of their largest values; they change sign at the vertical.
+        low = math.sqrt(limits.up[0] / limits.up[1]) if limits.up[1] else 0.0
+        near = math.sqrt(limits.down[1] / limits.down[0]) if limits.down[0] else 0.0
+        rising, falling = np.hypot(sn, low * cn) if low else sn, np.hypot(cn, near * sn) if near else cn
+        across = self._across(rising, falling, sn, cn, dn) * np.exp(0.5j * (total - difference))
+        cosine = math.sqrt(limits.up[1] / 2) * rising * np.exp(0.5j * total)
+        sine = math.sqrt(limits.down[0] / 2) * falling * np.exp(0.5j * difference)
+        return cosine, sine, across
+
+    def _across(self, rising: Floats, falling: Floats, sn: Floats, cn: Floats, dn: Floats) -> Complexes:
+        """phi-dot sin(theta) + i theta-dot = (b - a u - i u-dot)/sin(theta), of quotients of zeros."""
+        limits = self.limits
+        scale = math.sqrt(limits.down[0] * limits.up[1])
+        if not scale:
+            return np.zeros(len(sn), dtype=complex)
+        down, up = (cn / falling if limits.down[1] else 1.0), (sn / rising if limits.up[0] else 1.0)
+        turning: Complexes = np.zeros(len(sn), dtype=complex)
+        if limits.up[0]:
+            turning += limits.turning[0] * down * (cn / rising)
+        if limits.down[1]:
+            turning += limits.turning[1] * up * (sn / falling)
+        turning = turning - 2j * limits.width * self.rate * dn * down * up
+        return turning / scale
+
+
+def heavy_motion(
+    lambda1: float, lambda3: float, weight_moment: float, omega: Floats, orientation: Floats
+) -> HeavyMotion:
+    """The motion of a top with moments lambda1 across and lambda3 along its axis about the pivot (kg m^2).
+
+    `weight_moment` is M g R > 0 (N m). `omega` (3, rad/s) and `orientation` (4, to axes of space with z
+    upward) at t = 0 are in axes of the body, the third of which points from the pivot to the centre of mass.
+    """
+    fall = math.sqrt(2 * weight_moment / lambda1)
+    unit = rate_unit(fall, *omega, lambda3 * omega[2] / lambda1)
+    w1, w2, w3 = (omega / unit).tolist()
+    q0, q1, q2, q3 = (orientation / np.hypot.reduce(orientation)).tolist()
+    z1, z2 = 2 * (q1 * q3 - q0 * q2), 2 * (q2 * q3 + q0 * q1)
+    start = Start(
+        lambda3 * w3 / lambda1,
+        (fall / unit) ** 2,
+        w1 * z1 + w2 * z2,
+        w2 * z1 - w1 * z2,
+        w1 * w1 + w2 * w2,
+        2 * (q1 * q1 + q2 * q2),
+        2 * (q0 * q0 + q3 * q3),
+    )
+    limits = swing(start)
+    rate, own = math.sqrt(limits.rise) / 2, w3 * (lambda1 - lambda3) / lambda1
+    motion = HeavyMotion(
+        unit,
+        w3,
+        limits,
+        math.sqrt(start.beta * limits.width / limits.rise),
+        rate,
+        _first_argument(limits, start.slope),
+        _total(own, limits, rate),
+        _difference(-own, limits, rate),
+    )
+    return replace(motion, leads=_leads(motion, omega / unit, orientation))
+
+
+def _first_argument(limits: Swing, slope: float) -> float:
+    """v0, within a quarter period of 0: where u is on its way from u1 to u2."""
+    low, high = limits.x
+    if low == high:
+        return 0.0
+    s, c = math.copysign(math.sqrt(-low / limits.width), slope), math.sqrt(max(high, 0.0) / limits.width)
+    return s * float(carlson_rf(c, math.hypot(c, limits.complement * s), 1.0))
+
+
+def _total(own: float, limits: Swing, rate: float) -> Phase:
+    """phi + psi, which grows at the rate own + (b + a)/(1 + u), where 1 + u = (1 + u1)(1 + n sn^2)."""
+    pole, (first, last) = limits.poles[1], limits.up
+    if not pole:
+        return Phase(own)
+    n = limits.width / first
+    mean = float(complete(limits.complement, last / first, 1.0, 0.0)) / limits.quarter
+    return Phase(own + pole * (1 + n * mean) / last, pole * n / (last * rate), n, growth=mean)
+
+
+def _difference(own: float, limits: Swing, rate: float) -> Phase:
+    """phi - psi, which grows at the rate own + (b - a)/(1 - u), where 1 - u = (1 - u1)(1 - n sn^2)."""
+    pole, (first, last) = limits.poles[0], limits.down
+    if not pole:
+        return Phase(own)
+    n, rest = limits.width / first, last / first
+    mean = n * float(complete(limits.complement, rest, 0.0, 1.0)) / limits.quarter
+    return Phase(own + pole * (1 + mean) / first, pole / (first * rate), n, rest, mean)
+
+
+def _leads(motion: HeavyMotion, omega: Floats, orientation: Floats) -> tuple[complex, complex]:
+    """The factors of the two pairs of components of the quaternion that make the motion begin as it does.
+
+    Of a pair that passes through zero then, as the axis is at the vertical, omega tells; not so where the
+    axis lingers there.
+    """
+    q0, q1, q2, q3 = orientation.tolist()
+    cosine, sine, across = (complex(part[0]) for part in motion.parts(np.zeros(1)))
+    first, last = _unit(complex(q0, q3), cosine), _unit(complex(q1, q2), sine)
+    velocity = complex(omega[1], omega[0])
+    if abs(sine) * motion.rate < PASSING * abs(velocity):
+        last = _unit(across * first, velocity)
+    elif abs(cosine) * motion.rate < PASSING * abs(velocity):
+        first = _unit(velocity, across / last)
+    return first, last
+
+
+def _unit(wanted: complex, found: complex) -> complex:
+    """The factor of length 1 that turns what was found to what is wanted; 1 where either is zero."""
+    return wanted / found / abs(wanted / found) if wanted and found else 1
+
+
+def sensitivity(
+    lambda1: float, lambda3: float, weight_moment: float, omega: Floats, orientation: Floats, times: Floats
+) -> float:
+    """How far (rad, at most pi) the attitude moves when the numbers given change by their rounding.
+
+    The largest over `times` (n, s), or some of them: see `core.sensitivity`.
+    """
+    sample = representative(times)
+    inputs = np.array([lambda1, lambda3, weight_moment, *omega, *orientation])
+
+    def orientations(values: Floats) -> Floats:
+        first, third, weight = values[:3].tolist()
+        return heavy_motion(first, third, weight, values[3:6], values[6:]).at(sample)[1][None]
+
+    def moved() -> Iterator[Floats]:
+        for place in np.flatnonzero(inputs):
+            changed = inputs.copy()
+            changed[place] *= 1 + GROWN * EPS
+            yield orientations(changed)
+
+    return float(to_rounding(moved(), orientations(inputs))[0])

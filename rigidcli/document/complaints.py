@@ -1,0 +1,79 @@
+"""What pydantic complains of, in the words of a document."""
+
+from __future__ import annotations
+
+import re
+from decimal import Decimal
+
+from pydantic import ValidationError
+
+from rigidcli.errors import Path, ValueProblem, shown
+from rigidcli.fields.section import AT_TOP
+
+_TYPES = {
+    "tuple_type": "a list, such as [0, 0, 1]",
+    "dict_type": "a mapping",
+    "model_type": "a mapping",
+    "string_type": "a text",
+    "bool_type": "true or false",
+    "int_type": "a whole number",
+    "greater_than_equal": "at least {ge}",
+    "less_than_equal": "at most {le}",
+}
+"""What pydantic's complaints about a type or a bound expect, in the words of a document."""
+
+
+_FLAT = {
+    "inertia": "principal moments are written `moments: [1, 2, 3]`, a tensor by its rows",
+    "points": "each point is a list, also a single one: `points: [[m, x, y, z]]`",
+}
+"""What to write for a list of numbers where one of lists is expected."""
+
+
+def explain(error: ValidationError) -> list[ValueProblem]:
+    """Every complaint of pydantic, in the document's words."""
+    explained: dict[Path, ValueProblem] = {}
+    for complaint in error.errors(include_url=False):
+        path, kind, read = complaint["loc"], complaint["type"], complaint["input"]
+        typed, code = None, ""
+        context = complaint.get("ctx", {})
+        problem, hint = context.get("error"), None
+        if isinstance(problem, ValueProblem):
+            path, message, hint = (*path, *problem.path), problem.message, problem.hint
+            typed, code = problem.typed, problem.code
+            if message == AT_TOP:
+                message = f"belongs beside `{path[0]}`, at the top of the document"
+        elif kind == "missing" and isinstance(last := path[-1], int):
+            # A list that is too short lacks each of its last entries; that is one problem.
+            path, message = path[:-1], f"read {shown(read)}, expected {last + 1} entries"
+        elif kind == "missing":
+            message = "missing"
+        elif kind == "too_short" and len(read) >= context["min_length"]:
+            continue  # long enough, but for the entries that have problems of their own
+        elif kind in ("too_long", "too_short"):
+            bound = context.get("max_length", context.get("min_length"))
+            most = "at most" if kind == "too_long" else "at least"
+            message = f"read {shown(read)}, expected {most} {bound} {'entry' if bound == 1 else 'entries'}"
+        else:
+            if kind == "tuple_type" and path[-1] == 0:
+                # A list of numbers where one of lists is expected: one problem for all its entries.
+                path, hint = path[:-1], _FLAT.get(str(path[-2]))
+            elif kind == "tuple_type" and path[:-1] in explained:
+                continue
+            expected = _TYPES.get(kind, str(context.get("expected", complaint["msg"]))).format(**context)
+            entry = "entry " if path != complaint["loc"] else ""
+            message = f"read {entry}{shown(read)}, expected {expected.replace(chr(39), '')}"
+            if (
+                kind == "string_type"
+                and isinstance(read, int | float | Decimal)
+                and not isinstance(read, bool)
+            ):
+                hint = f'write it in quotes: "{read}"'
+            elif kind == "tuple_type" and isinstance(read, str) and "," in read:
+                hint, typed = f"write `[{read.strip('[]() ')}]`", read
+            elif kind == "dict_type" and path == ("parameters",):
+                names = ", ".join(f"{name}: null" for name in re.findall(r"[^\W\d]\w*", str(read)))
+                hint = f"write `parameters: {{{names}}}`, with values where there are some"
+        explained[path] = ValueProblem(message, path=path, hint=hint, typed=typed)
+        explained[path].code = code
+    return list(explained.values())

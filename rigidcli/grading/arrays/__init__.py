@@ -1,1 +1,0 @@
-"""Lists and tables of numbers or expressions: entries, keys, and mistakes in them."""

@@ -1,1 +1,0 @@
-"""Equations of motion: read, and judged by the motion that they determine."""

@@ -1,1 +1,0 @@
-"""Expressions as functions: read, evaluated with a bound on rounding, and compared."""

@@ -1,1 +1,0 @@
-"""Principal axes: pairs of moments and axes, judged by the eigenvalue problem."""

@@ -1,1 +1,0 @@
-"""Trajectories: tables in time beside a reference that may be asked at any time."""

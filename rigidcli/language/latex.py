@@ -1,0 +1,227 @@
+r"""LaTeX and the signs of a keyboard that has more than ASCII, as plain text.
+
+    plain(r"\frac{p_{\theta}^2}{2m} + mgl\cos\theta")      # ((p_theta ^2 )/(2m)) + mgl cos theta
+    plain("ẍ = −½ω²")                                      # xddot = -(1/2)omega^2
+
+The result is what somebody would type who knows no LaTeX; `typed` reads it. Fractions come with parentheses,
+matrices as lists of rows with semicolons, derivatives as `xdot`.
+"""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+
+from rigidcli.errors import ExpressionError
+from rigidcli.language.functions import FUNCTIONS
+from rigidcli.language.tokens import GREEK, MAX_TEXT
+
+MAX_NESTING = 60
+"""The most braces inside each other, so that recursion never ends the program."""
+
+_SIGNS = str.maketrans(
+    dict(zip("αβγδεζηθικλμνξοπρστυφχψω", GREEK, strict=True))
+    | dict(zip("ΑΒΓΔΕΖΗΘΙΚΛΜΝΞΟΠΡΣΤΥΦΧΨΩ", map(str.capitalize, GREEK), strict=True))
+    | {"ϑ": "theta", "ϕ": "phi", "ϵ": "epsilon", "ϱ": "rho", "ς": "sigma", "∞": " inf ", "√": " sqrt "}
+    | {"½": "(1/2)", "¼": "(1/4)", "¾": "(3/4)", "⅓": "(1/3)", "⅔": "(2/3)"}
+    | dict.fromkeys("−–—‐‑", "-")
+    | dict.fromkeys("·⋅×∗•", "*")
+    | {"÷": "/", "⁄": "/", "∕": "/", "≈": "=", "≃": "=", "≅": "=", "‖": "|"}
+    | dict.fromkeys("′’‘´ʹ", "'")
+    | {"″": "''", "”": "''"}
+    | dict.fromkeys("\N{NO-BREAK SPACE}\N{THIN SPACE}\N{NARROW NO-BREAK SPACE}\N{EN SPACE}\t", " ")
+    | dict.fromkeys("\N{ZERO WIDTH SPACE}\N{ZERO WIDTH NO-BREAK SPACE}", "")
+    | dict(zip("₀₁₂₃₄₅₆₇₈₉", (f"_{digit}" for digit in "0123456789"), strict=True))
+)  # fmt: skip
+_RAISED = re.compile("[⁻⁺]?[⁰¹²³⁴-⁹]+")
+_LOWERED = str.maketrans("⁻⁺⁰¹²³⁴⁵⁶⁷⁸⁹", "-+0123456789")
+_DOTTED = re.compile(r"([^\W\d_](?:\w*\d)?)(\u0308|\u0307\u0307|\u0307)")
+
+_GREEK = {
+    **{name: name for name in (*GREEK, *map(str.capitalize, GREEK), "hbar", "ell")},
+    "varphi": "phi", "vartheta": "theta", "varepsilon": "epsilon", "varrho": "rho", "varsigma": "sigma",
+}  # fmt: skip
+_FUNCTIONS = {name: name for name in FUNCTIONS} | {
+    "arcsin": "asin", "arccos": "acos", "arctan": "atan", "ln": "ln", "arsinh": "asinh", "arcosh": "acosh",
+    "artanh": "atanh",
+}  # fmt: skip
+_WORDS = {
+    **{command: f" {name}" for command, name in (_GREEK | _FUNCTIONS).items()},
+    "cdot": "*", "times": "*", "ast": "*", "div": "/", "approx": "=", "simeq": "=", "prime": "'", "circ": "°",
+    "lbrace": "(", "rbrace": ")", "lbrack": "[", "rbrack": "]", "lvert": "|", "rvert": "|", "vert": "|",
+    "infty": " inf ", "pm": "±", "degree": "°", "newline": "\n",
+}  # fmt: skip
+_SPACES = {"quad", "qquad", "thinspace", "space", ",", ";", ":", "!", " ", ">"}
+_DROPPED = {
+    "left", "right", "big", "Big", "bigl", "bigr", "Bigl", "Bigr", "bigg", "biggl", "biggr", "displaystyle",
+    "textstyle", "rm", "it", "bf", "limits", "(", ")", "[", "]", "hline",
+}  # fmt: skip
+_CONTENT = {
+    "mathrm", "text", "textrm", "mathbf", "mathit", "mathsf", "operatorname", "boldsymbol", "bm", "vec",
+    "hat", "mbox", "textit", "textbf", "mathcal", "unit", "si", "boxed",
+}  # fmt: skip
+_FRACTIONS = {"frac", "dfrac", "tfrac", "cfrac", "nicefrac"}
+_DOTS = {"dot": "dot", "ddot": "ddot"}
+_MATRICES = {"pmatrix", "bmatrix", "matrix", "Bmatrix", "smallmatrix", "array"}
+_LINES = {
+    "aligned", "align", "align*", "cases", "split", "gathered", "gather", "equation", "equation*", "eqnarray",
+}  # fmt: skip
+_TOKEN = re.compile(r"\\([A-Za-z]+\*?|.)|(\{)|(\})|([_^])|\$+|[^\\{}_^$]", re.DOTALL)
+_DERIVATIVE = re.compile(r"\s*d\s*(?:\^\s*(2)\s*)?(?P<name>[^\W\d]\w*'*)?\s*")
+_BY_TIME = re.compile(r"\s*d\s*t\s*(?:\^\s*2\s*)?")
+
+
+def plain(text: str) -> str:
+    """A text without LaTeX, in ASCII as far as its signs have ASCII spellings.
+
+    Raises:
+        ExpressionError: braces do not match, or a command has no meaning in a formula.
+    """
+    if len(text) > MAX_TEXT:
+        problem = ExpressionError(f"an answer has at most {MAX_TEXT} characters, this has {len(text)}")
+        problem.code = "too_large"
+        raise problem
+    if text.isascii() and not set("\\{}$").intersection(text):
+        return text
+    text = unicodedata.normalize("NFD", text).replace("\u0301", "") if not text.isascii() else text
+    text = _DOTTED.sub(lambda found: f"{found[1]}{'dot' if found[2] == chr(0x307) else 'ddot'}", text)
+    text = _RAISED.sub(lambda found: f"^{found[0].translate(_LOWERED)} ", text).translate(_SIGNS)
+    return _Latex(text).whole() if set("\\{}$").intersection(text) else text
+
+
+class _Latex:
+    """A place in a text in LaTeX, and the plain text of what follows there."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text
+        self.place = 0
+        self.depth = 0
+
+    def whole(self) -> str:
+        written = self.group("")
+        if self.place < len(self.text):
+            raise ExpressionError("a brace `}` closes nothing")
+        return written
+
+    def group(self, end: str) -> str:
+        """What stands before the closing brace, or before `\\end`; the end is passed."""
+        self.depth += 1
+        if self.depth > MAX_NESTING:
+            raise ExpressionError(f"nested deeper than {MAX_NESTING} levels")
+        written: list[str] = []
+        while match := _TOKEN.match(self.text, self.place):
+            command, opened, closed, script = match.groups()
+            if closed or command == "end":
+                break
+            self.place = match.end()
+            if command is not None:
+                written.append(self.command(command))
+            elif opened:
+                inner = self.group("}")
+                written.append(inner if inner.strip() == "," else f"({inner})")
+            elif script:
+                written.append(self.script(script))
+            elif not match[0].startswith("$"):
+                is_blank = match[0] == "~" and "".join(written).strip()
+                written.append(" " if is_blank else match[0])
+        self.depth -= 1
+        here = self.text[self.place : self.place + 1]
+        if end == "}" and here != "}":
+            raise ExpressionError("a brace `{` is never closed")
+        self.place += len(end) if end == "}" else 0
+        return "".join(written)
+
+    def argument(self) -> str:
+        """The plain text of the group, the command or the one character that follows."""
+        while self.text[self.place : self.place + 1].isspace():
+            self.place += 1
+        match = _TOKEN.match(self.text, self.place)
+        if match is None or match[3]:
+            raise ExpressionError("a LaTeX command lacks its argument")
+        self.place = match.end()
+        if match[2]:
+            return self.group("}")
+        return match[0] if match[1] is None else self.command(match[1])
+
+    def script(self, sign: str) -> str:
+        """A power, or an index as part of a name."""
+        braced = self.text[self.place : self.place + 1] in ("{", "\\")
+        if sign == "^":
+            power = self.argument() if braced else ""
+            if power.strip() in ("°", "'", "''"):
+                return power.strip()
+            if re.fullmatch(r"\s*[-+]?\s*\d+\s*", power):
+                return f"^{power.replace(' ', '').lstrip('+')} "
+            return f"^({power})" if braced else "^"
+        return f"_{_index(self.argument())} " if braced else "_"
+
+    def command(self, name: str) -> str:
+        if name in _WORDS:
+            return _WORDS[name]
+        if name in _DROPPED:
+            self.place += self.text.startswith(".", self.place) and name in ("left", "right")
+            return ""
+        if name in _FRACTIONS:
+            return self.fraction()
+        if name in _CONTENT:
+            return self.argument()
+        if name in _DOTS:
+            return self.dotted(_DOTS[name])
+        if name == "sqrt":
+            return self.root()
+        if name == "begin":
+            return self.environment()
+        if name in _SPACES:
+            return " "
+        if name in ("\\", "cr"):
+            return "\n"
+        if name in "{}%&_#":
+            return {"{": "(", "}": ")"}.get(name, name)
+        raise ExpressionError(f"the LaTeX command `\\{name[:24]}` has no meaning in an answer")
+
+    def fraction(self) -> str:
+        above, below = self.argument(), self.argument()
+        top = _DERIVATIVE.fullmatch(above)
+        if top is not None and _BY_TIME.fullmatch(below):
+            return f" {top['name']}{'ddot' if top[1] else 'dot'} " if top["name"] else " d/dt "
+        return f"(({above})/({below}))"
+
+    def root(self) -> str:
+        if not self.text.startswith("[", self.place):
+            return f" sqrt({self.argument()})"
+        end = self.text.find("]", self.place)
+        if end < 0:
+            raise ExpressionError("`\\sqrt[` is never closed")
+        index = self.text[self.place + 1 : end]
+        self.place = end + 1
+        return f"(({self.argument()})^(1/({plain(index)})))"
+
+    def dotted(self, dots: str) -> str:
+        """A name with its index, then its dots: `\\dot{x}_1` is x_1dot."""
+        name = re.sub(r"[()\s]", "", self.argument())
+        if (index := re.compile(r"\s*_").match(self.text, self.place)) is not None:
+            self.place = index.end()
+            name += "_" + _index(self.argument())
+        return f" {name}{dots} "
+
+    def environment(self) -> str:
+        """The rows of a matrix as lists, or lines."""
+        name = self.argument().strip("()")
+        if name not in _MATRICES | _LINES:
+            raise ExpressionError(f"the LaTeX environment `{name[:24]}` has no meaning in an answer")
+        if name == "array" and self.text.startswith("{", self.place):
+            self.argument()
+        inner = self.group("end")
+        if not self.text.startswith("\\end", self.place):
+            raise ExpressionError(f"`\\begin{{{name}}}` is never ended")
+        self.place += len("\\end")
+        self.argument()
+        if name in _LINES:
+            return inner.replace("&", " ")
+        rows = [f"[{row.replace('&', ';')}]" for row in inner.split("\n") if row.strip()]
+        return f"[{'; '.join(rows)}]"
+
+
+def _index(text: str) -> str:
+    """An index as a part of a name."""
+    return re.sub(r"[^A-Za-z0-9]+", "", text)

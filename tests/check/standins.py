@@ -1,0 +1,52 @@
+"""A kind of answer that stands for any, where what is tested is all around the kinds."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from rigidcli.check.base import (
+    Asked,
+    Finding,
+    Kind,
+    Outcome,
+    Reading,
+    Tree,
+    Verdict,
+    correct,
+    earning,
+    review,
+)
+from rigidcli.check.records import Judged, judged
+
+
+class Same(Kind):
+    """A kind whose answer must be its key."""
+
+    name = "same"
+
+    def key(self, asked: Asked) -> Any:
+        return asked.value
+
+    def read(self, key: Any, answer: Tree, folder: Path) -> Reading:
+        return Reading(answer, f"read {answer}")
+
+    def judge(self, key: Any, value: Any) -> Outcome:
+        return (
+            correct() if value == key else earning(0.0, Finding("outside_tolerance", detail=f"read {value}"))
+        )
+
+    def typed(self, key: Any) -> Tree:
+        return key
+
+
+def mark(
+    id: str, verdict: Verdict, score: float, most: float, findings: tuple[Finding, ...] = (), answer: str = ""
+) -> Judged:
+    """A judged question without a title, whose answer was read as it stands."""
+    return Judged(id, "", answer, answer, verdict, score, most, findings)
+
+
+def waiting(id: str, most: float) -> Judged:
+    """A question whose answer waits for a person."""
+    return judged(id, "", most, review("it may be singular"))

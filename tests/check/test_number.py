@@ -1,0 +1,441 @@
+"""Numbers and quantities: right in every spelling and unit, wrong when they are off, with the slip named."""
+
+from __future__ import annotations
+
+import math
+import time
+from decimal import ROUND_HALF_DOWN, ROUND_HALF_UP, Decimal
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from rigidcli.check.base import Unreadable
+from rigidcli.check.judge import Item, outcome
+from rigidcli.check.numbers import as_typed, read_number, read_unit
+from rigidcli.document.syntax import read_tree
+from rigidcli.errors import DocumentError
+from rigidcli.fields.units import parse_unit
+from tests.check.asking import judged
+from tests.check.homework import Asking, cases, details
+
+many = settings(max_examples=100, deadline=None)
+
+QUANTITY = Asking("quantity")
+
+
+def literal(answer: str, **options: Any) -> Item:
+    """A question for a number, or for a quantity where the answer has a unit."""
+    return Asking("quantity" if as_typed(answer).unit else "number").literal(answer, **options)
+
+
+def told(key: Item, answer: Any) -> str:
+    """`correct`, or the code of what is wrong."""
+    return QUANTITY.told(key, answer).removeprefix("incorrect ").removeprefix("invalid ")
+
+
+# --- reading
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "figures", "unit"),
+    [
+        ("20.8", 20.8, 3, None),
+        (" +20.8 ", 20.8, 3, None),
+        ("- 5", -5.0, 1, None),
+        ("-- 5", 5.0, 0, None),
+        ("20 + -5", 15.0, 0, None),
+        ("20.8 /s", 20.8, 3, "1/s"),
+        ("20.8/s^2", 20.8, 3, "1/s^2"),
+        ("104/5 / min", 20.8, 0, "1/ min"),
+        ("8/π", 8 / math.pi, 0, None),
+        ("6/sqrt(4)", 3.0, 0, None),
+        ("−5.0e−3", -0.005, 2, None),
+        (".5", 0.5, 1, None),
+        ("5.", 5.0, 1, None),
+        ("2.08*10^1", 20.8, 3, None),
+        ("2.08 × 10^(-3)", 0.00208, 3, None),
+        ("2.08x10**+3 kg", 2080.0, 3, "kg"),
+        ("1e5 m", 1e5, 1, "m"),
+        ("1e5m", 1e5, 1, "m"),
+        ("5cm", 5.0, 1, "cm"),
+        ("30°", 30.0, 2, "deg"),
+        ("12%", 12.0, 2, "%"),
+        ("5 1/s", 5.0, 1, "1/s"),
+        ("0e9999", 0.0, 1, None),
+        ("1/2", 0.5, 0, None),
+        ("1e-3*2", 0.002, 0, None),
+        ("2e5 / 4", 50_000.0, 0, None),
+        ("sqrt(2)/3", math.sqrt(2) / 3, 0, None),
+        ("2*π", 2 * math.pi, 0, None),
+        ("2π rad/s", 2 * math.pi, 0, "rad/s"),
+        ("sqrt(2) / 3 kg m^2", math.sqrt(2) / 3, 0, "kg m^2"),
+        ("1/2 1/s", 0.5, 0, "1/s"),
+        # decimal commas, LaTeX, names, and signs that say `about`
+        ("20,8", 20.8, 3, None),
+        ("20,8 rad/s", 20.8, 3, "rad/s"),
+        ("2,5e-3 m", 0.0025, 2, "m"),
+        ("1,125e-3", 0.001125, 4, None),
+        ("omega = 20.8 rad/s", 20.8, 3, "rad/s"),
+        ("ω₃ = 20.8 rad/s", 20.8, 3, "rad/s"),
+        (r"\omega_3 \approx 20{,}8\,\mathrm{rad/s}", 20.8, 3, "rad/s"),
+        (r"$2.08\times 10^{1}~\text{rad}\,\text{s}^{-1}$", 20.8, 3, "rad s^-1"),
+        (r"\frac{\pi}{3}\ \mathrm{rad}", math.pi / 3, 0, "rad"),
+        (r"30^\circ", 30.0, 2, "deg"),
+        ("~20.8", 20.8, 3, None),
+        ("≈ 20.8 rad/s", 20.8, 3, "rad/s"),
+        ("0.02080", 0.0208, 4, None),
+        ("2.00e2", 200.0, 3, None),
+        ("1,234,567", 1_234_567.0, 0, None),
+        ("20.8 rad/s.", 20.8, 3, "rad/s"),
+    ],
+)
+def test_a_number_is_read_as_typed(text: str, value: float, figures: int, unit: str | None) -> None:
+    number = as_typed(text)
+    assert number.typed == pytest.approx(value, rel=1e-15)
+    assert (number.figures, number.unit and number.unit.text) == (figures, unit)
+
+
+@cases(
+    """
+    code | hint | text
+    not_a_number | `twenty` has no value | twenty
+    not_a_number | nothing stands between digits | 1_000
+    not_a_number | no blank stands between digits | 1 000 m
+    not_a_number | unexpected | 2*omega = 20.8 rad/s  omega = T = 20.8 rad/s
+    not_a_number | an uncertainty is not read | 20.8 ± 0.1  20.8+-0.1 kg m^2  20.8 +− 0.1  20.8 -+ 0.1
+      20.8 +/- 0.1 kg m^2  20.8 kg m^2 ± 1 %  (20.8 +- 0.1) kg m^2
+    not_a_number | `true` has no value | true
+    not_a_number | range | 1e400  1e999999999
+    not_a_number | too small | 1e-400
+    not_a_number | division by zero | 1/0
+    not_a_number | too large | 10**10**10
+    not_a_number | real value | sqrt(-1)
+    not_a_number | finite number | -.nan  inf  NaN kg m^2  inf kg m^2  -∞
+    unit_incompatible | unknown unit `cubits` | 20 cubits
+    unit_incompatible | unknown unit `kgms` | 20 kgms
+    unit_incompatible | unknown unit `x10` | 0x10
+    unit_incompatible | out of bounds | 20 kg m^99
+    unit_incompatible | unexpected `+` | 20 kg + 1 g
+    """,
+    ("too_large", "nested", "(" * 200),
+    ("too_large", "401 characters", "1" * 401),
+    ("wrong_shape", "one number", ["20.8"]),
+    ("wrong_shape", "one number", {"value": "20.8", "unit": "rad/s"}),
+)
+def test_what_is_no_number_is_invalid_with_the_reason(text: Any, code: str, hint: str) -> None:
+    found = judged(literal("3 kg m^2"), text)
+    assert found.verdict == "invalid"
+    assert [finding.code for finding in found.findings] == [code]
+    assert hint in details(found)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.one_of(st.text(max_size=60), st.text("0123456789.,eE+-*/^()_ xπ×·°%mskgradpiN⁻²³\\{}", max_size=450))
+)
+def test_any_text_is_judged_or_refused(text: str) -> None:
+    begin = time.process_time()
+    verdict = judged(literal("20.8 rad/s"), text).verdict
+    assert time.process_time() - begin < 0.5
+    assert verdict in ("correct", "incorrect", "invalid", "review", "missing")
+
+
+@cases("""
+    same | text
+    rad/s | rad/sec  rads/s  Radians/Second
+    rpm | RPM
+    m/s^2 | m/s2  m s⁻²
+    kg/m^3 | kg m-3
+    kg m^2 | kg·m²  Kg m2  kgm^2  kgm2
+    N m | Nm
+    N m/rad | Nm/rad
+    N m^2/kg^2 | Nm^2/kg^2
+    kg m^2/s | kgm²/s
+    g cm^2 | gcm**2
+    J/(kg m^2) | J/kgm^2
+    1/(N m) | 1/Nm
+    um | μm
+    s^2 | sec²
+    N | Newtons
+    Hz | hz
+    """)
+def test_units_of_homework(text: str, same: str) -> None:
+    one, other = as_typed(f"1 {text}").unit, parse_unit(same)
+    assert one is not None
+    assert (one.factor, one.pi_power, one.dimension) == (other.factor, other.pi_power, other.dimension)
+
+
+@pytest.mark.parametrize(
+    "text", ["mM", "mil", "gss", "parsnip", "м", "_pint", "__class__", "x10", "degC", "°C"]
+)
+def test_other_units_are_unknown(text: str) -> None:
+    with pytest.raises(Unreadable) as caught:
+        read_unit(text)
+    assert caught.value.findings[0].code == "unit_incompatible"
+
+
+def test_numbers_have_units_or_are_plain() -> None:
+    metre = parse_unit("m")
+    found = [read_number(text, metre).value for text in ("1 cm", "2*pi", "-3", "5 in")]
+    assert found == pytest.approx([0.01, 2 * math.pi, -3, 0.127], rel=1e-15)
+    assert read_number("12 %").value == pytest.approx(0.12)
+    assert read_number("180 deg").value == pytest.approx(math.pi)
+    with pytest.raises(Unreadable) as caught:
+        read_number("1 kg", metre, place="entry 2")
+    assert (caught.value.findings[0].code, caught.value.findings[0].place) == ("unit_incompatible", "entry 2")
+
+
+# --- right in every form, and wrong when off
+
+
+@cases(
+    """
+    key | answer
+    20.8 rad/s | omega = 20.8 rad/s  ω=20.8 rad/s  omega_1 = 20.8  20,8 rad/s  20,8
+    0.025 kg m^2 | 2.5 x 10^-2 kg m^2  2.5 x 10⁻² kg m²  2.5·10⁻² kg·m²  I_zz = 2.5 × 10⁻²kg.m²
+      0.025 kg.m^2  0.025 kg·m^2  0.025 kg-m^2
+    2.5e12 m | 2.5 x 10¹² m
+    3 N m | 3 N-m  3 N·m  3 N.m
+    0.05 m | 5cm
+    0.5 | 1/2  \\frac12
+    omega = 0.5 rad/s | 1/2 rad/s
+    2*pi rad | 2*π rad
+    0 | cos(pi/2)  sin(pi)  sqrt(2)^2 - 2  1 - 0.9 - 0.1
+    cos(pi/2) | 0
+    cos(pi/2) m | 0 m
+    1 - 0.9 - 0.1 | 0
+    """,
+    ("20.8 rad/s", "  phi_dot  =  20.8 1/s"),
+)
+def test_spellings_of_homework(key: str, answer: str) -> None:
+    assert told(literal(key, tolerance={"relative": 1e-12}), answer) == "correct"
+    assert told(literal(key), key) == "correct"
+
+
+SCALES: dict[str, dict[str, float]] = {
+    "rad/s": {"1/s": 1, "rpm": math.pi / 30, "deg/s": math.pi / 180, "rev/s": 2 * math.pi, "rad/min": 1 / 60},
+    "kg m^2": {"g cm^2": 1e-7, "kg*cm^2": 1e-4, "g m²": 1e-3, "lb ft^2": 0.45359237 * 0.3048**2},
+    "m/s": {"km/h": 1 / 3.6, "cm/s": 0.01, "mph": 1609.344 / 3600, "ft/s": 0.3048},
+    "s": {"ms": 1e-3, "min": 60, "h": 3600, "yr": 31_557_600, "sec": 1},
+    "m": {"cm": 0.01, "km": 1000, "in": 0.0254, "ft": 0.3048, "mm": 1e-3},
+    "rad": {"deg": math.pi / 180, "rev": 2 * math.pi, "°": math.pi / 180, "mrad": 1e-3},
+    "N m": {"J": 1, "N cm": 0.01, "kg m^2/s^2": 1, "erg": 1e-7},
+    "Hz": {"1/s": 1, "kHz": 1000, "rev/s": 1, "rpm": 1 / 60},
+    "": {"%": 0.01, "rad": 1},
+}
+"""SI units, with others and how much of the SI unit one of them is: by the definitions of the units."""
+
+
+@st.composite
+def decimals(draw: st.DrawFn) -> Decimal:
+    """Numbers of four or five figures, of any size and sign."""
+    power = draw(st.one_of(st.integers(-8, 8), st.sampled_from([-47, 24, 37])))
+    return Decimal(draw(st.integers(1000, 99_999)) * draw(st.sampled_from([1, -1]))).scaleb(power - 4)
+
+
+def spelled(draw: st.DrawFn, value: Decimal) -> str:
+    """A decimal number in one of the ways in which people write it, or as an expression."""
+    mantissa, _, power = f"{value:e}".partition("e")
+    forms = [f"{value:e}", f"{mantissa}*10^{int(power)}", f"{mantissa} × 10**({int(power)})"]
+    forms += [f"{mantissa.replace('.', ',')}e{int(power)}", rf"{mantissa}\cdot 10^{{{int(power)}}}"]
+    forms += [f"({value:e})/2 + ({value:e})*0.5", f"-(-({value:e}))", f"7*({value:e})/sqrt(49)"]
+    if abs(value.adjusted()) < 12:
+        forms += [f"{value:f}", f"+{value:f}" if value > 0 else f"- {-value:f}"]
+    text = draw(st.sampled_from(forms))
+    return text.replace("-", "−") if draw(st.booleans()) else text
+
+
+@many
+@given(st.data(), decimals(), st.sampled_from(sorted(SCALES)))
+def test_right_in_any_spelling_and_unit(data: st.DataObject, value: Decimal, unit: str) -> None:
+    key = literal(f"{value:e} {unit}".strip(), tolerance={"relative": 1e-9})
+    other = data.draw(st.sampled_from(["", *SCALES[unit]])) or unit
+    scale = SCALES[unit].get(other, 1.0)
+    typed = Decimal(f"{float(value) / scale:.17g}") if scale != 1.0 else value
+    answer = f"{data.draw(st.composite(spelled)(typed))} {other}".strip()
+    assert told(key, answer) == "correct", answer
+
+
+@many
+@given(
+    st.data(),
+    decimals(),
+    st.sampled_from(sorted(SCALES)),
+    st.sampled_from([None, 1e-1, 1e-3, 1e-6]),
+    st.floats(-2, 2),
+    st.sampled_from([1, -1]),
+)
+def test_a_relative_tolerance_is_a_limit(
+    data: st.DataObject, value: Decimal, unit: str, relative: float | None, size: float, sign: int
+) -> None:
+    key = literal(f"{value:e} {unit}".strip(), tolerance={"relative": relative})
+    assume(abs(size) > 1e-4)
+    off = sign * (relative or 0.01) * 10**size
+    other, scale = data.draw(st.sampled_from([(unit, 1.0), *SCALES[unit].items()]))
+    answer = f"{float(value) * (1 + off) / scale:.16e} {other}".strip()
+    assert (told(key, answer) == "correct") == (size < 0), answer
+
+
+@many
+@given(
+    decimals(),
+    st.floats(0.01, 3),
+    st.sampled_from([1, -1]),
+    st.sampled_from([("m", 1.0), ("cm", 0.01), ("ft", 0.3048)]),
+)
+def test_an_absolute_tolerance_is_in_si_units(
+    value: Decimal, ratio: float, sign: int, unit: tuple[str, float]
+) -> None:
+    assume(abs(ratio - 1) > 1e-3)
+    absolute = abs(float(value)) / 7
+    key = literal(f"{value:e} m", tolerance={"absolute": absolute})
+    name, scale = unit
+    answer = f"{(float(value) + sign * ratio * absolute) / scale:.16e} {name}"
+    assert (told(key, answer) == "correct") == (ratio < 1)
+
+
+def rounded(value: Decimal, n: int, how: str) -> Decimal:
+    """To n significant figures, by the arithmetic of decimals; 9.996 becomes 10.00, and that 10.0."""
+    once = value.quantize(Decimal(1).scaleb(value.adjusted() + 1 - n), how)
+    return once.quantize(Decimal(1).scaleb(once.adjusted() + 1 - n), how)
+
+
+@many
+@given(
+    st.sampled_from(["m", "cm", "ft"]),
+    decimals(),
+    st.integers(1, 4),
+    st.sampled_from([ROUND_HALF_UP, ROUND_HALF_DOWN]),
+)
+def test_rounded_to_the_figures_asked_for(unit: str, value: Decimal, n: int, how: str) -> None:
+    """Half a unit of the last figure is allowed, in the unit that is typed."""
+    number = Decimal(f"{float(value) / SCALES['m'].get(unit, 1.0):.12g}")
+    right, step = rounded(number, n, how), Decimal(1).scaleb(number.adjusted() + 1 - n)
+    key = literal(f"{value:e} m", tolerance={"significant_figures": n})
+    assert told(key, f"{right:e} {unit}") == "correct"
+    for wrong in (right + step, right - step):
+        if abs(wrong - number) > step * Decimal("0.501"):
+            assert told(key, f"{wrong:e} {unit}") != "correct"
+
+
+@pytest.mark.parametrize(
+    ("key", "n", "answer", "expected"),
+    [
+        ("200", 3, "200", "correct"),
+        ("200", 4, "200", "too_few_sig_figs"),
+        ("2340", 2, "2340", "correct"),
+        ("0.05", 3, "0.0500", "correct"),
+        ("0.05", 3, "0.05", "too_few_sig_figs"),
+        ("9.995", 3, "10.0", "correct"),
+        ("9.995", 3, "10", "too_few_sig_figs"),
+        ("9.995", 3, "9.99", "correct"),
+        ("20.83", 4, "20.8", "too_few_sig_figs"),
+        ("20.83", 4, "21", "outside_tolerance"),
+        ("20.83", 3, "20.7", "outside_tolerance"),
+        ("20.83", 3, "21", "too_few_sig_figs"),
+        ("0", 3, "0", "correct"),
+        ("0", 3, "0.001", "outside_tolerance"),
+        ("0.5", 2, "1/2", "not_a_number"),
+        ("2*pi rad/s", 3, "6.28 rad/s", "correct"),
+    ],
+)
+def test_figures_on_their_limits(key: str, n: int, answer: str, expected: str) -> None:
+    assert told(literal(key, tolerance={"significant_figures": n}), answer) == expected
+
+
+# --- units and mistakes
+
+
+@cases("""
+    expected | answer
+    correct | 20.8 rad/s  20.8rad/s  20.8 1/s  198.6 rpm  3.31 rev/s  1192 deg/s
+    unit_missing | 20.8
+    unit_missing outside_tolerance | 7
+    wrong_unit_right_number | 20.8 rpm  20.8 Hz  20.8 deg/s  20.8 krad/s
+    frequency_vs_angular_frequency | 3.31 Hz  3.31 rad/s  131 rad/s
+    unit_incompatible | 5 Hz  20.8 rad  20.8 kg  20.8 rad/s^2
+    sign_error | -20.8 rad/s  -199 rpm
+    power_of_ten | 208 rad/s  0.0208 rad/s
+    degrees_radians | 1192 rad/s  0.363 rad/s
+    constant_factor | 10.4 rad/s  41.6 rad/s  99.3 rpm  14.7 rad/s
+    too_few_sig_figs | 21 rad/s
+    outside_tolerance | 200 rpm  25.1 rad/s  0 rad/s
+    """)
+def test_an_angular_velocity(answer: str, expected: str) -> None:
+    key = literal("20.8 rad/s", unit="required", tolerance={"significant_figures": 3})
+    assert told(key, answer) == expected
+
+
+@cases("""
+    key | options | expected | answer
+    20 m | {} | correct | 20.19 m  19.81 m  1998 cm
+    20 m | {} | outside_tolerance | 20.3 m  19.7 m
+    # three figures in another unit than that of the key
+    2.34117 rad/s | {} | correct | 22.4 rpm  2.34  2.34 rad/s  134 deg/s  134.1°/s
+    # A number without a unit is in that of the key.
+    1800 rpm | {} | correct | 1800  188.496 rad/s  1800 rpm
+    1800 rpm | {} | outside_tolerance | 188.496
+    1800 rpm | {} | sign_error | -1800
+    1800 rpm | {unit: required} | unit_missing | 1800
+    # Zero is zero in any unit, and what is not zero is not.
+    0 m | {} | correct | 0  0 m  0.0 cm  -0 m  1-1 m  0e5
+    0 m | {} | outside_tolerance | 1e-9 m
+    0 m | {tolerance: {absolute: 1e-6}} | correct | 1e-9 m
+    1e-160 m | {} | outside_tolerance | 0 m
+    1e-17 rad | {} | outside_tolerance | 0 rad
+    1e-17 | {} | outside_tolerance | 0  cos(pi/2)
+    0 | {} | outside_tolerance | 1e-17  sin(3.14159265358979)  1 - 0.9 - 0.1000000000000001
+    cos(pi/2) | {} | outside_tolerance | 6.123e-17
+    0.025 kg m^2 | {} | power_of_ten | 2.5 x 10² kg m^2
+    20.8 rad/s | {} | not_a_number | omega = omega
+    180 deg | {} | sign_error | -180 deg
+    # A comma is a decimal comma; right only with thousands it is for a person.
+    1234 | {} | review undecided | 1,234
+    1.234 | {} | correct | 1,234
+    1234567 | {} | correct | 1,234,567
+    2 | {} | outside_tolerance | 1,234
+    """)
+def test_what_is_said_of_a_number(key: str, options: str, expected: str, answer: str) -> None:
+    assert told(literal(key, **read_tree(options, "")), answer) == expected
+
+
+def test_a_key_has_no_uncertainty_and_the_kind_of_its_unit() -> None:
+    for kind, answer, words in [
+        ("quantity", "20.8 +- 0.1 rad/s", "no number"),
+        ("quantity", "20.8", "has a unit"),
+        ("number", "20.8 m", "no unit"),
+        ("quantity", "1e400 m", "no number"),
+    ]:
+        with pytest.raises(DocumentError, match=words):
+            Asking(kind).literal(answer)
+
+
+CUBE = "body: {shape: cube, side: 2 m, mass: 3 kg, anchor: corner}"
+
+
+def test_results_of_a_document() -> None:
+    key = QUANTITY.computed(CUBE, "inertia.tensor.0.1")  # -M a^2/4
+    assert [told(key, answer) for answer in ("-3", "-3 kg m^2", "3", "-30")] == [
+        "correct",
+        "correct",
+        "sign_error",
+        "power_of_ten",
+    ]
+    flipped = QUANTITY.computed(CUBE, "inertia.tensor.0.1", products="plus")
+    assert told(flipped, "3") == "correct"
+    centred = QUANTITY.computed(CUBE.replace(", anchor: corner", ""), "inertia.tensor.0.1")
+    assert told(centred, "0") == "correct"
+    assert told(centred, "0.01") == "outside_tolerance"
+
+
+@cases("""
+    read_as | answer
+    20.8 rad/s | 20,8  omega = 20.8 rad/s  ~20.8
+    0.002455 rad/s | 0.002455
+    0.001125 rad/s | 1,125e-3
+    """)
+def test_a_student_sees_how_a_number_was_read(answer: str, read_as: str) -> None:
+    assert outcome(literal("20.8 rad/s"), answer, Path("answers.yaml"))[1] == read_as
