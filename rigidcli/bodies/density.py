@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from pydantic import ValidationInfo
 
+from rigidcli.bodies.charts import Spot
 from rigidcli.core.arithmetic import Array, Floats
-from rigidcli.core.charts import Spot
 from rigidcli.fields.environment import Formula
 from rigidcli.fields.quantities import Quantity
 from rigidcli.fields.section import environment

@@ -11,12 +11,12 @@ import numpy as np
 from rigidcli.algebra.allowance import Allowance
 from rigidcli.algebra.expressions import Expr, expr, power
 from rigidcli.algebra.functions import apply
-from rigidcli.algebra.multiple_integrals import Coordinates
 from rigidcli.algebra.reading import from_tree
+from rigidcli.bodies.charts import Chart
 from rigidcli.bodies.density import PAIRS, symmetric
+from rigidcli.bodies.multiple_integrals import Coordinates
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Scalar
-from rigidcli.core.charts import Chart
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError, ExpressionError, ValueProblem
 from rigidcli.fields.environment import Formula

@@ -11,10 +11,11 @@ from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
+from rigidcli.bodies import cubature
+from rigidcli.bodies.charts import Chart, turn_is_whole
 from rigidcli.bodies.density import PAIRS, of_node, places, symmetric, values
-from rigidcli.core import cubature, tensor
+from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
-from rigidcli.core.charts import Chart, turn_is_whole
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.errors import ComputationError, ValueProblem
 from rigidcli.fields.environment import Formula

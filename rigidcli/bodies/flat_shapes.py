@@ -7,9 +7,9 @@ from typing import Annotated, ClassVar
 
 from pydantic import AfterValidator, Field
 
+from rigidcli.bodies import charts, simplices, solids
 from rigidcli.bodies.geometry import ORIGIN, Bounds, Geometry, round_bounds
 from rigidcli.bodies.shape import Lamina, require_hollow
-from rigidcli.core import charts, simplices, solids
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ValueProblem, at
 from rigidcli.fields.quantities import AsList, Coordinate, Length, OptionalLength, Size2

@@ -15,13 +15,13 @@ from itertools import product
 
 import numpy as np
 
+from rigidcli.bodies.charts import Spot
 from rigidcli.bodies.density import places, values
 from rigidcli.bodies.floats import NoValueError, floats
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.meshes import Mesh
 from rigidcli.bodies.shape import Lamina, Region, Shape
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask
-from rigidcli.core.charts import Spot
 from rigidcli.errors import Path, ValueProblem
 from rigidcli.fields.environment import Formula
 

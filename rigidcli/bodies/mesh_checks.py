@@ -10,11 +10,10 @@ from itertools import chain
 import numpy as np
 from numpy.typing import NDArray
 
-from rigidcli.bodies import mesh_files
-from rigidcli.core import edges, inside, surfaces
+from rigidcli.bodies import edges, inside, mesh_files, surfaces
+from rigidcli.bodies.edges import Read
+from rigidcli.bodies.surfaces import Surface
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.edges import Read
-from rigidcli.core.surfaces import Surface
 from rigidcli.core.tensor import ROUNDING
 from rigidcli.errors import ValueProblem
 

@@ -8,13 +8,14 @@ from typing import NoReturn
 
 import numpy as np
 
+from rigidcli.bodies import cubature, solid_sums
+from rigidcli.bodies.charts import Spot
 from rigidcli.bodies.density import places, values
-from rigidcli.core import cubature, solid_sums, tensor
+from rigidcli.bodies.edges import Read
+from rigidcli.bodies.surfaces import Surface
+from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Floats, Mask
-from rigidcli.core.charts import Spot
-from rigidcli.core.edges import Read
 from rigidcli.core.mass_properties import MassProperties
-from rigidcli.core.surfaces import Surface
 from rigidcli.errors import ComputationError, ValueProblem
 from rigidcli.fields.environment import Formula
 from rigidcli.language import tree

@@ -18,10 +18,10 @@ from pathlib import Path
 import numpy as np
 
 from rigidcli.bodies import mesh_formats, mesh_ply
+from rigidcli.bodies.edges import Read
 from rigidcli.bodies.mesh_text import NUMERAL, parsed, words_of
 from rigidcli.core import memory
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.edges import Read
 from rigidcli.errors import ValueProblem, shown
 
 BLOCK_TRIANGLES = 8_000

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, ValidationInfo, model_validator
 
+from rigidcli.bodies import solids
 from rigidcli.bodies.density import Density
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.geometry import Bounds
-from rigidcli.core import mass_properties, solids, tensor
+from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
 from rigidcli.errors import ComputationError, ValueProblem, at
 from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY

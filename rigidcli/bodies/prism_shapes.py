@@ -6,10 +6,10 @@ from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Any, ClassVar
 
+from rigidcli.bodies import charts
 from rigidcli.bodies.flat_shapes import Annulus, Disk, HalfDisk, Plate
 from rigidcli.bodies.geometry import ORIGIN, Geometry
 from rigidcli.bodies.shape import Solid
-from rigidcli.core import charts
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
 from rigidcli.fields.quantities import Length, OptionalLength, Size2, Size3
 

@@ -14,13 +14,13 @@ from pydantic import ConfigDict, Field, PrivateAttr, ValidationInfo, model_valid
 from pydantic.config import JsonDict
 from pydantic.fields import FieldInfo
 
+from rigidcli.bodies.charts import Chart
 from rigidcli.bodies.density import SAID, Density
 from rigidcli.bodies.floats import NoValueError, floats
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.geometry import Bounds, Geometry
 from rigidcli.core import mass_properties, tensor
 from rigidcli.core.arithmetic import FLOAT, Arithmetic, Array, Floats, Mask, Scalar
-from rigidcli.core.charts import Chart
 from rigidcli.errors import ValueProblem, with_article
 from rigidcli.fields.dimensions import AREA_DENSITY, DENSITY, LINE_DENSITY
 from rigidcli.fields.environment import Formula

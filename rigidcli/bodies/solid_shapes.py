@@ -13,9 +13,9 @@ from typing import Annotated, ClassVar
 
 import numpy as np
 
+from rigidcli.bodies import charts, simplices, solids
 from rigidcli.bodies.geometry import ORIGIN, Bounds, Geometry, powers, round_bounds
 from rigidcli.bodies.shape import Solid, require_hollow
-from rigidcli.core import charts, simplices, solids
 from rigidcli.core.arithmetic import Arithmetic, Floats, Mask
 from rigidcli.errors import ValueProblem
 from rigidcli.fields.quantities import AsList, Length, OptionalLength, Size2, Size3, Vector3

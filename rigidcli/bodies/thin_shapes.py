@@ -5,9 +5,9 @@
 from collections.abc import Sequence
 from typing import ClassVar
 
+from rigidcli.bodies import charts
 from rigidcli.bodies.geometry import ORIGIN, Geometry
 from rigidcli.bodies.shape import Shell, Wire
-from rigidcli.core import charts
 from rigidcli.core.arithmetic import Arithmetic
 from rigidcli.fields.quantities import Length
 

@@ -121,8 +121,8 @@ for path in sys.argv[1:]:
     shapes, *_, earth, benzene, bracket = (parts & set(line.split()) for line in done.stdout.splitlines())
     assert shapes == earth == set()
     assert benzene == {"rigidcli.bodies.molecules"}
-    assert {"rigidcli.core.inside", "rigidcli.bodies.mesh_files"} <= bracket
-    assert not {"pyexpat", "rigidcli.core.solid_sums"} & bracket
+    assert {"rigidcli.bodies.inside", "rigidcli.bodies.mesh_files"} <= bracket
+    assert not {"pyexpat", "rigidcli.bodies.solid_sums"} & bracket
 
 
 def test_a_plate_needs_no_other_shapes() -> None:

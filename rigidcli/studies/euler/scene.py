@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from rigidcli.core import charts, poinsot, rotation
+from rigidcli.bodies import charts
+from rigidcli.core import poinsot, rotation
 from rigidcli.core.arithmetic import FLOAT, Floats
 from rigidcli.document.document import Document
 from rigidcli.picture import Mark

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 import numpy as np
 
 from rigidcli.bodies.bodies import Composite
+from rigidcli.bodies.charts import Barycentric, Chart, Turn
 from rigidcli.bodies.form import Form
 from rigidcli.bodies.point_masses import PointMasses
 from rigidcli.bodies.shape import Shape
 from rigidcli.core import tensor
 from rigidcli.core.arithmetic import Arithmetic, Array, Scalar
-from rigidcli.core.charts import Barycentric, Chart, Turn
 from rigidcli.core.mass_properties import MassProperties
 from rigidcli.document.document import Document
 from rigidcli.fields.environment import Formula

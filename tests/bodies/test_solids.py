@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from rigidcli.core import solids
+from rigidcli.bodies import solids
 from rigidcli.core.arithmetic import FLOAT
 from rigidcli.errors import ValueProblem
 

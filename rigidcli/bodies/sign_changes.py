@@ -11,8 +11,8 @@ from rigidcli.algebra.expansion import coefficients
 from rigidcli.algebra.expressions import Expr, atomic, expr, factored, number
 from rigidcli.algebra.functions import apply
 from rigidcli.algebra.substitution import mapped, rebuilt, substitute
+from rigidcli.bodies.charts import Turn
 from rigidcli.core.arithmetic import Arithmetic
-from rigidcli.core.charts import Turn
 
 Span: TypeAlias = tuple[Any, Any]
 """A part of a coordinate, from the one to the other (Expr); of an angle, by its turns from zero (`Turn`)."""

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidcli.bodies.edges import Keys, Read, fingerprint, vertex_keys
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.edges import Keys, Read, fingerprint, vertex_keys
 
 FAR = 10.0
 """Beyond this ratio of c^2 to the mean square distance from c, sums are taken anew about the centre c."""

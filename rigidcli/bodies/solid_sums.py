@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rigidcli.bodies.edges import Read
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.edges import Read
 
 MOMENTS = 2
 """The degree of the largest moments that are taken, those of r r^T."""

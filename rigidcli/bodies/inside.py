@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from rigidcli.bodies.edges import SIDES, Read
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.edges import SIDES, Read
 
 OBLIQUE = (0.12357, -0.07913)
 """The lines are along (-a, -b, 1), with these a and b: not along the faces of things with right angles."""

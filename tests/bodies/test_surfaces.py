@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
-from rigidcli.core import edges, inside, surfaces
+from rigidcli.bodies import edges, inside, surfaces
+from rigidcli.bodies.edges import Read
+from rigidcli.bodies.surfaces import Surface
 from rigidcli.core.arithmetic import Floats
-from rigidcli.core.edges import Read
-from rigidcli.core.surfaces import Surface
 from tests.meshes import Triangles, box, indexed, inside_out, revolved
 
 

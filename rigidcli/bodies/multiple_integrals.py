@@ -23,10 +23,10 @@ from rigidcli.algebra.expressions import (
 )
 from rigidcli.algebra.integration import antiderivative
 from rigidcli.algebra.roots import Rational
-from rigidcli.algebra.sign_changes import Span, without_signs
 from rigidcli.algebra.substitution import substitute
+from rigidcli.bodies.charts import Barycentric, Turn
+from rigidcli.bodies.sign_changes import Span, without_signs
 from rigidcli.core.arithmetic import Arithmetic
-from rigidcli.core.charts import Barycentric, Turn
 from rigidcli.errors import ExpressionError
 
 HIGHEST = 200

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
+from rigidcli.bodies.charts import Barycentric, Chart, Spot, spread
 from rigidcli.core.arithmetic import Arithmetic, Array, Floats, Scalar
-from rigidcli.core.charts import Barycentric, Chart, Spot, spread
 
 
 @dataclass(frozen=True, eq=False)
