@@ -31,6 +31,8 @@ def test_both_start(
     monkeypatch.chdir(tmp_path)
     if claim.make:
         KINDS[claim.make](claim.quick)
+    if claim.without:
+        monkeypatch.setitem(sys.modules, claim.without, None)
     outcome = program(*ours)
     assert (outcome.code, outcome.err) in ((0, ""), (1, "")), outcome.err
     if not all(map(find_spec, claim.needs)):

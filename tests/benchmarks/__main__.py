@@ -30,6 +30,15 @@ README = ROOT / "README.md"
 sys.path.insert(0, str(ROOT))
 from tests.benchmarks.claims import CLAIMS, IDLE, Claim  # noqa: E402
 
+HIDING = """
+import importlib.util, sys
+sys.modules[hidden] = None
+assert importlib.util.find_spec(hidden) is None
+from rigidcli.__main__ import run
+run()
+"""
+"""Starts rigidcli as if the module named in `hidden` were not installed."""
+
 
 class Cost(NamedTuple):
     """What a command takes: processor time (s), elapsed time (s), and the peak of memory (MB)."""
@@ -72,7 +81,8 @@ def words(claim: Claim, size: int) -> tuple[list[str], list[str]]:
         shlex.split(text.format(n=size, part=part, samples=10 * part + 1))
         for text in (claim.ours, claim.theirs)
     )
-    return ["-m", "rigidcli", *ours], [first if first == "-c" else str(HERE / first), *rest]
+    start = ["-c", f"hidden = {claim.without!r}{HIDING}"] if claim.without else ["-m", "rigidcli"]
+    return [*start, *ours], [first if first == "-c" else str(HERE / first), *rest]
 
 
 def measured(claim: Claim, repeats: int, quick: bool) -> tuple[Cost, Cost]:

@@ -18,6 +18,7 @@ class Claim:
     `make` is what make.py makes of the size, and `quick` a size that takes no time. Where all of the job
     would take minutes, the peer does {part} of it, one of `parts`, and its time beyond IDLE is multiplied.
     `each` tells what one of many in a job takes. `needs` are modules of the peer.
+    `without` is a module that `rigidcli` does not find in this job, as if it were not installed.
     """
 
     name: str
@@ -31,6 +32,7 @@ class Claim:
     needs: tuple[str, ...] = ()
     parts: int = 1
     each: bool = False
+    without: str = ""
 
 
 FREE = "`euler -f csv`, free body, 10^4 turns, 10^5 samples"
@@ -107,6 +109,17 @@ CLAIMS = (
         parts=100,
     ),
     Claim(
+        "top",
+        "`euler -f csv`, heavy symmetric top, 1,000 s, 10^4 samples",
+        "a script with heyoka",
+        "euler -q -f csv top.yaml",
+        "peers/heyoka_top.py {part} {samples}",
+        size=1000,
+        quick=1,
+        make="heavy",
+        needs=("heyoka",),
+    ),
+    Claim(
         "ensemble",
         "`euler -f csv`, 10^4 free bodies, 100 s, 100 samples",
         "heyoka's batch integration, and csv",
@@ -136,6 +149,18 @@ CLAIMS = (
         quick=1,
         make="pendulum",
         needs=("heyoka",),
+    ),
+    Claim(
+        "orbit-alone",
+        "`hamilton -f csv`, the same orbit without heyoka",
+        "a script with sympy and `solve_ivp` (DOP853, 1e-12)",
+        "hamilton -q -f csv orbit.yaml",
+        "peers/sympy_pendulum.py {part} {samples}",
+        size=1000,
+        quick=1,
+        make="pendulum",
+        needs=("sympy",),
+        without="heyoka",
     ),
     Claim(
         "check",

@@ -52,6 +52,15 @@ def free(duration: int) -> None:
     )
 
 
+def heavy(duration: int) -> None:
+    """A symmetric top under its weight, with ten samples a second."""
+    Path("top.yaml").write_text(
+        "body: {moments: [2, 2, 1], mass: 1, com: [0, 0, 0.5], given_about: origin}\n"
+        "motion:\n  omega: [0.4, 0.3, 6]\n  orientation: {axis: [1, 0, 0], angle: 60 deg}\n"
+        f"  torque: {{gravity: 9.81}}\n  duration: {duration}\n  samples: {10 * duration + 1}\n"
+    )
+
+
 def starts(number: int) -> None:
     """So many starts of a free body."""
     omegas = np.random.default_rng(1).normal(size=(number, 3))
@@ -121,7 +130,7 @@ def classroom(number: int) -> None:
 
 
 KINDS: dict[str, Callable[[int], None]] = {
-    make.__name__: make for make in (documents, points, ball, free, starts, pendulum, classroom)
+    make.__name__: make for make in (documents, points, ball, free, heavy, starts, pendulum, classroom)
 }
 
 if __name__ == "__main__":
