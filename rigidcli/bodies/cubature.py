@@ -43,8 +43,8 @@ MARGIN = 10.0
 FEW, MOST = 400_000, 4_000_000
 """The most points of a way: of one that may settle a smooth function before its lines are cut, and of any."""
 
-ENOUGH = 1e-8
-"""A relative error that is small enough to try no other way."""
+ENOUGH, SMOOTH_ENOUGH = 1e-8, 1e-9
+"""Relative errors that are small enough to try no other way, of a function with kinks and of a smooth one."""
 
 BLOCK = 200_000
 """Points worked at a time, which bounds the memory."""
@@ -93,7 +93,7 @@ def integral(f: Integrand, surfaces: Sequence[Surfaces], periodic: Sequence[bool
             for one, other in zip(way(counted, depth, 0), way(counted, depth, 1), strict=False):
                 found = Integral(other, max(MARGIN * _distance(one, other), GOAL))
                 best = min(best, found, key=lambda each: each.error)
-                if best.error <= ENOUGH:
+                if best.error <= (SMOOTH_ENOUGH if smooth else ENOUGH):
                     return best
     return best
 

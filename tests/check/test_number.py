@@ -139,7 +139,7 @@ def test_what_is_no_number_is_invalid_with_the_reason(text: Any, code: str, hint
 def test_any_text_is_judged_or_refused(text: str) -> None:
     begin = time.process_time()
     verdict = judged(literal("20.8 rad/s"), text).verdict
-    assert time.process_time() - begin < 0.5
+    assert time.process_time() - begin < 2
     assert verdict in ("correct", "incorrect", "invalid", "review", "missing")
 
 

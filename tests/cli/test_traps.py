@@ -106,7 +106,7 @@ def folder(tmp_path: Path) -> Path:
         "check -o hw.yaml hw.yaml ada.yaml",
         "check -o ada.yaml hw.yaml ada.yaml",
         "check -o cube.yaml hw.yaml ada.yaml",
-        "check -f json -o old.json --regrade old.json hw.yaml ada.yaml",
+        "check -o old.json --regrade old.json hw.yaml ada.yaml",
         "new -o cube.yaml",
         "new -o link.yaml",
         "new -o hard.yaml",

@@ -37,6 +37,11 @@ TOPS = st.builds(
 MOTIONS = free_bodies() | TOPS
 
 
+def rounding(motion: Motion, times: list[float]) -> float:
+    """What the rounding of the phase turns a body by (rad), some four times over: a float has 53 bits."""
+    return 4 * float(np.finfo(float).eps) * math.hypot(*motion.omega) * max(map(abs, times), default=0.0)
+
+
 @many
 @given(MOTIONS, TIMES)
 def test_energy_and_momentum_in_space_are_kept(motion: Motion, times: list[float]) -> None:
@@ -47,14 +52,16 @@ def test_energy_and_momentum_in_space_are_kept(motion: Motion, times: list[float
     up = rotation.turned(q * [1, -1, -1, -1], np.broadcast_to([0.0, 0.0, 1.0], w.shape))[:, 2]
     energy = np.einsum("ti,ij,tj->t", w, inertia, w) / 2 + weight * up
     assert np.linalg.norm(q, axis=1) == pytest.approx(1, abs=1e-15)
+    turned = rounding(motion, times)
     if weight:
-        assert energy == pytest.approx(energy[0], abs=1e-13 * (abs(energy[0]) + 2 * weight + 1))
-        assert momentum[:, 2] == pytest.approx(momentum[0, 2], abs=1e-13 * (np.abs(w @ inertia).max() + 1))
+        limit = 1e-13 + turned
+        assert energy == pytest.approx(energy[0], abs=limit * (abs(energy[0]) + 2 * weight + 1))
+        assert momentum[:, 2] == pytest.approx(momentum[0, 2], abs=limit * (np.abs(w @ inertia).max() + 1))
         assert w[:, 2].tolist() == [motion.omega[2]] * len(w)
     else:
         assert energy == pytest.approx(energy[0], rel=1e-14)
         size = np.linalg.norm(inertia) * np.linalg.norm(w[0])
-        assert np.abs(momentum - momentum[0]).max() < 1e-14 * size
+        assert np.abs(momentum - momentum[0]).max() < (1e-14 + turned) * size
 
 
 @many
@@ -86,7 +93,11 @@ def test_time_reversal(motion: Motion, times: list[float]) -> None:
     back = motion._replace(omega=-np.array(motion.omega))
     w, q = motion.found(times)
     other_w, other_q = back.found(-np.array(times))
-    limit = motion.limit(times) + back.limit(-np.array(times)) if motion.weight else 4e-14
+    limit = (
+        motion.limit(times) + back.limit(-np.array(times))
+        if motion.weight
+        else 4e-14 + rounding(motion, times)
+    )
     if limit < 1e-6:
         assert rotation.angles_between(q, other_q).max() < limit
         assert other_w == pytest.approx(-w, abs=10 * limit if motion.weight else limit)

@@ -480,7 +480,7 @@ def test_an_orbit_is_sampled_as_a_motion_is() -> None:
         ("initial: {x: .inf, p_x: 0}, duration: 1", "initial.x", "finite"),
         ("initial: {x: , p_x: 0}, duration: 1", "initial.x", "expected a number"),
         ("initial: [1, 0], duration: 1", "initial", "expected a mapping"),
-        ("initial: {x: 1, p_x: 0}, duration: 1, method: euler", "method", "auto or symplectic"),
+        ("initial: {x: 1, p_x: 0}, duration: 1, method: euler", "method", "auto, symplectic or taylor"),
     ],
 )
 def test_orbits_that_are_refused(text: str, key: str, words: str) -> None:

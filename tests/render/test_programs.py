@@ -269,7 +269,7 @@ FREE = "system: {coordinates: [x], lagrangian: m*xdot^2/2}"
 @pytest.mark.parametrize(
     ("arguments", "text", "code", "message"),
     [
-        (["axes", "-"], "body: {shape: cube, side: 1, mass: 1}", 2, "only `rigidcli hamilton` writes"),
+        (["axes", "-"], "body: {shape: cube, side: 1, mass: 1}", 2, "'c' is not one of"),
         (["hamilton", "configs/taylor_13_02.yaml", "configs/taylor_13_03.yaml"], "", 2, "2 files are given"),
         (["hamilton", "configs/bead_on_track.yaml"], "", 3, "a program needs a formula for `h`"),
         (
