@@ -21,6 +21,7 @@ from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from rigidcli.bodies.genz_malik import BLOCK, blockwise, over_boxes
 from rigidcli.core.arithmetic import Floats
 
 Integrand: TypeAlias = Callable[[Floats], Floats]
@@ -45,9 +46,6 @@ FEW, MOST = 400_000, 4_000_000
 
 ENOUGH, SMOOTH_ENOUGH = 1e-8, 1e-9
 """Relative errors that are small enough to try no other way, of a function with kinks and of a smooth one."""
-
-BLOCK = 200_000
-"""Points worked at a time, which bounds the memory."""
 
 NODES = (8, 12, 18, 28)
 """Nodes on each piece of a line, step by step until the two runs agree; the second run has one more."""
@@ -146,7 +144,7 @@ def _products(f: Integrand, periodic: Sequence[bool]) -> Integral | None:
         rules = [even if turns else _gauss(count) for turns in periodic]
         points = np.array(list(product(*(nodes for nodes, _ in rules)))).T.reshape(len(rules), -1)
         factors = np.array([np.prod(each) for each in product(*(weights for _, weights in rules))])
-        values = _blockwise(f, points) @ factors
+        values = blockwise(f, points) @ factors
         if last is not None:
             changes.append(_distance(values, last))
             if max(changes[-2:]) <= GOAL:
@@ -165,12 +163,6 @@ def _gauss(count: int) -> tuple[Floats, Floats]:
     """Nodes and weights of Gauss's rule from 0 to 1."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return (1 + nodes) / 2, weights / 2
-
-
-def _blockwise(f: Integrand, points: Floats) -> Floats:
-    size = points.shape[1]
-    parts = [f(points[:, begin : begin + BLOCK]) for begin in range(0, size, BLOCK)]
-    return np.concatenate(parts, axis=1)
 
 
 # --- lines
@@ -330,7 +322,7 @@ def _by_boxes(counted: _Counted, depth: int, which: int) -> Iterator[Floats]:
     first = np.array([0.0, (0.5, 0.4371)[which], 1.0])
     corners = np.array(list(product(range(2), repeat=depth))).T
     low, high = first[corners], first[corners + 1]
-    values, errors, axes = _of_boxes(f, low, high)
+    values, errors, axes = over_boxes(f, low, high)
     while counted.left > enough:
         total = values.sum(axis=1)
         if not np.isfinite(total).all() or errors.sum() <= GOAL * abs(total[0]):
@@ -343,74 +335,9 @@ def _by_boxes(counted: _Counted, depth: int, which: int) -> Iterator[Floats]:
         lows, highs = np.tile(low[:, worst], 2), np.tile(high[:, worst], 2)
         each = np.arange(worst.size)
         highs[axes[worst], each] = lows[axes[worst], worst.size + each] = middle
-        new = _of_boxes(f, lows, highs)
+        new = over_boxes(f, lows, highs)
         kept = np.delete(np.arange(errors.size), worst)
         low, high = np.hstack([low[:, kept], lows]), np.hstack([high[:, kept], highs])
         values = np.hstack([values[:, kept], new[0]])
         errors, axes = np.append(errors[kept], new[1]), np.append(axes[kept], new[2])
     yield np.asarray(values.sum(axis=1))
-
-
-class _Rule(NamedTuple):
-    """Points (d by m) of a rule, from -1 to 1, its weights (m), and those of a rule of a lower degree (m)."""
-
-    points: Floats
-    weights: Floats
-    lower: Floats
-    fourth: Floats
-    """Weights (d by m) of the fourth difference along each coordinate."""
-
-
-def _genz_malik(depth: int) -> _Rule:
-    """The rule of degree 7 with the one of degree 5 in it; for one coordinate, Gauss's of 15 and 7 nodes."""
-    if depth == 1:
-        (many, heavy), (few, light) = np.polynomial.legendre.leggauss(15), np.polynomial.legendre.leggauss(7)
-        both = np.append(heavy / 2, 0 * few), np.append(0 * many, light / 2)
-        return _Rule(np.append(many, few)[None], *both, np.zeros((1, 22)))
-    near, far, corner = np.sqrt([9 / 70, 9 / 10, 9 / 19])
-    unit = np.eye(depth)
-    points: list[Floats] = [np.zeros(depth)]
-    kinds = [0]
-    for i in range(depth):
-        points += [near * unit[i], -near * unit[i], far * unit[i], -far * unit[i]]
-        kinds += [1, 1, 2, 2]
-        for j in range(i):
-            points += [far * (a * unit[i] + b * unit[j]) for a in (-1, 1) for b in (-1, 1)]
-            kinds += [3] * 4
-    points += [corner * np.array(signs) for signs in product((-1, 1), repeat=depth)]
-    kinds += [4] * 2**depth
-    d = depth
-    weights = [
-        (12824 - 9120 * d + 400 * d**2) / 19683,
-        980 / 6561,
-        (1820 - 400 * d) / 19683,
-        200 / 19683,
-        6859 / 19683 / 2**d,
-    ]
-    lower = [(729 - 950 * d + 50 * d**2) / 729, 245 / 486, (265 - 100 * d) / 1458, 25 / 729, 0.0]
-    places = np.array(points).T
-    # The fourth difference: of the near points less a seventh of that of the far ones, (9/70)/(9/10).
-    fourth = np.zeros((depth, len(points)))
-    fourth[:, 0] = -2 * (1 - 1 / 7)
-    for column, kind in enumerate(kinds):
-        if kind in (1, 2):
-            fourth[np.flatnonzero(places[:, column])[0], column] = 1.0 if kind == 1 else -1 / 7
-    return _Rule(places, np.array(weights)[kinds], np.array(lower)[kinds], fourth)
-
-
-_RULES = {depth: _genz_malik(depth) for depth in (1, 2, 3)}
-
-
-def _of_boxes(f: Integrand, low: Floats, high: Floats) -> tuple[Floats, Floats, Floats]:
-    """The integrals (c by n) over boxes, their errors (n), and the coordinate to halve each in (n)."""
-    rule = _RULES[len(low)]
-    half, middle = (high - low) / 2, (high + low) / 2
-    points = (middle[:, :, None] + half[:, :, None] * rule.points[:, None]).reshape(len(low), -1)
-    found = _blockwise(f, points)
-    values = np.where(np.isfinite(found), found, 0.0).reshape(len(found), low.shape[1], -1)
-    sizes = (high - low).prod(axis=0)
-    total = values @ rule.weights * sizes
-    errors = np.abs(values @ rule.lower * sizes - total).max(axis=0)
-    differences = np.abs(np.einsum("cnm,dm->cdn", values, rule.fourth)).max(axis=0)
-    # Of equal differences the longest side is halved.
-    return total, errors, np.argmax(differences * (1 + 1e-6 * half / half.max()) + 1e-300 * half, axis=0)
