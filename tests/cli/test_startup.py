@@ -111,7 +111,7 @@ for path in sys.argv[1:]:
         check=True,
     )
     parts = {
-        *(f"rigidcli.core.{name}" for name in ("edges", "inside", "solid_sums", "surfaces")),
+        *(f"rigidcli.bodies.{name}" for name in ("edges", "inside", "solid_sums", "surfaces")),
         *(
             f"rigidcli.bodies.{name}"
             for name in ("mesh_checks", "mesh_files", "molecules", "robots.elements")
