@@ -15,7 +15,7 @@ OPENED = "document.querySelectorAll('details').forEach((each) => { each.open = t
 
 FLAT = """[...document.querySelectorAll('math')].filter((each) => {
     const { width, height } = each.getBoundingClientRect();
-    return width < 4 || height < 8;
+    return width < 4 || height < 6;
 }).length"""
 """How many formulas are not drawn."""
 
