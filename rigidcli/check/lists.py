@@ -174,7 +174,7 @@ def _blanks(piece: str) -> list[Any]:
     numbers = piece.split()
     if len(numbers) > 1 and all(re.fullmatch(r"[-+]?[\d.,]+(?:[eE][-+]?\d+)?(?:/\d+)?", n) for n in numbers):
         return list(numbers)
-    return [_inner(piece)]
+    return [piece]
 
 
 def _with_unit_of_last(found: Listed) -> Listed:

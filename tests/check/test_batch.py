@@ -14,7 +14,7 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -90,10 +90,24 @@ def snapshot(folder: Path) -> dict[str, tuple[int, int, int, bytes]]:
     return found
 
 
-def children(process: int | None = None) -> list[str]:
-    """Processes that this one, or another, has started and that are not gone, zombies among them."""
-    process = process or os.getpid()
+def children(process: int) -> list[str]:
+    """Processes that a process has started and that are not gone, zombies among them."""
     return Path(f"/proc/{process}/task/{process}/children").read_text().split()
+
+
+@pytest.fixture(autouse=True)
+def started() -> Iterator[Callable[[], list[str]]]:
+    """Processes that a test has started, of which none may be left. A browser of other tests may be there."""
+    before = {*children(os.getpid())}
+
+    def since() -> list[str]:
+        new = [child for child in children(os.getpid()) if child not in before]
+        return [
+            child for child in new if b"resource_tracker" not in Path(f"/proc/{child}/cmdline").read_bytes()
+        ]
+
+    yield since
+    assert not since()
 
 
 def are_at_work(process: int) -> bool:
@@ -179,7 +193,6 @@ def test_honest_rows_of_a_hostile_batch(hostile: Path) -> None:
         if name.startswith("form_"):
             assert (name, verdicts(judgement), codes(judgement)) == (name, ["invalid"] * 2, {"not_allowed"})
     assert snapshot(hostile.parent) == before
-    assert not children()
 
 
 def test_strange_names_are_harmless(hostile: Path) -> None:
@@ -306,7 +319,6 @@ def fates(
     assert all(verdicts(found[name]) == ["correct"] for name in honest)
     assert all(verdicts(found[name]) == [verdict] for name in actions)
     assert snapshot(folder) == before
-    assert not children()
     return {name: found[name] for name in actions}
 
 
@@ -472,7 +484,6 @@ def test_an_interrupt_ends_the_processes_and_goes_on(tmp_path: Path) -> None:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
         signal.signal(signal.SIGINT, handler)
-    assert not children()
 
 
 def test_an_interrupt_from_the_keyboard_leaves_quietly(tmp_path: Path) -> None:
@@ -529,7 +540,6 @@ def test_rows_that_nobody_asks_for_any_more(tmp_path: Path) -> None:
     judgements = run({"q": Item(Doing(), {"act": loop}, 1.0)}, handed(tmp_path), 2)
     next(judgements)
     judgements.close()  # type: ignore[attr-defined]
-    assert not children()
     assert gc.get_freeze_count() == 0
 
 
@@ -547,7 +557,6 @@ def test_no_more_work_at_a_time_than_is_asked_for(jobs: int) -> None:
     assert len(spans) == 6
     for begin, _ in spans:
         assert sum(other <= begin < end for other, end in spans) <= jobs
-    assert not children()
 
 
 def test_processes_end_when_the_one_is_gone_that_started_them() -> None:
@@ -589,12 +598,14 @@ def test_no_descriptor_is_left_open(tmp_path: Path) -> None:
     assert descriptors() == before
 
 
-def test_no_room_for_a_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_room_for_a_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, started: Callable[[], list[str]]
+) -> None:
     (tmp_path / "a.yaml").write_text(HONEST)
     fork, room = os.fork, 2
 
     def full() -> int:
-        if len(children()) >= room:
+        if len(started()) >= room:
             raise BlockingIOError(11, "Resource temporarily unavailable")
         return fork()
 
@@ -604,7 +615,6 @@ def test_no_room_for_a_process(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     room = 0
     with pytest.raises(ComputationError, match="no process can be started: Resource temporarily"):
         list(run(ITEMS, rows, 6))
-    assert not children()
 
 
 def real_items() -> dict[str, Item]:
@@ -705,8 +715,3 @@ def test_processes_that_start_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     forked = list(run(items, handed(tmp_path)))
     monkeypatch.setattr(workers, "METHOD", "spawn")
     assert list(run(items, handed(tmp_path), 3)) == forked
-    assert not [child for child in children() if "resource_tracker" not in command(child)]
-
-
-def command(process: str) -> str:
-    return Path(f"/proc/{process}/cmdline").read_text()

@@ -10,7 +10,7 @@ from itertools import product
 from typing import Any
 
 import pytest
-from hypothesis import HealthCheck, Phase, assume, given, seed, settings
+from hypothesis import HealthCheck, Phase, assume, given, settings
 from hypothesis import strategies as st
 
 from rigidcli.check.judge import Item
@@ -76,11 +76,11 @@ def differ(one: Node, other: Node, points: list[dict[str, Fraction]], least: flo
     return False
 
 
-def test_of_300_other_forms_hardly_any_is_left_to_a_person_and_none_is_wrong() -> None:
+def test_of_other_forms_hardly_any_is_left_to_a_person_and_none_is_wrong() -> None:
+    # What is drawn comes in clusters of much the same form: 300 alone say little of the share that is open.
     seen = Counter[str]()
 
-    @seed(7)
-    @every
+    @settings(every, max_examples=1200)
     @given(EXPRESSIONS.flatmap(lambda node: st.tuples(st.just(node), rewritten(node))))
     def judge(pair: tuple[Node, Node]) -> None:
         found = same(pair[1], pair[0], NAMES, "q")
@@ -88,8 +88,7 @@ def test_of_300_other_forms_hardly_any_is_left_to_a_person_and_none_is_wrong() -
 
     judge()
     assert seen["False"] == 0
-    assert seen["open"] <= 15
-    assert seen["True"] >= 285
+    assert seen["open"] <= 0.05 * seen.total()
 
 
 def exact(node: Node) -> Node:

@@ -38,8 +38,12 @@ MOTIONS = free_bodies() | TOPS
 
 
 def rounding(motion: Motion, times: list[float]) -> float:
-    """What the rounding of the phase turns a body by (rad), some four times over: a float has 53 bits."""
-    return 4 * float(np.finfo(float).eps) * math.hypot(*motion.omega) * max(map(abs, times), default=0.0)
+    """What the rounding of the phase turns a body by (rad), some four times over: a float has 53 bits.
+
+    A top of weight P and lambda1 = 1 also swings, at most at about sqrt(P) when it begins slowly.
+    """
+    rate = math.hypot(*motion.omega) + math.sqrt(motion.weight)
+    return 4 * float(np.finfo(float).eps) * rate * max(map(abs, times), default=0.0)
 
 
 @many
