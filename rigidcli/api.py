@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import inspect
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from functools import partial
 from importlib import import_module
 from textwrap import indent
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
 from rigidcli.commands import COMMANDS, Command
-from rigidcli.document.load import MAPPING, Source, read
-from rigidcli.errors import DocumentError
+from rigidcli.document.load import KEYS, MAPPING, Source, plain, read
+from rigidcli.errors import DocumentError, Problem
 from rigidcli.reference import tables
 from rigidcli.result import Result
 
@@ -25,8 +26,9 @@ document : Document, mapping, str or path
     the path to its file or to that of a body, such as a .csv, or what `rigidcli.load` has read.
 exact : bool
     Exact arithmetic: decimals are rationals, and parameters without a value stay symbols.
-settings : sequence of str
-    Values to override, such as ``["body.mass=3"]``.
+settings : mapping or sequence of str
+    Values to override, such as ``{{"body.mass": 3, "a": "2 cm"}}``, where ``a`` is a parameter, or as on the
+    command line, ``["body.mass=3"]``.
 steps : bool
     Show the working, too.
 picture : str
@@ -57,6 +59,10 @@ rigidcli.RigidError
 """The help of a study."""
 
 
+Settings: TypeAlias = Mapping[str, object] | Sequence[str]
+"""Values by their keys, where a key that no document has is a parameter; or texts such as `body.mass=3`."""
+
+
 class Study(Protocol):
     """A study as a function. Each study takes the options that its help names, and refuses others."""
 
@@ -65,7 +71,7 @@ class Study(Protocol):
         document: Source,
         *,
         exact: bool = False,
-        settings: Sequence[str] = (),
+        settings: Settings = (),
         steps: bool = False,
         picture: str | None = None,
         **options: Any,
@@ -80,7 +86,7 @@ def _study(name: str) -> Study:
         document: Source,
         *,
         exact: bool = False,
-        settings: Sequence[str] = (),
+        settings: Settings = (),
         steps: bool = False,
         picture: str | None = None,
         **options: Any,
@@ -94,12 +100,12 @@ def _study(name: str) -> Study:
 
 
 def _answer(
-    row: Command, source: Source, exact: bool, settings: Sequence[str], options: Mapping[str, Any]
+    row: Command, source: Source, exact: bool, settings: Settings, options: Mapping[str, Any]
 ) -> Result:
     """The result of a study; that of one document can be worked again with what is only made to be seen."""
     run = import_module(f"rigidcli.studies.{row.name}").run
     try:
-        document = read(source, exact, settings)
+        document = read(source, exact, _texts(settings))
         report = run(document, **options)
     except DocumentError as error:
         if any(problem.source.startswith(MAPPING) for problem in error.problems):
@@ -109,6 +115,23 @@ def _answer(
     if document.ensemble is None:
         again = partial(run, document, **({"scene": True} if row.section else {}))
     return Result(**{part.name: getattr(report, part.name) for part in fields(report)}, _again=again)
+
+
+def validate(document: Source, *, exact: bool = False, settings: Settings = ()) -> list[Problem]:
+    """What is wrong with a document: problems with line, key, message and hint; none where it is valid."""
+    try:
+        read(document, exact, _texts(settings))
+    except DocumentError as error:
+        return list(error.problems)
+    return []
+
+
+def _texts(settings: Settings) -> Sequence[str]:
+    """Settings as on the command line."""
+    if not isinstance(settings, Mapping):
+        return settings
+    paths = {key: key if "." in key or key in KEYS else f"parameters.{key}" for key in settings}
+    return [f"{paths[key]}={json.dumps(value, default=plain)}" for key, value in settings.items()]
 
 
 inertia, axes, precess, euler, hamilton = map(_study, ("inertia", "axes", "precess", "euler", "hamilton"))

@@ -25,8 +25,8 @@ class Field:
     cell's place is an index such as (0, 1) into an array, or () for a value that is one cell. `symbol` is
     LaTeX; `title` and `unit` are for people, who are not shown a field without a title, and see `words`
     instead of the value where there are any, and zero for entries of an array that are rounding noise
-    beside its largest, unless each entry `counts` by itself. A `diagnostic` tells how good the others are;
-    people see it when they ask for more. `means` says what the title does not.
+    beside its largest, unless each entry `counts` by itself. People see a `diagnostic`, which tells how good
+    the others are or follows from them, when they ask for more. `means` says what the title does not.
     """
 
     key: str
@@ -62,8 +62,8 @@ class Column:
 
     `key` is its name in JSON, where a dot is the way into an object; `cells` the names of its components
     in CSV and in the heads of tables, `symbols` the same in LaTeX. People are not shown a column that is
-    `hidden`, unless they ask for it, see zero for numbers below `noise`, in units of the largest, and see
-    `words` instead of the values where there are any. A list, of texts or None too, may stand for an array.
+    `hidden`, unless they ask for it or for more. They see zero for numbers below `noise`, in units of the
+    largest, and `words` instead of the values where there are any. A list may stand for an array.
     """
 
     key: str
@@ -128,6 +128,15 @@ class Report(Mapping[str, Value]):
     scene: Value = None
     document: str = ""
     swept: tuple[Field, ...] = ()
+
+    @property
+    def heading(self) -> str:
+        """The name of the document, if it has one, and the title."""
+        return self.about(self.title)
+
+    def about(self, title: str) -> str:
+        """A title behind the name of the document, if it has one."""
+        return f"{self.name}: {title}" if self.name else title
 
     def tree(self) -> dict[str, Value]:
         """All values as JSON nests them."""

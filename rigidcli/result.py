@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rigidcli.errors import RigidError, UsageError
+from rigidcli.errors import RigidError, UsageError, nearest
 from rigidcli.report import Report, Table, single_cells
 
 if TYPE_CHECKING:
@@ -25,6 +25,13 @@ class Result(Report):
 
     _again: Callable[..., Report] | None = field(default=None, repr=False, compare=False)
     """Works the study out again, with what is only made to be seen; it stays behind when a result is sent."""
+
+    def __getitem__(self, key: str) -> Any:
+        tree = self.tree()
+        if key in tree:
+            return tree[key]
+        near = nearest(key, list(tree))
+        raise KeyError(f"{key}: no such result" + (f" (did you mean {near}?)" if near else ""))
 
     def __reduce__(self) -> tuple[type[Result], tuple[Any, ...]]:
         return Result, tuple(getattr(self, part.name) for part in fields(Report))

@@ -52,6 +52,9 @@ def test_a_mapping_may_hold_arrays_and_exact_numbers() -> None:
 
 def test_settings_and_options() -> None:
     assert rigidcli.inertia(TEXT, settings=["body.mass=6"])["mass"] == 6
+    assert rigidcli.inertia(TEXT, settings={"body.mass": "6 g"})["mass"] == pytest.approx(0.006)
+    rod = "parameters: {M: 1, l: 2}\nbody: {shape: rod, mass: M, length: l}"
+    assert rigidcli.inertia(rod, settings={"M": 12, "l": 1})["tensor"][0, 0] == pytest.approx(1)
     assert rigidcli.hamilton("system: {coordinates: [x], lagrangian: xdot**2/2}")["conserved"]
     done: list[float] = []
     motion = {"omega": [0, 0.1, 1], "torque": {"body": [0, 0, "-0.1*w3"]}, "duration": 1}
@@ -71,6 +74,23 @@ def test_problems_of_a_mapping_have_keys_and_no_lines() -> None:
             rigidcli.inertia(wrong)
     with pytest.raises(rigidcli.DocumentError, match=r"<text>:2: body"):
         rigidcli.inertia("name: x\nbody: {shape: cube, side: 1, mas: 12}")
+
+
+def test_a_document_is_validated() -> None:
+    assert rigidcli.validate(TEXT) == []
+    problems = rigidcli.validate("body: {shape: cube,\n mas: 1}")
+    assert {problem.key for problem in problems} == {"body.mas", "body.side"}
+    assert all(problem.line for problem in problems)
+
+
+def test_a_misspelt_result_is_suggested() -> None:
+    with pytest.raises(KeyError, match="did you mean moments"):
+        rigidcli.axes(TEXT)["momnts"]
+
+
+def test_a_mapping_without_a_name_has_none() -> None:
+    assert repr(rigidcli.inertia({"body": BODY})).startswith("inertia tensor\n")
+    assert repr(rigidcli.inertia({"body": BODY, "name": "cube"})).startswith("cube: inertia tensor\n")
 
 
 @pytest.mark.parametrize("number", [np.nan, np.inf, -np.inf])

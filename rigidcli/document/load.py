@@ -194,7 +194,7 @@ def read(source: Source, exact: bool, settings: Sequence[str]) -> Document:
         return source
     if isinstance(source, Mapping):
         try:
-            text = json.dumps(source, default=_plain)
+            text = json.dumps(source, default=plain)
         except (TypeError, ValueError, RecursionError) as error:
             raise DocumentError([Problem(MAPPING, f"cannot be read: {error}")]) from None
         if problems := list(_not_finite(json.loads(text))) if "NaN" in text or "Infinity" in text else ():
@@ -214,7 +214,7 @@ def _not_finite(value: Any, path: str = "") -> Iterator[Problem]:
         yield from _not_finite(entry, f"{path}.{step}" if path else str(step))
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
     """Arrays and other numbers as json has them; exact expressions, fractions and paths as text."""
     if hasattr(value, "tolist"):
         return value.tolist()

@@ -41,7 +41,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     head = "h2" if look.several else "h1"
     # Only text is kept of a report: it may have a million samples.
     sections = [
-        (_title(report), _section(report, look, head, f"result-{place}"))
+        (report.heading, _section(report, look, head, f"result-{place}"))
         for place, report in enumerate(_documents_once(reports), 1)
     ]
     if sections:
@@ -74,16 +74,12 @@ def fragment(report: Report, look: Look) -> str:
     return f"<style>\n{resource('result.css')}</style>\n{_section(report, look, 'h2', '')}"
 
 
-def _title(report: Report) -> str:
-    return f"{report.name}: {report.title}"
-
-
 def _section(report: Report, look: Look, head: str, anchor: str) -> str:
     """A report under a heading, in an element whose class has all of its style."""
     name = f' id="{anchor}"' if anchor else ""
     return "".join(
         [
-            f'<section class="rigidcli"{name}>\n<{head}>{text(_title(report))}</{head}>\n',
+            f'<section class="rigidcli"{name}>\n<{head}>{text(report.heading)}</{head}>\n',
             *_figures(report, anchor, look),
             *_results(report, look),
             *_tables(report.tables, look),

@@ -61,7 +61,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
         if look.standalone and not begun:
             yield PREAMBLE
         begun = True
-        title = f"{printable(report.name)}: {report.title}"
+        title = printable(report.heading)
         yield f"\\section*{{{_prose(title)}}}\n" if look.standalone else f"% {title}\n"
         if report.fields:
             yield f"{formulas(report, look)}\n"

@@ -11,6 +11,9 @@ from rigidcli.render.terminal import GAP, Page, Row
 from rigidcli.render.values import entries, is_exact, shown_columns, shown_fields, written
 from rigidcli.report import Column, Field, Report, Table, Value
 
+NARROWEST = 24
+"""Columns of a terminal that words need beside their heads: three or four words a line."""
+
 _Results: TypeAlias = Sequence[tuple[Field, str, str]]
 """Results, each with its value as lines of text, and its unit."""
 
@@ -22,7 +25,7 @@ def render(reports: Iterable[Report], look: Look) -> Iterator[str]:
     """A block for each report, with an empty line between them."""
     first = True
     for report in reports:
-        head = f"{printable(report.name)}: {report.title}"
+        head = printable(report.heading)
         yield ("" if first else "\n") + _block(head, "", shown_fields(report, look), report.tables, look)
         first = False
         for place, step in enumerate(report.steps if look.steps else (), 1):
@@ -71,7 +74,7 @@ def _on_terminal(heads: Sequence[str], results: _Results, tables: _Tables, width
     rows = [
         Row(((entry.title, "bold"), (unit, "")), value, bool(entry.words)) for entry, value, unit in results
     ]
-    page.rows(rows, joint=", ")
+    page.rows(rows, room=NARROWEST, joint=", ")
     for title, columns in tables:
         page.line()
         page.line((title, "bold"))

@@ -6,6 +6,7 @@ import io
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import groupby
 from typing import TYPE_CHECKING, TypeAlias
 
 if TYPE_CHECKING:
@@ -36,6 +37,11 @@ class Row:
     body: str
     prose: bool = True
 
+    def width(self, room: int) -> int:
+        """The columns that its body takes at least: words wrap, and need no more than `room`."""
+        whole = max(map(cells, self.body.split("\n")))
+        return min(room, whole) if self.prose else whole
+
 
 class Page:
     """The text for a terminal of a given width, in which words wrap at the edge and numbers are never cut."""
@@ -55,35 +61,34 @@ class Page:
         self._print(Text.assemble(*map(self._text, parts)))
 
     def rows(self, rows: Sequence[Row], *, room: int = 0, joint: str = " " * GAP) -> None:
-        """Write rows in columns, if these leave `room` for prose and fit all other bodies.
+        """Write rows in columns; a body that does not fit, or has no `room` for prose, is below its heads.
 
-        Otherwise every body stands below its heads, which `joint` joins.
+        Heads of a body that stands below them are joined by `joint`.
         """
         from rich.padding import Padding
         from rich.table import Table
         from rich.text import Text
 
-        if not rows:
-            return
-        heads = [
-            max(cells(text) for text, _ in column) for column in zip(*(r.heads for r in rows), strict=True)
-        ]
-        fixed = [line for row in rows if not row.prose for line in row.body.split("\n")]
-        body = max([room, *map(cells, fixed)])
-        if sum(heads) + GAP * len(heads) + body <= self._width:
-            grid = Table.grid(padding=(0, GAP))
-            for row in rows:
-                grid.add_row(*map(self._text, row.heads), Text(row.body))
-            self._print(grid)
-            return
-        for row in rows:
-            first, *others = (part for part in row.heads if part[0])
-            self.line(first, *(part for head in others for part in ((joint, ""), head)))
-            indent = GAP + len(first[0]) - len(first[0].lstrip())
-            if row.prose and row.body:
-                self._print(Padding(Text(row.body), (0, 0, 0, indent)))
-            elif row.body:
-                self._print(Text(textwrap.indent(row.body, " " * indent)), wrap=False)
+        columns = zip(*(row.heads for row in rows), strict=True)
+        widths = [max(cells(text) for text, _ in column) for column in columns]
+        left = self._width - sum(widths) - GAP * len(widths)
+        for fits, group in groupby(rows, lambda row: row.width(room) <= left):
+            if fits:
+                grid = Table.grid(padding=(0, GAP))
+                for width in (*widths, max(1, left)):
+                    grid.add_column(width=width)
+                for row in group:
+                    grid.add_row(*map(self._text, row.heads), Text(row.body))
+                self._print(grid)
+                continue
+            for row in group:
+                first, *others = (part for part in row.heads if part[0])
+                self.line(first, *(part for head in others for part in ((joint, ""), head)))
+                indent = GAP + len(first[0]) - len(first[0].lstrip())
+                if row.prose and row.body:
+                    self._print(Padding(Text(row.body), (0, 0, 0, indent)))
+                elif row.body:
+                    self._print(Text(textwrap.indent(row.body, " " * indent)), wrap=False)
 
     def columns(self, columns: Sequence[Sequence[str]]) -> None:
         """Write columns to the right, each under its first text, in as many grids as their widths ask for.

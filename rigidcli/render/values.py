@@ -63,15 +63,18 @@ MOST_ROWS = 11
 
 
 def shown_fields(report: Report, look: Look) -> list[Field]:
-    """The results that people are shown: those with a title, and diagnostics when they ask for more."""
-    return [entry for entry in report.fields if entry.title and (look.verbose or not entry.diagnostic)]
+    """The results that people are shown: those with a title; diagnostics and nulls when they ask for more."""
+    every = [entry for entry in report.fields if entry.title]
+    if look.verbose:
+        return every
+    return [entry for entry in every if not entry.diagnostic and (entry.words or entry.value is not None)]
 
 
 def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Column, list[str]]]:
     """The columns, of one cell each, that people are shown, with their texts.
 
-    These are the columns that are not hidden, or those that were asked for. Of data people see a few rows:
-    the first, the last, and evenly between them.
+    These are the columns that are not hidden, or those that were asked for; all but records of programs are
+    shown to those who ask for more. Of data people see a few rows: the first, the last, and evenly between.
     """
     length = len(table)
     if not length:
@@ -83,7 +86,7 @@ def shown_columns(table: Table, look: Look, notation: Notation) -> list[tuple[Co
     return [
         (column, [_cell_text((column.words or column.values)[row], look.digits, notation) for row in rows])
         for column in single_cells(tidied, asked)
-        if asked or not column.hidden
+        if asked or not column.hidden or (look.verbose and not table.records)
     ]
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,6 +23,11 @@ if TYPE_CHECKING:
 
 NO_SPIN = "the body is linear: it has no moment about its line, and cannot turn about it"
 """Why an angular velocity along the line of a linear body is refused: no angular momentum determines it."""
+
+TRUTH = {True: "yes", False: "no"}
+
+USUAL = {"mesh.components": 1, "mesh.watertight": True, "mesh.winding": "outward"}
+"""What is as usual of a mesh, and shown only to those who ask for more."""
 
 SMALL_ERROR = 1e-9
 """The relative error that the integrals of a smooth density have at most."""
@@ -51,6 +57,8 @@ def inertia_fields(document: Document) -> tuple[Field, ...]:
             raise ComputationError("the inertia tensor is beyond the range of floating-point numbers")
     values = {"mass": mass, "center_of_mass": com, "about": about, "tensor": asked, "tensor_com": central}
     fields = tuple(told("inertia", key, value) for key, value in values.items())
+    if com is not None and about is not None and (about == com).all():
+        fields = (*fields[:-1], replace(fields[-1], diagnostic=True))
     if body.integrated is None:
         return fields
     # A small error is for those who ask for it; a larger one is for everybody.
@@ -64,13 +72,14 @@ def mesh_fields(document: Document) -> list[Field]:
 
     body = document.body
     found = body.report() if isinstance(body, Mesh) else {}
-    words = {True: "yes", False: "no"}
-    return [
-        if_known(told("inertia", f"mesh.{key}", value, words=value if isinstance(value, str) else ""))
-        if not isinstance(value, bool)
-        else told("inertia", f"mesh.{key}", value, words=words[value])
-        for key, value in found.items()
-    ]
+    return [_mesh_field(told("inertia", f"mesh.{key}", value)) for key, value in found.items()]
+
+
+def _mesh_field(entry: Field) -> Field:
+    value = entry.value
+    words = TRUTH[value] if isinstance(value, bool) else value if isinstance(value, str) else ""
+    is_usual = entry.key in USUAL and value == USUAL[entry.key]
+    return replace(entry, words=words, diagnostic=entry.diagnostic or is_usual)
 
 
 def axis_fields(document: Document) -> tuple[tuple[Field, ...], tuple[str, ...]]:

@@ -51,8 +51,10 @@ def report(
 
 
 def called(name: str | None, source: str) -> str:
-    """What results call a document: its own name, or that of its file."""
-    return name or ("stdin" if source == STDIN else PurePath(source).stem)
+    """What results call a document: its own name, or that of its file; nothing for one from Python."""
+    if name or (source.startswith("<") and source != STDIN):
+        return name or ""
+    return "stdin" if source == STDIN else PurePath(source).stem
 
 
 def _without_signed_zeros(table: Table) -> Table:

@@ -26,7 +26,6 @@ from rigidcli.studies.results import RESULTS
 
 SCHEMA = "rigidcli.precess/1"
 
-
 WORDS: dict[str, dict[str | None, str]] = {
     "sleeping": {
         "stable": "stable: fast enough to sleep",
@@ -42,12 +41,6 @@ WORDS: dict[str, dict[str | None, str]] = {
     },
 }
 """What a result that is a word means, for people."""
-
-FRICTION = (
-    "friction at a fixed pivot and in the air slows the spin, so that the axis sinks and precesses "
-    "faster; a rounded tip that slides on the ground raises the axis of a fast top"
-)
-"""The note on friction, which the results for a top neglect: on one that spins and that its weight turns."""
 
 NUTATION = {"kind": "nutation_kind", "period": "nutation_period", "mean_rate": "mean_precession_rate"}
 """The keys of results of the nutation that have a shorter name in `core`."""
@@ -99,8 +92,12 @@ def _field(entry: Field, sections: Mapping[str, Mapping[str, Value]]) -> Field:
     section, _, key = entry.key.partition(".")
     if section not in sections:
         return Field("", None, unit=entry.unit, cells=entry.cells)
-    value = sections[section].get(key)
-    return if_known(entry.with_value(value, WORDS[key].get(value, "") if key in WORDS else ""))
+    values = sections[section]
+    value = values.get(key)
+    filled = entry.with_value(value, WORDS[key].get(value, "") if key in WORDS else "")
+    # How fast a top has to be is of interest where it is too slow.
+    is_fast = key == "minimum_spin" and values.get("slow_rate") is not None
+    return if_known(replace(filled, diagnostic=True) if is_fast else filled)
 
 
 def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
@@ -117,8 +114,6 @@ def _top(document: Document, section: Top, found: _Found) -> dict[str, Value]:
         )
     found.notes += top.remarks
     found.notes += [f"`top.{key}` is not given, and what depends on it is not told" for key in unknown]
-    if 0 not in (n.sign(section.spin), n.sign(fall)):
-        found.notes.append(FRICTION)
     rate = heavytop.gyroscopic_rate(top.lambda3, section.spin, fall, n)
     values: dict[str, Value] = {
         **{key: getattr(top, key) for key in ("mass", "distance", "lambda1", "lambda3")},

@@ -10,7 +10,7 @@ gets its value in its study. The columns are
     unit       its SI unit
     cells      its columns of CSV; behind a colon the place in an array, I12 stands at [0, 1] as `I12:01`
     kind       `counts` for a vector each of whose entries counts by itself, and then has no column in the
-               CSV of `precess`; `diagnostic` for what tells how good the others are
+               CSV of `precess`; `diagnostic` for what people see only when they ask for more
     means      what it is, beyond its title
 
 Where a row of CSV is a document and not a sample in time, only scalars have cells.
@@ -34,8 +34,10 @@ def _read() -> Iterator[tuple[str, Field]]:
     for commands, key, title, symbol, unit, cells, kind, means in rows:
         places = (cell.partition(":") for cell in cells.split())
         columns = {name: tuple(map(int, place)) for name, _, place in places}
-        counts, diagnostic = kind == "counts", kind == "diagnostic"
-        field = Field(key, None, title, symbol, unit, columns, "", counts, diagnostic, means)
+        kinds = kind.split()
+        field = Field(
+            key, None, title, symbol, unit, columns, "", "counts" in kinds, "diagnostic" in kinds, means
+        )
         for command in commands.split():
             yield command, field
 

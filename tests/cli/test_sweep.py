@@ -491,8 +491,9 @@ def test_a_file_that_cannot_be_read_is_told_once(program: Program) -> None:
 
 
 def test_notes_are_told_once(program: Program) -> None:
-    done = program("precess", "-f", "csv", "--sweep", "top.spin=100:300:50", TOP)
-    assert done.err.count("friction at a fixed pivot") == 1
+    unused = "parameters: {unused: 1}\nbody: {shape: cube, side: 1, mass: 1}"
+    done = program("inertia", "-f", "csv", "--sweep", "body.side=1:2:50", "-", stdin=unused)
+    assert done.err.count("unused") == 1
 
 
 # --- exact documents

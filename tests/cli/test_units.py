@@ -123,7 +123,7 @@ orbit: {initial: {x: 0, y: -0.15, p_x: 0.55, p_y: 0}, duration: 300, samples: 3}
 """
     result = json.loads(program("hamilton", "-", "-f", "json", stdin=chaos).out)
     assert result["orbit"]["trusted_digits"] < 6
-    assert "digits of the orbit to trust" in program("hamilton", "-", stdin=chaos).out
+    assert "reliable digits of the orbit" in program("hamilton", "-", stdin=chaos).out
 
 
 def test_samples_are_chosen_on_the_command_line(program: Program) -> None:

@@ -260,7 +260,7 @@ def test_the_lines_of_the_figure_are_those_of_the_picture() -> None:
     from rigidcli.render.plots.drawing import COLOURS, DOTS, LINES, figure_of
 
     result, panel = drawn("euler", "t_handle")
-    (axes,) = figure_of(result.pictures[0], result.name).axes
+    (axes,) = figure_of(result.pictures[0], result.heading).axes
     for line, mark in zip(axes.get_lines(), panel.marks, strict=True):
         assert np.array_equal(line.get_xydata(), mark.points)
     assert [line.get_color() for line in axes.get_lines()] == list(COLOURS[:3])

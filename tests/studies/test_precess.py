@@ -92,13 +92,6 @@ def test_the_mean_precession_of_the_fastest_tops_and_of_one_without_weight() -> 
     assert top(free_top)["mean_precession_rate"] == top(free_top)["precession_per_nutation"] == 0
 
 
-def test_friction_is_spoken_of_in_the_notes() -> None:
-    assert any("friction" in note for note in precess(f"top: {{spin: 100, {DISC}}}\n").notes)
-    # A pendulum has no spin to lose, and without weight no axis sinks.
-    for still in (f"spin: 0, tilt: 1, {DISC}, lambda1: 1.1e-3", f"spin: 100, gravity: 0, {DISC}"):
-        assert not any("friction" in note for note in precess(f"top: {{{still}}}\n").notes)
-
-
 def test_no_spin_leaves_the_gyroscopic_rate_null_where_something_else_can_be_told() -> None:
     found = top(f"spin: 0, tilt: 1, {DISC}, lambda1: 1.1e-3")
     assert found["gyroscopic_rate"] is None

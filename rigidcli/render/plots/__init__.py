@@ -62,7 +62,7 @@ def inline_picture(report: Report, prefix: str) -> str:
     """The picture of a report as an element of HTML; all names in it begin with the prefix, if it has one."""
     from rigidcli.render.plots.inline import inline
 
-    return inline(_drawn(report, "svg"), f"{report.name}: {report.pictures[0].title}", prefix)
+    return inline(_drawn(report, "svg"), report.about(report.pictures[0].title), prefix)
 
 
 def chart(report: Report, width: int | None) -> str:

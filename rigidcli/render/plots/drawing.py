@@ -88,7 +88,7 @@ def drawn(report: Report, ending: str) -> bytes:
     with mpl.rc_context():
         mpl.rcdefaults()
         mpl.rcParams.update(SETTINGS)
-        figure = figure_of(picture, report.name)
+        figure = figure_of(picture, report.about(picture.title))
         figure.savefig(file, format=ending, dpi=DENSITY, metadata=METADATA[ending])
     return _shortened(file.getvalue()) if ending == "svg" else file.getvalue()
 
@@ -98,15 +98,15 @@ def _shortened(svg: bytes) -> bytes:
     return re.sub(rb' d="[^"]*"', lambda path: re.sub(rb"(\.[0-9]{2})[0-9]+", rb"\1", path[0]), svg)
 
 
-def figure_of(picture: Picture, name: str) -> Figure:
-    """The picture as a figure of matplotlib; `name` is that of the document."""
+def figure_of(picture: Picture, title: str) -> Figure:
+    """The picture as a figure of matplotlib, with its title above."""
     columns = picture.columns
     rows = -(-len(picture.panels) // columns)
     solid = len(picture.panels[0].rulers) == 3
     width = SIZE[0] * (1 if columns == 1 else 0.62 * columns)
     height = 5.2 if solid else SIZE[1] * (1 if rows == 1 else 0.55 * rows) * (1 if columns == 1 else 1.15)
     figure = Figure(figsize=(width, height), layout="constrained")
-    figure.suptitle(f"{name}: {picture.title}", fontsize=10, parse_math=False, wrap=True)
+    figure.suptitle(title, fontsize=10, parse_math=False, wrap=True)
     for place, panel in enumerate(picture.panels, start=1):
         projection = "3d" if solid else None
         axes = figure.add_subplot(rows, columns, place, projection=projection)

@@ -178,7 +178,7 @@ def _stability(motion: Trajectory) -> tuple[Table, Table]:
         replace(whole[0], values=axes, hidden=False),
         replace(whole[1], values=[moments[k] for k in shown], hidden=False),
         replace(whole[2], values=stable, hidden=False),
-        replace(whole[3], values=[per_spin[k] for k in shown], hidden=False),
+        replace(whole[3], values=[per_spin[k] for k in shown]),
         replace(whole[4], values=[rates[k] for k in shown], hidden=False),
     )
     title = "rotation about the principal axes, when left alone"

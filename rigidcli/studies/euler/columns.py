@@ -12,7 +12,7 @@ from rigidcli.studies.common import noise
 from rigidcli.studies.euler.trajectory import Trajectory
 from rigidcli.studies.results import RESULTS
 
-HIDDEN = ("trajectory.angular_momentum", "trajectory.angular_momentum_space")
+HIDDEN = ("trajectory.angular_momentum", "trajectory.orientation", "trajectory.angular_momentum_space")
 """The quantities that people are not shown, unless they ask for them."""
 
 QUANTITIES = tuple(
@@ -51,12 +51,9 @@ def trajectory_table(motion: Trajectory) -> Table:
     error = noise(motion.trusted_digits)
 
     def filled(column: Column) -> Column:
-        # People see the angles instead of the quaternion.
-        is_hidden = column.key == "orientation" and "angles" in values
         return replace(
             column,
             values=values[column.key],
-            hidden=column.hidden or is_hidden,
             noise=NOISE if column.key == "t" else error,
         )
 

@@ -64,11 +64,15 @@ def run(
         *_expressions("velocity_solutions", derivation.velocity_names, derivation.velocities),
         _expression("hamiltonian", derivation.hamiltonian),
         *_expressions("equations", phase.names, derivation.equations, dots),
-        *linear_equations.fields(document, derivation),
+        *(
+            # The modes of small oscillations have the same frequencies.
+            replace(entry, diagnostic=entry.diagnostic or found.oscillations is not None)
+            for entry in linear_equations.fields(document, derivation)
+        ),
         told("hamilton", "cyclic", list(cyclic), words=", ".join(cyclic) or "none"),
         told("hamilton", "conserved", conserved, words=", ".join(conserved) or "nothing found"),
         told("hamilton", "explicit_time", derivation.explicit_time),
-        _expression("dH_dt", derivation.energy_rate),
+        _energy_rate(derivation),
         told("hamilton", "natural", system.natural, words=natural),
         Field("natural_reason", system.reason),
         *lagrange.fields(derivation),
@@ -129,6 +133,12 @@ def _expressions(
         )
         for name, e, title in zip(names, values, titles or [""] * len(names), strict=True)
     ]
+
+
+def _energy_rate(derivation: Derivation) -> Field:
+    """dH/dt, which people are not shown where it is zero: H is then among what is conserved."""
+    rate = derivation.energy_rate
+    return replace(_expression("dH_dt", rate), diagnostic=rate is not None and rate.is_zero)
 
 
 def _is_energy(derivation: Derivation) -> Field:

@@ -50,8 +50,8 @@ def fields(document: Document, derivation: Derivation) -> list[Field]:
     title = f"A of z' = A z{shift}, z = ({', '.join(names)})"
     is_small = len(names) <= MOST_COLUMNS
     told_so_far = [
-        Field("matrix", np.array(matrix, dtype=object), title if is_small else "", "A"),
-        Field("offset", np.array(offset, dtype=object), "b" if shift and is_small else "", r"\mathbf{b}"),
+        told("hamilton", "matrix", np.array(matrix, dtype=object), title=title if is_small else ""),
+        told("hamilton", "offset", np.array(offset, dtype=object), title="b" if shift and is_small else ""),
     ]
     spectrum = _spectrum(matrix, offset, document)
     if spectrum is None:

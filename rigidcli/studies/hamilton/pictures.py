@@ -1,9 +1,9 @@
-"""The pictures of `hamilton`: phase portraits, coordinates in time, modes, and the spectrum."""
+"""The pictures of `hamilton`: paths, phase portraits, coordinates in time, modes, and the spectrum."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from rigidcli.language.latex_names import latex_name
 from rigidcli.picture import Mark, Panel, Picture, Ruler
 from rigidcli.report import Field
 from rigidcli.studies.hamilton.equations_of_motion import columns, flow_of_terms
+from rigidcli.studies.hamilton.scene import path_names, positions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -48,6 +49,28 @@ class Findings:
     orbit: OrbitSolution | None
     oscillations: Oscillations | None
     fields: Sequence[Field]
+
+
+def path(found: Findings) -> Picture:
+    """The paths of the particles, in the plane if they stay in one."""
+    places = positions(found.document, _required(found.orbit))
+    if places is None:
+        raise UsageError("it is drawn where `particles` have positions, and for the coordinates r and phi")
+    extent = np.ptp(places.reshape(-1, 3), axis=0)
+    if np.count_nonzero(extent) < 2:
+        raise UsageError("it is drawn for motion that is not along a line")
+    # A plane through the origin: the coordinate that changes least is left out where it stays at zero.
+    still = int(np.argmin(extent + np.abs(places).max(axis=(0, 1))))
+    shown = [axis for axis in range(3) if axis != still or extent[still] > 0]
+    names = path_names(places.shape[1])
+    marks = [Mark("dots", np.zeros((1, len(shown))), "origin", quiet=True)]
+    for index, name in enumerate(names):
+        line = places[:, index, shown]
+        form: Literal["line", "dots"] = "dots" if len(shown) == 2 and _is_coarse(line) else "line"
+        marks += [Mark(form, line, name, style=index), Mark("dots", line[:1], style=index)]
+    rulers = tuple(Ruler("xyz"[axis], "xyz"[axis], "m") for axis in shown)
+    title = "path of the orbit" if len(names) == 1 else "paths of the particles"
+    return Picture("path", title, (Panel(rulers, tuple(marks), is_even=True),))
 
 
 def phase(found: Findings) -> Picture:

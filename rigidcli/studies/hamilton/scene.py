@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import combinations
 
 import numpy as np
@@ -62,11 +62,30 @@ def _readings(names: tuple[str, ...], table: Table) -> Table:
 
 def _particles(document: Document, orbit: OrbitSolution) -> Iterator[Stage]:
     """The particles in space, with their paths, and rods where distances do not change."""
+    places = positions(document, orbit)
+    if places is None:
+        return
+    count = places.shape[1]
+    parts = [Part(Mark("line", rod, quiet=True), "sampled", group="rods") for rod in _rods(places)]
+    for index, label in enumerate(path_names(count)):
+        parts.append(Part(Mark("line", places[:, index], label, style=index), "traced"))
+        parts.append(Part(Mark("dots", places[:, index : index + 1], style=index), "sampled"))
+    if count > MOST_TRACED:
+        parts.append(Part(Mark("dots", places[:, MOST_TRACED:], "further particles", style=5), "sampled"))
+    parts.append(Part(Mark("dots", np.zeros((1, 3)), "origin", quiet=True)))
+    yield Stage("the particles", tuple(parts), not places[:, :, 2].any())
+
+
+def positions(document: Document, orbit: OrbitSolution) -> Floats | None:
+    """The particles of the system along its orbit (n, k, 3); None where no positions are given.
+
+    Without particles it is the one of the polar coordinates r and phi, if these are the coordinates.
+    """
     system = document.system
     assert system is not None
     placed = [one.position for one in system.particles or () if one.position is not None]
     if not placed:
-        return
+        return _polar(system.coordinates, orbit.coordinates)
     parameters = {name: float(value) for name, value in document.values.items()}
     expressions = [path for position in placed for path in position]
     flow = code.function(expressions, [TIME, *system.coordinates], parameters)
@@ -75,16 +94,21 @@ def _particles(document: Document, orbit: OrbitSolution) -> Iterator[Stage]:
     for index, position in enumerate(placed):
         for axis in range(len(position)):
             places[:, index, axis] = next(rows)
-    parts = [Part(Mark("line", rod, quiet=True), "sampled", group="rods") for rod in _rods(places)]
-    for index in range(min(len(placed), MOST_TRACED)):
-        label = "path" if len(placed) == 1 else f"path of particle {index + 1}"
-        parts.append(Part(Mark("line", places[:, index], label, style=index), "traced"))
-        parts.append(Part(Mark("dots", places[:, index : index + 1], style=index), "sampled"))
-    if len(placed) > MOST_TRACED:
-        parts.append(Part(Mark("dots", places[:, MOST_TRACED:], "further particles", style=5), "sampled"))
-    parts.append(Part(Mark("dots", np.zeros((1, 3)), "origin", quiet=True)))
-    is_flat = max(map(len, placed)) < 3
-    yield Stage("the particles", tuple(parts), is_flat)
+    return places
+
+
+def _polar(names: Sequence[str], values: Floats) -> Floats | None:
+    """The place in the plane (n, 1, 3) of polar coordinates (n, 2); None for other coordinates."""
+    angle = next((name for name in ("phi", "varphi", "theta") if {*names} == {"r", name}), None)
+    if angle is None:
+        return None
+    r, phi = values[:, names.index("r")], values[:, names.index(angle)]
+    return np.stack([r * np.cos(phi), r * np.sin(phi), np.zeros_like(r)], axis=-1)[:, None]
+
+
+def path_names(count: int) -> list[str]:
+    """What the paths of so many particles are called, as far as they are drawn."""
+    return ["path"] if count == 1 else [f"path of particle {k + 1}" for k in range(min(count, MOST_TRACED))]
 
 
 def _rods(places: Floats) -> Iterator[Floats]:
