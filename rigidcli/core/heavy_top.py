@@ -72,7 +72,8 @@ class HeavyMotion:
 
     def rounding(self, times: Floats) -> float:
         """What the rounding of the phases turns the body by (rad) at the last of the `times` (n, s)."""
-        growth = self.rate + abs(self.total.mean) + abs(self.difference.mean)
+        phases = self.total, self.difference
+        growth = self.rate + sum(abs(phase.mean) + abs(phase.turn) * self.rate / 2 for phase in phases)
         return EPS * growth * self.unit * float(np.abs(times).max())
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
