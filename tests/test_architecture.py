@@ -35,7 +35,7 @@ MOST_LINES = {
     "algebra": 3500,
     "bodies": 7500,
     "cli": 2100,
-    "core": 4050,
+    "core": 4047,
     "document": 3420,
     "fields": 1760,
     "check": 8520,

@@ -39,7 +39,9 @@ PASSING = 1e-3
 class Phase:
     """An angle (rad): `mean` t plus `swing` S(v), where S is an integral with parameter `n`.
 
-    S is `elliptic.growth`, or `elliptic.lag` with 1 - n = `rest`, less its mean growth `growth` v.
+    S is `elliptic.growth`, or `elliptic.lag` with 1 - n = `rest`, less its mean growth `growth` v. Where
+    `turn` is not zero, the angle has besides a whole turn in each half nutation, which `mean` leaves out:
+    it grows as `turn` v within one, and half of it is the change of sign from one to the next.
     """
 
     mean: float
@@ -47,6 +49,7 @@ class Phase:
     n: float = 0.0
     rest: float = 1.0
     growth: float = 0.0
+    turn: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,11 +71,9 @@ class HeavyMotion:
     leads: tuple[complex, complex] = (1, 1)
 
     def rounding(self, times: Floats) -> float:
-        """What the rounding of the phases turns the body by (rad) at the last of the `times` (n, s).
-
-        Where the axis swings by the vertical, phi and psi jump, and their mean growth is rounded for nothing.
-        """
-        growth = self.rate + abs(self.total.mean) + abs(self.difference.mean)
+        """What the rounding of the phases turns the body by (rad) at the last of the `times` (n, s)."""
+        phases = self.total, self.difference
+        growth = self.rate + sum(abs(phase.mean) + abs(phase.turn) * self.rate / 2 for phase in phases)
         return EPS * growth * self.unit * float(np.abs(times).max())
 
     def at(self, times: Floats) -> tuple[Floats, Floats]:
@@ -101,7 +102,8 @@ class HeavyMotion:
             v = v - halves * 2 * quarter
         sn, cn, dn = jacobi(v, limits.complement)
         cn = np.abs(cn)  # rounding may put v beyond a quarter period, where the integrals do not go
-        total, difference = self.total.mean * times, self.difference.mean * times
+        total = self.total.mean * times + self.total.turn * v
+        difference = self.difference.mean * times + self.difference.turn * v
         if self.total.swing:
             integral = growth(self.total.n, self.k, limits.complement, sn, cn, dn)
             total = total + self.total.swing * (integral - self.total.growth * v)
@@ -114,6 +116,8 @@ class HeavyMotion:
         low = math.sqrt(limits.up[0] / limits.up[1]) if limits.up[1] else 0.0
         near = math.sqrt(limits.down[1] / limits.down[0]) if limits.down[0] else 0.0
         rising, falling = np.hypot(sn, low * cn) if low else sn, np.hypot(cn, near * sn) if near else cn
+        rising = sign * rising if self.total.turn else rising
+        falling = sign * falling if self.difference.turn else falling
         across = self._across(rising, falling, sn, cn, dn) * np.exp(0.5j * (total - difference))
         cosine = math.sqrt(limits.up[1] / 2) * rising * np.exp(0.5j * total)
         sine = math.sqrt(limits.down[0] / 2) * falling * np.exp(0.5j * difference)
@@ -183,12 +187,14 @@ def _first_argument(limits: Swing, slope: float) -> float:
 
 def _total(own: float, limits: Swing, rate: float) -> Phase:
     """phi + psi, which grows at the rate own + (b + a)/(1 + u), where 1 + u = (1 + u1)(1 + n sn^2)."""
-    pole, (first, last) = limits.poles[1], limits.up
+    pole, (first, last), beyond = limits.poles[1], limits.up, limits.third + 2 * limits.beta
     if not pole:
         return Phase(own)
     n = limits.width / first
     mean = float(complete(limits.complement, last / first, 1.0, 0.0)) / limits.quarter
-    return Phase(own + pole * (1 + n * mean) / last, pole * n / (last * rate), n, growth=mean)
+    phase = Phase(own + pole * (1 + n * mean) / last, pole * n / (last * rate), n, growth=mean)
+    weight = limits.beta / beyond, 0.0
+    return _less_turns(phase, own, pole, limits, limits.gap / beyond, weight)
 
 
 def _difference(own: float, limits: Swing, rate: float) -> Phase:
@@ -198,7 +204,26 @@ def _difference(own: float, limits: Swing, rate: float) -> Phase:
         return Phase(own)
     n, rest = limits.width / first, last / first
     mean = n * float(complete(limits.complement, rest, 0.0, 1.0)) / limits.quarter
-    return Phase(own + pole * (1 + mean) / first, pole / (first * rate), n, rest, mean)
+    phase = Phase(own + pole * (1 + mean) / first, pole / (first * rate), n, rest, mean)
+    weight = 0.0, -limits.beta / limits.rise
+    return _less_turns(phase, own, pole, limits, limits.third / limits.rise, weight)
+
+
+def _less_turns(
+    phase: Phase, own: float, pole: float, limits: Swing, p: float, weight: tuple[float, float]
+) -> Phase:
+    """The phase without the turn in each half nutation, where its mean rate is smaller then.
+
+    The angle of an axis that swings close by the vertical jumps there by almost a turn, which would be
+    rounded each time. What is left of it is another complete integral, with the parameter `p` and these
+    weights of cos^2 and sin^2, by the sums of two integrals of the third kind in DLMF 19.7.8 and 19.7.9.
+    """
+    if not (limits.width and limits.gap and p):
+        return phase
+    mean = own + pole * float(complete(limits.complement, p, *weight)) / limits.quarter
+    if abs(phase.mean) <= abs(mean):
+        return phase
+    return replace(phase, mean=mean, turn=math.copysign(math.pi / limits.quarter, pole))
 
 
 def _leads(motion: HeavyMotion, omega: Floats, orientation: Floats) -> tuple[complex, complex]:

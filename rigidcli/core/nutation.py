@@ -56,6 +56,7 @@ class Swing:
     up: tuple[float, float]
     turning: tuple[float, float]
     poles: tuple[float, float]
+    beta: float
     third: float
     gap: float
     rise: float
@@ -89,7 +90,7 @@ def swing(start: Start, slack: float = 0.0) -> Swing:
     if c0 == 0 and abs(c1) <= slack * sum(map(abs, terms)):
         both = (start.turning, start.turning)
         rise = -c2 if c2 < 0 else 1.0  # of an unstable top nothing moves, in any unit
-        return Swing((0.0, 0.0), (down, down), (up, up), both, poles, rise, rise, rise)
+        return Swing((0.0, 0.0), (down, down), (up, up), both, poles, beta, rise, rise, rise)
     low, high = _turning_points(c0, c1, c2, beta, -up)
     farthest = down - low
     # The roots 1 - u2 and 1 - u3 obey beta v^2 - m v = (b - a)^2/(1 - u1), and m by Vieta has two forms. Of
@@ -116,6 +117,7 @@ def swing(start: Start, slack: float = 0.0) -> Swing:
             _better((start.turning, -a * high), (poles[0], a * nearest)),
         ),
         (pole if nearest else 0.0, poles[1] if bottom else 0.0),
+        beta,
         third,
         gap,
         gap + beta * (high - low),

@@ -45,7 +45,7 @@ MOST_NUMBERS = 200_000_000
 MOST_STEPS = 1_000_000
 """The most steps of a solution: in Python they take half a minute."""
 
-PATIENCE = 1 << 15
+PATIENCE = 1 << 13
 """Steps after which, and after each power of two beyond, it is asked whether the end can be reached."""
 
 FASTER = 1.001

@@ -134,11 +134,6 @@ def test_a_fast_top_keeps_the_digits_of_its_small_nutation(spin: float, precessi
     assert found.kind == ("cuspidal" if precession == 0 else "wavy" if ahead * spin > 0 else "looping")
 
 
-def test_a_tiny_push_of_a_fast_top() -> None:
-    start = (1.0, 0.5, 1e6, 0.7, 6e-6, 1e-9, 3.0)
-    require_nutation(nutation(*start), start, 120)
-
-
 @pytest.mark.parametrize("branch", ["slow", "fast"])
 @pytest.mark.parametrize(
     ("spin", "tilt"), [(9.0, 0.4), (-9.0, 0.4), (9.0, 2.0), (0.0, 2.0), (3.0, math.pi / 2)]
@@ -160,34 +155,9 @@ def test_the_rates_of_steady_precession_are_steady(branch: str, spin: float, til
     require_nutation(nearer, start, 120)
 
 
-def test_the_least_spin_is_steady_too() -> None:
-    least = steady(1.3, 0.8, 1.0, 0.4, 2.0, FLOAT).minimum_spin
-    assert least is not None
-    rate = steady(1.3, 0.8, least, 0.4, 2.0, FLOAT).slow
-    assert rate is not None
-    assert nutation(1.3, 0.8, least, 0.4, rate, 0.0, 2.0).kind == "steady"
-
-
 def test_a_cusp_and_its_neighbours() -> None:
     kinds = [nutation(1.0, 0.5, 50.0, 0.5, rate, 0.0, 1.0).kind for rate in (-1e-9, -1e-15, 0, 1e-15, 1e-9)]
     assert kinds == ["looping", "cuspidal", "cuspidal", "cuspidal", "wavy"]
-
-
-def test_a_cusp_is_reached_from_elsewhere() -> None:
-    # Pushed so that phi-dot vanishes where theta-dot does: start on the way of a top let go at 0.5.
-    lambda3, spin, weight, tilt = 0.5, 20.0, 1.0, 0.505
-    with mpmath.workdps(40):
-        u, top_u = mpmath.cos(mpmath.mpf(tilt)), mpmath.cos(mpmath.mpf(0.5))
-        square = 1 - u * u
-        precession = lambda3 * spin * (top_u - u) / square
-        rate = mpmath.sqrt(2 * weight * (top_u - u) - precession**2 * square)
-    found = nutation(1.0, lambda3, spin, tilt, float(precession), float(rate), weight)
-    assert found.kind in ("cuspidal", "looping", "wavy")
-    assert found.theta_min == pytest.approx(0.5, rel=1e-12)
-    assert found.phi_dot_at_theta_min == pytest.approx(0, abs=1e-12)
-    let_go = nutation(1.0, lambda3, spin, 0.5, 0.0, 0.0, weight)
-    assert found.theta_max == pytest.approx(let_go.theta_max, rel=1e-13)
-    assert found.period == pytest.approx(let_go.period, rel=1e-12)
 
 
 # --- through the vertical
@@ -286,22 +256,8 @@ def test_a_stable_top_near_the_vertical(tilt: float) -> None:
 def test_an_unstable_top_near_the_vertical(tilt: float, push: float, precession: float) -> None:
     start = (1.0, 0.5, 1.0, tilt, precession, push * tilt, 1.0)
     found = nutation(*start)
-    with mpmath.workdps(500):
-        # In v = 1 - u = y tilt^2: v-dot^2 = v (2 - v)(E + 2 v) - (T + a v)^2.
-        square = mpmath.mpf(tilt) ** 2
-        v0, a = 1 - mpmath.cos(mpmath.mpf(tilt)), mpmath.mpf(1) / 2
-        sine = mpmath.sin(mpmath.mpf(tilt)) ** 2
-        energy = mpmath.mpf(start[5]) ** 2 + mpmath.mpf(precession) ** 2 * sine - 2 * v0
-        turning = mpmath.mpf(precession) * sine - a * v0
-        cubic = [-2, 4 - energy - a * a, 2 * energy - 2 * turning * a, -(turning**2)]
-        scaled = [c * square ** (3 - k - 2) for k, c in enumerate(cubic)]
-        roots = mpmath.polyroots(scaled, maxsteps=5000, extraprec=1500)
-        v3, v2, v1 = sorted(mpmath.re(root) * square for root in roots)
-        period = 4 * mpmath.ellipk((v1 - v2) / (v1 - v3)) / mpmath.sqrt(2 * (v1 - v3))
-        theta_min, theta_max = (2 * mpmath.asin(mpmath.sqrt(v / 2)) for v in (v2, v1))
-    assert found.period == pytest.approx(float(period), rel=1e-14)
-    assert found.theta_min == pytest.approx(float(theta_min), rel=1e-14)
-    assert found.theta_max == pytest.approx(float(theta_max), rel=1e-14)
+    digits = 60 + 6 * round(-math.log10(tilt))
+    require_nutation(found, start, digits)
 
 
 @pytest.mark.parametrize(
@@ -353,56 +309,3 @@ def test_the_equations_of_motion_have_this_period_and_precession(start: Start) -
 
 
 # --- laws of nutation
-
-
-@few
-@given(starts())
-def test_a_mirror_turns_nutation_over(start: Start) -> None:
-    lambda1, lambda3, spin, tilt, precession, rate, weight = start
-    one, two = nutation(*start), nutation(lambda1, lambda3, -spin, tilt, -precession, -rate, weight)
-    assert (one.theta_min, one.theta_max, one.period, one.kind) == (
-        two.theta_min,
-        two.theta_max,
-        two.period,
-        two.kind,
-    )
-    for name in ("phi_dot_at_theta_min", "phi_dot_at_theta_max", "precession_per_nutation", "mean_rate"):
-        a, b = getattr(one, name), getattr(two, name)
-        assert b == (None if a is None else -a)
-
-
-@few
-@given(starts(), st.integers(-300, 300), st.integers(-40, 40))
-def test_units_do_not_matter_to_nutation(start: Start, mass: int, time: int) -> None:
-    lambda1, lambda3, spin, tilt, precession, rate, weight = start
-    m, w = 2.0**mass, 2.0**time
-    one = nutation(*start)
-    two = nutation(lambda1 * m, lambda3 * m, spin * w, tilt, precession * w, rate * w, weight * m * w * w)
-    assert two.kind == one.kind
-    for name, scale in {
-        "theta_min": 1,
-        "theta_max": 1,
-        "amplitude": 1,
-        "period": 1 / w,
-        "mean_rate": w,
-    }.items():
-        a, b = getattr(one, name), getattr(two, name)
-        assert b == (None if a is None else pytest.approx(a * scale, rel=1e-15))
-
-
-@fewest
-@given(starts(), st.floats(0, 1))
-def test_the_nutation_is_the_same_from_any_point_of_the_way(start: Start, part: float) -> None:
-    found = nutation(*start)
-    assume(found.period is not None and found.kind not in ("steady", "none"))
-    assert found.period is not None
-    lambda1, lambda3, spin, tilt, *_, weight = start
-    fastest = max(abs(spin) * lambda3 / lambda1, abs(start[4]), abs(start[5]), math.sqrt(weight / lambda1))
-    assume(fastest * found.period < 60 and tilt > 0.01)
-    theta, _, phi_dot, theta_dot = moved(start, part * found.period)
-    assume(math.sin(theta) > 0.01)
-    again = nutation(lambda1, lambda3, spin, theta, phi_dot, theta_dot, weight)
-    assume(again.kind not in ("steady", "none") and min(found.theta_min, math.pi - found.theta_max) > 1e-3)
-    assert again.theta_min == pytest.approx(found.theta_min, abs=1e-11)
-    assert again.theta_max == pytest.approx(found.theta_max, abs=1e-11)
-    assert again.period == pytest.approx(found.period, rel=1e-10)

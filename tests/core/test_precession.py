@@ -92,37 +92,6 @@ def test_euler_angles_at_these_rates_are_the_motion(
         assert math.remainder(seen, 2 * math.pi) == pytest.approx(0, abs=1e-14)
 
 
-@many
-@given(MOMENTS, MOMENTS, st.floats(0.01, 9), st.floats(0, 9))
-def test_a_mirror_turns_free_precession_over(
-    lambda1: float, lambda3: float, along: float, across: float
-) -> None:
-    one, two = free(lambda1, lambda3, along, across, FLOAT), free(lambda1, lambda3, -along, across, FLOAT)
-    assert (two.body_rate, two.spin_rate, two.space_rate) == (-one.body_rate, -one.spin_rate, one.space_rate)
-    assert (two.body_period, two.wobble_to_spin_ratio) == (one.body_period, one.wobble_to_spin_ratio)
-    assert two.space_cone_angle == one.space_cone_angle
-    assert one.body_cone_angle is not None
-    assert two.body_cone_angle == pytest.approx(math.pi - one.body_cone_angle, rel=1e-15)
-
-
-@many
-@given(MOMENTS, MOMENTS, st.floats(-9, 9), st.floats(0.01, 9), st.integers(-900, 900), st.integers(-900, 900))
-def test_units_do_not_matter(
-    lambda1: float, lambda3: float, along: float, across: float, mass: int, time: int
-) -> None:
-    assume(along == 0 or abs(along) > 1e-6)
-    m, w = 2.0**mass, 2.0**time
-    one = free(lambda1, lambda3, along, across, FLOAT)
-    two = free(lambda1 * m, lambda3 * m, along * w, across * w, FLOAT)
-    assert two.space_rate == one.space_rate * w
-    assert (two.body_cone_angle, two.space_cone_angle, two.axis_angle, two.wobble_to_spin_ratio) == (
-        one.body_cone_angle,
-        one.space_cone_angle,
-        one.axis_angle,
-        one.wobble_to_spin_ratio,
-    )
-
-
 def test_what_there_is_not_is_none() -> None:
     assert free(1.0, 2.0, 0.0, 0.0, FLOAT) == Free(0, None, 0, None, 0, None, None, None, None)
     sphere = free(1.0, 1.0, 3.0, 4.0, FLOAT)
