@@ -11,7 +11,7 @@ from typing import Any
 from rigidcli.check.answers import as_typed, folded, read_answers
 from rigidcli.check.base import Finding, Kind, Outcome, Tree, Unreadable, earning, review
 from rigidcli.check.files import beside, is_contested, read_file, safe_name
-from rigidcli.check.records import MISSING, Judged, Sheet, judged
+from rigidcli.check.records import MISSING, Judged, Judgement, judged
 from rigidcli.errors import nearest, shortened, shown
 from rigidcli.sandbox import ForbiddenError, LateError, timed
 
@@ -52,7 +52,7 @@ class Item:
     changes: tuple[tuple[str, Any], ...] = ()
 
 
-def judge(text: str, path: Path, items: Mapping[str, Item]) -> Sheet:
+def judge(text: str, path: Path, items: Mapping[str, Item]) -> Judgement:
     """Judge the text of the answer file at `path`; files that it names are looked for beside it."""
     try:
         answers, notes = read_answers(text, items)
@@ -78,12 +78,12 @@ def judge(text: str, path: Path, items: Mapping[str, Item]) -> Sheet:
         questions.append(
             judged(id, item.title, item.points, found, typed, shortened(read_as, LONGEST_ANSWER))
         )
-    return Sheet(tuple(questions), (*notes, *_strangers(answers, items)), tuple(sorted(files)))
+    return Judgement("", "", tuple(questions), (*notes, *_strangers(answers, items)), tuple(sorted(files)))
 
 
-def same_for_all(items: Mapping[str, Item], found: Outcome) -> Sheet:
+def same_for_all(items: Mapping[str, Item], found: Outcome) -> Judgement:
     """A hand-in whose questions are not judged one by one."""
-    return Sheet(tuple(judged(id, item.title, item.points, found) for id, item in items.items()))
+    return Judgement("", "", tuple(judged(id, item.title, item.points, found) for id, item in items.items()))
 
 
 def _strangers(answers: Iterable[str], items: Mapping[str, Item]) -> Iterator[str]:

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rigidcli.check.base import Finding, Outcome, Unreadable, correct, earning
 from rigidcli.check.judge import Accepted, Item, judge
 from rigidcli.check.kinds import KINDS
-from rigidcli.check.records import Judged, Judgement, Sheet, sentence
+from rigidcli.check.records import Judged, Judgement, sentence
 from rigidcli.sandbox import ForbiddenError
 from tests.check.standins import Same, mark
 
@@ -157,8 +157,8 @@ QUESTIONS = st.builds(
 @given(st.lists(QUESTIONS, max_size=5).map(tuple))
 @settings(max_examples=100, deadline=None)
 def test_what_goes_through_a_pipe_comes_out_the_same(questions: tuple[Judged, ...]) -> None:
-    sheet = Sheet(questions, ("a note",), ("a file",))
-    assert Sheet.from_bytes(sheet.to_bytes()) == sheet
+    sheet = Judgement("ada", "ada.yaml", questions, ("a note",), ("a file",))
+    assert Judgement.from_bytes(sheet.to_bytes()) == sheet
 
 
 def test_scores_add_up_and_are_rounded_as_a_gradebook_has_them() -> None:
