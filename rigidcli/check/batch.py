@@ -11,7 +11,7 @@ from typing import TypeAlias
 
 from rigidcli.check.base import Outcome, Unreadable
 from rigidcli.check.files import read_file, safe_name
-from rigidcli.check.judge import Item, judge, same_for_all
+from rigidcli.check.judge import Item, Seen, judge, same_for_all
 from rigidcli.check.records import Judgement
 from rigidcli.check.roster import Paper
 from rigidcli.check.workers import Ended, each
@@ -34,7 +34,7 @@ def run(
     """
     files = [paper.file for paper in papers if paper.file is not None and paper.outcome is None]
     _warm_up(items)
-    results = each(partial(judge_file, dict(items)), files, jobs or usable_cores(), limits, progress)
+    results = each(partial(judge_file, dict(items), {}), files, jobs or usable_cores(), limits, progress)
     for paper in papers:
         result = paper.outcome or next(results)
         if isinstance(result, Ended):
@@ -43,10 +43,10 @@ def run(
         yield replace(found, student=safe_name(paper.student), source=paper.source)
 
 
-def judge_file(items: Mapping[str, Item], path: Path) -> bytes:
+def judge_file(items: Mapping[str, Item], seen: Seen, path: Path) -> bytes:
     """The judgement of the answer file at `path`, whose student is known elsewhere."""
     try:
-        return judge(read_file(path), path, items).to_bytes()
+        return judge(read_file(path), path, items, seen).to_bytes()
     except Unreadable as unreadable:
         return same_for_all(items, unreadable.outcome).to_bytes()
 

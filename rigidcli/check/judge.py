@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from rigidcli.check.answers import as_typed, folded, read_answers
 from rigidcli.check.base import Finding, Kind, Outcome, Tree, Unreadable, earning, review
@@ -23,6 +23,9 @@ MOST_STRANGERS = 5
 
 LONGEST_ANSWER = 2000
 """Characters of an answer that reports repeat."""
+
+MOST_SEEN = 5000
+"""Judged answers that are kept: with texts of 2,000 characters they take some 30 MB."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,8 +55,16 @@ class Item:
     changes: tuple[tuple[str, Any], ...] = ()
 
 
-def judge(text: str, path: Path, items: Mapping[str, Item]) -> Judgement:
-    """Judge the text of the answer file at `path`; files that it names are looked for beside it."""
+Seen: TypeAlias = dict[tuple[str, str], Judged]
+"""Questions with answers that were judged before, for the many who answer alike."""
+
+
+def judge(text: str, path: Path, items: Mapping[str, Item], seen: Seen | None = None) -> Judgement:
+    """Judge the text of the answer file at `path`; files that it names are looked for beside it.
+
+    What is `seen` is not judged again: the outcome follows from the question and the answer alone.
+    """
+    seen = {} if seen is None else seen
     try:
         answers, notes = read_answers(text, items)
     except Unreadable as unreadable:
@@ -67,6 +78,10 @@ def judge(text: str, path: Path, items: Mapping[str, Item]) -> Judgement:
         answer = answers[names[0]] if names else None
         if len(names) > 1:
             answer = Unreadable("duplicate_key")
+        asked = id, repr(answer)
+        if asked in seen:
+            questions.append(seen[asked])
+            continue
         found, read_as = outcome(item, answer, path)
         if item.kind.name == "trajectory" and isinstance(answer, dict) and "file" in answer:
             with suppress(Unreadable):
@@ -78,6 +93,10 @@ def judge(text: str, path: Path, items: Mapping[str, Item]) -> Judgement:
         questions.append(
             judged(id, item.title, item.points, found, typed, shortened(read_as, LONGEST_ANSWER))
         )
+        # A table lies beside one file only, and what cannot be read may be so for want of time or memory.
+        is_lasting = item.kind.name != "trajectory" and found.verdict != "invalid"
+        if is_lasting and len(asked[1]) <= LONGEST_ANSWER and len(seen) < MOST_SEEN:
+            seen[asked] = questions[-1]
     return Judgement("", "", tuple(questions), (*notes, *_strangers(answers, items)), tuple(sorted(files)))
 
 
