@@ -195,7 +195,7 @@ def are_bare(entries: Sequence[Entry]) -> bool:
 
 def listed(names: Sequence[str]) -> str:
     """Places in a message: the first few, and how many more."""
-    names = list(dict.fromkeys(names))
+    names = sorted(set(names), key=lambda name: (len(name), name))
     more = f" and {len(names) - MOST_PLACES} more" if len(names) > MOST_PLACES else ""
     return ("; " if "," in names[0] else ", ").join(names[:MOST_PLACES]) + more
 

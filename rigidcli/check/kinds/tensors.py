@@ -25,7 +25,6 @@ from rigidcli.check.kinds.arrays import (
     compared,
     listed,
     rows,
-    settled,
 )
 from rigidcli.core.arithmetic import Array
 from rigidcli.core.tensor import point_tensor, rotate
@@ -135,27 +134,22 @@ class Moments(Arrays):
         return len(shape) == 1 and shape[0] <= 2 * key.entries.size
 
     def judge(self, key: Key, value: Sequence[Entry]) -> Outcome:
-        """The outcome of a list of moments: first without their order."""
+        """The outcome of a list of moments, put into the order of the key: what is left over by its size."""
         right, zero = key.right, key.ruler.are_zero(key.right)
-        same = [[key.ruler.same(entry, each) for each in right] for entry in value]
-        places = matched(same)
-        wrong = [k for k, place in enumerate(places) if place is None]
-        opens = [next((each for each in same[k] if isinstance(each, str)), False) for k in wrong]
-        surplus = len(value) - len(right)
-        if not surplus and False not in opens:
-            in_order = key.question.order == "free" or False not in compared(key, value).values()
-            return settled(key, value, opens) if in_order else earning(0.0, Finding("wrong_order"))
-        count = len(value) - len(wrong)
-        if not all(zero) and all(place is None or zero[place] for place in places):
-            count = 0  # where only zeros are right, nothing is
-        if surplus:
-            said = [Finding("wrong_shape", detail=f"read {len(value)}, expected {len(right)}")]
-        else:
-            # Those of one rank are beside each other, as a factor would leave them.
-            ranks = zip(_ranks(key.ruler, value), right, strict=True)
-            triples = [(f"moment {k + 1}", value[k], each) for k, each in ranks]
-            said = self.said(key, triples, [f"moment {k + 1}" for k in wrong], partly=count > 0)
-        return earning((count - max(0, surplus)) / len(right), *said)
+        places = matched([[key.ruler.same(entry, each) for each in right] for entry in value])
+        taken = {place: k for k, place in enumerate(places) if place is not None}
+        if surplus := len(value) - len(right):
+            # Where only zeros are right, nothing is.
+            count = len(taken) if all(zero) or any(not zero[place] for place in taken) else 0
+            detail = f"read {len(value)}, expected {len(right)}"
+            return earning((count - max(0, surplus)) / len(right), Finding("wrong_shape", detail=detail))
+        rest = (k for k in _ranks(key.ruler, value) if places[k] is None)
+        order = [taken[place] if place in taken else next(rest) for place in range(len(right))]
+        labels = tuple(f"moment {k + 1}" for k in order)
+        key = replace(key, labels=labels, counted=frozenset(labels))
+        found = super().judge(key, [value[k] for k in order])
+        is_ordered = key.question.order == "free" or False not in compared(key, value).values()
+        return found if is_ordered or found.share < 1 else earning(0.0, Finding("wrong_order"))
 
 
 def _ranks(ruler: Ruler, entries: Sequence[Any]) -> list[int]:

@@ -15,7 +15,7 @@ from rigidcli.check.base import VERDICTS, Verdict
 from rigidcli.check.records import Judged, Judgement
 from rigidcli.check.reports import Style
 from rigidcli.check.reports.formats import csv_rows, json_line
-from rigidcli.check.reports.table import block, counted, painted
+from rigidcli.check.reports.table import LONGEST_ANSWER, block, counted, painted
 from rigidcli.errors import printable, shortened
 from rigidcli.render.terminal import Row
 
@@ -26,9 +26,6 @@ LEAST_SHARED = 3
 
 MOST_TOLD = 10
 """Wrong answers of a question that people are shown."""
-
-LONGEST_ANSWER = 60
-"""Characters of an answer that people are shown."""
 
 UNNAMED = {
     "component_wrong", "equation_wrong", "not_an_eigenvector", "outside_tolerance", "term_wrong",
